@@ -14,9 +14,9 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.identify.calibration.whole_curves import calibrate_curves
-from layerjam.identify.curves import Curve, curves_of
+from layerjam.identify.curves import Curve, make_curves
 from layerjam.identify.pull.features import pull_features
-from layerjam.identify.shape import with_shape
+from layerjam.identify.shape import change_shape
 from layerjam.measure.trace import Trace
 from layerjam.mechanics.pull import force_at_elongation
 
@@ -45,10 +45,10 @@ def campaign(brake: Brake) -> tuple[Curve, ...]:
         for speed in SPEEDS:
             for repeat in range(REPEATS):
                 factor, spring, sleeve = 1 + 0.03 * random.standard_normal(3)
-                real = with_shape(brake, 0.875 * factor, 131e3 * spring, 1.2 * sleeve)
+                real = change_shape(brake, 0.875 * factor, 131e3 * spring, 1.2 * sleeve)
                 trace = pulled(real, vacuum, speed, repeat)
                 pulls.append((trace, pull_features(trace), vacuum))
-    return curves_of(pulls)
+    return make_curves(pulls)
 
 
 def with_curve_fit(curve: Curve, brake: Brake) -> object:
@@ -57,7 +57,9 @@ def with_curve_fit(curve: Curve, brake: Brake) -> object:
 
     def law(u: np.ndarray, a: float, k: float, sleeve: float, slack: float) -> np.ndarray:
         taut = np.maximum(u - slack, 0.0)
-        return np.asarray(force_at_elongation(taut, curve.vacuum, with_shape(brake, a, k, sleeve)))
+        return np.asarray(
+            force_at_elongation(taut, curve.vacuum, change_shape(brake, a, k, sleeve))
+        )
 
     start = (1.0, curve.pull.stiffness, 1.0, 0.0)
     return curve_fit(law, curve.elongation, curve.force, p0=start, x_scale=(*start[:3], 1e-4),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from benchmarks.timing import Row, median
 from layerjam.control import law
-from layerjam.control.closed_loop import simulate, simulate_many
+from layerjam.control.closed_loop import simulate_run, simulate_runs
 from layerjam.control.plant import Plant
 from layerjam.control.settings import Regulator
 from layerjam.fluid.line import Sensor
@@ -20,8 +20,8 @@ def rows() -> list[Row]:
     out = []
     for kind in ("bang-bang", "pi", "scheduled"):
         made = Regulator(plant=LINE, sensor=SENSOR, kind=kind, safe_state="release")
-        history = simulate(made, TARGETS, duration=90.0)
-        settings = made.packed()
+        history = simulate_run(made, TARGETS, duration=90.0)
+        settings = made.pack()
         # floats, as a board has them: NumPy's scalars take twice as long
         samples = list(zip(history.measured.tolist(), history.target.tolist(), strict=True))
 
@@ -34,7 +34,7 @@ def rows() -> list[Row]:
     for kind in ("bang-bang", "pi", "scheduled"):
         made = Regulator(plant=LINE, sensor=SENSOR, kind=kind, safe_state="release")
         seconds = median(
-            lambda made=made: simulate_many(made, TARGETS, runs=HOURS, duration=3600.0), 3
+            lambda made=made: simulate_runs(made, TARGETS, runs=HOURS, duration=3600.0), 3
         )
         name = f"10,000 h at 100 Hz, {kind}, by {HOURS} h"
         out.append(Row(name, seconds * WANTED / HOURS, 120.0))

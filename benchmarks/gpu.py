@@ -20,7 +20,7 @@ import numpy as np
 from benchmarks.comparators.drops import population
 from benchmarks.impact import Method, from_stop, markdown, measure, plain_jit
 from benchmarks.timing import median
-from layerjam.design.merit import merits, point_of
+from layerjam.design.merit import make_point, merits
 from layerjam.device.load import load
 from layerjam.mechanics.pull import brake_force
 from layerjam.mechanics.stop.exact import stop
@@ -70,7 +70,7 @@ def gpus() -> list[jax.Device]:
 def laws(count: int) -> dict[str, tuple[Law, tuple[np.ndarray, ...]]]:
     """What is measured by its name: a function of arrays, and `count` of each."""
     random, brake = np.random.default_rng(2018), load("choi2018-kapton").brake
-    drops, start = population(count), point_of(brake)
+    drops, start = population(count), make_point(brake)
 
     def designs(width: Any, overlap: Any, vacuum: Any) -> Any:
         return merits(start._replace(width=width, overlap=overlap, vacuum=vacuum), brake)

@@ -209,8 +209,8 @@ def command_table() -> str:
     for group, title in GROUPS.items():
         names = [entry.name for entry in commands().values() if entry.group == group]
         rows = [
-            row(f"[`{usage(index.load(n))}`](#{n.replace(' ', '-')})", index.load(n).summary)
-            for n in names
+            row(f"[`{usage(entry)}`](#{entry.name.replace(' ', '-')})", entry.summary)
+            for entry in map(index.load_entry, names)
         ]
         if rows:
             parts.append(f"### {title}\n\n{table(('command', 'what it does'), rows)}")
@@ -234,7 +234,7 @@ def usage(declared: Command) -> str:
 
 def described(name: str) -> str:
     """The options of a command, and the keys of its JSON."""
-    return f"{options(name)}\n\n{keys(index.load(name))}"
+    return f"{options(name)}\n\n{keys(index.load_entry(name))}"
 
 
 def options(name: str) -> str:

@@ -20,7 +20,7 @@ from layerjam.commands.declare import (
     Command,
     Input,
     Parameter,
-    parameter,
+    declare_parameter,
     union,
 )
 from layerjam.commands.results import Result
@@ -123,7 +123,7 @@ class Stub:
         yield f"def {name}("
         keyword_only = False
         for parameter_name, at in command.signature.parameters.items():
-            kind = command._annotation(at.annotation)
+            kind = command._resolve(at.annotation)
             kind = at.annotation if kind is PYTHON_ONLY else kind
             if parameter_name in known:
                 words = self.given(known[parameter_name], kind, command.module, arrays)
@@ -183,7 +183,7 @@ class Stub:
         yield "        *,"
         hints = inspect.get_annotations(cls, eval_str=True)
         for field, kind in hints.items():
-            words = self.given(parameter(field, kind, None), kind, cls.__module__)
+            words = self.given(declare_parameter(field, kind, None), kind, cls.__module__)
             yield f"        {field}: {words} = ...,"
         yield "    ) -> None: ..."
 

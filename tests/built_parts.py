@@ -11,18 +11,18 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.device.load import load
 from layerjam.device.workshop import Build
-from layerjam.fabricate.lengths import Lengths, lengths
-from layerjam.fabricate.parts import Part, parts
+from layerjam.fabricate.lengths import Lengths, compute_lengths
+from layerjam.fabricate.parts import Part, make_parts
 
 KAPTON = load("choi2018-kapton")
 
 
 def lengths_of(brake: Brake = KAPTON.brake, build: Build = Build()) -> Lengths:
-    return lengths(brake, build)
+    return compute_lengths(brake, build)
 
 
 def parts_of(brake: Brake = KAPTON.brake, build: Build = Build()) -> dict[str, Part]:
-    return {part.name: part for part in parts(lengths(brake, build), build)}
+    return {part.name: part for part in make_parts(compute_lengths(brake, build), build)}
 
 
 class Read(NamedTuple):

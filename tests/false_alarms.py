@@ -19,10 +19,10 @@ from pathlib import Path
 
 import numpy as np
 
-from layerjam.control.closed_loop import simulate, simulate_many
+from layerjam.control.closed_loop import simulate_run, simulate_runs
 from layerjam.control.detection import detection_times
 from layerjam.control.faults import FaultInjection as Fault
-from layerjam.control.plant import Plant, plant_of
+from layerjam.control.plant import Plant, linearise_line
 from layerjam.control.settings import FAULTS, KINDS, Regulator
 from layerjam.fluid.line import Chamber, Line, Pump, Sensor, Tube, Valve
 
@@ -53,12 +53,12 @@ TUBE = Line(
 )  # fmt: skip
 LINES = {
     "air": AIR,
-    "water": plant_of(
+    "water": linearise_line(
         dataclasses.replace(TUBE, chamber=Chamber(volume=7.503e-6, compliance=6.607e-11)),
         vacuum=94.5e3,
         water=True,
     ),
-    "air, 5 m tube of 0.8 mm": plant_of(TUBE, vacuum=94.5e3),
+    "air, 5 m tube of 0.8 mm": linearise_line(TUBE, vacuum=94.5e3),
 }
 FULL = {
     "pump dead": ("NO_VACUUM", Fault(pump=0.0)),
@@ -84,7 +84,7 @@ def healthy(kind: str, hours: int, seed: int) -> tuple[str, float]:
     for part, (flow, leak) in enumerate(TRUE):
         count = hours // 3 + (part < hours % 3)
         true = dataclasses.replace(AIR, rate=AIR.rate * flow, leak=AIR.leak * leak)
-        made = simulate_many(
+        made = simulate_runs(
             regulator(kind), HOUR, runs=count, duration=3600.0, plant=true, seed=seed + part
         )
         alarms += int((made.fault != 0).sum())
@@ -105,7 +105,7 @@ def detected(what: str, seed: int) -> str:
         loop = regulator(kind)
         for n, at in enumerate(np.linspace(first, last, 40)):
             broken = dataclasses.replace(injected, at=float(at))
-            made = simulate_many(loop, targets, runs=25, injected=broken, seed=seed + n)
+            made = simulate_runs(loop, targets, runs=25, injected=broken, seed=seed + n)
             late = made.fault_time - at
             worst = max(worst, float(np.nanmax(late)))
             missed += int((made.fault == 0).sum())
@@ -113,7 +113,7 @@ def detected(what: str, seed: int) -> str:
             count += 25
     stated = detection_times(regulator("pi"), TARGET)[name]
     if name == "VACUUM_LOST":  # counted from leaving the band: add the time until then
-        band = regulator("pi").lost_below
+        band = regulator("pi").loss_margin
         stated += band / ((AIR.leak + injected.leak) * (TARGET - band))
     return (
         f"| {what} | {', '.join(sorted(said))} | {stated:.2f} s | {worst:.2f} s | "
@@ -140,13 +140,13 @@ def in_every_phase(what: str, name: str, room: float, seed: int) -> str:
     if tube is not None:
         highest = min(highest, tube.vacuum)
     course = [(60.0, highest)]
-    sound = simulate(dataclasses.replace(loop, sensor=EXACT), course)
+    sound = simulate_run(dataclasses.replace(loop, sensor=EXACT), course)
     rises = slice(0, int(sound.vacuum.argmax()))
     worst, missed = 0.0, 0
     for phase in range(PHASES):
         begins = deepest - phase / PHASES * loop.decision
         at = float(np.interp(begins, sound.vacuum[rises], sound.time[rises])) - loop.sample_time
-        made = simulate_many(
+        made = simulate_runs(
             loop, course, runs=NOISES, duration=at + stated + 1.0,
             injected=dataclasses.replace(injected, at=at), seed=seed + phase,
         )  # fmt: skip

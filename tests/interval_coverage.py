@@ -31,9 +31,9 @@ from layerjam.device.load import load  # noqa: E402
 from layerjam.identify.calibration.intervals import Interval  # noqa: E402
 from layerjam.identify.calibration.peaks import calibrate_peaks  # noqa: E402
 from layerjam.identify.calibration.whole_curves import calibrate_curves  # noqa: E402
-from layerjam.identify.curves import Curve, curves_of  # noqa: E402
+from layerjam.identify.curves import Curve, make_curves  # noqa: E402
 from layerjam.identify.pull.features import PullFeatures, pull_features  # noqa: E402
-from layerjam.identify.shape import with_shape  # noqa: E402
+from layerjam.identify.shape import change_shape  # noqa: E402
 from layerjam.measure.trace import Trace  # noqa: E402
 
 PAGE = Path(__file__).parent.parent / "docs" / "coverage.md"
@@ -143,7 +143,7 @@ class Campaign:
 
     @property
     def curves(self) -> tuple[Curve, ...]:
-        return curves_of(self.pulls)
+        return make_curves(self.pulls)
 
 
 def campaign(case: Case, random: np.random.Generator) -> Campaign:
@@ -185,7 +185,7 @@ def campaign(case: Case, random: np.random.Generator) -> Campaign:
                 }
                 law = (vacuum / reference) ** truth["pressure_exponent"]
                 law *= np.exp(truth["speed_slope"] * np.log10(speed / middle))
-                real = with_shape(
+                real = change_shape(
                     stated, own["scale_factor"] * law, own["stiffness"], own["enclosure_factor"]
                 )
                 height = (58.0 if kapton else 12.0) * vacuum / 30e3

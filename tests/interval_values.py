@@ -19,13 +19,13 @@ from layerjam.device.brake import Brake
 from layerjam.device.load import load
 from layerjam.identify.bayes.model import priors
 from layerjam.identify.calibration.budget import Peak, enclosure_line
-from layerjam.identify.calibration.influence import interval_of
+from layerjam.identify.calibration.influence import make_interval
 from layerjam.identify.calibration.intervals import Interval, Population
 from layerjam.identify.calibration.least_squares import WORKING
 from layerjam.identify.calibration.mountings import find_mountings
-from layerjam.identify.calibration.peaks import joint
+from layerjam.identify.calibration.peaks import join_means
 from layerjam.identify.curves import Curve
-from layerjam.identify.shape import SHAPE, with_shape
+from layerjam.identify.shape import SHAPE, change_shape
 from layerjam.mechanics.pull import peak, scale_factor_of_peak
 
 TRAVEL = 0.04
@@ -88,7 +88,7 @@ def draw(case: Any, campaigns: int, seed: Any) -> list[Pulls]:
         brake = load(name).brake
         here = np.array([b.film.kinetic == brake.film.kinetic for b, _ in rows])
         if here.any():
-            real = with_shape(brake, *owns[here].T)
+            real = change_shape(brake, *owns[here].T)
             height[here] = np.asarray(peak(vacuum[here], TRAVEL, real).force) * read[here, 0]
             factor[here] = np.asarray(scale_factor_of_peak(height[here], vacuum[here], brake))
     made = []
@@ -137,9 +137,9 @@ def of_peaks(pulls: Pulls) -> dict[str, Interval | None]:
     enclosure = enclosure_line(pulls.peaks, pulls.brake).relative or 0.0
     found = {}
     for name, values, shared in zip(SHAPE[:2], pulls.told.T, (enclosure, 0.0), strict=True):
-        units = joint({name: values.tolist()}).joined(mounted.groups)
+        units = join_means({name: values.tolist()}).joined(mounted.groups)
         error = units.standard_error(np.ones(1))
-        found[name] = interval_of(name, float(units.estimate[0]), error, shared, "")
+        found[name] = make_interval(name, float(units.estimate[0]), error, shared, "")
     return found
 
 
@@ -157,7 +157,7 @@ def of_curves(pulls: Pulls) -> dict[str, Interval | None]:
         told = units.standard_error(np.eye(3)[place])
         at = float(units.estimate[place])
         value, size = (at, 1.0) if place == 2 else (math.exp(at), math.exp(at))
-        found[name] = interval_of(name, value, told and (size * told[0], told[1]), 0.0, "")
+        found[name] = make_interval(name, value, told and (size * told[0], told[1]), 0.0, "")
     return found
 
 

@@ -28,14 +28,14 @@ from layerjam.campaigns.faults import Faults  # noqa: E402
 from layerjam.campaigns.spec import Odd, Pulls, Scatter, Spec, Truth  # noqa: E402
 from layerjam.device.load import load  # noqa: E402
 from layerjam.identify.calibration.forward import pull_force  # noqa: E402
-from layerjam.identify.calibration.peaks import calibrate_peaks, fits_of  # noqa: E402
+from layerjam.identify.calibration.peaks import calibrate_peaks, fit_curves  # noqa: E402
 from layerjam.identify.calibration.whole_curves import calibrate_curves  # noqa: E402
 from layerjam.identify.checks import Check  # noqa: E402
-from layerjam.identify.curves import Curve, curves_of  # noqa: E402
+from layerjam.identify.curves import Curve, make_curves  # noqa: E402
 from layerjam.identify.pull.features import pull_features  # noqa: E402
 from layerjam.identify.single_pulls import pull_checks  # noqa: E402
 from layerjam.identify.validation.metrics import validate_curves  # noqa: E402
-from layerjam.identify.validation.table import validation_checks, with_pulls  # noqa: E402
+from layerjam.identify.validation.table import add_pull_table, validation_checks  # noqa: E402
 from layerjam.mechanics.pull import peak  # noqa: E402
 
 PAGE = Path(__file__).parent.parent / "docs" / "coverage.md"
@@ -154,7 +154,7 @@ def drawn(fault: Fault, seed: Sequence[int]) -> Campaign:
 
 def curves(made: Campaign) -> tuple[Curve, ...]:
     """Its pulls as a calibration takes them."""
-    return curves_of([(t, pull_features(t), float(t.facts.vacuum or 0)) for t in made.traces()])
+    return make_curves([(t, pull_features(t), float(t.facts.vacuum or 0)) for t in made.traces()])
 
 
 @dataclass
@@ -180,16 +180,16 @@ def measure(
     for number in range(campaigns):
         made = drawn(fault, (seed, FAULTS.index(fault), number))
         pulls, brake = curves(made), made.subjects[0].known
-        kept = [p for p, f in zip(pulls, fits_of(pulls, brake), strict=True) if f is not None]
+        kept = [p for p, f in zip(pulls, fit_curves(pulls, brake), strict=True) if f is not None]
         found = calibrate_peaks(kept, brake)
         # a pull that is refused is found too: the command says why
         tally.found += len(kept) < len(pulls) or failed(found.checks)
         true = {t.name for t in made.tests if t.odd or fault.of_all}
-        tally.named += {row.file for row in found.pulls if row.odd} == true
+        tally.named += {row.file for row in found.pulls if row.is_outlier} == true
         tally.table += failed(pull_checks(found.pulls, np.inf))
         tally.curves += failed(calibrate_curves(pulls, brake).checks)
         true_brake = made.subjects[0].true
-        compared = with_pulls(validate_curves(pulls, true_brake), pulls, true_brake)
+        compared = add_pull_table(validate_curves(pulls, true_brake), pulls, true_brake)
         tally.validated += failed(validation_checks(compared, 0))
         best = best_test(fault, made)
         if best is not None:

@@ -21,18 +21,14 @@ import numpy as np
 
 jax.config.update("jax_enable_x64", True)
 
+from layerjam.control.plan_stop import Arrival, plan_checks, plan_stop, predict_stop  # noqa: E402
+
 from campaigns.bench import Machine  # noqa: E402
 from campaigns.bench import pull as virtual_pull  # noqa: E402
 from layerjam.commands.pull import pull  # noqa: E402
 from layerjam.control.checks import regulation_checks, step_check  # noqa: E402
-from layerjam.control.closed_loop import simulate  # noqa: E402
-from layerjam.control.plan import (  # noqa: E402
-    Arrival,
-    plan,
-    plan_checks,
-    stop_at,
-)
-from layerjam.control.plant import plant_of  # noqa: E402
+from layerjam.control.closed_loop import simulate_run  # noqa: E402
+from layerjam.control.plant import linearise_line  # noqa: E402
 from layerjam.control.settings import Regulator  # noqa: E402
 from layerjam.design.verdict import design_checks  # noqa: E402
 from layerjam.device.load import load  # noqa: E402
@@ -42,18 +38,14 @@ from layerjam.fluid.line import Leak as LineLeak  # noqa: E402
 from layerjam.fluid.line import Line, Sensor  # noqa: E402
 from layerjam.identify.calibration.gross import gross_pulls  # noqa: E402
 from layerjam.identify.calibration.peaks import calibrate_peaks  # noqa: E402
-from layerjam.identify.logs.checks import (  # noqa: E402
-    crash_checks,
-    leak_checks,
-    pump_down_checks,
-)
+from layerjam.identify.logs.checks import crash_checks, leak_checks, pump_down_checks  # noqa: E402
 from layerjam.identify.logs.crash import reduce_crash  # noqa: E402
 from layerjam.identify.logs.leak import fit_leak  # noqa: E402
 from layerjam.identify.logs.pump_down import fit_pump_down  # noqa: E402
 from layerjam.identify.rubber import hyperelastic  # noqa: E402
 from layerjam.identify.rubber.checks import specimen_checks  # noqa: E402
 from layerjam.identify.validation.metrics import validate_curves  # noqa: E402
-from layerjam.identify.validation.table import validation_checks, with_pulls  # noqa: E402
+from layerjam.identify.validation.table import add_pull_table, validation_checks  # noqa: E402
 from layerjam.mechanics.law import double_precision  # noqa: E402
 from layerjam.verdict import Check  # noqa: E402
 from pull_faults import FAULTS, curves, drawn  # noqa: E402
@@ -126,8 +118,8 @@ def specimens(random: Random, fault: str) -> Iterator[Check]:
         slope = float(np.polyfit(strain[4:20], made[4:20], 1)[0])
         row = {"modulus_100": at, "initial_modulus": slope, "material": "ecoflex-00-30"}
         rows[f"{number}.csv"] = {**row, "difference": at / sheet - 1}
-    fits = hyperelastic.fit_all(strain, made)
-    error = fits[hyperelastic.choose(fits)[0]].error_at_100
+    fits = hyperelastic.fit_models(strain, made)
+    error = fits[hyperelastic.choose_model(fits)[0]].error_at_100
     yield from specimen_checks(rows, {"error_at_100": error}, True)
 
 
@@ -186,7 +178,7 @@ def campaigns(random: Random, fault: str) -> Iterator[Check]:
     kept = [one for place, one in enumerate(pulls) if place not in gross]
     yield left_out
     yield from calibrate_peaks(kept, brake).checks
-    found = with_pulls(validate_curves(pulls, true), pulls, true)
+    found = add_pull_table(validate_curves(pulls, true), pulls, true)
     named = ("pulls", "model")
     yield from (
         replace(c, name=f"validate: {c.name}")
@@ -222,7 +214,7 @@ def lines(random: Random, fault: str) -> Iterator[Check]:
     )
     target = float(random.uniform(10e3, 70e3))
     regulator = Regulator(
-        plant=plant_of(line, vacuum=target),
+        plant=linearise_line(line, vacuum=target),
         sensor=Sensor(range=103e3, noise=float(random.uniform(0, 50)), resolution=25.0),
         kind=kind,
         safe_state="release",
@@ -233,7 +225,7 @@ def lines(random: Random, fault: str) -> Iterator[Check]:
         minimum_off=run,
     )
     length = 12 * regulator.plant.time_constant(target)
-    loop = simulate(regulator, [(length, target)], seed=int(random.integers(1000)))
+    loop = simulate_run(regulator, [(length, target)], seed=int(random.integers(1000)))
     yield from regulation_checks(regulator, target, loop)
     yield replace(step_check(regulator, target), name="bench run: ripple")
 
@@ -249,11 +241,11 @@ def collisions(random: Random, fault: str) -> Iterator[Check]:
             travel=float(random.uniform(0.01, 0.06)),
             gravity=G * float(random.integers(2)),
         )
-        made = plan(file, line, case)
+        made = plan_stop(file, line, case)
         if made.needed is None:
             continue
         # 0.01 % less vacuum and the mass runs more than half of the rest of the way: a jump
-        below = stop_at(file, case, 0.9999 * made.needed)
+        below = predict_stop(file, case, 0.9999 * made.needed)
         jumps = not below.stops_within(
             case.travel + 0.5 * (file.brake.sheets.usable_travel - case.travel)
         )

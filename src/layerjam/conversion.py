@@ -75,7 +75,7 @@ _TYPED = {"cm", "mbar", "bar", "N/mm", "cm/s", "mm/min", "h", "kJ", "L/min", "mL
 
 
 @functools.cache
-def _registry() -> Any:
+def _unit_registry() -> Any:
     import pint
 
     try:
@@ -107,19 +107,19 @@ def factor_by_pint(unit: str, si: str) -> Fraction | None:
     if re.fullmatch(r"[A-Za-zµ°]+ [A-Za-zµ°]+", text):
         text = text.replace(" ", "*")
     try:
-        registry = _registry()
-        factor = registry.Quantity(1, registry.parse_units(text)).to(_pint_name(si)).magnitude
+        registry = _unit_registry()
+        factor = registry.Quantity(1, registry.parse_units(text)).to(_to_pint_name(si)).magnitude
     except Exception:  # pint raises a dozen kinds of errors (and any parser error) for unknown text
         return None
     if not isinstance(factor, int | float) or not math.isfinite(factor) or factor <= 0:
         return None
-    if registry.Quantity(0, registry.parse_units(text)).to(_pint_name(si)).magnitude != 0:
+    if registry.Quantity(0, registry.parse_units(text)).to(_to_pint_name(si)).magnitude != 0:
         return None  # a scale with another zero, such as °C, has no factor
     # pint multiplies floats: 14 digits undo its rounding (g/cm^3 comes as 999.9999999999999)
     return Fraction(f"{factor:.14g}") if isinstance(factor, float) else Fraction(factor)
 
 
-def _pint_name(si: str) -> str:
+def _to_pint_name(si: str) -> str:
     return si.replace("(kg K)", "(kg*K)").replace("N s/m", "N*s/m").replace("(s Pa)", "(s*Pa)")
 
 
@@ -128,7 +128,7 @@ def shown_units(si: str) -> tuple[str, ...]:
     return tuple(unit for unit in FACTORS.get(si, (si,)) if unit not in _TYPED)
 
 
-def without_unit(value: Any, si: str, name: str) -> Any:
+def strip_unit(value: Any, si: str, name: str) -> Any:
     """Return the SI number or array of a value that has its unit; other values are unchanged.
 
     Units are read from pint and astropy quantities, and from a DataArray or Series whose
@@ -139,15 +139,15 @@ def without_unit(value: Any, si: str, name: str) -> Any:
         kind = type(value).__name__
         raise QuantityError.of(name, f"a {kind} holds several quantities; give one of its columns")
     if hasattr(value, "magnitude") and hasattr(value, "units"):  # pint, of any registry
-        return _convert(value, "magnitude", si, name)
+        return _convert_object(value, "magnitude", si, name)
     if hasattr(value, "to_value") and hasattr(value, "unit"):  # a quantity of astropy
-        return _convert(value, "value", si, name)
+        return _convert_object(value, "value", si, name)
     if hasattr(value, "dims") and hasattr(value, "copy"):
-        data = without_unit(value.data, si, name)
+        data = strip_unit(value.data, si, name)
         plain = value if data is value.data else value.copy(data=data)
-        return _with_attribute(plain, "" if plain is not value else si, name)
+        return _convert_labelled(plain, "" if plain is not value else si, name)
     if hasattr(value, "attrs"):
-        return _with_attribute(value, si, name)
+        return _convert_labelled(value, si, name)
     unit = getattr(value, "unit", None) or getattr(value, "units", None)
     if unit is not None:
         raise QuantityError.of(
@@ -158,16 +158,16 @@ def without_unit(value: Any, si: str, name: str) -> Any:
     return value
 
 
-def _convert(value: Any, number: str, si: str, name: str) -> Any:
+def _convert_object(value: Any, number: str, si: str, name: str) -> Any:
     """Return the number of a quantity object in the SI unit `si`."""
     try:
-        return getattr(value.to("" if si == "1" else _pint_name(si)), number)
+        return getattr(value.to("" if si == "1" else _to_pint_name(si)), number)
     except Exception:  # each package raises its own errors
         goal = "a dimensionless number" if si == "1" else si
         raise QuantityError.of(name, f"{str(value)[:60]} cannot be converted to {goal}") from None
 
 
-def _with_attribute(value: Any, si: str, name: str) -> Any:
+def _convert_labelled(value: Any, si: str, name: str) -> Any:
     """Return a labelled array in SI if its attribute `units` names another unit."""
     unit = value.attrs.get("units") if si else None
     if isinstance(unit, Mapping):

@@ -118,7 +118,7 @@ def explain_arguments(target: T) -> T:
         except TypeError as error:
             if error.__traceback__ is None or error.__traceback__.tb_next is not None:
                 raise  # the error comes from inside the call
-            words = _explain_arguments(call, is_class, args, named)
+            words = _explain_call(call, is_class, args, named)
             name = target.__name__ if is_class else call.__name__  # type: ignore[attr-defined]
             raise ArgumentError(f"{name}() {words}") from None
 
@@ -128,7 +128,7 @@ def explain_arguments(target: T) -> T:
     return target
 
 
-def _explain_arguments(
+def _explain_call(
     call: Callable[..., Any], is_class: bool, args: tuple[Any, ...], keywords: Mapping[str, Any]
 ) -> str:
     parameters = dict(inspect.signature(call).parameters)
@@ -224,6 +224,6 @@ def abbreviate(value: object) -> str:
     return f"'{text}'" if isinstance(value, str) else text
 
 
-def count_of(number: int, noun: str) -> str:
+def count_noun(number: int, noun: str) -> str:
     """Return a number with its noun, such as "1 pull" or "3 pulls"."""
     return f"{number} {noun}{'s' * (number != 1)}"

@@ -16,7 +16,7 @@ from fractions import Fraction
 from numbers import Real
 from typing import Any, TypeVar, dataclass_transform
 
-from layerjam.conversion import shown_units, unit_factor, without_unit
+from layerjam.conversion import shown_units, strip_unit, unit_factor
 from layerjam.errors import QuantityError, abbreviate, explain_arguments
 
 T = TypeVar("T")
@@ -224,7 +224,7 @@ class QuantitySpec:
 
     def si(self, value: Any, name: str) -> Any:
         """Return the SI value of text or an object with a unit, or of a number in SI, checked."""
-        value = without_unit(value, self.unit, name)
+        value = strip_unit(value, self.unit, name)
         if is_traced(value):
             return value
         value = value.item() if getattr(value, "shape", None) == () else value
@@ -367,7 +367,7 @@ def _take_quantities(rec: Any) -> None:
                 raise QuantityError.of(name, f"{abbreviate(value)} is not {kind.__name__}")
         elif isinstance(value, Real):
             spec.check(value, name)  # type: ignore[arg-type]
-        elif hasattr(value := without_unit(value, spec.unit, name), "dtype"):
+        elif hasattr(value := strip_unit(value, spec.unit, name), "dtype"):
             values = value if is_traced(value) else spec.array(value, name, bounded=False)
             object.__setattr__(rec, name, values)
         else:

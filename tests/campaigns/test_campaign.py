@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from layerjam.campaigns.campaign import campaign
-from layerjam.campaigns.campaign_files import form_of, name_of, write_campaign
+from layerjam.campaigns.campaign_files import file_name, select_form, write_campaign
 from layerjam.campaigns.exports import ENCODINGS, LANGUAGES, LAYOUTS, Form
 from layerjam.campaigns.spec import (
     TABLES,
@@ -31,7 +31,7 @@ from layerjam.campaigns.spec import (
     Truth,
     check_spec,
 )
-from layerjam.campaigns.text import example, parse_spec, read_spec, spec_text
+from layerjam.campaigns.text import example_spec, format_spec, parse_spec, read_spec
 from layerjam.commands.calibration import calibrate
 from layerjam.commands.friction import friction
 from layerjam.device.load import load
@@ -57,8 +57,8 @@ def made(spec: Spec, **tables: Any) -> Spec:
 
 
 def test_the_example_says_what_is_allowed_and_reads_as_itself() -> None:
-    spec = example()
-    text = spec_text(spec)
+    spec = example_spec()
+    text = format_spec(spec)
     assert parse_spec(text, "x") == spec
     for table, cls in TABLES.items():
         for place in fields(cls):
@@ -96,7 +96,7 @@ def test_every_spec_comes_back_from_its_text(
         machine=Faults(sampling_rate=rate, force_noise=noise, crosshead_start=start),
         files=Files(layouts=(layout,), language=language, encoding="utf-8"),
     )
-    assert parse_spec(spec_text(spec), "x") == spec
+    assert parse_spec(format_spec(spec), "x") == spec
 
 
 @pytest.mark.parametrize(
@@ -153,7 +153,7 @@ def test_brakes_have_their_own_errors(tmp_path: Path) -> None:
 @given(st.integers(0, 2**32), st.integers(1, 6))
 def test_damaged_specs_end_in_one_sentence(seed: int, cuts: int) -> None:
     rng = np.random.default_rng(seed)
-    text = list(spec_text(example()))
+    text = list(format_spec(example_spec()))
     for _ in range(cuts):
         at = int(rng.integers(len(text)))
         text[at : at + int(rng.integers(0, 9))] = rng.choice(list('0-9.e"[]=\n,N kPa#'), 2)
@@ -183,7 +183,7 @@ def test_too_much_is_refused() -> None:
 
 
 def test_all_vacuums_at_all_speeds_in_order() -> None:
-    spec = replace(example(), machine=Faults(warming=2.0))
+    spec = replace(example_spec(), machine=Faults(warming=2.0))
     made = campaign(spec)
     pulls = [t for t in made.tests if t.kind == "pull"]
     assert len(pulls) == 18 and len(made.tests) == 21
@@ -199,7 +199,7 @@ def test_all_vacuums_at_all_speeds_in_order() -> None:
 
 
 def test_numbers_are_the_seeds_bit_for_bit() -> None:
-    first, again, other = (campaign(example(), seed).traces() for seed in (4, 4, 5))
+    first, again, other = (campaign(example_spec(), seed).traces() for seed in (4, 4, 5))
     for a, b, c in zip(first, again, other, strict=True):
         np.testing.assert_array_equal(a.force, b.force)
         assert a.facts.seed == 4 and not np.array_equal(a.force[:50], c.force[:50])
@@ -208,9 +208,9 @@ def test_numbers_are_the_seeds_bit_for_bit() -> None:
 def test_a_pull_does_not_depend_on_the_tests_simulated_with_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    whole = campaign(example()).traces()
+    whole = campaign(example_spec()).traces()
     monkeypatch.setattr(import_module("layerjam.campaigns.campaign"), "_CHUNK", 1)
-    for a, b in zip(whole, campaign(example()).traces(), strict=True):
+    for a, b in zip(whole, campaign(example_spec()).traces(), strict=True):
         np.testing.assert_allclose(a.force, b.force, rtol=0, atol=1.1e-3)  # one step of the cell
 
 
@@ -224,7 +224,7 @@ def folder_of(spec: Spec, folder: Path, **more: Any) -> dict[str, bytes]:
 
 
 def test_the_same_folder_from_the_same_spec_and_from_its_own(tmp_path: Path) -> None:
-    spec = made(example(), machine={"sampling_rate": 100.0})
+    spec = made(example_spec(), machine={"sampling_rate": 100.0})
     one = folder_of(spec, tmp_path / "a")
     two = folder_of(read_spec(tmp_path / "a" / "spec.toml"), tmp_path / "b")
     for texts in (one, two):
@@ -238,7 +238,7 @@ def test_every_file_says_that_it_is_synthetic(tmp_path: Path) -> None:
     for name, data in folder_of(spec, tmp_path).items():
         assert b"synthetic" in data.lower()[:500], name
     beside = {p.name for p in tmp_path.glob("*.toml")}
-    assert {f"{name_of(c, t)}.toml" for c in [campaign(spec)] for t in c.tests} <= beside
+    assert {f"{file_name(c, t)}.toml" for c in [campaign(spec)] for t in c.tests} <= beside
 
 
 def test_sidecars_hold_what_the_gauge_showed(tmp_path: Path) -> None:
@@ -304,7 +304,7 @@ READABLE = [
 def possible(form: Form) -> bool:
     """Whether the encoding has the language's letters."""
     try:
-        form.possible()
+        form.check_encoding()
     except QuantityError:
         return False
     return True
@@ -423,7 +423,7 @@ def test_a_machine_that_saturates_is_recognised(tmp_path: Path) -> None:
 def test_layouts_are_taken_in_turn() -> None:
     spec = replace(made(SMALL, pulls={"repeats": 5}), files=Files(layouts=("own", "mts")))
     one = campaign(spec)
-    assert [form_of(one, t).layout for t in one.tests] == ["own", "mts", "own", "mts", "own"]
+    assert [select_form(one, t).layout for t in one.tests] == ["own", "mts", "own", "mts", "own"]
 
 
 def test_scatter_shows_in_what_calibrate_finds(tmp_path: Path) -> None:

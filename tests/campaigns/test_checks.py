@@ -12,11 +12,11 @@ from layerjam.identify.calibration.peaks import calibrate
 from layerjam.identify.checks import (
     Check,
     check_agreement,
-    end_of_curve,
-    identifiable,
-    no_trend,
-    plausible,
-    stiffness_possible,
+    check_curve_end,
+    check_no_trend,
+    check_plausible,
+    check_stiffness,
+    identifiability_note,
 )
 from layerjam.identify.pull.features import PullFeatures, pull_features
 from layerjam.measure.trace import Trace
@@ -141,14 +141,22 @@ def test_pulls_without_it_pass() -> None:
 
 
 def test_bounds_of_the_single_checks() -> None:
-    assert [plausible(x).passed for x in (0.499, 0.5, 2.0, 2.001)] == [False, True, True, False]
-    assert "the friction, the vacuum" in plausible(3.0).sentence
-    assert [stiffness_possible(k, 808e3).passed for k in (808e3, 808.1e3)] == [True, False]
-    assert [end_of_curve(p, 100.0).passed for p in (84.9, 85.1, 114.9, 115.1)] == [
+    assert [check_plausible(x).passed for x in (0.499, 0.5, 2.0, 2.001)] == [
+        False,
+        True,
+        True,
+        False,
+    ]
+    assert "the friction, the vacuum" in check_plausible(3.0).sentence
+    assert [check_stiffness(k, 808e3).passed for k in (808e3, 808.1e3)] == [True, False]
+    assert [check_curve_end(p, 100.0).passed for p in (84.9, 85.1, 114.9, 115.1)] == [
         False, True, True, False,
     ]  # fmt: skip
-    assert not end_of_curve(10.0, 0.0).passed
-    assert "0.24" in identifiable(KAPTON).sentence and "product" in identifiable(KAPTON).sentence
+    assert not check_curve_end(10.0, 0.0).passed
+    assert (
+        "0.24" in identifiability_note(KAPTON).sentence
+        and "product" in identifiability_note(KAPTON).sentence
+    )
 
 
 def test_agreement_allows_three_of_their_own_errors() -> None:
@@ -160,12 +168,12 @@ def test_agreement_allows_three_of_their_own_errors() -> None:
 
 
 def test_trend_needs_three_vacuums_and_more_than_scatter() -> None:
-    assert no_trend([1.0, 2.0], [1.0, 2.0], "vacuum", "Pa") is None
-    assert no_trend([1.0, 2.0, 1.5], [1.0, 2.0, 2.0], "vacuum", "Pa") is None
+    assert check_no_trend([1.0, 2.0], [1.0, 2.0], "vacuum", "Pa") is None
+    assert check_no_trend([1.0, 2.0, 1.5], [1.0, 2.0, 2.0], "vacuum", "Pa") is None
     x = np.linspace(20e3, 90e3, 8)
     rng = np.random.default_rng(4)
     noise = 0.1 * rng.standard_normal(8)
-    scattered = no_trend(list(1 + noise), list(x), "vacuum", "Pa")
-    drifting = no_trend(list(1 + 2e-6 * x), list(x), "vacuum", "Pa")
+    scattered = check_no_trend(list(1 + noise), list(x), "vacuum", "Pa")
+    drifting = check_no_trend(list(1 + 2e-6 * x), list(x), "vacuum", "Pa")
     assert scattered is not None and scattered.passed
     assert drifting is not None and not drifting.passed and "20 kPa to 90 kPa" in drifting.sentence

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from layerjam.campaigns.campaign import campaign
-from layerjam.campaigns.campaign_files import truth_text
+from layerjam.campaigns.campaign_files import format_truth
 from layerjam.campaigns.spec import Faults, Odd, Pulls, Spec, Truth
 from layerjam.errors import QuantityError
 from strategies import KAPTON
@@ -78,8 +78,8 @@ def test_only_the_odd_pulls_change_and_the_truth_names_them() -> None:
         assert after.force.max() == pytest.approx(1.2 * before.force.max(), rel=0.01)
         stuck = slice(5, 20)
         np.testing.assert_allclose(after.force[stuck], 0.9 * before.force[stuck], rtol=1e-9)
-    assert truth_text(made).count("odd = true") == 3
-    assert "odd = true" not in truth_text(campaign(SPEC))
+    assert format_truth(made).count("odd = true") == 3
+    assert "odd = true" not in format_truth(campaign(SPEC))
 
 
 def test_a_whole_vacuum_and_a_speed() -> None:

@@ -269,7 +269,7 @@ def test_a_rise_of_too_few_samples_still_tells_the_factor(rate: float) -> None:
     for seed in range(1, 41):
         trace = pull(KAPTON, FULL, 0.013, 0.04, Machine(sampling_rate=rate, seed=seed))
         features = pull_features(trace)
-        assert features.sparse and not features.straight
+        assert features.is_sparse and not features.straight
         fit = fit_pull(features, FULL, change(KAPTON, scale_factor=1.0))
         assert fit.stiffness is fit.stiffness_eq9 is None
         z.append((fit.scale_factor / 0.875 - 1) * 0.875 / fit.scale_factor_se)

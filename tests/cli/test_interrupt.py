@@ -16,7 +16,7 @@ def test_a_stop_is_said(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def stopped() -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(generate, "engine", stopped)
+    monkeypatch.setattr(generate, "enable_double_precision", stopped)
     for words in (("show", "choi2018-kapton"), ("show", "choi2018-ptfe", "--json")):
         ran = run(*words)
         assert (ran.code, ran.out, ran.err) == (130, "", "layerjam: stopped\n")
@@ -31,7 +31,7 @@ def test_an_interrupt_in_jaxs_garbage_callback_is_not_lost() -> None:
         passed.append("callback")
 
     before = signal.getsignal(signal.SIGINT)
-    signal.signal(signal.SIGINT, engine._interrupt)
+    signal.signal(signal.SIGINT, engine._raise_interrupt)
     try:
         with pytest.raises(KeyboardInterrupt):
             _xla_gc_callback()
@@ -62,7 +62,7 @@ def test_a_command_that_computes_listens_so() -> None:
     before = signal.getsignal(signal.SIGINT)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        engine.engine()
-        assert signal.getsignal(signal.SIGINT) is engine._interrupt
+        engine.enable_double_precision()
+        assert signal.getsignal(signal.SIGINT) is engine._raise_interrupt
     finally:
         signal.signal(signal.SIGINT, before)

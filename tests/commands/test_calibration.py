@@ -13,8 +13,8 @@ from layerjam.cli.main import main
 from layerjam.commands.calibration import BrakeCalibration
 from layerjam.device.load import load
 from layerjam.errors import FitError, UnknownNameError
-from layerjam.identify.provenance import calibrated_on, sha256
-from layerjam.identify.shape import with_shape
+from layerjam.identify.provenance import calibration_files, sha256
+from layerjam.identify.shape import change_shape
 from strategies import KAPTON
 
 
@@ -27,7 +27,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
         for repeat in (1, 2):
             own = (1 + np.array([0.02, 0.02, 0.05]) * random.standard_normal(3)) * (0.9, 12e4, 1.2)
             trace = virtual.pull(
-                with_shape(KAPTON, *own), vacuum, 0.013, 0.04, repeat=2 * place + repeat
+                change_shape(KAPTON, *own), vacuum, 0.013, 0.04, repeat=2 * place + repeat
             )
             out.append(virtual.write_own(trace, folder / f"{vacuum / 1e3:.0f}-{repeat}.csv"))
     return out
@@ -103,7 +103,7 @@ def test_curves_writes_a_brake_that_says_how_it_was_made(files: list[Path], tmp_
     assert [(f["name"], f["sha256"]) for f in notes["files"]] == [
         (f.name, sha256(str(f))) for f in files
     ]
-    assert calibrated_on(made, map(str, files)) == [str(f) for f in files]
+    assert calibration_files(made, map(str, files)) == [str(f) for f in files]
     assert told and all(0 <= share <= 1 for _, share in told)
     # and the brake reads, predicts and is calibrated again to itself
     again = layerjam.calibrate(out, files, depth="curves")

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from layerjam.commands.edit import BRAKE_FIELDS, edit, stale
+from layerjam.commands.edit import BRAKE_FIELDS, edit, find_stale_numbers
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError, QuantityError
@@ -72,13 +72,13 @@ def test_the_first_source_outlives_several_edits():
 
 
 def test_factors_of_the_brake_before_are_named():
-    assert stale(load(KAPTON)) == []
+    assert find_stale_numbers(load(KAPTON)) == []
     made = edit(KAPTON, {"sheets.count": 13})
     assert any("stiffness_measured" in w and "sheets.count" in w for w in made.warnings)
     own = edit(made.record, {
         "scale_factor": 1.0, "stiffness_measured": "200 kN/m", "fittings_mass": "12 g",
     })  # fmt: skip
-    assert stale(own.record) == []
+    assert find_stale_numbers(own.record) == []
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 
 from campaigns import bench as virtual
 from layerjam.commands.calibration import calibrate
-from layerjam.commands.files import CURVE, PICTURE, pulls, read_each
+from layerjam.commands.files import CURVE, PICTURE, read_each, read_pulls
 from layerjam.commands.friction import friction
 from layerjam.commands.reading import FileOptions
 from layerjam.device.load import load
@@ -27,7 +27,9 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 
 
 def test_long_records_are_not_kept_whole(files: list[Path]) -> None:
-    used, refused, _ = pulls(files, load("choi2018-kapton"), None, FileOptions(), lambda *_: None)
+    used, refused, _ = read_pulls(
+        files, load("choi2018-kapton"), None, FileOptions(), lambda *_: None
+    )
     assert not refused
     for trace, pull, _ in used:
         assert PICTURE / 2 < len(trace) <= PICTURE

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 import layerjam
 from campaigns import bench as virtual
 from layerjam.commands import calibration, friction, tensile, validation
-from layerjam.commands.quantities import brake_file, slip_within, vacuum_within
+from layerjam.commands.quantities import check_vacuum, convert_brake, slip_notices
 from layerjam.device.load import load
 from layerjam.errors import FileError, FitError, LayerjamError, ProcedureError, QuantityError
 from layerjam.simulate.procedure import parse_procedure, simple_pull
@@ -72,11 +72,11 @@ def test_bad_numbers_are_refused_in_python_too(bad: Any) -> None:
 
 def test_bounds() -> None:
     with pytest.raises(QuantityError, match="beyond the overlap of 68 mm"):
-        slip_within(0.0681, KAPTON.brake)
-    assert slip_within(0.068, KAPTON.brake) and not slip_within(0.06, KAPTON.brake)
-    assert vacuum_within(101325, KAPTON.brake) == 101325.0
+        slip_notices(0.0681, KAPTON.brake)
+    assert slip_notices(0.068, KAPTON.brake) and not slip_notices(0.06, KAPTON.brake)
+    assert check_vacuum(101325, KAPTON.brake) == 101325.0
     with pytest.raises(QuantityError, match=r"101\.326 kPa is more than the atmosphere, 101\.325"):
-        vacuum_within(101326.0, KAPTON.brake)
+        check_vacuum(101326.0, KAPTON.brake)
     from layerjam.simulate.quantities import CROSSHEAD_SPEED as SPEED
 
     assert SPEED.si("13 mm/s", "speed") == 0.013 == SPEED.si(0.013, "speed")
@@ -85,8 +85,8 @@ def test_bounds() -> None:
 
 
 def test_another_site() -> None:
-    assert brake_file(KAPTON, None) is KAPTON
-    high = brake_file("choi2018-kapton", "80 kPa")
+    assert convert_brake(KAPTON, None) is KAPTON
+    high = convert_brake("choi2018-kapton", "80 kPa")
     assert high.brake.site.atmosphere == 80e3 and high.brake.sheets == KAPTON.brake.sheets
     with pytest.raises(QuantityError, match="more than the atmosphere, 80 kPa"):
         layerjam.force(KAPTON, slip=0.02, vacuum=94.5e3, atmosphere=80e3)

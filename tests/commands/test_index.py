@@ -21,7 +21,7 @@ def names(source: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[st
     monkeypatch.setattr(index, "HOME", folder)
     file = folder / "dive.py"
     file.write_text("import layerjam\n\n" + source, encoding="utf-8")
-    return [entry.name for entry in index._in_source(file)]
+    return [entry.name for entry in index._read_entries(file)]
 
 
 @pytest.mark.parametrize("result", ["Dive", "results.Result", "Sequence[Dive]"])

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from layerjam.campaigns.spec import Faults, FrictionTests, Practice, Pulls, Spec, Truth
-from layerjam.campaigns.text import example
+from layerjam.campaigns.text import example_spec
 from layerjam.cli import main as entry
 from layerjam.commands.lab import lab, lab_example
 from layerjam.errors import FileError, QuantityError
@@ -130,7 +130,7 @@ def test_files_that_will_be_refused_are_announced(tmp_path: Path) -> None:
 
 
 def test_the_example_teaches(tmp_path: Path) -> None:
-    answer = lab(example(), out=tmp_path)
+    answer = lab(example_spec(), out=tmp_path)
     calibrate = unfolded(shlex.split(answer.next[1])[1:])
     friction = unfolded(shlex.split(answer.next[0])[1:])
     assert entry.main([*friction, "--json"]) == 0

@@ -15,7 +15,7 @@ from layerjam.cli.main import main
 from layerjam.device.load import load
 from layerjam.errors import QuantityError
 from layerjam.identify.provenance import sha256
-from layerjam.identify.shape import with_shape
+from layerjam.identify.shape import change_shape
 from strategies import KAPTON
 
 BRAKE = "choi2018-kapton"
@@ -29,7 +29,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     for number in range(8):
         factor = 0.9 * (1 + 0.01 * random.standard_normal()) * (1.2 if number == 5 else 1.0)
         trace = virtual.pull(
-            with_shape(KAPTON, factor, 12e4, 1.0), 60e3, 0.013, 0.04, repeat=number
+            change_shape(KAPTON, factor, 12e4, 1.0), 60e3, 0.013, 0.04, repeat=number
         )
         out.append(virtual.write_own(trace, folder / f"pull-{number}.csv"))
     return out
@@ -100,7 +100,7 @@ def specimens(path: Path, labels: tuple[str, ...]) -> Path:
     for number, label in enumerate(labels):
         factor = 0.9 * (1 + 0.01 * random.standard_normal()) * (1.2 if number == 1 else 1.0)
         trace = virtual.pull(
-            with_shape(KAPTON, factor, 12e4, 1.0), 60e3, 0.013, 0.04, repeat=number
+            change_shape(KAPTON, factor, 12e4, 1.0), 60e3, 0.013, 0.04, repeat=number
         )
         rows = zip(trace.time, 1e3 * trace.elongation, trace.force, strict=True)
         lines += [label, "Time (s),Extension (mm),Load (N)"]

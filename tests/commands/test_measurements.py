@@ -14,7 +14,7 @@ from layerjam.commands.enclosure import enclosure
 from layerjam.commands.leak import leak
 from layerjam.commands.predict import force as brake_force
 from layerjam.commands.predict import show
-from layerjam.commands.pressure_log import temperature_of
+from layerjam.commands.pressure_log import parse_temperature
 from layerjam.commands.pump_down import pump_down
 from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError, QuantityError
@@ -195,13 +195,13 @@ def test_readings_are_stated_or_asked_for(tmp_path):
     ("text", "kelvin"), [("23 °C", 296.15), ("296 K", 296.0), ("68 °F", 293.15), (300.0, 300.0)]
 )
 def test_temperatures(text, kelvin):
-    assert temperature_of(text) == pytest.approx(kelvin)
+    assert parse_temperature(text) == pytest.approx(kelvin)
 
 
 @pytest.mark.parametrize("text", ["23", "23 bar", "warm", "-200 °C", "9999 K", float("nan")])
 def test_what_is_no_temperature(text):
     with pytest.raises(QuantityError, match="temperature"):
-        temperature_of(text)
+        parse_temperature(text)
 
 
 def test_a_pump_down_tells_what_it_can(tmp_path):

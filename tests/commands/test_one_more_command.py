@@ -17,9 +17,9 @@ import json_schema
 from layerjam.cli.main import main
 from layerjam.commands import impact
 from layerjam.commands.declare import EXAMPLES, REGISTRY, command
-from layerjam.commands.index import Entry, commands, load
+from layerjam.commands.index import Entry, commands, load_entry
 from layerjam.commands.results import Result, fact, number, result
-from layerjam.commands.schema import schema, schema_of
+from layerjam.commands.schema import command_schema, schema
 from layerjam.errors import QuantityError
 from layerjam.units import QuantitySpec
 
@@ -83,7 +83,7 @@ def test_python_takes_text_and_si_and_checks_bounds(dive: Any) -> None:
 def test_it_stands_in_the_index_under_its_group(dive: Any) -> None:
     entry = commands()["dive"]
     assert (entry.group, entry.summary) == ("predict", "Pressure of water at a depth.")
-    assert load("dive").result is Dive
+    assert load_entry("dive").result is Dive
     grouped = [e.name for e in commands().values() if e.group == "predict"]
     assert grouped[-1] == "dive"
 
@@ -107,7 +107,7 @@ def test_the_command_line_has_it(dive: Any, capsys: pytest.CaptureFixture[str]) 
 
 
 def test_its_answers_have_a_schema(dive: Any) -> None:
-    about = schema_of(load("dive"))
+    about = command_schema(load_entry("dive"))
     assert about["properties"]["pressure"] == {
         "type": "number",
         "description": "pressure above the surface's",

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from layerjam.cli.main import app
 from layerjam.commands.edit import edit_line
 from layerjam.commands.regulate import regulate
-from layerjam.control.faults import OFFSET, PROVOKED, injection_of
+from layerjam.control.faults import OFFSET, PROVOKED, make_injection
 from layerjam.control.settings import SAFE_STATES
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.file import load_line
@@ -57,7 +57,7 @@ def test_a_fault_during_the_rise_is_said_within_its_time_and_the_state_is_safe(f
 def test_the_leak_takes_half_the_target_from_the_full_pump():
     made = broken("leak", "5 s", safe_state="hold")
     regulator, loop = made.record
-    injected, _ = injection_of("leak", 5.0, regulator, made.target)
+    injected, _ = make_injection("leak", 5.0, regulator, made.target)
     rate, top, weight, leak, *_ = injected.break_plant(regulator.plant)
     half = made.target / 2
     assert rate * (top - weight * half) == pytest.approx(leak * half)

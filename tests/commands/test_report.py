@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from layerjam.cli.generate import spread
-from layerjam.commands.index import load
+from layerjam.cli.generate import repeat_options
+from layerjam.commands.index import load_entry
 from layerjam.commands.report import Report, report
 from layerjam.errors import FileError, FitError, LayerjamError, QuantityError
 from layerjam.measure.sidecar import sidecar_path
@@ -210,10 +210,10 @@ def test_what_cannot_be(
 
 
 def test_an_option_takes_all_words_up_to_the_next() -> None:
-    many = {p.option for p in load("report").parameters if p.help.greedy}
+    many = {p.option for p in load_entry("report").parameters if p.help.greedy}
     assert many == {"--friction", "--pulls", "--validate", "--calibrate-on", "--holdout"}
     given = ["kapton", "--pulls", "a", "b", "c", "--json", "--out", "d"]
     wanted = ["kapton", "--pulls", "a", "--pulls", "b", "--pulls", "c", "--json", "--out", "d"]
-    assert spread(given, many) == wanted
-    assert spread(["--pulls=a", "b"], many) == ["--pulls=a", "b"]
-    assert spread(["--pulls", "a", "--", "b"], many) == ["--pulls", "a", "--", "b"]
+    assert repeat_options(given, many) == wanted
+    assert repeat_options(["--pulls=a", "b"], many) == ["--pulls=a", "b"]
+    assert repeat_options(["--pulls", "a", "--", "b"], many) == ["--pulls", "a", "--", "b"]

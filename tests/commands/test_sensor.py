@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from layerjam.commands.impact import drop
-from layerjam.commands.sensor import channel_class, heating, reading
+from layerjam.commands.sensor import heating, parse_channel_class, reading
 from layerjam.device.load import load
 from layerjam.errors import LayerjamError
 from layerjam.simulate.accelerometer import ADXL193, Accelerometer, measure_acceleration
@@ -58,7 +58,7 @@ def test_arrays_and_the_g_they_count_in():
     ("text", "cfc"), [("cfc60", 60), ("CFC 1000", 1000), ("180", 180), ("none", None), (None, None)]
 )
 def test_names_of_filters(text, cfc):
-    assert channel_class(text) == cfc
+    assert parse_channel_class(text) == cfc
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from layerjam.campaigns.exports import ENCODINGS, LANGUAGES, LAYOUTS, Form, file_bytes
+from layerjam.campaigns.exports import ENCODINGS, LANGUAGES, LAYOUTS, Form, encode_file
 from layerjam.commands.calibration import calibrate
 from layerjam.commands.crash import crash
 from layerjam.commands.enclosure import enclosure
@@ -59,7 +59,7 @@ def sled() -> Trace:
 
 def alone(folder: Path, trace: Trace, synthetic: bool = True) -> Path:
     """Its file without a sidecar; as if measured, without the word."""
-    data = file_bytes(trace, Form(layout="bluehill"))
+    data = encode_file(trace, Form(layout="bluehill"))
     assert WORD in data
     path = folder / f"{trace.path}-{'made' if synthetic else 'measured'}.csv"
     path.write_bytes(data if synthetic else data.replace(WORD, b"operator A,"))
@@ -81,7 +81,7 @@ def forms() -> Iterator[Form]:
         for language, encoding in of:
             form = Form(layout=layout, language=language, encoding=encoding)
             try:
-                form.possible()
+                form.check_encoding()
             except QuantityError:
                 continue
             yield form
@@ -94,7 +94,7 @@ def test_every_layout_says_so_in_its_own_words(tmp_path: Path) -> None:
     assert len(made) > 40
     for number, form in enumerate(made):
         path = tmp_path / f"{number}{form.details.ending}"
-        path.write_bytes(file_bytes(short, form))
+        path.write_bytes(encode_file(short, form))
         assert read_trace(path).synthetic, form
 
 

@@ -8,7 +8,7 @@ from layerjam.cli.main import main
 from layerjam.commands.vacuum_line import rise
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile, load_line
-from layerjam.fluid.timing import changes
+from layerjam.fluid.timing import suggest_changes
 
 BENCH = """name = "bench"
 [chamber]
@@ -111,16 +111,16 @@ def test_a_pump_alone_is_not_said_to_balance_a_leak():
 
 def test_what_would_make_it_faster():
     line = load_line("choi2018").line
-    found = dict(changes(line, 94.5e3))
+    found = dict(suggest_changes(line, 94.5e3))
     assert found["half the volume"] == pytest.approx(found["as it is"] / 2, rel=1e-8)
     assert found["four pumps"] == pytest.approx(found["as it is"] / 2, rel=1e-8)
     assert found["as it is"] / found["water"] == pytest.approx(2.6, rel=0.01)
     assert found["0.5 L reservoir"] < 0.1
-    wet = dict(changes(line, 60e3, water=True))
+    wet = dict(suggest_changes(line, 60e3, water=True))
     assert wet["half the compliance"] == pytest.approx(wet["as it is"] / 2)
     assert wet["air in place of water"] > wet["as it is"]
-    assert "tube half as long" in dict(changes(LineFile.read(TUBED, "a").line, 50e3))
-    assert changes(LineFile.read(BENCH, "a").line, 72e3) == []
+    assert "tube half as long" in dict(suggest_changes(LineFile.read(TUBED, "a").line, 50e3))
+    assert suggest_changes(LineFile.read(BENCH, "a").line, 72e3) == []
 
 
 @pytest.mark.parametrize("words", [["94.5kPa"], ["60kPa", "--fluid", "water"], ["101325Pa"]])

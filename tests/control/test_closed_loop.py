@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from control.loops import AIR, IDEAL, NOISY, WATER, regulator
-from layerjam.control.closed_loop import simulate, simulate_many
+from layerjam.control.closed_loop import simulate_run, simulate_runs
 from layerjam.control.faults import FaultInjection
 from layerjam.control.plant import Plant
 from layerjam.control.settings import KINDS
@@ -19,7 +19,7 @@ from layerjam.fluid.line import Sensor
 
 def test_bang_bang_rises_on_the_exact_exponential() -> None:
     """Until it first switches off the pump runs full: v = end (1 - exp(-(k + leak) t))."""
-    made = simulate(regulator(kind="bang-bang", sensor=IDEAL), [(10.0, 94.5e3)])
+    made = simulate_run(regulator(kind="bang-bang", sensor=IDEAL), [(10.0, 94.5e3)])
     first = int(np.argmax(made.pump < 1.0))
     b = AIR.rate + AIR.leak
     exact = AIR.reach * -np.expm1(-b * made.time[: first + 1])
@@ -30,13 +30,13 @@ def test_bang_bang_rises_on_the_exact_exponential() -> None:
 def test_the_papers_rise_time_in_air_and_water() -> None:
     """Mechanics, section 5: 3.9 s and 1.5 s, 10 to 90 % of 94.5 kPa."""
     tight = dataclasses.replace(AIR, leak=0.0)
-    air = simulate(regulator(kind="bang-bang", plant=tight, sensor=IDEAL), [(15.0, 94.5e3)])
+    air = simulate_run(regulator(kind="bang-bang", plant=tight, sensor=IDEAL), [(15.0, 94.5e3)])
     r = 94.5 / 101.325
     closed = 7.503 / 3.33 * math.log((1 - 0.1 * r) / (1 - 0.9 * r))
     assert air.rise_time == pytest.approx(closed, abs=2e-5)
     assert air.rise_time == pytest.approx(3.9, rel=0.01)
     wet = dataclasses.replace(WATER, leak=0.0)
-    water = simulate(regulator(kind="bang-bang", plant=wet, sensor=IDEAL), [(15.0, 94.5e3)])
+    water = simulate_run(regulator(kind="bang-bang", plant=wet, sensor=IDEAL), [(15.0, 94.5e3)])
     assert water.rise_time == pytest.approx(0.8 * 94.5e3 / (wet.rate * wet.top), rel=1e-9)
     assert water.rise_time == pytest.approx(1.5, rel=0.01)
 
@@ -45,7 +45,7 @@ def test_the_papers_rise_time_in_air_and_water() -> None:
 @pytest.mark.parametrize("lag", [0.0, 0.003, 0.2])
 def test_plant_and_sensor_are_exact_between_samples(plant: Plant, lag: float) -> None:
     """The same commands through an integrator of high order give the same vacuum and reading."""
-    made = simulate(
+    made = simulate_run(
         regulator(plant=plant, sensor=Sensor(range=103e3, lag=lag)),
         [(0.6, 60e3), (0.2, 20e3), (0.2, 0.0)],
     )
@@ -71,7 +71,7 @@ def test_the_rate_that_meets_the_sensors_lag_is_no_special_case() -> None:
     for shift in (-1e-6, 0.0, 1e-6):
         plant = Plant(rate=2.0, top=1e5, vent=10.0 * (1 + shift))
         wide = Sensor(range=103e3, lag=0.1)
-        made = simulate(regulator(plant=plant, sensor=wide), [(1.0, 50e3), (0.1, 0.0)])
+        made = simulate_run(regulator(plant=plant, sensor=wide), [(1.0, 50e3), (0.1, 0.0)])
         ends.append(made.measured[-1])
     assert ends[1] == pytest.approx(0.5 * (ends[0] + ends[2]), rel=1e-9)
 
@@ -80,7 +80,7 @@ def test_the_rate_that_meets_the_sensors_lag_is_no_special_case() -> None:
 @pytest.mark.parametrize("plant", [AIR, WATER])
 def test_pi_holds_without_steady_error_or_windup(kind: str, plant: Plant) -> None:
     """The rise saturates for seconds; the integral must not have grown meanwhile."""
-    made = simulate(
+    made = simulate_run(
         regulator(kind=kind, plant=plant, sensor=IDEAL, least_command=1e-6), [(30.0, 80e3)]
     )
     assert made.outcome == "HEALTHY"
@@ -96,7 +96,7 @@ def test_the_scheduled_loop_answers_alike_at_every_vacuum() -> None:
             kind="scheduled", sensor=IDEAL, least_command=1e-6, feed_forward=False, dead_band=0.0,
             sample_time=1e-3, plant=dataclasses.replace(AIR, leak=0.05),
         )  # fmt: skip
-        made = simulate(loop, [(20.0, low), (1.0, low + 100.0)])
+        made = simulate_run(loop, [(20.0, low), (1.0, low + 100.0)])
         gains = loop.gains()
         s = made.time[:1000] / (2 * (gains.closed_loop_time + gains.dead_time))
         exact = 100 * (1 - (1 - s) * np.exp(-s))
@@ -106,14 +106,14 @@ def test_the_scheduled_loop_answers_alike_at_every_vacuum() -> None:
 def test_feed_forward_holds_against_the_leak_from_the_first_sample() -> None:
     """Without any gain the feed-forward alone ends at the target: the plant's own balance."""
     loop = regulator(sensor=IDEAL, gain=1e-15, integral_time=1e6, least_command=1e-6)
-    made = simulate(loop, [(4000.0, 50e3)])
+    made = simulate_run(loop, [(4000.0, 50e3)])
     assert made.vacuum[-1] == pytest.approx(50e3, rel=1e-6)
 
 
 def test_bang_bang_switches_as_often_as_the_closed_form_says() -> None:
     """A cycle is a rise through the band at full pump and a decay by the leak."""
     loop = regulator(kind="bang-bang", sensor=IDEAL, hysteresis=2e3, sample_time=1e-3)
-    made = simulate(loop, [(400.0, 60e3)])
+    made = simulate_run(loop, [(400.0, 60e3)])
     low, high, b = 59e3, 61e3, AIR.rate + AIR.leak
     on = math.log((AIR.reach - low) / (AIR.reach - high)) / b
     off = math.log(high / low) / AIR.leak
@@ -123,7 +123,7 @@ def test_bang_bang_switches_as_often_as_the_closed_form_says() -> None:
 
 def test_minimum_times_are_kept_and_switches_counted() -> None:
     loop = regulator(kind="pi", minimum_on=0.3, minimum_off=0.5)
-    made = simulate(loop, [(60.0, 60e3), (5.0, 0.0)])
+    made = simulate_run(loop, [(60.0, 60e3), (5.0, 0.0)])
     on = made.pump > 0
     edges = np.flatnonzero(np.diff(on.astype(int)))
     assert made.pump_switches == len(edges) + int(on[0])
@@ -137,12 +137,12 @@ def test_minimum_times_are_kept_and_switches_counted() -> None:
 @pytest.mark.parametrize("kind", list(KINDS))
 def test_a_lower_target_is_reached_through_the_vent_or_the_reversed_pump(kind: str) -> None:
     steps = [(8.0, 80e3), (8.0, 30e3), (3.0, 0.0)]
-    vented = simulate(regulator(kind=kind), steps)
+    vented = simulate_run(regulator(kind=kind), steps)
     assert vented.outcome == "HEALTHY"
     assert vented.vacuum[1590] == pytest.approx(30e3, rel=0.05)
     assert vented.vacuum[-1] < 100
     back = dataclasses.replace(AIR, backwards=AIR.rate * 101325.0)
-    turned = simulate(regulator(kind=kind, plant=back, reversible=True), steps[:2])
+    turned = simulate_run(regulator(kind=kind, plant=back, reversible=True), steps[:2])
     assert turned.outcome == "HEALTHY"
     assert turned.vacuum[-1] == pytest.approx(30e3, rel=0.05)
     assert turned.vent_switches == 0
@@ -152,9 +152,9 @@ def test_a_lower_target_is_reached_through_the_vent_or_the_reversed_pump(kind: s
 def test_a_batch_gives_what_each_run_gives_alone() -> None:
     """Neither their number nor the cores change a run."""
     loop, steps = regulator(), [(4.0, 60e3), (2.0, 30e3), (1.0, 0.0)]
-    many = simulate_many(loop, steps, runs=37, duration=12.0, seed=3)
-    fewer = simulate_many(loop, steps, runs=19, duration=12.0, seed=3)
-    alone = simulate(loop, steps, duration=12.0, seed=3)
+    many = simulate_runs(loop, steps, runs=37, duration=12.0, seed=3)
+    fewer = simulate_runs(loop, steps, runs=19, duration=12.0, seed=3)
+    alone = simulate_run(loop, steps, duration=12.0, seed=3)
     for field in dataclasses.fields(many):
         values = getattr(many, field.name)
         np.testing.assert_array_equal(values[:19], getattr(fewer, field.name))
@@ -167,7 +167,7 @@ def test_a_batch_gives_what_each_run_gives_alone() -> None:
 
 def test_the_sensor_shows_range_steps_offset_and_noise() -> None:
     off = dataclasses.replace(NOISY, offset=300.0, range=81e3)
-    made = simulate(regulator(sensor=off), [(40.0, 80e3)], plant=AIR)
+    made = simulate_run(regulator(sensor=off), [(40.0, 80e3)], plant=AIR)
     shown = made.measured
     np.testing.assert_allclose(shown / 25.0, np.round(shown / 25.0), atol=1e-9)
     late = slice(2000, None)
@@ -179,7 +179,7 @@ def test_the_sensor_shows_range_steps_offset_and_noise() -> None:
 
 def test_an_injected_fault_acts_from_its_time_on() -> None:
     loop = regulator(safe_state="hold")
-    made = simulate(loop, [(10.0, 60e3)], injected=FaultInjection(at=5.0, sensor="nan"))
+    made = simulate_run(loop, [(10.0, 60e3)], injected=FaultInjection(at=5.0, sensor="nan"))
     assert made.outcome == "NOT_A_NUMBER"
     assert made.fault_time == 5.0
     assert (made.pump[500:] == 0).all()
@@ -190,9 +190,9 @@ def test_an_injected_fault_acts_from_its_time_on() -> None:
 def test_a_broken_sensor_shows_what_was_said() -> None:
     """Its number, its last one, or too much; up to then what a sound one shows."""
     loop, path = regulator(safe_state="hold"), [(10.0, 60e3)]
-    sound = simulate(loop, path).measured
+    sound = simulate_run(loop, path).measured
     for name, value in (("rail", 7e3), ("stuck", 0.0), ("offset", 2e3)):
-        shown = simulate(
+        shown = simulate_run(
             loop, path, injected=FaultInjection(at=8.0, sensor=name, value=value)
         ).measured
         np.testing.assert_array_equal(shown[:800], sound[:800])
@@ -200,7 +200,7 @@ def test_a_broken_sensor_shows_what_was_said() -> None:
             assert shown[800] - sound[800] == 2e3
         else:
             assert (shown[800:] == (value or sound[799])).all()
-    never = simulate(loop, path, injected=FaultInjection(at=0.0, sensor="stuck")).measured
+    never = simulate_run(loop, path, injected=FaultInjection(at=0.0, sensor="stuck")).measured
     assert not never.any()
 
 
@@ -216,7 +216,7 @@ def test_a_broken_sensor_shows_what_was_said() -> None:
 def test_a_broken_plant_is_exact_too(injected: FaultInjection) -> None:
     """v = end + (v - end) exp(-b dt), however much of a sample's change that is."""
     for kind in ("pi", "bang-bang"):
-        made = simulate(regulator(kind=kind), [(2.0, 50e3), (1.0, 0.0)], injected=injected)
+        made = simulate_run(regulator(kind=kind), [(2.0, 50e3), (1.0, 0.0)], injected=injected)
         rate, top, _weight, leak, vent, *_ = injected.break_plant(AIR)
         u, z, v = made.pump[100:-1], made.vent[100:-1], made.vacuum[100:]
         b = rate * u + leak + vent * z

@@ -10,7 +10,7 @@ import pytest
 
 from control.loops import AIR, COARSE, IDEAL, NOISY, WATER, regulator
 from counts import cases
-from layerjam.control.closed_loop import simulate, simulate_many
+from layerjam.control.closed_loop import simulate_run, simulate_runs
 from layerjam.control.detection import detection_times
 from layerjam.control.faults import FaultInjection
 from layerjam.control.plant import Plant
@@ -40,7 +40,7 @@ def found(
 ) -> None:
     """The fault is said, under one of its names, within its time; the outputs are safe then."""
     targets = more.get("targets", [(20.0, TARGET)])
-    made = simulate(loop, targets, injected=injected)  # type: ignore[arg-type]
+    made = simulate_run(loop, targets, injected=injected)  # type: ignore[arg-type]
     assert made.outcome in names, (made.outcome, injected)
     since = max(injected.at, float(more.get("begin", 0.0)))  # type: ignore[arg-type]
     assert made.fault_time - since <= detection_times(loop, TARGET)[name] + 1e-9
@@ -53,7 +53,7 @@ def found(
 def test_a_dead_or_weak_pump(loop: Regulator) -> None:
     for at in ONSETS:
         names = {"NO_VACUUM", "WEAK_PUMP"}
-        if not loop.noisy:  # the vacuum stands still, and so does a stuck reading
+        if not loop.is_noisy:  # the vacuum stands still, and so does a stuck reading
             names.add("SENSOR_STUCK")
         found(loop, FaultInjection(at=at, pump=0.0), names, "NO_VACUUM")
         found(loop, FaultInjection(at=at, pump=0.25), {"WEAK_PUMP", "NO_VACUUM"}, "WEAK_PUMP")
@@ -94,7 +94,7 @@ def test_a_stuck_sensor(loop: Regulator) -> None:
     for at in ONSETS:
         injected = FaultInjection(at=at, sensor="stuck")
         found(loop, injected, {"SENSOR_STUCK", "NO_VACUUM", "WEAK_PUMP"}, "SENSOR_STUCK")
-    if loop.noisy:
+    if loop.is_noisy:
         found(loop, FaultInjection(at=15.0, sensor="stuck"), {"SENSOR_STUCK"}, "SENSOR_STUCK")
 
 
@@ -115,21 +115,21 @@ def test_an_offset_when_vented(loop: Regulator) -> None:
 def test_vacuum_lost_while_holding(loop: Regulator) -> None:
     """A leak that the pump cannot make up for: its own name, or that of the pump it looks like."""
     injected = FaultInjection(at=15.0, leak=20.0)
-    made = simulate(loop, [(30.0, TARGET)], injected=injected)
+    made = simulate_run(loop, [(30.0, TARGET)], injected=injected)
     names = {"VACUUM_LOST", "NO_VACUUM", "WEAK_PUMP"}
-    if not loop.noisy:  # where pump and leak balance, a coarse reading stands still
+    if not loop.is_noisy:  # where pump and leak balance, a coarse reading stands still
         names.add("SENSOR_STUCK")
     assert made.outcome in names
-    gone = made.time[(made.time > 15.0) & (made.vacuum < TARGET - loop.lost_below)]
+    gone = made.time[(made.time > 15.0) & (made.vacuum < TARGET - loop.loss_margin)]
     assert made.fault_time - gone[0] <= detection_times(loop, TARGET)["VACUUM_LOST"]
 
 
 def test_a_slow_loss_that_the_pump_may_not_answer_is_found_by_its_time() -> None:
     """The pump rests by its minimum time, so that nothing but the lost vacuum tells."""
     loop = regulator(kind="bang-bang", minimum_off=1e3, lost_time=2.0)
-    made = simulate(loop, [(60.0, TARGET)], injected=FaultInjection(at=10.0, leak=0.05))
+    made = simulate_run(loop, [(60.0, TARGET)], injected=FaultInjection(at=10.0, leak=0.05))
     assert made.outcome == "VACUUM_LOST"
-    gone = made.time[(made.time > 10.0) & (made.vacuum < TARGET - loop.lost_below)][0]
+    gone = made.time[(made.time > 10.0) & (made.vacuum < TARGET - loop.loss_margin)][0]
     assert made.fault_time - gone == pytest.approx(2.0, abs=0.1)
     assert made.fault_time - gone <= detection_times(loop, TARGET)["VACUUM_LOST"]
 
@@ -138,15 +138,15 @@ def test_a_slow_loss_that_the_pump_may_not_answer_is_found_by_its_time() -> None
 def test_a_pump_that_dies_while_holding(kind: str) -> None:
     """At the latest when the leak has drawn the vacuum out of the band."""
     loop = regulator(kind=kind)
-    made = simulate(loop, [(80.0, TARGET)], injected=FaultInjection(at=15.0, pump=0.0))
-    out = loop.lost_below / (AIR.leak * (TARGET - loop.lost_below))
+    made = simulate_run(loop, [(80.0, TARGET)], injected=FaultInjection(at=15.0, pump=0.0))
+    out = loop.loss_margin / (AIR.leak * (TARGET - loop.loss_margin))
     assert made.outcome in {"NO_VACUUM", "WEAK_PUMP", "VACUUM_LOST"}
     assert made.fault_time - 15.0 <= out + detection_times(loop, TARGET)["VACUUM_LOST"]
 
 
 def test_the_safe_state_is_the_declared_one() -> None:
     for state in SAFE_STATES:
-        made = simulate(
+        made = simulate_run(
             regulator(safe_state=state),
             [(20.0, TARGET)],
             injected=FaultInjection(at=12.0, sensor="nan"),
@@ -167,7 +167,7 @@ def test_no_false_alarm_in_noisy_healthy_hours(kind: str, plant: Plant) -> None:
     for flow, leak in ((1.0, 1.0), (0.8, 0.2), (1.2, 0.0)):
         true = dataclasses.replace(plant, rate=plant.rate * flow, leak=plant.leak * leak)
         loop = regulator(kind=kind, plant=plant)
-        made = simulate_many(loop, DAY, runs=6, duration=3600.0, plant=true, seed=11)
+        made = simulate_runs(loop, DAY, runs=6, duration=3600.0, plant=true, seed=11)
         assert (made.fault == 0).all(), np.unique(made.fault)
 
 
@@ -181,7 +181,7 @@ def test_no_false_alarm_where_the_target_moves(
     path = [(0.05, 50e3 + 30e3 * math.sin(2 * math.pi * frequency * 0.05 * n)) for n in range(400)]
     plant = dataclasses.replace(AIR, backwards=45e3 if reversible else 0.0)
     loop = regulator(kind=kind, plant=plant, reversible=reversible)
-    made = simulate_many(loop, path, runs=6, duration=600.0, seed=2)
+    made = simulate_runs(loop, path, runs=6, duration=600.0, seed=2)
     assert (made.fault == 0).all(), np.unique(made.fault)
 
 
@@ -190,5 +190,5 @@ def test_no_false_alarm_where_the_target_moves(
 @pytest.mark.parametrize("sensor", [NOISY, COARSE], ids=["noisy", "coarse"])
 def test_no_false_alarm_in_hundreds_of_hours(kind: str, sensor: Sensor) -> None:
     loop = regulator(kind=kind, sensor=sensor)
-    made = simulate_many(loop, DAY, runs=cases(1000, 400), duration=3600.0, seed=5)
+    made = simulate_runs(loop, DAY, runs=cases(1000, 400), duration=3600.0, seed=5)
     assert (made.fault == 0).all()

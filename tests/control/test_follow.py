@@ -7,7 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from layerjam.control.follow import bode, follow, rehabilitation, slew, targets_for
+from layerjam.control.follow import (
+    bode_response,
+    check_slew,
+    follow,
+    rehabilitation,
+    target_vacuums,
+)
 from layerjam.control.plant import Plant
 from layerjam.control.settings import Regulator
 from layerjam.errors import QuantityError
@@ -53,7 +59,7 @@ def test_a_wrong_model_errs_by_its_own_share() -> None:
 def test_forces_out_of_reach_are_named_and_the_nearest_is_given() -> None:
     low, high = (float(f) for f in force_limits(0.03, KAPTON))
     slip = np.full(3, 0.03)
-    target, possible, reasons = targets_for(
+    target, possible, reasons = target_vacuums(
         np.array([low / 2, (low + high) / 2, 1.5 * high]), slip, KAPTON, 95e3
     )
     assert possible.tolist() == [False, True, False]
@@ -65,22 +71,22 @@ def test_forces_out_of_reach_are_named_and_the_nearest_is_given() -> None:
 
 def test_changes_faster_than_pump_and_vent_are_named() -> None:
     slow = Plant(rate=0.5, top=100e3, vent=0.5)
-    fine, reasons = slew(np.array([1e3, 1e3, 60e3, 60e3, 1e3]), 0.01, slow)
+    fine, reasons = check_slew(np.array([1e3, 1e3, 60e3, 60e3, 1e3]), 0.01, slow)
     assert fine.tolist() == [True, False, True, False, True]
     assert "the pump achieves" in reasons[0] and "the vent achieves" in reasons[1]
     gentle = np.linspace(1e3, 20e3, 2000)
-    assert slew(gentle, 0.01, slow)[0].all()
+    assert check_slew(gentle, 0.01, slow)[0].all()
 
 
 def test_a_sine_within_reach_comes_out_whole_and_a_fast_one_does_not() -> None:
     slow = replace(FAST, rate=2.0, vent=2.0)
-    made = bode(regulator(slow), KAPTON, slip=0.02, mean=60, amplitude=15,
+    made = bode_response(regulator(slow), KAPTON, slip=0.02, mean=60, amplitude=15,
                 frequencies=[0.05, 0.1, 4.0])  # fmt: skip
     assert made.magnitude[:2] == pytest.approx([1.0, 1.0], abs=0.03)
     assert np.abs(made.phase[:2]).max() < 5
     assert made.magnitude[2] < 0.5
     assert 0.1 < (made.bandwidth or 0) < 4.0
-    assert bode(regulator(), KAPTON, slip=0.02, mean=60, amplitude=2,
+    assert bode_response(regulator(), KAPTON, slip=0.02, mean=60, amplitude=2,
                 frequencies=[0.1]).bandwidth is None  # fmt: skip
 
 

@@ -65,7 +65,7 @@ choices = st.builds(
 def test_compiled_and_plain_agree_bit_for_bit(
     loop: Regulator, samples: list[tuple[float, float]]
 ) -> None:
-    settings = loop.packed()
+    settings = loop.pack()
     plain = fast = law.fresh()
     for y, target in samples:
         one = law.step(settings, plain, y, target)
@@ -77,7 +77,7 @@ def test_compiled_and_plain_agree_bit_for_bit(
 @given(choices, st.integers(0, 2**32 - 1))
 def test_compiled_and_plain_agree_along_a_walk(loop: Regulator, seed: int) -> None:
     """Readings that a healthy sensor could give, so that no fault ends the sequence early."""
-    settings, draw = loop.packed(), random.Random(seed)
+    settings, draw = loop.pack(), random.Random(seed)
     plain = fast = law.fresh()
     v, pump, target = 0.0, 0.0, 60e3
     for _ in range(300):
@@ -96,7 +96,7 @@ def test_compiled_and_plain_agree_along_a_walk(loop: Regulator, seed: int) -> No
 def test_whatever_comes_in_the_commands_are_commands(
     loop: Regulator, samples: list[tuple[float, float]]
 ) -> None:
-    settings, state, latched = loop.packed(), law.fresh(), 0
+    settings, state, latched = loop.pack(), law.fresh(), 0
     for y, target in samples:
         state, pump, vent, fault = law.step(settings, state, y, target)
         assert (-1.0 if loop.reversible else 0.0) <= pump <= 1.0
@@ -113,7 +113,7 @@ def test_whatever_comes_in_the_commands_are_commands(
 
 @pytest.mark.parametrize("kind", list(KINDS))
 def test_nan_is_a_fault_and_stays_one_until_the_state_is_fresh(kind: str) -> None:
-    settings, state = regulator(kind=kind, safe_state="hold").packed(), law.fresh()
+    settings, state = regulator(kind=kind, safe_state="hold").pack(), law.fresh()
     state, pump, vent, fault = law.step(settings, state, 100.0, 60e3)
     assert (pump, vent, fault) == (1.0, 0, law.HEALTHY)
     state, pump, vent, fault = law.step(settings, state, math.nan, 60e3)
@@ -124,7 +124,7 @@ def test_nan_is_a_fault_and_stays_one_until_the_state_is_fresh(kind: str) -> Non
 
 
 def test_the_integral_stands_still_while_the_pump_is_full() -> None:
-    settings, state = regulator(sensor=IDEAL, feed_forward=False).packed(), law.fresh()
+    settings, state = regulator(sensor=IDEAL, feed_forward=False).pack(), law.fresh()
     for n in range(300):
         v = AIR.reach * -math.expm1(-(AIR.rate + AIR.leak) * 0.01 * n)
         state, pump, _vent, _fault = law.step(settings, state, v, 80e3)
@@ -134,7 +134,7 @@ def test_the_integral_stands_still_while_the_pump_is_full() -> None:
 
 def test_the_feed_forward_is_the_flow_for_leak_and_rise() -> None:
     """At the target, ramped: u k (top - v) = leak v + dv/dt."""
-    settings, state = regulator(sensor=IDEAL, gain=1e-12, least_command=1e-6).packed(), law.fresh()
+    settings, state = regulator(sensor=IDEAL, gain=1e-12, least_command=1e-6).pack(), law.fresh()
     ramp, dt = 2e3, 0.01
     for n in range(100):
         v = ramp * dt * n
@@ -143,7 +143,7 @@ def test_the_feed_forward_is_the_flow_for_leak_and_rise() -> None:
 
 
 def test_out_of_range_waits_for_its_samples_and_goes_by_the_last_good_one() -> None:
-    settings, state = regulator(confirm=3).packed(), law.fresh()
+    settings, state = regulator(confirm=3).pack(), law.fresh()
     state = law.step(settings, state, 59e3, 60e3)[0]
     for n in range(2):
         state, pump, _vent, fault = law.step(settings, state, math.inf, 60e3)
@@ -158,7 +158,7 @@ def test_out_of_range_waits_for_its_samples_and_goes_by_the_last_good_one() -> N
 
 def test_a_target_of_nothing_releases() -> None:
     for kind in KINDS:
-        settings = regulator(kind=kind, minimum_vent=5.0).packed()
+        settings = regulator(kind=kind, minimum_vent=5.0).pack()
         _state, pump, vent, fault = law.step(settings, law.fresh(), 50e3, 0.0)
         assert (pump, vent, fault) == (0.0, 1, law.HEALTHY)
 
@@ -173,7 +173,7 @@ def test_the_law_imports_nothing_and_its_numbers_are_short() -> None:
 
 
 def test_the_layouts_are_those_of_the_settings() -> None:
-    packed: LawSettings = regulator().packed()
+    packed: LawSettings = regulator().pack()
     assert all(isinstance(x, float) for part in packed for x in part)
     assert [len(part) for part in packed] == [15, 24]
     assert [len(part) for part in law.fresh()] == [8, 14]

@@ -13,7 +13,7 @@ import pytest
 
 from control.loops import AIR, NOISY, WATER, regulator
 from layerjam.control import law
-from layerjam.control.closed_loop import simulate
+from layerjam.control.closed_loop import simulate_run
 from layerjam.control.settings import KINDS
 
 HERE = Path(sys.executable).parent / "micropython"
@@ -47,8 +47,8 @@ out.close()
 @pytest.mark.parametrize("plant", [AIR, WATER], ids=["air", "water"])
 def test_micropython_gives_the_same_bits(kind: str, plant: object, tmp_path: Path) -> None:
     """10,000 steps: closed loops with noise, then numbers at random, a new state now and then."""
-    settings = regulator(kind=kind, plant=plant).packed()
-    run = simulate(
+    settings = regulator(kind=kind, plant=plant).pack()
+    run = simulate_run(
         regulator(kind=kind, plant=plant, sensor=NOISY),
         [(15.0, 80e3), (10.0, 40e3), (5.0, 0.0), (20.0, 92e3)],
     )

@@ -12,18 +12,24 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 from scipy.special import ndtr
 
-from layerjam.control.plan import Arrival, During, needed_vacuum, plan, stop_at
-from layerjam.control.plan_build import least, valve_cv, what_to_build
-from layerjam.control.plan_spread import SHIFTS, arrivals, lattice, log_normal, spread
+from layerjam.control.plan import Arrival, During, needed_vacuum, plan_stop, predict_stop
+from layerjam.control.plan_build import least_root, suggest_sizes, valve_cv
+from layerjam.control.plan_spread import (
+    SHIFTS,
+    draw_arrivals,
+    lattice_points,
+    log_normal,
+    predict_spread,
+)
 from layerjam.control.standby import Standby
 from layerjam.device.load import load
-from layerjam.fluid.closed_forms import reachable
+from layerjam.fluid.closed_forms import reachable_vacuum
 from layerjam.fluid.file import load_line
 from layerjam.fluid.line import Leak, Reservoir, Tube, Valve
 from layerjam.fluid.network import Drive
 from layerjam.mechanics.stop.exact import BOTTOMED_OUT, stop
 from layerjam.mechanics.stop.tune import tuned_vacuum
-from layerjam.simulate.drop import spring_of
+from layerjam.simulate.drop import series_spring
 from layerjam.simulate.record import Outcome
 
 KAPTON = load("choi2018-kapton")
@@ -50,16 +56,18 @@ def test_water_is_a_straight_line_until_it_boils():
     slope = 3.33e-6 / PAPER.chamber.compliance
     standby = Standby(PAPER, 5e3, water=True)
     assert standby.vacuum_after(1.0) == pytest.approx(5e3 + slope, rel=1e-12)
-    assert Standby(PAPER, water=True).vacuum_after(60.0) == pytest.approx(reachable(PAPER, True))
+    assert Standby(PAPER, water=True).vacuum_after(60.0) == pytest.approx(
+        reachable_vacuum(PAPER, True)
+    )
 
 
 def test_all_the_time_in_the_world_reaches_all_there_is():
     leaky = replace(PAPER, leak=Leak(laminar=5e-8), pump=replace(PAPER.pump, ultimate=3e3))
-    assert Standby(leaky).vacuum_after(60 * TAU) == pytest.approx(reachable(leaky), rel=1e-9)
+    assert Standby(leaky).vacuum_after(60 * TAU) == pytest.approx(reachable_vacuum(leaky), rel=1e-9)
 
 
 def test_more_warning_is_more_vacuum_and_less_slip():
-    plans = [plan(KAPTON, PAPER, at(warning=w)) for w in (0.0, 0.5, 1.5, 3.0, 8.0)]
+    plans = [plan_stop(KAPTON, PAPER, at(warning=w)) for w in (0.0, 0.5, 1.5, 3.0, 8.0)]
     assert (np.diff([p.reached for p in plans]) > 0).all()
     assert (np.diff([p.full.slip for p in plans]) <= 0).all()
     assert plans[0].full.outcome is Outcome.BOTTOMED_OUT
@@ -67,11 +75,11 @@ def test_more_warning_is_more_vacuum_and_less_slip():
 
 
 def test_certain_and_rigid_is_the_exact_stop():
-    made = plan(KAPTON, PAPER, CASE)
-    wanted = stop(1.0, 2.5, made.reached, spring_of(BRAKE, None), G, BRAKE)
+    made = plan_stop(KAPTON, PAPER, CASE)
+    wanted = stop(1.0, 2.5, made.reached, series_spring(BRAKE, None), G, BRAKE)
     assert made.full.slip == float(wanted.slip)
     assert made.full.peak_force == float(wanted.peak_force)
-    sure = spread(made.reached, BRAKE, CASE)
+    sure = predict_spread(made.reached, BRAKE, CASE)
     assert sure.peak_g == pytest.approx(made.full.peak_force / G, rel=1e-12)
     assert (sure.beyond, sure.out) == (0.0, 0.0)
     assert made.tuned.slip == pytest.approx(0.04, rel=1e-9)
@@ -84,12 +92,12 @@ def test_the_vacuum_needed_is_enough_and_none_less(mass, speed, travel):
     case = at(mass=mass, speed=speed, travel=travel)
     needed = needed_vacuum(BRAKE, case)
     if needed is None:
-        assert not stop_at(KAPTON, case, A).stops_within(travel)
+        assert not predict_stop(KAPTON, case, A).stops_within(travel)
         return
-    assert stop_at(KAPTON, case, needed).stops_within(travel)
+    assert predict_stop(KAPTON, case, needed).stops_within(travel)
     if needed > 1.0:
-        assert not stop_at(KAPTON, case, needed * (1 - 1e-9) - 1e-6).stops_within(travel)
-    tuned = float(tuned_vacuum(mass, speed, travel, spring_of(BRAKE, None), G, BRAKE))
+        assert not predict_stop(KAPTON, case, needed * (1 - 1e-9) - 1e-6).stops_within(travel)
+    tuned = float(tuned_vacuum(mass, speed, travel, series_spring(BRAKE, None), G, BRAKE))
     if math.isfinite(tuned):
         # least, where several vacuums end at the travel
         assert needed <= tuned * (1 + 1e-9)
@@ -113,12 +121,12 @@ def test_the_least_reservoir_without_pump_is_boyles():
     """V_R = V (p_0 - p)/(p - p_s) once all has settled, with a pump that hardly counts."""
     still = replace(PAPER, pump=replace(PAPER.pump, flow=1e-12))
     stored, p = 5e3, A - 70e3
-    made = what_to_build(Standby(still, stored=stored), 70e3, 5.0)
+    made = suggest_sizes(Standby(still, stored=stored), 70e3, 5.0)
     assert made.reservoir.value == pytest.approx(
         PAPER.chamber.volume * (A - p) / (p - stored), rel=1e-4
     )
     # no reservoir, however large, goes below its own pressure
-    none = what_to_build(Standby(still, stored=stored), A - 4e3, 5.0)
+    none = suggest_sizes(Standby(still, stored=stored), A - 4e3, 5.0)
     assert none.reservoir.value is None and "1 m^3 falls 1.001 kPa short" in none.reservoir.reason
     assert none.conductance.value is None
 
@@ -137,7 +145,7 @@ LINES = st.builds(
 def test_every_size_does_it_and_a_little_less_does_not(line, warning, needed):
     if Standby(line).vacuum_after(warning) >= needed:
         return
-    made = what_to_build(Standby(line), needed, warning)
+    made = suggest_sizes(Standby(line), needed, warning)
     delay = made.delay_used
 
     def tank(volume, conductance):
@@ -160,14 +168,14 @@ def test_every_size_does_it_and_a_little_less_does_not(line, warning, needed):
 
 
 def test_sizes_of_the_papers_line_in_closed_form():
-    made = what_to_build(Standby(PAPER), 80e3, 1.0)
+    made = suggest_sizes(Standby(PAPER), 80e3, 1.0)
     assert made.warning.value == pytest.approx(TAU * math.log(A / (A - 80e3)), rel=1e-5)
     assert made.standing.value == pytest.approx(A - (A - 80e3) * math.exp(1 / TAU), rel=1e-5)
     weak = replace(PAPER, pump=replace(PAPER.pump, ultimate=30e3))
-    none = what_to_build(Standby(weak), 80e3, 1.0)
+    none = suggest_sizes(Standby(weak), 80e3, 1.0)
     assert none.warning.value is none.standing.value is none.reservoir.value is None
     assert "reaches only 71.33 kPa" in none.standing.reason
-    wet = what_to_build(Standby(PAPER, water=True), 80e3, 1.0)
+    wet = suggest_sizes(Standby(PAPER, water=True), 80e3, 1.0)
     assert wet.reservoir.value is None and "water" in wet.reservoir.reason
     slope = 3.33e-6 / PAPER.chamber.compliance
     assert wet.standing.value == pytest.approx(80e3 - slope, rel=1e-5)
@@ -175,17 +183,17 @@ def test_sizes_of_the_papers_line_in_closed_form():
 
 
 def test_the_bracket_grows_to_the_root():
-    assert least(lambda x: x - 3.0, 1e-3, 1e3) == pytest.approx(3.0, rel=2e-6)
-    assert least(lambda x: x - 3.0, 4.0, 1e3) == 4.0
-    assert least(lambda x: x - 3.0, 1e-3, 2.0) is None
+    assert least_root(lambda x: x - 3.0, 1e-3, 1e3) == pytest.approx(3.0, rel=2e-6)
+    assert least_root(lambda x: x - 3.0, 4.0, 1e3) == 4.0
+    assert least_root(lambda x: x - 3.0, 1e-3, 2.0) is None
 
 
 def test_a_standing_vacuum_is_let_off_for_a_tuned_stop():
     slow = at(speed=1.2, standing=60e3)
-    made = plan(KAPTON, PAPER, slow)
+    made = plan_stop(KAPTON, PAPER, slow)
     assert made.needed < 60e3 and made.tuned.vacuum == made.needed
     fixed = replace(PAPER, pump=replace(PAPER.pump, backwards=0.0))
-    made = plan(KAPTON, fixed, slow)
+    made = plan_stop(KAPTON, fixed, slow)
     assert made.tuned.vacuum == 60e3
     vented = replace(fixed, valve=Valve(conductance=1e-9, delay=0.2))
     assert Standby(vented, 60e3).vacuum_after_venting(0.2) == 60e3
@@ -196,13 +204,13 @@ def test_a_standing_vacuum_is_let_off_for_a_tuned_stop():
 @pytest.mark.slow
 def test_a_stretching_sleeve_is_stopped_with_its_line():
     line = replace(PAPER, chamber=replace(PAPER.chamber, volume_per_slip=4e-5))
-    made = plan(KAPTON, line, at(speed=1.8))
+    made = plan_stop(KAPTON, line, at(speed=1.8))
     assert made.full.coupled is not None and made.tuned.coupled is not None
     assert made.tuned.coupled.line.imbalance < 1e-10
     # the tuned vacuum is for a constant one: the stretching stops the mass before
     assert made.tuned.slip < 0.9 * 0.04 and made.tuned.coupled.matters
     assert made.full.coupled.line.line is line
-    rigid = stop_at(KAPTON, CASE, 60e3, During(PAPER, Drive()))
+    rigid = predict_stop(KAPTON, CASE, 60e3, During(PAPER, Drive()))
     assert rigid.coupled is None
 
 
@@ -217,20 +225,20 @@ def test_log_normal_has_the_mean_and_deviation_given(mean, share):
 
 
 def test_the_lattice_is_even_in_both_directions():
-    points = lattice(40_000, 1)
+    points = lattice_points(40_000, 1)
     assert points.shape[0] == SHIFTS and points.shape[0] * points.shape[1] >= 40_000
     for axis in (0, 1):
         ranks = np.sort(points[0, :, axis])
         assert np.diff(ranks) == pytest.approx(1 / len(ranks), rel=1e-6)
-    assert np.array_equal(lattice(1000, 7), lattice(1000, 7))
-    assert not np.array_equal(lattice(1000, 7), lattice(1000, 8))
+    assert np.array_equal(lattice_points(1000, 7), lattice_points(1000, 7))
+    assert not np.array_equal(lattice_points(1000, 7), lattice_points(1000, 8))
 
 
 def fastest(vacuum, mass):
     """The speed from which a mass runs out of travel."""
 
     def end(v):
-        return float(stop(mass, v, vacuum, spring_of(BRAKE, None), G, BRAKE).outcome) - 1.5
+        return float(stop(mass, v, vacuum, series_spring(BRAKE, None), G, BRAKE).outcome) - 1.5
 
     low, high = 0.01, 10.0
     while high - low > 1e-12:
@@ -244,7 +252,7 @@ def test_the_chance_with_one_uncertain_speed_is_a_closed_form():
     limit = fastest(60e3, 1.0)
     width = math.sqrt(math.log1p((0.3 / 2.5) ** 2))
     wanted = 1 - ndtr((math.log(limit / 2.5) + width**2 / 2) / width)
-    made = spread(60e3, BRAKE, case)
+    made = predict_spread(60e3, BRAKE, case)
     assert made.out == pytest.approx(wanted, abs=4 * made.out_error)
     assert made.out_error < 1e-4
 
@@ -258,20 +266,20 @@ def test_the_chance_over_mass_and_speed_against_an_integral():
         mass = float(log_normal(np.array([q]), 1.0, 0.2)[0])
         limit = fastest(65e3, mass)
         total += w * (1 - ndtr((math.log(limit / 2.5) + width**2 / 2) / width))
-    made = spread(65e3, BRAKE, case)
+    made = predict_spread(65e3, BRAKE, case)
     assert made.out == pytest.approx(total, abs=4 * made.out_error)
     assert made.out_error < 1e-3
 
 
 def test_the_error_shrinks_with_the_samples_faster_than_by_chance():
     case = at(mass_sd=0.1, speed_sd=0.2)
-    errors = [spread(60e3, BRAKE, case, n).out_error for n in (1000, 64_000)]
+    errors = [predict_spread(60e3, BRAKE, case, n).out_error for n in (1000, 64_000)]
     assert errors[1] < errors[0] / 8
 
 
 def test_more_vacuum_less_chance_and_a_harder_stop():
     case = at(mass_sd=0.1, speed_sd=0.2)
-    runs = [spread(p, BRAKE, case) for p in (50e3, 65e3, 80e3, 95e3)]
+    runs = [predict_spread(p, BRAKE, case) for p in (50e3, 65e3, 80e3, 95e3)]
     assert (np.diff([r.out for r in runs]) < 0).all()
     assert (np.diff([r.beyond for r in runs]) < 0).all()
     assert (np.diff([r.peak_g for r in runs]) > 0).all()
@@ -283,22 +291,22 @@ def test_tuned_for_the_estimate_is_even_odds_for_the_travel():
     """With a median of the energy near its mean, half of them need more than the travel."""
     case = at(speed_sd=0.02)
     needed = needed_vacuum(BRAKE, case)
-    made = spread(needed, BRAKE, case)
+    made = predict_spread(needed, BRAKE, case)
     assert made.beyond == pytest.approx(0.5, abs=0.01)
     assert made.out < 1e-3
 
 
 def test_none_stops_is_no_number():
-    made = spread(5e3, BRAKE, CASE)
+    made = predict_spread(5e3, BRAKE, CASE)
     assert math.isnan(made.peak_g) and made.out == 1.0
-    mass, speed = arrivals(CASE)
+    mass, speed = draw_arrivals(CASE)
     assert (mass == 1.0).all() and (speed == 2.5).all()
     assert made.end_speed > 2.0
-    assert int(stop(1.0, 2.5, 5e3, spring_of(BRAKE, None), G, BRAKE).outcome) == BOTTOMED_OUT
+    assert int(stop(1.0, 2.5, 5e3, series_spring(BRAKE, None), G, BRAKE).outcome) == BOTTOMED_OUT
 
 
 def test_brentq_agrees_with_the_search_for_the_vacuum():
     def over(p):
-        return float(stop(1.0, 2.5, p, spring_of(BRAKE, None), G, BRAKE).slip) - 0.04
+        return float(stop(1.0, 2.5, p, series_spring(BRAKE, None), G, BRAKE).slip) - 0.04
 
     assert needed_vacuum(BRAKE, CASE) == pytest.approx(brentq(over, 5e4, 7e4), rel=1e-10)

@@ -19,7 +19,7 @@ from control.test_tube import line, random_lines
 from counts import cases
 from layerjam.control import law
 from layerjam.control.detection import detection_times
-from layerjam.control.plant import Plant, plant_of
+from layerjam.control.plant import Plant, linearise_line
 from layerjam.control.settings import FAULTS, Regulator
 from layerjam.control.tolerances import EXACT, Tolerances
 from layerjam.fluid.file import load_line
@@ -32,10 +32,10 @@ CATALOGUE = load_line("choi2018").line
 PLANTS = {
     "air": AIR,
     "water": WATER,
-    "paper": plant_of(CATALOGUE, vacuum=94.5e3),
-    "paper-water": plant_of(CATALOGUE, vacuum=94.5e3, water=True),
-    "tube": plant_of(line(leak=2e-8), vacuum=85e3),
-    "wide-tube": plant_of(line(2.0, 2e-3), vacuum=94.5e3),
+    "paper": linearise_line(CATALOGUE, vacuum=94.5e3),
+    "paper-water": linearise_line(CATALOGUE, vacuum=94.5e3, water=True),
+    "tube": linearise_line(line(leak=2e-8), vacuum=85e3),
+    "wide-tube": linearise_line(line(2.0, 2e-3), vacuum=94.5e3),
 }
 
 
@@ -91,9 +91,9 @@ def path(
 
 def said(loop: Regulator, shows: Any, first: int, seed: int) -> tuple[int, str]:
     """Sample and name of the first fault of a detector that begins at one; -1 for none."""
-    sensor, watch, seen = loop.sensor, loop.packed()[1], law.fresh()[1]
+    sensor, watch, seen = loop.sensor, loop.pack()[1], law.fresh()[1]
     if first:  # the pump has run before
-        owed = float(loop.owed.rise_at(shows[first])) * loop.sample_time
+        owed = float(loop.owed_rise.rise_at(shows[first])) * loop.sample_time
         seen = (*seen[:RATE], owed, *seen[RATE + 1 :])
     noisy = shows + sensor.noise * np.random.default_rng(seed).standard_normal(len(shows))
     if sensor.resolution:
@@ -118,7 +118,7 @@ def kept(loop: Regulator, at: float, name: str, pump: float, left: float) -> boo
     names = {"LINE_BLOCKED"} if name == "LINE_BLOCKED" else PUMP
     for restarts in (False, True):
         shows, begins = path(loop, at, pump, left, math.ceil(promised / dt), restarts)
-        counted = np.cumsum(loop.owed.rise_at(shows[begins::-1]) * dt)
+        counted = np.cumsum(loop.owed_rise.rise_at(shows[begins::-1]) * dt)
         window = max(int(np.searchsorted(counted, 2 * loop.decision)), PHASES // 12)
         for phase in range(PHASES):
             first = max(begins - round(window * phase / PHASES), 0)
@@ -197,8 +197,8 @@ def test_every_promise_behind_random_tubes() -> None:
     count = dict.fromkeys(ALL, 0)
     for of, target in random_lines(cases(40, 20), 6):
         loop = regulator(
-            plant=plant_of(of, vacuum=target), kind="bang-bang",
-            sample_time=min(0.01, 0.09 / plant_of(of, vacuum=target).rate),
+            plant=linearise_line(of, vacuum=target), kind="bang-bang",
+            sample_time=min(0.01, 0.09 / linearise_line(of, vacuum=target).rate),
         )  # fmt: skip
         for share in (1.0, 0.3):
             for name in each_fault(loop, share * target):

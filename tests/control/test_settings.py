@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from control.loops import AIR, IDEAL, NOISY, WATER, regulator
 from layerjam.control.detection import detection_times
-from layerjam.control.plant import Plant, plant_of
+from layerjam.control.plant import Plant, linearise_line
 from layerjam.control.settings import FAULTS, Regulator, validate
 from layerjam.device.mount import Site
 from layerjam.errors import QuantityError
@@ -98,21 +98,21 @@ def test_a_plant_comes_from_a_fluid_line() -> None:
         pump=Pump(flow=1.665e-6, count=2), valve=Valve(conductance=1e-9),
         leak=Leak(laminar=1e-9), site=Site(),
     )  # fmt: skip
-    made = plant_of(line, vacuum=60e3)
+    made = linearise_line(line, vacuum=60e3)
     atmosphere = line.site.atmosphere
     assert made.rate == pytest.approx(3.33 / 7.503)
     assert made.top == atmosphere
     p = atmosphere - 60e3
     leak = 1e-9 * (atmosphere**2 - p**2) / (2 * atmosphere) / 7.503e-6
     assert made.leak * 60e3 == pytest.approx(leak)
-    wet = plant_of(line, vacuum=60e3, water=True)
+    wet = linearise_line(line, vacuum=60e3, water=True)
     assert wet.rate * wet.top == pytest.approx(3.33e-6 / 0.06607e-9)
     shut = dataclasses.replace(line, valve=None)
     with pytest.raises(QuantityError, match="no release"):
-        plant_of(shut, vacuum=60e3)
+        linearise_line(shut, vacuum=60e3)
     dry = dataclasses.replace(line, chamber=Chamber(volume=7.503e-6))
     with pytest.raises(QuantityError, match=r"chamber\.compliance: the line has none"):
-        plant_of(dry, vacuum=60e3, water=True)
+        linearise_line(dry, vacuum=60e3, water=True)
 
 
 def test_ideal_sensors_need_no_margin() -> None:

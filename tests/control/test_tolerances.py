@@ -11,7 +11,7 @@ import pytest
 
 from control.loops import AIR, NOISY, regulator
 from counts import cases
-from layerjam.control.closed_loop import simulate, simulate_many
+from layerjam.control.closed_loop import simulate_run, simulate_runs
 from layerjam.control.detection import detection_times
 from layerjam.control.faults import FaultInjection
 from layerjam.control.plant import Plant
@@ -38,7 +38,7 @@ ATTACKS = {
 @pytest.mark.parametrize("attack", list(ATTACKS))
 def test_twelve_healthy_runs_without_a_false_fault(attack: str, kind: str) -> None:
     plant, sensor = ATTACKS[attack]
-    made = simulate_many(regulator(kind=kind), PATH, runs=12, plant=plant, sensor=sensor, seed=4)
+    made = simulate_runs(regulator(kind=kind), PATH, runs=12, plant=plant, sensor=sensor, seed=4)
     assert (made.fault == 0).all(), np.unique(made.fault)
 
 
@@ -57,7 +57,7 @@ def corners() -> list[tuple[Plant, Sensor]]:
 @pytest.mark.parametrize("kind", list(KINDS))
 def test_all_tolerances_at_once(kind: str) -> None:
     for seed, (plant, sensor) in enumerate(corners()):
-        made = simulate(regulator(kind=kind), PATH, plant=plant, sensor=sensor, seed=seed)
+        made = simulate_run(regulator(kind=kind), PATH, plant=plant, sensor=sensor, seed=seed)
         assert made.outcome == "HEALTHY", (plant, sensor, made.fault_time)
 
 
@@ -79,7 +79,7 @@ def test_random_lines_within_the_tolerances_for_hours(kind: str) -> None:
             lag=draw.uniform(0.0, 0.05),
             noise=NOISY.noise * draw.uniform(1.0, 4.0),
         )
-        made = simulate_many(
+        made = simulate_runs(
             regulator(kind=kind), PATH, runs=10, duration=3600.0, plant=plant, sensor=sensor,
             seed=seed,
         )  # fmt: skip
@@ -102,7 +102,7 @@ def test_each_promise_is_kept_at_every_corner(name: str) -> None:
         at = (0.12, 0.3, 0.6)[seed % 3]
         reached = float(plant.top * -np.expm1(-plant.rate * at))
         promised = detection_times(loop, reached + 5e3 + loop.zero)[name]
-        made = simulate(
+        made = simulate_run(
             loop, [(20.0, 90e3)], plant=plant, sensor=sensor, seed=seed,
             injected=dataclasses.replace(BROKEN[name], at=at),
         )  # fmt: skip
@@ -145,7 +145,7 @@ def test_a_hold_against_a_leaking_orifice_is_no_weak_pump(target: float) -> None
     leak = AIR.leak * bend(target, 60e3)
     plant = dataclasses.replace(AIR, rate=0.8 * AIR.rate, leak=leak)
     sensor = dataclasses.replace(NOISY, offset=-0.01 * SPAN)
-    made = simulate(loop, [(600.0, target)], plant=plant, sensor=sensor)
+    made = simulate_run(loop, [(600.0, target)], plant=plant, sensor=sensor)
     assert made.outcome == "HEALTHY", made.fault_time
 
 

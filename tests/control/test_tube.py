@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from layerjam.control.closed_loop import simulate, simulate_many
+from layerjam.control.closed_loop import simulate_run, simulate_runs
 from layerjam.control.detection import detection_times
 from layerjam.control.faults import FaultInjection
-from layerjam.control.plant import Plant, match_line, plant_of
+from layerjam.control.plant import Plant, linearise_line, match_line
 from layerjam.control.settings import KINDS, SAFELY, Regulator, validate
 from layerjam.errors import QuantityError
 from layerjam.fluid.line import Chamber, Leak, Line, Pump, Sensor, Tube, Valve
-from layerjam.fluid.network import Drive, advance, at_pressure
+from layerjam.fluid.network import Drive, advance, state_at_pressure
 from layerjam.fluid.timing import air_rise_time as pumped
-from layerjam.fluid.tube import area
+from layerjam.fluid.tube import tube_area
 
 NOISY = Sensor(range=110e3, lag=0.005, noise=50.0, resolution=25.0)
 EXACT = Sensor(range=110e3)
@@ -46,9 +46,9 @@ def random_lines(count: int, seed: int) -> list[tuple[Line, float]]:
         leak = volume * random.choice([0.0, 0.001, 0.004])
         found = line(length, bore, volume, flow, leak)
         target = 101325 * random.uniform(0.2, 0.9)
-        if found.tube is None or bore < 1e-4 or area(found.tube) * length > 2 * volume:
+        if found.tube is None or bore < 1e-4 or tube_area(found.tube) * length > 2 * volume:
             continue
-        if target < 0.98 * plant_of(found, vacuum=target).reach:
+        if target < 0.98 * linearise_line(found, vacuum=target).reach:
             made.append((found, target))
     return made
 
@@ -56,7 +56,7 @@ def random_lines(count: int, seed: int) -> list[tuple[Line, float]]:
 def regulator(
     of: Line, target: float, kind: str = "bang-bang", sensor: Sensor = NOISY
 ) -> Regulator:
-    plant = plant_of(of, vacuum=target)
+    plant = linearise_line(of, vacuum=target)
     return Regulator(
         plant=plant, sensor=sensor, kind=kind, safe_state="release", tuned_at=target,
         sample_time=min(0.01, 0.09 / (plant.rate + plant.leak)),
@@ -64,7 +64,7 @@ def regulator(
 
 
 def rise(loop: Regulator, target: float, seed: int = 0) -> tuple[float, str]:
-    made = simulate(loop, [(12 * loop.plant.time_constant(target), target)], seed=seed)
+    made = simulate_run(loop, [(12 * loop.plant.time_constant(target), target)], seed=seed)
     return made.rise_time, made.outcome
 
 
@@ -103,8 +103,8 @@ def test_random_tubes_rise_as_their_lines_do_and_no_fault_is_said() -> None:
 def test_the_same_commands_through_the_network_give_the_same_vacuum() -> None:
     """A PI loop's commands, sample by sample, by the network's Runge-Kutta steps."""
     of = line()
-    made = simulate(regulator(of, 80e3, "pi", EXACT), [(6.0, 40e3), (8.0, 80e3)])
-    state, worst = at_pressure(of), 0.0
+    made = simulate_run(regulator(of, 80e3, "pi", EXACT), [(6.0, 40e3), (8.0, 80e3)])
+    state, worst = state_at_pressure(of), 0.0
     for n in range(len(made.time) - 1):
         assert made.vent[n] == 0
         state = advance(state, Drive(pump=float(made.pump[n])), of, 0.01, 2)
@@ -116,7 +116,7 @@ def test_the_same_commands_through_the_network_give_the_same_vacuum() -> None:
 def test_vent_leak_and_sensor_behind_a_tube(lag: float) -> None:
     """Two volumes and a sensor of first order, integrated to 1e-10 between the samples."""
     loop = regulator(line(leak=2e-8), 60e3, "pi", Sensor(range=110e3, lag=lag))
-    made = simulate(loop, [(3.0, 60e3), (1.0, 20e3), (1.0, 0.0)])
+    made = simulate_run(loop, [(3.0, 60e3), (1.0, 20e3), (1.0, 0.0)])
     assert made.vent.max() == 1
     plant = loop.plant
     tube = plant.passage
@@ -143,21 +143,21 @@ def test_a_tube_of_no_length_is_no_tube() -> None:
     short = line(1e-3, 1e-3, leak=2e-8)
     for kind in KINDS:
         one, two = regulator(bare, 60e3, kind), regulator(short, 60e3, kind)
-        assert two.owed.rate == pytest.approx(one.owed.rate, rel=1e-3)
+        assert two.owed_rise.rate == pytest.approx(one.owed_rise.rate, rel=1e-3)
         times = detection_times(two, 60e3)
         for name, time in detection_times(one, 60e3).items():
             assert times[name] == pytest.approx(time, rel=0.02, abs=one.sample_time), name
-        a = simulate(one, [(8.0, 60e3), (1.0, 0.0)], seed=1)
-        b = simulate(two, [(8.0, 60e3), (1.0, 0.0)], seed=1)
+        a = simulate_run(one, [(8.0, 60e3), (1.0, 0.0)], seed=1)
+        b = simulate_run(two, [(8.0, 60e3), (1.0, 0.0)], seed=1)
         assert np.abs(a.vacuum - b.vacuum).max() < 200
-        assert plant_of(bare, vacuum=60e3).passage is None
+        assert linearise_line(bare, vacuum=60e3).passage is None
 
 
 def test_what_the_line_holds_and_how_it_changes_is_the_tubes_too() -> None:
     """The full pump's balance and rise, by integrating the two volumes until they stand."""
-    plant = plant_of(line(leak=5e-7), vacuum=60e3)
+    plant = linearise_line(line(leak=5e-7), vacuum=60e3)
     loop = Regulator(plant=plant, sensor=EXACT, kind="bang-bang", safe_state="hold")
-    stood = simulate(
+    stood = simulate_run(
         dataclasses.replace(loop, weak_ratio=0.01, no_vacuum_ratio=0.01),
         [(200.0, min(0.999 * plant.reach, 60e3))],
     )
@@ -182,7 +182,7 @@ def test_no_false_alarm_behind_random_tubes(kind: str) -> None:
         path = [(slow * lasting / 10, share * target) for lasting, share in DAY]
         for flow in (0.9, 1.2):
             true = dataclasses.replace(loop.plant, rate=flow * loop.plant.rate)
-            made = simulate_many(loop, path, runs=2, plant=true, seed=i)
+            made = simulate_runs(loop, path, runs=2, plant=true, seed=i)
             assert (made.fault == 0).all(), (of, target, made.fault, made.fault_time)
 
 
@@ -193,13 +193,13 @@ def test_faults_behind_random_tubes_are_said_in_their_time() -> None:
     for of, target in random_lines(25, 4):
         loop = regulator(of, target)
         times = detection_times(loop, target)
-        healthy = simulate(loop, [(12 * loop.plant.time_constant(target), target)])
+        healthy = simulate_run(loop, [(12 * loop.plant.time_constant(target), target)])
         for name, pump in (("NO_VACUUM", 0.0), ("WEAK_PUMP", loop.weak_ratio / 2)):
             if math.isinf(times[name]):
                 continue
             tried[name] += 1
             at = random.uniform(0, healthy.time[np.argmax(healthy.vacuum > 0.7 * target)])
-            made = simulate(
+            made = simulate_run(
                 loop, [(at + times[name] + 1.0, target)], injected=FaultInjection(at=at, pump=pump)
             )
             assert made.outcome in {"NO_VACUUM", "WEAK_PUMP", "SENSOR_STUCK"}, (of, target, at)
@@ -234,10 +234,10 @@ def test_the_rise_owed_is_below_the_true_one_by_its_ratio_at_most(kind: str) -> 
         for command in (1.0,) if kind == "bang-bang" else (1.0, 0.4, 0.1):
             vacuum, true = rising(loop.plant, command)
             within = vacuum < target
-            ratio = true[within] / loop.owed.rise_at(vacuum[within], command)
+            ratio = true[within] / loop.owed_rise.rise_at(vacuum[within], command)
             assert ratio.min() > 0.97, (of, target, command)
-            assert ratio.max() < SAFELY / 1.2 * loop.owed.ratio, (of, target, command)
-        assert loop.owed.ratio < (1.2 if kind == "bang-bang" else 1.8)
+            assert ratio.max() < SAFELY / 1.2 * loop.owed_rise.ratio, (of, target, command)
+        assert loop.owed_rise.ratio < (1.2 if kind == "bang-bang" else 1.8)
 
 
 def test_a_target_beyond_what_the_detectors_are_tuned_to_is_refused() -> None:
@@ -245,18 +245,22 @@ def test_a_target_beyond_what_the_detectors_are_tuned_to_is_refused() -> None:
     validate(loop, 60e3)
     with pytest.raises(QuantityError, match="behind the tube the detectors are tuned up to 60 kPa"):
         validate(loop, 61e3)
-    tuned = dataclasses.replace(loop, plant=loop.plant.up_to(80e3))
+    tuned = dataclasses.replace(loop, plant=loop.plant.tune_up_to(80e3))
     validate(tuned, 80e3)
 
 
 def test_without_a_tube_nothing_is_owed_otherwise() -> None:
     plant = Plant(rate=0.44, top=1e5, leak=0.002, vent=5.0)
     loop = Regulator(plant=plant, sensor=NOISY, safe_state="hold")
-    assert (loop.owed.rate, loop.owed.top, loop.fast) == (0.44, 1e5, loop.blocked_ratio)
+    assert (loop.owed_rise.rate, loop.owed_rise.top, loop.blocked_limit) == (
+        0.44,
+        1e5,
+        loop.blocked_ratio,
+    )
     assert loop.lag == loop.tolerances.lag > NOISY.lag
-    assert loop.lost_for == loop.lost_time
+    assert loop.loss_time == loop.lost_time
     assert plant.joined is plant
-    assert plant.up_to(1.0) is plant
+    assert plant.tune_up_to(1.0) is plant
 
 
 @pytest.mark.parametrize("length", [None, 5.0])
@@ -277,6 +281,6 @@ def test_a_line_that_matches_a_measured_plant(length: float | None) -> None:
     # a laminar leak of G lets in G (p_atm^2 - p^2) / 2 p_atm
     flow = made.leak.laminar * (101325**2 - 41325**2) / (2 * 101325)
     assert 1.2 * flow / volume / 60e3 == pytest.approx(0.02)
-    found = plant_of(made, vacuum=60e3).joined
+    found = linearise_line(made, vacuum=60e3).joined
     assert (found.rate, found.top) == pytest.approx((0.5, 96e3))
     assert (found.leak, found.vent) == pytest.approx((0.02, 2.5))

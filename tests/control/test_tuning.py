@@ -10,21 +10,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from control.loops import AIR, NOISY, WATER, regulator
-from layerjam.control.closed_loop import simulate
+from layerjam.control.closed_loop import simulate_run
 from layerjam.control.plant import Plant
-from layerjam.control.tuning import identify_air, identify_water, simc
+from layerjam.control.tuning import identify_air, identify_water, simc_gains
 from layerjam.errors import FitError
 
 
 def test_the_rule_is_simc() -> None:
     """Skogestad 2003, table 1: Kc = tau/(K (T_c + theta)), integral time min(tau, 4 (...))."""
-    got = simc(AIR, sample_time=0.01, lag=0.005, vacuum=50e3)
+    got = simc_gains(AIR, sample_time=0.01, lag=0.005, vacuum=50e3)
     theta, closed = 0.005 + 0.005, 0.05 / AIR.rate
     assert (got.dead_time, got.closed_loop_time) == pytest.approx((theta, closed))
     assert got.gain == pytest.approx(1 / (AIR.rate * (AIR.top - 50e3) * (closed + theta)))
     assert got.integral_time == pytest.approx(4 * (closed + theta))
-    assert simc(AIR, sample_time=0.01, lag=1.0).closed_loop_time == pytest.approx(1.005)
-    slow = simc(dataclasses.replace(AIR, rate=5e-5), sample_time=0.01, lag=0.0)
+    assert simc_gains(AIR, sample_time=0.01, lag=1.0).closed_loop_time == pytest.approx(1.005)
+    slow = simc_gains(dataclasses.replace(AIR, rate=5e-5), sample_time=0.01, lag=0.0)
     assert slow.integral_time == pytest.approx(1 / AIR.leak)
 
 
@@ -35,7 +35,7 @@ def test_the_tuned_loop_is_stable_with_margin(
     """Phase margin of the linear loop at the vacuum it was tuned for: above 40 degrees."""
     plant = Plant(rate=k, top=1e5, leak=0.01 * k, vent=5.0, water=water)
     dt, v = min(0.01, 0.05 / k), share * plant.reach
-    gains = simc(plant, sample_time=dt, lag=lag, vacuum=v)
+    gains = simc_gains(plant, sample_time=dt, lag=lag, vacuum=v)
     room = max(plant.top - plant.weight * v, 0.05 * plant.top)
     pole = plant.leak + plant.weight * plant.rate * plant.leak * v / (plant.rate * room)
     w = np.geomspace(1e-3, 1e4, 20000)
@@ -50,7 +50,7 @@ def test_the_tuned_loop_is_stable_with_margin(
 def test_air_is_identified_from_a_recorded_step(leak: float) -> None:
     plant = dataclasses.replace(AIR, leak=leak)
     loop = regulator(plant=plant, kind="bang-bang", sensor=NOISY)
-    run = simulate(loop, [(20.0, 0.97 * plant.reach)], steady=0.1)
+    run = simulate_run(loop, [(20.0, 0.97 * plant.reach)], steady=0.1)
     first = int(np.argmax(run.pump < 1.0))
     got = identify_air(run.time[:first], run.measured[:first], vent=5.0, leak=leak)
     low, high = got.rate_interval
@@ -58,17 +58,17 @@ def test_air_is_identified_from_a_recorded_step(leak: float) -> None:
     assert high - low < 0.05 * plant.rate
     assert got.plant.rate == pytest.approx(plant.rate, rel=0.02)
     assert got.plant.reach == pytest.approx(plant.reach, rel=0.02)
-    again = simulate(regulator(plant=got.plant), [(20.0, 60e3)], plant=plant)
+    again = simulate_run(regulator(plant=got.plant), [(20.0, 60e3)], plant=plant)
     assert again.outcome == "HEALTHY"
     # without leak a pump that turns one way cannot take an overshoot back: the vent's band does
-    assert abs(again.steady_error) < (200 if leak else regulator().vents_above)
+    assert abs(again.steady_error) < (200 if leak else regulator().vent_threshold)
     with pytest.raises(FitError, match="not below the step's own rate"):
         identify_air(run.time[:first], run.measured[:first], vent=5.0, leak=2.0)
 
 
 def test_water_is_identified_from_a_recorded_step() -> None:
     loop = regulator(plant=WATER, kind="bang-bang", sensor=NOISY, sample_time=0.002)
-    run = simulate(loop, [(3.0, 80e3)])
+    run = simulate_run(loop, [(3.0, 80e3)])
     got = identify_water(run.time, run.measured, vent=8.0, top=98e3, leak=WATER.leak)
     assert got.plant.rate == pytest.approx(WATER.rate, rel=0.01)
     assert got.rate_interval[0] < WATER.rate < got.rate_interval[1]

@@ -62,7 +62,7 @@ def published(tmp_path_factory: pytest.TempPathFactory) -> Published:
 @pytest.fixture(scope="module", autouse=True)
 def derived_once(tmp_path_factory: pytest.TempPathFactory) -> Any:
     """What follows from inputs is computed once for the same inputs."""
-    derive, known = recomputing.derive, {}
+    derive, known = recomputing.derive_results, {}
 
     def remembered(root: Path, recipe: Any, out: Path, tell: Any) -> Any:
         inputs = sorted(p for p in root.rglob("*") if p.is_file() and "report" not in p.parts)
@@ -79,7 +79,7 @@ def derived_once(tmp_path_factory: pytest.TempPathFactory) -> Any:
         return answer
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(recomputing, "derive", remembered)
+        patch.setattr(recomputing, "derive_results", remembered)
         yield
 
 

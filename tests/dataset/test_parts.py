@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from layerjam.dataset import checksums, comparison
-from layerjam.dataset.people import author_of, licence_notices
+from layerjam.dataset.people import licence_notices, parse_author
 from layerjam.dataset.recipe import FORMAT, RECIPE, Recipe, read_recipe
 from layerjam.dataset.unpack import open_root
 from layerjam.errors import FileError, QuantityError
@@ -29,28 +29,30 @@ GOOD = {"versions": {"layerjam": "0.1.0"}, "brake": "brake.toml", "results": "re
     ["0000-0002-1825-0097", "0000-0001-5109-3700", "0000-0002-1694-233X"],
 )
 def test_an_orcid_is_known_by_its_check_digit(number: str) -> None:
-    found = author_of(f"Ada King, Countess of Lovelace, {number}")
+    found = parse_author(f"Ada King, Countess of Lovelace, {number}")
     assert (found.name, found.orcid) == ("Ada King, Countess of Lovelace", number)
     assert found.id == f"https://orcid.org/{number}"
     for at in (0, 5, 18):
         wrong = str((int(number[at].replace("X", "4")) + 1) % 10)
         with pytest.raises(QuantityError, match="not an ORCID"):
-            author_of(f"Ada, {number[:at]}{wrong}{number[at + 1 :]}")
+            parse_author(f"Ada, {number[:at]}{wrong}{number[at + 1 :]}")
 
 
 def test_a_name_alone_is_an_author() -> None:
-    assert author_of("King, Ada").name == "King, Ada"
-    assert author_of("Ada").orcid == ""
+    assert parse_author("King, Ada").name == "King, Ada"
+    assert parse_author("Ada").orcid == ""
     for empty in ("", "  ", ",0000-0002-1825-0097"):
         with pytest.raises(QuantityError, match="no name"):
-            author_of(empty)
+            parse_author(empty)
 
 
 def test_what_a_dataset_lacks_is_said() -> None:
     keys = [w.key for w in licence_notices(None, [])]
     assert keys == ["no-licence", "no-author"]
-    assert not licence_notices("CC-BY-4.0", [author_of("Ada")])
-    assert [w.key for w in licence_notices("GPL-3.0-only", [author_of("A")])] == ["unknown-licence"]
+    assert not licence_notices("CC-BY-4.0", [parse_author("Ada")])
+    assert [w.key for w in licence_notices("GPL-3.0-only", [parse_author("A")])] == [
+        "unknown-licence"
+    ]
     with pytest.raises(QuantityError, match="SPDX"):
         licence_notices("do what you want", [])
 
@@ -59,7 +61,7 @@ def test_the_systems_own_program_reads_the_checksums(tmp_path: Path) -> None:
     for name in ("a.csv", "b c/d ü.csv"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(f"force of {name}\n")
-    names = checksums.inside(tmp_path)
+    names = checksums.list_files(tmp_path)
     (tmp_path / checksums.NAME).write_bytes(checksums.format_checksums(tmp_path, names).encode())
     program = shutil.which("sha256sum")  # Windows has none
     check = [str(program), "--check", "--strict", checksums.NAME]
@@ -68,7 +70,7 @@ def test_the_systems_own_program_reads_the_checksums(tmp_path: Path) -> None:
         return subprocess.run(check, check=False, cwd=tmp_path, capture_output=True).returncode
 
     assert program is None or code() == 0
-    listed, strange = checksums.read(tmp_path)
+    listed, strange = checksums.read_checksums(tmp_path)
     assert (checksums.find_changed(tmp_path, listed), strange) == ([], [])
     (tmp_path / "a.csv").write_text("force of b.csv\n")
     (tmp_path / "b c/d ü.csv").unlink()
@@ -116,7 +118,7 @@ def test_what_is_no_ratio_differs_all_the_same(was: Any, now: Any, share: None) 
 def test_words_and_new_numbers_are_not_compared() -> None:
     assert not list(comparison.differences({"a": "old"}, {"a": "new", "b": 2.0}, "f"))
     text = json.dumps({"a": "word", "b": [1, None, {"c": 2.0}]})
-    assert comparison.count("f.json", text.encode()) == 3
+    assert comparison.count_numbers("f.json", text.encode()) == 3
 
 
 def dataset(folder: Path, **changes: Any) -> Path:

@@ -9,12 +9,12 @@ import pytest
 
 import layerjam as lj
 from counts import cases
-from layerjam.commands.build import verdict
+from layerjam.commands.build import build_verdict
 from layerjam.commands.design import brake_of
 from layerjam.design.few_numbers import hold, stop
 from layerjam.design.request import DesignRequest
 from layerjam.design.requirements import BUILDABLE
-from layerjam.design.specification import read_spec, specification
+from layerjam.design.specification import make_specification, read_spec
 from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError
 
@@ -53,11 +53,11 @@ def test_a_nut_that_does_not_fit_rules_a_width_out() -> None:
 
 
 def test_both_defaults_are_off_by_name() -> None:
-    from layerjam.commands.design import _spec
+    from layerjam.commands.design import _read_spec
 
     def rules(more: str = "") -> list[str]:
         spec = read_spec(TINY.replace("[vary]", f"{more}\n[vary]"), "tiny")
-        return [str(c) for c in _spec(spec, {}).constraints]
+        return [str(c) for c in _read_spec(spec, {}).constraints]
 
     assert rules() == ["drawn_mass <= 30 g", "buildable"]
     assert rules('without = ["buildable"]') == ["drawn_mass <= 30 g"]
@@ -72,7 +72,7 @@ def refused(made, number: int | None) -> str | None:
     """Why `build` refuses one design; it may also be an error about the file."""
     try:
         file = brake_of(made, number)
-        found = verdict(file)
+        found = build_verdict(file)
     except LayerjamError as error:
         return str(error)
     return found.reason
@@ -130,7 +130,7 @@ def test_what_random_requests_propose_is_built() -> None:
     proposed = 0
     count = cases(50, 20)
     for request in some_requests(11, count):
-        made = lj.design(specification(request))
+        made = lj.design(make_specification(request))
         if not made.feasible:
             continue
         numbers = [row["number"] for row in (made.chosen, made.runner_up) if row]
@@ -148,11 +148,11 @@ def test_the_request_whose_proposals_were_refused() -> None:
     asked = hold(
         kapton, "choi2018-kapton", force="150 N", mass="25 g", width="30 mm", length="120 mm"
     )
-    made = lj.design(specification(asked))
+    made = lj.design(make_specification(asked))
     assert made.feasible
     for row in (made.chosen, made.runner_up, made.refined):
         assert row["drawn_mass"] <= 0.025 * (1 + 1e-9)
     for number in (made.chosen["number"], made.runner_up["number"], None):
         file = brake_of(made, number)
-        found = verdict(file)
+        found = build_verdict(file)
         assert found.feasible and found.mass <= 0.025 * (1 + 1e-9)

@@ -15,10 +15,10 @@ from design.problems import PROBLEMS, softest, spec
 from layerjam.cli.main import main
 from layerjam.commands.design import design
 from layerjam.design import bounds
-from layerjam.design.bounds import Boxes, impossible
+from layerjam.design.bounds import Boxes, prove_impossible
 from layerjam.design.refine import Smooth, sensitivities
 from layerjam.design.robust import robustness
-from layerjam.design.search import Search, front
+from layerjam.design.search import Search, find_front
 from layerjam.design.specification import load_spec, read_spec
 from layerjam.errors import FileError, QuantityError
 from layerjam.report import design_figures
@@ -83,7 +83,7 @@ def test_no_design_of_a_front_is_beaten(seed, wide):
     rng = np.random.default_rng(seed)
     costs = rng.integers(0, 6, (60, wide)).astype(float)
     costs[rng.random(60) < 0.1] = np.nan
-    kept = front(costs)
+    kept = find_front(costs)
     for i, row in enumerate(costs):
         better = [k for k in kept if k != i and (costs[k] <= row).all()]
         if i in kept:
@@ -234,7 +234,7 @@ def test_a_proof_of_impossibility_agrees_with_trying_all(hold, mass, work, margi
     found = search.all()
     proof = Boxes(search).prove(asked.constraints)
     assert proof.outcome == ("feasible" if found.feasible else "impossible")
-    assert (impossible(search) is None) == (found.feasible > 0)
+    assert (prove_impossible(search) is None) == (found.feasible > 0)
 
 
 def test_physics_forbids_before_any_brake_is_looked_at():

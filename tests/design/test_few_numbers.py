@@ -11,8 +11,8 @@ from layerjam.commands.compare import compare
 from layerjam.commands.design import DesignResult, brake_of, design
 from layerjam.commands.predict import force, show
 from layerjam.design.few_numbers import hold, stop
-from layerjam.design.request import read_request, reader_of
-from layerjam.design.specification import read_spec, specification
+from layerjam.design.request import open_reader, read_request
+from layerjam.design.specification import make_specification, read_spec
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import FileError, QuantityError
@@ -45,8 +45,8 @@ def small() -> DesignResult:
 @pytest.mark.parametrize("file", [KAPTON, PTFE], ids=lambda f: f.name)
 def test_a_requirement_is_a_specification_whose_grid_holds_what_is_asked(file):
     request = hold(file, file.name, **HOLD)
-    asked = specification(request)
-    assert read_request(reader_of(request.text(), "x")) == request
+    asked = make_specification(request)
+    assert read_request(open_reader(request.text(), "x")) == request
     rules = {c.name: c.limit for c in asked.constraints}
     assert rules == pytest.approx({"holding_force": 300, "mass": 0.06, "width": 0.025,
                                    "length": 0.11, "stress_margin": 2})  # fmt: skip

@@ -14,9 +14,9 @@ from layerjam.commands.impact import drop
 from layerjam.commands.predict import show
 from layerjam.commands.vacuum_line import rise
 from layerjam.design.arrays import Member, grid, totals
-from layerjam.design.bounds import direction
+from layerjam.design.bounds import merit_direction
 from layerjam.design.grid import AXES
-from layerjam.design.merit import MERITS, StickSlipPull, line_merits, merits, point_of
+from layerjam.design.merit import MERITS, StickSlipPull, line_merits, make_point, merits
 from layerjam.design.stopping import StopRequirement, stops
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
@@ -48,7 +48,7 @@ def test_a_brake_itself_has_the_merits_that_show_tells(measured):
     brakes = random_brakes(7, 6, measured=measured)
     for i in range(6):
         brake = one(brakes, i)
-        told, made = show(file_of(brake)), batch(point_of(brake), brake)
+        told, made = show(file_of(brake)), batch(make_point(brake), brake)
         for name in SHOWN:
             assert float(made[name]) == pytest.approx(told.values[name], rel=1e-12), name
         due = told.stiffness_measured if measured else told.stiffness_before_slip
@@ -57,9 +57,9 @@ def test_a_brake_itself_has_the_merits_that_show_tells(measured):
 
 def test_a_weighed_brake_keeps_its_mass():
     brake = change(KAPTON, weighed_mass=0.0213)
-    assert float(batch(point_of(brake), brake)["mass"]) == pytest.approx(0.0213, rel=1e-12)
+    assert float(batch(make_point(brake), brake)["mass"]) == pytest.approx(0.0213, rel=1e-12)
     # twice the sheets add what they weigh
-    more = point_of(brake)._replace(count=22)
+    more = make_point(brake)._replace(count=22)
     sheets = 11 * 0.085 * 0.013 * 0.254e-3 * 1420
     sleeve = 2 * 1e-3 * 11 * 0.254e-3 * 0.09 * brake.enclosure.density
     assert float(batch(more, brake)["mass"]) == pytest.approx(0.0213 + sheets + sleeve, rel=1e-9)
@@ -67,16 +67,16 @@ def test_a_weighed_brake_keeps_its_mass():
 
 def test_arrays_give_what_single_designs_give():
     width, count = jnp.linspace(0.01, 0.03, 5), jnp.arange(5.0, 10.0)
-    point = point_of(KAPTON)._replace(width=width, count=count)
+    point = make_point(KAPTON)._replace(width=width, count=count)
     many = batch(point, KAPTON)
     for i in range(5):
-        alone = batch(point_of(KAPTON)._replace(width=width[i], count=count[i]), KAPTON)
+        alone = batch(make_point(KAPTON)._replace(width=width[i], count=count[i]), KAPTON)
         for name, values in many.items():
             np.testing.assert_allclose(np.broadcast_to(values, 5)[i], alone[name], rtol=1e-13)
 
 
 def test_equal_brakes_share_and_add_up():
-    point = point_of(KAPTON)
+    point = make_point(KAPTON)
     single, both = batch(point, KAPTON), batch(point._replace(series=3.0, parallel=2.0), KAPTON)
     factors = {
         "holding_force": 2, "max_force": 2, "usable_travel": 3, "energy_capacity": 6, "mass": 6,
@@ -89,7 +89,7 @@ def test_equal_brakes_share_and_add_up():
 def test_an_array_of_equal_brakes_weighs_and_does_the_same():
     array = grid(Member(brake=KAPTON, vacuum=80e3), series=2, parallel=3)
     told = totals(array, chamber=7.5e-6)
-    made = batch(point_of(KAPTON, 80e3)._replace(series=2.0, parallel=3.0), KAPTON)
+    made = batch(make_point(KAPTON, 80e3)._replace(series=2.0, parallel=3.0), KAPTON)
     for name, due in (("mass", told.mass), ("usable_travel", told.travel),
                       ("energy_capacity", told.energy), ("stiffness", told.stiffness)):  # fmt: skip
         assert float(made[name]) == pytest.approx(due, rel=1e-12), name
@@ -97,31 +97,31 @@ def test_an_array_of_equal_brakes_weighs_and_does_the_same():
 
 def test_an_offset_is_slip_taken_beforehand():
     # a brake set to a slip holds with what overlap is left, and has that much less travel
-    point = point_of(KAPTON)._replace(offset=0.01)
+    point = make_point(KAPTON)._replace(offset=0.01)
     made = batch(point, KAPTON)
     assert float(made["usable_travel"]) == pytest.approx(0.05)
-    ratio = float(made["holding_force"]) / float(batch(point_of(KAPTON), KAPTON)["holding_force"])
+    ratio = float(made["holding_force"]) / float(batch(make_point(KAPTON), KAPTON)["holding_force"])
     assert ratio == pytest.approx(58 / 68, rel=1e-12)
     assert float(made["length"]) == pytest.approx(0.09 + 0.012 + 0.01)
 
 
 def test_what_cannot_be_built_has_no_merits():
     for wrong in ({"width": 0.002}, {"vacuum": 2e5}, {"vacuum": 0.0}, {"usable_travel": 0.07}):
-        made = batch(point_of(KAPTON)._replace(**wrong), KAPTON)
+        made = batch(make_point(KAPTON)._replace(**wrong), KAPTON)
         assert all(np.isnan(v).all() for v in made.values()), wrong
-    short = point_of(KAPTON)._replace(overlap=0.005, usable_travel=None)
+    short = make_point(KAPTON)._replace(overlap=0.005, usable_travel=None)
     assert math.isnan(batch(short, KAPTON)["mass"])
 
 
 def test_volume_and_box():
-    made = batch(point_of(KAPTON), KAPTON)
+    made = batch(make_point(KAPTON), KAPTON)
     high = 11 * 0.254e-3 + 2e-3
     assert float(made["height"]) == pytest.approx(high)
     assert float(made["volume"]) == pytest.approx(0.015 * high * 0.102)
 
 
 def test_judder_margin_is_one_at_the_critical_speed():
-    point, zeta, mass = point_of(KAPTON), 0.03, 2.0
+    point, zeta, mass = make_point(KAPTON), 0.03, 2.0
     made = batch(point, KAPTON)
     held, k = float(made["holding_force"]), float(made["stiffness"])
     slides = held * KAPTON.film.kinetic / KAPTON.film.static
@@ -145,7 +145,7 @@ def test_the_line_of_one_brake_is_that_of_rise_and_many_take_as_many_times():
 
 def test_a_stop_of_one_is_that_of_drop_and_two_share_it():
     need = StopRequirement(mass=1.0, speed=2.5, travel=0.06)
-    point = point_of(KAPTON, 94.5e3)
+    point = make_point(KAPTON, 94.5e3)
     told = drop("choi2018-kapton", mass="1 kg", speed="2.5 m/s", vacuum="94.5 kPa")
     alone = stopped(point, KAPTON, need, most_in_row=3)
     assert float(alone["stop_slip"]) == pytest.approx(told.slip, rel=1e-12)
@@ -157,7 +157,7 @@ def test_a_stop_of_one_is_that_of_drop_and_two_share_it():
 
 @pytest.mark.parametrize(("gravity", "speed"), [(0.0, 2.9), (KAPTON.site.gravity, 2.3)])
 def test_brakes_in_series_take_the_energy_one_after_another(gravity, speed):
-    point = point_of(KAPTON, 94.5e3)._replace(series=3.0)
+    point = make_point(KAPTON, 94.5e3)._replace(series=3.0)
     need = StopRequirement(mass=4.0, speed=speed, horizontal=not gravity)
     made = stopped(point, KAPTON, need, most_in_row=3)
     slip = float(made["stop_slip"])
@@ -175,7 +175,7 @@ def test_brakes_in_series_take_the_energy_one_after_another(gravity, speed):
 def test_what_is_claimed_to_rise_rises(tied, spacers):
     """Proofs that nothing is feasible rest on these signs, over random brakes and both ways."""
     brakes, rng = random_brakes(3, 60, spacers=spacers), np.random.default_rng(5)
-    point = point_of(brakes, brakes.site.atmosphere * rng.uniform(0.01, 0.9, 60))
+    point = make_point(brakes, brakes.site.atmosphere * rng.uniform(0.01, 0.9, 60))
     point = jax.tree.map(lambda v: jnp.asarray(v, float) + jnp.zeros(60), point)
     point = point._replace(offset=0.02 * point.overlap, wall=point.wall * rng.uniform(0.2, 5, 60))
     # each as its own base: the mount is left out, its pole belongs to one base
@@ -194,7 +194,7 @@ def test_what_is_claimed_to_rise_rises(tied, spacers):
             other = value + step if whole else value * step
             moved = batch(point._replace(**{variable: other}), base)
             for merit in start:
-                sign = direction(merit, variable, tied)
+                sign = merit_direction(merit, variable, tied)
                 if sign is None:
                     continue
                 change_ = np.asarray(moved[merit] - start[merit])
@@ -209,7 +209,7 @@ def test_what_is_claimed_to_rise_rises(tied, spacers):
 
 
 def test_every_merit_has_a_unit():
-    made = batch(point_of(KAPTON), KAPTON, StickSlipPull(speed=0.01, mass=1.0, damping_ratio=0.1))
+    made = batch(make_point(KAPTON), KAPTON, StickSlipPull(speed=0.01, mass=1.0, damping_ratio=0.1))
     assert set(made) <= set(MERITS)
 
 
@@ -217,7 +217,7 @@ def test_a_fan_holds_more_and_leaves_less_margin_and_one_too_steep_is_no_design(
     """The margin falls by the force and by what the middle sheets bear above the mean."""
     thick = KAPTON.with_(count=41, spacers=False, stiffness_measured=None, strength="69 MPa")
     even = thick.with_(spacers=True)
-    fans, flat = (batch(point_of(b), b) for b in (thick, even))
+    fans, flat = (batch(make_point(b), b) for b in (thick, even))
     held = 1 / thick.amplification_held
     alpha = 2 * 0.875 * held * 0.24 * 0.254e-3 * (41 / 4) ** 2 / 0.011
     nodes = (np.arange(2000) + 0.5) / 2000
@@ -225,6 +225,6 @@ def test_a_fan_holds_more_and_leaves_less_margin_and_one_too_steep_is_no_design(
     assert float(fans["holding_force"] / flat["holding_force"]) > factor
     ratio = float(fans["stress_margin"] / flat["stress_margin"])
     assert ratio == pytest.approx(1 / np.exp(alpha), rel=5e-3)
-    short = point_of(thick)._replace(free_left=2e-3)
+    short = make_point(thick)._replace(free_left=2e-3)
     assert math.isnan(float(batch(short, thick)["mass"]))
     assert math.isfinite(float(batch(short, even)["mass"]))

@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from layerjam.control.follow import follow
-from layerjam.control.plant import plant_of
+from layerjam.control.plant import linearise_line
 from layerjam.control.settings import Regulator
 from layerjam.device.brake import Brake
 from layerjam.device.load import load
@@ -153,7 +153,7 @@ def test_the_clutch_slips_as_another_integrator_says() -> None:
 def test_a_force_is_followed_with_the_friction_of_the_slip() -> None:
     line = load_line("choi2018").record
     made = Regulator(
-        plant=plant_of(line, vacuum=60e3),
+        plant=linearise_line(line, vacuum=60e3),
         sensor=Sensor(range=103e3, noise=0.0),
         kind="scheduled",
         safe_state="release",

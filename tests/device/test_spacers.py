@@ -22,14 +22,14 @@ def keys(file):
 
 def test_who_does_not_say_is_warned_where_it_matters_and_with_the_size():
     for name in catalogue():
-        assert not [*load(name).fanning()]
+        assert not [*load(name).spacer_notices()]
     thick = KAPTON.with_(count=41)
-    (notice,) = thick.fanning()
+    (notice,) = thick.spacer_notices()
     assert notice.key == "spacers-unstated" and notice in thick.warnings()
     # 1.989 at a friction of 0.875 x 0.24/1.048, over the 1.048 that the scale factor holds
     assert "1.9 times" in notice
     for said in (True, False):
-        assert not [*thick.with_(spacers=said).fanning()]
+        assert not [*thick.with_(spacers=said).spacer_notices()]
 
 
 def test_a_scale_factor_that_may_hold_a_fan_is_asked_about():
@@ -37,7 +37,7 @@ def test_a_scale_factor_that_may_hold_a_fan_is_asked_about():
     fitted = KAPTON.with_(count=41, amplification_held=None)
     for said in (True, False):
         assert keys(fitted.with_(spacers=said))[-1] == "amplification-unstated"
-        assert not [*fitted.with_(spacers=said, scale_factor=1.0).fanning()]
+        assert not [*fitted.with_(spacers=said, scale_factor=1.0).spacer_notices()]
 
 
 def test_what_the_old_scale_factor_held_goes_with_it():

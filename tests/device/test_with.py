@@ -9,7 +9,7 @@ import pytest
 
 from layerjam.device.brake import Brake, mass
 from layerjam.device.file import BrakeFile, updated_text
-from layerjam.device.load import brake_of, load, materials
+from layerjam.device.load import load, materials, resolve_brake
 from layerjam.errors import FileError, LayerjamError, QuantityError, UnknownNameError
 from layerjam.fluid.closed_forms import rise_time
 from layerjam.fluid.file import LineFile, load_line
@@ -94,7 +94,7 @@ def test_a_record_changed_behind_the_back_is_refused_where_it_is_wrapped():
         replace(KAPTON.brake.sheets, width=13.0)
     # what no constructor sees, such as a step of an optimiser over JAX's leaves
     wrong = unchecked(KAPTON.brake, sheets=unchecked(KAPTON.brake.sheets, width=13.0))
-    for wrap in (brake_of, BrakeFile.of, lambda b: brake_of(replace(KAPTON, brake=b))):
+    for wrap in (resolve_brake, BrakeFile.of, lambda b: resolve_brake(replace(KAPTON, brake=b))):
         with pytest.raises(LayerjamError, match=r"sheets\.width: 13 m is not allowed"):
             wrap(wrong)
 
@@ -102,7 +102,7 @@ def test_a_record_changed_behind_the_back_is_refused_where_it_is_wrapped():
 def test_a_brake_has_many_doors_and_is_the_same():
     file = BrakeFile.of(KAPTON.brake, "mine")
     for door in ("choi2018-kapton", KAPTON, KAPTON.brake, file):
-        assert brake_of(door) == KAPTON.brake
+        assert resolve_brake(door) == KAPTON.brake
     assert BrakeFile.read(file.text, "x") == file and file.name == "mine"
     assert BrakeFile.of(KAPTON.brake).name == "unnamed"
     assert LineFile.of(PAPER.line).line == PAPER.line

@@ -299,10 +299,10 @@ class Page:
 
 def practice_files(folder: Path) -> None:
     """What `make demo` leaves in out/demo/measurements."""
-    from layerjam.cli.demo import _files
+    from layerjam.cli.demo import _write_test_files
 
     (folder / "out" / "demo").mkdir(parents=True)
-    _files(folder / "out" / "demo" / "measurements")
+    _write_test_files(folder / "out" / "demo" / "measurements")
 
 
 def main() -> None:

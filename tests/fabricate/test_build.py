@@ -102,7 +102,7 @@ REMEDIES = {
 
 @pytest.mark.parametrize("name", sorted(REMEDIES))
 def test_what_does_not_pass_says_what_to_change(name: str) -> None:
-    from layerjam.commands.build import verdict
+    from layerjam.commands.build import build_verdict
 
     changes, row, code, remedy = REMEDIES[name]
     text = KAPTON.with_(**changes).text if changes else KAPTON.text
@@ -112,7 +112,7 @@ def test_what_does_not_pass_says_what_to_change(name: str) -> None:
         text = text.replace('use = "ecoflex-5"', 'use = "dragon-skin-10"')
     elif row:
         text += f"\n[build]\n{row}\n"
-    failed = [c for c in verdict(BrakeFile.read(text, "b")).checks if c["ok"] is False]
+    failed = [c for c in build_verdict(BrakeFile.read(text, "b")).checks if c["ok"] is False]
     (said,) = (c["text"] for c in failed if c["code"] == code and remedy in c["text"])
     assert f"{code}: " not in said
 
@@ -132,10 +132,10 @@ def test_arrays_have_everything_several_times(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("count", "moment"), [(2, 1.37), (3, 2.73), (5, 8.20)])
 def test_the_moment_of_a_yoke(count: int, moment: float) -> None:
-    from layerjam.fabricate.choices import choices
-    from layerjam.fabricate.drawing import drawing
+    from layerjam.fabricate.choices import resolve_choices
+    from layerjam.fabricate.drawing import draw_build
 
-    made = drawing(KAPTON, choices(KAPTON), 250.79964, count)
+    made = draw_build(KAPTON, resolve_choices(KAPTON), 250.79964, count)
     assert made.yoke_moment == pytest.approx(moment, abs=0.0051)
 
 

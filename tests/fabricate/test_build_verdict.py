@@ -14,15 +14,15 @@ import pytest
 import layerjam as lj
 from built_parts import KAPTON, some_brakes
 from layerjam.cli.main import main
-from layerjam.commands.build import verdict
+from layerjam.commands.build import build_verdict
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.device.workshop import Build
 from layerjam.errors import FileError, LayerjamError, QuantityError, UnknownNameError
 from layerjam.fabricate.checks import seal_check
-from layerjam.fabricate.choices import choices
-from layerjam.fabricate.drawing import drawing
-from layerjam.fabricate.lengths import lengths
+from layerjam.fabricate.choices import resolve_choices
+from layerjam.fabricate.drawing import draw_build
+from layerjam.fabricate.lengths import compute_lengths
 from layerjam.mechanics.limits import clamp_stress, greatest_force
 
 THIN = KAPTON.with_(thickness="25.4 um")
@@ -57,7 +57,7 @@ def test_what_breaks_or_leaks_is_not_written(name: str, tmp_path: Path) -> None:
 
 def test_the_stress_that_tears_thin_sheets_is_force_over_section() -> None:
     """Five sheets of one side, 13 mm wide less a hole of 3 mm."""
-    found = verdict(THIN)
+    found = build_verdict(THIN)
     net, force = row(found, "sheet-net"), found.record.force
     assert net["value"] == pytest.approx(force / (5 * 10e-3 * 25.4e-6), rel=1e-9)
     assert net["value"] > 2.5 * net["limit"] and net["limit"] == 69e6
@@ -126,7 +126,7 @@ def test_the_command_line_has_the_exit_codes(tmp_path: Path, capsys) -> None:
 
 def test_the_load_path_decides_what_of_c7_applies() -> None:
     """Friction carries the paper's brake; with 20 times the force the screws must."""
-    weak = verdict(KAPTON)
+    weak = build_verdict(KAPTON)
     for key in ("sheet-bearing", "sheet-tearing"):
         found = row(weak, key)
         assert found["ok"] is None and found["level"] == "note"
@@ -135,7 +135,7 @@ def test_the_load_path_decides_what_of_c7_applies() -> None:
     assert tearing["value"] == pytest.approx(65.83e6, rel=1e-3)
     assert tearing["limit"] == pytest.approx(69e6 / math.sqrt(3))
     assert row(weak, "clamp-preload")["ok"] is True and weak.feasible
-    strong = verdict(KAPTON.with_(scale_factor=20.0))
+    strong = build_verdict(KAPTON.with_(scale_factor=20.0))
     clamp, bearing = row(strong, "clamp-preload"), row(strong, "sheet-bearing")
     assert (clamp["ok"], clamp["level"]) == (False, "warning")
     assert (bearing["ok"], bearing["level"]) == (False, "failed")
@@ -145,7 +145,7 @@ def test_the_load_path_decides_what_of_c7_applies() -> None:
 
 def test_a_film_of_unknown_strength_must_be_held_by_friction() -> None:
     brake = KAPTON.brake.with_(scale_factor=20.0)
-    found = verdict(BrakeFile.of(replace(brake, film=replace(brake.film, strength=None))))
+    found = build_verdict(BrakeFile.of(replace(brake, film=replace(brake.film, strength=None))))
     assert row(found, "sheet-bearing")["ok"] is None
     assert row(found, "clamp-preload")["level"] == "failed"
 
@@ -155,7 +155,7 @@ def test_the_default_neck_seals_every_brake_wider_than_20_mm() -> None:
     wide = 0
     for brake in (b for seed in (5, 6, 7) for b in some_brakes(seed, 60)):
         try:
-            found = lengths(brake, Build())
+            found = compute_lengths(brake, Build())
         except LayerjamError:
             continue
         wide += brake.sheets.width >= 0.02
@@ -181,7 +181,7 @@ BLAMED = {
 def test_the_error_names_what_was_typed_and_its_line(name: str) -> None:
     rows = BLAMED[name]
     with pytest.raises(FileError, match=rf"build\.{name}: ") as caught:
-        verdict(with_rows(rows))
+        build_verdict(with_rows(rows))
     text = [*KAPTON.text.split("\n"), "[build]", *rows.split("\n")]
     *_, line = (k for k, words in enumerate(text, 1) if words.startswith(f"{name} = "))
     assert caught.value.line == line
@@ -229,7 +229,7 @@ def test_false_alarms_of_sensible_brakes() -> None:
     """The shares that the page on building states, of 120 brakes."""
     alarms: dict[str, int] = {}
     for file in sensible_brakes(17, 120):
-        found = drawing(file, choices(file), float(greatest_force(file.brake)))
+        found = draw_build(file, resolve_choices(file), float(greatest_force(file.brake)))
         for code in {check.code for check in found.checks if check.level in ("warning", "failed")}:
             alarms[code] = alarms.get(code, 0) + 1
     hard = {code: n for code, n in alarms.items() if code not in ("C6", "C8", "C12", "C13", "C14")}

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from shapely.geometry import LineString, Point, box
 
-from layerjam.design.merit import merits, point_of
+from layerjam.design.merit import make_point, merits
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError, QuantityError
-from layerjam.fabricate.choices import choices
-from layerjam.fabricate.film import film
-from layerjam.fabricate.lengths import lengths
+from layerjam.fabricate.choices import resolve_choices
+from layerjam.fabricate.film import lay_out_film
+from layerjam.fabricate.lengths import compute_lengths
 from layerjam.fabricate.strength import strength_checks
 from layerjam.mechanics.law import double_precision
 from layerjam.mechanics.limits import clamp_stress
@@ -32,8 +32,8 @@ def built(rows: str, mount: str = "") -> BrakeFile:
 
 def least_section(file: BrakeFile) -> float:
     """What is left of a drawn sheet where least is left of it [m]: cut it and measure."""
-    chosen = choices(file).build
-    drawn = film(file, chosen, lengths(file.brake, chosen), 1)
+    chosen = resolve_choices(file).build
+    drawn = lay_out_film(file, chosen, compute_lengths(file.brake, chosen), 1)
     outline = next(part.outline for part in drawn.parts if part.name.startswith("sheet"))
     low_x, low_y, high_x, high_y = outline.box()
     sheet = box(low_x, low_y, high_x, high_y)
@@ -62,8 +62,8 @@ def test_the_stress_is_that_of_the_drawn_sheet_cut_through(changes: dict[str, st
     stress = float(clamp_stress(FORCE, file.brake))
     assert stress == pytest.approx(FORCE / bears, rel=1e-6)
     # the check of a build, which draws from its own lengths, says the same
-    build = choices(file).build
-    found = strength_checks(FORCE, file.brake, build, lengths(file.brake, build), "")
+    build = resolve_choices(file).build
+    found = strength_checks(FORCE, file.brake, build, compute_lengths(file.brake, build), "")
     (net,) = (check for check in found if check.key == "sheet-net")
     assert net.value == pytest.approx(stress, rel=1e-9)
 
@@ -71,7 +71,7 @@ def test_the_stress_is_that_of_the_drawn_sheet_cut_through(changes: dict[str, st
 def test_screws_that_nobody_states_are_one_for_every_20_mm() -> None:
     for width, screws in ((5, 1), (13, 1), (29, 1), (31, 2), (60, 3), (100, 5), (500, 25)):
         brake = KAPTON.brake.with_(width=f"{width} mm")
-        assert lengths(brake, choices(BrakeFile.of(brake)).build).screws == screws
+        assert compute_lengths(brake, resolve_choices(BrakeFile.of(brake)).build).screws == screws
         assert float(clamp_stress(FORCE, brake)) == pytest.approx(
             FORCE / (5 * (width - 3 * screws) * 1e-3 * 0.254e-3), rel=1e-12
         )
@@ -101,10 +101,10 @@ def test_build_and_mount_must_agree(tmp_path) -> None:
     with pytest.raises(
         FileError, match=r"the default for sheets 13 mm wide is 1; write screws = 2 in \[mount\]"
     ):
-        choices(KAPTON, shop)
+        resolve_choices(KAPTON, shop)
     with pytest.raises(QuantityError, match=r"build\.screws: 2 contradicts"):
-        choices(KAPTON, overrides={"screws": 2})
-    assert choices(KAPTON.with_(screws=2), shop).build.screws == 2
+        resolve_choices(KAPTON, overrides={"screws": 2})
+    assert resolve_choices(KAPTON.with_(screws=2), shop).build.screws == 2
 
 
 def test_a_design_bears_less_with_more_screws_and_none_where_they_leave_nothing() -> None:
@@ -113,7 +113,7 @@ def test_a_design_bears_less_with_more_screws_and_none_where_they_leave_nothing(
         for screws in (None, 1, 3):
             mount = replace(KAPTON.brake.mount, screws=screws)
             base = replace(KAPTON.brake, mount=mount)
-            found = merits(point_of(base, 90e3)._replace(width=widths), base)
+            found = merits(make_point(base, 90e3)._replace(width=widths), base)
             for i, width in enumerate(widths):
                 many = screws or max(1, round(width / 20e-3))
                 net = width - many * 3e-3

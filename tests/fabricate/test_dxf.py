@@ -12,7 +12,7 @@ import shapely
 from hypothesis import given, settings
 
 from fabricate.flat import of_bulges, opened, sheets
-from layerjam.fabricate.dxf import Frame, dxf
+from layerjam.fabricate.dxf import Frame, write_dxf
 from layerjam.fabricate.jigs import coupon
 from layerjam.fabricate.outline import Outline, sheet
 
@@ -22,7 +22,7 @@ SHEET = sheet(85, 13, clamp_length=6, hole=3)
 @settings(max_examples=15)
 @given(sheets())
 def test_a_service_finds_one_closed_outline_and_its_holes(part: Outline) -> None:
-    document = opened(dxf([part]))
+    document = opened(write_dxf([part]))
     assert document.dxfversion == "AC1015"
     assert document.header["$INSUNITS"] == 4 and document.header["$MEASUREMENT"] == 1
     (outline,) = document.modelspace().query("LWPOLYLINE")
@@ -41,8 +41,8 @@ def test_a_service_finds_one_closed_outline_and_its_holes(part: Outline) -> None
 
 
 def test_the_hole_sits_where_the_screw_goes() -> None:
-    (hole,) = opened(dxf([SHEET])).modelspace().query("CIRCLE")
-    (outline,) = opened(dxf([SHEET])).modelspace().query("LWPOLYLINE")
+    (hole,) = opened(write_dxf([SHEET])).modelspace().query("CIRCLE")
+    (outline,) = opened(write_dxf([SHEET])).modelspace().query("LWPOLYLINE")
     xs, ys = zip(*outline.get_points("xy"), strict=True)
     assert hole.dxf.center.x - min(xs) == pytest.approx(3, abs=1e-9)
     assert hole.dxf.center.y - min(ys) == pytest.approx(6.5, abs=1e-9)
@@ -50,7 +50,7 @@ def test_the_hole_sits_where_the_screw_goes() -> None:
 
 def test_a_frame_says_the_unit_and_is_not_cut() -> None:
     frame = Frame(length=95, width=23, words="film-1: 1 × sheet")
-    document = opened(dxf([SHEET.translate(5, 11.5)], frame))
+    document = opened(write_dxf([SHEET.translate(5, 11.5)], frame))
     info = document.modelspace().query('*[layer=="INFO"]')
     (edge,) = info.query("LWPOLYLINE")
     box = shapely.Polygon(edge.get_points("xy")).bounds
@@ -87,7 +87,7 @@ def test_the_same_bytes_in_another_zone_locale_and_process() -> None:
 
     import ezdxf
 
-    here = dxf([SHEET], Frame(length=95, width=23, words="a × b"))
+    here = write_dxf([SHEET], Frame(length=95, width=23, words="a × b"))
     before = ezdxf.options.write_fixed_meta_data_for_testing
     assert before is False
     away = {"TZ": "Asia/Kathmandu", "LC_ALL": "C", "PYTHONHASHSEED": "7"}

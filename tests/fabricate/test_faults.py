@@ -22,10 +22,10 @@ import pytest
 import trimesh
 
 from built_parts import KAPTON
-from layerjam.commands.build import _facts
+from layerjam.commands.build import _build_facts
 from layerjam.device.brake import enclosure_mass
 from layerjam.fabricate import bom, drawing, film, folder, masses, outline, package, parts
-from layerjam.fabricate.choices import choices
+from layerjam.fabricate.choices import resolve_choices
 
 KERF = 0.2
 N, W, T, L, C, HOLE, FREE = 11, 13.0, 0.254, 85.0, 6.0, 3.0, 90.0
@@ -34,9 +34,9 @@ Content = dict[str, Any]
 
 
 def made() -> tuple[Content, dict[str, Any]]:
-    chosen = choices(KAPTON, None, {"kerf": KERF * 1e-3, "cutter": "laser"})
-    found = drawing.drawing(KAPTON, chosen, FORCE)
-    return folder.files(found, with_step=False, coupons=False), _facts(found)
+    chosen = resolve_choices(KAPTON, None, {"kerf": KERF * 1e-3, "cutter": "laser"})
+    found = drawing.draw_build(KAPTON, chosen, FORCE)
+    return folder.build_files(found, with_step=False, coupons=False), _build_facts(found)
 
 
 def cap_volume() -> float:
@@ -167,12 +167,12 @@ def without(function: Callable[..., Any], unwanted: Callable[[Any], bool]) -> Ca
 
 def plant(patch: pytest.MonkeyPatch, name: str) -> None:
     if name == "3MF in inches":
-        number = package._number
-        patch.setattr(package, "_number", lambda value: number(value / 25.4))
+        number = package._format_number
+        patch.setattr(package, "_format_number", lambda value: number(value / 25.4))
     elif name == "tube without a neck":
-        lengths = drawing.lengths
+        lengths = drawing.compute_lengths
         short = lambda *a: replace(lengths(*a), sleeve=lengths(*a).sleeve - 16)  # noqa: E731
-        patch.setattr(drawing, "lengths", short)
+        patch.setattr(drawing, "compute_lengths", short)
     elif name == "hole 1 mm off":
         holes = outline.clamp_holes
         moved = lambda *a: [h._replace(x=h.x + 1) for h in holes(*a)]  # noqa: E731
@@ -187,11 +187,11 @@ def plant(patch: pytest.MonkeyPatch, name: str) -> None:
         grown = outline.Outline.add_kerf
         patch.setattr(outline.Outline, "add_kerf", lambda self, kerf: grown(self, kerf / 2))
     elif name == "DXF in metres":
-        written = film.dxf
+        written = film.write_dxf
         metres = lambda *a, **k: re.sub(  # noqa: E731
             rb"(\$INSUNITS\s+70\s+)4", rb"\g<1>6", written(*a, **k)
         )
-        patch.setattr(film, "dxf", metres)
+        patch.setattr(film, "write_dxf", metres)
     elif name == "no air bore":
         round_one = lambda p: p.cut and p.axis == "x" and hasattr(p.section, "first")  # noqa: E731
         patch.setattr(parts, "cap", without(parts.cap, round_one))
@@ -202,11 +202,11 @@ def plant(patch: pytest.MonkeyPatch, name: str) -> None:
         turned = lambda s: replace(meshed(s), triangles=meshed(s).triangles[:, ::-1])  # noqa: E731
         patch.setattr(folder, "mesh", turned)
     elif name == "screws of one cap":
-        bought = bom._purchases
+        bought = bom._bought_items
         half = lambda m: [  # noqa: E731
             replace(row, quantity="1") if row.item == "screw" else row for row in bought(m)
         ]
-        patch.setattr(bom, "_purchases", half)
+        patch.setattr(bom, "_bought_items", half)
 
 
 def fewer(wanted: list[Any]) -> list[Any]:

@@ -14,20 +14,20 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.device.workshop import Build
 from layerjam.errors import FileError, QuantityError
-from layerjam.fabricate.checks import agree_drawn
-from layerjam.fabricate.choices import choices
-from layerjam.fabricate.film import Film, film, more_files
-from layerjam.fabricate.lengths import CannotBuildError, lengths
+from layerjam.fabricate.checks import check_drawable
+from layerjam.fabricate.choices import resolve_choices
+from layerjam.fabricate.film import Film, lay_out_film, more_files
+from layerjam.fabricate.lengths import CannotBuildError, compute_lengths
 from layerjam.fabricate.verdicts import Check, refusals
 
 KAPTON, PTFE = load("choi2018-kapton"), load("choi2018-ptfe")
 
 
 def made(file: BrakeFile = KAPTON, copies: int = 1, **build: object) -> Film:
-    chosen = choices(file, overrides=build).build
-    found = lengths(file.brake, chosen)
-    agree_drawn(file.brake, chosen, found)
-    return film(file, chosen, found, copies)
+    chosen = resolve_choices(file, overrides=build).build
+    found = compute_lengths(file.brake, chosen)
+    check_drawable(file.brake, chosen, found)
+    return lay_out_film(file, chosen, found, copies)
 
 
 def check(found: Film, key: str) -> Check:
@@ -220,8 +220,8 @@ def test_lifting_a_never_is_said_in_every_file() -> None:
 
 
 def test_what_is_no_film() -> None:
-    chosen = choices(KAPTON).build
-    drawn = lengths(KAPTON.brake, chosen)
+    chosen = resolve_choices(KAPTON).build
+    drawn = compute_lengths(KAPTON.brake, chosen)
     files = more_files(chosen, drawn, parallel=3, series=2, coupons=True)
     assert set(files) == {f"cut/{name}.dxf" for name in ("jig", "yoke", "link", "coupon")}
     assert set(more_files(chosen, drawn, 1, 1, False)) == {"cut/jig.dxf"}
@@ -246,5 +246,6 @@ def test_the_kerf_of_a_build_reaches_the_pieces_and_not_the_service() -> None:
     assert files == {name: plain.files()[name] for name in files}
     assert burnt.pieces[0].parts[0].length == pytest.approx(85.2)
     assert (
-        replace(Build(), kerf=0.2e-3).kerf == choices(KAPTON, overrides={"kerf": 0.2e-3}).build.kerf
+        replace(Build(), kerf=0.2e-3).kerf
+        == resolve_choices(KAPTON, overrides={"kerf": 0.2e-3}).build.kerf
     )

@@ -12,14 +12,14 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.device.workshop import Build
 from layerjam.errors import FileError, QuantityError
-from layerjam.fabricate.choices import choices
-from layerjam.fabricate.lengths import CannotBuildError, ellipse_girth, lengths
+from layerjam.fabricate.choices import resolve_choices
+from layerjam.fabricate.lengths import CannotBuildError, compute_lengths, ellipse_girth
 
 KAPTON = load("choi2018-kapton")
 
 
 def test_the_papers_brake_has_the_lengths_of_the_specification() -> None:
-    found = lengths(KAPTON.brake, choices(KAPTON).build)
+    found = compute_lengths(KAPTON.brake, resolve_choices(KAPTON).build)
     assert (found.thread.name, found.screw_length) == ("M3", 8)
     printed = {
         "floor": 1.403, "plate_height": 4.603, "shelf_height": 4.003, "cap_height": 11.4,
@@ -43,7 +43,7 @@ def test_the_girth_of_an_ellipse(aspect: float) -> None:
 
 def test_unequal_free_lengths_give_unequal_caps() -> None:
     brake = KAPTON.brake.with_(free_left="9 mm")
-    found = lengths(brake, Build())
+    found = compute_lengths(brake, Build())
     assert found.left.clamped == pytest.approx(8) and found.right.clamped == pytest.approx(6)
     assert not found.same_caps
     assert found.sleeve == pytest.approx(found.free + found.left.reach + found.right.reach)
@@ -52,14 +52,14 @@ def test_unequal_free_lengths_give_unequal_caps() -> None:
 def test_a_stack_beyond_every_screw_cannot_be_built() -> None:
     brake = KAPTON.brake.with_(count=250)
     with pytest.raises(CannotBuildError) as caught:
-        lengths(brake, Build())
+        compute_lengths(brake, Build())
     assert caught.value.reason == "screw-length" and caught.value.limit == 0.06
     assert math.isclose(caught.value.value or 0, 0.0635 + 2 * 0.0012 + 0.0024)
 
 
 def test_a_hole_below_two_millimetres_is_refused() -> None:
     with pytest.raises(QuantityError, match="at least 2 mm is needed for M2"):
-        lengths(KAPTON.brake.with_(screw_hole="1.9 mm"), Build())
+        compute_lengths(KAPTON.brake.with_(screw_hole="1.9 mm"), Build())
 
 
 def built(rows: str) -> BrakeFile:
@@ -105,7 +105,7 @@ def test_command_over_brake_over_workshop(tmp_path) -> None:
     place = tmp_path / "workshop.toml"
     place.write_text('[build]\nkerf = "0.3 mm"\ngap = "4 mm"\nmargin = "8 mm"\n')
     file = built('kerf = "0.2 mm"\ngap = "5 mm"')
-    made = choices(file, place, {"gap": 6e-3, "cutter": None})
+    made = resolve_choices(file, place, {"gap": 6e-3, "cutter": None})
     assert (made.build.kerf, made.build.gap, made.build.margin) == (0.2e-3, 6e-3, 8e-3)
     assert (
         "kerf" not in made.default_keys
@@ -114,4 +114,4 @@ def test_command_over_brake_over_workshop(tmp_path) -> None:
     )
     place.write_text('name = "empty"\n')
     with pytest.raises(FileError, match=r"no table \[build\]"):
-        choices(file, place)
+        resolve_choices(file, place)

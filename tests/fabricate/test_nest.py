@@ -7,7 +7,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from layerjam.fabricate.nest import CutPart, Piece, nest, nest_least, too_large
+from layerjam.fabricate.nest import CutPart, Piece, find_too_large, nest_parts, nest_smallest
 from layerjam.fabricate.outline import Outline, sheet, spacer
 
 
@@ -44,7 +44,7 @@ def _judge(pieces: list[Piece], parts: list[CutPart], margin: float, gap: float)
 
 @given(wanted(), st.floats(1, 10), st.floats(1, 8))
 def test_on_a_given_stock(parts: list[CutPart], margin: float, gap: float) -> None:
-    pieces = nest(parts, stock=(610, 400), margin=margin, gap=gap)
+    pieces = nest_parts(parts, stock=(610, 400), margin=margin, gap=gap)
     _judge(pieces, parts, margin, gap)
     assert {(piece.length, piece.width) for piece in pieces} == {(610, 400)}
     names = [piece.name for piece in pieces]
@@ -54,7 +54,7 @@ def test_on_a_given_stock(parts: list[CutPart], margin: float, gap: float) -> No
 @settings(max_examples=25)
 @given(wanted(), st.floats(1, 10), st.floats(1, 8))
 def test_on_the_least_rectangle(parts: list[CutPart], margin: float, gap: float) -> None:
-    pieces = nest_least(parts, margin=margin, gap=gap, bounds=(1169, 797))
+    pieces = nest_smallest(parts, margin=margin, gap=gap, bounds=(1169, 797))
     _judge(pieces, parts, margin, gap)
     for piece in pieces:
         assert piece.length <= 1169 + 1e-6 and piece.width <= 797 + 1e-6
@@ -63,7 +63,7 @@ def test_on_the_least_rectangle(parts: list[CutPart], margin: float, gap: float)
     if len(pieces) == 1:
         (whole,) = pieces
         # no single column of parts is a smaller piece of film
-        column = nest(
+        column = nest_parts(
             parts,
             stock=(max(p.outline.length for p in parts) + 2 * margin, 1e5),
             margin=margin,
@@ -78,7 +78,7 @@ def test_the_paper_s_brake_fits_a_sheet_of_office_paper() -> None:
         CutPart("sheet", sheet(85, 13, clamp_length=6, hole=3), 11),
         CutPart("spacer", spacer(6, 13, hole=3), 11),
     ]
-    (piece,) = nest_least(parts, margin=5, gap=3, bounds=(1169, 797))
+    (piece,) = nest_smallest(parts, margin=5, gap=3, bounds=(1169, 797))
     assert piece.length < 210 and piece.width < 297
     assert dict(piece.counts) == {"sheet": 11, "spacer": 11}
     lined = sum(p.outline.area() * p.count for p in parts) / (piece.length * piece.width)
@@ -87,17 +87,17 @@ def test_the_paper_s_brake_fits_a_sheet_of_office_paper() -> None:
 
 def test_a_part_that_no_stock_holds_is_named() -> None:
     part = CutPart("sheet", sheet(85, 13, clamp_length=6, hole=3), 2)
-    assert too_large([part], (95, 23), 5) is None
-    assert too_large([part], (90, 23), 5) == ("sheet", "length", 5)
-    assert too_large([part], (95, 20), 5) == ("sheet", "width", 3)
+    assert find_too_large([part], (95, 23), 5) is None
+    assert find_too_large([part], (90, 23), 5) == ("sheet", "length", 5)
+    assert find_too_large([part], (95, 20), 5) == ("sheet", "width", 3)
     with pytest.raises(ValueError, match="larger than the stock"):
-        nest([part], stock=(90, 23), margin=5, gap=3)
+        nest_parts([part], stock=(90, 23), margin=5, gap=3)
     # without a stock it gets what it needs
-    (long,) = nest_least([part], margin=5, gap=3, bounds=(50, 50))
+    (long,) = nest_smallest([part], margin=5, gap=3, bounds=(50, 50))
     assert (long.length, long.width) == pytest.approx((95, 39))
 
 
 def test_many_sheets_take_a_moment() -> None:
     part: Outline = sheet(300, 100, clamp_length=10, hole=3)
-    pieces = nest([CutPart("sheet", part, 3000)], stock=(640, 450), margin=5, gap=3)
+    pieces = nest_parts([CutPart("sheet", part, 3000)], stock=(640, 450), margin=5, gap=3)
     assert len(pieces) == 375

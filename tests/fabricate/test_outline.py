@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from fabricate.flat import of_bulges, polygon, sheets
 from layerjam.fabricate.jigs import RIM, coupon, jig, link, yoke
-from layerjam.fabricate.outline import Outline, around, sheet, spacer
+from layerjam.fabricate.outline import Outline, bounding_box, sheet, spacer
 
 
 def test_the_paper_s_sheet_has_the_specification_s_numbers() -> None:
@@ -145,4 +145,4 @@ def test_no_coupon_touches_another() -> None:
     shapes = [shapely.Polygon(part.points()) for part in parts]
     for i, one in enumerate(shapes):
         assert all(one.distance(other) > 2.9 for other in shapes[i + 1 :])
-    assert around(parts)[2] <= 170
+    assert bounding_box(parts)[2] <= 170

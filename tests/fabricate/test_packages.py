@@ -12,7 +12,7 @@ import trimesh
 
 from built_parts import parts_of
 from layerjam.fabricate.mesh import mesh
-from layerjam.fabricate.package import stl, three_mf
+from layerjam.fabricate.package import write_3mf, write_stl
 
 PARTS = {name: part for name, part in parts_of().items() if part.printed}
 MESHES = [mesh(part.solid) for part in PARTS.values()]
@@ -39,7 +39,7 @@ def objects(data: bytes) -> tuple[list, list[str]]:
 
 
 def test_the_package_is_strict_and_holds_every_part() -> None:
-    found, warnings = objects(three_mf(MESHES, "a brake"))
+    found, warnings = objects(write_3mf(MESHES, "a brake"))
     assert warnings == []
     assert {one.GetName() for one in found} == set(PARTS)
     for one in found:
@@ -54,15 +54,15 @@ def test_the_package_is_strict_and_holds_every_part() -> None:
 
 
 def test_the_package_has_no_date() -> None:
-    data = three_mf(MESHES, "a brake")
-    assert data == three_mf(MESHES, "a brake")
+    data = write_3mf(MESHES, "a brake")
+    assert data == write_3mf(MESHES, "a brake")
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         assert {about.date_time for about in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
 
 
 @pytest.mark.parametrize("made", MESHES, ids=lambda m: m.name)
 def test_an_stl_is_watertight_once_its_corners_are_merged(made) -> None:
-    data = stl(made)
+    data = write_stl(made)
     found = trimesh.load(io.BytesIO(data), file_type="stl", process=True)
     assert found.is_watertight and found.is_winding_consistent
     assert found.volume == pytest.approx(PARTS[made.name].solid.volume, rel=1e-3)

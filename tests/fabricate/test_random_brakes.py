@@ -10,10 +10,10 @@ from layerjam.device.brake import Brake
 from layerjam.device.workshop import Build
 from layerjam.errors import LayerjamError
 from layerjam.fabricate import checks
-from layerjam.fabricate.lengths import Lengths, lengths
+from layerjam.fabricate.lengths import Lengths, compute_lengths
 from layerjam.fabricate.mesh import mesh
-from layerjam.fabricate.parts import Part, parts
-from layerjam.fabricate.step import step
+from layerjam.fabricate.parts import Part, make_parts
+from layerjam.fabricate.step import write_step
 
 BUILD = Build()
 
@@ -21,8 +21,8 @@ BUILD = Build()
 def drawn(brake: Brake) -> tuple[Lengths, list[Part]] | None:
     """Lengths and parts; None where it is refused, with a sentence."""
     try:
-        found = lengths(brake, BUILD)
-        checks.agree_drawn(brake, BUILD, found)
+        found = compute_lengths(brake, BUILD)
+        checks.check_drawable(brake, BUILD, found)
     except LayerjamError as error:
         assert len(str(error)) > 20
         return None
@@ -31,7 +31,7 @@ def drawn(brake: Brake) -> tuple[Lengths, list[Part]] | None:
     if refused:
         assert all(len(c.text) > 20 for c in refused)
         return None
-    return found, parts(found, BUILD)
+    return found, make_parts(found, BUILD)
 
 
 def through(name: str, found: Lengths) -> int:
@@ -75,7 +75,7 @@ def test_step_of_random_brakes(tmp_path) -> None:
         made = drawn(brake)
         for part in made[1] if made else ():
             path = tmp_path / f"{part.name}.step"
-            path.write_bytes(step(part.solid))
+            path.write_bytes(write_step(part.solid))
             found = read_step(path)
             assert found.valid and found.solids == 1
             assert found.volume == pytest.approx(part.solid.volume, rel=1e-6)

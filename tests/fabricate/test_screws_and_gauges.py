@@ -10,21 +10,21 @@ import pytest
 
 from built_parts import KAPTON, lengths_of
 from layerjam.device.file import BrakeFile
-from layerjam.device.gauge import notices_of_gauge
+from layerjam.device.gauge import gauge_notices
 from layerjam.device.load import catalogue, load
 from layerjam.device.workshop import Build
 from layerjam.fabricate.checks import screw_notices
-from layerjam.fabricate.choices import choices
-from layerjam.fabricate.drawing import Drawing, drawing
+from layerjam.fabricate.choices import resolve_choices
+from layerjam.fabricate.drawing import Drawing, draw_build
 from layerjam.fabricate.screws import LENGTHS, THREADS, sold_length, thread_for
 from layerjam.fabricate.silicone import core_force, filling_pressure
-from layerjam.fabricate.strength import cap_stresses, preload, tray_factor
+from layerjam.fabricate.strength import cap_stresses, screw_preload, tray_factor
 
 FORCE = 250.79964
 
 
 def drawn(file: BrakeFile = KAPTON, force: float = FORCE) -> Drawing:
-    return drawing(file, choices(file), force)
+    return draw_build(file, resolve_choices(file), force)
 
 
 def keys(made: Drawing) -> list[str]:
@@ -76,15 +76,15 @@ def test_a_hole_that_may_jam_is_warned_of() -> None:
 
 
 def test_only_what_nobody_sells_is_warned_of() -> None:
-    said = {name: [n.key for n in notices_of_gauge(load(name))] for name in catalogue()}
+    said = {name: [n.key for n in gauge_notices(load(name))] for name in catalogue()}
     kapton = {name for name in said if "kapton" in name}
     assert {name for name, notices in said.items() if notices} == kapton
     assert all(notices in ([], ["film-gauge"]) for notices in said.values())
     assert "film-gauge" in keys(drawn())
     for thickness, sold in (("127 um", True), ("0.118 mm", True), ("200 um", False)):
-        assert (not [*notices_of_gauge(KAPTON.with_(thickness=thickness))]) is sold
+        assert (not [*gauge_notices(KAPTON.with_(thickness=thickness))]) is sold
     bare = replace(KAPTON, making=replace(KAPTON.making, film=type(KAPTON.making.film)()))
-    assert not [*notices_of_gauge(bare)]  # nothing is known of this film
+    assert not [*gauge_notices(bare)]  # nothing is known of this film
 
 
 def test_a_film_and_a_silicone_bear_their_names() -> None:
@@ -138,14 +138,14 @@ def test_lugs_in_film_and_cap() -> None:
 def test_a_clamp_rubs_on_two_faces() -> None:
     """Layers one by one: what each takes up from its neighbours leaves through plate and shelf."""
     brake, found = KAPTON.brake, lengths_of()
-    pressed = preload(FORCE, brake, found)
+    pressed = screw_preload(FORCE, brake, found)
     pull = [FORCE / 5 if i % 2 else 0.0 for i in range(found.count)]  # right sheets in their cap
     # shear between layers that takes as much to the shelf as to the plate
     shear = np.concatenate([[0.0], np.cumsum(pull)]) - FORCE / 2
     assert np.abs(shear).max() == pytest.approx(FORCE / 2)  # at plate and shelf, nowhere more
     assert brake.film.kinetic * pressed * found.screws == pytest.approx(FORCE / 2)
     many = lengths_of(KAPTON.with_(screws=2).brake)
-    assert preload(FORCE, brake, many) == pytest.approx(pressed / 2)
+    assert screw_preload(FORCE, brake, many) == pytest.approx(pressed / 2)
 
 
 def test_filling_is_the_flow_through_the_walls_section() -> None:

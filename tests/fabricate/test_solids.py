@@ -12,7 +12,7 @@ from layerjam.device.workshop import Build
 from layerjam.fabricate.mesh import mesh
 from layerjam.fabricate.mould import casting
 from layerjam.fabricate.solid import Box, Ellipse, Solid, add, cut
-from layerjam.fabricate.step import step
+from layerjam.fabricate.step import write_step
 
 THROUGH = {"cap": 3, "plate": 1, "mould-bottom": 8, "mould-top": 11, "core": 0, "sleeve": 1}
 """Holes that go through: pin, air and screw; bolts; sprue and vents."""
@@ -103,8 +103,8 @@ def test_two_cuts_in_one_plane_leave_no_skin() -> None:
 @pytest.mark.parametrize("name", sorted(THROUGH))
 def test_the_step_file_read_back(name: str, tmp_path, capfd) -> None:
     part = parts_of()[name].solid
-    data = step(part, "1")
-    assert data == step(part, "1")
+    data = write_step(part, "1")
+    assert data == write_step(part, "1")
     path = tmp_path / f"{name}.step"
     path.write_bytes(data)
     printed = capfd.readouterr()

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 
 from fabricate.flat import sheets
 from layerjam.fabricate.dxf import Frame
-from layerjam.fabricate.film import svg
+from layerjam.fabricate.film import write_svg
 from layerjam.fabricate.jigs import coupon
-from layerjam.fabricate.outline import Outline, around, sheet
+from layerjam.fabricate.outline import Outline, bounding_box, sheet
 
 PX = 96 / 25.4
 """Pixels of an SVG's reader in a millimetre."""
@@ -27,7 +27,7 @@ def _shapes(data: bytes, layer: str = "") -> list[svgelements.Path]:
 @settings(max_examples=15)
 @given(sheets())
 def test_lengths_are_in_mm(part: Outline) -> None:
-    data = svg([part])
+    data = write_svg([part])
     total = sum(shape.length(error=1e-9) for shape in _shapes(data)) / PX
     assert total == pytest.approx(part.cut_length(), rel=1e-5)
     wide, tall = map(float, re.findall(rb'(?:width|height)="([\d.]+)mm"', data)[:2])
@@ -39,7 +39,7 @@ def test_lengths_are_in_mm(part: Outline) -> None:
 def test_the_picture_is_upright_and_holds_all() -> None:
     part = sheet(85, 20, clamp_length=6, hole=3, screws=2).translate(5, 30)
     part = Outline(**{**vars(part), "holes": part.holes[:1]})
-    (hole,) = re.findall(rb'<circle cx="([^"]+)" cy="([^"]+)" r="([^"]+)"', svg([part]))
+    (hole,) = re.findall(rb'<circle cx="([^"]+)" cy="([^"]+)" r="([^"]+)"', write_svg([part]))
     x, y, radius = map(float, hole)
     # y points down in an SVG: the lower hole stays the lower one
     assert (x, y, radius) == pytest.approx((8, -25, 1.5))
@@ -47,10 +47,10 @@ def test_the_picture_is_upright_and_holds_all() -> None:
 
 def test_a_frame_is_grey_and_only_lines_to_cut_are_red_or_blue() -> None:
     parts = coupon(3.0, 3.0)
-    left, low, right, high = around(parts)
+    left, low, right, high = bounding_box(parts)
     moved = [part.translate(5 - left, 5 - low) for part in parts]
     frame = Frame(length=right - left + 10, width=high - low + 10, words="cut <first> & keep")
-    text = svg(moved, frame).decode()
+    text = write_svg(moved, frame).decode()
     assert "cut &lt;first&gt; &amp; keep" in text and "100 mm" in text
     groups = {m[1]: m[2] for m in re.finditer(r'<g id="([\w-]+)" stroke="(#\w+)"', text)}
     assert groups == {"info": "#808080", "cut-inside": "#0000ff", "cut": "#ff0000"}

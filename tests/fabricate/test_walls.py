@@ -13,9 +13,9 @@ from layerjam.device.brake import Brake
 from layerjam.device.workshop import Build
 from layerjam.errors import LayerjamError
 from layerjam.fabricate import checks
-from layerjam.fabricate.lengths import lengths
+from layerjam.fabricate.lengths import compute_lengths
 from layerjam.fabricate.mesh import mesh
-from layerjam.fabricate.parts import parts
+from layerjam.fabricate.parts import make_parts
 from strategies import unchecked
 
 SKIN = 1e-5
@@ -73,10 +73,10 @@ def least_thickness(surface, rng: np.random.Generator, more: int = 1500) -> floa
 def measured(brake: Brake, build: Build, rng: np.random.Generator) -> float:
     """Least wall of caps and plates; rounded edges are drawn as the corners they round."""
     sharp = unchecked(build, edge=0.0)
-    found = lengths(brake, sharp)
+    found = compute_lengths(brake, sharp)
     return min(
         least_thickness(mesh(part.solid), rng)
-        for part in parts(found, sharp)
+        for part in make_parts(found, sharp)
         if part.printed and part.stays
     )
 
@@ -84,8 +84,8 @@ def measured(brake: Brake, build: Build, rng: np.random.Generator) -> float:
 def compare(brake: Brake, build: Build, rng: np.random.Generator) -> str | None:
     """Compare C10 with the mesh; the name of the wall, None for a brake that is not drawn."""
     try:
-        found = lengths(brake, build)
-        checks.agree_drawn(brake, build, found)
+        found = compute_lengths(brake, build)
+        checks.check_drawable(brake, build, found)
     except LayerjamError:
         return None
     check = checks.wall_check(build, found)
@@ -117,7 +117,7 @@ def some_builds(seed: int, count: int) -> list[Build]:
 
 
 def test_the_papers_brake_has_its_least_wall_before_the_screw_hole() -> None:
-    found = lengths(KAPTON.brake, Build())
+    found = compute_lengths(KAPTON.brake, Build())
     check = checks.wall_check(Build(), found)
     # c/2 less half the hole of an M3: 3 - 1.7
     assert check.value == pytest.approx(1.30e-3) and "screw hole" in check.text
@@ -126,7 +126,7 @@ def test_the_papers_brake_has_its_least_wall_before_the_screw_hole() -> None:
 
 def test_the_rims_beside_a_short_necks_tie_are_found() -> None:
     short = replace(Build(), neck_length=4e-3)
-    check = checks.wall_check(short, lengths(KAPTON.brake, short))
+    check = checks.wall_check(short, compute_lengths(KAPTON.brake, short))
     assert check.ok is False and check.refuses and check.value == pytest.approx(0.25e-3)
     thin = unchecked(short, wall=0.2e-3)
     assert measured(KAPTON.brake, thin, np.random.default_rng(2)) == pytest.approx(0.25, abs=0.01)

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from layerjam.commands.vacuum_line import rise
-from layerjam.fluid.closed_forms import lowest
+from layerjam.fluid.closed_forms import final_pressure
 from layerjam.fluid.energy import (
     electric_energy,
     emptying_work,
@@ -23,7 +23,7 @@ from layerjam.fluid.energy import (
 )
 from layerjam.fluid.file import load_line
 from layerjam.fluid.line import Leak, Reservoir
-from layerjam.fluid.network import Drive, at_pressure, respond
+from layerjam.fluid.network import Drive, respond, state_at_pressure
 
 PAPER = load_line("choi2018").line
 A = 101325.0
@@ -78,15 +78,15 @@ def test_holding_is_what_the_leak_lets_in():
     assert held.duty == pytest.approx(leak / (3.33e-6 * p), rel=1e-12)
     assert held.electric_power == pytest.approx(held.duty * 6.0, rel=1e-12)
     # the run that holds: the pump at this duty keeps the pressure and does that work
-    made = respond(line, 5.0, Drive(pump=held.duty), at_pressure(line, p))
+    made = respond(line, 5.0, Drive(pump=held.duty), state_at_pressure(line, p))
     assert made.vacuum[-1] == pytest.approx(60e3, rel=1e-9)
     assert pumped_work(made) / 5.0 == pytest.approx(held.least_power, rel=1e-9)
 
 
 def test_the_pump_works_all_the_time_at_the_lowest_pressure():
     line = replace(PAPER, leak=Leak(laminar=2e-8, orifice=0.0))
-    assert holding(A - lowest(line), line).duty == pytest.approx(1.0, rel=1e-9)
-    assert holding(A - lowest(line) / 2, line).electric_power is None
+    assert holding(A - final_pressure(line), line).duty == pytest.approx(1.0, rel=1e-9)
+    assert holding(A - final_pressure(line) / 2, line).electric_power is None
 
 
 def test_no_leak_costs_nothing_to_hold():

@@ -7,7 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from layerjam.fluid.flow import LAMINAR, NORMAL, choked_share, leaking, through_tube, through_valve
+from layerjam.fluid.flow import (
+    LAMINAR,
+    NORMAL,
+    choked_share,
+    leak_throughput,
+    tube_throughput,
+    valve_throughput,
+)
 from layerjam.identify.logs import leak
 
 PRESSURES = st.floats(1.0, 2e5)
@@ -23,15 +30,15 @@ def test_the_ellipse_of_iso_6358():
 
 def test_mass_flow_of_a_worked_valve():
     """C = 8.5e-9 m^3/(s Pa), b = 0.35, 700 to 500 kPa, 293.15 K: 0.0058394 kg/s (1.185 kg/m^3)."""
-    flow = through_valve(700e3, 500e3, 8.5e-9, 0.35) / NORMAL * 1.185
+    flow = valve_throughput(700e3, 500e3, 8.5e-9, 0.35) / NORMAL * 1.185
     assert flow == pytest.approx(0.005839398199417552, rel=1e-9)
 
 
 @given(PRESSURES, PRESSURES)
 def test_flows_turn_round_with_the_pressures(a, b):
-    assert through_valve(a, b, 1e-9) == -through_valve(b, a, 1e-9)
-    assert through_tube(a, b, 1.0, 2e-3) == -through_tube(b, a, 1.0, 2e-3)
-    assert (through_valve(a, b, 1e-9) > 0) == (a > b)
+    assert valve_throughput(a, b, 1e-9) == -valve_throughput(b, a, 1e-9)
+    assert tube_throughput(a, b, 1.0, 2e-3) == -tube_throughput(b, a, 1.0, 2e-3)
+    assert (valve_throughput(a, b, 1e-9) > 0) == (a > b)
 
 
 def test_no_jump_where_the_straight_part_begins():
@@ -42,7 +49,7 @@ def test_no_jump_where_the_straight_part_begins():
 def test_poiseuille_per_volume_at_the_mean_pressure():
     """Small differences: q/p is the liquid's flow, pi r^4 dp / (8 mu L)."""
     length, bore, p, dp = 1.5, 2e-3, 5e4, 1e-3
-    flow = through_tube(p + dp / 2, p - dp / 2, length, bore) / p
+    flow = tube_throughput(p + dp / 2, p - dp / 2, length, bore) / p
     assert flow == pytest.approx(np.pi * (bore / 2) ** 4 * dp / (8 * 1.81e-5 * length), rel=1e-6)
 
 
@@ -50,6 +57,6 @@ def test_poiseuille_per_volume_at_the_mean_pressure():
 @pytest.mark.parametrize("model", ["laminar", "orifice"])
 def test_leaks_are_those_the_pressure_log_fits(p, model):
     sizes = {"laminar": (1e-8, 0.0), "orifice": (0.0, 1e-8)}[model]
-    assert leaking(p, 101325.0, *sizes) == pytest.approx(
+    assert leak_throughput(p, 101325.0, *sizes) == pytest.approx(
         -leak.flow(model, p, 1e-8, 101325.0), rel=1e-12
     )

@@ -8,7 +8,7 @@ import pytest
 
 from layerjam.commands.vacuum_line import rise
 from layerjam.errors import FileError, UnknownNameError
-from layerjam.fluid.closed_forms import reachable
+from layerjam.fluid.closed_forms import reachable_vacuum
 from layerjam.fluid.curve import STANDARD
 from layerjam.fluid.file import LineFile
 from layerjam.fluid.parts import FAMILIES, NEEDED, PRINTED, family_fields, parts, read_parts
@@ -60,7 +60,7 @@ def test_every_whole_part_stands_in_a_line(part):
     assert file.parts == {part.family: part.name}
     for key in part.values:
         assert file.sources[f"{part.family}.{key}"] == part.sources[key]
-    answer = rise(file, target=0.5 * reachable(file.line))
+    answer = rise(file, target=0.5 * reachable_vacuum(file.line))
     assert answer.feasible
     if any(part.sources[k].kind == "assumed" for k in part.values):
         assert any("assumed" in w and part.family in w for w in answer.warnings)
@@ -69,7 +69,7 @@ def test_every_whole_part_stands_in_a_line(part):
 def test_free_air_and_greatest_vacuum_of_a_data_sheet():
     """Without vacuum the pump takes in its free air; it ends at its greatest vacuum."""
     file = line_with('[pump]\npart = "jsg-bd-04"')
-    assert reachable(file.line) == pytest.approx(75e3)
+    assert reachable_vacuum(file.line) == pytest.approx(75e3)
     answer = rise(file, target="50 kPa")
     # V dp / q over the line, q straight: q(P) = a Q (1 - P/75 kPa)
     q = STANDARD * 7e-3 / 60

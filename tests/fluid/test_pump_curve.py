@@ -11,14 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from layerjam.commands.vacuum_line import rise
-from layerjam.control.plant import plant_of
+from layerjam.control.plant import linearise_line
 from layerjam.errors import FileError, QuantityError
 from layerjam.fluid import closed_forms as forms
 from layerjam.fluid.curve import STANDARD, check_curve, free_flow
 from layerjam.fluid.file import LineFile
 from layerjam.fluid.line import Chamber, Leak, Line, Pump, Tube, validate
 from layerjam.fluid.network import respond
-from layerjam.fluid.pump import displacement_at, intake, lowest_pressure
+from layerjam.fluid.pump import displacement_at, lowest_pressure, pump_throughput
 from layerjam.fluid.timing import air_fall_time, air_rise_time
 from layerjam.units import get
 
@@ -43,12 +43,12 @@ def test_a_straight_curve_is_a_pump_of_constant_displacement():
     straight = Pump(curve=((0.0, 50e-6), (60e3, 0.0)))
     same = Pump(flow=50e-6 * STANDARD / 60e3, ultimate=STANDARD - 60e3)
     for p in (42e3, 60e3, 1e5, STANDARD, 1.1e5):
-        at = intake(p, straight, STANDARD)
+        at = pump_throughput(p, straight, STANDARD)
         if p <= STANDARD:
-            assert at == pytest.approx(intake(p, same, STANDARD), rel=1e-12)
+            assert at == pytest.approx(pump_throughput(p, same, STANDARD), rel=1e-12)
         else:  # the inlet takes in no more than at the atmosphere
             assert at == pytest.approx(50e-6 * p, rel=1e-12)
-    assert intake(41e3, straight, STANDARD) == 0.0
+    assert pump_throughput(41e3, straight, STANDARD) == 0.0
 
 
 def test_to_a_full_vacuum_it_is_the_papers_pump():
@@ -77,9 +77,9 @@ def test_the_closed_form_by_stretches_is_the_integral(points, part, atmosphere, 
         chamber=Chamber(volume=1e-5), pump=Pump(curve=points, count=count),
         site=replace(LINE.site, atmosphere=atmosphere),
     )  # fmt: skip
-    target = part * forms.reachable(line)
+    target = part * forms.reachable_vacuum(line)
     p = np.linspace(atmosphere - 0.1 * target, atmosphere - 0.9 * target, 20001)
-    rate = np.array([1e-5 / (count * intake(v, line.pump, atmosphere)) for v in p])
+    rate = np.array([1e-5 / (count * pump_throughput(v, line.pump, atmosphere)) for v in p])
     area = -np.sum((rate[1:] + rate[:-1]) / 2 * np.diff(p))
     assert forms.rise_time(target, line) == pytest.approx(area, rel=1e-5)
 
@@ -95,16 +95,18 @@ def test_integrated_and_closed_rise_agree_two_in_parallel():
 
 def test_what_is_reached_against_leak_and_tube():
     """In the end nothing changes: the line is run long and agrees with the balance."""
-    assert forms.reachable(LINE) == pytest.approx(70e3, rel=1e-12)
+    assert forms.reachable_vacuum(LINE) == pytest.approx(70e3, rel=1e-12)
     leaky = replace(LINE, leak=Leak(laminar=4e-6, orifice=2e-6), tube=Tube(length=1.0, bore=1.5e-3))
     made = respond(leaky, 30.0)
-    assert forms.reachable(leaky) == pytest.approx(float(made.vacuum[-1]), rel=1e-7)
-    assert forms.reachable(leaky) < forms.reachable(replace(leaky, tube=None)) < 70e3
+    assert forms.reachable_vacuum(leaky) == pytest.approx(float(made.vacuum[-1]), rel=1e-7)
+    assert forms.reachable_vacuum(leaky) < forms.reachable_vacuum(replace(leaky, tube=None)) < 70e3
 
 
 def test_an_orifice_leak_counts_against_a_plain_pump():
     line = replace(LINE, pump=Pump(flow=20e-6), leak=Leak(orifice=5e-6))
-    assert forms.reachable(line) == pytest.approx(float(respond(line, 60.0).vacuum[-1]), rel=1e-8)
+    assert forms.reachable_vacuum(line) == pytest.approx(
+        float(respond(line, 60.0).vacuum[-1]), rel=1e-8
+    )
     assert air_rise_time(90e3, line) == (None, None)
 
 
@@ -118,10 +120,10 @@ def test_altitude_shrinks_all_in_proportion():
 @pytest.mark.parametrize("vacuum", [1e3, 30e3, 69e3, 70e3, 80e3])
 def test_the_regulators_plant_takes_in_as_much_at_its_vacuum(vacuum):
     line = replace(LINE, pump=replace(LINE.pump, backwards=1e-6))
-    plant, p = plant_of(line, vacuum=vacuum), STANDARD - vacuum
+    plant, p = linearise_line(line, vacuum=vacuum), STANDARD - vacuum
     made = plant.rate * (plant.top - vacuum) * line.chamber.volume
     if vacuum < 70e3:
-        assert made == pytest.approx(2 * intake(p, line.pump, STANDARD), rel=1e-9)
+        assert made == pytest.approx(2 * pump_throughput(p, line.pump, STANDARD), rel=1e-9)
     assert plant.top == pytest.approx(70e3)
     last = STANDARD * 12e-6 / 25e3
     if vacuum >= 69e3:
@@ -189,7 +191,7 @@ def test_a_record_is_checked_too():
 
 def test_water_by_a_curve_of_air_is_refused():
     wet = replace(LINE, chamber=replace(LINE.chamber, compliance=6e-11))
-    for ask in (lambda: forms.reachable(wet, True), lambda: plant_of(
+    for ask in (lambda: forms.reachable_vacuum(wet, True), lambda: linearise_line(
         replace(wet, pump=replace(wet.pump, backwards=1e-6)), vacuum=5e4, water=True
     )):  # fmt: skip
         with pytest.raises(QuantityError, match="does not apply to water"):

@@ -16,15 +16,22 @@ from layerjam.fluid.network import (
     SIDE,
     SIZE,
     Drive,
-    at_pressure,
+    gas_imbalance,
     gas_volume,
-    imbalance,
-    rates,
     respond,
     side_volume,
+    state_at_pressure,
+    state_rates,
 )
 from layerjam.fluid.timing import air_rise_time
-from layerjam.fluid.tube import area, filling_lag, in_cells, reynolds, sound_speed, wave_delay
+from layerjam.fluid.tube import (
+    cell_rates,
+    filling_lag,
+    reynolds_number,
+    sound_speed,
+    tube_area,
+    wave_delay,
+)
 from strategies import unchecked
 
 PAPER = load_line("choi2018").line
@@ -65,14 +72,14 @@ def test_at_rest_cells_are_poiseuilles_law():
     a, b = 9e4, 4e4
     nodes = np.sqrt(a * a + (b * b - a * a) * np.arange(1, 8) / 7)
     flow = np.pi * 2e-3**4 / (256 * 1.81e-5 * 1.5) * (a * a - b * b)
-    pressed, pace = in_cells(a, nodes, np.full(7, flow), flow, tube, 1.0)
+    pressed, pace = cell_rates(a, nodes, np.full(7, flow), flow, tube, 1.0)
     assert np.abs(pressed).max() < 1e-6
     assert np.abs(pace).max() < 1e-9 * flow * sound_speed() ** 2
 
 
 def oscillations(line):
     """Natural frequencies [rad/s] about rest at the atmosphere, pump off, from the equations."""
-    base, count = at_pressure(line), line.tube.cells
+    base, count = state_at_pressure(line), line.tube.cells
     # the pump's node stands twice in the state
     places = [CHAMBER, *range(SIZE, SIZE + 2 * count)]
     rows = []
@@ -80,7 +87,7 @@ def oscillations(line):
         step = 1.0 if place < SIZE + count else 1e-6
         moved = base.copy()
         moved[place] += step
-        rows.append(rates(moved, Drive(pump=0.0), line)[places] / step)
+        rows.append(state_rates(moved, Drive(pump=0.0), line)[places] / step)
     roots = np.linalg.eigvals(np.array(rows).T)
     return np.sort(roots.imag[roots.imag > 1.0])
 
@@ -113,7 +120,7 @@ def test_the_wave_arrives_when_it_should():
     made = respond(line, 2 * due, samples=401)
     taken = A * 3.33e-6
     drag = 32 * 1.81e-5 * sound_speed() ** 2 / (A * bore**2)
-    front = 2 * taken / (area(line.tube) * sound_speed()) * np.exp(-drag * due / 2)
+    front = 2 * taken / (tube_area(line.tube) * sound_speed()) * np.exp(-drag * due / 2)
     assert made.crossing(0.5 * front) == pytest.approx(due, rel=0.02)
     plateau = made.vacuum[(made.time > 1.1 * due) & (made.time < 1.5 * due)].mean()
     assert plateau == pytest.approx(front, rel=0.06)
@@ -134,12 +141,12 @@ def test_cells_and_one_volume_agree_where_waves_do_not_matter():
 
 def test_gas_is_accounted_for_in_cells():
     line = replace(with_tube(6), valve=None)
-    start = at_pressure(line, 3e4)
+    start = state_at_pressure(line, 3e4)
     assert start[3:6].sum() == pytest.approx(3e4 * (gas_volume(line, 3e4) + side_volume(line)))
-    whole = PAPER.chamber.volume + area(line.tube) * line.tube.length
+    whole = PAPER.chamber.volume + tube_area(line.tube) * line.tube.length
     assert start[3:6].sum() == pytest.approx(3e4 * whole)
     made = respond(line, 0.5, Drive(pump=-1.0), start)
-    assert imbalance(made.states[-1], made.states[0]) < 1e-10
+    assert gas_imbalance(made.states[-1], made.states[0]) < 1e-10
     assert made.states[-1, SIDE] == pytest.approx(made.states[-1, SIZE + 5], rel=1e-6)
 
 
@@ -147,9 +154,9 @@ def test_the_lag_is_that_of_a_small_step():
     """Pump's side held at p + dp: the chamber closes in with V / 2 n K p."""
     line = with_tube(0)
     p, dp = 3e4, 1.0
-    state = at_pressure(line, p)
+    state = state_at_pressure(line, p)
     state[SIDE] += dp
-    pace = rates(state, Drive(pump=0.0), line)[CHAMBER]
+    pace = state_rates(state, Drive(pump=0.0), line)[CHAMBER]
     assert dp / pace == pytest.approx(filling_lag(line, p), rel=1e-4)
     assert filling_lag(PAPER, p) == 0.0
     assert filling_lag(line, 0.0) == np.inf
@@ -158,7 +165,7 @@ def test_the_lag_is_that_of_a_small_step():
 def test_reynolds_by_hand():
     """10 L/min of air at 101 325 Pa, 1.204 kg/m^3, in 4 mm: 4 rho Q / (pi d mu)."""
     flow = 10e-3 / 60
-    assert reynolds(A * flow, 4e-3) == pytest.approx(
+    assert reynolds_number(A * flow, 4e-3) == pytest.approx(
         4 * 1.204 * flow / (np.pi * 4e-3 * 1.81e-5), rel=1e-3
     )
 
@@ -166,9 +173,9 @@ def test_reynolds_by_hand():
 def test_a_chamber_in_cells_still_stretches():
     """Slip into a closed line: Boyle over chamber and tube together."""
     line = replace(with_tube(4, 0.5), chamber=Chamber(volume=7.5e-6, volume_per_slip=3e-5))
-    tube = area(line.tube) * 0.5
+    tube = tube_area(line.tube) * 0.5
     made = respond(line, 2.0, lambda t: Drive(pump=0.0, slip=0.02 * t, pace=0.02),
-                   at_pressure(line, 4e4))  # fmt: skip
+                   state_at_pressure(line, 4e4))  # fmt: skip
     due = 4e4 * (7.5e-6 + tube) / (7.5e-6 + tube + 3e-5 * 0.04)
     # the tube lags behind by a little of its gas
     assert made.states[-1, CHAMBER] == pytest.approx(due, rel=2e-3)

@@ -9,9 +9,9 @@ import numpy as np
 from campaigns import bench as virtual
 from campaigns.bench import FULL, QUIET
 from layerjam.device.brake import Brake
-from layerjam.identify.curves import Curve, curves_of
+from layerjam.identify.curves import Curve, make_curves
 from layerjam.identify.pull.features import pull_features
-from layerjam.identify.shape import with_shape
+from layerjam.identify.shape import change_shape
 from strategies import KAPTON
 
 TRUTH = (0.9, 120e3, 1.3)
@@ -49,7 +49,7 @@ def campaign(
                     **(QUIET | {"load_cell_noise": noise}), zero_offset=offset,
                     sampling_rate=4000 * speed / 0.04, seed=int(random.integers(1 << 31)),
                 )  # fmt: skip
-                trace = virtual.pull(with_shape(brake, *own), vacuum, speed, travel, machine)
+                trace = virtual.pull(change_shape(brake, *own), vacuum, speed, travel, machine)
                 trace.elongation[:] += slack * random.standard_normal()
                 pulls.append((trace, pull_features(trace), vacuum))
-    return curves_of(pulls)
+    return make_curves(pulls)

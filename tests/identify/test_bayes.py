@@ -27,21 +27,21 @@ from layerjam.identify.bayes.model import (
     CurveEstimates,
     Data,
     Guess,
-    known_of,
     log_likelihood,
     log_stretch,
     pack,
+    prior_moments,
     priors,
     reduce_curves,
-    start,
+    start_search,
     unpack,
 )
 from layerjam.identify.bayes.posterior import BayesFit
 from layerjam.identify.bayes.predictive import peak_band, vacuum_band
-from layerjam.identify.bayes.sampler import WARMUP, values_at
-from layerjam.identify.curves import Curve, curves_of
+from layerjam.identify.bayes.sampler import WARMUP, evaluate_potential
+from layerjam.identify.curves import Curve, make_curves
 from layerjam.identify.pull.features import pull_features
-from layerjam.identify.shape import with_shape
+from layerjam.identify.shape import change_shape
 from layerjam.mechanics.friction import sheet_friction
 from layerjam.mechanics.pull import force_at_elongation, peak, slip_at_elongation
 from layerjam.report import bayes_figures
@@ -69,10 +69,10 @@ def pulls(
     machine = virtual.Machine(load_cell_noise=noise, seed=seed)
     made = []
     for repeat, (a, k) in enumerate(own, 1):
-        brake = with_shape(KAPTON, float(a), float(k), truth[2])
+        brake = change_shape(KAPTON, float(a), float(k), truth[2])
         trace = virtual.pull(brake, vacuum, speed, 0.04, machine, repeat)
         made.append((trace, pull_features(trace), vacuum))
-    return curves_of(made), own
+    return make_curves(made), own
 
 
 CURVES, OWN = pulls(3)
@@ -217,14 +217,14 @@ def test_figures_say_what_they_show(fit: BayesFit) -> None:
     assert "prior" in texts["posterior"] and "kN/m" in texts["posterior"]
     assert "80 kPa, 3 curves" in texts["bands"] and "elongation [mm]" in texts["bands"]
     assert "% of the greatest force" in texts["deviations"]
-    answer = vacuum_band(fit.next_pull(), 60.0, 0.02).at(0.5)[0] / 1e3
+    answer = vacuum_band(fit.next_pull(), 60.0, 0.02).quantile_at(0.5)[0] / 1e3
     assert f"60 N: {answer:.4g} kPa" in texts["vacuum"]
 
 
 def test_reduction_keeps_the_law_and_leaves_the_onset_out() -> None:
     quiet, _ = pulls(1, noise=0.0, scatter=0.0)
     data = reduce_curves(quiet)
-    brake = with_shape(KAPTON, *TRUTH)
+    brake = change_shape(KAPTON, *TRUTH)
     law = np.asarray(force_at_elongation(data.elongation, VACUUM, brake))
     assert data.real.sum() <= RISE + SLIDE
     off = np.abs(np.where(data.real, law - data.force, 0.0))
@@ -239,7 +239,7 @@ def test_reduction_keeps_the_law_and_leaves_the_onset_out() -> None:
 def test_many_samples_are_not_many_measurements() -> None:
     machine = virtual.Machine(seed=1, sampling_rate=13_000.0)
     trace = virtual.pull(KAPTON, VACUUM, 0.013, 0.04, machine)
-    one = curves_of([(trace, pull_features(trace), VACUUM)])
+    one = make_curves([(trace, pull_features(trace), VACUUM)])
     assert len(trace) > 39_000
     assert reduce_curves(one).force.shape == (1, RISE + SLIDE)
     assert reduce_curves(one).white.max() < 0.15
@@ -271,7 +271,10 @@ def guessed(
 ) -> tuple[np.ndarray, Guess, dict[str, tuple[float, float]]]:
     """A flat vector away from the mode, and what it is relative to."""
     mounted = mounting is not None
-    first, known = start(reduce_curves(CURVES), CURVES, KAPTON), known_of(KAPTON, mounted)
+    first, known = (
+        start_search(reduce_curves(CURVES), CURVES, KAPTON),
+        prior_moments(KAPTON, mounted),
+    )
     told = (
         CurveEstimates(first.own_a, np.array([0.01, 0.02, 0.03])),
         CurveEstimates(first.own_k, np.full(3, 0.05)),
@@ -328,7 +331,7 @@ def test_gradient_also_where_a_bin_lies_on_the_onset() -> None:
     data = Data(*map(jnp.asarray, reduce_curves(CURVES)))
     flat, guess, known = guessed()
     sites = unpack(flat, guess, known)
-    brake = with_shape(
+    brake = change_shape(
         KAPTON, *(float(np.exp(x)) for x in (sites.own_a[0], sites.own_k[0], sites.log_f))
     )
     c = float(sheet_friction(0.0, VACUUM, brake))
@@ -336,7 +339,7 @@ def test_gradient_also_where_a_bin_lies_on_the_onset() -> None:
     data = data._replace(elongation=data.elongation.at[0, RISE].set(place))
     steps = 1e-6 * np.eye(len(flat))
     points = np.concatenate([flat[None], flat + steps, flat - steps])
-    value, slope = values_at(points, guess, data, KAPTON, known)
+    value, slope = evaluate_potential(points, guess, data, KAPTON, known)
     assert np.isfinite(slope[0]).all()
     found = (value[1 : 1 + len(flat)] - value[1 + len(flat) :]) / 2e-6
     assert slope[0] == pytest.approx(found, rel=2e-4, abs=2e-2)
@@ -387,7 +390,7 @@ def test_many_repeats_meet_the_plain_mean() -> None:
     assert row.mean() == pytest.approx(logs.mean(), abs=0.15 * error)
     assert row.std() == pytest.approx(error, rel=0.15)
     assert np.median(found.scale_factor_sd) == pytest.approx(logs.std(ddof=1), rel=0.15)
-    assert found.trusted, [c.sentence for c in found.checks if not c.passed]
+    assert found.is_trusted, [c.sentence for c in found.checks if not c.passed]
 
 
 @pytest.mark.slow
@@ -411,7 +414,9 @@ def test_intervals_of_three_repeats_contain_the_truth(scatter: float) -> None:
         truth = (0.875 * draw[0], 131e3 * draw[1], draw[2])
         curves, _ = pulls(3, 100 + seed, truth=truth, scatter=scatter)
         found = fit_bayes(curves, KAPTON)
-        own = with_shape(KAPTON, truth[0] * np.exp(scatter * random.standard_normal()), *truth[1:])
+        own = change_shape(
+            KAPTON, truth[0] * np.exp(scatter * random.standard_normal()), *truth[1:]
+        )
         after = np.asarray(peak(VACUUM, 0.06, found.next_pull().brakes()).force)
         ranks.append([
             (found.scale_factor < truth[0]).mean(), (found.stiffness < truth[1]).mean(),

@@ -20,9 +20,9 @@ from layerjam.identify.bayes.model import (
     reduce_curves,
     unpack,
 )
-from layerjam.identify.curves import curves_of
+from layerjam.identify.curves import make_curves
 from layerjam.identify.pull.features import pull_features
-from layerjam.identify.shape import with_shape
+from layerjam.identify.shape import change_shape
 from strategies import KAPTON
 
 pytest.importorskip("numpyro")
@@ -64,9 +64,9 @@ def test_mountings_widen_the_posterior_as_a_grid_says() -> None:
     machine = virtual.Machine(load_cell_noise=0.05)
     made = []
     for a in own:
-        trace = virtual.pull(with_shape(KAPTON, a, *TRUTH[1:]), VACUUM, 0.013, 0.04, machine)
+        trace = virtual.pull(change_shape(KAPTON, a, *TRUTH[1:]), VACUUM, 0.013, 0.04, machine)
         made.append((trace, pull_features(trace), VACUUM))
-    curves, groups = curves_of(made), [(0, 1), (2, 3), (4, 5)]
+    curves, groups = make_curves(made), [(0, 1), (2, 3), (4, 5)]
     found = fit_bayes(curves, KAPTON, draws=1000, mountings=groups)
     y = np.log(np.median(found.curve_scale_factor, axis=(0, 1))).reshape(3, 2)
     prior = priors(KAPTON, True)

@@ -14,15 +14,15 @@ from layerjam.identify.calibration.budget import (
     Budget,
     Contribution,
     Peak,
-    budget,
     enclosure_line,
     friction_lines,
+    make_budget,
     round_to_uncertainty,
     scatter_line,
 )
 from layerjam.identify.calibration.intervals import combine, coverage_factor
-from layerjam.identify.repeats import over_repeats
-from layerjam.identify.shape import with_shape
+from layerjam.identify.repeats import summarise_repeats
+from layerjam.identify.shape import change_shape
 from layerjam.mechanics.pull import peak, scale_factor_of_peak
 from layerjam.toml_files.source import Source
 from strategies import unchecked
@@ -39,7 +39,7 @@ def test_without_an_enclosure_every_sensitivity_is_one() -> None:
     bare = unchecked(BRAKE, enclosure=unchecked(BRAKE.enclosure, modulus=1e-9))
     at = [Peak(170.0, 94.5e3)]
     known = scatter_line((0.01, 4), 1.0, ""), enclosure_line(at, bare)
-    found = budget(at, bare, known, {}, {})
+    found = make_budget(at, bare, known, {}, {})
     assert [c.sensitivity for c in found.contributions] == pytest.approx(
         [1.0, 0.0, 1.0, -1.0, -1.0, -1.0], abs=2e-4
     )
@@ -55,22 +55,24 @@ def test_the_combined_uncertainty_is_that_of_a_monte_carlo() -> None:
     sources = {path: Source(kind="measured", sd=sd) for path, sd in sds.items()}
     brake = replace(BRAKE, enclosure=replace(BRAKE.enclosure, force_uncertainty=0.25))
     known = scatter_line((0.004, np.inf), 1.0, ""), enclosure_line(here, brake)
-    found = budget(here, brake, known, limits, sources)
+    found = make_budget(here, brake, known, limits, sources)
     read = 1 + random.uniform(-cell, cell, count)
     off = random.uniform(-gauge, gauge, count)
     wide, long = (1 + sd * random.standard_normal(count) for sd in (width, overlap))
     sheets = replace(
         BRAKE.sheets, width=BRAKE.sheets.width * wide, overlap=BRAKE.sheets.overlap * long
     )
-    sleeve = with_shape(BRAKE, 1.0, None, np.exp(0.25 * random.standard_normal(count)))
+    sleeve = change_shape(BRAKE, 1.0, None, np.exp(0.25 * random.standard_normal(count)))
     other = replace(sleeve, sheets=sheets)
     factors = [scale_factor_of_peak(p.force * read, p.vacuum + off, other) for p in here]
     drawn = np.mean(np.asarray(factors), axis=0)
     drawn = drawn * (1 + 0.004 * random.standard_normal(count))
-    assert found.whole
-    assert found.combined == pytest.approx(drawn.std() / drawn.mean(), rel=0.02)
-    assert found.combined is not None and found.expanded is not None
-    assert found.expanded == pytest.approx(stats.norm.ppf(0.975) * found.combined)
+    assert found.is_complete
+    assert found.standard_uncertainty == pytest.approx(drawn.std() / drawn.mean(), rel=0.02)
+    assert found.standard_uncertainty is not None and found.expanded_uncertainty is not None
+    assert found.expanded_uncertainty == pytest.approx(
+        stats.norm.ppf(0.975) * found.standard_uncertainty
+    )
 
 
 def test_the_enclosures_line_is_that_of_a_monte_carlo() -> None:
@@ -79,7 +81,7 @@ def test_the_enclosures_line_is_that_of_a_monte_carlo() -> None:
     at = [Peak(float(peak(p, 0.04, light).force), p) for p in (22e3, 40e3)]
     line = enclosure_line(at, light)
     drawn = np.random.default_rng(3).normal(1, 0.05, 20_000)
-    other = with_shape(light, 1.0, None, drawn)
+    other = change_shape(light, 1.0, None, drawn)
     factors = np.mean([scale_factor_of_peak(p.force, p.vacuum, other) for p in at], axis=0)
     assert line.standard == 0.3 and line.supply
     assert abs(line.sensitivity) * 0.05 == pytest.approx(factors.std() / factors.mean(), rel=0.03)
@@ -102,7 +104,7 @@ def test_few_pulls_widen_the_expanded_uncertainty() -> None:
     pulls = scatter_line((0.01, 2), 1.25, "")
     alone = Budget(contributions=(pulls,), value=1.25)
     assert alone.coverage_factor == pytest.approx(stats.t.ppf(0.975, 2))
-    assert alone.expanded == pytest.approx(stats.t.ppf(0.975, 2) * 0.008)
+    assert alone.expanded_uncertainty == pytest.approx(stats.t.ppf(0.975, 2) * 0.008)
     cell = Contribution(what="load cell", basis="", standard=0.01, sensitivity=1.0)
     both = Budget(contributions=(pulls, cell), value=1.25)
     degrees = (0.008**2 + 0.01**2) ** 2 / (0.008**4 / 2)
@@ -151,8 +153,14 @@ def test_the_headline_has_two_significant_digits(
 
 def test_nothing_stated_is_not_zero() -> None:
     at = peaks(94.5e3)
-    found = budget(at, BRAKE, (scatter_line(None, 1.0, "one"), enclosure_line(at, BRAKE)), {}, {})
-    assert found.combined is None and found.expanded is None and found.headline is None
+    found = make_budget(
+        at, BRAKE, (scatter_line(None, 1.0, "one"), enclosure_line(at, BRAKE)), {}, {}
+    )
+    assert (
+        found.standard_uncertainty is None
+        and found.expanded_uncertainty is None
+        and found.headline is None
+    )
     assert found.coverage_factor is None and found.degrees_of_freedom is None
     words = " ".join(found.missing)
     for needed in ("load_cell_limit", "gauge_limit", "sheets.width", "sheets.overlap", "repeat"):
@@ -162,7 +170,7 @@ def test_nothing_stated_is_not_zero() -> None:
 
 def test_what_nobody_stated_is_said_and_adds_nothing() -> None:
     one = scatter_line(None, 1.0, "one pull")
-    found = budget(peaks(94.5e3), BRAKE, [one], {"load_cell": 0.01}, {})
+    found = make_budget(peaks(94.5e3), BRAKE, [one], {"load_cell": 0.01}, {})
     stated = {c.what: c.standard is not None for c in found.contributions}
     assert stated == {
         "repeats": False,
@@ -171,9 +179,9 @@ def test_what_nobody_stated_is_said_and_adds_nothing() -> None:
         "width of the sheets": False,
         "overlap at rest": False,
     }
-    assert not found.whole
+    assert not found.is_complete
     force = found.contributions[1]
-    assert found.combined == pytest.approx(force.sensitivity * 0.01 / 3**0.5, rel=1e-12)
+    assert found.standard_uncertainty == pytest.approx(force.sensitivity * 0.01 / 3**0.5, rel=1e-12)
     assert [c.basis for c in found.contributions if c.standard is None][1:] == ["not stated"] * 3
 
 
@@ -182,23 +190,23 @@ def test_the_friction_rig_enters_as_its_errors_do(exponent: float) -> None:
     """Errors drawn as the lines take them: a = c/mu, mu = (F/N) (P A/N)^m at the pressure P."""
     random, count = np.random.default_rng(4), 100_000
     limits = {"load_cell": 0.01, "normal_force": 0.02, "area": 0.03}
-    tests = over_repeats([0.238, 0.241, 0.243])
+    tests = summarise_repeats([0.238, 0.241, 0.243])
     force, normal, area = (1 + random.uniform(-x, x, count) for x in limits.values())
     drawn = tests.mean + (tests.standard_error or 0.0) * random.standard_normal(count)
     friction = drawn * force / normal * (area / normal) ** exponent
     factor = 1 / friction
     lines = friction_lines(tests, limits, exponent)
     found = Budget(contributions=lines)
-    assert found.whole
-    assert found.combined == pytest.approx(factor.std() / factor.mean(), rel=0.01)
+    assert found.is_complete
+    assert found.standard_uncertainty == pytest.approx(factor.std() / factor.mean(), rel=0.01)
     assert [c.degrees for c in lines] == [2, math.inf, math.inf, math.inf]
 
 
 def test_what_the_friction_rig_does_not_state_is_listed() -> None:
     """One test has no scatter; the area counts only if friction depends on pressure."""
-    one = over_repeats([0.24])
+    one = summarise_repeats([0.24])
     missing = Budget(contributions=friction_lines(one, {}, 0.0)).missing
     assert len(missing) == 3 and "second friction test" in missing[0]
     assert "load_cell_limit" in missing[1] and "normal_force_limit" in missing[2]
-    assert Budget(contributions=friction_lines(one, {}, 0.0)).combined is None
+    assert Budget(contributions=friction_lines(one, {}, 0.0)).standard_uncertainty is None
     assert "area_limit" in Budget(contributions=friction_lines(one, {}, 0.1)).missing[3]

@@ -14,15 +14,15 @@ from identify.fitted import campaign
 from layerjam.errors import FitError
 from layerjam.identify.calibration.least_squares import fit_jointly
 from layerjam.identify.calibration.verdict import (
-    drift,
-    like_catalogue,
-    off_bounds,
-    repeats_agree,
-    sleeve_plausible,
+    check_bounds,
+    check_catalogue,
+    check_drift,
+    check_enclosure,
+    check_repeats,
 )
 from layerjam.identify.calibration.whole_curves import calibrate_curves
 from layerjam.identify.checks import Check
-from layerjam.identify.curves import curves_of
+from layerjam.identify.curves import make_curves
 from layerjam.identify.pull.features import pull_features
 from strategies import KAPTON
 
@@ -103,7 +103,7 @@ def test_repeats_count_only_where_all_pulls_scatter_as_much() -> None:
         normal = random.standard_normal(len(curves))
         for scatter in (0.04, 0.1):
             away[:, 0] = fit.population.estimate[0] + scatter * normal
-            fails = not repeats_agree(fit).passed
+            fails = not check_repeats(fit).passed
             falsely += fails and scatter == 0.04
             truly += fails and scatter == 0.1
         apart = [np.ptp(0.04 * normal[list(g)]) for g in fit.groups]
@@ -138,7 +138,7 @@ def test_a_pull_in_another_unit_is_named_or_refused(unit: str, number: int) -> N
         trace = replace(trace, path=f"pull-{seed}.csv")
         pulls.append((trace, pull_features(trace), FULL))
     try:
-        found = calibrate_curves(curves_of(pulls), KAPTON)
+        found = calibrate_curves(make_curves(pulls), KAPTON)
     except FitError as error:
         assert str(error).startswith(f"pull-{number // 2}.csv: ") and "leave the file out" in str(
             error
@@ -170,21 +170,21 @@ def test_implausible_numbers() -> None:
     assert "plausible" in verdict(campaign((FULL,), 3, truth=(2.4, 3e5, 1.0), spread=SPREAD))
     assert "sleeve" in verdict(campaign((FULL,), 3, truth=(0.9, 1.2e5, 3.5), spread=SPREAD))
     assert "stiffness" in verdict(campaign((FULL,), 3, truth=(0.9, 9e5, 1.0), spread=SPREAD))
-    assert [like_catalogue(p).passed for p in (0.005, 0.0621, 0.21, 5.0)] == [
+    assert [check_catalogue(p).passed for p in (0.005, 0.0621, 0.21, 5.0)] == [
         False, True, True, False,
     ]  # fmt: skip
-    assert [sleeve_plausible(f).passed for f in (0.29, 0.31, 2.9, 3.1)] == [
+    assert [check_enclosure(f).passed for f in (0.29, 0.31, 2.9, 3.1)] == [
         False, True, True, False,
     ]  # fmt: skip
 
 
 def test_bounds() -> None:
     fine = {"scale_factor": 1.0, "stiffness": 1e5, "enclosure_factor": 1.0}
-    assert off_bounds(fine).passed
+    assert check_bounds(fine).passed
     for name, value in (("scale_factor", 1e-3), ("stiffness", 100.0), ("enclosure_factor", 2e-3)):
-        one = off_bounds(fine | {name: value})
+        one = check_bounds(fine | {name: value})
         assert not one.passed and "ended at a bound" in one.sentence
-    assert not off_bounds({**fine, "pressure_exponent": 2.0}).passed
+    assert not check_bounds({**fine, "pressure_exponent": 2.0}).passed
 
 
 def test_a_drift_must_be_sure_and_matter() -> None:
@@ -193,11 +193,13 @@ def test_a_drift_must_be_sure_and_matter() -> None:
     small, steep = 0.01 * np.log(over / 40e3), 0.1 * np.log(over / 40e3)
     cases = ((0.05 * z, True), (small + 1e-4 * z, True), (steep + 0.01 * z, False))
     for values, passed in cases:
-        found = drift(values, over, "scale factor", "vacuum", "Pa")
+        found = check_drift(values, over, "scale factor", "vacuum", "Pa")
         assert found is not None and found.passed is passed
-    assert drift(z, np.full(9, 5e4), "scale factor", "vacuum", "Pa") is None
-    assert drift(z[:2], over[:2] * [1, 2], "scale factor", "vacuum", "Pa") is None
-    bent = drift(0.2 * np.log(over / 40e3) ** 2 + 0.005 * z, over, "x", "vacuum", "Pa", free=1)
+    assert check_drift(z, np.full(9, 5e4), "scale factor", "vacuum", "Pa") is None
+    assert check_drift(z[:2], over[:2] * [1, 2], "scale factor", "vacuum", "Pa") is None
+    bent = check_drift(
+        0.2 * np.log(over / 40e3) ** 2 + 0.005 * z, over, "x", "vacuum", "Pa", free=1
+    )
     assert bent is not None and not bent.passed and "bends" in bent.sentence
-    straight = drift(steep + 0.005 * z, over, "x", "vacuum", "Pa", free=1)
+    straight = check_drift(steep + 0.005 * z, over, "x", "vacuum", "Pa", free=1)
     assert straight is not None and straight.passed

@@ -7,9 +7,9 @@ from typing import cast
 import numpy as np
 import pytest
 
-from layerjam.identify.calibration.influence import covariance_of
+from layerjam.identify.calibration.influence import estimate_covariance
 from layerjam.identify.calibration.intervals import Population
-from layerjam.identify.calibration.peaks import _means, joint
+from layerjam.identify.calibration.peaks import _estimate_means, join_means
 from layerjam.identify.curves import Curve
 from layerjam.identify.pull.features import PullFeatures
 
@@ -21,7 +21,7 @@ def test_it_is_what_the_errors_of_sums_and_differences_say() -> None:
     estimate = np.linalg.lstsq(design.reshape(-1, 3), scatter.ravel(), rcond=None)[0]
     shared = Population(estimate=estimate, design=design, residual=scatter - design @ estimate)
     named = {"a": np.array([1.0, 0, 0]), "b": np.array([0, 2.0, -1.0])}
-    found = covariance_of(shared, named)
+    found = estimate_covariance(shared, named)
 
     def variance(contrast: np.ndarray) -> float:
         told = shared.standard_error(contrast)
@@ -45,7 +45,9 @@ def test_means_over_pulls_of_which_some_tell_one_value_only() -> None:
         a, k = pulls.T
         means.append((a.mean(), k[told].mean()))
         each = {"a": list(a), "k": [v if t else None for v, t in zip(k, told, strict=True)]}
-        made = covariance_of(joint(each), {"a": np.array([1.0, 0]), "k": np.array([0, 1.0])})
+        made = estimate_covariance(
+            join_means(each), {"a": np.array([1.0, 0]), "k": np.array([0, 1.0])}
+        )
         stated.append([[made[x][y] for y in "ak"] for x in "ak"])
     true = np.cov(np.array(means).T)
     assert np.mean(stated, axis=0) == pytest.approx(true, rel=0.07)
@@ -68,12 +70,14 @@ def test_the_means_of_pulls_have_it() -> None:
         for n in range(5)
     ]
     alone = [(n,) for n in range(5)]
-    found = _means(values, curves, alone, {})
+    found = _estimate_means(values, curves, alone, {})
     due = np.cov(np.array(list(values.values()))) / 5
     made = [[found["covariance"][x][y] for y in values] for x in values]
     assert np.array(made) == pytest.approx(due)
     for name in values:
         own = found["covariance"][name][name]
         assert found["standard_errors"][name] ** 2 == pytest.approx(own)
-    single = _means({name: some[:1] for name, some in values.items()}, curves[:1], [(0,)], {})
+    single = _estimate_means(
+        {name: some[:1] for name, some in values.items()}, curves[:1], [(0,)], {}
+    )
     assert single["covariance"] == {}

@@ -10,15 +10,15 @@ import pytest
 from campaigns.bench import FULL, curve
 from identify.fitted import TRUTH, campaign
 from layerjam.errors import FitError
-from layerjam.identify.calibration.forward import reduce
+from layerjam.identify.calibration.forward import reduce_curves
 from layerjam.identify.calibration.whole_curves import calibrate_curves
 from layerjam.identify.curves import (
-    conditions,
-    curves_of,
+    crosshead_speed,
     fitted_part,
+    group_conditions,
+    make_curves,
     number_repeats,
     require_usable,
-    speed_of,
 )
 from layerjam.identify.pull.features import pull_features
 from strategies import KAPTON, PTFE, change
@@ -172,22 +172,22 @@ def test_pulls_that_cannot_be_used() -> None:
 def test_repeats_are_counted_within_their_condition() -> None:
     curves = campaign((FULL, 0.98 * FULL, 40e3), 2, speeds=(0.005, 0.013))
     assert [c.repeat for c in curves] == [1, 2, 1, 2, 3, 4, 3, 4, 1, 2, 1, 2]
-    assert sorted(len(g) for g in conditions(curves)) == [2, 2, 4, 4]
+    assert sorted(len(g) for g in group_conditions(curves)) == [2, 2, 4, 4]
     assert [c.repeat for c in number_repeats(curves[2:4])] == [1, 2]
 
 
 def test_speed_from_the_sidecar_or_the_clock() -> None:
     trace = curve(KAPTON)
-    assert speed_of(trace) == pytest.approx(0.013)
-    assert speed_of(replace(trace, facts=replace(trace.facts, speed=0.02))) == 0.02
-    assert speed_of(replace(trace, time=None)) is None
-    assert speed_of(replace(trace, time=0 * trace.time)) is None
-    assert curves_of([(trace, pull_features(trace), FULL)])[0].speed == pytest.approx(0.013)
+    assert crosshead_speed(trace) == pytest.approx(0.013)
+    assert crosshead_speed(replace(trace, facts=replace(trace.facts, speed=0.02))) == 0.02
+    assert crosshead_speed(replace(trace, time=None)) is None
+    assert crosshead_speed(replace(trace, time=0 * trace.time)) is None
+    assert make_curves([(trace, pull_features(trace), FULL)])[0].speed == pytest.approx(0.013)
 
 
 def test_reduction_keeps_every_sample_and_the_mean() -> None:
     one = campaign((FULL,), 1, noise=0.2)[0]
-    small = reduce([one])
+    small = reduce_curves([one])
     part = fitted_part(one)
     weight = small.weight[0] * len(one.force[part]) / small.weight[0].sum()
     assert weight.sum() == pytest.approx(len(one.force[part]))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from layerjam.identify.calibration.forward import law_with_error, pull_force
-from layerjam.identify.shape import plain, with_shape
+from layerjam.identify.shape import change_shape, drop_exponent
 from layerjam.mechanics.enclosure import enclosure_force, saturation_slip
 from layerjam.mechanics.pull import force_at_elongation, peak
 from strategies import KAPTON, PTFE
@@ -21,7 +21,7 @@ OWN = np.array([np.log(0.9), np.log(1.2e5), 1.2, 0.01, 0.003])
 def test_derivatives_are_those_of_central_differences(brake, vacuum) -> None:
     """At random places, and around the onset, where the slope of the force jumps within 0.1 um."""
     height, onset = 100.0, 1e-3
-    shaped = with_shape(brake, *np.exp(OWN[:2]), OWN[2])
+    shaped = change_shape(brake, *np.exp(OWN[:2]), OWN[2])
     begin = shaped.scale_factor * brake.film.kinetic * (brake.sheets.count - 1)
     begin *= brake.sheets.width * vacuum * brake.sheets.overlap / shaped.stiffness_measured
     random = np.random.default_rng(5)
@@ -29,7 +29,7 @@ def test_derivatives_are_those_of_central_differences(brake, vacuum) -> None:
     places = np.concatenate([random.uniform(1e-5, 0.05, 40), near])
 
     def force(own):
-        return pull_force(own, places, vacuum, height, onset, plain(brake))
+        return pull_force(own, places, vacuum, height, onset, drop_exponent(brake))
 
     slope = np.asarray(jax.jacfwd(force)(OWN))
     assert np.isfinite(slope).all()
@@ -41,13 +41,13 @@ def test_derivatives_are_those_of_central_differences(brake, vacuum) -> None:
 
 @BOTH
 def test_derivatives_are_finite_at_the_onset_itself_and_in_slack(brake) -> None:
-    shaped = with_shape(brake, *np.exp(OWN[:2]), OWN[2])
+    shaped = change_shape(brake, *np.exp(OWN[:2]), OWN[2])
     top = peak(60e3, 0.06, shaped)
     exact = np.exp(-OWN[1]) * (
         float(top.force) - 0.25 * 0
     )  # any place will do, zero is the sharp one
     places = np.array([0.0, OWN[3] * 1e-3, exact])
-    slope = jax.jacfwd(lambda p: pull_force(p, places, 60e3, 1.0, 1e-3, plain(brake)))(OWN)
+    slope = jax.jacfwd(lambda p: pull_force(p, places, 60e3, 1.0, 1e-3, drop_exponent(brake)))(OWN)
     assert np.isfinite(np.asarray(slope)).all()
 
 
@@ -55,7 +55,7 @@ def test_derivatives_are_finite_at_the_onset_itself_and_in_slack(brake) -> None:
 def test_the_sleeves_factor_multiplies_its_force_and_keeps_its_saturation(brake) -> None:
     x = np.linspace(0, 0.06, 50)
     for vacuum in (2e3, 60e3):
-        twice = with_shape(brake, 1.0, 1e5, 2.0)
+        twice = change_shape(brake, 1.0, 1e5, 2.0)
         np.testing.assert_allclose(
             np.asarray(enclosure_force(x, vacuum, twice)),
             2 * np.asarray(enclosure_force(x, vacuum, brake)), rtol=1e-12,
@@ -71,11 +71,11 @@ def test_the_band_is_the_scatter_of_the_law() -> None:
     law, error = law_with_error(u, 60e3, np.array([0.9, 1.2e5, 1.1]), covariance, KAPTON)
     np.testing.assert_allclose(
         law,
-        np.asarray(force_at_elongation(u, 60e3, with_shape(KAPTON, 0.9, 1.2e5, 1.1))),
+        np.asarray(force_at_elongation(u, 60e3, change_shape(KAPTON, 0.9, 1.2e5, 1.1))),
         rtol=1e-12,
     )
     z = np.random.default_rng(1).standard_normal((4000, 3)) * [0.01, 0.02, 0.05]
-    many = with_shape(
+    many = change_shape(
         KAPTON,
         *(v[:, None] for v in (0.9 * np.exp(z[:, 0]), 1.2e5 * np.exp(z[:, 1]), 1.1 + z[:, 2])),
     )

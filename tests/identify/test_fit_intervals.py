@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from layerjam.identify.calibration.influence import bootstrap_errors, moves
+from layerjam.identify.calibration.influence import bootstrap_errors, compute_shifts
 from layerjam.identify.calibration.intervals import Population, quantile
-from layerjam.identify.repeats import over_repeats
+from layerjam.identify.repeats import summarise_repeats
 
 
 def means(values: np.ndarray) -> Population:
@@ -38,7 +38,7 @@ def test_for_equal_weights_it_is_students_t_of_a_mean(count: int) -> None:
     for j, unit in enumerate(np.eye(2)):
         found = means(values).standard_error(unit)
         assert found == pytest.approx((values[:, j].std(ddof=1) / np.sqrt(count), count - 1))
-        plain = over_repeats(values[:, j].tolist(), positive=False)
+        plain = summarise_repeats(values[:, j].tolist(), positive=False)
         low, high = stats.t.interval(
             0.95, count - 1, values[:, j].mean(), values[:, j].std(ddof=1) / np.sqrt(count)
         )
@@ -97,7 +97,7 @@ def test_leaving_out_is_refitting() -> None:
         keep = np.setdiff1d(np.arange(8), out)
         again = line(x[keep], y[keep])
         np.testing.assert_allclose(whole.estimate + whole.shift(out), again.estimate, rtol=1e-10)
-    found = moves(whole, {"slope": np.array([0.0, 1.0])}, list("abcdefgh"), {})
+    found = compute_shifts(whole, {"slope": np.array([0.0, 1.0])}, list("abcdefgh"), {})
     by = [abs(moved) for moved in found["slope"].files.values()]
     assert by == sorted(by, reverse=True) and len(by) == 8
 

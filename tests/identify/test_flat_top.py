@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from layerjam.identify.logs.crash import reduce_crash
-from layerjam.identify.logs.flat_top import CHANCE, flat_top
+from layerjam.identify.logs.flat_top import CHANCE, find_flat_top
 
 STILL = 0.07
 """Quiet at the beginning [s]."""
@@ -40,7 +40,8 @@ def judged(count, seed, over=None):
     """How many records show an end, and how many cannot tell."""
     draw = np.random.default_rng(seed)
     found = [
-        flat_top(*gentle(draw, None if over is None else draw.uniform(*over))) for _ in range(count)
+        find_flat_top(*gentle(draw, None if over is None else draw.uniform(*over)))
+        for _ in range(count)
     ]
     there = [one for one in found if one is not None]
     return sum(one.certain for one in there), sum(not one.certain for one in there)
@@ -83,10 +84,10 @@ def test_a_flat_pulse_of_few_steps_is_not_called_an_end(height):
     draw = np.random.default_rng(6)
     for noise in (0.2, 0.5, 1.0):
         for _ in range(20):
-            found = flat_top(plateau(draw, height * draw.uniform(1, 1.3), noise), 700)
+            found = find_flat_top(plateau(draw, height * draw.uniform(1, 1.3), noise), 700)
             assert found is None or not found.certain
     still = plateau(draw, height, 0.0)
-    found = flat_top(still, 700)
+    found = find_flat_top(still, 700)
     assert found is not None and not found.certain and found.count >= 200
 
 
@@ -98,7 +99,7 @@ def test_noise_that_goes_at_the_top_is_an_end_however_coarse():
     for count, certain in ((3 * enough, True), (enough // 2, False)):
         record = np.round(draw.normal(0, 0.7, 2000))
         record[800 : 800 + count] = 12.0
-        found = flat_top(record, 700)
+        found = find_flat_top(record, 700)
         assert found is not None and (found.count, found.certain) == (count, certain)
 
 
@@ -108,7 +109,7 @@ def test_noise_with_a_memory_makes_longer_runs():
     for _ in range(40):
         noise = np.convolve(draw.normal(0, 4.0, 2014), window, "valid")
         level = np.interp(np.arange(2000), [800, 808, 1100, 1108], [0, 40.0, 40.0, 0])
-        found = flat_top(np.round(level + noise), 700)
+        found = find_flat_top(np.round(level + noise), 700)
         assert found is None or not found.certain
 
 
@@ -117,7 +118,7 @@ def test_the_scale_and_the_digits_of_a_file_do_not_matter():
     for over in (None, 0.2):
         record, quiet = gentle(draw, over, noise=0.8)
         for other in (record * -3.7, np.array([float(f"{v:.6g}") for v in record])):
-            one, two = flat_top(record, quiet), flat_top(other, quiet)
+            one, two = find_flat_top(record, quiet), find_flat_top(other, quiet)
             assert (one is None) == (two is None) == (over is None)
             assert one is None or two is None or (one.count, one.certain) == (two.count, True)
 

@@ -15,10 +15,10 @@ from identify.saw import GRAVITY, sled
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import FileError, FitError, UnknownNameError
-from layerjam.identify.friction.breakaway import find_breakaway, inertia_of
+from layerjam.identify.friction.breakaway import find_breakaway, inertia_effect
 from layerjam.identify.friction.reduction import reduce_friction, reduce_repeat, with_friction
 from layerjam.identify.friction.standards import D1894, ISO8295, PAPER, STANDARDS, find_standard
-from layerjam.identify.repeats import over_repeats
+from layerjam.identify.repeats import summarise_repeats
 from layerjam.measure.trace import Trace
 
 NORMAL = 2.45
@@ -113,7 +113,7 @@ def test_what_inertia_adds_is_bounded_by_the_closed_form(spring: float) -> None:
     most = speed * np.sqrt(spring * NORMAL / GRAVITY)
     assert trace.force.max() - 0.2 * NORMAL == pytest.approx(most, rel=0.02)
     found = find_breakaway(trace.travel, trace.force)
-    told = inertia_of(trace.travel, trace.force, trace.time, found, NORMAL / GRAVITY, speed)
+    told = inertia_effect(trace.travel, trace.force, trace.time, found, NORMAL / GRAVITY, speed)
     assert told is not None
     assert told.stiffness == pytest.approx(spring, rel=0.05)
     assert told.bound == pytest.approx(most, rel=0.025)
@@ -126,7 +126,7 @@ def test_the_acceleration_at_breakaway_is_the_sleds() -> None:
     trace = sled(0.32, 0.2, spring=100.0, rate=1000.0, noise=0.0, travel=0.03)
     found = find_breakaway(trace.travel, trace.force)
     mass = NORMAL / GRAVITY
-    told = inertia_of(trace.travel, trace.force, trace.time, found, mass, 2.5e-3)
+    told = inertia_effect(trace.travel, trace.force, trace.time, found, mass, 2.5e-3)
     assert told is not None and told.acceleration is not None
     start = 0.12 * NORMAL / mass
     # the mean over a quarter of a swing is 2/pi of what it starts with
@@ -179,23 +179,23 @@ def test_the_way_back_does_not_count() -> None:
 
 def test_the_interval_is_students() -> None:
     values = [0.23, 0.24, 0.28]
-    found = over_repeats(values)
+    found = summarise_repeats(values)
     error = np.std(values, ddof=1) / 3**0.5
     low, high = student.interval(0.95, 2, loc=0.25, scale=error)
-    signed = over_repeats(values, positive=False)
+    signed = summarise_repeats(values, positive=False)
     assert (signed.low, signed.high) == (pytest.approx(low), pytest.approx(high))
     # of the logarithm, whose error is the relative one to first order (scipy's log-normal ends)
     reach = student.interval(0.95, 2, loc=np.log(0.25), scale=error / 0.25)
     assert (found.low, found.high) == pytest.approx(np.exp(reach))
     assert found.standard_error == pytest.approx(error) and found.mean == pytest.approx(0.25)
-    one = over_repeats([0.3])
+    one = summarise_repeats([0.3])
     assert one.sd is one.low is one.high is one.standard_error is None and one.mean == 0.3
 
 
 @pytest.mark.parametrize("values", [[0.24, 2.4e-4, 0.25], [0.1, 0.9], [1e-9, 1.0, 2.0, 3.0]])
 def test_the_interval_of_a_positive_quantity_stays_above_zero(values: list[float]) -> None:
     """One file of another unit: Student's interval about the mean would reach below zero."""
-    found, signed = over_repeats(values), over_repeats(values, positive=False)
+    found, signed = summarise_repeats(values), summarise_repeats(values, positive=False)
     assert signed.low is not None and signed.low < 0
     assert found.low is not None and found.high is not None
     assert 0 < found.low < found.mean < found.high
@@ -207,7 +207,7 @@ def test_the_interval_covers_the_truth_as_often_as_it_says() -> None:
     rng = np.random.default_rng(5)
     inside = 0
     for _ in range(2000):
-        found = over_repeats(rng.normal(0.24, 0.01, 3).tolist())
+        found = summarise_repeats(rng.normal(0.24, 0.01, 3).tolist())
         assert found.low is not None and found.high is not None
         inside += found.low <= 0.24 <= found.high
     assert 0.935 <= inside / 2000 <= 0.965

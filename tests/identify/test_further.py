@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from layerjam.identify.calibration.further import SURE, Further, further
+from layerjam.identify.calibration.further import SURE, Further, predict_further_pulls
 from layerjam.identify.calibration.intervals import Population
 
 
@@ -22,7 +22,9 @@ def means(values: np.ndarray, weights: np.ndarray | None = None) -> Population:
 
 
 def of(values: np.ndarray, groups: dict[str, list[int]], weights=None) -> Further:
-    found = further(means(values, weights), {"a": np.ones(1)}, groups, {"a": 1.0})["a"]
+    found = predict_further_pulls(means(values, weights), {"a": np.ones(1)}, groups, {"a": 1.0})[
+        "a"
+    ]
     assert found is not None
     return found
 
@@ -88,4 +90,6 @@ def test_needed_is_the_least_that_does_and_none_where_nothing_does() -> None:
     assert needed.sure > needed.likely
     assert found.required_pulls(1.0).likely == 0
     assert found.required_pulls(1e-6).likely is None
-    assert further(means(values[:1]), {"a": np.ones(1)}, {"c": [0]}, {"a": 1.0}) == {"a": None}
+    assert predict_further_pulls(means(values[:1]), {"a": np.ones(1)}, {"c": [0]}, {"a": 1.0}) == {
+        "a": None
+    }

@@ -10,12 +10,7 @@ from scipy.signal import lfilter
 
 from campaigns import bench as virtual
 from identify.saw import teeth
-from layerjam.identify.stick_slip import (
-    find_saw_teeth,
-    noise_of,
-    running_mean,
-    turning_points,
-)
+from layerjam.identify.stick_slip import find_saw_teeth, noise_sd, running_mean, turning_points
 
 seeds = st.integers(0, 2**32 - 1)
 FAR = 0.06
@@ -40,8 +35,8 @@ def test_the_noise_is_seen_through_lines_and_jumps(seed: int) -> None:
     rng = np.random.default_rng(seed)
     sigma = 10 ** rng.uniform(-4, 0)
     u, force = teeth(rows=20000, noise=sigma, seed=seed % 1000)
-    assert noise_of(force) == pytest.approx(sigma, rel=0.06)
-    assert noise_of(u) < 1e-12
+    assert noise_sd(force) == pytest.approx(sigma, rel=0.06)
+    assert noise_sd(u) < 1e-12
 
 
 @given(seeds)

@@ -17,11 +17,11 @@ from layerjam.identify.calibration.law_spread import LawError, LawSpread
 from layerjam.identify.calibration.least_squares import fit_jointly
 from layerjam.identify.calibration.peaks import calibrate_peaks
 from layerjam.identify.calibration.whole_curves import calibrate_curves
-from layerjam.identify.shape import with_shape
+from layerjam.identify.shape import change_shape
 from layerjam.mechanics.pull import force_at_elongation
 from strategies import KAPTON
 
-BRAKE = with_shape(KAPTON, 0.9, 120e3, 1.3)
+BRAKE = change_shape(KAPTON, 0.9, 120e3, 1.3)
 ROOT = np.array([[0.02, 0, 0], [0.01, 0.03, 0], [-0.02, 0.01, 0.05]])
 ERROR = LawError(covariance=ROOT @ ROOT.T, t=2.5, pulls=6)
 ELONGATION = np.array([0.0004, 0.0009, 0.004, 0.02, 0.035])
@@ -30,7 +30,7 @@ ELONGATION = np.array([0.0004, 0.0009, 0.004, 0.02, 0.035])
 def test_the_band_is_as_wide_as_forces_of_drawn_brakes_scatter():
     """Each draw is a brake of its own, whose force the law gives; no derivative is taken."""
     a, k, factor = (ROOT @ np.random.default_rng(1).normal(size=(3, 20_000)))[:, :, None]
-    drawn = with_shape(BRAKE, 0.9 * np.exp(a), 120e3 * np.exp(k), 1 + factor)
+    drawn = change_shape(BRAKE, 0.9 * np.exp(a), 120e3 * np.exp(k), 1 + factor)
     for vacuum in (20e3, 80e3):
         force = np.asarray(force_at_elongation(ELONGATION, vacuum, drawn))
         half = ERROR.half_width(BRAKE, ELONGATION, vacuum, None)
@@ -61,7 +61,7 @@ def test_of_peaks_it_covers_the_truth_as_often_as_it_says():
             contributions=(None, fitted_enclosure()),
         )
         told = LawSpread.from_calibration(found)
-        error = told.error(60e3, 0.01)
+        error = told.error_at(60e3, 0.01)
         assert error.pulls == 4
         width = error.t * np.sqrt(np.diag(error.covariance))[:2]
         inside.append(np.abs(told.estimate[:2] - (0, 11)) <= width)
@@ -79,7 +79,7 @@ def test_it_is_the_covariance_that_a_calibration_states():
     due = np.array([[stated[x][y] for y in names] for x in names]) / np.outer(own, own)
     sizes = np.sqrt(np.outer(np.diag(due), np.diag(due)))
     # of logarithms, so that they differ to second order
-    assert told.sure(FULL, 0.013)[:2, :2] / sizes == pytest.approx(due / sizes, abs=0.02)
+    assert told.covariance_at(FULL, 0.013)[:2, :2] / sizes == pytest.approx(due / sizes, abs=0.02)
     assert not told.covariance[2].any()
     assert told.t == pytest.approx(stats.t.ppf(0.975, 4))
     assert LawSpread.from_calibration(calibrate_peaks(pulls, KAPTON)).covariance[
@@ -102,14 +102,14 @@ def test_over_whole_curves_it_is_that_of_the_friction_at_the_vacuum():
     draws = np.random.default_rng(3).multivariate_normal(told.estimate, told.covariance, 100_000).T
     for vacuum in (5e3, told.reference_pressure, 101e3):
         friction = draws[0] + draws[3] * np.log(vacuum / told.reference_pressure)
-        assert told.sure(vacuum, 0.013)[0, 0] == pytest.approx(friction.var(), rel=0.03)
+        assert told.covariance_at(vacuum, 0.013)[0, 0] == pytest.approx(friction.var(), rel=0.03)
     fit = fit_jointly(pulls, KAPTON, ["pressure_exponent"])
-    rows = [told.design(c.vacuum, c.speed) for c in pulls]
+    rows = [told.design_at(c.vacuum, c.speed) for c in pulls]
     assert np.array(rows) == pytest.approx(fit.design, abs=1e-12)
     # the file that is written holds the enclosure's factor: about 1 there
     factor = found.values["enclosure_factor"]
-    assert told.error(FULL, 0.013).covariance[2, 2] == pytest.approx(
-        told.sure(FULL, 0.013)[2, 2] / factor**2
+    assert told.error_at(FULL, 0.013).covariance[2, 2] == pytest.approx(
+        told.covariance_at(FULL, 0.013)[2, 2] / factor**2
     )
 
 

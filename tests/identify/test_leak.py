@@ -161,8 +161,8 @@ def test_what_is_no_hold(p, window, words):
 
 
 def test_sccm_by_its_definition():
-    assert k.sccm(101325e-6 / 60, 273.15) == pytest.approx(1.0)
-    assert k.sccm(101325e-6 / 60, 2 * 273.15) == pytest.approx(0.5)
+    assert k.to_sccm(101325e-6 / 60, 273.15) == pytest.approx(1.0)
+    assert k.to_sccm(101325e-6 / 60, 2 * 273.15) == pytest.approx(0.5)
     with pytest.raises(UnknownNameError):
         k.flow("molecular", 1e5, 1.0, A)
 

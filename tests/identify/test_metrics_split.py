@@ -16,13 +16,13 @@ from layerjam.errors import FitError
 from layerjam.identify.curves import Curve
 from layerjam.identify.pull.features import PullFeatures, pull_features
 from layerjam.identify.validation.metrics import (
-    compare,
+    compare_pull,
     split_error,
     uncalibrated,
     validate_curves,
     validate_pulls,
 )
-from layerjam.identify.validation.table import _drift, pool, summary, validation_checks
+from layerjam.identify.validation.table import _residual_drift, error_rows, pool, validation_checks
 from layerjam.mechanics.pull import force_at_elongation
 from strategies import KAPTON, PTFE, change
 
@@ -119,16 +119,16 @@ def test_noise_is_scatter() -> None:
 
 def test_r_squared_by_hand() -> None:
     pull = moved(pull_features(curve(KAPTON, rows=40001)), plus=2.0)
-    found = compare(pull, FULL, KAPTON)
+    found = compare_pull(pull, FULL, KAPTON)
     spread = found.measured - found.measured.mean()
     assert found.r_squared == pytest.approx(1 - 4.0 * len(spread) / float((spread**2).sum()))
-    assert compare(pull_features(curve(KAPTON)), FULL, KAPTON).r_squared == pytest.approx(1.0)
+    assert compare_pull(pull_features(curve(KAPTON)), FULL, KAPTON).r_squared == pytest.approx(1.0)
     flat = replace(pull, force=np.full_like(pull.force, pull.peak_force))
-    assert compare(flat, FULL, KAPTON).r_squared is None
+    assert compare_pull(flat, FULL, KAPTON).r_squared is None
 
 
 def test_rmse_is_bias_and_the_rest() -> None:
-    found = compare(pull_features(curve(KAPTON)), FULL, change(KAPTON, scale_factor=0.9))
+    found = compare_pull(pull_features(curve(KAPTON)), FULL, change(KAPTON, scale_factor=0.9))
     error = found.model - found.measured
     assert found.rmse**2 == pytest.approx(found.bias**2 + float(error.var()))
     assert found.bias > 0  # a greater scale factor makes the model too strong
@@ -162,7 +162,7 @@ def test_pooling_keeps_brakes_apart() -> None:
     assert both.mape_conditions_sd == pytest.approx(np.std([r.mape for r in results], ddof=1))
     assert both.scatter is not None
     assert both.scatter.mse == pytest.approx(np.mean([r.scatter.mse for r in results if r.scatter]))
-    assert summary(pool(results[:1])) == summary(results[0])
+    assert error_rows(pool(results[:1])) == error_rows(results[0])
     with pytest.raises(FitError, match="no validation"):
         pool([])
 
@@ -195,4 +195,4 @@ def test_the_drift_is_the_change_of_the_residual_over_the_mean_force() -> None:
     u = np.linspace(0.01, 0.03, 41)
     force = 80 + 1000 * u  # 100 N on average
     one = SimpleNamespace(elongation=u, measured=force, model=force + 2 + 300 * u)
-    assert _drift(one) == pytest.approx(300 * 0.02 / 100, rel=1e-9)
+    assert _residual_drift(one) == pytest.approx(300 * 0.02 / 100, rel=1e-9)

@@ -26,7 +26,7 @@ from layerjam.mechanics.pull import (
     vacuum_for_force,
 )
 from layerjam.mechanics.stop.exact import stop
-from layerjam.simulate.drop import spring_of
+from layerjam.simulate.drop import series_spring
 from strategies import KAPTON, PTFE, change
 
 ROPE = 16.8e3
@@ -52,17 +52,19 @@ def test_without_spread_every_quantile_is_the_law() -> None:
     law = np.asarray(force_at_elongation(u, 80e3, KAPTON))
     assert force_band(same, u, 80e3).values == pytest.approx(np.tile(law, (5, 1)), rel=1e-12)
     vacuum = np.asarray(vacuum_for_force(force, 0.02, KAPTON))
-    assert vacuum_band(same, force, 0.02).at(0.5) == pytest.approx(vacuum, rel=1e-12)
+    assert vacuum_band(same, force, 0.02).quantile_at(0.5) == pytest.approx(vacuum, rel=1e-12)
     top = peak_band(same, [31e3, 94.5e3])
     expected = np.asarray(peak(np.array([31e3, 94.5e3]), 0.06, KAPTON).force)
-    assert top.at(0.975) == pytest.approx(expected, rel=1e-12)
+    assert top.quantile_at(0.975) == pytest.approx(expected, rel=1e-12)
     made = drop_band(same, mass=1.0, speed=[2.5, 3, 3], vacuum=[94.5e3, 8e4, 8e4],
                      rope_stiffness=ROPE)  # fmt: skip
     # check values of design/mechanics.md, section 6
-    assert made.slip.at(0.5) == pytest.approx(
+    assert made.slip.quantile_at(0.5) == pytest.approx(
         [17.0251044e-3, 44.0565365e-3, 44.0565365e-3], rel=1e-7
     )
-    assert made.peak_force.at(0.5) == pytest.approx([175.925038, 149.007238, 149.007238], rel=1e-8)
+    assert made.peak_force.quantile_at(0.5) == pytest.approx(
+        [175.925038, 149.007238, 149.007238], rel=1e-8
+    )
 
 
 def test_quantiles_are_those_of_the_draws() -> None:
@@ -92,7 +94,7 @@ def test_a_force_beyond_all_vacuum_is_an_answer() -> None:
     found = vacuum_band(of, [0.5 * most, most, 2 * most], 0.02)
     assert found.chances["too strong"] == pytest.approx([0.0, 0.5, 1.0], abs=0.03)
     assert np.isfinite(found.values[:, 0]).all()
-    assert np.isfinite(found.at(0.25)[1]) and np.isinf(found.at(0.75)[1])
+    assert np.isfinite(found.quantile_at(0.25)[1]) and np.isinf(found.quantile_at(0.75)[1])
     assert np.isinf(found.values[:, 2]).all()
     assert "too strong 100.0%" in found.sentence(2) and "vacuum none" in found.sentence(2)
 
@@ -102,7 +104,7 @@ def test_a_force_below_the_sleeves_own_is_an_answer() -> None:
     least, _ = (float(x) for x in force_limits(0.04, KAPTON))
     found = vacuum_band(of, [least / 2, least], 0.04)
     assert found.chances["enclosure alone"] == pytest.approx([1.0, 0.5], abs=0.03)
-    assert (found.at(0.5)[0], found.at(0.25)[1]) == (-np.inf, -np.inf)
+    assert (found.quantile_at(0.5)[0], found.quantile_at(0.25)[1]) == (-np.inf, -np.inf)
     assert "below" in found.sentence(0)
 
 
@@ -115,7 +117,7 @@ def test_bottoming_out_counts_as_infinite() -> None:
     assert out[0] == 0 and 0.05 < out[1] < 0.95 and out[2] == 1
     # a quantile is infinite exactly where the chance of no answer exceeds what lies above it
     for level in LEVELS:
-        assert np.isinf(found.slip.at(level)[1]) == (1 - level < out[1])
+        assert np.isinf(found.slip.quantile_at(level)[1]) == (1 - level < out[1])
     assert np.nanmax(found.slip.values[np.isfinite(found.slip.values)]) <= 0.06
 
 
@@ -136,7 +138,7 @@ def test_the_chance_of_bottoming_out_is_that_of_single_drops() -> None:
             KAPTON, scale_factor=float(a), stiffness_measured=float(k),
             enclosure__modulus=1e5 * float(f), film__friction_on_silicone=0.8 * float(f),
         )  # fmt: skip
-        end = stop(1.0, 3.2, 80e3, spring_of(brake, ROPE), 9.80665, brake)
+        end = stop(1.0, 3.2, 80e3, series_spring(brake, ROPE), 9.80665, brake)
         lost += float(end.end_speed) > 0
     assert found.chances["bottomed out"][0] == pytest.approx(lost / 40)
 
@@ -171,7 +173,7 @@ def test_a_measured_curve_scatters_more_than_the_law() -> None:
     seen = force_band(population(0.0, 4000, residual=0.01), u, 80e3, measured=True)
     height = float(peak(80e3, 0.06, KAPTON).force)
     assert np.ptp(law.values, axis=0) == pytest.approx([0, 0], abs=1e-9)
-    width = (seen.at(0.975) - seen.at(0.025)) / 2
+    width = (seen.quantile_at(0.975) - seen.quantile_at(0.025)) / 2
     assert width == pytest.approx([1.96 * 0.01 * height] * 2, rel=0.06)
     again = force_band(population(0.0, 4000, residual=0.01), u, 80e3, measured=True)
     assert (again.values == seen.values).all()
@@ -179,7 +181,7 @@ def test_a_measured_curve_scatters_more_than_the_law() -> None:
 
 def test_forces_of_the_median_vacuum_are_the_asked_one() -> None:
     of = population(0.05)
-    pressure = float(vacuum_band(of, 60.0, 0.02).at(0.5)[0])
+    pressure = float(vacuum_band(of, 60.0, 0.02).quantile_at(0.5)[0])
     forces = np.asarray(brake_force(0.02, pressure, of.brakes()))
     assert np.median(forces) == pytest.approx(60.0, rel=2e-3)
 
@@ -189,7 +191,7 @@ def test_another_film_and_a_pressure_exponent() -> None:
     of = replace(population(0.0, 5, brake=brake), scale_factor=np.full(5, 1.24))
     own = replace(brake, scale_factor=1.24, stiffness_measured=131e3)
     expected = float(vacuum_for_force(30.0, 0.02, own))
-    assert vacuum_band(of, 30.0, 0.02).at(0.5)[0] == pytest.approx(expected, rel=1e-9)
+    assert vacuum_band(of, 30.0, 0.02).quantile_at(0.5)[0] == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -211,4 +213,4 @@ def test_bad_questions(call: Any, word: str) -> None:
 def test_a_level_not_asked_for() -> None:
     band = Band(quantity="force", unit="N", levels=(0.5,), values=np.ones((1, 1)))
     with pytest.raises(KeyError):
-        band.at(0.9)
+        band.quantile_at(0.9)

@@ -67,7 +67,7 @@ def test_truth_lies_in_the_intervals(seed):
         low, high = found.interval(index)
         assert low < due < high
     assert found.window[0] == pytest.approx(1.0, abs=0.1)
-    flow, volume = d.flow_of(found, V0), d.volume_of(found, S)
+    flow, volume = d.pump_flow(found, V0), d.chamber_volume(found, S)
     assert flow.interval[0] < S < flow.interval[1]
     assert volume.interval[0] < V0 < volume.interval[1]
     assert flow.value / V0 == pytest.approx(S / volume.value)
@@ -77,21 +77,21 @@ def test_a_second_log_with_a_known_volume_settles_both():
     added = 10e-6
     alone = d.fit_pump_down(*log_of(S / V0, 4))
     more = d.fit_pump_down(*log_of(S / (V0 + added), 5, end=25.0))
-    volume, flow = d.from_two(alone, more, added)
+    volume, flow = d.combine_logs(alone, more, added)
     assert volume.interval[0] < V0 < volume.interval[1]
     assert flow.interval[0] < S < flow.interval[1]
     assert volume.value == pytest.approx(V0, rel=0.01)
     with pytest.raises(FitError, match="swap the logs"):
-        d.from_two(more, alone, added)
+        d.combine_logs(more, alone, added)
     with pytest.raises(FitError, match="do not differ"):
-        d.from_two(alone, alone, added)
+        d.combine_logs(alone, alone, added)
 
 
 def test_a_chamber_that_vacuum_draws_together_is_recognised():
     t, p = log_of(0.44, 7, shrink=0.6 / A)
     constant = d.fit_pump_down(t, p)
     shrinking = d.fit_pump_down(t, p, shrink=None)
-    assert d.better_with_shrink(constant, shrinking)
+    assert d.needs_shrink(constant, shrinking)
     low, high = shrinking.interval(3)
     assert low < 0.6 / A < high
     law, *_ = pump_down_checks([constant], {})
@@ -99,14 +99,14 @@ def test_a_chamber_that_vacuum_draws_together_is_recognised():
     known = d.fit_pump_down(t, p, shrink=0.6 / A)
     assert known.interval(2)[0] < 0.44 < known.interval(2)[1]
     t, p = log_of(0.44, 8)
-    assert not d.better_with_shrink(d.fit_pump_down(t, p), d.fit_pump_down(t, p, shrink=None))
+    assert not d.needs_shrink(d.fit_pump_down(t, p), d.fit_pump_down(t, p, shrink=None))
 
 
 def test_a_compliance_that_closes_the_chamber():
     found = d.fit_pump_down(*log_of(S / V0, 4))
-    assert d.with_compliance(V0, None, 0.01e-9, found) == pytest.approx(0.01e-9 / V0)
+    assert d.relative_shrink(V0, None, 0.01e-9, found) == pytest.approx(0.01e-9 / V0)
     with pytest.raises(FitError, match="would reduce"):
-        d.with_compliance(V0, None, 0.1e-9, found)
+        d.relative_shrink(V0, None, 0.1e-9, found)
 
 
 def test_an_early_end_is_said_and_widens_the_interval():

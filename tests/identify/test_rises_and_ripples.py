@@ -14,7 +14,7 @@ from layerjam.commands.friction import FrictionTest, friction
 from layerjam.commands.pull import pull
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.identify.pull.rises import find_second_rise
-from layerjam.identify.stick_slip import find_saw_teeth, share_a_spacing
+from layerjam.identify.stick_slip import find_ripple, find_saw_teeth
 from layerjam.measure.trace import Trace
 
 SPEED = 0.5e-3
@@ -110,10 +110,10 @@ def test_one_spacing_at_any_swing_is_a_ripple_and_stick_slip_is_not() -> None:
     swings = [0.065, 0.075, 0.13, 0.15]
     motor = [_teeth_of(20e-6, swing, seed) for seed, swing in enumerate(swings)]
     slips = [_teeth_of(swing / SECOND / 0.8, swing, seed) for seed, swing in enumerate(swings)]
-    assert share_a_spacing([*motor, None]) == [True] * 4 + [False]
-    assert share_a_spacing(slips) == [False] * 4
-    assert share_a_spacing([_teeth_of(20e-6, 0.15, seed) for seed in range(5)]) == [False] * 5
-    assert share_a_spacing(motor[:3]) == [False] * 3  # too few to compare
+    assert find_ripple([*motor, None]) == [True] * 4 + [False]
+    assert find_ripple(slips) == [False] * 4
+    assert find_ripple([_teeth_of(20e-6, 0.15, seed) for seed in range(5)]) == [False] * 5
+    assert find_ripple(motor[:3]) == [False] * 3  # too few to compare
     # the slope of the rises is the stiffness of the pull only if the sheets stick
     for tooth in slips:
         assert tooth.stiffness == pytest.approx(SECOND, rel=0.06)
@@ -133,7 +133,7 @@ def test_one_record_shows_a_ripple_if_its_swings_differ() -> None:
         found = find_saw_teeth(u, force, u / SPEED).teeth
         assert found is not None and found.growth is not None
         assert abs(found.growth - (not is_ripple)) < 0.15
-        assert share_a_spacing([found]) == [is_ripple]
+        assert find_ripple([found]) == [is_ripple]
 
 
 def _pull(spacing: float, swing: float, stiffness: float, seed: int = 0) -> Trace:

@@ -9,7 +9,12 @@ from hypothesis import strategies as st
 
 from layerjam.errors import FileError, FitError, UnknownNameError
 from layerjam.identify.rubber import hyperelastic as h
-from layerjam.identify.rubber.tensile import first_loading, material_of, moduli, read_rubber
+from layerjam.identify.rubber.tensile import (
+    find_material,
+    first_loading,
+    read_rubber,
+    specimen_moduli,
+)
 from layerjam.measure.options import ReadingOptions
 from measure.layouts import REAL
 
@@ -79,8 +84,8 @@ def test_the_model_of_the_truth_is_chosen(model):
     strain = np.linspace(0.02, 6, 400)
     clean = h.stress(model, TRUTH[model], strain)
     noisy = clean + np.random.default_rng(4).normal(0, 5e-3 * clean.max(), len(strain))
-    fits = h.fit_all(strain, noisy)
-    chosen, why = h.choose(fits)
+    fits = h.fit_models(strain, noisy)
+    chosen, why = h.choose_model(fits)
     assert chosen == model, why
     assert fits[chosen].stable and "left out" in why
     assert fits[chosen].initial_modulus == pytest.approx(
@@ -110,7 +115,7 @@ def test_drucker_by_numbers():
     p, d = {"C1": 2e4, "C2": -900.0, "C3": 40.0}, 1e-4
     for h1, h2 in ((0.3, -0.15), (0.8, 0.0), (0.7, 0.7)):
         a, b, c = (
-            float(x[0]) for x in h._curvature("yeoh", p, np.array([h1]), np.array([h2]))
+            float(x[0]) for x in h._energy_curvature("yeoh", p, np.array([h1]), np.array([h2]))
         )  # fmt: skip
         fa = (whole(p, h1 + d, h2) - 2 * whole(p, h1, h2) + whole(p, h1 - d, h2)) / d**2
         fc = (whole(p, h1, h2 + d) - 2 * whole(p, h1, h2) + whole(p, h1, h2 - d)) / d**2
@@ -139,7 +144,7 @@ def file_of(tmp_path, strain, stress, head="Strain (%);Stress (MPa)", extra=""):
 def test_moduli_of_a_known_curve(tmp_path):
     strain = np.linspace(0, 4, 401)
     clean = h.stress("neo-hookean", {"C1": 30e3}, strain)
-    found = moduli(read_rubber(file_of(tmp_path, strain, clean)))
+    found = specimen_moduli(read_rubber(file_of(tmp_path, strain, clean)))
     assert found.modulus_100 == pytest.approx(2 * 30e3 * (2 - 1 / 4), rel=1e-3)
     assert found.modulus_300 == pytest.approx(2 * 30e3 * (4 - 1 / 16), rel=1e-3)
     window = strain[(strain >= 0.05) & (strain <= 0.2)]
@@ -155,7 +160,7 @@ def test_only_the_first_loading_counts(tmp_path):
     specimen = read_rubber(file_of(tmp_path, strain, stress))
     assert specimen.strain[-1] == pytest.approx(2.0)
     assert any("only the first loading" in s for s in specimen.understood)
-    assert moduli(specimen).modulus_100 == pytest.approx(105e3, rel=1e-3)
+    assert specimen_moduli(specimen).modulus_100 == pytest.approx(105e3, rel=1e-3)
 
 
 def test_a_break_ends_the_curve():
@@ -201,10 +206,10 @@ def test_curves_that_are_none(tmp_path):
     with pytest.raises(FileError, match="20 are needed"):
         read_rubber(file_of(tmp_path, strain[:8], strain[:8] * 1e5))
     short = read_rubber(file_of(tmp_path, strain / 3, strain * 1e5))
-    found = moduli(short)
+    found = specimen_moduli(short)
     assert found.modulus_100 is None and "before 100 %" in " ".join(found.warnings)
     with pytest.raises(FitError, match="empty"):
-        moduli(short, (0.3, 0.1))
+        specimen_moduli(short, (0.3, 0.1))
     with pytest.raises(UnknownNameError):
         h.stress("hooke", {}, 0.1)
 
@@ -212,7 +217,7 @@ def test_curves_that_are_none(tmp_path):
 def test_slack_shows(tmp_path):
     strain = np.linspace(0, 2, 201)
     stress = h.stress("neo-hookean", {"C1": 30e3}, np.maximum(strain - 0.05, 0))
-    found = moduli(read_rubber(file_of(tmp_path, strain, stress)), (0.06, 0.2))
+    found = specimen_moduli(read_rubber(file_of(tmp_path, strain, stress)), (0.06, 0.2))
     assert any("slack" in w for w in found.warnings)
 
 
@@ -235,9 +240,9 @@ def test_real_silicones(name):
     material, psi, at_100 = REAL_VALUES[name]
     specimen = read_rubber(SILICONE / f"{name}.csv")
     sheets = data_sheets()
-    assert material_of(specimen, {k: n for k, (n, _) in sheets.items()})[0] == material
+    assert find_material(specimen, {k: n for k, (n, _) in sheets.items()})[0] == material
     assert sheets[material][1] == pytest.approx(psi * 6894.757, rel=1e-4)
-    found = moduli(specimen)
+    found = specimen_moduli(specimen)
     assert found.modulus_100 == pytest.approx(at_100 * 1e6, rel=0.02)
     assert found.modulus_100 < sheets[material][1]
     # length 33 mm at 450 mm/min, so the strain of the first sample is that of 0.2 or 0.3 s

@@ -16,12 +16,12 @@ from layerjam.identify.bayes.fit import calibrate_bayesian
 from layerjam.identify.calibration.peaks import calibrate_peaks
 from layerjam.identify.calibration.whole_curves import calibrate_curves
 from layerjam.identify.checks import SHARPEST
-from layerjam.identify.checks import shape as same_shape
-from layerjam.identify.curves import Curve, curves_of
+from layerjam.identify.checks import check_shape as same_shape
+from layerjam.identify.curves import Curve, make_curves
 from layerjam.identify.pull.features import pull_features
-from layerjam.identify.single_pulls import TESTS, SinglePull, alike
+from layerjam.identify.single_pulls import TESTS, SinglePull, common_conditions
 from layerjam.identify.validation.metrics import validate_curves
-from layerjam.identify.validation.table import validation_checks, with_pulls
+from layerjam.identify.validation.table import add_pull_table, validation_checks
 from layerjam.measure.trace import Trace
 
 KAPTON = load("choi2018-kapton").brake
@@ -38,7 +38,7 @@ def pulled(spec: Spec = SPEC) -> tuple[tuple[Curve, ...], set[int]]:
     """The pulls of a campaign, and which of them are odd."""
     made = campaign(spec)
     found = [(t, pull_features(t), float(t.facts.vacuum)) for t in made.traces()]
-    return curves_of(found), {i for i, test in enumerate(made.tests) if test.odd}
+    return make_curves(found), {i for i, test in enumerate(made.tests) if test.odd}
 
 
 def table(spec: Spec = SPEC) -> tuple[tuple[SinglePull, ...], set[int], set[str]]:
@@ -53,7 +53,7 @@ def verdicts(rows: tuple[SinglePull, ...]) -> dict[int, set[str]]:
     return {
         i: {test for test, word in row.verdicts.items() if word == "odd"}
         for i, row in enumerate(rows)
-        if row.odd
+        if row.is_outlier
     }
 
 
@@ -108,7 +108,7 @@ def checked(method: str, spec: Spec) -> dict[str, bool]:
     """{check: passed} by each method that looks at pulls."""
     curves, _ = pulled(spec)
     if method == "validate":
-        found = with_pulls(validate_curves(curves, KAPTON), curves, KAPTON)
+        found = add_pull_table(validate_curves(curves, KAPTON), curves, KAPTON)
         return {c.name: c.passed for c in validation_checks(found, 0)}
     if method == "bayesian":
         made = calibrate_bayesian(curves, KAPTON, (100, 1, 1), lambda _what, _share: None)
@@ -157,8 +157,8 @@ def test_little_is_told_of_few_pulls_and_said_to_be() -> None:
     assert calibrate_peaks(curves[:1], KAPTON).pulls[0].verdicts["seating"] == "ok"
     [said] = [c for c in found.checks if c.name == "pull by pull"]
     assert said.passed and "too few" in said.sentence
-    assert alike(found.pulls) == {"vacuum": 55e3}
-    assert alike(found.pulls[:1]) == {"vacuum": 55e3, "speed": 7e-3}
+    assert common_conditions(found.pulls) == {"vacuum": 55e3}
+    assert common_conditions(found.pulls[:1]) == {"vacuum": 55e3, "speed": 7e-3}
 
 
 def test_seating_is_the_ratio_of_the_slopes_of_its_halves() -> None:

@@ -14,7 +14,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import FitError
 from layerjam.identify.calibration.peaks import calibrate_peaks
-from layerjam.identify.calibration.speed_law import law_of, on_speed
+from layerjam.identify.calibration.speed_law import make_law, speed_notices
 from layerjam.identify.calibration.whole_curves import calibrate_curves
 from layerjam.identify.provenance import calibrated_text
 from layerjam.identify.validation.metrics import validate_curves
@@ -76,12 +76,12 @@ def test_a_fitted_growth_is_written_and_the_brake_stops_as_the_truth_does() -> N
     # a file without it would be off by more
     bare = replace(made, brake=replace(made.brake, speed_law=None))
     assert drop(bare, **case)[0].slip > 1.1 * timed.slip
-    assert [n.key for n in on_speed(found)] == ["speed-law-fitted"]
+    assert [n.key for n in speed_notices(found)] == ["speed-law-fitted"]
 
 
 def test_a_law_of_the_file_is_held_in_later_calibrations_and_validations() -> None:
     curves = campaign((40e3, 90e3), 1, slope=SLOPE, speeds=SPEEDS)
-    law = law_of(SLOPE, 0.05, SPEEDS)
+    law = make_law(SLOPE, 0.05, SPEEDS)
     assert law is not None
     brake = replace(BLANK.brake, speed_law=law)
     for made in (calibrate_curves(curves, brake), calibrate_peaks(curves, brake)):
@@ -111,10 +111,10 @@ def test_friction_that_falls_with_speed_is_no_law_and_that_is_said() -> None:
     curves = campaign((60e3,), 2, slope=-0.1, speeds=(2e-3, 2e-2))
     found = calibrate_curves(curves, BLANK.brake, ("speed",))
     assert "speed_law.power" not in found.sources
-    assert [n.key for n in on_speed(found)] == ["speed-law-not-fitted"]
+    assert [n.key for n in speed_notices(found)] == ["speed-law-not-fitted"]
     # an old law does not outlive the factor it belonged to
-    law = law_of(SLOPE, 0.05, SPEEDS)
+    law = make_law(SLOPE, 0.05, SPEEDS)
     old = calibrate_curves(curves, replace(BLANK.brake, speed_law=law), ("speed",))
     assert old.sources["speed_law.power"][0] == 0
     assert old.scale_factor == pytest.approx(found.scale_factor, rel=1e-9)
-    assert law_of(3.0, 0.05, SPEEDS) is None
+    assert make_law(3.0, 0.05, SPEEDS) is None

@@ -10,14 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from layerjam.errors import FileError, LayerjamError, QuantityError
-from layerjam.measure.log import (
-    ACCELERATION,
-    PRESSURE,
-    TEMPERATURE,
-    TIME,
-    read_log,
-    reference_of,
-)
+from layerjam.measure.log import ACCELERATION, PRESSURE, TEMPERATURE, TIME, find_reference, read_log
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.columns import Column
 from layerjam.measure.readers.unit_words import convert
@@ -162,11 +155,11 @@ def test_temperatures_have_another_zero(tmp_path):
     ],
 )  # fmt: skip
 def test_what_a_pressure_counts_from_is_read_or_unknown(name, unit, kind):
-    assert reference_of(Column("pressure", 0, name, unit, Fraction(1))) == kind
+    assert find_reference(Column("pressure", 0, name, unit, Fraction(1))) == kind
 
 
 def test_the_name_given_by_the_user_says_nothing_of_the_kind():
-    assert reference_of(Column("pressure", 0, "vacuum", "bar", Fraction(1), given=True)) is None
+    assert find_reference(Column("pressure", 0, "vacuum", "bar", Fraction(1), given=True)) is None
 
 
 @settings(max_examples=40, deadline=None)

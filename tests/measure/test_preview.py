@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from layerjam.errors import FileError
-from layerjam.measure.preview import LETTERS, column_of, preview
+from layerjam.measure.preview import LETTERS, preview, read_column
 from layerjam.measure.readers.content import Source
 
 
@@ -24,13 +24,13 @@ def test_a_cell_that_fits_is_whole_and_a_longer_one_ends_in_dots(tmp_path: Path)
 def test_the_first_and_the_last_column_are_read_and_none_beside_them(tmp_path: Path) -> None:
     path = tmp_path / "two.csv"
     path.write_text("time [s],force [kN]\n0,1\n1,2\n2,3\n", encoding="utf-8")
-    assert column_of(path, 0, "s", "s").tolist() == [0.0, 1.0, 2.0]
-    np.testing.assert_allclose(column_of(path, 1, "kN", "N"), [1e3, 2e3, 3e3])
+    assert read_column(path, 0, "s", "s").tolist() == [0.0, 1.0, 2.0]
+    np.testing.assert_allclose(read_column(path, 1, "kN", "N"), [1e3, 2e3, 3e3])
     for index in (-1, 2):
         with pytest.raises(FileError, match=f"has no column {index + 1} in 's'"):
-            column_of(path, index, "s", "s")
+            read_column(path, index, "s", "s")
     with pytest.raises(FileError, match="has no column 2 in 's'"):
-        column_of(path, 1, "s", "N")
+        read_column(path, 1, "s", "N")
 
 
 def test_a_line_end_within_a_cell_counts_as_one() -> None:

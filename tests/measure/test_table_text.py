@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from layerjam.campaigns.exports import Form, file_bytes
+from layerjam.campaigns.exports import Form, encode_file
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.measure.conditions import LIST
 from layerjam.measure.readers.read import read_trace
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
-from layerjam.records.contents import read
+from layerjam.records.contents import read_content
 from layerjam.report.brake_files import csv_text
 from layerjam.report.brake_numbers import COLUMNS, Number
 from layerjam.simulate.record import Outcome, PullRecord, read_header
@@ -106,7 +106,7 @@ def test_a_brake_above_a_simulation_comes_back_to_the_letter(tmp_path: Path) -> 
     path.write_text("\n".join([lines[0], *procedure, ""]), encoding="utf-8")
     again, _ = read_header(path)
     assert again.text == file.render(file.name)
-    cited = [c.key for c in read(path).cited]
+    cited = [c.key for c in read_content(path).cited]
     assert cited == [BrakeFile.read(file.render(file.name), "x").sha256]
 
 
@@ -114,7 +114,7 @@ def test_a_list_of_conditions_names_such_a_file(tmp_path: Path) -> None:
     u = np.linspace(0, 0.02, 60)
     trace = Trace(9e3 * u * (1 - 20 * u), u, u / 1e-3, "", "", facts=Facts(seed=1, repeat=1))
     path = tmp_path / "=1+1.csv"
-    path.write_bytes(file_bytes(trace, Form()))
+    path.write_bytes(encode_file(trace, Form()))
     rows = [["file", "vacuum"], [path.name, "60 kPa"]]
     (tmp_path / LIST).write_text(rows_text(rows), encoding="utf-8")
     assert read_trace(path).facts.vacuum == 60e3

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from layerjam.design.merit import merits, point_of
+from layerjam.design.merit import make_point, merits
 from layerjam.device.load import load
 from layerjam.laws import brake_force, peak_vacuum, tuned_vacuum, vacuum_for_force
 from layerjam.simulate import drop, stack, tensile
@@ -30,7 +30,7 @@ MODELS = {
     "drop": lambda b: drop.drop(replace(FILE, brake=b), mass=1.0, speed=2.5, vacuum=9e4)[0].slip,
     "tune": lambda b: tuned_vacuum(1.0, 2.5, 0.04, 1.5e4, 9.8, b),
     "stack": lambda b: stack.tensile_stack(replace(FILE, brake=b), PULL)[0].force,
-    "design": lambda b: list(merits(point_of(b, 9e4), b).values()),
+    "design": lambda b: list(merits(make_point(b, 9e4), b).values()),
 }
 
 

@@ -13,8 +13,8 @@ import pytest
 import layerjam as lj
 from campaigns import bench as virtual
 from layerjam.device.file import updated_text
-from layerjam.identify.provenance import digests
-from layerjam.identify.shape import with_shape
+from layerjam.identify.provenance import file_digests
+from layerjam.identify.shape import change_shape
 from layerjam.measure.sidecar import Facts, write_facts
 from layerjam.records.contents import CALIBRATED
 from records.samples import BRAKE, LINE, pull_file, run_file, said, tables
@@ -35,7 +35,7 @@ def calibrated(tmp_path_factory: pytest.TempPathFactory) -> Path:
         pull_file(folder / name, 40 + number, synthetic=True)
     write_facts(folder / PULLS[0], Facts(vacuum=6e4, synthetic=True))
     (folder / "my.toml").write_bytes(BRAKE.text.encode())
-    files = digests([str(folder / name) for name in PULLS], [str(folder / PULLS[1])])
+    files = file_digests([str(folder / name) for name in PULLS], [str(folder / PULLS[1])])
     made_by = {"program": "layerjam 1 calibrate", "depth": "exact", "files": files}
     pairs = (("scale_factor", "scale_factor"), ("scale_factor", "stiffness"),
              ("stiffness", "stiffness"))  # fmt: skip
@@ -53,7 +53,7 @@ def calibrated(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_what_calibrate_writes_is_linked(tmp_path: Path) -> None:
     """The command's own brake and JSON, with nothing handmade in between."""
     for number, (name, size) in enumerate(zip(PULLS, (0.9, 0.92), strict=True), 1):
-        brake = with_shape(KAPTON, *(np.array([size, 12e4, 1.2])))
+        brake = change_shape(KAPTON, *(np.array([size, 12e4, 1.2])))
         virtual.write_own(virtual.pull(brake, 60e3, 0.013, 0.04, repeat=number), tmp_path / name)
     (tmp_path / "my.toml").write_text(BRAKE.text, encoding="utf-8")
     pulls = [tmp_path / name for name in PULLS]

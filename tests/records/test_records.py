@@ -154,7 +154,7 @@ def test_nothing_is_half_added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
             raise KeyboardInterrupt
         return "somebody"
 
-    monkeypatch.setattr(store, "user", cut)
+    monkeypatch.setattr(store, "user_name", cut)
     more = [pull_file(tmp_path / f"{n}.csv", n + 2) for n in range(5)]
     with pytest.raises(KeyboardInterrupt):
         lj.records_add(more, db=db)

@@ -172,7 +172,7 @@ def dies():
     if calls == 30:
         os._exit(9)  # as if killed: nothing is tidied up
     return "somebody"
-store.user = dies
+store.user_name = dies
 store.add(Database(sys.argv[1]), sys.argv[2:])
 """
 

@@ -13,10 +13,10 @@ import pytest
 
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
-from layerjam.fabricate.bom import bom_csv, items
-from layerjam.fabricate.choices import choices
-from layerjam.fabricate.drawing import Drawing, drawing
-from layerjam.fabricate.lengths import lengths
+from layerjam.fabricate.bom import bom_csv, list_items
+from layerjam.fabricate.choices import resolve_choices
+from layerjam.fabricate.drawing import Drawing, draw_build
+from layerjam.fabricate.lengths import compute_lengths
 from layerjam.mechanics.limits import greatest_force
 from layerjam.report.build_files import assembly
 
@@ -37,8 +37,8 @@ class Read(NamedTuple):
 
 
 def made(file: BrakeFile = KAPTON, parallel: int = 1, series: int = 1, **build: Any) -> Drawing:
-    chosen = choices(file, overrides=build)
-    return drawing(file, chosen, greatest_force(file.brake), parallel, series)
+    chosen = resolve_choices(file, overrides=build)
+    return draw_build(file, chosen, greatest_force(file.brake), parallel, series)
 
 
 def read(data: bytes) -> Read:
@@ -131,10 +131,10 @@ def test_caps_lie_level_on_the_jig() -> None:
 
 def test_what_is_not_in_the_folder_is_not_named() -> None:
     found = made()
-    every = {row.file for row in items(found) if row.file}
+    every = {row.file for row in list_items(found) if row.file}
     assert "cad/sleeve.step" in every
     there = every - {"cad/sleeve.step"}
-    assert {row.file for row in items(found, there)} == {*there, ""}
+    assert {row.file for row in list_items(found, there)} == {*there, ""}
     text = read(assembly(found, PICTURES, False, there)).text
     assert "cad/" not in text and "there is no pattern to cut by hand" in text
     whole = read(assembly(found, PICTURES, False, {*every, "cut/pattern.pdf"})).text
@@ -154,8 +154,8 @@ def test_each_label_of_the_clamp_names_its_part(screws: int) -> None:
     from layerjam.report.build_scene import scene
 
     file = KAPTON.with_(width="40 mm", screws=screws)
-    build = choices(file).build
-    world = scene(build, lengths(file.brake, build))
+    build = resolve_choices(file).build
+    world = scene(build, compute_lengths(file.brake, build))
     assert world.lengths.screws == screws
     thread, found = world.lengths.thread, world.lengths
     high = {"nut": thread.nut_height, "screw": thread.head_height + found.screw_length,

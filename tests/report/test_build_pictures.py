@@ -9,9 +9,9 @@ import pytest
 
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
-from layerjam.fabricate.choices import choices
-from layerjam.fabricate.film import film
-from layerjam.fabricate.lengths import lengths
+from layerjam.fabricate.choices import resolve_choices
+from layerjam.fabricate.film import lay_out_film
+from layerjam.fabricate.lengths import compute_lengths
 from layerjam.report import build_drawings, build_pictures, build_scene
 from layerjam.report.build_files import pictures
 from layerjam.report.build_scene import Scene
@@ -34,8 +34,8 @@ QUICK = ("odd", "two sheets")
 
 
 def world_of(file: BrakeFile) -> Scene:
-    build = choices(file).build
-    return build_scene.scene(build, lengths(file.brake, build))
+    build = resolve_choices(file).build
+    return build_scene.scene(build, compute_lengths(file.brake, build))
 
 
 @pytest.mark.parametrize("name", BRAKES)
@@ -88,7 +88,7 @@ def test_the_parts_touch_and_do_not_hit() -> None:
 def test_the_words_of_every_picture_can_be_read(name: str) -> None:
     file = BRAKES[name]
     world = world_of(file)
-    pieces = film(file, world.build, world.lengths).pieces
+    pieces = lay_out_film(file, world.build, world.lengths).pieces
     figures = {
         "section": build_drawings.section(world),
         "layers": build_drawings.order(world),
@@ -140,7 +140,7 @@ def test_the_layers_are_listed_from_below(name: str, top: str) -> None:
 
 def test_the_files_and_the_parts_that_are_named() -> None:
     world = world_of(KAPTON)
-    pieces = film(KAPTON, world.build, world.lengths).pieces
+    pieces = lay_out_film(KAPTON, world.build, world.lengths).pieces
     made = pictures(world.build, world.lengths, pieces)
     shaded = ("exploded", "stacking", "mould", "assembled")
     assert set(made.files()) == {

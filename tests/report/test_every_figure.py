@@ -22,9 +22,9 @@ from layerjam.commands.impact import drop as drop_command
 from layerjam.commands.stick_slip import stick_slip
 from layerjam.commands.tensile import tensile as tensile_command
 from layerjam.commands.vacuum_line import rise
-from layerjam.control.closed_loop import simulate
-from layerjam.control.follow import bode, follow, rehabilitation
-from layerjam.control.plan import plan
+from layerjam.control.closed_loop import simulate_run
+from layerjam.control.follow import bode_response, follow, rehabilitation
+from layerjam.control.plan import plan_stop
 from layerjam.design.requirements import Objective
 from layerjam.device.load import catalogue, load
 from layerjam.fluid.file import load_line
@@ -32,7 +32,7 @@ from layerjam.identify.bayes.model import Prior
 from layerjam.identify.bayes.posterior import BayesFit
 from layerjam.identify.calibration.peaks import calibrate
 from layerjam.identify.calibration.whole_curves import calibrate_curves
-from layerjam.identify.curves import Curve, curves_of
+from layerjam.identify.curves import Curve, make_curves
 from layerjam.identify.friction.ageing import fit_ageing
 from layerjam.identify.friction.reduction import reduce_friction
 from layerjam.identify.logs.crash import reduce_crash
@@ -94,7 +94,7 @@ def pulls(
 @cache
 def curves(name: str, *speeds: float) -> tuple[Curve, ...]:
     traces = [t for v in speeds or (0.013,) for t in pulls(name, speed=v)]
-    return curves_of([(t, pull_features(t), t.facts.vacuum or 0.0) for t in traces])
+    return make_curves([(t, pull_features(t), t.facts.vacuum or 0.0) for t in traces])
 
 
 @cache
@@ -189,7 +189,7 @@ def designs(name: str) -> Any:
 @cache
 def regulated() -> Any:
     regulator = line_pictures.regulator("pi")
-    return regulator, simulate(regulator, [(8.0, 60e3)])
+    return regulator, simulate_run(regulator, [(8.0, 60e3)])
 
 
 @cache
@@ -200,11 +200,11 @@ def followed(name: str) -> Any:
     wanted = rehabilitation(time, low=0.3 * top, high=top, period=6.0)
     run = follow(regulator, brake, wanted, 0.01 + 0 * time)
     sine = {"slip": 0.01, "mean": 0.5 * top, "amplitude": 0.1 * top}
-    return run, bode(regulator, brake, frequencies=[0.3, 1.0], **sine)
+    return run, bode_response(regulator, brake, frequencies=[0.3, 1.0], **sine)
 
 
 def planned(name: str) -> Any:
-    return plan(load(name), load_line("choi2018").line, line_pictures.COLLISION)
+    return plan_stop(load(name), load_line("choi2018").line, line_pictures.COLLISION)
 
 
 def dropped(name: str) -> Any:

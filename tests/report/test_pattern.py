@@ -9,7 +9,7 @@ import pypdfium2
 import pypdfium2.raw as pdfium
 import pytest
 
-from layerjam.fabricate.nest import CutPart, Piece, nest_least
+from layerjam.fabricate.nest import CutPart, Piece, nest_smallest
 from layerjam.fabricate.outline import Outline, sheet, spacer
 from layerjam.report import build_files as drawn
 from layerjam.report.build_files import FORMATS, paper_for, pattern
@@ -33,7 +33,7 @@ def _pieces(count: int, kerf: float, length: float = 85, width: float = 13) -> l
         CutPart("sheet", sheet(length, width, clamp_length=6, hole=3).add_kerf(kerf), count),
         CutPart("spacer", spacer(6, width, hole=3).add_kerf(kerf), count),
     ]
-    return nest_least(parts, margin=5, gap=3, bounds=(1169, 777))
+    return nest_smallest(parts, margin=5, gap=3, bounds=(1169, 777))
 
 
 def _boxes(page: pypdfium2.PdfPage) -> list[list[float]]:

@@ -30,7 +30,7 @@ def regulator(**other: Any) -> Regulator:
 
 def law_words(made: Regulator) -> str:
     """`CONT:LAW`'s two strings."""
-    first, second = made.packed()
+    first, second = made.pack()
     raw = struct.pack(f"<{len(first) + len(second)}d", *first, *second)
     return f'"{raw.hex().upper()}","{zlib.crc32(raw):08X}"'
 

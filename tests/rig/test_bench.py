@@ -278,7 +278,7 @@ def test_the_reach_is_the_plants() -> None:
 
 @pytest.mark.parametrize("kind", list(KINDS))
 def test_outputs_are_the_laws_to_the_last_bit(kind: str) -> None:
-    rig, settings = Rig(), regulator(kind=kind).packed()
+    rig, settings = Rig(), regulator(kind=kind).pack()
     rig.ready(regulator(kind=kind))
     rig.say("VAC 60 kPa;:OUTP ON")
     state = law.fresh()

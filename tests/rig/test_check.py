@@ -17,7 +17,7 @@ import layerjam.rig
 from layerjam.cli.main import main
 from layerjam.control.closed_loop import FaultInjection
 from layerjam.control.plant import Plant
-from layerjam.control.plant import plant_of as linear_plant
+from layerjam.control.plant import linearise_line as linear_plant
 from layerjam.errors import QuantityError
 from layerjam.rig.check import LockedError, check_bench, decay
 from layerjam.rig.driver import Bench, InstrumentError

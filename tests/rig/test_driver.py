@@ -48,7 +48,7 @@ def test_a_vacuum_is_held_and_let_go(bench: Bench) -> None:
     bench.output = True
     assert bench.wait(10, until=39e3) >= 39e3
     assert (bench.state, bench.target, bench.output) == ("RUN", 40e3, True)
-    assert bench.regulator == regulator().packed()
+    assert bench.regulator == regulator().pack()
     assert bench.reach == pytest.approx(regulator().plant.reach, rel=1e-8)
     bench.off()
     assert bench.state == "SAFE" and bench.fault is None and bench.events == []

@@ -92,7 +92,7 @@ def test_a_drift_is_doubted_by_the_board_when_the_plant_says_so(
             assert trial.named is None and trial.safe_after is None and trial.met
             if doubted:  # what is missing has climbed, less what the vent did not yet give away
                 case = trial.plan.case
-                band = case.regulator.vents_above  # held is what is as near as this
+                band = case.regulator.vent_threshold  # held is what is as near as this
                 assert trial.lost_after is not None
                 climbed = size * trial.lost_after - 0.1 * case.target
                 assert -band - 250 <= climbed <= band + 250 + 2 * size

@@ -19,7 +19,7 @@ import layerjam.rig
 from layerjam.cli.main import main
 from layerjam.commands.bench_run import companion_notice
 from layerjam.commands.pressure_log import read_pressure
-from layerjam.commands.regulator import RecordedStep, tuned_by
+from layerjam.commands.regulator import RecordedStep, tune_from_step
 from layerjam.control.closed_loop import FaultInjection
 from layerjam.control.settings import Regulator
 from layerjam.errors import LayerjamError, QuantityError
@@ -206,7 +206,7 @@ def test_readers_take_the_csv_as_it_is(
     # what `regulate --step` makes of it
     regulator = Regulator(plant=plant, sensor=made.sensor, safe_state="release")
     step = RecordedStep(step=out, start=full[0], end=full[-1])
-    _, found, _ = tuned_by(regulator, step.step, step, atmosphere=101325.0, keep_noise=True)
+    _, found, _ = tune_from_step(regulator, step.step, step, atmosphere=101325.0, keep_noise=True)
     assert found.plant.rate == pytest.approx(plant.rate, rel=0.02)
 
 

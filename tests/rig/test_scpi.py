@@ -262,7 +262,7 @@ def test_the_law_is_checked_number_by_number() -> None:
 
     rig.ready()
     before = rig.say("CONT:LAW?")
-    first, second = regulator().packed()
+    first, second = regulator().pack()
     for place in range(39):
         for wrong in (float("nan"), float("inf"), -1e17):
             numbers = [*first, *second]

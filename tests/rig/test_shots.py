@@ -221,7 +221,7 @@ def test_what_cannot_be_dropped_is_refused() -> None:
     check_rig(DropRig(), real, parse_procedure(held))
     for options in ({"mass": 1.0}, {"trigger_level": 3.0}):
         with pytest.raises(QuantityError, match="add --shot"):
-            DropRigOptions(**options).rig(whole["file"])
+            DropRigOptions(**options).make_rig(whole["file"])
 
 
 @pytest.mark.slow

@@ -63,10 +63,10 @@ def test_it_regulates_releases_and_names_what_breaks(board: VirtualBoard) -> Non
     made = ready(board, 60e3)
     wait(board, 16)
     # without a leak an excess stays that does not yet open the vent
-    assert board.plant.vacuum == pytest.approx(60e3, abs=made.vents_above)
+    assert board.plant.vacuum == pytest.approx(60e3, abs=made.vent_threshold)
     seq, vacuum, target, _pump, vent, state, fault = tell(board, "FETC:ALL?").split(",")
     assert (target, vent, state, fault) == ("60000", "0", "RUN", "0")
-    assert float(vacuum) == pytest.approx(60e3, abs=made.vents_above + 100) and int(seq) > 1600
+    assert float(vacuum) == pytest.approx(60e3, abs=made.vent_threshold + 100) and int(seq) > 1600
     tell(board, "VAC 0")
     wait(board, 3)
     assert board.plant.vacuum < 50 and board.plant.outputs == (0.0, True)

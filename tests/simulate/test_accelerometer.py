@@ -20,11 +20,11 @@ from layerjam.simulate.accelerometer import (
     Accelerometer,
     cfc_coefficients,
     cfc_filter,
+    filter_memory,
     find_accelerometer,
     low_pass,
     lowpass_poles,
     measure_acceleration,
-    memory,
     specific_force,
 )
 from layerjam.simulate.drop import drop
@@ -42,7 +42,7 @@ def stop(**how: float) -> DropRecord:
 
 def gain(cfc: float, rate: float, frequency: float) -> complex:
     """Complex gain of `cfc_filter` at a frequency, from a long sine; its middle is settled."""
-    room = int(rate * (memory(cfc) + 5 / frequency)) + 1
+    room = int(rate * (filter_memory(cfc) + 5 / frequency)) + 1
     time = (np.arange(2 * room) - room) / rate
     shown = cfc_filter(np.exp(2j * np.pi * frequency * time).real, rate, cfc)
     quadrature = cfc_filter(np.exp(2j * np.pi * frequency * time).imag, rate, cfc)
@@ -110,7 +110,7 @@ def test_step_response_in_closed_form() -> None:
 def test_reversed_in_time_it_is_the_same_filter(seed: int, cfc: int, factor: float) -> None:
     value = np.random.default_rng(seed).normal(size=400)
     value[:100] = value[300:] = 0
-    room = np.zeros(int(factor * cfc * memory(cfc)) + 1)
+    room = np.zeros(int(factor * cfc * filter_memory(cfc)) + 1)
     value = np.concatenate([room, value, room])
     once = cfc_filter(value, factor * cfc, cfc)
     back = cfc_filter(value[::-1], factor * cfc, cfc)[::-1]
@@ -126,7 +126,7 @@ def test_ends_count_as_held_for_ever(cfc: int) -> None:
     rate = 20.0 * cfc
     value = np.cumsum(np.random.default_rng(3).normal(size=300)) + 5
     num, den = reference.butter(2, 2.0775 * cfc, fs=rate)
-    room = int(rate * memory(cfc)) + 1
+    room = int(rate * filter_memory(cfc)) + 1
     held = np.pad(value, room, "edge")
     expected = reference.filtfilt(num, den, held, padtype=None)[room:-room]
     np.testing.assert_allclose(cfc_filter(value, rate, cfc), expected, atol=1e-9)

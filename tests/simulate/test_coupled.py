@@ -13,10 +13,10 @@ from layerjam.device.load import load
 from layerjam.errors import QuantityError
 from layerjam.fluid.file import load_line
 from layerjam.fluid.line import Leak, Reservoir, Tube
-from layerjam.fluid.network import Drive, at_pressure
+from layerjam.fluid.network import Drive, state_at_pressure
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.simulate.coupled import coupled_drop, line_along
+from layerjam.simulate.coupled import coupled_drop, integrate_line_along
 from layerjam.simulate.drop import drop
 from layerjam.simulate.record import Outcome
 from strategies import unchecked
@@ -93,7 +93,7 @@ def test_gas_and_energy_are_accounted_for(polytropic):
         4e-5, polytropic=polytropic, leak=Leak(laminar=2e-8), tube=Tube(length=0.5, bore=3e-3),
         reservoir=Reservoir(volume=5e-5, conductance=1e-9),
     )  # fmt: skip
-    state = at_pressure(line, A - 45e3, 2e4)
+    state = state_at_pressure(line, A - 45e3, 2e4)
     made = coupled_drop(KAPTON, line, **CASE, start=state, drive=Drive(store=1.0))
     assert made.line.imbalance < 1e-10
     assert energy_imbalance(made) < 1e-9
@@ -151,7 +151,7 @@ def test_the_line_along_a_given_slip_is_boyles_law():
     line = stretching(4e-5)
     time = np.linspace(0, 0.03, 61)
     slip = 0.04 * np.sin(np.pi * time / 0.06) ** 2
-    made = line_along(line, at_pressure(line, A - 40e3), time, slip, SHUT)
+    made = integrate_line_along(line, state_at_pressure(line, A - 40e3), time, slip, SHUT)
     wanted = [boyle(40e3, s, line) for s in slip]
     assert made.vacuum == pytest.approx(wanted, rel=1e-6)
     assert made.imbalance < 1e-12

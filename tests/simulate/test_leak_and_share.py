@@ -18,8 +18,8 @@ from scipy.optimize import brentq
 from tests.strategies import KAPTON, change, points, random_brakes, seeds
 
 import layerjam as lj
-from layerjam.commands.plan import _leaking
-from layerjam.control.plan import Arrival, needed_vacuum, plan
+from layerjam.commands.plan import _add_leak
+from layerjam.control.plan import Arrival, needed_vacuum, plan_stop
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.fluid.closed_forms import held_vacuum, holding_time
 from layerjam.mechanics import friction, pull
@@ -201,10 +201,10 @@ def test_the_commands_take_the_share_and_the_gauge_reads_the_vacuum():
 def test_a_plan_waits_behind_its_leak_and_needs_the_share_more():
     case = Arrival(mass=1.0, speed=2.5, warning=3.0, travel=0.04, gravity=9.80665)
     line = lj.load_line("choi2018")
-    leaky = _leaking(line, 10.0, water=False).line
+    leaky = _add_leak(line, 10.0, water=False).line
     partly = replace(FILE, brake=replace(KAPTON, vacuum_share=0.98))
     needed = needed_vacuum(KAPTON, case)
-    made = plan(partly, leaky, case)
+    made = plan_stop(partly, leaky, case)
     pump, volume = line.line.pump, line.line.chamber.volume
 
     def filling(_, p):
@@ -220,8 +220,8 @@ def test_a_plan_waits_behind_its_leak_and_needs_the_share_more():
 @pytest.mark.slow
 def test_shut_off_at_the_taut_rope_the_vacuum_leaks_away_during_the_stop():
     case = Arrival(mass=1.0, speed=2.5, warning=3.0, travel=0.04, gravity=9.80665)
-    leaky = _leaking(lj.load_line("choi2018"), 10.0, water=False).line
-    made = plan(FILE, leaky, case, leaks=True)
+    leaky = _add_leak(lj.load_line("choi2018"), 10.0, water=False).line
+    made = plan_stop(FILE, leaky, case, leaks=True)
     stopped = made.tuned.coupled
     time = stopped.timed.time
     left = leaked(time, made.tuned.vacuum, 10.0)[0] - made.tuned.vacuum

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from layerjam.simulate.rope_alone import damped_rope_only, simulate_bare_drop, standstill
+from layerjam.simulate.rope_alone import damped_rope_only, simulate_bare_drop, standstill_time
 
 G, ROPE = 9.80665, 16.8e3
 CRITICAL = 2 * np.sqrt(ROPE)
@@ -40,9 +40,9 @@ def test_a_slow_mass_on_an_overdamped_rope_never_stands_still():
     # all it brought: energy of motion, and half of what its weight does over the sag
     assert heat == pytest.approx(2.5**2 / 2 + G**2 / ROPE / 2, rel=1e-14)
     edge = G / (2500 - np.sqrt(2500**2 - ROPE))
-    assert np.isinf(standstill(1.0, edge * (1 - 1e-9), ROPE, 5000.0, G))
-    assert np.isfinite(standstill(1.0, edge * (1 + 1e-9), ROPE, 5000.0, G))
-    assert np.isfinite(standstill(1.0, 1e-6, ROPE, 5000.0, 0.0))
+    assert np.isinf(standstill_time(1.0, edge * (1 - 1e-9), ROPE, 5000.0, G))
+    assert np.isfinite(standstill_time(1.0, edge * (1 + 1e-9), ROPE, 5000.0, G))
+    assert np.isfinite(standstill_time(1.0, 1e-6, ROPE, 5000.0, 0.0))
 
 
 def test_regimes_join_and_no_damping_is_the_spring():

@@ -18,7 +18,7 @@ from layerjam.mechanics.pull import force_at_elongation, peak
 from layerjam.simulate.procedure import parse_procedure, simple_pull
 from layerjam.simulate.stack import tensile_stack
 from layerjam.simulate.stack_layout import Housing, Interfaces
-from layerjam.simulate.stack_spread import draws, peak_spread
+from layerjam.simulate.stack_spread import draw_normal, peak_spread
 from layerjam.simulate.tensile import tensile as lumped
 from strategies import KAPTON, area, change
 
@@ -142,8 +142,8 @@ def test_chunks_seeds_and_threads():
         numba.set_num_threads(threads)
     assert (whole.peak == alone.peak).all()
     assert (peak_spread(FILE, FULL, 0.2, samples=300, seed=8).peak != whole.peak).all()
-    assert (draws(5, 9, 10, 3) == draws(0, 9, 10, 3)[5:]).all()
-    many = draws(0, 20000, 10, 3)
+    assert (draw_normal(5, 9, 10, 3) == draw_normal(0, 9, 10, 3)[5:]).all()
+    many = draw_normal(0, 20000, 10, 3)
     assert many.mean() == pytest.approx(0, abs=0.01)
     assert many.std() == pytest.approx(1, abs=0.01)
     assert np.abs(np.corrcoef(many.T) - np.eye(10)).max() < 0.03
@@ -160,7 +160,7 @@ def test_an_interrupt_keeps_what_is_done(monkeypatch):
     spread = peak_spread(FILE, FULL, 0.1, samples=1000, chunk=100, progress=stop)
     assert told == [(100, 1000), (200, 1000)]
     assert (spread.done, spread.asked) == (200, 1000)
-    monkeypatch.setattr("layerjam.simulate.stack_spread.draws", lambda *_: stop(200, 0))
+    monkeypatch.setattr("layerjam.simulate.stack_spread.draw_normal", lambda *_: stop(200, 0))
     with pytest.raises(KeyboardInterrupt):
         peak_spread(FILE, FULL, 0.1, samples=10)
 

@@ -21,11 +21,11 @@ from layerjam.simulate.record import Outcome
 from layerjam.simulate.stick_slip import (
     StickSlipRecord,
     amplitude_map,
-    bounds_at,
     critical_speed_of,
+    force_bounds,
+    make_slide,
     moving_mass,
     series_stiffness,
-    slide_of,
     stick_slip,
 )
 
@@ -51,10 +51,10 @@ def block(**given: Any) -> Slide:
 def test_a_load_below_static_friction_is_held_for_an_hour(
     step: float, start: float, pace: float
 ) -> None:
-    frozen = slide_of(
+    frozen = make_slide(
         KAPTON.brake, vacuum=FULL, speed=1e-3, mass=0.01, stiffness=131e3, slip=start, frozen=True
     )
-    load = 0.999 * float(bounds_at(frozen).static)
+    load = 0.999 * float(force_bounds(frozen).static)
     record = stick_slip(
         KAPTON, vacuum=FULL, speed=1e-3, slip=start, travel=load / 131e3, hold=3600.0, step=step,
         stribeck=of_film(KAPTON.brake, pace),
@@ -200,7 +200,7 @@ def test_amplitude_map() -> None:
     )
     assert found.amplitude.shape == (8, 3)
     edge = np.asarray(critical_speed(
-        *bounds_at(slide_of(brake, vacuum=vacuums[0], speed=1.0, mass=mass, stiffness=spring,
+        *force_bounds(make_slide(brake, vacuum=vacuums[0], speed=1.0, mass=mass, stiffness=spring,
                             frozen=True)), spring, mass, drag,
     ))  # fmt: skip
     assert (found.judders == (speeds < edge)).all()

@@ -152,9 +152,9 @@ def test_commands_of_practice_files_and_of_a_missing_option(
 ) -> None:
     """No printed command has a single quote on Windows."""
     from layerjam.campaigns.campaign import campaign
-    from layerjam.campaigns.text import example as built_in
+    from layerjam.campaigns.text import example_spec as built_in
 
-    for line in campaign_files.commands(campaign(built_in()), here / "my lab"):
+    for line in campaign_files.suggest_commands(campaign(built_in()), here / "my lab"):
         assert "'" not in line and '"' in line, line
         assert all("my lab" in w for w in split_as_microsoft_c(line) if "lab" in w)
     assert main(("force", "my brake.toml", "--slip", "20 mm")) == 2
@@ -188,7 +188,7 @@ def test_an_example_written_by_the_shell_is_read(encoding: str, tmp_path: Path) 
     made = tmp_path / "c.toml"
     made.write_bytes(text.replace("\n", "\r\n").encode(encoding))
     from layerjam.campaigns.campaign import campaign
-    from layerjam.campaigns.text import example as built_in
+    from layerjam.campaigns.text import example_spec as built_in
 
     assert campaign(made).spec == campaign(built_in()).spec
 

@@ -17,7 +17,7 @@ from layerjam.device.load import load, write_whole
 from layerjam.errors import FileError, QuantityError
 from layerjam.kernel import compiler
 from layerjam.measure.readers.read import read_trace
-from layerjam.records.database import url_of
+from layerjam.records.database import database_url
 from layerjam.rig import child, crosshead
 from layerjam.rig.address import address_of
 from layerjam.rig.board import connect
@@ -117,9 +117,9 @@ def test_a_pattern_is_ours_to_expand(here: Path, monkeypatch: pytest.MonkeyPatch
     for name in ("b.csv", "a.csv"):
         (here / name).write_bytes(b"")
     words = ["pull", "*.csv", "--names", "{vacuum}_*", "sim:choi2018?speed=0", "none-*.csv"]
-    assert command_line._expand(words) == ["pull", "a.csv", "b.csv", *words[2:]]
+    assert command_line._expand_patterns(words) == ["pull", "a.csv", "b.csv", *words[2:]]
     monkeypatch.setattr(system, "WINDOWS", False)
-    assert command_line._expand(words) == words
+    assert command_line._expand_patterns(words) == words
 
 
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"], ids=["plain", "bom"])
@@ -138,7 +138,7 @@ def test_files_of_windows_programs_say_the_same(mark: bytes, here: Path) -> None
 
 def test_drive_letters_are_no_schemes() -> None:
     at = r"C:\lab\records.db"
-    assert url_of(at).database == at and address_of("serial:COM12").where == "COM12"
+    assert database_url(at).database == at and address_of("serial:COM12").where == "COM12"
 
 
 def test_a_compilers_path_keeps_its_backslashes(monkeypatch: pytest.MonkeyPatch) -> None:

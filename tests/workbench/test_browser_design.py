@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from layerjam.design.specification import examples
+from layerjam.design.specification import example_texts
 
 pytestmark = pytest.mark.slow
 LONG = 90_000
@@ -98,7 +98,7 @@ def test_errors_stand_in_place_with_their_line(design):
     assert "Traceback" not in design.inner_text("body")
     design.click(at("example-wrist"))
     says(design, "outcome", "designs meet all constraints")
-    assert design.input_value(f"textarea{at('spec')}") == examples()["wrist"]
+    assert design.input_value(f"textarea{at('spec')}") == example_texts()["wrist"]
     assert design.errors == []
 
 

@@ -12,7 +12,7 @@ import pytest
 from layerjam.commands.array import array
 from layerjam.commands.compare import compare
 from layerjam.commands.design import brake_of, design
-from layerjam.design.specification import examples
+from layerjam.design.specification import example_texts
 from layerjam.device.load import load
 from layerjam.errors import FileError
 from layerjam.report.design_figures import seen_over
@@ -250,5 +250,5 @@ def test_the_page_stands(monkeypatch):
 
 
 def test_the_examples_are_those_of_the_program():
-    assert {"wrist", "stop"} <= set(examples())
+    assert {"wrist", "stop"} <= set(example_texts())
     assert load("choi2018-kapton").name == "choi2018-kapton"

@@ -14,7 +14,7 @@ from layerjam.commands.tensile import tensile
 from layerjam.device.load import load
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.simulate.procedure import simple_pull
-from layerjam.simulate.sheet_motion import motion_of
+from layerjam.simulate.sheet_motion import sheet_motion
 from layerjam.simulate.stack import tensile_stack
 from layerjam.simulate.stack_layout import Housing, stack_of
 from layerjam.workbench.pages.pull import _point
@@ -61,7 +61,7 @@ def test_the_motion_is_the_stacks_own_at_fewer_samples_and_keeps_every_change(fo
 def test_a_housings_walls_hang_on_the_cap_opposite_to_their_sheet():
     file, housing = load(KAPTON), Housing(friction=3.0)
     record, pull = tensile_stack(file, simple_pull(60e3, 1e-3, 5e-3), housing=housing)
-    moving = motion_of(record, pull).moving
+    moving = sheet_motion(record, pull).moving
     np.testing.assert_array_equal(moving, stack_of(file.brake, 60e3, housing=housing).right)
 
 
@@ -130,7 +130,7 @@ def test_a_thick_stack_is_drawn_in_part_and_says_so():
     file = load(KAPTON)
     sheets = replace(file.brake.sheets, count=301)
     file = replace(file, brake=replace(file.brake, sheets=sheets))
-    motion = motion_of(*tensile_stack(file, simple_pull(10e3, 1e-3, 2e-3)))
+    motion = sheet_motion(*tensile_stack(file, simple_pull(10e3, 1e-3, 2e-3)))
     thick = PullView.from_motion(motion, sheets)
     svg = drawing(thick, thick.telling())
     assert len(spans(svg, "sheet-holds") + spans(svg, "sheet-slides")) == MAX_SHEETS

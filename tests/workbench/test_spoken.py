@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import layerjam
-from layerjam.commands.index import commands, load
+from layerjam.commands.index import commands, load_entry
 from layerjam.errors import FileError, QuantityError
 from layerjam.workbench.pages.laboratory import FREE as FREE_CHOICE
 from layerjam.workbench.pages.laboratory import STICK_SLIP
@@ -44,7 +44,7 @@ def test_a_flag_becomes_the_name_of_its_field():
     """The fields of a fold are called so: `Parameter.label`, read here from the declarations."""
     seen = set()
     for name in ("friction", "calibrate", "drop", "rise", "report", "design"):
-        for p in load(name).parameters:
+        for p in load_entry(name).parameters:
             option = p.option.removeprefix("--")
             if not p.positional and option not in OTHERWISE:
                 seen.add(option)

@@ -15,7 +15,7 @@ from nicegui import ui
 from layerjam.commands.edit import edit
 from layerjam.commands.tensile import tensile
 from layerjam.device.load import catalogue, load
-from layerjam.identify.origin import ORIGINS, origin
+from layerjam.identify.origin import ORIGINS, describe_origin
 from layerjam.toml_files.source import Source
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.all import TABS
@@ -100,11 +100,14 @@ def test_the_first_page_is_loaded_without_what_computes():
 
 
 def test_the_word_of_a_brake_follows_from_its_facts():
-    assert origin(load(KAPTON)).word == "paper"
-    assert origin(load("choi2018-polyester")).word == "handbook"
-    assert {origin(load(name)).word for name in catalogue()} <= set(ORIGINS)
+    assert describe_origin(load(KAPTON)).word == "paper"
+    assert describe_origin(load("choi2018-polyester")).word == "handbook"
+    assert {describe_origin(load(name)).word for name in catalogue()} <= set(ORIGINS)
     edited = edit(KAPTON, {"sheets.width": "20 mm"}).record
-    assert origin(edited).word == "edited" and "sheets.width" in origin(edited).sentence
+    assert (
+        describe_origin(edited).word == "edited"
+        and "sheets.width" in describe_origin(edited).sentence
+    )
 
 
 def with_kinds(notes=(), **kinds):
@@ -116,13 +119,17 @@ def with_kinds(notes=(), **kinds):
 
 def test_a_brake_of_synthetic_files_is_synthetic_whatever_else_it_is():
     made = {"files": [{"name": "a.csv", "sha256": "0"}, {"name": "b.csv", "synthetic": True}]}
-    assert origin(with_kinds(factor="calibrated")).word == "calibrated"
-    assert origin(with_kinds(made, factor="calibrated")).word == "synthetic"
+    assert describe_origin(with_kinds(factor="calibrated")).word == "calibrated"
+    assert describe_origin(with_kinds(made, factor="calibrated")).word == "synthetic"
     # the mark of a single number counts as well
-    assert origin(with_kinds(friction="synthetic", factor="calibrated")).word == "synthetic"
+    assert (
+        describe_origin(with_kinds(friction="synthetic", factor="calibrated")).word == "synthetic"
+    )
     # what a source says in words is no fact
-    assert origin(with_kinds(friction="measured")).word == "measured"
-    assert origin(with_kinds({"files": "synthetic"}, friction="measured")).word == "measured"
+    assert describe_origin(with_kinds(friction="measured")).word == "measured"
+    assert (
+        describe_origin(with_kinds({"files": "synthetic"}, friction="measured")).word == "measured"
+    )
 
 
 def test_the_page_stands_drops_a_kilogram_and_takes_another_brake():

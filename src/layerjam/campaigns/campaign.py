@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from layerjam.campaigns.plan import Subject, Trial, duration, plan_tests, samples
-from layerjam.campaigns.records import friction_trace, pull_traces, pulls_at_once
+from layerjam.campaigns.plan import Subject, Trial, duration, plan_tests, sample_count
+from layerjam.campaigns.records import group_pulls, simulate_friction_test, simulate_pulls
 from layerjam.campaigns.spec import Spec, check_spec
 from layerjam.campaigns.text import read_spec
 from layerjam.errors import explain_arguments
@@ -44,13 +44,13 @@ class Campaign:
         """
         sleds = [t for t in self.tests if t.kind == "friction" and kind in ("", "friction")]
         for test in sleds:
-            yield test, friction_trace(self.spec, test)
-        for speed, tests in pulls_at_once(self.tests if kind in ("", "pull") else ()):
-            count = samples(duration(self.spec, speed), self.spec.machine)
+            yield test, simulate_friction_test(self.spec, test)
+        for speed, tests in group_pulls(self.tests if kind in ("", "pull") else ()):
+            count = sample_count(duration(self.spec, speed), self.spec.machine)
             size = max(1, _CHUNK // count)
             for start in range(0, len(tests), size):
                 chunk = tests[start : start + size]
-                yield from zip(chunk, pull_traces(self.spec, chunk, count), strict=True)
+                yield from zip(chunk, simulate_pulls(self.spec, chunk, count), strict=True)
 
 
 def campaign(spec: Spec | str | Path, seed: int | None = None) -> Campaign:

@@ -10,21 +10,16 @@ import numpy as np
 from layerjam._version import __version__
 from layerjam.campaigns import faults
 from layerjam.campaigns.campaign import Campaign
-from layerjam.campaigns.exports import Form, file_bytes, write_pair
+from layerjam.campaigns.exports import Form, encode_file, write_pair
 from layerjam.campaigns.plan import Subject, Trial
 from layerjam.campaigns.records import check_pulls
 from layerjam.campaigns.spec import Spec
-from layerjam.campaigns.text import spec_text
+from layerjam.campaigns.text import format_spec
 from layerjam.device.load import write_whole
-from layerjam.errors import FileError, count_of
+from layerjam.errors import FileError, count_noun
 from layerjam.measure.sidecar import sidecar_path
 from layerjam.measure.trace import Trace
-from layerjam.system import (
-    check_name,
-    quote_pattern,
-    quote_word,
-    report_failure,
-)
+from layerjam.system import check_name, quote_pattern, quote_word, report_failure
 from layerjam.toml_files.writer import literal
 from layerjam.units import exact_text
 
@@ -45,15 +40,15 @@ class CampaignFiles:
     """Other files that already exist in the folder."""
 
 
-def form_of(campaign: Campaign, test: Trial) -> Form:
+def select_form(campaign: Campaign, test: Trial) -> Form:
     """Return the form of a test's file; the layouts alternate from test to test."""
-    forms = campaign.spec.files.forms()
+    forms = campaign.spec.files.list_forms()
     return forms[test.number % len(forms)]
 
 
-def name_of(campaign: Campaign, test: Trial) -> str:
+def file_name(campaign: Campaign, test: Trial) -> str:
     """Return the name of a test's file."""
-    return test.name + form_of(campaign, test).details.ending
+    return test.name + select_form(campaign, test).details.ending
 
 
 def write_campaign(
@@ -73,12 +68,12 @@ def write_campaign(
     check_pulls(campaign.spec, campaign.tests)
     _prepare(folder, overwrite)
     texts = {
-        "README.txt": readme(campaign, folder),
+        "README.txt": format_readme(campaign, folder),
         "spec.toml": "# SYNTHETIC: the campaign that created the files in this folder.\n"
-        + spec_text(_portable(campaign)),
-        "truth.toml": truth_text(campaign),
+        + format_spec(_make_portable(campaign)),
+        "truth.toml": format_truth(campaign),
     }
-    texts |= {brake_of(s): s.copied for s in campaign.subjects if s.copied}
+    texts |= {portable_brake(s): s.copied for s in campaign.subjects if s.copied}
     paths: dict[int, Path] = {}
     samples, was_interrupted = 0, False
     try:
@@ -90,7 +85,7 @@ def write_campaign(
             tell("writing files", len(paths) / len(campaign.tests))
     except KeyboardInterrupt:
         was_interrupted = True
-    names = {name_of(campaign, t) for t in campaign.tests}
+    names = {file_name(campaign, t) for t in campaign.tests}
     names |= {f"{name}.toml" for name in names} | {*texts}
     strangers = sum(1 for p in folder.iterdir() if p.name not in names)
     files = tuple(paths[n] for n in sorted(paths))
@@ -110,8 +105,8 @@ def _prepare(folder: Path, overwrite: bool) -> None:
 
 
 def _write(campaign: Campaign, test: Trial, trace: Trace, folder: Path, overwrite: bool) -> Path:
-    form, fault, cut = form_of(campaign, test), test.practice, None
-    path = folder / name_of(campaign, test)
+    form, fault, cut = select_form(campaign, test), test.practice, None
+    path = folder / file_name(campaign, test)
     if fault == "cut_off":
         draw = float(faults.generator(campaign.spec.seed, "practice", test.number + 1).random())
         cut = 0.3 + 0.65 * draw
@@ -123,24 +118,24 @@ def _write(campaign: Campaign, test: Trial, trace: Trace, folder: Path, overwrit
     elif fault == "saturated":
         end = float(np.round(trace.force.max() * SATURATED_AT, 1))
         trace = replace(trace, force=np.minimum(trace.force, end))
-    data = file_bytes(trace, form, "kN" if fault == "wrong_unit" else "N", cut)
+    data = encode_file(trace, form, "kN" if fault == "wrong_unit" else "N", cut)
     if fault == "no_sidecar" and overwrite:
         sidecar_path(path).unlink(missing_ok=True)
     return write_pair(trace, path, data, overwrite, sidecar=fault != "no_sidecar")
 
 
-def brake_of(subject: Subject) -> str:
+def portable_brake(subject: Subject) -> str:
     """Return the name or path of the brake for a spec in the campaign's folder."""
     return f"brake-{subject.label}.toml" if subject.copied else subject.name
 
 
-def _portable(campaign: Campaign) -> Spec:
+def _make_portable(campaign: Campaign) -> Spec:
     """Return the spec with brakes that can be found from the campaign's folder."""
-    brakes = tuple(replace(s.truth, brake=brake_of(s)) for s in campaign.subjects)
+    brakes = tuple(replace(s.truth, brake=portable_brake(s)) for s in campaign.subjects)
     return replace(campaign.spec, brakes=brakes)
 
 
-def truth_text(campaign: Campaign) -> str:
+def format_truth(campaign: Campaign) -> str:
     """Return the true values of each brake and file of a campaign as TOML."""
     lines = [
         f"# SYNTHETIC, layerjam {__version__} virtual laboratory, seed {campaign.spec.seed}.",
@@ -149,15 +144,17 @@ def truth_text(campaign: Campaign) -> str:
         f"seed = {campaign.spec.seed}",
     ]
     compliance = campaign.spec.machine.compliance
-    rows = [("brakes", _truth_of(subject, compliance)) for subject in campaign.subjects]
-    rows += [("tests", _truth_of_test(test, name_of(campaign, test))) for test in campaign.tests]
+    rows = [("brakes", _true_values(subject, compliance)) for subject in campaign.subjects]
+    rows += [
+        ("tests", _true_test_values(test, file_name(campaign, test))) for test in campaign.tests
+    ]
     for table, values in rows:
         lines += ["", f"[[{table}]]"]
         lines += [f"{key} = {literal(v)}" for key, v in values.items() if v is not None]
     return "\n".join([*lines, ""])
 
 
-def _truth_of(subject: Subject, compliance: float) -> dict[str, Any]:
+def _true_values(subject: Subject, compliance: float) -> dict[str, Any]:
     """Return the values that fits should find, SI texts; means over the campaign's scatter."""
     true, file_brake, truth = subject.true, subject.known, subject.truth
     stiffness = float(true.stiffness_measured or 0.0)
@@ -165,12 +162,12 @@ def _truth_of(subject: Subject, compliance: float) -> dict[str, Any]:
     exponent = true.pressure_exponent
     return {
         "label": subject.label,
-        "brake": brake_of(subject),
+        "brake": portable_brake(subject),
         "scale_factor": true.scale_factor,
         "static": true.film.static,
         "kinetic": true.film.kinetic,
         "ageing": true.film.ageing,
-        "static_hold": _seconds(true.film.static_hold),
+        "static_hold": _format_seconds(true.film.static_hold),
         "friction_product": true.scale_factor * true.film.kinetic,
         # value that `calibrate` finds with the friction of the brake's own file
         "scale_factor_with_known_friction": true.scale_factor
@@ -186,7 +183,7 @@ def _truth_of(subject: Subject, compliance: float) -> dict[str, Any]:
     }
 
 
-def _truth_of_test(test: Trial, file: str) -> dict[str, Any]:
+def _true_test_values(test: Trial, file: str) -> dict[str, Any]:
     pull = test.kind == "pull"
     return {
         "file": file,
@@ -197,7 +194,7 @@ def _truth_of_test(test: Trial, file: str) -> dict[str, Any]:
         "static_factor": None if pull else test.static,
         "stiffness_factor": test.stiffness if pull else None,
         "enclosure_factor": test.enclosure if pull else None,
-        "hold": _seconds(test.hold),
+        "hold": _format_seconds(test.hold),
         "warmer": f"{test.warmer:.4g} K",
         "practice_fault": test.practice or None,
         "odd": test.odd or None,
@@ -207,21 +204,23 @@ def _truth_of_test(test: Trial, file: str) -> dict[str, Any]:
     }
 
 
-def _seconds(value: float | None) -> str | None:
+def _format_seconds(value: float | None) -> str | None:
     return None if value is None else exact_text(value, "s")
 
 
-def commands(campaign: Campaign, folder: Path) -> list[str]:
+def suggest_commands(campaign: Campaign, folder: Path) -> list[str]:
     """Return commands to try on the files, brake by brake."""
     out = []
     for subject in campaign.subjects:
-        brake = quote_word(str(folder / brake_of(subject)) if subject.copied else subject.name)
+        brake = quote_word(
+            str(folder / portable_brake(subject)) if subject.copied else subject.name
+        )
         mine = quote_word(str(folder / f"{subject.label}-tested.toml"))
         calibrated_file = quote_word(str(folder / f"{subject.label}-calibrated.toml"))
         tests = [t for t in campaign.tests if t.subject is subject]
         sleds = [t for t in tests if t.kind == "friction"]
         if sleds:
-            patterns = _patterns(campaign, folder, sleds)
+            patterns = _file_patterns(campaign, folder, sleds)
             if spec_holds := campaign.spec.friction.holds:
                 aged_file = quote_word(str(folder / f"{subject.label}-aged.toml"))
                 hold = f"--hold {max(spec_holds):g}s"
@@ -233,25 +232,25 @@ def commands(campaign: Campaign, folder: Path) -> list[str]:
             highest = max(t.vacuum or 0.0 for t in pulls)
             best = [t for t in pulls if t.vacuum == highest]
             others = [t for t in pulls if t.vacuum != highest]
-            patterns = _patterns(campaign, folder, best)
+            patterns = _file_patterns(campaign, folder, best)
             out.append(f"layerjam calibrate {brake} {patterns} --out {calibrated_file}")
             if others:
-                patterns = _patterns(campaign, folder, others)
+                patterns = _file_patterns(campaign, folder, others)
                 out.append(f"layerjam validate {calibrated_file} {patterns}")
     return out
 
 
-def _patterns(campaign: Campaign, folder: Path, tests: Sequence[Trial]) -> str:
+def _file_patterns(campaign: Campaign, folder: Path, tests: Sequence[Trial]) -> str:
     """Return shell patterns for the files of some tests, all speeds, without sidecars."""
     names = {}
     for test in tests:
         # all repeats, and for pulls all speeds
         parts = test.name.split("_")[: 3 if test.kind == "pull" else 2]
-        names["_".join([*parts, "*"]) + form_of(campaign, test).details.ending] = test
+        names["_".join([*parts, "*"]) + select_form(campaign, test).details.ending] = test
     return " ".join(quote_pattern(folder, name) for name in names)
 
 
-def readme(campaign: Campaign, folder: Path) -> str:
+def format_readme(campaign: Campaign, folder: Path) -> str:
     """Return the README of the folder."""
     tests, spec = campaign.tests, campaign.spec
     sleds = sum(1 for t in tests if t.kind == "friction")
@@ -260,8 +259,8 @@ def readme(campaign: Campaign, folder: Path) -> str:
         "SYNTHETIC. Nothing here was measured.",
         f"Written by the virtual laboratory of layerjam {__version__}, seed {spec.seed}.",
         "",
-        f"{count_of(sleds, 'friction test')} and {count_of(len(tests) - sleds, 'pull')}, in these "
-        f"layouts: {', '.join(spec.files.layouts)}.",
+        f"{count_noun(sleds, 'friction test')} and {count_noun(len(tests) - sleds, 'pull')}, in "
+        f"these layouts: {', '.join(spec.files.layouts)}.",
         "Each file NAME has a NAME.toml with the facts that the file lacks: vacuum, speed,",
         "repeat, brake.",
         "spec.toml is the campaign; layerjam lab spec.toml --out ANOTHER writes it again.",
@@ -272,5 +271,5 @@ def readme(campaign: Campaign, folder: Path) -> str:
             f"{faulty} of the pulls' files have a fault that you should find. Files that are",
             "rejected are listed; --partial writes the brake from the others.",
         ]
-    lines += ["", "To try:", *(f"  {c}" for c in commands(campaign, folder)), ""]
+    lines += ["", "To try:", *(f"  {c}" for c in suggest_commands(campaign, folder)), ""]
     return "\n".join(lines)

@@ -34,11 +34,12 @@ class Layout:
     """Layout of a software: the lines above its numbers, its columns, and its defaults.
 
     `head` contains the lines above the numbers: "|" marks a new cell, and words in braces are
-    replaced in each file (see `_head_words`). `columns` contains the format of each column: t, time
-    [s]; x, travel [mm]; m, travel [m]; f, force [N]. testXpert also has c, the absolute crosshead
-    [mm], X and F, its travel and force. `name` and `unit` are the formats of a cell with a name or
-    a unit, `second` is the unit of time. `english` are the names of time, travel and force if they
-    differ from `LANGUAGES`. `fixed` means that encoding, decimal sign and language cannot change.
+    replaced in each file (see `_header_values`). `columns` contains the format of each column: t,
+    time [s]; x, travel [mm]; m, travel [m]; f, force [N]. testXpert also has c, the absolute
+    crosshead [mm], X and F, its travel and force. `name` and `unit` are the formats of a cell
+    with a name or a unit, `second` is the unit of time. `english` are the names of time, travel and
+    force if they differ from `LANGUAGES`. `fixed` means that encoding, decimal
+    sign and language cannot change.
     """
 
     about: str
@@ -57,7 +58,7 @@ class Layout:
     fixed: bool = False
 
 
-def statement(facts: Facts) -> str:
+def synthetic_statement(facts: Facts) -> str:
     """Return the statement that every file contains."""
     return f"SYNTHETIC, layerjam {__version__} virtual test machine, seed {facts.seed}"
 
@@ -98,7 +99,7 @@ class Form:
         decimal = layout.decimal if self.decimal == "usual" else self.decimal
         return encoding, decimal, self.language
 
-    def possible(self) -> None:
+    def check_encoding(self) -> None:
         """Raise QuantityError if the encoding lacks letters of the language."""
         encoding, _, language = self.choices()
         words = "".join([*LANGUAGES[language], *self.details.head])
@@ -113,22 +114,22 @@ class Form:
             ) from None
 
 
-def file_bytes(trace: Trace, form: Form, force_unit: str = "N", cut: float | None = None) -> bytes:
+def encode_file(trace: Trace, form: Form, force_unit: str = "N", cut: float | None = None) -> bytes:
     """Return the file of a trace; `cut` is the share of its rows after which it ends mid-line."""
     if trace.time is None:
         raise QuantityError("a trace without time cannot be written")
     layout, (encoding, decimal, _) = form.details, form.choices()
     mark = layout.mark or ("," if decimal == "." else ";")
     head = [line.replace("|", mark) for line in layout.head]
-    words = _head_words(trace, form, force_unit, mark)
+    words = _header_values(trace, form, force_unit, mark)
     text = layout.newline.join([*(line.format(**words) for line in head), ""])
-    text += _rows(layout, trace, trace.time, mark, decimal)
+    text += _format_rows(layout, trace, trace.time, mark, decimal)
     if cut is not None:
-        text = _cut_off(text, mark, len(trace), cut)
+        text = _truncate_rows(text, mark, len(trace), cut)
     return text.encode(encoding)
 
 
-def _head_words(trace: Trace, form: Form, force_unit: str, mark: str) -> dict[str, object]:
+def _header_values(trace: Trace, form: Form, force_unit: str, mark: str) -> dict[str, object]:
     """Return {word in braces of a head: text}."""
     layout, (_, decimal, language) = form.details, form.choices()
     names: tuple[str, ...] = LANGUAGES[language]
@@ -143,7 +144,7 @@ def _head_words(trace: Trace, form: Form, force_unit: str, mark: str) -> dict[st
     speed = (trace.facts.speed or 0.0) * 60e3
     return {
         "version": __version__,
-        "said": statement(trace.facts),
+        "said": synthetic_statement(trace.facts),
         "repeat": trace.facts.repeat,
         "length": f"{length:g}".replace(".", decimal),
         "speed": f"{speed:g}".replace(".", decimal),
@@ -152,7 +153,7 @@ def _head_words(trace: Trace, form: Form, force_unit: str, mark: str) -> dict[st
     }
 
 
-def _rows(layout: Layout, trace: Trace, time: Array, mark: str, decimal: str) -> str:
+def _format_rows(layout: Layout, trace: Trace, time: Array, mark: str, decimal: str) -> str:
     travel, force, count = trace.elongation * 1e3, trace.force, len(trace)
     every = {"t": time, "m": trace.elongation, "f": force, "F": force}
     every |= {"x": travel, "X": travel, "c": travel + 250.0}
@@ -162,7 +163,7 @@ def _rows(layout: Layout, trace: Trace, time: Array, mark: str, decimal: str) ->
     return (row * count % tuple(flat)).replace(".", decimal).replace("\0", mark)
 
 
-def _cut_off(text: str, mark: str, rows: int, part: float) -> str:
+def _truncate_rows(text: str, mark: str, rows: int, part: float) -> str:
     """Return the text up to the second value of a row, half of that row's line."""
     lines = text.splitlines(keepends=True)
     row = len(lines) - rows + min(int(part * rows), rows - 1)
@@ -174,7 +175,7 @@ def write_trace(
     trace: Trace, path: str | Path, layout: str = "own", overwrite: bool = False
 ) -> Path:
     """Write a trace in a layout, with its sidecar; FileError if one of them exists already."""
-    return write_pair(trace, path, file_bytes(trace, Form(layout=layout)), overwrite)
+    return write_pair(trace, path, encode_file(trace, Form(layout=layout)), overwrite)
 
 
 def write_pair(

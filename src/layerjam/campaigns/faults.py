@@ -89,7 +89,7 @@ class Faults(LoadCell):
     )
 
 
-def consistent(machine: Faults) -> None:
+def check_consistency(machine: Faults) -> None:
     """Raise QuantityError if faults contradict each other."""
     if machine.slack > 0 and machine.preload > 0:
         raise QuantityError.of(
@@ -110,7 +110,7 @@ def generator(seed: int, stream: str, test: int) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64([seed, STREAMS[stream], test]))
 
 
-def normal(seed: int, stream: str, tests: npt.NDArray[np.int64], count: int) -> Array:
+def draw_normal(seed: int, stream: str, tests: npt.NDArray[np.int64], count: int) -> Array:
     """Return standard normal numbers for some tests, shape (len(tests), count)."""
     out = np.empty((len(tests), count))
     for row, test in zip(out, tests.tolist(), strict=True):
@@ -123,24 +123,24 @@ def round_to_step(values: Array, step: float) -> Array:
     return np.round(values / step) * step if step > 0 else values
 
 
-def spread(relative: float, draws: Array) -> Array:
+def scatter(relative: float, draws: Array) -> Array:
     """Return factors of mean 1 and standard deviation `relative`, never negative (log-normal)."""
     width = float(np.sqrt(np.log1p(relative**2)))
     return np.exp(width * draws - width**2 / 2)
 
 
-def moments(machine: Faults, seed: int, tests: npt.NDArray[np.int64], count: int) -> Array:
+def sample_times(machine: Faults, seed: int, tests: npt.NDArray[np.int64], count: int) -> Array:
     """Return the times of the samples [s], ascending, shape (M, count)."""
     time = np.arange(count) / machine.sampling_rate
     if machine.jitter <= 0:
         return np.broadcast_to(time, (len(tests), count))
     # limited to 2 standard deviations, so that stamps cannot overtake one another
-    shift = np.clip(normal(seed, "jitter", tests, count), -2, 2) * machine.jitter
+    shift = np.clip(draw_normal(seed, "jitter", tests, count), -2, 2) * machine.jitter
     shift[:, [0, -1]] = 0.0
     return time + shift
 
 
-def saw(slip: Array, amplitude: float, stiffness: Array) -> Array:
+def saw_force(slip: Array, amplitude: float, stiffness: Array) -> Array:
     """Return stick–slip about the mean force [N] over slip [m]: a saw with the spring's period.
 
     Between two slips the force rises by `amplitude` along `stiffness` [N/m], so that a slip occurs
@@ -152,7 +152,7 @@ def saw(slip: Array, amplitude: float, stiffness: Array) -> Array:
     return np.where(slip > 0, amplitude * phase, 0.0)
 
 
-def shown_force(
+def measured_force(
     force: Array,
     time: Array,
     warmer: Array,
@@ -164,13 +164,13 @@ def shown_force(
     reading = force * (1 + machine.span_per_kelvin * warmer)
     reading += machine.force_offset + machine.zero_per_kelvin * warmer + machine.force_drift * time
     if machine.force_noise > 0:
-        reading += machine.force_noise * normal(seed, "noise", tests, force.shape[1])
+        reading += machine.force_noise * draw_normal(seed, "noise", tests, force.shape[1])
     if machine.load_cell_range is not None:
         np.clip(reading, -machine.load_cell_range, machine.load_cell_range, out=reading)
     return round_to_step(reading, machine.force_step)
 
 
-def shown_travel(travel: Array, machine: Faults) -> Array:
+def measured_travel(travel: Array, machine: Faults) -> Array:
     """Return the reading of the crosshead for its travel."""
     return round_to_step(travel + machine.crosshead_start, machine.travel_step)
 
@@ -184,7 +184,7 @@ def sample_mask(machine: Faults, seed: int, test: int, count: int) -> Bools | No
     return keep
 
 
-def shown_stamps(time: Array, machine: Faults, seed: int, test: int) -> Array:
+def recorded_times(time: Array, machine: Faults, seed: int, test: int) -> Array:
     """Return the time stamps of a test, shape (N,); some repeat the previous one."""
     if machine.repeated_stamps <= 0:
         return time

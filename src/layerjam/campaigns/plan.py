@@ -14,7 +14,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load
 from layerjam.errors import QuantityError
-from layerjam.identify.shape import with_shape
+from layerjam.identify.shape import change_shape
 from layerjam.units import show
 
 
@@ -71,7 +71,7 @@ class Trial:
 
 def plan_tests(spec: Spec) -> tuple[tuple[Subject, ...], tuple[Trial, ...]]:
     """Return the brakes and all tests of a checked spec; QuantityError for impossible tests."""
-    subjects = tuple(_subject(truth) for truth in spec.brakes)
+    subjects = tuple(_build_subject(truth) for truth in spec.brakes)
     labels = [s.label for s in subjects]
     if len(set(labels)) < len(labels):
         twice = next(label for label in labels if labels.count(label) > 1)
@@ -79,23 +79,23 @@ def plan_tests(spec: Spec) -> tuple[tuple[Subject, ...], tuple[Trial, ...]]:
             "brakes.label", f"'{twice}' names two brakes; give each its own label"
         )
     for subject, vacuum in itertools.product(subjects, spec.pulls.vacuums):
-        _vacuum_allowed(subject, vacuum, spec.machine)
+        _check_vacuum(subject, vacuum, spec.machine)
     for speed in spec.pulls.speeds if spec.pulls.vacuums else ():
-        samples(duration(spec, speed), spec.machine)
+        sample_count(duration(spec, speed), spec.machine)
     if spec.friction.repeats:
-        samples(spec.friction.travel / spec.friction.speed, sled_machine(spec))
-    plain = [*_friction_tests(spec, subjects), *_pulls(spec, subjects)]
+        sample_count(spec.friction.travel / spec.friction.speed, sled_machine(spec))
+    plain = [*_plan_friction_tests(spec, subjects), *_plan_pulls(spec, subjects)]
     if len({t.name for t in plain}) < len(plain):
         raise QuantityError.of("pulls", "two vacuums or speeds agree to five digits")
     last = max(1, len(plain) - 1)
     tests = [
-        _with_scatter(spec, replace(t, number=n, warmer=spec.machine.warming * n / last))
+        _add_scatter(spec, replace(t, number=n, warmer=spec.machine.warming * n / last))
         for n, t in enumerate(plain)
     ]
-    return subjects, _with_odd(spec, _with_practice(spec, tests))
+    return subjects, _add_outliers(spec, _add_practice_faults(spec, tests))
 
 
-def _subject(truth: Truth) -> Subject:
+def _build_subject(truth: Truth) -> Subject:
     from layerjam.mechanics.stiffness import working_stiffness
 
     file = truth.brake if isinstance(truth.brake, BrakeFile) else load(truth.brake)
@@ -110,7 +110,7 @@ def _subject(truth: Truth) -> Subject:
         )
     stiffness = truth.stiffness or float(working_stiffness(brake))
     factor = truth.scale_factor or brake.scale_factor
-    true = with_shape(brake, factor, stiffness, truth.enclosure_factor)
+    true = change_shape(brake, factor, stiffness, truth.enclosure_factor)
     true = replace(true, film=replace(true.film, static=static, kinetic=kinetic))
     if truth.ageing is not None:
         aged = replace(true.film, ageing=truth.ageing, static_hold=truth.static_hold)
@@ -131,7 +131,7 @@ def _subject(truth: Truth) -> Subject:
     )
 
 
-def _vacuum_allowed(subject: Subject, vacuum: float, machine: Faults) -> None:
+def _check_vacuum(subject: Subject, vacuum: float, machine: Faults) -> None:
     atmosphere = subject.true.site.atmosphere
     true = vacuum + machine.vacuum_error
     if not 0 <= true <= atmosphere or vacuum > atmosphere:
@@ -148,7 +148,7 @@ def duration(spec: Spec, speed: float) -> float:
     return (spec.machine.slack + spec.pulls.travel + spec.pulls.unload) / speed
 
 
-def samples(lasts: float, machine: Faults) -> int:
+def sample_count(lasts: float, machine: Faults) -> int:
     """Return the number of samples of one test."""
     count = int(np.floor(lasts * machine.sampling_rate * (1 + 1e-12))) + 1
     if not 10 <= count <= MOST_SAMPLES:
@@ -168,8 +168,8 @@ def sled_machine(spec: Spec) -> Faults:
     return replace(spec.machine, **cell, **steady, jitter=jitter)
 
 
-def _pulls(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
-    numbers = _numbers(spec.pulls.repeats)
+def _plan_pulls(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
+    numbers = _padded_numbers(spec.pulls.repeats)
     loops = (subjects, spec.pulls.vacuums, spec.pulls.speeds, numbers)
     for subject, vacuum, speed, number in itertools.product(*loops):
         yield Trial(
@@ -186,10 +186,10 @@ def _pulls(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
         )
 
 
-def _friction_tests(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
+def _plan_friction_tests(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
     tests = spec.friction
     holds: Sequence[float | None] = tests.holds or (None,)
-    for subject, hold, number in itertools.product(subjects, holds, _numbers(tests.repeats)):
+    for subject, hold, number in itertools.product(subjects, holds, _padded_numbers(tests.repeats)):
         ending = number if hold is None else f"hold{hold:.5g}s_{number}"
         yield Trial(
             kind="friction",
@@ -201,12 +201,12 @@ def _friction_tests(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
         )
 
 
-def _numbers(repeats: int) -> list[str]:
+def _padded_numbers(repeats: int) -> list[str]:
     """Return 1, 2, ... as texts of equal length, so that files are sorted correctly."""
     return [f"{n:0{len(str(repeats))}d}" for n in range(1, repeats + 1)]
 
 
-def _with_scatter(spec: Spec, test: Trial) -> Trial:
+def _add_scatter(spec: Spec, test: Trial) -> Trial:
     shared = test.kind == "pull" and spec.scatter.per == "repeat"
     # all tests with one repeat number of a brake share the draws of an unused test number
     brake = next(n for n, t in enumerate(spec.brakes) if t is test.subject.truth)
@@ -215,16 +215,18 @@ def _with_scatter(spec: Spec, test: Trial) -> Trial:
     warm = 1 + spec.machine.friction_per_kelvin * test.warmer
     if test.kind == "friction":
         sizes = (spec.friction.kinetic_scatter, spec.friction.static_scatter)
-        kinetic, static = (float(faults.spread(s, d)) for s, d in zip(sizes, draws, strict=False))
+        kinetic, static = (float(faults.scatter(s, d)) for s, d in zip(sizes, draws, strict=False))
         return replace(test, friction=kinetic * warm, static=static * warm)
     parts = (spec.scatter.friction, spec.scatter.stiffness, spec.scatter.enclosure)
-    sheets, spring, sleeve = (float(faults.spread(s, d)) for s, d in zip(parts, draws, strict=True))
+    sheets, spring, sleeve = (
+        float(faults.scatter(s, d)) for s, d in zip(parts, draws, strict=True)
+    )
     truth = test.subject.truth
     faster = float(np.exp(truth.speed_slope * np.log10(test.speed / truth.speed_reference)))
     return replace(test, friction=sheets * warm * faster, stiffness=spring, enclosure=sleeve)
 
 
-def _with_practice(spec: Spec, tests: list[Trial]) -> tuple[Trial, ...]:
+def _add_practice_faults(spec: Spec, tests: list[Trial]) -> tuple[Trial, ...]:
     """Return the tests; some pulls have a practice fault."""
     pulls = [t.number for t in tests if t.kind == "pull"]
     order = faults.generator(spec.seed, "practice", 0).permutation(len(pulls)).tolist()
@@ -235,7 +237,7 @@ def _with_practice(spec: Spec, tests: list[Trial]) -> tuple[Trial, ...]:
     return tuple(tests)
 
 
-def _with_odd(spec: Spec, tests: Sequence[Trial]) -> tuple[Trial, ...]:
+def _add_outliers(spec: Spec, tests: Sequence[Trial]) -> tuple[Trial, ...]:
     """Return the tests, with some pulls, or all pulls at some vacuums, turned into outliers."""
     odd = spec.odd
     places: dict[tuple[object, ...], list[int]] = {}
@@ -246,10 +248,10 @@ def _with_odd(spec: Spec, tests: Sequence[Trial]) -> tuple[Trial, ...]:
     order = faults.generator(spec.seed, "odd", 0).permutation(len(places)).tolist()
     members = [*places.values()]
     outliers = {number for place in order[: odd.how_many] for number in members[place]}
-    return tuple(_odd(spec, test) if test.number in outliers else test for test in tests)
+    return tuple(_make_outlier(spec, test) if test.number in outliers else test for test in tests)
 
 
-def _odd(spec: Spec, test: Trial) -> Trial:
+def _make_outlier(spec: Spec, test: Trial) -> Trial:
     odd, atmosphere = spec.odd, test.subject.true.site.atmosphere
     vacuum = (test.true_vacuum or 0.0) * (1 + odd.vacuum_change)
     if vacuum > atmosphere:

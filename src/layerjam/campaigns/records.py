@@ -7,11 +7,11 @@ import numpy as np
 
 from layerjam.campaigns import faults
 from layerjam.campaigns.faults import Faults
-from layerjam.campaigns.plan import Subject, Trial, samples, sled_machine
+from layerjam.campaigns.plan import Subject, Trial, sample_count, sled_machine
 from layerjam.campaigns.spec import Spec
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
-from layerjam.identify.shape import with_shape
+from layerjam.identify.shape import change_shape
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Array, Trace
 from layerjam.units import show
@@ -20,7 +20,7 @@ FORMAT = "virtual test machine"
 HALVINGS = 60
 
 
-def pull_with_grips(
+def simulate_gripped_pull(
     stretch: Array,
     vacuum: Array,
     brake: Brake,
@@ -37,15 +37,15 @@ def pull_with_grips(
     from layerjam.mechanics.friction import sheet_friction
     from layerjam.mechanics.pull import brake_force
 
-    def resists(slip: Array) -> Array:
+    def excess_force(slip: Array) -> Array:
         excess = overshoot * np.exp(-slip / machine.overshoot_slip)
         sheets = np.asarray(sheet_friction(slip, vacuum, brake))
         return np.asarray(brake_force(slip, vacuum, brake)) + excess * sheets
 
-    def gives(force: Array) -> Array:
+    def grip_elongation(force: Array) -> Array:
         return force / spring + seating * -np.expm1(-force / machine.seating_force)
 
-    first = resists(np.zeros_like(stretch))
+    first = excess_force(np.zeros_like(stretch))
     softest = 1 / spring + seating / machine.seating_force
     if (overshoot * first / machine.overshoot_slip * softest >= 1).any():
         raise QuantityError.of(
@@ -53,14 +53,16 @@ def pull_with_grips(
             "the friction would fall faster than the mount relaxes, and the brake would "
             "snap; increase machine.overshoot_slip",
         )
-    stuck = _root(lambda force: gives(force) - stretch, np.zeros_like(stretch), first)
-    slip = _root(lambda x: x + gives(resists(x)) - stretch, np.zeros_like(stretch), stretch)
-    slides = gives(first) < stretch
+    stuck = _bisect(lambda force: grip_elongation(force) - stretch, np.zeros_like(stretch), first)
+    slip = _bisect(
+        lambda x: x + grip_elongation(excess_force(x)) - stretch, np.zeros_like(stretch), stretch
+    )
+    slides = grip_elongation(first) < stretch
     slip = np.where(slides, slip, 0.0)
-    return slip, np.where(slides, resists(slip), stuck)
+    return slip, np.where(slides, excess_force(slip), stuck)
 
 
-def _root(function: Callable[[Array], Array], low: Array, high: Array) -> Array:
+def _bisect(function: Callable[[Array], Array], low: Array, high: Array) -> Array:
     """Return the zero of a rising function of arrays between two arrays, by bisection."""
     for _ in range(HALVINGS):
         middle = (low + high) / 2
@@ -69,11 +71,11 @@ def _root(function: Callable[[Array], Array], low: Array, high: Array) -> Array:
     return np.asarray((low + high) / 2)
 
 
-def _column(values: Sequence[float]) -> Array:
+def _as_column(values: Sequence[float]) -> Array:
     return np.array(values, dtype=float)[:, None]
 
 
-def pulls_at_once(tests: Sequence[Trial]) -> list[tuple[float, list[Trial]]]:
+def group_pulls(tests: Sequence[Trial]) -> list[tuple[float, list[Trial]]]:
     """Return (speed [m/s], pulls of one brake at that speed), for all brakes and speeds."""
     groups: dict[tuple[str, float], list[Trial]] = defaultdict(list)
     for test in tests:
@@ -84,40 +86,42 @@ def pulls_at_once(tests: Sequence[Trial]) -> list[tuple[float, list[Trial]]]:
 
 def check_pulls(spec: Spec, tests: Sequence[Trial]) -> None:
     """Raise QuantityError if a pull of the campaign is impossible; quick, without its samples."""
-    for speed, group in pulls_at_once(tests):
+    for speed, group in group_pulls(tests):
         turn = (spec.machine.slack + spec.pulls.travel) / speed
         ends = np.array([[0.0, turn, turn + spec.pulls.unload / speed]])
         _pull_force(spec, group, ends)
 
 
-def pull_traces(spec: Spec, tests: Sequence[Trial], count: int) -> list[Trace]:
+def simulate_pulls(spec: Spec, tests: Sequence[Trial], count: int) -> list[Trace]:
     """Return the records of pulls of one brake at one speed."""
     machine, speed = spec.machine, tests[0].true_speed
     numbers = np.array([t.number for t in tests])
-    time = faults.moments(machine, spec.seed, numbers, count)
+    time = faults.sample_times(machine, spec.seed, numbers, count)
     end = machine.slack + spec.pulls.travel
     travel = speed * time
     travel = end - np.abs(travel - end) if spec.pulls.unload > 0 else travel
     force = _pull_force(spec, tests, np.maximum(time - machine.lag, 0.0))
-    reading = faults.shown_force(
-        force, time, _column([t.warmer for t in tests]), machine, spec.seed, numbers
+    reading = faults.measured_force(
+        force, time, _as_column([t.warmer for t in tests]), machine, spec.seed, numbers
     )
-    return _traces(spec, machine, tests, time, faults.shown_travel(travel, machine), reading)
+    return _record_traces(
+        spec, machine, tests, time, faults.measured_travel(travel, machine), reading
+    )
 
 
 def _pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Array:
     """Return the true force [N] at moments [s], shape (M, N)."""
     machine, subject, speed = spec.machine, tests[0].subject, tests[0].true_speed
     true = subject.true
-    stiffness = float(true.stiffness_measured or 0.0) * _column([t.stiffness for t in tests])
+    stiffness = float(true.stiffness_measured or 0.0) * _as_column([t.stiffness for t in tests])
     spring = 1 / (1 / stiffness + machine.compliance)
     brakes = _stack_brakes(true, spring, tests)
     start = machine.preload / spring
     turn = (machine.slack + spec.pulls.travel) / speed
     rising = np.minimum(time, turn)
     stretch = np.maximum(speed * rising - machine.slack, 0.0) + start
-    vacuum = _column([float(t.true_vacuum or 0.0) for t in tests]) - machine.vacuum_loss * rising
-    slip, rising_force = _slip_and_force(spec, tests, stretch, vacuum, brakes, spring)
+    vacuum = _as_column([float(t.true_vacuum or 0.0) for t in tests]) - machine.vacuum_loss * rising
+    slip, rising_force = _compute_slip_and_force(spec, tests, stretch, vacuum, brakes, spring)
     if not np.isfinite(slip).all():
         raise QuantityError.of(
             "pulls.vacuums",
@@ -126,14 +130,14 @@ def _pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Array:
         )
     return_travel = speed * np.maximum(time - turn, 0.0)
     if spec.pulls.unload > 0:
-        _returns(subject, slip, vacuum, brakes)
+        _check_return(subject, slip, vacuum, brakes)
     # on the return the sheets stick, so only the spring relaxes; a brake cannot push
     force = np.maximum(rising_force - spring * return_travel, 0.0)
-    jerks = faults.saw(np.where(return_travel > 0, 0.0, slip), machine.stick_slip, spring)
+    jerks = faults.saw_force(np.where(return_travel > 0, 0.0, slip), machine.stick_slip, spring)
     return np.maximum(force + jerks, 0.0)
 
 
-def _slip_and_force(
+def _compute_slip_and_force(
     spec: Spec, tests: Sequence[Trial], stretch: Array, vacuum: Array, brakes: Brake, spring: Array
 ) -> tuple[Array, Array]:
     """Return slip [m] and force [N] at an elongation of brake, mount and grips, shape (M, N)."""
@@ -145,13 +149,13 @@ def _slip_and_force(
     if rows:
         subset = [tests[row] for row in rows]
         vacuum = np.broadcast_to(vacuum, stretch.shape)
-        slip[rows], force[rows] = pull_with_grips(
+        slip[rows], force[rows] = simulate_gripped_pull(
             stretch[rows],
             vacuum[rows],
             _stack_brakes(tests[0].subject.true, spring[rows], subset),
             spring[rows],
-            _column([t.overshoot for t in subset]),
-            _column([t.seating for t in subset]),
+            _as_column([t.overshoot for t in subset]),
+            _as_column([t.seating for t in subset]),
             spec.machine,
         )
     return slip, force
@@ -159,12 +163,12 @@ def _slip_and_force(
 
 def _stack_brakes(true: Brake, spring: Array, tests: Sequence[Trial]) -> Brake:
     """Return the brakes of some tests in one record; scattered values have shape (M, 1)."""
-    sheets = _column([t.friction for t in tests])
-    sleeve = _column([t.enclosure for t in tests])
-    return with_shape(true, true.scale_factor * sheets, spring, sleeve)
+    sheets = _as_column([t.friction for t in tests])
+    sleeve = _as_column([t.enclosure for t in tests])
+    return change_shape(true, true.scale_factor * sheets, spring, sleeve)
 
 
-def _returns(subject: Subject, slip: Array, vacuum: Array, brakes: Brake) -> None:
+def _check_return(subject: Subject, slip: Array, vacuum: Array, brakes: Brake) -> None:
     """Raise an error for a return on which the enclosure would close the brake."""
     from layerjam.mechanics.enclosure import enclosure_force
     from layerjam.mechanics.friction import sheet_friction
@@ -180,17 +184,17 @@ def _returns(subject: Subject, slip: Array, vacuum: Array, brakes: Brake) -> Non
         )
 
 
-def friction_trace(spec: Spec, test: Trial) -> Trace:
+def simulate_friction_test(spec: Spec, test: Trial) -> Trace:
     """Return the record of one friction test."""
     from layerjam.mechanics.ageing import aged_static
 
     test_spec, machine, film = spec.friction, sled_machine(spec), test.subject.true.film
     numbers = np.array([test.number])
-    time = faults.moments(
-        machine, spec.seed, numbers, samples(test_spec.travel / test_spec.speed, machine)
+    time = faults.sample_times(
+        machine, spec.seed, numbers, sample_count(test_spec.travel / test_spec.speed, machine)
     )
     travel_of_string = test_spec.speed * np.maximum(time[0] - machine.lag, 0.0)
-    profile = _rough(travel_of_string, faults.generator(spec.seed, "texture", test.number))
+    profile = _rough_profile(travel_of_string, faults.generator(spec.seed, "texture", test.number))
     kinetic = film.kinetic * test.friction * test_spec.normal_force
     static_friction = film.static
     if test.hold is not None:
@@ -202,21 +206,23 @@ def friction_trace(spec: Spec, test: Trial) -> Trace:
     sliding = np.maximum.accumulate(rising >= static)
     force = np.where(sliding, kinetic * (1 + test_spec.texture * profile), rising)
     slip = np.maximum(travel_of_string - static / test_spec.string_stiffness, 0.0)
-    force = force + faults.saw(slip, test_spec.stick_slip, _column([test_spec.string_stiffness])[0])
-    reading = faults.shown_force(
-        force[None, :], time, _column([test.warmer]), machine, spec.seed, numbers
+    force = force + faults.saw_force(
+        slip, test_spec.stick_slip, _as_column([test_spec.string_stiffness])[0]
     )
-    travel = faults.shown_travel(test_spec.speed * time, machine)
-    return _traces(spec, machine, [test], time, travel, reading)[0]
+    reading = faults.measured_force(
+        force[None, :], time, _as_column([test.warmer]), machine, spec.seed, numbers
+    )
+    travel = faults.measured_travel(test_spec.speed * time, machine)
+    return _record_traces(spec, machine, [test], time, travel, reading)[0]
 
 
-def _rough(travel: Array, random: np.random.Generator) -> Array:
+def _rough_profile(travel: Array, random: np.random.Generator) -> Array:
     """Return a random profile, shape (N,), of unit deviation and about 1 mm resolution."""
     knots = np.arange(0.0, travel[-1] + 2e-3, 1e-3)
     return np.interp(travel, knots, random.standard_normal(len(knots)))
 
 
-def _traces(
+def _record_traces(
     spec: Spec, machine: Faults, tests: Sequence[Trial], time: Array, travel: Array, force: Array
 ) -> list[Trace]:
     """Return the records of tests, with lost samples and repeated stamps."""
@@ -226,7 +232,7 @@ def _traces(
         columns = [force[row], travel[row], time[row]]
         if keep is not None:
             columns = [c[keep] for c in columns]
-        stamps = faults.shown_stamps(columns[2], machine, spec.seed, test.number)
+        stamps = faults.recorded_times(columns[2], machine, spec.seed, test.number)
         facts = Facts(
             vacuum=test.vacuum,
             speed=test.speed,

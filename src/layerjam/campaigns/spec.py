@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from layerjam.campaigns.exports import ENCODINGS, LANGUAGES, LAYOUTS, Form
-from layerjam.campaigns.faults import Faults, LoadCell, consistent, fault
+from layerjam.campaigns.faults import Faults, LoadCell, check_consistency, fault
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
 from layerjam.simulate.quantities import CROSSHEAD_SPEED, NORMAL_FORCE, SEED
@@ -22,19 +22,19 @@ MOST_SAMPLES = 5_000_000
 """Largest number of samples of one test."""
 
 
-def _several(unit: str, text: str, default: tuple[float, ...], **bounds: Any) -> Any:
+def _list_field(unit: str, text: str, default: tuple[float, ...], **bounds: Any) -> Any:
     return value(ListSpec(each=QuantitySpec(unit, text, **bounds), distinct=True), default)
 
 
-def _scatter(name: str) -> Any:
+def _scatter_field(name: str) -> Any:
     return fault("1", f"{name}: standard deviation from repeat to repeat, part of the mean", 0.5)
 
 
-def _faulty(fault_text: str) -> Any:
+def _fault_field(fault_text: str) -> Any:
     return quantity("1", f"files {fault_text}", hi=1000, whole=True, default=0)
 
 
-def _word(text: str, default: Any, choices: tuple[str, ...] = ()) -> Any:
+def _word_field(text: str, default: Any, choices: tuple[str, ...] = ()) -> Any:
     """Return a field for a text, one of `choices` if there are any."""
     return value(TextSpec(text=text, choices=choices), default)
 
@@ -46,8 +46,8 @@ class Truth:
     None means the value in the file.
     """
 
-    brake: str | BrakeFile = _word("catalogue name or path of a brake file", MISSING)
-    label: str = _word("short name for its files; by default the name of the brake", "")
+    brake: str | BrakeFile = _word_field("catalogue name or path of a brake file", MISSING)
+    label: str = _word_field("short name for its files; by default the name of the brake", "")
     scale_factor: float | None = quantity(
         "1", "true scale factor on the sheets' friction", lo=1e-3, hi=100, default=None
     )
@@ -91,8 +91,8 @@ class Truth:
 class Pulls:
     """Pulls of each brake, at all vacuums and all speeds."""
 
-    vacuums: tuple[float, ...] = _several("Pa", "vacuums shown by the gauge", (), hi=120e3)
-    speeds: tuple[float, ...] = _several(
+    vacuums: tuple[float, ...] = _list_field("Pa", "vacuums shown by the gauge", (), hi=120e3)
+    speeds: tuple[float, ...] = _list_field(
         "m/s", "speeds of the crosshead", (13e-3,), lo=1e-6, hi=10.0
     )
     repeats: int = quantity(
@@ -118,14 +118,14 @@ class FrictionTests(LoadCell):
     string_stiffness: float = quantity(
         "N/m", "stiffness of string and load cell", lo=1, hi=1e7, default=300.0
     )
-    holds: tuple[float, ...] = _several(
+    holds: tuple[float, ...] = _list_field(
         "s", "holds under load before the pulls, each repeated", (), lo=1e-3, hi=1e8
     )
     texture: float = quantity(
         "1", "scatter of the friction along the film, part of the mean", hi=0.3, default=0.01
     )
-    static_scatter: float = _scatter("static friction")
-    kinetic_scatter: float = _scatter("kinetic friction")
+    static_scatter: float = _scatter_field("static friction")
+    kinetic_scatter: float = _scatter_field("kinetic friction")
     stick_slip: float = fault("N", "stick-slip while sliding, from top to bottom", 100)
 
 
@@ -133,10 +133,10 @@ class FrictionTests(LoadCell):
 class Scatter:
     """Scatter of the brake from pull to pull; each factor has mean 1 (log-normal)."""
 
-    friction: float = _scatter("sheets' friction")
-    stiffness: float = _scatter("stiffness")
-    enclosure: float = _scatter("enclosure's force")
-    per: str = _word(
+    friction: float = _scatter_field("sheets' friction")
+    stiffness: float = _scatter_field("stiffness")
+    enclosure: float = _scatter_field("enclosure's force")
+    per: str = _word_field(
         "pulls that share one random draw: each pull separately, or all pulls with the "
         "same repeat number (for a brake that is dismounted between repeats)",
         "pull",
@@ -151,15 +151,15 @@ class Files:
     layouts: tuple[str, ...] = value(
         ListSpec(each=TextSpec(text="layouts, taken in turn", choices=tuple(LAYOUTS))), ("own",)
     )
-    encoding: str = _word(
+    encoding: str = _word_field(
         "encoding; 'usual' is the default of each layout", "usual", ("usual", *ENCODINGS)
     )
-    decimal: str = _word(
+    decimal: str = _word_field(
         "decimal sign; 'usual' is the default of each layout", "usual", ("usual", ".", ",")
     )
-    language: str = _word("language of the columns' names", "en", tuple(LANGUAGES))
+    language: str = _word_field("language of the columns' names", "en", tuple(LANGUAGES))
 
-    def forms(self) -> list[Form]:
+    def list_forms(self) -> list[Form]:
         """Return the forms that files take in turn."""
         same = {"encoding": self.encoding, "decimal": self.decimal, "language": self.language}
         return [Form(layout=layout, **same) for layout in self.layouts]
@@ -169,15 +169,15 @@ class Files:
 class Practice:
     """Number of pull files with each fault that a reader should detect, chosen by the seed."""
 
-    cut_off: int = _faulty("cut off in the middle of a line")
-    header_only: int = _faulty("with a header but no numbers")
-    wrong_unit: int = _faulty("with kN in the header but numbers in N")
-    negative_force: int = _faulty("from a machine that counts tension as negative")
-    saturated: int = _faulty("with a load cell that saturates at 80 % of the peak")
-    no_sidecar: int = _faulty("without a sidecar that states the vacuum")
+    cut_off: int = _fault_field("cut off in the middle of a line")
+    header_only: int = _fault_field("with a header but no numbers")
+    wrong_unit: int = _fault_field("with kN in the header but numbers in N")
+    negative_force: int = _fault_field("from a machine that counts tension as negative")
+    saturated: int = _fault_field("with a load cell that saturates at 80 % of the peak")
+    no_sidecar: int = _fault_field("without a sidecar that states the vacuum")
 
 
-def _unlike(name: str, lo: float = -0.9) -> Any:
+def _outlier_field(name: str, lo: float = -0.9) -> Any:
     """Return a field for a change in the outlying pulls."""
     return quantity("1", f"{name}, as a share", lo=lo, hi=1, default=0.0)
 
@@ -187,15 +187,15 @@ class Odd:
     """Outlying pulls, chosen by the seed; otherwise they equal all other pulls."""
 
     how_many: int = quantity("1", "number of outliers", hi=1000, whole=True, default=0)
-    per: str = _word(
+    per: str = _word_field(
         "outliers: single pulls, or all pulls of a brake at one vacuum",
         "pull",
         ("pull", "vacuum"),
     )
-    friction_change: float = _unlike("friction of the sheets above its true value")
-    stiffness_change: float = _unlike("stiffness above its true value")
-    vacuum_change: float = _unlike("vacuum in the brake above the gauge reading")
-    speed_change: float = _unlike("speed above the stated speed")
+    friction_change: float = _outlier_field("friction of the sheets above its true value")
+    stiffness_change: float = _outlier_field("stiffness above its true value")
+    vacuum_change: float = _outlier_field("vacuum in the brake above the gauge reading")
+    speed_change: float = _outlier_field("speed above the stated speed")
     overshoot: float = fault(
         "1", "excess of the sheets' static friction over the kinetic, relative", 1
     )
@@ -230,7 +230,7 @@ def check_spec(spec: Spec) -> Spec:
     for truth in spec.brakes:
         check(truth, "brakes.")
     check(spec)
-    consistent(spec.machine)
+    check_consistency(spec.machine)
     if spec.pulls.unload > spec.pulls.travel:
         raise QuantityError.of(
             "pulls.unload",
@@ -239,8 +239,8 @@ def check_spec(spec: Spec) -> Spec:
         )
     if not spec.files.layouts:
         raise QuantityError.of("files.layouts", "none is given; name at least one")
-    for form in spec.files.forms():
-        form.possible()
+    for form in spec.files.list_forms():
+        form.check_encoding()
     pulls = len(spec.brakes) * len(spec.pulls.vacuums) * len(spec.pulls.speeds)
     pulls *= spec.pulls.repeats
     tests = pulls + len(spec.brakes) * spec.friction.repeats

@@ -26,7 +26,7 @@ _HEADINGS = {
 _FIELDS = dict(entries(Spec))
 
 
-def example() -> Spec:
+def example_spec() -> Spec:
     """Return a campaign to start with: small, with the faults of an ordinary machine."""
     place = files("layerjam.campaigns") / "practice.toml"
     return parse_spec(place.read_text(encoding="utf-8"), "practice.toml")
@@ -66,7 +66,7 @@ def _resolve_paths(rows: object, folder: Path | None) -> object:
     return tables
 
 
-def spec_text(spec: Spec) -> str:
+def format_spec(spec: Spec) -> str:
     """Return the campaign as a commented file: every field with its meaning and bounds."""
     lines = [
         "# A campaign of the virtual laboratory: layerjam lab THIS.toml --out DIR",
@@ -79,11 +79,11 @@ def spec_text(spec: Spec) -> str:
         records = spec.brakes if table == "brakes" else (getattr(spec, table),)
         for record in records:
             head = "[[brakes]]" if table == "brakes" else f"[{table}]"
-            lines += ["", f"# {_HEADINGS[table]}", head, *_values(record, cls)]
+            lines += ["", f"# {_HEADINGS[table]}", head, *_record_values(record, cls)]
     return "\n".join([*lines, ""])
 
 
-def _values(record: Any, cls: type) -> list[str]:
+def _record_values(record: Any, cls: type) -> list[str]:
     lines = []
     for name, entry in entries(cls):
         value = getattr(record, name)

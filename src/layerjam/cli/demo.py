@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from layerjam.cli.engine import engine
+from layerjam.cli.engine import enable_double_precision
 from layerjam.cli.main import main as layerjam
 from layerjam.commands.declare import Help, PythonOnly, command
 from layerjam.commands.results import Result, fact, number, result
@@ -48,7 +48,7 @@ MARKER = ".made-by-layerjam-demo"
 """Marker file of a folder that the demo created and may therefore rebuild."""
 
 
-def _clear(out: Path) -> None:
+def _prepare_folder(out: Path) -> None:
     """Make an empty folder `out` with the demo's marker.
 
     Removes the files of an earlier demo. Raises FileError, and changes nothing, if another folder
@@ -86,7 +86,7 @@ class _Steps:
         line = f"\r  {content:<62}" if terminal.isatty() else ""
         print(f"  {content:<62}", end="", flush=True)
 
-        def tell(phase: str, share: float) -> None:
+        def show_progress(phase: str, share: float) -> None:
             print(f"  {phase}")
             if line:
                 print(f"{line}{share:6.0%}", end="", file=terminal, flush=True)
@@ -97,7 +97,7 @@ class _Steps:
                 contextlib.redirect_stdout(log),
                 contextlib.redirect_stderr(log),
             ):
-                yield tell
+                yield show_progress
         except BaseException:
             print("stopped")
             raise
@@ -112,7 +112,7 @@ class _Steps:
                 raise LayerjamError(f"'{line}' ended with exit code {code}; {self.path} states why")
 
 
-def _files(folder: Path) -> Files:
+def _write_test_files(folder: Path) -> Files:
     """Return friction tests, the calibration pull and the validation pulls, all synthetic."""
     from layerjam.device.load import load
     from layerjam.studies.choi2018 import lab
@@ -158,16 +158,16 @@ def demo(
     """
     stream = sys.stderr if "--json" in typed.split() else sys.stdout
     with contextlib.redirect_stdout(stream):
-        return _demo(Path(out))
+        return _run_demo(Path(out))
 
 
-def _demo(out: Path) -> DemoResult:
+def _run_demo(out: Path) -> DemoResult:
     began = time.perf_counter()
     with MissingExtraError.raise_if_missing("the demo (it draws, builds and publishes)", "all"):
         for name in USED:
             importlib.import_module(name)
-    _clear(out)
-    engine()
+    _prepare_folder(out)
+    enable_double_precision()
     from layerjam.device.load import load
     from layerjam.studies.choi2018.paper_report import write_report
 
@@ -178,13 +178,13 @@ def _demo(out: Path) -> DemoResult:
     steps = _Steps(out / LOG)
     mine, calibrated_path = out / "my-brake.toml", out / "my-brake-calibrated.toml"
     with steps.step("measure: write the files of a virtual test machine"):
-        files = _files(out / "measurements")
-    for content, words in _commands(out, mine, calibrated_path, files).items():
+        files = _write_test_files(out / "measurements")
+    for content, words in _plan_commands(out, mine, calibrated_path, files).items():
         steps.run(content, *map(str, words))
     with steps.step("reproduce: the paper's claims and figures on one page") as tell:
         print(f"\n$ layerjam reproduce --out {quote_word(str(out))}", flush=True)
-        run, numbers = _main_job(load(mine), load(calibrated_path), files)
-        extra = [_glance(load(calibrated_path)), run]
+        run, numbers = _describe_main_job(load(mine), load(calibrated_path), files)
+        extra = [_draw_glance(load(calibrated_path)), run]
         claims = write_report(out, progress=tell, extra=extra, numbers=numbers)
     print("\nThe five numbers that matter (from synthetic files):")
     for value, meaning in numbers:
@@ -205,7 +205,7 @@ def _demo(out: Path) -> DemoResult:
     )
 
 
-def _commands(
+def _plan_commands(
     out: Path, mine: Path, calibrated_path: Path, files: Files
 ) -> dict[str, tuple[object, ...]]:
     """Return {step: command line} of the steps that are commands."""
@@ -243,7 +243,7 @@ def _commands(
     }
 
 
-def _main_job(
+def _describe_main_job(
     mine: "BrakeFile", calibrated_brake: "BrakeFile", files: Files
 ) -> "tuple[Part, list[tuple[str, str]]]":
     """Return the page's part about the main job, and its five numbers.
@@ -281,9 +281,9 @@ def _main_job(
     return part, numbers
 
 
-def _glance(brake: "BrakeFile") -> "Part":
+def _draw_glance(brake: "BrakeFile") -> "Part":
     """Return five pictures: the brake, its parts, a pull, a stop, and the pumps."""
-    from layerjam.commands.build import verdict
+    from layerjam.commands.build import build_verdict
     from layerjam.commands.impact import drop
     from layerjam.commands.tensile import tensile
     from layerjam.commands.vacuum_line import rise
@@ -293,7 +293,7 @@ def _glance(brake: "BrakeFile") -> "Part":
     from layerjam.report.device_drawing import device
     from layerjam.report.page import Part, Picture
 
-    if (drawing := verdict(brake).record) is None:
+    if (drawing := build_verdict(brake).record) is None:
         raise LayerjamError(f"{brake.name}: it cannot be drawn")
     stop = drop(
         brake, mass=1.0, speed=2.5, vacuum="tuned", travel=0.04, rope_stiffness=ROPE_STIFFNESS

@@ -10,7 +10,7 @@ from types import FrameType
 from layerjam.mechanics.compilation import keep_compiled_code
 
 
-def engine() -> None:
+def enable_double_precision() -> None:
     """Switch JAX to double precision.
 
     Only commands that compute call it: importing JAX takes half a second.
@@ -20,7 +20,7 @@ def engine() -> None:
         import jax
     keep_compiled_code()
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler and _is_main():
-        signal.signal(signal.SIGINT, _interrupt)
+        signal.signal(signal.SIGINT, _raise_interrupt)
     jax.config.update("jax_enable_x64", True)
 
 
@@ -28,7 +28,7 @@ def _is_main() -> bool:
     return threading.current_thread() is threading.main_thread()
 
 
-def _interrupt(number: int, frame: FrameType | None) -> None:
+def _raise_interrupt(number: int, frame: FrameType | None) -> None:
     """Raise KeyboardInterrupt, but not in JAX's callback of the garbage collector.
 
     Python would print and ignore an exception there, and the program would continue, so it is

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from layerjam.cli.engine import engine
+from layerjam.cli.engine import enable_double_precision
 from layerjam.commands.declare import (
     PYTHON_ONLY,
     Command,
@@ -22,7 +22,7 @@ from layerjam.commands.declare import (
     Parameter,
     Progress,
     PythonOnly,
-    parameter,
+    declare_parameter,
 )
 from layerjam.commands.quantities import Overwrite
 from layerjam.errors import FileError, QuantityError
@@ -32,7 +32,7 @@ TYPED: ContextVar[tuple[str, ...]] = ContextVar("TYPED", default=())
 """The typed words, set by `main`, because a program may call it with another `sys.argv`."""
 
 
-def say(result: Any, as_json: bool) -> int:
+def print_result(result: Any, as_json: bool) -> int:
     """Print a result as text or JSON; return the exit code."""
     try:
         print(result.json() if as_json else result, flush=True)
@@ -112,24 +112,24 @@ def build(entry: Command) -> Callable[..., int]:
     options = [p for p in entry.parameters if p.type not in (Progress, PYTHON_ONLY)]
     names = {p.name for p in options}
     if "overwrite" not in names and (entry.result.drawable() or entry.record_endings):
-        overwrite = parameter("overwrite", Overwrite, False)
+        overwrite = declare_parameter("overwrite", Overwrite, False)
         # in `vacuum`, --force is a force in newtons
         old = tuple(o for o in overwrite.help.old if o not in {p.option for p in options})
         options.append(replace(overwrite, help=replace(overwrite.help, old=old)))
-    places = [_place(p) for p in options]
-    places += [_former(p, old) for p in options for old in p.help.old]
-    places += _common(entry, names)
+    places = [_sort_key(p) for p in options]
+    places += [_former_parameter(p, old) for p in options for old in p.help.old]
+    places += _common_parameters(entry, names)
     mandatory = [p for p in places if p.default is inspect.Parameter.empty]
     optional = [p for p in places if p.default is not inspect.Parameter.empty]
 
-    def run(**values: Any) -> int:
-        return _run(entry, options, values)
+    def run_entry(**values: Any) -> int:
+        return _run_command(entry, options, values)
 
-    run.__name__ = entry.python_name
-    run.__doc__ = entry.summary
-    run.__signature__ = inspect.Signature([*mandatory, *optional])  # type: ignore[attr-defined]
-    run.__annotations__ = {p.name: p.annotation for p in places}
-    return run
+    run_entry.__name__ = entry.python_name
+    run_entry.__doc__ = entry.summary
+    run_entry.__signature__ = inspect.Signature([*mandatory, *optional])  # type: ignore[attr-defined]
+    run_entry.__annotations__ = {p.name: p.annotation for p in places}
+    return run_entry
 
 
 def command_class(entry: Command) -> type[TyperCommand]:
@@ -139,12 +139,12 @@ def command_class(entry: Command) -> type[TyperCommand]:
     class Greedy(TyperCommand):
         def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
             """Repeat the option before each of its words, then parse."""
-            return super().parse_args(ctx, spread(args, greedy))
+            return super().parse_args(ctx, repeat_options(args, greedy))
 
     return Greedy
 
 
-def spread(args: Sequence[str], greedy: Container[str]) -> list[str]:
+def repeat_options(args: Sequence[str], greedy: Container[str]) -> list[str]:
     """Return `--pulls a b --json` as `--pulls a --pulls b --json`."""
     out: list[str] = []
     current, fresh = None, False
@@ -160,8 +160,8 @@ def spread(args: Sequence[str], greedy: Container[str]) -> list[str]:
     return out
 
 
-def _place(p: Parameter) -> inspect.Parameter:
-    kind, several = _kind(p)
+def _sort_key(p: Parameter) -> inspect.Parameter:
+    kind, several = _typer_type(p)
     default: Any = inspect.Parameter.empty if p.required else p.default
     if kind is not bool and not p.required and not several:
         default = p.default_text or None
@@ -177,16 +177,16 @@ def _place(p: Parameter) -> inspect.Parameter:
         )
     if several and default in ((), None):
         default = None
-    return _keyword(p.name, kind, default, note)
+    return _typer_parameter(p.name, kind, default, note)
 
 
-def _keyword(name: str, kind: Any, default: Any, note: Any) -> inspect.Parameter:
+def _typer_parameter(name: str, kind: Any, default: Any, note: Any) -> inspect.Parameter:
     return inspect.Parameter(
         name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, note]
     )
 
 
-def _kind(p: Parameter) -> tuple[Any, bool]:
+def _typer_type(p: Parameter) -> tuple[Any, bool]:
     """Return the type for typer (text for a quantity), and whether there are several values."""
     if p.type is bool:
         return bool, False
@@ -203,38 +203,38 @@ def _kind(p: Parameter) -> tuple[Any, bool]:
     return (str if p.required else str | None), False
 
 
-def _former(p: Parameter, old: str) -> inspect.Parameter:
-    kind, _ = _kind(p)
+def _former_parameter(p: Parameter, old: str) -> inspect.Parameter:
+    kind, _ = _typer_type(p)
     if kind is not bool:
         kind = str | None
     default = False if kind is bool else None
-    return _keyword(_former_name(p, old), kind, default, typer.Option(old, hidden=True))
+    return _typer_parameter(_former_name(p, old), kind, default, typer.Option(old, hidden=True))
 
 
 def _former_name(p: Parameter, old: str) -> str:
     return f"former_{old.lstrip('-').replace('-', '_')}"
 
 
-def _common(entry: Command, names_used: set[str]) -> list[inspect.Parameter]:
+def _common_parameters(entry: Command, names_used: set[str]) -> list[inspect.Parameter]:
     """Return --out of a record, --figure and --json."""
     draws, endings = entry.result.drawable(), entry.record_endings
     options = []
     if endings and "out" not in names_used:
         text = f"Write the record: {' or '.join(endings)}."
         note = typer.Option("--out", metavar="FILE", help=text)
-        options.append(_keyword(RECORD, Path | None, None, note))
+        options.append(_typer_parameter(RECORD, Path | None, None, note))
     if draws:
         note = typer.Option("--figure", metavar="FILE", help="Draw it: .svg, .png or .pdf.")
-        options.append(_keyword(FIGURE, Path | None, None, note))
+        options.append(_typer_parameter(FIGURE, Path | None, None, note))
     note = typer.Option("--json", help="One JSON object in SI units, nothing else.")
-    options.append(_keyword(JSON, bool, False, note))
+    options.append(_typer_parameter(JSON, bool, False, note))
     return options
 
 
-def _run(entry: Command, options: list[Parameter], values: dict[str, Any]) -> int:
+def _run_command(entry: Command, options: list[Parameter], values: dict[str, Any]) -> int:
     figure, record = values.pop(FIGURE, None), values.pop(RECORD, None)
     as_json = values.pop(JSON)
-    _take_former(options, values)
+    _apply_former_options(options, values)
     overwrite = values.get("overwrite", False)
     check_figure(figure, overwrite)
     check_target(record, overwrite, entry.record_endings)
@@ -242,7 +242,7 @@ def _run(entry: Command, options: list[Parameter], values: dict[str, Any]) -> in
         if isinstance(p.help, OutFile):
             check_target(values[p.name], overwrite, p.help.endings)
     if entry.computes:
-        engine()
+        enable_double_precision()
     arguments = {
         p.name: values[p.name]
         for p in entry.parameters
@@ -262,10 +262,10 @@ def _run(entry: Command, options: list[Parameter], values: dict[str, Any]) -> in
             result.record.save(record, overwrite=overwrite)
         if figure is not None and result.has_curve:
             result.plot(figure, overwrite=overwrite)
-    return say(result, as_json)
+    return print_result(result, as_json)
 
 
-def _take_former(options: list[Parameter], values: dict[str, Any]) -> None:
+def _apply_former_options(options: list[Parameter], values: dict[str, Any]) -> None:
     for p in options:
         for old in p.help.old:
             value = values.pop(_former_name(p, old))

@@ -15,7 +15,7 @@ from typer.exceptions import Abort, Exit, TyperException
 from layerjam._version import __version__
 from layerjam.cli.generate import TYPED
 from layerjam.commands.declare import GROUPS, Command, Parameter
-from layerjam.commands.index import Entry, commands, family, find, load
+from layerjam.commands.index import Entry, commands, family_names, find_entry, load_entry
 from layerjam.conversion import FACTORS
 from layerjam.errors import LayerjamError, UnknownNameError
 from layerjam.system import is_reader_gone, is_windows, typed_line
@@ -38,58 +38,60 @@ class Commands(TyperGroup):
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the possible next words: names, by group and then most used first."""
         head = f"{self.first} " if self.first else ""
-        names = (name.removeprefix(head) for name in self._names())
+        names = (name.removeprefix(head) for name in self._next_words())
         return list(dict.fromkeys(name.split()[0] for name in names))
 
-    def _names(self) -> tuple[str, ...]:
-        return family(self.first) if self.first else tuple(commands())
+    def _next_words(self) -> tuple[str, ...]:
+        return family_names(self.first) if self.first else tuple(commands())
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Return one command, or a group of all that begin with a word, or None."""
-        entry = self._find(cmd_name)
+        entry = self._find_commands(cmd_name)
         if entry is not None:
-            return _build(entry.name)
-        return _family(cmd_name) if not self.first and family(cmd_name) else None
+            return _build_command(entry.name)
+        return _command_family(cmd_name) if not self.first and family_names(cmd_name) else None
 
-    def _find(self, word: str) -> Entry | None:
-        return find(f"{self.first} {word}".lstrip())
+    def _find_commands(self, word: str) -> Entry | None:
+        return find_entry(f"{self.first} {word}".lstrip())
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Return the typed words; a family needs a second word."""
         if self.first and not args:
-            words = (f"layerjam {name}" for name in self._names())
+            words = (f"layerjam {name}" for name in self._next_words())
             raise LayerjamError(f"add what to {self.first}: {' or '.join(words)}")
         return super().parse_args(ctx, args)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the typed command; for an unknown one raise an error with the nearest names."""
-        entry = self._find(args[0])
+        entry = self._find_commands(args[0])
         if entry is None:
             if args[0].startswith("-"):
                 return super().resolve_command(ctx, args)
-            if not self.first and family(args[0]):
-                return args[0], _family(args[0]), args[1:]
-            raise UnknownNameError("command", f"{self.first} {args[0]}".lstrip(), self._names())
+            if not self.first and family_names(args[0]):
+                return args[0], _command_family(args[0]), args[1:]
+            raise UnknownNameError(
+                "command", f"{self.first} {args[0]}".lstrip(), self._next_words()
+            )
         word = entry.name.split()[-1]
         if word != args[0]:
             print(f"layerjam: {args[0]} is now called {entry.name}", file=sys.stderr)
-        return word, _build(entry.name), args[1:]
+        return word, _build_command(entry.name), args[1:]
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the groups with their commands, and examples for each."""
         self.format_usage(ctx, formatter)
         self.format_help_text(ctx, formatter)
         every = self.first or TYPED.get() == HELP_OF_ALL
-        names = self._names() if every else MOST_USED
-        entries = [commands()[name] for name in self._names() if name in names]
+        names = self._next_words() if every else MOST_USED
+        entries = [commands()[name] for name in self._next_words() if name in names]
         wide = max(len(entry.name) for entry in entries) + 2
         for group, title in GROUPS.items():
             members = [entry for entry in entries if entry.group == group]
             if members:
                 with formatter.section(title):
-                    _list(formatter, members, wide)
+                    _list_commands(formatter, members, wide)
         words = f"layerjam {self.first}".rstrip()
-        hidden_count = len(self._names()) - len(entries)
+        hidden_count = len(self._next_words()) - len(entries)
         others = (
             f" layerjam help all lists the other {hidden_count} commands." if hidden_count else ""
         )
@@ -97,7 +99,7 @@ class Commands(TyperGroup):
         formatter.write_text(f"{words} COMMAND --help explains a command.{others}")
 
 
-def _list(formatter: Any, members: Sequence[Entry], wide: int) -> None:
+def _list_commands(formatter: Any, members: Sequence[Entry], wide: int) -> None:
     rows = [(entry.name.ljust(wide), entry.summary.rstrip(".")) for entry in members]
     formatter.write_dl(rows)
     for entry in members[:2]:
@@ -105,7 +107,7 @@ def _list(formatter: Any, members: Sequence[Entry], wide: int) -> None:
             formatter.write(f"{'':>{formatter.current_indent}}$ {example}\n")
 
 
-def _family(word: str) -> Any:
+def _command_family(word: str) -> Any:
     """Return the commands that begin with a word, as a separate group."""
     inner = typer.Typer(
         name=word,
@@ -119,10 +121,10 @@ def _family(word: str) -> Any:
     return typer.main.get_command(inner)
 
 
-def _build(name: str) -> Any:
+def _build_command(name: str) -> Any:
     from layerjam.cli.generate import build, command_class
 
-    entry = load(name)
+    entry = load_entry(name)
     app_ = typer.Typer(add_completion=False, rich_markup_mode=None)
     # this mark keeps each example on its own line
     lines = "\b\n" + "\n".join(f"$ {example}" for example in entry.examples)
@@ -157,7 +159,7 @@ def _show_version(value: bool) -> None:
 
 
 @app.callback()
-def _common(
+def _handle_common_options(
     version: Annotated[
         bool,
         typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version."),
@@ -175,22 +177,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     The codes are 0 for an answer, 1 for a negative answer, 2 for invalid input, 3 if some inputs
     were rejected, 4 if a check failed.
     """
-    words = tuple(_expand(sys.argv[1:]) if arguments is None else arguments)
+    words = tuple(_expand_patterns(sys.argv[1:]) if arguments is None else arguments)
     before = TYPED.set(words)
     try:
-        return _answer(_as_option(words))
+        return _run_words(_normalise_help(words))
     finally:
         TYPED.reset(before)
 
 
-def _as_option(words: tuple[str, ...]) -> tuple[str, ...]:
+def _normalise_help(words: tuple[str, ...]) -> tuple[str, ...]:
     """Return the words, with `--help` if there are none, and in place of `help [COMMAND]`."""
     if not words or words == HELP_OF_ALL:
         return ("--help",)
     return (*words[1:], "--help") if words[0] == "help" else words
 
 
-def _expand(words: Sequence[str]) -> list[str]:
+def _expand_patterns(words: Sequence[str]) -> list[str]:
     """Return the words of the command line; on Windows, expand patterns such as pull-*.csv."""
     if not is_windows():
         return list(words)
@@ -198,7 +200,7 @@ def _expand(words: Sequence[str]) -> list[str]:
     return [file for word, files in zip(words, matches, strict=True) for file in files or [word]]
 
 
-def _answer(words: Sequence[str]) -> int:
+def _run_words(words: Sequence[str]) -> int:
     try:
         if sys.stdout is not None and hasattr(sys.stdout, "reconfigure"):
             # a terminal that cannot show µ gets a replacement character
@@ -207,47 +209,50 @@ def _answer(words: Sequence[str]) -> int:
         if sys.stdout is not None:
             sys.stdout.flush()
         if code == 130:  # typer hides an interrupt; the result of a sweep was already printed
-            return _say("stopped", 130)
+            return _print_error("stopped", 130)
         return int(code or 0)
     except Exit as stop:
         return stop.exit_code
     except Abort:
-        return _say("stopped", 130)
+        return _print_error("stopped", 130)
     except KeyboardInterrupt:
-        return _say("stopped; nothing was written", 130)
+        return _print_error("stopped; nothing was written", 130)
     except TyperException as error:
         message = _describe_missing(error) or error.format_message()
-        return _say(_with_split_quantity(" ".join(message.split()), words), 2)
+        return _print_error(_explain_split_quantity(" ".join(message.split()), words), 2)
     except LayerjamError as error:
-        return _say(" ".join(str(error).split()), 2)
+        return _print_error(" ".join(str(error).split()), 2)
     except OSError as error:  # standard output is full or closed; files have their own errors
         with contextlib.suppress(OSError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         if is_reader_gone(error):
             return 0
-        return _say(f"the answer could not be printed: {error.strerror or error}", 2)
+        return _print_error(f"the answer could not be printed: {error.strerror or error}", 2)
     except (MemoryError, RecursionError):
-        return _say("the input is too large for this machine's memory", 2)
+        return _print_error("the input is too large for this machine's memory", 2)
 
 
 def _describe_missing(error: Any) -> str:
     """Return the missing parameter, its meaning and the line to type; "" for other errors."""
     if not hasattr(error, "param_type"):
         return ""
-    entry, option = load(error.ctx.command.name), error.param.opts[0]
+    entry, option = load_entry(error.ctx.command.name), error.param.opts[0]
     if not option.startswith("-"):
         option, lines = error.param.metavar, entry.examples
     else:
         options = {word.partition("=")[0] for word in TYPED.get()}
         missing = [p for p in entry.parameters if p.required and not p.stands_alone]
         words = [
-            w for p in missing if p.option not in options for w in (p.option, _sample(entry, p))
+            w
+            for p in missing
+            if p.option not in options
+            for w in (p.option, _sample_value(entry, p))
         ]
         lines = [typed_line(["layerjam", *TYPED.get(), *words])]
     return f"{option} is missing ({error.param.help.rstrip('.')}); type, for example: {lines[0]}"
 
 
-def _sample(entry: Command, p: Parameter) -> str:
+def _sample_value(entry: Command, p: Parameter) -> str:
     """Return a value of an option as it is typed, if possible from the command's examples."""
     for words in map(shlex.split, entry.examples):
         if p.option in words[:-1]:
@@ -255,7 +260,7 @@ def _sample(entry: Command, p: Parameter) -> str:
     return p.spec.example if p.spec and p.spec.example else p.metavar or p.name.upper()
 
 
-def _with_split_quantity(message: str, words: Sequence[str]) -> str:
+def _explain_split_quantity(message: str, words: Sequence[str]) -> str:
     """Return the message about an extra word, with the remedy if it is the unit of a number."""
     for option, number, unit in zip(words, words[1:], words[2:], strict=False):
         typed = option.startswith("-") and number.replace(".", "", 1).isdigit()
@@ -265,7 +270,7 @@ def _with_split_quantity(message: str, words: Sequence[str]) -> str:
     return message
 
 
-def _say(sentence: str, code: int) -> int:
+def _print_error(sentence: str, code: int) -> int:
     plain = "".join(c if c.isprintable() else "?" for c in sentence)
     print(f"layerjam: {plain}", file=sys.stderr)
     return code

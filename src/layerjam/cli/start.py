@@ -24,7 +24,7 @@ def run() -> None:
     gc.set_threshold(*SELDOM)
     codes: list[int] = []
     # the function that is registered first is called last, after all others
-    atexit.register(_leave, codes)
+    atexit.register(_exit_process, codes)
     try:
         from layerjam.cli.main import main
 
@@ -36,7 +36,7 @@ def run() -> None:
     sys.exit(code)
 
 
-def _leave(codes: list[int]) -> None:
+def _exit_process(codes: list[int]) -> None:
     """Exit at once with the code in `codes`; if there is none, let Python end as usual."""
     try:
         for stream in (sys.stdout, sys.stderr):

@@ -25,11 +25,11 @@ def workbench(
     show: Annotated[bool, Help("Open a browser.", option="--show/--no-show")] = True,
 ) -> WorkbenchResult:
     """Open the workbench: all of layerjam on a page of your browser."""
-    from layerjam.cli.engine import engine
+    from layerjam.cli.engine import enable_double_precision
 
     with MissingExtraError.raise_if_missing("the workbench (nicegui)", "workbench"):
         import nicegui  # noqa: F401
 
         from layerjam.workbench.server import serve
-    serve(host=host, port=port, show=show, engine=engine)
+    serve(host=host, port=port, show=show, engine=enable_double_precision)
     return WorkbenchResult(port=port)

@@ -83,7 +83,7 @@ def ageing(
     span = test.window(rule)
     by_rule = None if rule.sled_mass is None else rule.sled_mass * GRAVITY
 
-    def use(trace: "Trace") -> "tuple[Trace, float, float]":
+    def reduce_pull(trace: "Trace") -> "tuple[Trace, float, float]":
         pressed = test.normal_force or trace.facts.normal_force or by_rule
         if pressed is None:
             raise FitError("the normal force of the films is unknown; give --normal-force")
@@ -93,7 +93,7 @@ def ageing(
         repeat = reduce_repeat(trace, pressed, span, rule, test.accept_stick_slip)
         return trace.thinned(2), hold_time, repeat.static
 
-    used, refusals = read_each(files, use, options, progress)
+    used, refusals = read_each(files, reduce_pull, options, progress)
     fit = fit_ageing([h for _, h, _ in used], [s for _, _, s in used], hold)
     path, notices = write_brake(
         out, lambda name: _brake_text(brake, fit, used, name), overwrite, bool(refusals), partial
@@ -108,7 +108,7 @@ def ageing(
         understood=describe_readings(t for t, _, _ in used),
         refused=refusals,
         file=path,
-        warnings=[*[SYNTHETIC] * _synthetic(used), *fit.warnings, *notices],
+        warnings=[*[SYNTHETIC] * _any_synthetic(used), *fit.warnings, *notices],
         record=fit,
     )
 
@@ -117,7 +117,7 @@ def _brake_text(
     brake: Any, fit: Any, used: "Sequence[tuple[Trace, float, float]]", name: str
 ) -> str:
     from layerjam.device.file import updated_text
-    from layerjam.identify.provenance import digests, mark_synthetic
+    from layerjam.identify.provenance import file_digests, mark_synthetic
     from layerjam.toml_files.source import Source
 
     def source_of(interval: tuple[float, float]) -> Source:
@@ -131,10 +131,10 @@ def _brake_text(
         "film.ageing": (fit.ageing, source_of(fit.ageing_interval)),
         "film.static_hold": (fit.hold, hold),
     }
-    files = digests([t.path for t, _, _ in used], [t.path for t, _, _ in used if t.synthetic])
+    files = file_digests([t.path for t, _, _ in used], [t.path for t, _, _ in used if t.synthetic])
     made_by = {"program": "layerjam ageing", "files": files}
-    return updated_text(brake, name, mark_synthetic(changes, _synthetic(used)), made_by)
+    return updated_text(brake, name, mark_synthetic(changes, _any_synthetic(used)), made_by)
 
 
-def _synthetic(used: "Sequence[tuple[Trace, float, float]]") -> bool:
+def _any_synthetic(used: "Sequence[tuple[Trace, float, float]]") -> bool:
     return any(trace.synthetic for trace, _, _ in used)

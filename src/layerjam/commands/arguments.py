@@ -56,7 +56,7 @@ def bind(
         raise ArgumentError(f"{function}() {words}") from None
 
 
-def settings_of(
+def gather_options(
     name: str, cls: type, record: Any, loose: Mapping[str, Any], options: Sequence[str]
 ) -> Mapping[str, Any]:
     """Return the `options` of a record, `record` as a whole or `loose`, by name.
@@ -77,7 +77,7 @@ def settings_of(
     return {key: getattr(record, key) for key in options}
 
 
-def as_list(value: Any, kind: Any) -> Any:
+def make_list(value: Any, kind: Any) -> Any:
     """Return an iterator as a list; wrap a single member if only a list of them is allowed."""
     if isinstance(value, Iterator):
         return list(value)
@@ -87,7 +87,7 @@ def as_list(value: Any, kind: Any) -> Any:
 def check_kind(value: Any, kind: Any, name: str) -> None:
     """Raise QuantityError for an argument that is not of its declared type."""
     if not fits(value, kind):
-        raise QuantityError.of(name, f"{abbreviate(value)} is not {describe(kind)}")
+        raise QuantityError.of(name, f"{abbreviate(value)} is not {describe_type(kind)}")
 
 
 def fits(value: Any, kind: Any) -> bool:
@@ -122,7 +122,7 @@ def fits(value: Any, kind: Any) -> bool:
     return not isinstance(kind, type) or isinstance(value, kind)
 
 
-def describe(kind: Any) -> str:
+def describe_type(kind: Any) -> str:
     """Return a declared type as a phrase, such as "text, a path or a list of them"."""
     words: dict[Any, str] = {str: "text", Path: "a path", bool: "True or False", float: "a number"}
     words |= {Callable: "a function", Mapping: "a mapping"}
@@ -132,7 +132,7 @@ def describe(kind: Any) -> str:
     phrases = list(dict.fromkeys(words.get(name) or f"a {name.__name__}" for name in names))
     for (inner,) in map(get_args, lists):
         same = phrases and set(union(inner)) <= set(members)
-        phrases.append(f"a list of {'them' if same else describe(inner)}")
+        phrases.append(f"a list of {'them' if same else describe_type(inner)}")
     return " or ".join(filter(None, [", ".join(phrases[:-1]), phrases[-1]]))
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from layerjam.commands.declare import Help, command
-from layerjam.commands.quantities import Atmosphere, BrakeInput, vacuum_within
+from layerjam.commands.quantities import Atmosphere, BrakeInput, check_vacuum
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import Notice, QuantityError
 from layerjam.simulate.quantities import ELONGATION, VACUUM
@@ -82,7 +82,7 @@ def array(
             f"array: {rows} by {row} are {rows * row} brakes; at most {BRAKES_LIMIT} are allowed"
         )
     device = brake.brake
-    pressure = device.site.atmosphere if vacuum is None else vacuum_within(vacuum, device)
+    pressure = device.site.atmosphere if vacuum is None else check_vacuum(vacuum, device)
     member = arrays.Member(brake=device, vacuum=pressure, name=brake.name)
     grid = arrays.grid(member, series=row, parallel=rows)
     totals, pull_record = arrays.totals(grid), arrays.pull(grid, until)

@@ -11,7 +11,7 @@ from layerjam.commands.bench import BenchAddress
 from layerjam.commands.declare import Help, Input, OutFile, command
 from layerjam.commands.lines import convert_line
 from layerjam.commands.quantities import Overwrite
-from layerjam.commands.regulator import SENSOR_RANGE, sensor_of
+from layerjam.commands.regulator import SENSOR_RANGE, make_sensor
 from layerjam.commands.results import Result, fact, result
 from layerjam.device.load import write_whole
 from layerjam.errors import QuantityError
@@ -118,17 +118,17 @@ def bench_check(
     QuantityError if the valve's rest position is unknown or a value for `tune` is missing,
     LockedError if another client has the lock, InstrumentError for a bench that is not in SAFE.
     """
-    from layerjam.control.plant import plant_of
+    from layerjam.control.plant import linearise_line
     from layerjam.rig.check import check_bench, limit_speed
     from layerjam.rig.driver import open_bench
     from layerjam.rig.plant import LINEAR_AT
 
     if tune is not None and line is None:
         raise QuantityError.of("line", "missing; --tune replaces values of --line")
-    sensor = None if line is None or tune is None else sensor_of(line, sensor_range)
+    sensor = None if line is None or tune is None else make_sensor(line, sensor_range)
     plant, lag = None, 0.0
     if line is not None:
-        plant = plant_of(line.line, vacuum=LINEAR_AT)
+        plant = linearise_line(line.line, vacuum=LINEAR_AT)
         lag = 0.0 if line.line.sensor is None else line.line.sensor.lag
     with open_bench(limit_speed(address)) as bench:
         data = check_bench(bench, vent_rest=vent_rest, plant=plant, lag=lag, tune=tune is not None)

@@ -151,7 +151,7 @@ def bench_faults(
     )
     healthy = [trial for trial in record.trials if trial.plan.name == NOTHING]
     rows = [
-        row_of(name, mine)
+        summarise_fault(name, mine)
         for name in KINDS
         if (mine := [trial for trial in record.trials if trial.plan.name == name])
     ]
@@ -176,7 +176,7 @@ def bench_faults(
     )
 
 
-def row_of(name: str, trials: "Sequence[Trial]") -> Row:
+def summarise_fault(name: str, trials: "Sequence[Trial]") -> Row:
     """Return the runs of one fault as a row, with the worst run in full."""
     worst = max(trials, key=lambda trial: trial.share)
     misses = sum(not trial.met for trial in trials)

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from layerjam.commands.bench import BenchAddress
 from layerjam.commands.declare import Help, OutFile, command, options
 from layerjam.commands.lines import LineInput
-from layerjam.commands.pressure_log import End, Start, window
+from layerjam.commands.pressure_log import End, Start, check_window
 from layerjam.commands.quantities import Accept, BrakeInput, Overwrite, RopeStiffness
-from layerjam.commands.regulator import RegulatorSettings, regulator_of
+from layerjam.commands.regulator import RegulatorSettings, make_regulator
 from layerjam.commands.results import Judged, Result, fact, number, result
 from layerjam.control.settings import Regulator, validate
 from layerjam.device.file import BrakeFile
@@ -49,7 +49,7 @@ class DropRigOptions:
         float | None, LEVEL, Help("Acceleration that triggers, in g. Default: 5.")
     ] = None
 
-    def rig(self, brake: BrakeFile) -> "DropRig | None":
+    def make_rig(self, brake: BrakeFile) -> "DropRig | None":
         """Return the drop rig; without a shot None, or QuantityError for options that need one."""
         from layerjam.rig.shots import DropRig
 
@@ -184,18 +184,18 @@ def bench_run(
     from layerjam.rig.execute import open_procedure_bench
 
     steps = parse_procedure(procedure)
-    regulator, notices = _regulator(line, steps, settings)
+    regulator, notices = _tune_regulator(line, steps, settings)
     if vent_rest is None:
         raise QuantityError.of(
             "vent rest", "required; write open or closed, the position of the valve without power"
         )
-    rig, verdict = drop.rig(brake), _verdict(regulator, steps, accept, out)
+    rig, verdict = drop.make_rig(brake), _judge_regulator(regulator, steps, accept, out)
     if verdict.failed:
-        return _not_begun(steps, verdict, str(address), notices)
+        return _refused_run(steps, verdict, str(address), notices)
     with open_procedure_bench(_resolve_address(str(address), steps)) as bench:
         bench.safe_state, bench.vent_rest = regulator.safe_state, vent_rest
         bench.regulator = regulator
-        drive = _crosshead(crosshead, bench, brake, line, steps)
+        drive = _open_crosshead(crosshead, bench, brake, line, steps)
         meta = {"brake": brake.name, "brake_toml": brake.render(brake.name)}
         meta["line_toml"] = line.render(line.name)
         meta["accepted"] = json.dumps([decision.to_toml() for decision in verdict.decisions])
@@ -216,7 +216,7 @@ def bench_run(
     )
 
 
-def _verdict(
+def _judge_regulator(
     regulator: Regulator, steps: Procedure, accept: Mapping[str, str] | None, out: str | Path
 ) -> Verdict:
     """Return the verdict of a regulator at the highest vacuum of a procedure, if it has one."""
@@ -226,7 +226,9 @@ def _verdict(
     return judge([step_check(regulator, highest)] if highest else [], accept, file=out)
 
 
-def _not_begun(steps: Procedure, verdict: Verdict, address: str, notices: list[str]) -> RunRecorded:
+def _refused_run(
+    steps: Procedure, verdict: Verdict, address: str, notices: list[str]
+) -> RunRecorded:
     """Return the result of a run that was not started because a check failed."""
     waiting = {"started": None, "ended": None, "reached": False}
     return RunRecorded.of(
@@ -243,7 +245,7 @@ def _not_begun(steps: Procedure, verdict: Verdict, address: str, notices: list[s
     )
 
 
-def _regulator(
+def _tune_regulator(
     line: LineFile, steps: Procedure, settings: RegulatorSettings
 ) -> tuple[Regulator, list[str]]:
     """Return the regulator to send to a board, for the highest vacuum of a procedure."""
@@ -253,13 +255,13 @@ def _regulator(
             f"{show(settings.sample_time, 's')} is not allowed; a board samples every 10 ms",
         )
     highest = steps.highest_vacuum()
-    regulator, notices = regulator_of(line, highest or 0.5 * line.line.site.atmosphere, settings)
+    regulator, notices = make_regulator(line, highest or 0.5 * line.line.site.atmosphere, settings)
     if highest:
         validate(regulator, highest)
     return regulator, notices
 
 
-def _crosshead(
+def _open_crosshead(
     kind: str | None, bench: "Bench", brake: BrakeFile, line: LineFile, steps: Procedure
 ) -> "Crosshead | None":
     from layerjam.rig.crosshead import Manual, Trigger, Virtual
@@ -365,7 +367,7 @@ def bench_export(
     """
     from layerjam.rig.export import export
 
-    first, last = window(start, end)
+    first, last = check_window(start, end)
     exports = export(run, out, start=first, end=last, overwrite=overwrite)
     return RunExported.of(
         Verdict(decisions=exports.run.decisions),

@@ -9,8 +9,8 @@ from layerjam.commands.quantities import (
     BrakeInput,
     Slip,
     Vacuum,
-    slip_within,
-    vacuum_within,
+    check_vacuum,
+    slip_notices,
 )
 from layerjam.commands.results import Figure, Result, number, result
 from layerjam.device.brake import Brake
@@ -109,19 +109,19 @@ def bend(
     from layerjam.mechanics.joint import capstan_ratio
 
     device = brake.brake
-    vacuum_within(vacuum, device)
-    notices = [*brake.warnings(), *slip_within(slip, device)]
+    check_vacuum(vacuum, device)
+    notices = [*brake.warnings(), *slip_notices(slip, device)]
     if slip >= device.sheets.overlap:
         raise QuantityError(f"slip: {show(slip, 'm')} leaves no overlap to bend")
     if limb_friction is not None and radius is None:
         raise QuantityError("limb friction: it acts on a joint; give --radius too")
     if device.mount.spacers is False:
         notices.append(FAN_WHEN_BENT)
-    numbers = _turned_numbers(device, vacuum, angle, slip)
+    numbers = _turning_results(device, vacuum, angle, slip)
     notices += _buckling_notices(numbers["moment"], numbers["buckling_moment"])
     joint = {}
     if radius is not None:
-        joint = _over_joint(device, vacuum, angle, slip, radius)
+        joint = _joint_results(device, vacuum, angle, slip, radius)
         notices += _joint_notices(device, angle, slip, radius, joint)
     if limb_friction is not None:
         joint["end_force_ratio"] = float(capstan_ratio(angle, limb_friction))
@@ -138,7 +138,7 @@ def bend(
     )
 
 
-def _turned_numbers(device: Brake, vacuum: float, angle: float, slip: float) -> dict[str, float]:
+def _turning_results(device: Brake, vacuum: float, angle: float, slip: float) -> dict[str, float]:
     from layerjam.mechanics import bending
     from layerjam.mechanics.friction import sheet_friction
 
@@ -175,7 +175,7 @@ def _buckling_notices(moment: float, buckling: float) -> list[Notice]:
     return [Notice(text, "compressed-sheets-buckle")]
 
 
-def _over_joint(
+def _joint_results(
     device: Brake, vacuum: float, angle: float, slip: float, radius: float
 ) -> dict[str, float]:
     """Return friction and stress of a pull over the joint, with and without vacuum."""
@@ -185,16 +185,18 @@ def _over_joint(
     from layerjam.mechanics.joint import joint_friction, joint_sheet_force
     from layerjam.mechanics.stiffness import sheet_section
 
-    def outer(pressure: float) -> float:
+    def stress_at(pressure: float) -> float:
         return float(enclosure_force(slip, pressure, device)) / 2
 
-    case = (slip, vacuum, angle, radius, outer(vacuum), device)
+    case = (slip, vacuum, angle, radius, stress_at(vacuum), device)
     force = float(joint_friction(*case))
     # self-amplification over a joint is unknown, so both values ignore it
     straight = float(sheet_friction(slip, vacuum, flat(device)))
     numbers = {
         "joint_friction": force,
-        "joint_friction_off": float(joint_friction(slip, 0.0, angle, radius, outer(0.0), device)),
+        "joint_friction_off": float(
+            joint_friction(slip, 0.0, angle, radius, stress_at(0.0), device)
+        ),
         "sheet_stress": float(joint_sheet_force(*case)) / sheet_section(device),
     }
     return numbers | ({"amplification": force / straight} if straight else {})

@@ -146,15 +146,15 @@ def build(
     failed checks by their code, {code: reason}; the folder then states them. We have not cut,
     printed or cast any of it. Raises FileError, QuantityError, MissingExtraError.
     """
-    from layerjam.fabricate.folder import LIST, check_folder, require, write_folder
+    from layerjam.fabricate.folder import LIST, check_folder, require_extra, write_folder
 
-    rows, row = _counts(parallel, series)
-    workshop_choice = _choices(brake, workshop, cutter, kerf, stock, laser_bed, print_bed)
+    rows, row = _array_counts(parallel, series)
+    workshop_choice = _combine_choices(brake, workshop, cutter, kerf, stock, laser_bed, print_bed)
     check_folder(out, overwrite)
-    require()
+    require_extra()
     with_step = not no_step and _can_write_step()
     progress("drawing", 0.1)
-    verdict_result = _verdict(brake, workshop_choice, rows, row, accept)
+    verdict_result = _judge_build(brake, workshop_choice, rows, row, accept)
     if verdict_result.record is None or not verdict_result.feasible:
         return verdict_result
     drawing, notices = verdict_result.record, list(verdict_result.warnings)
@@ -162,10 +162,10 @@ def build(
         notices.append(
             Notice('no STEP files: run pip install "layerjam[step]" to enable them', "no-step")
         )
-    content = _content(drawing, with_step, coupons, notices, progress)
+    content = _build_content(drawing, with_step, coupons, notices, progress)
     names = sorted([*content, LIST])
     complete = replace(verdict_result, files=names, warnings=notices)
-    content[LIST] = _list_text(complete, brake)
+    content[LIST] = _format_list(complete, brake)
     write_folder(Path(out), content, overwrite)
     return complete
 
@@ -174,23 +174,23 @@ CHOICES = ("workshop", "cutter", "kerf", "stock", "laser_bed", "print_bed")
 """Inputs that determine how the brake is built."""
 
 
-def verdict(brake: Any, **options: Any) -> Built:
+def build_verdict(brake: Any, **options: Any) -> Built:
     """Return the numbers and checks of `build`, which writes no file.
 
     `options` are those of `build`; file options have no effect. Raises the errors of `build`.
     """
-    from layerjam.fabricate.folder import require
+    from layerjam.fabricate.folder import require_extra
 
-    require()
+    require_extra()
     notices: list[Notice] = []
     with precision():
         bindings = REGISTRY["build"].arguments((brake,), {**options, "out": ""}, notices)
-        choice = _choices(bindings["brake"], *(bindings.get(name) for name in CHOICES))
-        counts = _counts(bindings["parallel"], bindings["series"])
-        return _verdict(bindings["brake"], choice, *counts, bindings.get("accept"))
+        choice = _combine_choices(bindings["brake"], *(bindings.get(name) for name in CHOICES))
+        counts = _array_counts(bindings["parallel"], bindings["series"])
+        return _judge_build(bindings["brake"], choice, *counts, bindings.get("accept"))
 
 
-def _choices(
+def _combine_choices(
     brake: BrakeFile,
     workshop: str | Path | None,
     cutter: str | None,
@@ -199,16 +199,16 @@ def _choices(
     laser_bed: Size,
     print_bed: Size,
 ) -> Choices:
-    from layerjam.fabricate.choices import choices
+    from layerjam.fabricate.resolve_choices import resolve_choices
 
     settings: dict[str, Any] = {"cutter": cutter, "kerf": kerf}
     settings |= {"laser_bed": laser_bed, "print_bed": print_bed}
     if stock is not None:
         settings |= dict(zip(("stock_length", "stock_width"), stock, strict=True))
-    return choices(brake, workshop, settings)
+    return resolve_choices(brake, workshop, settings)
 
 
-def _verdict(
+def _judge_build(
     file: BrakeFile,
     choices: Choices,
     parallel: int,
@@ -221,12 +221,12 @@ def _verdict(
     """
     from layerjam.fabricate.folder import LIST
     from layerjam.fabricate.lengths import CannotBuildError
-    from layerjam.fabricate.verdicts import reason, refusals
+    from layerjam.fabricate.verdicts import refusal_reason, refusals
 
     try:
         drawing = _draw_brake(file, choices, parallel, series)
     except CannotBuildError as error:
-        return _cannot(error, file, parallel * series)
+        return _refused_build(error, file, parallel * series)
     verdict = None
     if stops := refusals(drawing.checks):
         for check in stops:
@@ -236,33 +236,33 @@ def _verdict(
                 )
     else:
         verdict = judge((check.to_judged_check() for check in drawing.checks), accept, file=LIST)
-        drawing = drawing.stating((*file.accepted, *verdict.decisions))
+        drawing = drawing.with_acceptances((*file.accepted, *verdict.decisions))
         failed_names = {check.name for check in verdict.failed}
         stops = [c for c in drawing.checks if c.level == "failed" and c.code in failed_names]
     return Built.of(
-        _facts(drawing),
+        _build_facts(drawing),
         verdict,
         feasible=not stops,
-        reason=reason(stops),
+        reason=refusal_reason(stops),
         files=[],
         warnings=[*file.warnings(), *drawing.notices()],
         record=drawing,
     )
 
 
-def _content(
+def _build_content(
     drawing: Drawing, with_step: bool, coupons: bool, notices: list[str], progress: Progress
 ) -> dict[str, str | bytes]:
     """Return {path: content} of all files except the list.
 
     A file that cannot be created adds to `notices`.
     """
-    from layerjam.fabricate.folder import files
+    from layerjam.fabricate.folder import build_files
     from layerjam.report.assembly_steps import PATTERN
     from layerjam.report.build_files import papers
 
     progress("patterns and parts", 0.3)
-    content = files(drawing, with_step=with_step, coupons=coupons)
+    content = build_files(drawing, with_step=with_step, coupons=coupons)
     progress("pictures and instructions", 0.5)
     content |= papers(drawing, coupons, content)
     if PATTERN not in content:
@@ -275,7 +275,7 @@ def _content(
     return content
 
 
-def _counts(rows: int, row: int) -> tuple[int, int]:
+def _array_counts(rows: int, row: int) -> tuple[int, int]:
     """Return the number of chains in parallel, and of brakes in each chain."""
     if rows * row > BRAKES_LIMIT:
         raise QuantityError(
@@ -285,20 +285,20 @@ def _counts(rows: int, row: int) -> tuple[int, int]:
 
 
 def _can_write_step() -> bool:
-    from layerjam.fabricate.step import available
+    from layerjam.fabricate.step import is_available
 
-    return available()
+    return is_available()
 
 
 def _draw_brake(file: BrakeFile, choices: Choices, parallel: int, series: int) -> Drawing:
-    from layerjam.fabricate.drawing import drawing
+    from layerjam.fabricate.drawing import draw_build
     from layerjam.mechanics.limits import greatest_force
 
     with choices.locate_errors():
-        return drawing(file, choices, float(greatest_force(file.brake)), parallel, series)
+        return draw_build(file, choices, float(greatest_force(file.brake)), parallel, series)
 
 
-def _cannot(error: Any, file: BrakeFile, brakes: int) -> Built:
+def _refused_build(error: Any, file: BrakeFile, brakes: int) -> Built:
     """Return the result for a brake whose lengths are unknown, so that nothing can be checked."""
     check = {
         "code": "C4",
@@ -321,10 +321,10 @@ def _cannot(error: Any, file: BrakeFile, brakes: int) -> Built:
     )
 
 
-def _facts(drawing: Drawing) -> dict[str, Any]:
+def _build_facts(drawing: Drawing) -> dict[str, Any]:
     """Return the values of the result's keys; masses, film and silicone are for all brakes."""
     from layerjam.fabricate.masses import UNWEIGHED, screw_name
-    from layerjam.fabricate.silicone import cavity
+    from layerjam.fabricate.silicone import cavity_volume
 
     count, lengths, film = drawing.brakes, drawing.lengths, drawing.film
     halves = drawing.silicone_parts
@@ -345,7 +345,7 @@ def _facts(drawing: Drawing) -> dict[str, Any]:
         "film_area": film.area,
         "film_used": film.used,
         "cut_length": film.cut_length,
-        "silicone_volume": count * cavity(lengths),
+        "silicone_volume": count * cavity_volume(lengths),
         "silicone_mass": drawing.silicone_mass,
         "silicone_parts": None if halves is None else dict(zip("AB", halves, strict=True)),
         "printed_volume": sum(
@@ -363,7 +363,7 @@ def _facts(drawing: Drawing) -> dict[str, Any]:
     }
 
 
-def _list_text(result: Built, file: BrakeFile) -> str:
+def _format_list(result: Built, file: BrakeFile) -> str:
     """Return the result as a file of the folder, with its inputs."""
     facts = {
         "layerjam": __version__,

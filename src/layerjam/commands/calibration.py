@@ -7,21 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command, options
-from layerjam.commands.files import FromFiles, describe_readings, pulls, write_brake
+from layerjam.commands.files import FromFiles, describe_readings, read_pulls, write_brake
 from layerjam.commands.left_out import LeftOut, excluded_lines, left_out_row
-from layerjam.commands.pull_by_pull import as_rows, one_of_all, pull_lines
-from layerjam.commands.quantities import (
-    Accept,
-    Atmosphere,
-    BrakeInput,
-    OutBrake,
-    Overwrite,
-)
+from layerjam.commands.pull_by_pull import has_single_condition, pull_lines, pull_rows
+from layerjam.commands.quantities import Accept, Atmosphere, BrakeInput, OutBrake, Overwrite
 from layerjam.commands.reading import FileOptions, Files, FileVacuum, Partial
 from layerjam.commands.results import Figure, Judged, fact, number, result
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.errors import FitError, Notice, count_of
+from layerjam.errors import FitError, Notice, count_noun
 from layerjam.measure.trace import Trace
 from layerjam.report.folder import plain
 from layerjam.simulate.quantities import SEED
@@ -47,7 +41,9 @@ Within = Annotated[
 ]
 
 
-def more_pulls(calibration: "Calibration", precision: float | None) -> dict[str, Any] | None:
+def predict_more_pulls(
+    calibration: "Calibration", precision: float | None
+) -> dict[str, Any] | None:
     """Return {value: (half width now, after one more pull by condition, pulls needed)}.
 
     Returns None if not requested; a value is None if the current pulls give no interval. Widths are
@@ -66,7 +62,7 @@ def more_pulls(calibration: "Calibration", precision: float | None) -> dict[str,
     return rows
 
 
-def more_lines(further: Mapping[str, Any]) -> Iterator[str]:
+def format_more_pulls(further: Mapping[str, Any]) -> Iterator[str]:
     """Yield for each value its current interval and the number of pulls needed."""
     if further:
         yield ""
@@ -175,12 +171,12 @@ class BrakeCalibration(FromFiles, Judged):
 
         number = getattr(self, name)
 
-        def text(value: float) -> str:
+        def in_unit(value: float) -> str:
             return f"{value:.4f}" if unit == "1" else show(value, unit, like=number)
 
-        value = text(number)
+        value = in_unit(number)
         if interval is not None:
-            return f"{value} (95 %: {text(interval['low'])} to {text(interval['high'])})"
+            return f"{value} (95 %: {in_unit(interval['low'])} to {in_unit(interval['high'])})"
         return value if error is None else f"{value} ± {show(error, unit, 2)} standard error"
 
     def lines(self) -> Iterator[str]:
@@ -192,7 +188,7 @@ class BrakeCalibration(FromFiles, Judged):
             change = found["files"][file_name]
             yield f"excluding {file_name} changes the scale factor most, by {change:+.2g}"
         yield from pull_lines(self.pulls)
-        yield from more_lines(self.more_pulls or {})
+        yield from format_more_pulls(self.more_pulls or {})
         yield from excluded_lines(self.excluded)
 
     def draw(self) -> Figure:
@@ -239,18 +235,18 @@ def calibrate(
     """
     from layerjam.identify.calibration.peaks import fit_pull
     from layerjam.identify.curves import require_usable
-    from layerjam.identify.provenance import calibrated_text, made_from
+    from layerjam.identify.provenance import calibrated_text, list_inputs
 
-    free = _free_parameters(free, depth)
+    free = _select_free_parameters(free, depth)
     exact = depth == "exact"
     test = fit_pull if exact else lambda pull, pressure, _brake: require_usable(pull, pressure)
     files, specimens_out, exclusions = left_out.split_excluded(files, options)
-    used, refusals, odd = pulls(files, brake, vacuum, options, test, progress, specimens_out)
+    used, refusals, odd = read_pulls(files, brake, vacuum, options, test, progress, specimens_out)
     used, outliers = _leave_out_outliers(used, brake.brake)
     exclusions += outliers
     fit = _fit(depth, used, brake.brake, free, sampling, progress or (lambda _what, _share: None))
     traces = [t for t, _, _ in used]
-    source = made_from(brake, traces)
+    source = list_inputs(brake, traces)
     verdict = judge(fit.checks, accept, list(fit.sources), out)
     facts = {"exclusions": exclusions, "files": source["files"], "acceptances": verdict.decisions}
     text = bound(calibrated_text, brake, fit, depth, **facts)
@@ -262,14 +258,14 @@ def calibrate(
         **{name: plain(getattr(fit, name)) for name in TABLES},
         depth=depth,
         standard_errors={**fit.standard_errors, "rests_on": fit.errors_rest_on},
-        pulls=as_rows(fit.pulls),
-        more_pulls=more_pulls(fit, within),
+        pulls=pull_rows(fit.pulls),
+        more_pulls=predict_more_pulls(fit, within),
         understood=describe_readings(traces),
         made_from=source,
         excluded=exclusions,
         refused=refusals,
         file=path,
-        warnings=[*_notices(brake, fit, exact), *odd, *notices],
+        warnings=[*_calibration_notices(brake, fit, exact), *odd, *notices],
         record=(brake, fit),
         traces=traces,
     )
@@ -289,7 +285,7 @@ def _leave_out_outliers(
     return inliers, [left_out_row(used[index][0], reason) for index, reason in reasons.items()]
 
 
-def _free_parameters(free: Sequence[str] | str, depth: str) -> list[str]:
+def _select_free_parameters(free: Sequence[str] | str, depth: str) -> list[str]:
     """Return the additional parameters to fit, each once.
 
     FitError for a depth other than curves.
@@ -300,21 +296,23 @@ def _free_parameters(free: Sequence[str] | str, depth: str) -> list[str]:
     return names
 
 
-def _notices(brake: BrakeFile, calibration: "Calibration", exact: bool) -> Iterator[str]:
+def _calibration_notices(
+    brake: BrakeFile, calibration: "Calibration", exact: bool
+) -> Iterator[str]:
     """Yield notices about the brake's other numbers and about single pulls."""
     yield from brake.warnings(without=SHEETS if exact else (*SHEETS, *ENCLOSURE))
-    yield from _without_slope(calibration)
-    yield from one_of_all(calibration.pulls)
+    yield from _slope_notices(calibration)
+    yield from has_single_condition(calibration.pulls)
 
 
-def _without_slope(calibration: "Calibration") -> Iterator[Notice]:
+def _slope_notices(calibration: "Calibration") -> Iterator[Notice]:
     """Yield notices about pulls used for the scale factor only, and about a fit over speed."""
-    from layerjam.identify.calibration.speed_law import on_speed
+    from layerjam.identify.calibration.speed_law import speed_notices
 
-    yield from on_speed(calibration)
+    yield from speed_notices(calibration)
     for entry in calibration.fits if calibration.fit is None else ():
         if entry.stiffness is None:
-            samples = count_of(entry.pull.rise_samples, "sample")
+            samples = count_noun(entry.pull.rise_samples, "sample")
             yield Notice(
                 f"{Path(entry.pull.path).name}: {samples} on its rise are too few for a "
                 "stiffness; it is used for the scale factor only (pull more slowly, or "
@@ -333,9 +331,9 @@ def _fit(
 ) -> "Calibration":
     from layerjam.identify.calibration.peaks import calibrate_peaks
     from layerjam.identify.calibration.whole_curves import calibrate_curves
-    from layerjam.identify.curves import curves_of
+    from layerjam.identify.curves import make_curves
 
-    curves = curves_of(used)
+    curves = make_curves(used)
     if depth == "exact":
         return calibrate_peaks(curves, brake)
     if depth == "curves":

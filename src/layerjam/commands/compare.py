@@ -4,12 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, Input, command
-from layerjam.commands.quantities import (
-    AnyBrake,
-    Atmosphere,
-    brake_file,
-    vacuum_within,
-)
+from layerjam.commands.quantities import AnyBrake, Atmosphere, check_vacuum, convert_brake
 from layerjam.commands.results import Figure, Result, fact, result
 from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice
@@ -88,7 +83,7 @@ class Comparison(Result):
             yield f"    {row['source']}"
             if row["note"]:
                 yield f"    {row['note']}"
-        sheet = {name: self._value_text(name) for name in self.sheet}
+        sheet = {name: self._format_value(name) for name in self.sheet}
         yield ""
         yield (
             f"one more sheet in {self.sheet['brake']} at {sheet['vacuum']}: "
@@ -103,7 +98,7 @@ class Comparison(Result):
         for kind, missing in self.none_found.items():
             yield f"  {kind}: {missing}"
 
-    def _value_text(self, name: str) -> str:
+    def _format_value(self, name: str) -> str:
         return show(self.sheet[name], TABLE_UNITS[name]) if name in TABLE_UNITS else ""
 
     def draw(self) -> Figure:
@@ -114,10 +109,10 @@ class Comparison(Result):
         return density_figures.density(rows, lines, self.sheet, list(self.none_found))
 
 
-def _brakes(value: Sequence[AnyBrake], arguments: Mapping[str, Any]) -> list[BrakeFile]:
+def _read_brakes(value: Sequence[AnyBrake], arguments: Mapping[str, Any]) -> list[BrakeFile]:
     from layerjam.device.load import devices
 
-    return [brake_file(brake, arguments.get("atmosphere")) for brake in value or devices()]
+    return [convert_brake(brake, arguments.get("atmosphere")) for brake in value or devices()]
 
 
 @command("design")
@@ -125,7 +120,9 @@ def compare(
     *brakes: Annotated[
         BrakeFile,
         Input(
-            "Brakes to compare. Default: those of the catalogue.", metavar="BRAKE", convert=_brakes
+            "Brakes to compare. Default: those of the catalogue.",
+            metavar="BRAKE",
+            convert=_read_brakes,
         ),
     ],
     vacuum: Annotated[
@@ -141,19 +138,23 @@ def compare(
     the effect of one more sheet with the paper's statement. `none_found` maps a class without a
     sourced device to the sources searched.
     """
-    from layerjam.design.comparison import comparison
-    from layerjam.design.uneven import uneven
+    from layerjam.design.comparison import compare_devices
+    from layerjam.design.uneven import calibration_notices
 
     files: list[Any] = list(brakes)
     for file in files:
-        vacuum_within(vacuum or 0.0, file.brake)
+        check_vacuum(vacuum or 0.0, file.brake)
     vacuums = [f.brake.site.atmosphere if vacuum is None else vacuum for f in files]
-    rows, sheet, lines, others = comparison(files, vacuums)
+    rows, sheet, lines, others = compare_devices(files, vacuums)
     return Comparison(
         devices=rows,
         sheet=sheet,
         sheet_lines=lines,
         none_found=dict(others.looked_for),
-        warnings=[*uneven(files), *(w for file in files for w in file.warnings()), *NOTES],
+        warnings=[
+            *calibration_notices(files),
+            *(w for file in files for w in file.warnings()),
+            *NOTES,
+        ],
         record=(rows, lines, others),
     )

@@ -12,7 +12,7 @@ from layerjam.commands.declare import Help, Input, command
 from layerjam.commands.quantities import Accept
 from layerjam.commands.reading import TableOptions
 from layerjam.commands.results import Figure, Judged, fact, result
-from layerjam.commands.sensor import SAMPLING, channel_class
+from layerjam.commands.sensor import SAMPLING, parse_channel_class
 from layerjam.errors import FileError, FitError, Notice, QuantityError
 from layerjam.identify.logs.crash import Pulse
 from layerjam.measure.log import ACCELERATION, TIME, Log, read_log
@@ -35,19 +35,19 @@ HIC = QuantitySpec(
 )
 
 
-def _range(value: float | str, _arguments: Mapping[str, Any]) -> float:
+def _parse_range(value: float | str, _arguments: Mapping[str, Any]) -> float:
     """Return [m/s^2] from "250 g", "2450 m/s^2" or a number of m/s^2."""
     match = re.fullmatch(r"\s*(\d{1,9}(?:\.\d{1,9})?)\s*g\s*", str(value))
     return RANGE.si(float(match[1]) * STANDARD_GRAVITY if match else value, "range")
 
 
-def _read(
+def _read_signal(
     file: str | Path, shot: Any, sampling: Any, options: TableOptions
 ) -> tuple[Log, float | None, list[str]]:
     """Return the log, the range that its file states [m/s^2], and the notices."""
     if Path(file).suffix == ENDING:
-        shot_log = _shot(file, shot, sampling, options)
-        return _log(shot_log, file), shot_log.range, _cut(shot_log)
+        shot_log = _read_shot(file, shot, sampling, options)
+        return _read_shot_log(shot_log, file), shot_log.range, _truncation_notice(shot_log)
     if shot is not None:
         raise QuantityError.of("shot", f"{file} is one log; only a run ({ENDING}) holds shots")
     return read_log(file, [ACCELERATION] if sampling else [TIME, ACCELERATION], options), None, []
@@ -70,7 +70,7 @@ def _crash_notices(falling: bool, hic: Any) -> list[str]:
     return sentences
 
 
-def _shot(file: str | Path, number: Any, sampling: Any, options: TableOptions) -> Shot:
+def _read_shot(file: str | Path, number: Any, sampling: Any, options: TableOptions) -> Shot:
     """Return the record in a run; QuantityError for an option that the run already states."""
     for name, value in {"sampling": sampling, **vars(options)}.items():
         if value not in (None, ()):
@@ -85,7 +85,7 @@ def _shot(file: str | Path, number: Any, sampling: Any, options: TableOptions) -
     return record
 
 
-def _log(shot: Shot, file: str | Path) -> Log:
+def _read_shot_log(shot: Shot, file: str | Path) -> Log:
     columns = {"time": shot.time, "acceleration": shot.acceleration}
     sentence = (
         f"shot {shot.number} of the run: {shot.size} samples, with time counted from the trigger"
@@ -93,7 +93,7 @@ def _log(shot: Shot, file: str | Path) -> Log:
     return Log(str(file), columns, {}, {}, (sentence,), synthetic=shot.synthetic)
 
 
-def _cut(shot: Shot) -> list[str]:
+def _truncation_notice(shot: Shot) -> list[str]:
     """Return a notice that part of a record is missing."""
     size = len(shot.counts)
     text = f"only {size} of the record's {shot.size} samples were kept: the run was interrupted"
@@ -122,8 +122,7 @@ def crash(
     ],
     *,
     filter_class: Annotated[
-        str,
-        Help("SAE J211-1: cfc60, 180, 600, 1000 or none.", metavar="CLASS", option="--filter"),
+        str, Help("SAE J211-1: cfc60, 180, 600, 1000 or none.", metavar="CLASS", option="--filter")
     ] = "cfc180",
     sampling: Annotated[
         float | None, SAMPLING, Help("Sampling rate of a file without time.")
@@ -131,7 +130,12 @@ def crash(
     before: Annotated[float | None, BEFORE, Help("Length of the quiet part at the start.")] = None,
     sensor_range: Annotated[
         float | None,
-        Input("Range of the sensor, e.g. '250 g'.", metavar="Q", option="--range", convert=_range),
+        Input(
+            "Range of the sensor, e.g. '250 g'.",
+            metavar="Q",
+            option="--range",
+            convert=_parse_range,
+        ),
     ] = None,
     falling: Annotated[bool, Help("The sensor was in free fall before, along its axis.")] = False,
     hic: Annotated[float | None, HIC, Help("Longest window of the head injury criterion.")] = None,
@@ -152,8 +156,8 @@ def crash(
     from layerjam.identify.logs import crash as crash_log
     from layerjam.identify.logs.checks import crash_checks
 
-    cfc = channel_class(filter_class)
-    log, reach, warnings = _read(file, shot, sampling, options)
+    cfc = parse_channel_class(filter_class)
+    log, reach, warnings = _read_signal(file, shot, sampling, options)
     signal = log["acceleration"]
     clock = np.arange(len(signal)) / sampling if sampling else log["time"]
     try:

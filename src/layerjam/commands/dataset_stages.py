@@ -9,11 +9,11 @@ from layerjam.commands.declare import Progress
 from layerjam.commands.friction import FrictionTest
 from layerjam.commands.left_out import LeftOut
 from layerjam.commands.measurements import Measurements
-from layerjam.commands.quantities import brake_file, parse_options
+from layerjam.commands.quantities import convert_brake, parse_options
 from layerjam.commands.reading import FileOptions
-from layerjam.commands.report import HowTested, stages
+from layerjam.commands.report import HowTested, compute_stages
 from layerjam.dataset import crate
-from layerjam.dataset.campaign import campaign
+from layerjam.dataset.campaign import read_campaign
 from layerjam.dataset.people import Details
 from layerjam.dataset.recipe import RECIPE, Recipe
 from layerjam.device.load import load
@@ -30,7 +30,9 @@ USES = ("friction", "calibrate", "validate")
 STAGES = ("friction", "calibration", "validation")
 
 
-def derive(root: Path, recipe: Recipe, out: Path, tell: Progress) -> "tuple[Recipe, BrakeReport]":
+def derive_results(
+    root: Path, recipe: Recipe, out: Path, tell: Progress
+) -> "tuple[Recipe, BrakeReport]":
     """Write the results of a dataset in `root` into the folder `out`.
 
     These are report, calibrated brake, recipe and README. Returns the recipe, including rejected
@@ -39,15 +41,15 @@ def derive(root: Path, recipe: Recipe, out: Path, tell: Progress) -> "tuple[Reci
     """
     from layerjam.report import brake_files
 
-    settings, facts = how_of(recipe, root), recipe.stated
+    settings, facts = read_settings(recipe, root), recipe.stated
     refusals = [(name, entry.get("use")) for name, entry in recipe.unused.items()]
     files = {
         use: [*getattr(recipe, use), *(name for name, stage in refusals if stage == use)]
         for use in USES
     }
     paths = {use: [str(root / name) for name in names] for use, names in files.items()}
-    content = stages(
-        brake_file(load(root / recipe.brake), settings.atmosphere),
+    content = compute_stages(
+        convert_brake(load(root / recipe.brake), settings.atmosphere),
         Measurements(
             friction=paths["friction"], pulls=paths["calibrate"], validate=paths["validate"]
         ),
@@ -60,13 +62,13 @@ def derive(root: Path, recipe: Recipe, out: Path, tell: Progress) -> "tuple[Reci
     brake_files.write(content, out / crate.REPORT, say=lambda what: tell(what, 0.8))
     (friction, pulls, tests), unused = _split_uses(root, files, content)
     used_names = {name for names in files.values() for name in names}
-    for name in campaign(root / crate.RAW, settings.options).measurements:
+    for name in read_campaign(root / crate.RAW, settings.options).measurements:
         if f"{crate.RAW}/{name}" not in used_names:
             unused[f"{crate.RAW}/{name}"] = {"use": "", "why": "no stage uses this file"}
     recipe = replace(recipe, friction=friction, calibrate=pulls, validate=tests, unused=unused)
     texts = {RECIPE: recipe.text()}
     if facts is not None:
-        texts[crate.README] = crate.readme(
+        texts[crate.README] = crate.format_readme(
             recipe, facts, content.file.name, content.synthetic, content.accepted
         )
     if content.calibration is not None or content.friction is not None:
@@ -75,12 +77,12 @@ def derive(root: Path, recipe: Recipe, out: Path, tell: Progress) -> "tuple[Reci
     return recipe, content
 
 
-def describe(
+def describe_dataset(
     root: Path, files: Iterable[str], recipe: Recipe, details: Details, content: "BrakeReport"
 ) -> str:
     """Return the text of ro-crate-metadata.json for these files of a dataset in `root`."""
     brake, synthetic = content.file.name, content.synthetic
-    return json_text(crate.metadata(root, files, recipe, details, brake, synthetic))
+    return json_text(crate.crate_metadata(root, files, recipe, details, brake, synthetic))
 
 
 def _split_uses(
@@ -103,7 +105,7 @@ def _split_uses(
     return [groups.get(use, ()) for use in USES], unused
 
 
-def options_of(methods: HowTested) -> dict[str, Any]:
+def changed_options(methods: HowTested) -> dict[str, Any]:
     """Return {name in Python: value} of the options that differ from their defaults."""
     options = {
         f.name: getattr(record, f.name)
@@ -122,7 +124,7 @@ def options_of(methods: HowTested) -> dict[str, Any]:
     return dict(plain(options))
 
 
-def how_of(recipe: Recipe, root: Path) -> HowTested:
+def read_settings(recipe: Recipe, root: Path) -> HowTested:
     """Return the settings with which the files of a dataset were read and fitted.
 
     Raises FileError for invalid settings.

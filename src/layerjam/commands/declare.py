@@ -23,15 +23,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_origin
 
 from layerjam.commands.arguments import (
-    as_list,
     bind,
     check_kind,
     command_line_name,
-    settings_of,
+    gather_options,
+    make_list,
     union,
 )
 from layerjam.commands.results import Result
-from layerjam.conversion import without_unit
+from layerjam.conversion import strip_unit
 from layerjam.errors import Notice, QuantityError, UnknownNameError, explain_arguments
 from layerjam.toml_files.changes import record_files
 from layerjam.units import QuantitySpec, show
@@ -192,17 +192,17 @@ class Parameter:
         if self.words and (self.spec is None or not re.search(r"\d", str(value))):
             raise UnknownNameError(self.label, str(value), self.words)
         if self.spec is not None:
-            return self._quantity(self.spec, value, notices)
-        value = as_list(value, self.type)
+            return self._read_quantity(self.spec, value, notices)
+        value = make_list(value, self.type)
         check_kind(value, self.type, self.label)
         if isinstance(self.help, Input) and self.help.convert is not None:
             return self.help.convert(value, arguments)
         return value
 
-    def _quantity(self, spec: QuantitySpec, value: Any, notices: list[Notice]) -> Any:
+    def _read_quantity(self, spec: QuantitySpec, value: Any, notices: list[Notice]) -> Any:
         if isinstance(value, str):
             return spec.read(value, self.label)
-        value = without_unit(value, spec.unit, self.label)
+        value = strip_unit(value, spec.unit, self.label)
         if self.array and not isinstance(value, int | float):
             values = spec.array(value, self.label)
             if values.shape:
@@ -220,7 +220,7 @@ class Parameter:
         return number
 
 
-def parameter(name: str, kind: Any, default: Any, **more: Any) -> Parameter:
+def declare_parameter(name: str, kind: Any, default: Any, **more: Any) -> Parameter:
     """Return the parameter that one annotation declares."""
     spec: QuantitySpec | None = None
     help_note, optional, array = Help(), False, False
@@ -274,7 +274,7 @@ def record_parameters(group: Any, record: str = "") -> Iterator[Parameter]:
     hints = typing.get_type_hints(group, include_extras=True)
     for f in fields(group):
         if any(get_origin(kind) is Annotated for kind in union(hints[f.name])):
-            yield parameter(f.name, hints[f.name], f.default, record=record)
+            yield declare_parameter(f.name, hints[f.name], f.default, record=record)
 
 
 PYTHON_ONLY = object()
@@ -317,7 +317,7 @@ class Command:
         """Signature of the function."""
         return inspect.signature(self.function)
 
-    def _annotation(self, text: Any) -> Any:
+    def _resolve(self, text: Any) -> Any:
         """Return the type that an annotation's text names; Any for names of type checkers only."""
         if not isinstance(text, str):
             return text
@@ -329,7 +329,7 @@ class Command:
     @functools.cached_property
     def result(self) -> type[Result]:
         """Class of its result."""
-        return_type = self._annotation(self.signature.return_annotation)
+        return_type = self._resolve(self.signature.return_annotation)
         if not (isinstance(return_type, type) and issubclass(return_type, Result)):
             raise TypeError(f"{self.python_name} does not declare which Result it returns")
         return return_type
@@ -339,14 +339,14 @@ class Command:
         """All parameters, including those of flattened records."""
         parameters: list[Parameter] = []
         for name, place in self.signature.parameters.items():
-            kind = self._annotation(place.annotation)
+            kind = self._resolve(place.annotation)
             group = next((k for k in union(kind) if hasattr(k, FLATTENED)), None)
             if group is None:
                 positional = place.kind is not inspect.Parameter.KEYWORD_ONLY
                 several = place.kind is inspect.Parameter.VAR_POSITIONAL
                 default = () if several else place.default
                 parameters.append(
-                    parameter(name, kind, default, positional=positional, several=several)
+                    declare_parameter(name, kind, default, positional=positional, several=several)
                 )
                 continue
             parameters += record_parameters(group, name)
@@ -355,7 +355,7 @@ class Command:
     @functools.cached_property
     def records(self) -> dict[str, type]:
         """Return {parameter: class} of the records whose fields become options."""
-        kinds = {n: self._annotation(p.annotation) for n, p in self.signature.parameters.items()}
+        kinds = {n: self._resolve(p.annotation) for n, p in self.signature.parameters.items()}
         return {n: m for n, kind in kinds.items() for m in union(kind) if hasattr(m, FLATTENED)}
 
     def arguments(
@@ -379,7 +379,7 @@ class Command:
         for name, cls in self.records.items():
             mine = {k: v for k, v in loose.items() if flat[k] == name}
             inner = [p for p in self.parameters if p.record == name]
-            settings = settings_of(name, cls, call.get(name), mine, [p.name for p in inner])
+            settings = gather_options(name, cls, call.get(name), mine, [p.name for p in inner])
             call[name] = cls(
                 **{p.name: p.read(settings.get(p.name, p.default), call, notices) for p in inner}
             )
@@ -389,21 +389,21 @@ class Command:
                 bindings[p.name] = p.read(call.get(p.name, p.default), call, notices)
         return bindings
 
-    def _grid(self, values: dict[str, Any]) -> "Grid | None":
+    def _align_grid(self, values: dict[str, Any]) -> "Grid | None":
         """Return the grid of the array arguments; None if all are single numbers."""
         units = {p.name: p.spec.unit for p in self.parameters if p.array and p.spec is not None}
         if all(isinstance(values.get(name, 0), int | float) for name in units):
             return None  # this test must not load NumPy
-        from layerjam.commands.labels import align
+        from layerjam.commands.labels import align_grid
 
-        return align(values, units)
+        return align_grid(values, units)
 
     def __call__(self, *args: Any, **named: Any) -> Result:
         """Check the arguments, compute in double precision, and add notices about the input."""
         notices: list[Notice] = []
         with precision() if self.computes else contextlib.nullcontext():
             values = self.arguments(args, named, notices)
-            grid = self._grid(values)
+            grid = self._align_grid(values)
             bound = inspect.BoundArguments(self.signature, values)  # type: ignore[arg-type]
             result = self.function(*bound.args, **bound.kwargs).noting(*notices).over(grid)
         return result.judged_by(record_files(bound.arguments.values()))

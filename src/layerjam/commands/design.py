@@ -141,15 +141,17 @@ class DesignResult(Judged):
 R = TypeVar("R", bound=DesignResult)
 
 
-def _spec(value: str | Path | DesignSpecification, _: Mapping[str, Any]) -> DesignSpecification:
+def _read_spec(
+    value: str | Path | DesignSpecification, _: Mapping[str, Any]
+) -> DesignSpecification:
     """Return the specification, with the function that draws brakes as `build` does."""
     from layerjam.design.requirements import DesignSpecification
     from layerjam.design.specification import load_spec
-    from layerjam.fabricate.choices import choices
+    from layerjam.fabricate.choices import resolve_choices
     from layerjam.fabricate.drawn_mass import Draws
 
     spec = value if isinstance(value, DesignSpecification) else load_spec(value)
-    return spec.drawn_by(Draws(choices(spec.brake).build, spec.brake.making.enclosure))
+    return spec.set_drawing(Draws(resolve_choices(spec.brake).build, spec.brake.making.enclosure))
 
 
 SpecInput = Annotated[
@@ -157,7 +159,7 @@ SpecInput = Annotated[
     Input(
         "Requirement: a TOML file, or the example wrist or stop.",
         metavar="SPEC.toml",
-        convert=_spec,
+        convert=_read_spec,
     ),
 ]
 
@@ -173,7 +175,7 @@ def design(
     `reachable`; contradictions between bounds are found before the sweep. `chosen` is the best
     design of the grid, `refined` the best between its steps.
     """
-    from layerjam.design.bounds import impossible
+    from layerjam.design.bounds import prove_impossible
     from layerjam.design.search import Search
 
     if spec.grid.size > MOST_IN_MEMORY:
@@ -182,10 +184,10 @@ def design(
             "`layerjam sweep`"
         )
     search = Search(spec)
-    conflict = impossible(search, progress)
+    conflict = prove_impossible(search, progress)
     if conflict is not None:
-        return infeasible(DesignResult.of, search, conflict)
-    return best(DesignResult.of, search, search.all(progress), accept)
+        return infeasible_result(DesignResult.of, search, conflict)
+    return best_result(DesignResult.of, search, search.all(progress), accept)
 
 
 def brake_of(result: DesignResult, number: int | None = None) -> BrakeFile:
@@ -227,7 +229,7 @@ def brake_of(result: DesignResult, number: int | None = None) -> BrakeFile:
     return file
 
 
-def infeasible(
+def infeasible_result(
     make: Callable[..., R], search: Search, exclusion: Exclusion, sweep: SweepResult | None = None
 ) -> R:
     """Return the result if bounds or a full sweep show that no design meets the specification."""
@@ -241,12 +243,12 @@ def infeasible(
         killed_by=exclusion.constraint,
         reachable=exclusion.reachable,
         excludes=list(exclusion.others),
-        warnings=list(_notices(search.spec)),
+        warnings=list(_spec_notices(search.spec)),
         record=Designed(search.spec, search),
     )
 
 
-def best(
+def best_result(
     make: Callable[..., R], search: Search, sweep: SweepResult, accept: Mapping[str, str] | None
 ) -> R:
     """Return the result of a search; `accept` is {check: reason}."""
@@ -254,11 +256,17 @@ def best(
     from layerjam.design.merit import MERITS
     from layerjam.design.refine import refine, sensitivities
     from layerjam.design.robust import robustness
-    from layerjam.design.verdict import binding, design_checks, forbidden, why_lost, why_none
+    from layerjam.design.verdict import (
+        binding_constraints,
+        design_checks,
+        explain_failure,
+        explain_loss,
+        near_winners,
+    )
 
     highlights = search.find_highlights(sweep)
     if not highlights.best:
-        return infeasible(make, search, why_none(search, sweep, highlights), sweep)
+        return infeasible_result(make, search, explain_failure(search, sweep, highlights), sweep)
     spec = search.spec
     numbers, front = sweep.numbers[highlights.best], sweep.numbers[highlights.front]
     best_design, *others = (search.design(number) for number in numbers[:2])
@@ -283,29 +291,31 @@ def best(
         chosen=best_design,
         refined=None if refinement is None else refinement.design,
         runner_up=runner,
-        runner_up_lost=None if runner is None else why_lost(best_design, runner, spec.objectives),
-        binding=binding(best_design, spec),
-        forbidden=forbidden(search, sweep, highlights),
+        runner_up_lost=None
+        if runner is None
+        else explain_loss(best_design, runner, spec.objectives),
+        binding=binding_constraints(best_design, spec),
+        forbidden=near_winners(search, sweep, highlights),
         front_size=len(front),
         front=search.designs(front[:MOST_SHOWN]),
         sensitivities=sensitivities(spec, point, tuple(sorted({*search.wanted} & {*MERITS}))),
         robustness={k: chance._asdict() for k, chance in chances.items()},
         warnings=[
-            *_notices(spec),
-            *_of_the_chosen(spec, file),
+            *_spec_notices(spec),
+            *_chosen_brake_notices(spec, file),
             *_design_notices(spec, len(front), runner is None, bool(chances)),
         ],
         record=Designed(spec, search, refinement),
     )
 
 
-def _of_the_chosen(spec: DesignSpecification, file: BrakeFile) -> Iterator[Notice]:
+def _chosen_brake_notices(spec: DesignSpecification, file: BrakeFile) -> Iterator[Notice]:
     """Return notices about the chosen brake's spacers, and about the gauges of its film."""
-    from layerjam.device.gauge import notices_of_gauge
+    from layerjam.device.gauge import gauge_notices
 
-    keys = {notice.key for notice in spec.brake.fanning()}
-    yield from (notice for notice in file.fanning() if notice.key not in keys)
-    yield from notices_of_gauge(file)
+    keys = {notice.key for notice in spec.brake.spacer_notices()}
+    yield from (notice for notice in file.spacer_notices() if notice.key not in keys)
+    yield from gauge_notices(file)
 
 
 def _design_notices(
@@ -326,7 +336,7 @@ def _design_notices(
         )
 
 
-def _notices(spec: DesignSpecification) -> Iterator[str]:
+def _spec_notices(spec: DesignSpecification) -> Iterator[str]:
     yield from (*spec.brake.warnings(), *spec.notes)
     if spec.line is not None:
         yield from spec.line.warnings()

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from layerjam.commands.lines import AnyLine, line_file
-from layerjam.commands.quantities import AnyBrake, brake_file
+from layerjam.commands.quantities import AnyBrake, convert_brake
 from layerjam.commands.results import Result, fact, result
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
@@ -52,9 +52,9 @@ def edit(
     numbers; if no source is given, the previous one is kept. Raises QuantityError for a bad value
     or path, FileError for values that contradict each other.
     """
-    file = brake_file(brake)
-    edition = file.edited(_set(file, changes, BRAKE_FIELDS, kind, source), name=name)
-    notices = [*edition.warnings(), *stale(edition)]
+    file = convert_brake(brake)
+    edition = file.edited(_make_changes(file, changes, BRAKE_FIELDS, kind, source), name=name)
+    notices = [*edition.warnings(), *find_stale_numbers(edition)]
     return EditedFile(name=edition.name, text=edition.text, warnings=notices, record=edition)
 
 
@@ -75,8 +75,8 @@ def edit_line(
     for a bad value, and FileError for an invalid line, such as a tube without a bore.
     """
     file = line_file(line)
-    tables = {table: _part(table, part) for table, part in (takes or {}).items()}
-    changes_by_path = _set(file, changes, LINE_FIELDS, kind, source)
+    tables = {table: _catalogue_part(table, part) for table, part in (takes or {}).items()}
+    changes_by_path = _make_changes(file, changes, LINE_FIELDS, kind, source)
     edition = file.edited(changes_by_path, name=name, tables=tables)
     return EditedFile(
         name=edition.name,
@@ -86,7 +86,7 @@ def edit_line(
     )
 
 
-def _set(
+def _make_changes(
     file: RecordFile[Any],
     changes: Mapping[str, Change] | None,
     fields: Fields,
@@ -104,12 +104,12 @@ def _set(
             entries[path] = None
             continue
         spec, _ = fields[path]
-        was = "" if source else _was(file, path, spec)
+        was = "" if source else _original_value(file, path, spec)
         entries[path] = spec.si(value, path), Source(kind=kind, text=source or BY_HAND, was=was)
     return entries
 
 
-def _was(file: RecordFile[Any], path: str, spec: QuantitySpec) -> str:
+def _original_value(file: RecordFile[Any], path: str, spec: QuantitySpec) -> str:
     """Return the value before any edit, with its source."""
     value, old = get(file.record, path), file.sources.get(path)
     if old is not None and old.was:
@@ -120,7 +120,7 @@ def _was(file: RecordFile[Any], path: str, spec: QuantitySpec) -> str:
     return f"{show(value, spec.unit)}, {origin}"
 
 
-def stale(file: BrakeFile) -> list[Notice]:
+def find_stale_numbers(file: BrakeFile) -> list[Notice]:
     """Return the numbers measured or fitted before other numbers of the brake were changed."""
     by_hand = [path for path, source in file.sources.items() if source.was]
     sizes = [path for path in by_hand if path.split(".")[0] in GEOMETRY]
@@ -134,7 +134,7 @@ def stale(file: BrakeFile) -> list[Notice]:
     return [Notice(sentence, "stale")]
 
 
-def _part(table: str, part: str | None) -> dict[str, str] | None:
+def _catalogue_part(table: str, part: str | None) -> dict[str, str] | None:
     """Return the table of a line that accepts a catalogue part, or None."""
     tables = {path.split(".")[0] for path in LINE_FIELDS if "." in path}
     if table not in tables:

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, command
-from layerjam.commands.files import FromFiles, use_each, write_brake
+from layerjam.commands.files import FromFiles, map_each, write_brake
 from layerjam.commands.quantities import Accept, OutBrake, Overwrite, TargetBrake
-from layerjam.commands.reading import Partial, TableOptions, several
+from layerjam.commands.reading import Partial, TableOptions, as_files
 from layerjam.commands.results import Figure, Judged, fact, number, result
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.errors import FitError, Notice, QuantityError, UnknownNameError
@@ -39,7 +39,7 @@ def _range(span: Sequence[float]) -> str:
     return f"{span[0]:.1%} to {span[1]:.0%}"
 
 
-def _parameters(values: Mapping[str, float]) -> str:
+def _format_parameters(values: Mapping[str, float]) -> str:
     return ", ".join(
         f"{k} {show(v, '1' if k.startswith('alpha') else 'Pa')}" for k, v in values.items()
     )
@@ -68,7 +68,7 @@ class SiliconeFit(FromFiles, Judged):
     strength: float | None = number("Pa", "greatest engineering stress")
     strain_at_end: float | None = number("1", "strain where the record ends", shown="{:.0%}".format)
     model: str | None = fact("model chosen")
-    parameters: Mapping[str, float] | None = fact("its parameters", shown=_parameters)
+    parameters: Mapping[str, float] | None = fact("its parameters", shown=_format_parameters)
     why: str | None = fact("reason for the choice")
     model_modulus: float | None = number("Pa", "initial modulus of the model")
     strain_range: Sequence[float] | None = number("1", "strains that were fitted", shown=_range)
@@ -144,21 +144,21 @@ def enclosure(
     100 % modulus is written into a copy of the brake, and with `hyperelastic` also the model.
     """
     from layerjam.identify.rubber.checks import specimen_checks
-    from layerjam.identify.rubber.specimens import data_sheets, material_of, pool, read, row_of
+    from layerjam.identify.rubber.specimens import data_sheets, find_silicone, pool, read, row_of
 
     sheets = data_sheets()
-    _check(start, end, brake, out, material, sheets, hyperelastic)
+    _check_options(start, end, brake, out, material, sheets, hyperelastic)
     settings: dict[str, Any] = {"area": area, "gauge_length": gauge_length, "limit": fit_to}
     read_specimen = bound(read, window=(start, end), options=options, **settings)
-    specimens, refusals = use_each(several(files), lambda path: [("", bound(read_specimen, path))])
+    specimens, refusals = map_each(as_files(files), lambda path: [("", bound(read_specimen, path))])
     specimens_by_path = {row[0].path: row for row in specimens}
-    names = {p: material_of(s, material, sheets) for p, (s, *_) in specimens_by_path.items()}
+    names = {p: find_silicone(s, material, sheets) for p, (s, *_) in specimens_by_path.items()}
     warnings: list[str] = [w for s, m, *_ in specimens for w in (*s.warnings, *m.warnings)]
     rows = {path: row_of(row, names[path], sheets) for path, row in specimens_by_path.items()}
     alike = len({n and n[0] for n in names.values()}) == 1
     values = pool(specimens, list(rows.values()), fit_to) if alike else {}
     warnings += [] if alike else [SEVERAL_MATERIALS]
-    changes = _changes(values, specimens_by_path, brake, hyperelastic)
+    changes = _brake_changes(values, specimens_by_path, brake, hyperelastic)
     verdict = judge(specimen_checks(rows, values, hyperelastic), accept, list(changes), out)
     brake_path, notices = _write(brake, out, changes, overwrite, bool(refusals), partial, verdict)
     return SiliconeFit.of(
@@ -174,7 +174,7 @@ def enclosure(
     )
 
 
-def _check(
+def _check_options(
     start: float,
     end: float,
     brake: BrakeFile | None,
@@ -220,7 +220,7 @@ def _write(
     return path, notices
 
 
-def _changes(
+def _brake_changes(
     values: Mapping[str, Any],
     results: Mapping[str, Any],
     brake: BrakeFile | None,
@@ -232,13 +232,13 @@ def _changes(
     if brake is None:
         return {}
 
-    modulus = _with_modulus(values, results)
+    modulus = _add_modulus(values, results)
     source = modulus["enclosure.modulus"][1]
-    changes = {**modulus, **_with_model(values, brake, source, hyperelastic)}
+    changes = {**modulus, **_add_model(values, brake, source, hyperelastic)}
     return mark_synthetic(changes, any(specimen.synthetic for specimen, *_ in results.values()))
 
 
-def _with_model(
+def _add_model(
     values: Mapping[str, Any], brake: BrakeFile, modulus: Source, wanted: bool
 ) -> dict[str, tuple[float, Source] | None]:
     """Return the chosen model in the form of a brake file, replacing the existing one."""
@@ -266,7 +266,7 @@ def _with_model(
     return entries
 
 
-def _with_modulus(
+def _add_modulus(
     values: Mapping[str, Any], results: Mapping[str, Any]
 ) -> dict[str, tuple[float, Source]]:
     """Return the mean 100 % modulus in the form of a brake file; FitError if there is none."""

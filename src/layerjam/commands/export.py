@@ -17,7 +17,7 @@ from layerjam.units import QuantitySpec, show
 Strict = Annotated[bool, Help("Write nothing if the brake could snap on its stiffness.")]
 
 
-def in_words(parameters: Mapping[str, float]) -> str:
+def list_parameters(parameters: Mapping[str, float]) -> str:
     """Return the eight numbers with their units as text."""
     from layerjam.kernel.parameters import UNITS
 
@@ -40,7 +40,7 @@ class ExportedNumbers(Result, Export):
     """An export with the eight numbers of the brake."""
 
     parameters: Mapping[str, float] = fact(
-        "the eight numbers of the brake, SI units", shown=in_words
+        "the eight numbers of the brake, SI units", shown=list_parameters
     )
 
     @classmethod
@@ -269,7 +269,7 @@ def export_mujoco(
         "brake.xml": mjcf.scene(tendon, "actuator.xml"),
         **plugin_files(),
     }
-    library, version = (None, None) if no_build else _library()
+    library, version = (None, None) if no_build else _plugin_library()
     if library is not None:
         content[library.name] = library.content
     check_folder(Path(out), overwrite, list(content))
@@ -295,7 +295,7 @@ class _CompiledPlugin:
         self.content = file.read_bytes()
 
 
-def _library() -> tuple[_CompiledPlugin, str]:
+def _plugin_library() -> tuple[_CompiledPlugin, str]:
     from layerjam.interop.plugin import import_mujoco, plugin
 
     try:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from layerjam.commands.declare import Progress
-from layerjam.commands.quantities import vacuum_within
-from layerjam.commands.reading import Measured, several
+from layerjam.commands.quantities import check_vacuum
+from layerjam.commands.reading import Measured, as_files
 from layerjam.commands.results import Result, fact, result
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
@@ -64,7 +64,7 @@ def read_each(
 
     records = Records()
 
-    def use_once(trace: Trace) -> T:
+    def use_new(trace: Trace) -> T:
         path = trace.path or "an earlier trace"
         name = f"{path}, specimen {trace.specimen}" if trace.specimen else path
         same = records.find_same(trace)
@@ -79,21 +79,26 @@ def read_each(
 
     def open_source(source: Measured) -> SpecimenReaders[T]:
         if isinstance(source, Trace):
-            return [("", partial(use_once, source))]
+            return [("", partial(use_new, source))]
         out = (left_out or {}).get(str(source), ())
         return [
-            (trace.label, None if trace.label in out else partial(_used, use_once, trace, options))
+            (
+                trace.label,
+                None if trace.label in out else partial(_specimen_results, use_new, trace, options),
+            )
             for trace in open_traces(source, options)
         ]
 
-    return use_each(_measurements(several(files)), open_source, progress)
+    return map_each(_filter_measurements(as_files(files)), open_source, progress)
 
 
-def _used(use: Callable[[Trace], T], specimen: "UnreadSpecimen", options: ReadingOptions) -> T:
+def _specimen_results(
+    use: Callable[[Trace], T], specimen: "UnreadSpecimen", options: ReadingOptions
+) -> T:
     return use(specimen.read(options))
 
 
-def use_each(
+def map_each(
     sources: Sequence[S],
     open_source: Callable[[S], SpecimenReaders[T]],
     progress: Progress | None = None,
@@ -108,7 +113,7 @@ def use_each(
     refusals: dict[str, str] = {}
     known_files: dict[str, str] = {}
 
-    def take(name: str, source: S) -> None:
+    def store_result(name: str, source: S) -> None:
         try:
             traces = open_source(source)
             digest = _digest(source)
@@ -118,7 +123,7 @@ def use_each(
                 )
             known_files[digest] = name
         except LayerjamError as error:
-            refusals[name] = _reason(error, name)
+            refusals[name] = _shorten_reason(error, name)
             return
         for number, (label, read_trace) in enumerate(traces, 1):
             if read_trace is None:
@@ -127,13 +132,13 @@ def use_each(
             try:
                 results.append(read_trace())
             except LayerjamError as error:
-                refusals[own_name] = _reason(error, name)
+                refusals[own_name] = _shorten_reason(error, name)
 
-    names = [_name(source, number) for number, source in enumerate(sources, 1)]
+    names = [_specimen_name(source, number) for number, source in enumerate(sources, 1)]
     for count, (name, source) in enumerate(zip(names, sources, strict=True)):
         is_whole = False
         try:
-            take(name, source)
+            store_result(name, source)
             is_whole = True
             if progress is not None:
                 progress("reading files", (count + 1) / len(sources))
@@ -163,7 +168,7 @@ def _count_refusals(refusals: Sequence[str], files: Sequence[str]) -> str:
     return f" ({' and '.join(parts)} {was} also rejected)" if parts else ""
 
 
-def _name(source: Measured, number: int) -> str:
+def _specimen_name(source: Measured, number: int) -> str:
     return (source.path or f"trace {number}") if isinstance(source, Trace) else str(source) or "''"
 
 
@@ -176,7 +181,7 @@ def _digest(source: Measured) -> str:
     return hashlib.sha256(source.force.tobytes() + source.elongation.tobytes()).hexdigest()
 
 
-def _reason(error: LayerjamError, path: str) -> str:
+def _shorten_reason(error: LayerjamError, path: str) -> str:
     """Return only the reason if the error concerns that file, otherwise the full message."""
     if not isinstance(error, FileError | FitError) or error.path != path:
         return str(error)
@@ -192,7 +197,7 @@ def describe_readings(traces: Iterable[Trace]) -> dict[str, list[str]]:
     }
 
 
-def _measurements(files: Sequence[Measured]) -> list[Measured]:
+def _filter_measurements(files: Sequence[Measured]) -> list[Measured]:
     """Return the files without sidecars and lists, which `*` also matches."""
     paths = {str(f) for f in files if not isinstance(f, Trace)}
     neighbours = {
@@ -204,7 +209,7 @@ def _measurements(files: Sequence[Measured]) -> list[Measured]:
     return [f for f in files if isinstance(f, Trace) or str(f) not in neighbours]
 
 
-def odd_facts(
+def fact_notices(
     trace: Trace, file: BrakeFile, vacuum: float | None, pressure: float
 ) -> Iterator[Notice]:
     """Return notices about facts of the sidecar that contradict the command."""
@@ -235,12 +240,12 @@ def _other_sheets(file_sheets: Sheets, brake_sheets: Sheets) -> str:
     return ""
 
 
-def _odd_record(trace: Trace) -> Iterator[Notice]:
+def _record_notices(trace: Trace) -> Iterator[Notice]:
     """Yield notices about features of a pull that no law of a brake describes."""
-    from layerjam.identify.pull.summary import off_zero, pull_summary
+    from layerjam.identify.pull.summary import is_off_zero, pull_summary
 
     name, summary = Path(trace.path).name, pull_summary(trace)
-    if off_zero(summary.start, summary.features):
+    if is_off_zero(summary.start, summary.features):
         yield Notice(
             f"{name}: the force is {show(summary.start.baseline, 'N')} before the load "
             "rises, a preload or the load cell's zero. It is not subtracted; 'layerjam "
@@ -263,9 +268,9 @@ def _odd_record(trace: Trace) -> Iterator[Notice]:
         )
 
 
-def _vacuum(trace: Trace, default: float | None, brake: Brake) -> float:
+def _pull_vacuum(trace: Trace, default: float | None, brake: Brake) -> float:
     if trace.facts.vacuum is not None:
-        return float(vacuum_within(trace.facts.vacuum, brake, "vacuum in its sidecar"))
+        return float(check_vacuum(trace.facts.vacuum, brake, "vacuum in its sidecar"))
     if default is None:
         raise FitError(
             f"its vacuum is not stated; give --vacuum, or write "
@@ -275,7 +280,7 @@ def _vacuum(trace: Trace, default: float | None, brake: Brake) -> float:
     return default
 
 
-def pulls(
+def read_pulls(
     files: Sequence[Measured] | Measured,
     file: BrakeFile,
     vacuum: float | None,
@@ -290,11 +295,11 @@ def pulls(
     """
     from layerjam.identify.pull.features import pull_features
 
-    vacuum_within(vacuum or 0.0, file.brake)
+    check_vacuum(vacuum or 0.0, file.brake)
     odd: list[str] = []
 
-    def use(trace: Trace) -> "tuple[Trace, PullFeatures, float]":
-        pressure = _vacuum(trace, vacuum, file.brake)
+    def reduce_pull(trace: Trace) -> "tuple[Trace, PullFeatures, float]":
+        pressure = _pull_vacuum(trace, vacuum, file.brake)
         pull = pull_features(trace)
         end, overlap = float(pull.elongation[-1]), file.brake.sheets.overlap
         if end > 2 * overlap:
@@ -304,11 +309,11 @@ def pulls(
             )
         test(pull, pressure, file.brake)
         odd.extend(trace.warnings)
-        odd.extend(_odd_record(trace))
+        odd.extend(_record_notices(trace))
         return trace.thinned(PICTURE), pull.thinned(CURVE), pressure
 
-    used, refusals = read_each(files, use, options, progress, specimens_out)
-    odd += [w for t, _, p in used for w in odd_facts(t, file, vacuum, p)]
+    used, refusals = read_each(files, reduce_pull, options, progress, specimens_out)
+    odd += [w for t, _, p in used for w in fact_notices(t, file, vacuum, p)]
     return used, refusals, odd
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from layerjam.commands.declare import Help, command, options
 from layerjam.commands.lines import LineInput
 from layerjam.commands.quantities import Atmosphere, BrakeInput, Seed
-from layerjam.commands.regulator import RegulatorSettings, regulator_of
+from layerjam.commands.regulator import RegulatorSettings, make_regulator
 from layerjam.commands.results import Figure, Result, fact, number, result
 from layerjam.errors import FileError, QuantityError
 from layerjam.measure.log import TIME, read_log
@@ -115,25 +115,25 @@ def follow(
     The profile varies between the forces `low` and `high` with a `period` while the brake slips at
     `speed`, or it is a file with time, force and slip.
     """
-    from layerjam.control.follow import bode
+    from layerjam.control.follow import bode_response
     from layerjam.control.follow import follow as run
     from layerjam.simulate.speed import pull_notices
 
-    regulator, notices = regulator_of(line, HELD_AT * line.line.site.atmosphere, settings)
+    regulator, notices = make_regulator(line, HELD_AT * line.line.site.atmosphere, settings)
     if str(profile) in PROFILES:
         target, slip = _read_profile(str(profile), regulator.sample_time, swing)
     elif swing != Swing():
         names = ", ".join(vars(swing))
         raise QuantityError(f"{names}: only valid with {' or '.join(PROFILES)}")
     else:
-        target, slip = _from_file(profile, regulator.sample_time)
+        target, slip = _read_profile_file(profile, regulator.sample_time)
     device = brake.brake
     true = replace(device, scale_factor=device.scale_factor * model_error)
     record = run(regulator, device, target, slip, brake=true, slip_noise=slip_noise, seed=seed)
     half, frequencies = float(np.ptp(target)) / 2, None
     paces = np.abs(np.gradient(slip, regulator.sample_time))
     if half > 0:
-        frequencies = bode(
+        frequencies = bode_response(
             regulator,
             device,
             slip=float(np.median(slip)),
@@ -152,13 +152,13 @@ def follow(
         reasons=list(record.reasons),
         feasible=bool(record.possible.all()),
         greatest_vacuum=float(record.loop.vacuum.max()),
-        bode=None if frequencies is None else _rows(frequencies),
+        bode=None if frequencies is None else _bode_rows(frequencies),
         warnings=[*brake.warnings(), *notices, *pull_notices(brake, float(paces.max()))],
         record=(record, frequencies),
     )
 
 
-def _rows(bode: "Bode") -> list[dict[str, float]]:
+def _bode_rows(bode: "Bode") -> list[dict[str, float]]:
     names = ("frequency", "magnitude", "phase")
     columns = (bode.frequency, bode.magnitude, bode.phase)
     return [dict(zip(names, map(float, row), strict=True)) for row in zip(*columns, strict=True)]
@@ -187,7 +187,7 @@ def _read_profile(profile: str, dt: float, swing: Swing) -> tuple[Any, Any]:
     return low + (high - low) * shape, slip
 
 
-def _from_file(path: str | Path, dt: float) -> tuple[Any, Any]:
+def _read_profile_file(path: str | Path, dt: float) -> tuple[Any, Any]:
     """Return the same from a file with time, force and slip, interpolated linearly."""
     log = read_log(path, (TIME, FORCE_COLUMN, SLIP_COLUMN))
     if "slip" not in log:

@@ -145,21 +145,21 @@ def friction(
     span, accept_envelope = test.window(rule), test.accept_stick_slip
     by_rule = None if rule.sled_mass is None else rule.sled_mass * GRAVITY
 
-    def use(trace: Trace) -> tuple[Trace, FrictionRepeat, float]:
+    def keep_trace(trace: Trace) -> tuple[Trace, FrictionRepeat, float]:
         load = test.normal_force or trace.facts.normal_force or by_rule
         if load is None:
             raise FitError("the normal force of the films is unknown; give --normal-force")
         repeat = reduce_repeat(trace, load, span, rule, accept_envelope)
         return trace.thinned(PICTURE), repeat, float(load)
 
-    used, refusals = read_each(files, use, options, progress)
-    normal = _one_load(load for _, _, load in used)
+    used, refusals = read_each(files, keep_trace, options, progress)
+    normal = _common_load(load for _, _, load in used)
     traces = [trace for trace, _, _ in used]
     odd = [w for trace in traces for w in trace.warnings]
     film = _film_range(traces, brake)
     result = pool([r for _, r, _ in used], odd, normal, span, rule, accept_envelope, film)
     verdict = judge(result.checks, accept, [f"film.{name}" for name in result.means], out)
-    warnings = [*result.warnings, *_odd_loads(traces, normal, test.normal_force is None, rule)]
+    warnings = [*result.warnings, *_load_notices(traces, normal, test.normal_force is None, rule)]
     warnings += _stick_slip_notices(result)
     pressure, notices = _pressure(normal, test, traces, brake.brake.site if brake else Site(), rule)
     warnings += notices
@@ -177,7 +177,7 @@ def friction(
         intervals={name: values and values.as_dict() for name, values in result.over.items()},
         stick_slip=plain(result.stick_slip),
         pressure=pressure,
-        repeats_table=[_row(r, normal) for r in result.repeats],
+        repeats_table=[_repeat_row(r, normal) for r in result.repeats],
         understood=describe_readings(traces),
         refused=refusals,
         file=path,
@@ -186,7 +186,7 @@ def friction(
     )
 
 
-def _one_load(forces: Iterable[float]) -> float:
+def _common_load(forces: Iterable[float]) -> float:
     """Return the normal force [N] of all tests; FitError if they differ."""
     loads = sorted(set(forces))
     if len(loads) > 1:
@@ -207,7 +207,7 @@ def _film_range(traces: Sequence[Trace], brake: BrakeFile | None) -> tuple[float
     return None if brake is None else film_range(brake)
 
 
-def _odd_loads(
+def _load_notices(
     traces: Sequence[Trace], load: float, assumed: bool, rule: Standard
 ) -> Iterator[Notice]:
     """Yield notices about normal forces that sidecars contradict, or that are not stated."""
@@ -275,7 +275,7 @@ def _stick_slip_notices(friction: FrictionResult) -> Iterator[Notice]:
         )
 
 
-def _row(repeat: FrictionRepeat, load: float) -> dict[str, Any]:
+def _repeat_row(repeat: FrictionRepeat, load: float) -> dict[str, Any]:
     teeth, inertia = repeat.teeth, repeat.inertia
     return {
         "file": repeat.path,

@@ -23,13 +23,13 @@ from layerjam.commands.quantities import (
     TunedKeyword,
     Vacuum,
     VacuumShare,
-    vacuum_within,
-    with_share,
+    apply_share,
+    check_vacuum,
 )
 from layerjam.commands.reading import LogOptions
 from layerjam.commands.results import fact, number, result
 from layerjam.commands.sensor import Heating, Reading, Sensing, Warmth, heating, reading
-from layerjam.commands.tuning import TunedVacuum, arrival, tune, tuning_case
+from layerjam.commands.tuning import TunedVacuum, arrival_speed, tune, tuning_case
 from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice, QuantityError
 from layerjam.simulate.crash import Crash, crash
@@ -154,43 +154,43 @@ def drop(
     creeps to rest on an overdamped rope has no `stopping_time` either.
     """
     site = brake.brake.site
-    arrives = arrival(speed, height, horizontal, site.gravity)
+    arrives = arrival_speed(speed, height, horizontal, site.gravity)
     numbers: dict[str, Any] = {"mass": mass, "speed": arrives, "rope_stiffness": rope_stiffness}
     case = {**numbers, "gravity": 0.0 if horizontal else site.gravity}
     damping = rope_damping or 0.0
     if rope_damping is not None and rope_stiffness is None:
         raise QuantityError("rope damping: there is no rope; give its stiffness too")
-    _check(vacuum, travel, vacuum_history, log, no_brake, duration)
+    _check_options(vacuum, travel, vacuum_history, log, no_brake, duration)
     _check_leak((vacuum_share, leak_time, held), vacuum_history, no_brake)
-    brake = with_share(brake, vacuum_share)
+    brake = apply_share(brake, vacuum_share)
     if no_brake:
-        return observed(_without_brake(case, damping, site.gravity), sensing, accept=accept)
+        return observed(_drop_without_brake(case, damping, site.gravity), sensing, accept=accept)
     pressure: float | History
     if vacuum_history is not None:
-        pressure = _history(vacuum_history, site.atmosphere, log)
+        pressure = _read_history(vacuum_history, site.atmosphere, log)
     elif travel is not None:
         level = tuning_vacuum(tuning_case(brake, mass, arrives, travel, rope_stiffness, horizontal))
         if level is None:
-            return not_tuned(tune(brake, travel=travel, horizontal=horizontal, **numbers), arrives)
+            return refusal(tune(brake, travel=travel, horizontal=horizontal, **numbers), arrives)
         pressure = level
     else:
-        pressure = vacuum_within(vacuum, brake.brake)
+        pressure = check_vacuum(vacuum, brake.brake)
     at_start = None
     if leak_time is not None and not isinstance(pressure, History):
         pressure = History.leaking(pressure, leak_time, site.atmosphere, held or 0.0)
         at_start = float(pressure.at(0.0))
-    stop = _with_brake(brake, case, pressure, damping, duration, progress)
+    stop = _stop_with_brake(brake, case, pressure, damping, duration, progress)
     leaks = at_start is not None
     stop = observed(replace(stop, vacuum=at_start) if leaks else stop, sensing, warmth, accept)
-    return _not_tuned_for(bool(damping), leaks, stop, travel) if travel is not None else stop
+    return _note_ignored_effects(bool(damping), leaks, stop, travel) if travel is not None else stop
 
 
-def not_tuned(tuning: TunedVacuum, speed: float | None = None) -> Stop:
+def refusal(tuning: TunedVacuum, speed: float | None = None) -> Stop:
     """Return the result if no tuned vacuum exists: only the reason."""
     return Stop(speed=speed, feasible=False, reason=tuning.reason, warnings=tuning.warnings)
 
 
-def _not_tuned_for(damping: bool, leak: bool, stop: Stop, travel: float) -> Stop:
+def _note_ignored_effects(damping: bool, leak: bool, stop: Stop, travel: float) -> Stop:
     """Return the stop with a notice of the effects that its tuned vacuum neglects."""
     for is_there, key, words in (
         (damping, "damping", "for a rope without damping"),
@@ -205,7 +205,7 @@ def _not_tuned_for(damping: bool, leak: bool, stop: Stop, travel: float) -> Stop
     return stop
 
 
-def _check(
+def _check_options(
     vacuum: Any,
     travel: Any,
     history: Any,
@@ -247,7 +247,7 @@ def _check_leak(values: tuple[Any, Any, Any], history: Any, no_brake: bool) -> N
         raise QuantityError("leak time: not valid with a history, which already includes the leak")
 
 
-def _with_brake(
+def _stop_with_brake(
     brake: BrakeFile,
     case: dict[str, Any],
     vacuum: float | History,
@@ -263,14 +263,14 @@ def _with_brake(
     if isinstance(vacuum, History) or damping or until is not None:
         from layerjam.simulate.drop_in_time import drop_in_time
 
-        def tell(time: float) -> None:
+        def report_progress(time: float) -> None:
             if progress is not None and until is not None:
                 progress("the drop in time", time / until)
 
         damping_options: dict[str, Any] = {
             "rope_damping": damping,
             "duration": until,
-            "progress": tell,
+            "progress": report_progress,
         }
         end, record = drop_in_time(brake, vacuum=vacuum, **case, **damping_options)
     else:
@@ -297,7 +297,7 @@ def _with_brake(
     crashing, damping_options, notices = _crash(record, brake.brake.site.gravity)
     return Stop(
         slip=end.slip,
-        **_peaks(end.peak_force, record.mass, record.gravity, brake.brake.site.gravity),
+        **_peak_results(end.peak_force, record.mass, record.gravity, brake.brake.site.gravity),
         end_speed=end.end_speed,
         dissipated_energy=end.heat,
         stopping_time=None if end.outcome is Outcome.FINISHED else end.time,
@@ -333,7 +333,7 @@ def _crash(record: DropRecord, g: float) -> tuple[Crash | None, dict[str, Any], 
     return crash_record, {"crash_force": force, "crash_g": peak_g}, [Notice(sentence, "crash")]
 
 
-def _peaks(force: float, mass: float, gravity: float, g: float) -> dict[str, Any]:
+def _peak_results(force: float, mass: float, gravity: float, g: float) -> dict[str, Any]:
     """Return a peak force [N] and decelerations of a mass [kg]; `gravity` is along the pull."""
     return {
         "peak_force": force,
@@ -342,7 +342,7 @@ def _peaks(force: float, mass: float, gravity: float, g: float) -> dict[str, Any
     }
 
 
-def _without_brake(case: dict[str, Any], damping: float, g: float) -> Stop:
+def _drop_without_brake(case: dict[str, Any], damping: float, g: float) -> Stop:
     from layerjam.simulate.rope_alone import damped_rope_only, simulate_bare_drop
 
     mass, speed, rope, gravity = (case[k] for k in ("mass", "speed", "rope_stiffness", "gravity"))
@@ -361,7 +361,7 @@ def _without_brake(case: dict[str, Any], damping: float, g: float) -> Stop:
             "carries its weight; peak and heat cover the whole motion"
         )
     return Stop(
-        **_peaks(force, mass, gravity, g),
+        **_peak_results(force, mass, gravity, g),
         stopping_time=time if stands else None,
         dissipated_energy=heat,
         end_speed=0.0 if stands else None,
@@ -372,7 +372,7 @@ def _without_brake(case: dict[str, Any], damping: float, g: float) -> Stop:
     )
 
 
-def _history(source: str | Path | History, atmosphere: float, log: LogOptions) -> History:
+def _read_history(source: str | Path | History, atmosphere: float, log: LogOptions) -> History:
     from layerjam.measure.history import read_history
 
     if not isinstance(source, History):

@@ -47,7 +47,7 @@ class Entry:
         return REGISTRY[self.name]
 
 
-def _in_source(path: Path) -> Iterator[Entry]:
+def _read_entries(path: Path) -> Iterator[Entry]:
     """Return the entries of a file; RuntimeError if the head of a command cannot be parsed."""
     text = path.read_text(encoding="utf-8")
     heads, count = HEAD.findall(text), len(DECORATOR.findall(text))
@@ -75,7 +75,7 @@ def _in_source(path: Path) -> Iterator[Entry]:
 def _source_entries() -> tuple[Entry, ...]:
     folders = (HOME / "commands", HOME / "studies", HOME / "cli")
     files = sorted(path for folder in folders for path in folder.rglob("*.py"))
-    return tuple(entry for path in files for entry in _in_source(path))
+    return tuple(entry for path in files for entry in _read_entries(path))
 
 
 def commands() -> dict[str, Entry]:
@@ -90,7 +90,7 @@ def commands() -> dict[str, Entry]:
     }
 
 
-def find(name: str) -> Entry | None:
+def find_entry(name: str) -> Entry | None:
     """Return the command with a name, as typed or as in Python; former names work too."""
     typed_name = name.replace("_", "-")
     typed_name = FORMER.get(typed_name, typed_name)
@@ -99,17 +99,17 @@ def find(name: str) -> Entry | None:
     )
 
 
-def family(word: str) -> tuple[str, ...]:
+def family_names(word: str) -> tuple[str, ...]:
     """Return the names of the two-word commands that start with `word`."""
     return tuple(name for name in commands() if name.startswith(f"{word} "))
 
 
-def load(name: str) -> Command:
-    """Return the declaration of the command that `find` returns.
+def load_entry(name: str) -> Command:
+    """Return the declaration of the command that `find_entry` returns.
 
     Raises UnknownNameError if there is none.
     """
-    entry = find(name)
+    entry = find_entry(name)
     if entry is None:
         raise UnknownNameError("command", name, commands())
     return entry.load()

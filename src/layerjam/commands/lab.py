@@ -9,7 +9,7 @@ from layerjam.campaigns.spec import Spec
 from layerjam.commands.declare import Help, Progress, command
 from layerjam.commands.quantities import Overwrite
 from layerjam.commands.results import Result, fact, number, result
-from layerjam.device.load import takes_force, write_whole
+from layerjam.device.load import accept_force, write_whole
 from layerjam.errors import Notice, QuantityError
 from layerjam.simulate.quantities import SEED
 from layerjam.system import quote_word
@@ -64,16 +64,16 @@ class PracticeFiles(Result):
         return json.dumps({"example": self.text, "units": {}, "warnings": []}, indent=2)
 
 
-@takes_force
+@accept_force
 def lab_example(out: str | Path | None = None, *, overwrite: bool = False) -> str:
     """Write the built-in campaign as commented TOML to edit, into the file `out` if it is given.
 
     Raises FileError if that exists and `overwrite` is not set.
     """
-    from layerjam.campaigns.text import example, spec_text
+    from layerjam.campaigns.text import example_spec, format_spec
 
     # replace µ, because Windows shells garble it after `>`
-    text = spec_text(example()).replace("µ", "u")
+    text = format_spec(example_spec()).replace("µ", "u")
     if out is not None:
         if Path(out).suffix != ".toml":
             raise QuantityError(f"out: '{out}' does not end in .toml")
@@ -108,8 +108,8 @@ def lab(
     `overwrite` is not set.
     """
     from layerjam.campaigns.campaign import campaign
-    from layerjam.campaigns.campaign_files import commands, write_campaign
-    from layerjam.campaigns.text import example as built_in
+    from layerjam.campaigns.campaign_files import suggest_commands, write_campaign
+    from layerjam.campaigns.text import example_spec as built_in
 
     if example:
         if spec is not None or seed is not None:
@@ -147,7 +147,7 @@ def lab(
         faulty=sum(1 for t in campaign_record.tests if t.practice),
         seed=campaign_record.spec.seed,
         truth=str(record.folder / "truth.toml"),
-        next=commands(campaign_record, record.folder),
+        next=suggest_commands(campaign_record, record.folder),
         stopped=record.stopped,
         warnings=warnings,
         record=campaign_record,

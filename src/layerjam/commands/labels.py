@@ -89,7 +89,7 @@ class Grid:
         columns: list[list[str]] = []
         for name in frame:
             unit = usual_unit(units.get(str(name), "1"))
-            factor = usual_factor(units.get(str(name), "1"))
+            factor = usual_unit_factor(units.get(str(name), "1"))
             cells = [
                 str(v) if isinstance(v, bool | np.bool_) else "–" if v != v else f"{v / factor:.4g}"
                 for v in frame[name].tolist()
@@ -118,7 +118,7 @@ class Grid:
             )
         inputs = {
             n: np.reshape(np.broadcast_to(array, self.shape), cases.shape)
-            / usual_factor(self.units[n])
+            / usual_unit_factor(self.units[n])
             for n, array in self.inputs.items()
         }
         varying_inputs = [n for n, array in self.inputs.items() if sizes(array, self.shape)[0] > 1]
@@ -127,7 +127,7 @@ class Grid:
         for place in range(cases.shape[1]):
             fixed_inputs = [n for n in inputs if n not in (abscissa, *varying_inputs)]
             label = ", ".join(show(self.inputs_at(n, place), self.units[n]) for n in fixed_inputs)
-            y = cases[:, place] / usual_factor(unit)
+            y = cases[:, place] / usual_unit_factor(unit)
             curves.append(Curve(inputs[abscissa][:, place], y, CYCLE[place % len(CYCLE)], label))
         x = f"{abscissa.replace('_', ' ')} [{usual_unit(self.units[abscissa])}]"
         height = f"{name.replace('_', ' ')} [{usual_unit(unit)}]"
@@ -146,13 +146,13 @@ def sizes(value: np.ndarray, shape: tuple[int, ...]) -> tuple[int, ...]:
     return (1,) * (len(shape) - value.ndim) + value.shape
 
 
-def usual_factor(si: str) -> float:
+def usual_unit_factor(si: str) -> float:
     """Return the factor from the usual unit of a quantity to SI; 1 for a pure number."""
     unit = usual_unit(si)
     return float(unit_factor(unit, si) or 1) if unit else 1.0
 
 
-def align(arguments: dict[str, Any], units: Mapping[str, str]) -> Grid | None:
+def align_grid(arguments: dict[str, Any], units: Mapping[str, str]) -> Grid | None:
     """Return the grid of the arguments that have units; None if all are single numbers.
 
     Labelled arrays among the arguments are replaced by plain ones of the grid's shape. They

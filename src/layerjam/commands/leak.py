@@ -14,9 +14,9 @@ from layerjam.commands.pressure_log import (
     Start,
     Temperature,
     Zero,
+    check_window,
     read_pressure,
     span_text,
-    window,
 )
 from layerjam.commands.quantities import Accept, Atmosphere
 from layerjam.commands.reading import LogOptions
@@ -92,9 +92,9 @@ def leak(
     otherwise the gas has the constant `temperature`.
     """
     from layerjam.identify.logs.checks import leak_checks
-    from layerjam.identify.logs.leak import fit_leak, sccm
+    from layerjam.identify.logs.leak import fit_leak, to_sccm
 
-    span = window(start, end)
+    span = check_window(start, end)
     read = read_pressure(file, options, atmosphere, zero, warm=True)
     log, around = read.log, read.atmosphere
     logged = "temperature" in log
@@ -105,22 +105,22 @@ def leak(
     slow, fast = best.rate_interval()
     gas = float(np.mean(warm))
 
-    def flow_at(rate: float) -> float | None:
+    def flow_interval_at(rate: float) -> float | None:
         return None if volume is None else volume * rate
 
-    leaks = flow_at(lean)
-    unsure = _unsure(fit, volume is None, logged, temperature is not None)
+    leaks = flow_interval_at(lean)
+    unsure = _open_questions(fit, volume is None, logged, temperature is not None)
     return LeakFound.of(
         best,
         fit,
         read,
         judge(leak_checks(fit, best, logged), accept),
-        **bounds(rate=(slow, fast), time_constant=(_period(fast), _period(slow))),
-        **bounds(leak_rate=(flow_at(low), flow_at(high))),
-        time_constant=_period(best.rate),
-        conductance=flow_at(best.rate),
+        **bounds(rate=(slow, fast), time_constant=(_time_constant(fast), _time_constant(slow))),
+        **bounds(leak_rate=(flow_interval_at(low), flow_interval_at(high))),
+        time_constant=_time_constant(best.rate),
+        conductance=flow_interval_at(best.rate),
         leak_rate=leaks,
-        leak_rate_sccm=None if leaks is None else sccm(leaks, gas),
+        leak_rate_sccm=None if leaks is None else to_sccm(leaks, gas),
         pressure_change_rate=-lean,
         mean_pressure=fit.mean,
         side="over the atmosphere" if fit.mean > around else "under the atmosphere",
@@ -128,18 +128,18 @@ def leak(
         temperature=gas,
         temperature_equivalent=fit.heat,
         samples=len(fit.time),
-        models={n: _of_leak(f, fit, volume) for n, f in fit.fits.items()},
+        models={n: _leak_results(f, fit, volume) for n, f in fit.fits.items()},
         warnings=[*read.notices, *fit.warnings, *unsure],
         record=fit,
     )
 
 
-def _period(rate: float) -> float | None:
+def _time_constant(rate: float) -> float | None:
     """Return the time constant of a rate; None if there is no leak."""
     return 1 / rate if rate > 0 else None
 
 
-def _unsure(result: "Leak", no_volume: bool, logged: bool, given: bool) -> Iterator[Notice]:
+def _open_questions(result: "Leak", no_volume: bool, logged: bool, given: bool) -> Iterator[Notice]:
     """Yield the unknown numbers, each with the measurement that would determine it."""
     if logged and given:
         sentence = "the log has a temperature column, which overrides --temperature"
@@ -157,13 +157,13 @@ def _unsure(result: "Leak", no_volume: bool, logged: bool, given: bool) -> Itera
         )
 
 
-def _of_leak(fit: "LeakFit", result: "Leak", volume_factor: float | None) -> dict[str, Any]:
+def _leak_results(fit: "LeakFit", result: "Leak", volume_factor: float | None) -> dict[str, Any]:
     from layerjam.identify.logs.leak import flow
 
     empty = flow(fit.model, 0.0, fit.rate, result.atmosphere)
     return {
         "rate": fit.rate,
-        "time_constant": _period(fit.rate),
+        "time_constant": _time_constant(fit.rate),
         "conductance": None if volume_factor is None else volume_factor * fit.rate,
         "rmse": fit.series.rmse,
         "worse_by": fit.series.worse_by(result.fits[result.best].series),

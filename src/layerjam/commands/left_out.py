@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 from layerjam.commands.declare import Help, options
-from layerjam.commands.reading import Measured, several
-from layerjam.errors import QuantityError, count_of
+from layerjam.commands.reading import Measured, as_files
+from layerjam.errors import QuantityError, count_noun
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.trace import Trace
 
@@ -44,11 +44,11 @@ class LeftOut:
                 raise QuantityError.of("because", "the reasons are already stored with the files")
             names, reasons = list(self.exclude), list(self.exclude.values())
         else:
-            names, reasons = _texts(self.exclude), _texts(self.because)
+            names, reasons = _format_texts(self.exclude), _format_texts(self.because)
         if len(names) != len(reasons):
             raise QuantityError.of(
                 "exclude",
-                f"{len(names)} named, {count_of(len(reasons), 'reason')} given; give a "
+                f"{len(names)} named, {count_noun(len(reasons), 'reason')} given; give a "
                 "reason for each: --exclude FILE --because TEXT",
             )
         for name, reason in zip(names, reasons, strict=True):
@@ -56,7 +56,7 @@ class LeftOut:
                 raise QuantityError.of(
                     "because", (f"is empty for {name}; give the reason why it is excluded")
                 )
-        return _unique((n, reason.strip()) for n, reason in zip(names, reasons, strict=True))
+        return _unique_pairs((n, reason.strip()) for n, reason in zip(names, reasons, strict=True))
 
     def split_excluded(
         self, files: Sequence[Measured] | Measured, options: ReadingOptions
@@ -68,18 +68,19 @@ class LeftOut:
         the file does not contain the specimen, or if nothing is left. Raises FileError if a file
         with a named specimen cannot be read.
         """
-        sources, meanings = several(files), self._reasons_of(several(files))
-        by_name = {_name_of(f): f for f in sources}
+        sources, meanings = as_files(files), self._resolve_reasons(as_files(files))
+        by_name = {_source_name(f): f for f in sources}
         labels_of: defaultdict[str, set[str]] = defaultdict(set)
         for path, label in meanings:
             if label:
                 labels_of[path].add(label)
         in_file = {
-            path: _specimens(by_name[path], labels, options) for path, labels in labels_of.items()
+            path: _named_specimens(by_name[path], labels, options)
+            for path, labels in labels_of.items()
         }
         paths = {path for path, label in meanings if not label}
         paths |= {path for path, labels in labels_of.items() if labels == in_file[path]}
-        sources_left = [f for f in sources if _name_of(f) not in paths]
+        sources_left = [f for f in sources if _source_name(f) not in paths]
         if meanings and not sources_left:
             raise QuantityError.of("exclude", "names every file; none is left")
         out = [
@@ -88,25 +89,29 @@ class LeftOut:
         ]
         return sources_left, labels_of, out
 
-    def among(self, *groups: Sequence[Measured]) -> "Iterator[LeftOut]":
+    def split_groups(self, *groups: Sequence[Measured]) -> "Iterator[LeftOut]":
         """Return the same for several groups of files; each name must occur in one of them."""
-        meanings = self._reasons_of([*{_name_of(f): f for group in groups for f in group}.values()])
+        meanings = self._resolve_reasons(
+            [*{_source_name(f): f for group in groups for f in group}.values()]
+        )
         for group in groups:
-            paths = {_name_of(f) for f in group}
+            paths = {_source_name(f) for f in group}
             yield LeftOut(
                 exclude={
                     _full_name(p, label): w for (p, label), w in meanings.items() if p in paths
                 }
             )
 
-    def _reasons_of(self, files: Sequence[Measured]) -> dict[tuple[str, str], str]:
+    def _resolve_reasons(self, files: Sequence[Measured]) -> dict[tuple[str, str], str]:
         """Return {(path, specimen or "" for the whole file): reason}."""
-        return _unique((_source_of(name, files), reason) for name, reason in self.reasons().items())
+        return _unique_pairs(
+            (_resolve_source(name, files), reason) for name, reason in self.reasons().items()
+        )
 
 
 def left_out_row(source: Measured, reason: str) -> dict[str, Any]:
     """Return the row of a file that is left out: `file`, `because` and `sha256`."""
-    return {"file": _name_of(source), "because": reason, "sha256": _digest(source)}
+    return {"file": _source_name(source), "because": reason, "sha256": _digest(source)}
 
 
 def excluded_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
@@ -117,11 +122,11 @@ def excluded_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         yield f"  {row['file']}: {row['because']}"
 
 
-def _texts(texts: Sequence[str]) -> list[str]:
+def _format_texts(texts: Sequence[str]) -> list[str]:
     return [texts] if isinstance(texts, str) else list(texts)
 
 
-def _unique(pairs: Iterable[tuple[Name, str]]) -> dict[Name, str]:
+def _unique_pairs(pairs: Iterable[tuple[Name, str]]) -> dict[Name, str]:
     """Return a dictionary; QuantityError if a name occurs twice."""
     reasons_by_name: dict[Name, str] = {}
     for name, reason in pairs:
@@ -136,36 +141,38 @@ def _full_name(path: str, specimen: str) -> str:
     return f"{path}{SEPARATOR}{specimen}" if specimen else path
 
 
-def _name_of(source: Measured) -> str:
+def _source_name(source: Measured) -> str:
     return _full_name(source.path, source.specimen) if isinstance(source, Trace) else str(source)
 
 
-def _source_of(name: str, files: Sequence[Measured]) -> tuple[str, str]:
+def _resolve_source(name: str, files: Sequence[Measured]) -> tuple[str, str]:
     """Return the path and specimen that a name refers to; "" for a whole file."""
     parts = name.split(SEPARATOR)
     for count in range(len(parts), 0, -1):
-        source = _path(SEPARATOR.join(parts[:count]), files)
+        source = _match_path(SEPARATOR.join(parts[:count]), files)
         if source is not None:
             return source, SEPARATOR.join(parts[count:])
-    paths = ", ".join(map(_name_of, files[:6])) + ", ..." * (len(files) > 6)
+    paths = ", ".join(map(_source_name, files[:6])) + ", ..." * (len(files) > 6)
     raise QuantityError.of("exclude", f"{name} is not one of the files given: {paths}")
 
 
-def _path(name: str, files: Sequence[Measured]) -> str | None:
+def _match_path(name: str, files: Sequence[Measured]) -> str | None:
     """Return the file with that path or unique name; None if it does not exist."""
-    same = [f for f in files if _name_of(f) == name]
-    same = same or [f for f in files if Path(_name_of(f)).name == name]
+    same = [f for f in files if _source_name(f) == name]
+    same = same or [f for f in files if Path(_source_name(f)).name == name]
     if len(same) > 1:
-        paths = ", ".join(map(_name_of, same))
+        paths = ", ".join(map(_source_name, same))
         raise QuantityError.of("exclude", f"{name} is the name of several files: {paths}")
-    return _name_of(same[0]) if same else None
+    return _source_name(same[0]) if same else None
 
 
-def _specimens(source: Measured, labels_out: Collection[str], options: ReadingOptions) -> set[str]:
+def _named_specimens(
+    source: Measured, labels_out: Collection[str], options: ReadingOptions
+) -> set[str]:
     """Return the specimens of a file; QuantityError if it lacks a named one."""
     from layerjam.measure.readers.read import open_traces
 
-    path, labels = _name_of(source), []
+    path, labels = _source_name(source), []
     if not isinstance(source, Trace):
         labels = [s.label for s in open_traces(source, options)]
     if len(labels) < 2:

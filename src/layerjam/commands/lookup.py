@@ -16,12 +16,12 @@ def add_prefix(prefix: str, *records: object) -> object:
     return _PrefixedRecords(prefix, records)
 
 
-def value_of(name: str, records: Iterable[object]) -> Any:
+def look_up(name: str, records: Iterable[object]) -> Any:
     """Return the value of the first record or mapping with this name; MISSING if none has it."""
     for record in records:
         if isinstance(record, _PrefixedRecords):
             mine = name.startswith(record.prefix)
-            value = value_of(name.removeprefix(record.prefix), record.records) if mine else MISSING
+            value = look_up(name.removeprefix(record.prefix), record.records) if mine else MISSING
         elif isinstance(record, Mapping):
             value = record.get(name, MISSING)
         else:

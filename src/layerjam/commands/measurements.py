@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 from layerjam.commands.declare import Help, Progress, options
-from layerjam.commands.reading import FileOptions, Measured, several
+from layerjam.commands.reading import FileOptions, Measured, as_files
 from layerjam.errors import FitError, LayerjamError, QuantityError
 from layerjam.measure.trace import Trace
 from layerjam.simulate.quantities import VACUUM
@@ -47,15 +47,15 @@ class Measurements:
         self, reading: FileOptions, tell: Progress
     ) -> tuple[Sequence[Measured], Sequence[Measured]]:
         """Return the pulls for calibration, and those for validation."""
-        pulls, others = several(self.pulls), several(self.validate)
-        choice = several(self.calibrate_on)
+        pulls, others = as_files(self.pulls), as_files(self.validate)
+        choice = as_files(self.calibrate_on)
         holdout = [self.holdout] if isinstance(self.holdout, str) else list(self.holdout)
         if choice and holdout:
             raise QuantityError("--calibrate-on and --holdout: give one of them")
         if holdout and not pulls:
             raise QuantityError("--holdout: no --pulls are given to hold back from")
         if holdout:
-            calibration, held_back = _held_back(pulls, holdout, reading, tell)
+            calibration, held_back = _split_holdout(pulls, holdout, reading, tell)
             return calibration, [*held_back, *others]
         if choice:
             identities = {_identity(p) for p in choice}
@@ -72,14 +72,14 @@ def _identity(source: Measured) -> str:
     return str(Path(source.path if isinstance(source, Trace) else source).resolve())
 
 
-def _held_back(
+def _split_holdout(
     pulls: Sequence[Measured], holdout: Sequence[str], reading: FileOptions, tell: Progress
 ) -> tuple[list[Measured], list[Measured]]:
     """Return the pulls to calibrate on, and those at a vacuum, speed or repeat in `holdout`."""
-    from layerjam.identify.curves import speed_of
+    from layerjam.identify.curves import crosshead_speed
     from layerjam.measure.readers.read import read_trace
 
-    conditions = [_condition(text) for text in holdout]
+    conditions = [_parse_condition(text) for text in holdout]
     tell(f"holding back {', '.join(holdout)}", 0.05)
     kept_pulls: list[Measured] = []
     held_pulls: list[Measured] = []
@@ -90,10 +90,10 @@ def _held_back(
         except LayerjamError:
             kept_pulls.append(source)  # it is rejected later, with a reason, when it is used
             continue
-        facts = asdict(replace(trace.facts, speed=speed_of(trace)))
+        facts = asdict(replace(trace.facts, speed=crosshead_speed(trace)))
         if facts["vacuum"] is not None:
             levels.add(facts["vacuum"])
-        is_held = any(_is(facts[quantity], value, quantity) for quantity, value in conditions)
+        is_held = any(_matches(facts[quantity], value, quantity) for quantity, value in conditions)
         (held_pulls if is_held else kept_pulls).append(source)
     for side, word in ((kept_pulls, "to calibrate on"), (held_pulls, "held back")):
         if not side:
@@ -105,12 +105,12 @@ def _held_back(
     return kept_pulls, held_pulls
 
 
-def _is(value: float | None, reference: float, quantity: str) -> bool:
+def _matches(value: float | None, reference: float, quantity: str) -> bool:
     tolerance = 0.0 if quantity == "repeat" else SAME_SHARE * reference
     return value is not None and abs(value - reference) <= tolerance
 
 
-def _condition(text: str) -> tuple[str, float]:
+def _parse_condition(text: str) -> tuple[str, float]:
     """Return ("vacuum", Pa), ("speed", m/s) or ("repeat", number) of the pulls to hold back."""
     match = re.fullmatch(r"\s*repeat\s*(\d{1,6})\s*", text)
     if match:

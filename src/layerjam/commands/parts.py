@@ -91,33 +91,33 @@ def _part_row(part: Part) -> dict[str, Any]:
 
 def _summary_lines(part: Part) -> Iterator[str]:
     yield f"  {part.name}: {part.title}"
-    numbers, assumed_numbers = _numbers(part, False), _numbers(part, True)
+    numbers, assumed_numbers = _part_numbers(part, False), _part_numbers(part, True)
     missing_number = [] if part.missing is None else [f"{part.missing} not published"]
     yield f"    {', '.join(numbers + missing_number)}"
     if assumed_numbers:
         yield f"    assumed: {', '.join(assumed_numbers)}"
 
 
-def _numbers(part: Part, guessed: bool) -> list[str]:
+def _part_numbers(part: Part, guessed: bool) -> list[str]:
     out = [
-        f"{key.replace('_', ' ')} {_number(key, value)}"
+        f"{key.replace('_', ' ')} {_format_number(key, value)}"
         for key, value in part.values.items()
         if (part.sources[key].kind == "assumed") is guessed and key != "curve"
     ]
     if "curve" not in part.values:
         return out
     if part.sources["curve"].kind != "assumed":
-        return out if guessed else [f"curve {_number('curve', part.values['curve'])}", *out]
+        return out if guessed else [f"curve {_format_number('curve', part.values['curve'])}", *out]
     if guessed:
         return ["flow linear between these two", *out]
     ends = ("free_flow", "ultimate_vacuum")
-    return [f"{k.replace('_', ' ')} {_number(k, part.printed[k])}" for k in ends] + out
+    return [f"{k.replace('_', ' ')} {_format_number(k, part.printed[k])}" for k in ends] + out
 
 
 def _number_lines(part: Part) -> Iterator[str]:
     yield f"{part.title} ({part.name}, {part.kind})"
     for key, value in {**part.values, **part.printed}.items():
-        yield f"  {key.replace('_', ' ')}: {_number(key, value)}"
+        yield f"  {key.replace('_', ' ')}: {_format_number(key, value)}"
         yield f"    {part.sources[key].sentence()}"
     if part.missing is not None:
         yield f"  {part.missing} not published: state it in the line file, next to the part"
@@ -125,7 +125,7 @@ def _number_lines(part: Part) -> Iterator[str]:
         yield f"  {part.note}"
 
 
-def _number(key: str, value: Any) -> str:
+def _format_number(key: str, value: Any) -> str:
     if key == "curve":
         return " to ".join(f"{show(f, 'm^3/s')} at {show(v, 'Pa')}" for v, f in value)
     return show(float(value), UNITS[key])

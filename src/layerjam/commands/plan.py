@@ -21,8 +21,8 @@ from layerjam.commands.quantities import (
     Seed,
     StopTravel,
     VacuumShare,
-    vacuum_within,
-    with_share,
+    apply_share,
+    check_vacuum,
 )
 from layerjam.commands.results import Figure, Judged, add_prefix, fact, number, result
 from layerjam.commands.tuning import format_distinct, tune
@@ -150,12 +150,12 @@ class CollisionPlan(Judged):
             left_out |= _UNCERTAIN
         names = {name.replace("_", " ") for name in left_out}
         return [
-            (name, self._rounded_up(name) or text)
+            (name, self._round_up_text(name) or text)
             for name, text in super().rows()
             if name not in names
         ]
 
-    def _rounded_up(self, name: str) -> str | None:
+    def _round_up_text(self, name: str) -> str | None:
         """Return the text of a quantity that must not be rounded down; None for any other."""
         key = name.replace(" ", "_")
         if key not in LEAST_SIZES or (key == "tuned_vacuum" and self.tuned_capped):
@@ -217,10 +217,10 @@ def plan(
     presses the sheets. `leak_time` is a laminar leak of the chamber, which continues in the stop.
     """
     from layerjam.control.plan import Arrival, plan_checks
-    from layerjam.control.plan import plan as make_plan
+    from layerjam.control.plan import plan_stop as make_plan
 
     water = fluid == "water"
-    brake, line = with_share(brake, vacuum_share), _leaking(line, leak_time, water)
+    brake, line = apply_share(brake, vacuum_share), _add_leak(line, leak_time, water)
     case = Arrival(
         mass=mass,
         speed=speed,
@@ -232,23 +232,23 @@ def plan(
         rope_stiffness=rope_stiffness,
         gravity=0.0 if horizontal else brake.brake.site.gravity,
     )
-    highest = _check(case, line, brake, water)
+    highest = _check_case(case, line, brake, water)
     reservoir = None if stored is None else _reservoir_pressure(stored, line.line)
     plan_record = make_plan(
         brake, line.line, case, stored=reservoir, water=water, leaks=leak_time is not None
     )
-    full, later = _spreads(plan_record, samples, seed)
-    fine, build = plan_record.full.stops_within(travel), _build(plan_record)
+    full, later = _plan_spreads(plan_record, samples, seed)
+    fine, build = plan_record.full.stops_within(travel), _suggest_build(plan_record)
     return CollisionPlan.of(
         case,
         plan_record,
         judge(plan_checks(plan_record, full.beyond), accept),
-        *_stops(plan_record),
-        {**_chances(full, later), "seed": seed},
-        _sizes(plan_record, build),
-        _cost(plan_record),
+        *_stop_results(plan_record),
+        {**_stop_chances(full, later), "seed": seed},
+        _suggest_sizes(plan_record, build),
+        _plan_cost(plan_record),
         feasible=fine,
-        reason=None if fine else _reason(plan_record),
+        reason=None if fine else _failure_reason(plan_record),
         reachable=highest,
         tuned_capped=plan_record.capped,
         certain=not (mass_sd or speed_sd),
@@ -257,7 +257,7 @@ def plan(
     )
 
 
-def _stops(plan: Plan) -> tuple[Any, ...]:
+def _stop_results(plan: Plan) -> tuple[Any, ...]:
     """Return both stops, and the iteration of each with the line."""
     full, tuned_coupling = plan.full.coupled, plan.tuned.coupled
     later_stop = add_prefix(
@@ -266,7 +266,7 @@ def _stops(plan: Plan) -> tuple[Any, ...]:
     return plan.full, full, add_prefix("coupling_", full), later_stop
 
 
-def _leaking(line: LineFile, leak_time: Any, water: bool) -> LineFile:
+def _add_leak(line: LineFile, leak_time: Any, water: bool) -> LineFile:
     """Return the line with a chamber leak that empties it with this time constant [s]."""
     if leak_time is None:
         return line
@@ -286,13 +286,13 @@ def _reservoir_pressure(vacuum: float, line: Line) -> float:
     """Return the absolute pressure of the reservoir [Pa]."""
     if line.reservoir is None:
         raise QuantityError.of("stored", "the line has no reservoir; omit this option")
-    vacuum_within(vacuum, line, "stored")
+    check_vacuum(vacuum, line, "stored")
     return line.site.atmosphere - vacuum
 
 
-def _check(case: Arrival, line: LineFile, brake: BrakeFile, water: bool) -> float:
+def _check_case(case: Arrival, line: LineFile, brake: BrakeFile, water: bool) -> float:
     """Return the greatest vacuum of the line [Pa]; QuantityError for contradicting options."""
-    from layerjam.fluid.closed_forms import reachable
+    from layerjam.fluid.closed_forms import reachable_vacuum
 
     ours, theirs = line.line.site.atmosphere, brake.brake.site.atmosphere
     if ours != theirs:
@@ -309,7 +309,7 @@ def _check(case: Arrival, line: LineFile, brake: BrakeFile, water: bool) -> floa
             f"water, but {line.name} has a gas reservoir; plan in air, or remove the "
             "reservoir from the line file",
         )
-    highest, usable = reachable(line.line, water), brake.brake.sheets.usable_travel
+    highest, usable = reachable_vacuum(line.line, water), brake.brake.sheets.usable_travel
     sentence = f"more than the line can hold; pump and leak balance at {show(highest, 'Pa')}"
     for name, value, limit, unit, consequence in (
         ("travel", case.travel, usable, "m", f"beyond the usable travel of {show(usable, 'm')}"),
@@ -322,7 +322,7 @@ def _check(case: Arrival, line: LineFile, brake: BrakeFile, water: bool) -> floa
     return highest
 
 
-def _reason(plan: Plan) -> str:
+def _failure_reason(plan: Plan) -> str:
     """Return why the estimate does not stop within the travel."""
     case = plan.case
     if plan.needed is None:
@@ -342,27 +342,27 @@ def _reason(plan: Plan) -> str:
     )
 
 
-def _build(plan: Plan) -> Build | None:
+def _suggest_build(plan: Plan) -> Build | None:
     """Return possible changes if the vacuum reached in time is too low and more suffices."""
-    from layerjam.control.plan_build import what_to_build
+    from layerjam.control.plan_build import suggest_sizes
 
     stops = plan.full.stops_within(plan.case.travel)
     if stops or plan.needed is None or plan.needed <= plan.reached:
         return None
-    return what_to_build(plan.standby, plan.needed, plan.case.warning)
+    return suggest_sizes(plan.standby, plan.needed, plan.case.warning)
 
 
-def _spreads(plan: Plan, samples: int, seed: int) -> tuple[Spread, Spread]:
+def _plan_spreads(plan: Plan, samples: int, seed: int) -> tuple[Spread, Spread]:
     """Return the uncertain collision at the full vacuum reached in time, and at the tuned one."""
-    from layerjam.control.plan_spread import spread
+    from layerjam.control.plan_spread import predict_spread
 
-    full = spread(plan.reached, plan.brake.brake, plan.case, samples, seed)
+    full = predict_spread(plan.reached, plan.brake.brake, plan.case, samples, seed)
     if plan.capped:
         return full, full
-    return full, spread(plan.tuned.vacuum, plan.brake.brake, plan.case, samples, seed)
+    return full, predict_spread(plan.tuned.vacuum, plan.brake.brake, plan.case, samples, seed)
 
 
-def _chances(full: Spread, later: Spread) -> dict[str, float]:
+def _stop_chances(full: Spread, later: Spread) -> dict[str, float]:
     """Return expected peaks and probabilities of both, and the greater of their errors."""
     out: dict[str, float] = {
         "samples": full.tried,
@@ -375,7 +375,7 @@ def _chances(full: Spread, later: Spread) -> dict[str, float]:
     return out
 
 
-def _sizes(plan: Plan, build: Build | None) -> dict[str, Any]:
+def _suggest_sizes(plan: Plan, build: Build | None) -> dict[str, Any]:
     """Return sufficient sizes, or a reason for each; one reason for all if `build` is None."""
     from layerjam.control.plan_build import Size, valve_cv
     from layerjam.mechanics.pull import brake_force
@@ -394,11 +394,11 @@ def _sizes(plan: Plan, build: Build | None) -> dict[str, Any]:
     standing = out["standing_needed"]
     if standing is not None:
         out["standing_needed_force"] = float(brake_force(0.0, standing, plan.brake.brake))
-        out |= _waiting("standing_needed", standing, plan.standby)
+        out |= _standby_power("standing_needed", standing, plan.standby)
     return out
 
 
-def _waiting(head: str, vacuum: float, standby: Standby) -> dict[str, float | None]:
+def _standby_power(head: str, vacuum: float, standby: Standby) -> dict[str, float | None]:
     """Return the power to hold a vacuum [Pa] in air while waiting."""
     from layerjam.fluid.energy import holding
 
@@ -408,7 +408,7 @@ def _waiting(head: str, vacuum: float, standby: Standby) -> dict[str, float | No
     return {f"{head}_power": record.least_power, f"{head}_electric": record.electric_power}
 
 
-def _cost(plan: Plan) -> dict[str, Any]:
+def _plan_cost(plan: Plan) -> dict[str, Any]:
     """Return the heat of the stop, the work of this jam and the power of waiting."""
     from layerjam.fluid import energy
     from layerjam.fluid.network import RESERVOIR
@@ -423,7 +423,7 @@ def _cost(plan: Plan) -> dict[str, Any]:
         "jam_work": work,
         "refill_work": 0.0 if water else refill,
         "pump_energy": electric,
-        **_waiting("standing", plan.case.standing, plan.standby),
+        **_standby_power("standing", plan.case.standing, plan.standby),
         "heat_per_work": energy.per_joule(heat, work),
         "heat_per_pump_energy": energy.per_joule(heat, electric),
     }

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def plan_notices(plan: "Plan", build: "Build | None") -> Iterator[Notice]:
     """Return the assumptions of a plan and the effects that it neglects."""
     from layerjam.control.plan_spread import SHIFTS
-    from layerjam.fluid.closed_forms import lowest
+    from layerjam.fluid.closed_forms import final_pressure
     from layerjam.simulate.coupled import MATTERS
 
     case, standby = plan.case, plan.standby
@@ -37,7 +37,7 @@ def plan_notices(plan: "Plan", build: "Build | None") -> Iterator[Notice]:
         yield Notice(late, "reservoir-late")
     if (tank is not None or build is not None) and standby.stored is None and not standby.water:
         yield Notice(
-            f"reservoir: emptied to {show(lowest(line), 'Pa')} absolute before the "
+            f"reservoir: emptied to {show(final_pressure(line), 'Pa')} absolute before the "
             "warning, the lowest pressure that pump and leak allow",
             "reservoir-emptied",
         )

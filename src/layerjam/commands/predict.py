@@ -16,8 +16,8 @@ from layerjam.commands.quantities import (
     Overwrite,
     Slips,
     Vacuums,
-    slip_within,
-    vacuum_within,
+    check_vacuum,
+    slip_notices,
 )
 from layerjam.commands.results import Figure, Result, fact, number, result
 from layerjam.device.file import BrakeFile
@@ -135,7 +135,7 @@ class BrakeSummary(Result):
 def show(brake: BrakeInput, *, atmosphere: Atmosphere = None) -> BrakeSummary:
     """Show mass, forces, energy and strength of a brake, and the source of each number."""
     from layerjam.device.brake import mass
-    from layerjam.device.gauge import notices_of_gauge
+    from layerjam.device.gauge import gauge_notices
     from layerjam.fabricate.drawn_mass import drawn_mass
     from layerjam.mechanics import energy, friction, limits, pull, stiffness
 
@@ -145,7 +145,7 @@ def show(brake: BrakeInput, *, atmosphere: Atmosphere = None) -> BrakeSummary:
     weight, strength = mass(device), device.film.strength
     stress = float(limits.clamp_stress(peak.force, device))
     mount = float(stiffness.mount_stiffness(device))
-    notices = [*brake.warnings(), *notices_of_gauge(brake)]
+    notices = [*brake.warnings(), *gauge_notices(brake)]
     if brake.brake.hyperelastic is not None:
         sentence = (
             "these numbers use the single modulus of the enclosure, not its [hyperelastic] law"
@@ -228,15 +228,15 @@ def force(
     from layerjam.mechanics.friction import sheet_friction, sheet_friction_at
     from layerjam.simulate.speed import force_notices
 
-    vacuum_within(vacuum, brake.brake)
-    notices = slip_within(slip, brake.brake)
-    sheets = _numbers(
+    check_vacuum(vacuum, brake.brake)
+    notices = slip_notices(slip, brake.brake)
+    sheets = _as_numbers(
         sheet_friction(slip, vacuum, brake.brake)
         if sliding_speed is None
         else sheet_friction_at(slip, sliding_speed, vacuum, brake.brake)
     )
-    enclosure = _numbers(enclosure_force(slip, vacuum, brake.brake))
-    _within_fitted(enclosure, vacuum, brake.brake)
+    enclosure = _as_numbers(enclosure_force(slip, vacuum, brake.brake))
+    _check_fitted_strain(enclosure, vacuum, brake.brake)
     return BrakeForce(
         sheet_friction=sheets,
         enclosure_force=enclosure,
@@ -246,7 +246,7 @@ def force(
     )
 
 
-def _within_fitted(enclosure: Any, vacuum: Any, device: Any) -> None:
+def _check_fitted_strain(enclosure: Any, vacuum: Any, device: Any) -> None:
     """Raise an error if a hyperelastic enclosure is stretched beyond the fitted strain."""
     import numpy as np
 
@@ -262,7 +262,7 @@ def _within_fitted(enclosure: Any, vacuum: Any, device: Any) -> None:
     )
 
 
-def _numbers(value: Any) -> Any:
+def _as_numbers(value: Any) -> Any:
     import numpy as np
 
     array = np.asarray(value)
@@ -314,16 +314,18 @@ def vacuum(
     from layerjam.mechanics.pull import force_limits, vacuum_for_force
     from layerjam.simulate.speed import force_notices
 
-    notices = [*slip_within(slip, brake.brake), *force_notices(brake, sliding_speed)]
-    brake = _sliding(brake, sliding_speed)
-    pressure = _numbers(vacuum_for_force(force, slip, brake.brake))
-    low, high = (_numbers(edge) for edge in force_limits(slip, brake.brake))
+    notices = [*slip_notices(slip, brake.brake), *force_notices(brake, sliding_speed)]
+    brake = _apply_sliding_speed(brake, sliding_speed)
+    pressure = _as_numbers(vacuum_for_force(force, slip, brake.brake))
+    low, high = (_as_numbers(edge) for edge in force_limits(slip, brake.brake))
     feasible = np.isfinite(pressure)
     none = np.ndim(pressure) == 0 and not feasible
     return VacuumForForce(
         vacuum=None if none else pressure,
         feasible=feasible if np.ndim(pressure) else bool(feasible),
-        reason=None if feasible.all() else _why_not(brake.brake, slip, force, pressure, low, high),
+        reason=None
+        if feasible.all()
+        else _explain_missing_vacuum(brake.brake, slip, force, pressure, low, high),
         least_force=low,
         greatest_force=high,
         warnings=[*brake.warnings(), *notices],
@@ -331,14 +333,16 @@ def vacuum(
     )
 
 
-def _sliding(file: BrakeFile, speed: Any) -> BrakeFile:
+def _apply_sliding_speed(file: BrakeFile, speed: Any) -> BrakeFile:
     """Return the file with the friction of sheets that slide at a speed [m/s], if given."""
     from layerjam.mechanics.friction import at_speed
 
     return file if speed is None else replace(file, brake=at_speed(speed, file.brake))
 
 
-def _why_not(device: Any, slip: Any, force: Any, pressure: Any, low: Any, high: Any) -> str:
+def _explain_missing_vacuum(
+    device: Any, slip: Any, force: Any, pressure: Any, low: Any, high: Any
+) -> str:
     """Return the reason for the first case in which no vacuum exists."""
     import numpy as np
 

@@ -24,7 +24,7 @@ ROOM = 293.15
 """Default temperature [K] of the gas, assumed: 20 °C."""
 
 
-def temperature_of(text: float | str | None, _arguments: object = None) -> float | None:
+def parse_temperature(text: float | str | None, _arguments: object = None) -> float | None:
     """Return the kelvins of "23 °C", "296 K" or a number; QuantityError for other text."""
     if text is None:
         return None
@@ -52,7 +52,7 @@ End = Annotated[float | None, LOG_TIME, Help("End time of the part to use.", opt
 Temperature = Annotated[
     float | None,
     Input(
-        "Temperature of the gas, e.g. 23°C. Default: 20 °C.", metavar="Q", convert=temperature_of
+        "Temperature of the gas, e.g. 23°C. Default: 20 °C.", metavar="Q", convert=parse_temperature
     ),
 ]
 
@@ -107,7 +107,7 @@ def read_pressure(
     return PressureLog(log, np.maximum(absolute, 1.0), kind, around, sentences)
 
 
-def window(start: float | None, end: float | None) -> tuple[float | None, float | None]:
+def check_window(start: float | None, end: float | None) -> tuple[float | None, float | None]:
     """Return begin and end [s] of the window; QuantityError if they are in the wrong order."""
     if start is not None and end is not None and start >= end:
         raise QuantityError(f"from: {show(start, 's')} is not below to, {show(end, 's')}")

@@ -29,7 +29,7 @@ Author = Annotated[
 ]
 
 
-def _names(files: Sequence[str]) -> str:
+def _format_names(files: Sequence[str]) -> str:
     ellipsis = ", ..." if len(files) > 4 else ""
     return f"{len(files)}" + (f": {', '.join(files[:4])}{ellipsis}" if files else "")
 
@@ -102,8 +102,8 @@ def publish(
     neither the folder nor `brake` states which brake was tested, or if `out` exists and is not a
     dataset to be replaced with `overwrite`.
     """
-    from layerjam.commands.publishing import write
-    from layerjam.dataset.people import Details, author_of
+    from layerjam.commands.publishing import write_dataset
+    from layerjam.dataset.people import Details, parse_author
 
     with MissingExtraError.raise_if_missing("a published dataset (pypdfium2)", "publish"):
         import pypdfium2  # noqa: F401
@@ -119,11 +119,11 @@ def publish(
     facts = Details(
         name=title or f"Tests of a layer-jamming brake: {Path(campaign).resolve().name}",
         licence=licence,
-        authors=[author_of(text) for text in ([author] if isinstance(author, str) else author)],
+        authors=[parse_author(text) for text in ([author] if isinstance(author, str) else author)],
         date=datetime.now(UTC).date().isoformat(),
     )
     tell = progress or (lambda _what, _share: None)
-    file, record = write(
+    file, record = write_dataset(
         Path(campaign), Path(out), brake, line, measurements, settings, facts, overwrite, tell
     )
     return Published.of(record["record"].verdict, **record).judged_by([file])
@@ -139,9 +139,9 @@ class Recomputed(Result):
     differs: Sequence[Mapping[str, Any]] = fact(
         "numbers and words that differ", shown=lambda found: str(len(found))
     )
-    changed_files: Sequence[str] = fact("files that are not as published", shown=_names)
+    changed_files: Sequence[str] = fact("files that are not as published", shown=_format_names)
     added_files: Sequence[str] = fact(
-        "files without a checksum", shown=lambda found: _names(found) if found else ""
+        "files without a checksum", shown=lambda found: _format_names(found) if found else ""
     )
     not_compared: Mapping[str, str] = fact(
         "parts of files not compared, with reasons", listed=False
@@ -162,8 +162,8 @@ class Recomputed(Result):
             yield from ("", f"{file}: published, recomputed, relative difference")
             for row in rows[:SHOWN]:
                 share = "" if row["share"] is None else f", {show(row['share'], '1', 2)}"
-                yield f"  {row['number']}: {_number(row['published'])}, " + (
-                    f"{_number(row['recomputed'])}{share}"
+                yield f"  {row['number']}: {_format_number(row['published'])}, " + (
+                    f"{_format_number(row['recomputed'])}{share}"
                 )
             if len(rows) > SHOWN:
                 yield f"  and {len(rows) - SHOWN} more (--json lists all)"
@@ -176,7 +176,7 @@ class Recomputed(Result):
             yield f"{name} {was}" + ("" if was == has else f", here {has}")
 
 
-def _number(value: Any) -> str:
+def _format_number(value: Any) -> str:
     return "none" if value is None else f"{value:.9g}" if isinstance(value, float) else str(value)
 
 

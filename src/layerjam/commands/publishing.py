@@ -7,17 +7,17 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from layerjam.commands.dataset_stages import derive, describe, options_of
+from layerjam.commands.dataset_stages import changed_options, derive_results, describe_dataset
 from layerjam.commands.declare import Progress
 from layerjam.commands.left_out import SEPARATOR
 from layerjam.commands.measurements import Measurements
-from layerjam.commands.quantities import AnyBrake, brake_file
+from layerjam.commands.quantities import AnyBrake, convert_brake
 from layerjam.commands.report import HowTested
 from layerjam.dataset import campaign as campaigns
 from layerjam.dataset import checksums
 from layerjam.dataset.crate import BRAKE, LINE, METADATA, RAW, REPORT, RESULTS
 from layerjam.dataset.people import Details
-from layerjam.dataset.recipe import RECIPE, Recipe, versions
+from layerjam.dataset.recipe import RECIPE, Recipe, program_versions
 from layerjam.device.file import BrakeFile
 from layerjam.errors import FileError, Notice
 from layerjam.fluid.file import load_line
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from layerjam.report.brake_report import BrakeReport
 
 
-def write(
+def write_dataset(
     folder: Path,
     out: Path,
     brake: AnyBrake | None,
@@ -48,30 +48,30 @@ def write(
 
     page.check_extras()
     notices = details.notices()
-    _writable(folder, out, overwrite)
+    _check_writable(folder, out, overwrite)
     tell("examining the files", 0.0)
-    campaign = campaigns.campaign(folder, methods.options)
-    file = _brake_of(brake, campaign, methods.atmosphere)
-    uses = _relative_uses(campaign, measurements)
+    campaign = campaigns.read_campaign(folder, methods.options)
+    file = _find_brake(brake, campaign, methods.atmosphere)
+    uses = _group_by_use(campaign, measurements)
     line_text = None if line is None else load_line(line).text
     with (
         report_failure(out, "cannot be written"),
         hidden_folder(out.absolute().parent) as hidden,
     ):
         staging = hidden / "dataset"
-        _copy(campaign, staging)
+        _copy_files(campaign, staging)
         texts = {BRAKE: file.text or file.render(file.name), LINE: line_text}
         write_files(staging, {name: text for name, text in texts.items() if text is not None})
         try:
-            recipe, content = _derive(staging, campaign, uses, methods, details, tell)
+            recipe, content = _write_results(staging, campaign, uses, methods, details, tell)
         except FileError as err:
-            raise _where_it_lies(err, staging, folder) from None
+            raise _relocate_error(err, staging, folder) from None
         stops = bool(content.verdict.failed)
         if not stops:
             replace_folder(staging, out)
     return file, dict(
         folder=None if stops else str(out),
-        files=[] if stops else checksums.inside(out),
+        files=[] if stops else checksums.list_files(out),
         friction_tests=len(recipe.friction),
         calibrated_on=len(recipe.calibrate),
         validated_on=len(recipe.validate),
@@ -82,12 +82,12 @@ def write(
         licence=details.licence,
         authors=[vars(author) for author in details.authors],
         refused={name: reason for name, _, reason in content.refused},
-        warnings=[*_notices(content), *notices],
+        warnings=[*_dataset_notices(content), *notices],
         record=content,
     )
 
 
-def _where_it_lies(error: FileError, staging: Path, folder: Path) -> FileError:
+def _relocate_error(error: FileError, staging: Path, folder: Path) -> FileError:
     """Return the error about a copied file, reworded for the user's own file."""
     try:
         relative = Path(error.path).relative_to(staging / RAW)
@@ -96,7 +96,7 @@ def _where_it_lies(error: FileError, staging: Path, folder: Path) -> FileError:
     return FileError(folder / relative, error.reason, error.line)
 
 
-def _notices(content: "BrakeReport") -> Iterator[Notice]:
+def _dataset_notices(content: "BrakeReport") -> Iterator[Notice]:
     """Yield notices about the numbers, for the person who publishes them."""
     if content.synthetic:
         yield Notice("synthetic: written by a program, not measured", "synthetic")
@@ -108,7 +108,7 @@ def _notices(content: "BrakeReport") -> Iterator[Notice]:
         )
 
 
-def _derive(
+def _write_results(
     staging: Path,
     campaign: campaigns.Campaign,
     uses: Measurements,
@@ -117,13 +117,13 @@ def _derive(
     tell: Progress,
 ) -> "tuple[Recipe, BrakeReport]":
     """Compute the results from the raw files, and write them next to those."""
-    options = options_of(methods)
+    options = changed_options(methods)
     if "exclude" in options:
         exclusions = options["exclude"].items()
-        options["exclude"] = {_inside(campaign, name): reason for name, reason in exclusions}
+        options["exclude"] = {_dataset_path(campaign, name): reason for name, reason in exclusions}
     friction, calibration_pulls, test_pulls = _split_uses(staging, uses, methods, tell)
     recipe = Recipe(
-        versions=versions(),
+        versions=program_versions(),
         brake=BRAKE,
         results=RESULTS,
         options=options,
@@ -132,15 +132,15 @@ def _derive(
         calibrate=calibration_pulls,
         validate=test_pulls,
     )
-    recipe, content = derive(staging, recipe, staging, tell)
-    description = describe(staging, checksums.inside(staging), recipe, details, content)
+    recipe, content = derive_results(staging, recipe, staging, tell)
+    description = describe_dataset(staging, checksums.list_files(staging), recipe, details, content)
     write_files(staging, {METADATA: description})
-    sums = checksums.format_checksums(staging, checksums.inside(staging))
+    sums = checksums.format_checksums(staging, checksums.list_files(staging))
     write_files(staging, {checksums.NAME: sums})
     return recipe, content
 
 
-def _inside(campaign: campaigns.Campaign, name: str) -> str:
+def _dataset_path(campaign: campaigns.Campaign, name: str) -> str:
     """Return the path of a file or specimen inside the dataset; a bare name is unchanged."""
     path, separator, specimen = name.partition(SEPARATOR)
     try:
@@ -150,7 +150,7 @@ def _inside(campaign: campaigns.Campaign, name: str) -> str:
     return f"{RAW}/{relative}{separator}{specimen}"
 
 
-def _writable(folder: Path, out: Path, overwrite: bool) -> None:
+def _check_writable(folder: Path, out: Path, overwrite: bool) -> None:
     """Raise FileError if the dataset cannot be written to `out`."""
     check_name(out)
     if os.path.lexists(out):
@@ -165,20 +165,22 @@ def _writable(folder: Path, out: Path, overwrite: bool) -> None:
         raise FileError(out, f"lies in the campaign's own folder {folder}; choose one outside it")
 
 
-def _brake_of(
+def _find_brake(
     brake: AnyBrake | None, campaign: campaigns.Campaign, atmosphere: float | None
 ) -> BrakeFile:
     if brake is None:
-        brake_name = campaigns.brake_of(campaign)
+        brake_name = campaigns.find_brake(campaign)
         inside = campaign.folder / brake_name
         brake = inside if brake_name in campaign.brakes else brake_name
-    return brake_file(brake, atmosphere)
+    return convert_brake(brake, atmosphere)
 
 
-def _relative_uses(campaign: campaigns.Campaign, request: Measurements) -> Measurements:
+def _group_by_use(campaign: campaigns.Campaign, request: Measurements) -> Measurements:
     """Return the files by their use, as paths inside the campaign's folder."""
     lists = {
-        f.name: list(campaigns.relative_paths(campaign.folder, _as_list(getattr(request, f.name))))
+        f.name: list(
+            campaigns.relative_paths(campaign.folder, _make_list(getattr(request, f.name)))
+        )
         for f in fields(request)
         if f.name != "holdout"
     }
@@ -194,11 +196,11 @@ def _relative_uses(campaign: campaigns.Campaign, request: Measurements) -> Measu
     return Measurements(**lists, holdout=request.holdout)
 
 
-def _as_list(files: Any) -> list[Any]:
+def _make_list(files: Any) -> list[Any]:
     return [files] if isinstance(files, str | Path) else list(files)
 
 
-def _copy(campaign: campaigns.Campaign, staging: Path) -> None:
+def _copy_files(campaign: campaigns.Campaign, staging: Path) -> None:
     for name in campaign.files:
         target = staging / RAW / name
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -210,18 +212,18 @@ def _split_uses(
 ) -> list[tuple[str, ...]]:
     """Return the paths inside the dataset for each of USES."""
 
-    def in_staging(names: Any) -> list[str]:
+    def staged_names(names: Any) -> list[str]:
         return [str(staging / RAW / name) for name in names]
 
     request = Measurements(
-        friction=in_staging(uses.friction),
-        pulls=in_staging(uses.pulls),
-        validate=in_staging(uses.validate),
-        calibrate_on=in_staging(uses.calibrate_on),
+        friction=staged_names(uses.friction),
+        pulls=staged_names(uses.pulls),
+        validate=staged_names(uses.validate),
+        calibrate_on=staged_names(uses.calibrate_on),
         holdout=uses.holdout,
     )
     calibration_pulls, test_pulls = request.split_pulls(methods.options, tell)
     return [
-        tuple(Path(str(p)).relative_to(staging).as_posix() for p in _as_list(files))
+        tuple(Path(str(p)).relative_to(staging).as_posix() for p in _make_list(files))
         for files in (request.friction, calibration_pulls, test_pulls)
     ]

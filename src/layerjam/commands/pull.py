@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, Progress, command
 from layerjam.commands.files import CURVE, describe_readings, read_each
-from layerjam.commands.pressure_log import End, Start, window
+from layerjam.commands.pressure_log import End, Start, check_window
 from layerjam.commands.quantities import Accept
 from layerjam.commands.reading import FileOptions, Files
 from layerjam.commands.results import Figure, Judged, Result, fact, result
@@ -52,7 +52,7 @@ class Pulls(Judged):
         for number, row in enumerate(self.pulls):
             if number:
                 yield ""
-            yield from _paragraph(row)
+            yield from _format_pull(row)
 
     def draw(self) -> Figure:
         """Return the figure of force over elongation with the features of the pulls."""
@@ -97,16 +97,16 @@ def pull(
     in several files are a ripple of the machine.
     """
     from layerjam.identify.pull.summary import pull_summary
-    from layerjam.identify.stick_slip import share_a_spacing
+    from layerjam.identify.stick_slip import find_ripple
 
-    span = window(start, end)
+    span = check_window(start, end)
 
-    def use(trace: Trace) -> tuple[Trace, PullSummary]:
-        part = _cut(trace, span)
+    def summarise_trace(trace: Trace) -> tuple[Trace, PullSummary]:
+        part = _select_span(trace, span)
         return part.thinned(CURVE), pull_summary(part, tare).thinned(CURVE)
 
-    used, refusals = read_each(files, use, options, progress)
-    ripples = share_a_spacing([summary.ripple or summary.teeth for _, summary in used])
+    used, refusals = read_each(files, summarise_trace, options, progress)
+    ripples = find_ripple([summary.ripple or summary.teeth for _, summary in used])
     used = [
         (trace, (ripple and summary.as_ripple) or summary)
         for (trace, summary), ripple in zip(used, ripples, strict=True)
@@ -118,8 +118,8 @@ def pull(
         for note in summary.notes
     ]
     return Pulls.of(
-        judge([_rises(used)], accept),
-        pulls=[_row(trace, summary) for trace, summary in used],
+        judge([_count_rises(used)], accept),
+        pulls=[_pull_row(trace, summary) for trace, summary in used],
         tare=tare,
         understood=describe_readings(t for t, _ in used),
         refused=refusals,
@@ -128,7 +128,7 @@ def pull(
     )
 
 
-def _cut(trace: Trace, span: tuple[float | None, float | None]) -> Trace:
+def _select_span(trace: Trace, span: tuple[float | None, float | None]) -> Trace:
     """Return the part of the trace in a span of time [s]; the whole trace without a span."""
     if span == (None, None):
         return trace
@@ -146,7 +146,7 @@ def _second_rise_time(trace: Trace, summary: PullSummary) -> float | None:
     return float(trace.time[index])
 
 
-def _rises(used: list[tuple[Trace, PullSummary]]) -> Check:
+def _count_rises(used: list[tuple[Trace, PullSummary]]) -> Check:
     """Check that each record has one rise; stiffness and onset are meaningless for two."""
     places = []
     for trace, summary in used:
@@ -171,7 +171,7 @@ def _trace_name(trace: Trace) -> str:
     return f"{trace.path}, specimen {trace.specimen}" if trace.specimen else trace.path
 
 
-def _row(trace: Trace, summary: PullSummary) -> dict[str, Any]:
+def _pull_row(trace: Trace, summary: PullSummary) -> dict[str, Any]:
     """Return the row of one pull with every key; None if the record does not show a value."""
     from layerjam.identify.stick_slip import CAUSE
 
@@ -224,37 +224,38 @@ def _row(trace: Trace, summary: PullSummary) -> dict[str, Any]:
     }
 
 
-def _paragraph(row: Mapping[str, Any]) -> Iterator[str]:
-    def text(key: str) -> str:
+def _format_pull(row: Mapping[str, Any]) -> Iterator[str]:
+    def words_for(key: str) -> str:
         unit, error = UNITS_OF_A_PULL[key], row.get(f"{key}_se")
         value = show(row[key], unit)
         return value if error is None else f"{value} ± {show(error, unit, 2)}"
 
     specimen = f", specimen {row['specimen']}" if row["specimen"] else ""
     yield Path(row["file"]).name + specimen
-    yield f"  slack {text('slack')}, preload {text('preload')}, onset at {text('onset')}"
+    slack, preload, onset = (words_for(key) for key in ("slack", "preload", "onset"))
+    yield f"  slack {slack}, preload {preload}, onset at {onset}"
     peak = "no peak"
     if row["peak_force"] is not None:
-        peak = f"peak {text('peak_force')} at {text('peak_elongation')}"
-    yield f"  stiffness {text('stiffness')}, {peak}"
+        peak = f"peak {words_for('peak_force')} at {words_for('peak_elongation')}"
+    yield f"  stiffness {words_for('stiffness')}, {peak}"
     if row["steady_slope"] is not None:
         yield (
-            f"  after it {text('steady_slope')}, {text('steady_force')} between "
-            f"{text('steady_from')} and {text('steady_to')}"
+            f"  after it {words_for('steady_slope')}, {words_for('steady_force')} between "
+            f"{words_for('steady_from')} and {words_for('steady_to')}"
         )
     if row["stick_slip"]:
         yield (
-            f"  stick–slip ± {text('stick_slip_amplitude')}, {row['teeth']} teeth, every "
-            f"{text('stick_slip_spacing')}, {text('stick_slip_period')}"
+            f"  stick–slip ± {words_for('stick_slip_amplitude')}, {row['teeth']} teeth, every "
+            f"{words_for('stick_slip_spacing')}, {words_for('stick_slip_period')}"
         )
     if row["ripple"]:
         yield (
-            f"  ripple ± {text('ripple_amplitude')} every {text('ripple_spacing')}, "
-            f"{text('ripple_period')}: {row['ripple_cause']}"
+            f"  ripple ± {words_for('ripple_amplitude')} every {words_for('ripple_spacing')}, "
+            f"{words_for('ripple_period')}: {row['ripple_cause']}"
         )
     if row["unloading_stiffness"] is not None:
         yield (
-            f"  unloading {text('unloading_stiffness')}, residual "
-            f"{text('residual_elongation')} and {text('residual_force')}; dissipated "
-            f"{text('loop_energy')} of {text('work')}"
+            f"  unloading {words_for('unloading_stiffness')}, residual "
+            f"{words_for('residual_elongation')} and {words_for('residual_force')}; dissipated "
+            f"{words_for('loop_energy')} of {words_for('work')}"
         )

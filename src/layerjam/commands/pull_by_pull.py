@@ -15,15 +15,15 @@ TITLE = "pull by pull"
 NONE = "-"
 
 
-def as_rows(pulls: "Sequence[SinglePull]") -> list[dict[str, Any]]:
+def pull_rows(pulls: "Sequence[SinglePull]") -> list[dict[str, Any]]:
     """Return the rows in the form of the key `pulls`, SI."""
-    return [{**asdict(pull), "odd": pull.odd} for pull in pulls]
+    return [{**asdict(pull), "odd": pull.is_outlier} for pull in pulls]
 
 
-def cells(row: Mapping[str, Any]) -> list[str]:
+def format_cells(row: Mapping[str, Any]) -> list[str]:
     """Return a row as text, in the order of `HEADS`."""
 
-    def part(value: float | None) -> str:
+    def format_share(value: float | None) -> str:
         return NONE if value is None else f"{value:+.1%}"
 
     odd = [test for test, verdict in row["verdicts"].items() if verdict == "odd"]
@@ -33,8 +33,8 @@ def cells(row: Mapping[str, Any]) -> list[str]:
         NONE if row["speed"] is None else show(row["speed"], "m/s", 3),
         NONE if factor is None else f"{factor:.4f}",
         NONE if stiffness is None else show(stiffness, "N/m", 3),
-        part(row["shape"]),
-        part(row["seating"]),
+        format_share(row["shape"]),
+        format_share(row["seating"]),
         ", ".join(odd) or "ok",
         row["file"],
     ]
@@ -44,7 +44,7 @@ def pull_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Yield the lines of the table; none for a single pull, which has no others to match."""
     if len(rows) < 2:
         return
-    table = [list(HEADS), *(cells(row) for row in rows)]
+    table = [list(HEADS), *(format_cells(row) for row in rows)]
     wide = [max(len(line[place]) for line in table) for place in range(len(HEADS) - 1)]
     yield from ("", TITLE)
     for line in table:
@@ -52,12 +52,12 @@ def pull_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         yield "  ".join([*texts, line[-1]])
 
 
-def one_of_all(pulls: "Sequence[SinglePull]") -> Iterator[Notice]:
+def has_single_condition(pulls: "Sequence[SinglePull]") -> Iterator[Notice]:
     """Yield a notice if all pulls have the same vacuum or speed."""
-    from layerjam.identify.single_pulls import alike
+    from layerjam.identify.single_pulls import common_conditions
 
     words = {"vacuum": ("Pa", "vacuums"), "speed": ("m/s", "speeds")}
-    for quantity, value in alike(pulls).items():
+    for quantity, value in common_conditions(pulls).items():
         unit, others = words[quantity]
         yield Notice(
             f"only one {quantity}, {show(value, unit, 3)}: these pulls do not show "

@@ -15,9 +15,9 @@ from layerjam.commands.pressure_log import (
     PressureLog,
     Start,
     Zero,
+    check_window,
     read_pressure,
     span_text,
-    window,
 )
 from layerjam.commands.quantities import Accept, Atmosphere
 from layerjam.commands.reading import LogOptions
@@ -116,12 +116,12 @@ def pump_down(
     "fit".
     """
     from layerjam.identify.logs.checks import pump_down_checks
-    from layerjam.identify.logs.pump_down import better_with_shrink, fit_pump_down
+    from layerjam.identify.logs.pump_down import fit_pump_down, needs_shrink
 
     if (with_volume is None) != (added_volume is None):
         raise QuantityError("added volume: give the second log and --added-volume, or neither")
-    names_given = _given_names(volume, flow, added_volume, compliance)
-    span = window(start, end)
+    names_given = _name_of_given(volume, flow, added_volume, compliance)
+    span = check_window(start, end)
 
     def fit_log(path: str | Path, shrink: float | None = 0.0) -> tuple[PumpDown, PressureLog]:
         read = read_pressure(path, options, atmosphere, zero)
@@ -136,17 +136,17 @@ def pump_down(
     warnings = list(read.notices)
     if compliance is not None:
         constant = first
-        single = _shrinking(first, compliance, volume, flow, lambda s: fit_log(file, s)[0])
-        if compliance == "fit" and not better_with_shrink(first, single):
+        single = _fit_shrink(first, compliance, volume, flow, lambda s: fit_log(file, s)[0])
+        if compliance == "fit" and not needs_shrink(first, single):
             warnings.append(Notice(NO_COMPLIANCE, "no-compliance"))
     if with_volume is not None:
         second, alternative = fit_log(with_volume)
         warnings += alternative.notices
     if not names_given:
         warnings.append(Notice(PROPORTION, "flow-over-volume"))
-    numbers = _of_pump(single, second, volume, flow, added_volume)
+    numbers = _pump_results(single, second, volume, flow, added_volume)
     logs = [log for log in (single, second) if log is not None]
-    checks = pump_down_checks(logs, dict(_intervals({**numbers, "rate": single.rate})))
+    checks = pump_down_checks(logs, dict(_list_intervals({**numbers, "rate": single.rate})))
     return PumpFound.of(
         numbers,
         single,
@@ -160,7 +160,7 @@ def pump_down(
     )
 
 
-def _given_names(volume: Any, flow: Any, added_volume: Any, compliance: Any) -> list[str]:
+def _name_of_given(volume: Any, flow: Any, added_volume: Any, compliance: Any) -> list[str]:
     """Return the quantities given in addition to the log; QuantityError if there are several."""
     numbers = {"volume": volume, "flow": flow, "added volume": added_volume}
     names = [name for name, value in numbers.items() if value is not None]
@@ -171,7 +171,7 @@ def _given_names(volume: Any, flow: Any, added_volume: Any, compliance: Any) -> 
     return names
 
 
-def _shrinking(
+def _fit_shrink(
     constant: PumpDown,
     compliance: Any,
     volume: float | None,
@@ -179,7 +179,7 @@ def _shrinking(
     fit_with: Callable[[float | None], PumpDown],
 ) -> PumpDown:
     """Return the fit with a volume that shrinks with vacuum, by `compliance` [m^3/Pa] or "fit"."""
-    from layerjam.identify.logs.pump_down import with_compliance
+    from layerjam.identify.logs.pump_down import relative_shrink
 
     if compliance == "fit":
         return fit_with(None)
@@ -187,11 +187,11 @@ def _shrinking(
         raise QuantityError("compliance: needs --volume or --flow, or write --compliance fit")
     fit = constant
     for _ in range(12 if volume is None else 1):  # the volume follows from the flow, and vice versa
-        fit = fit_with(with_compliance(volume, flow, compliance, fit))
+        fit = fit_with(relative_shrink(volume, flow, compliance, fit))
     return fit
 
 
-def _of_pump(
+def _pump_results(
     first: PumpDown,
     second: PumpDown | None,
     volume: float | None,
@@ -199,15 +199,15 @@ def _of_pump(
     volume_added: float | None,
 ) -> dict[str, Any]:
     """Return the numbers of pump and volume that the fits determine."""
-    from layerjam.identify.logs.pump_down import flow_of, from_two, volume_of
+    from layerjam.identify.logs.pump_down import chamber_volume, combine_logs, pump_flow
 
     derivations: dict[str, DerivedValue] = {}
     if second is not None and volume_added is not None:
-        derivations["volume"], derivations["flow"] = from_two(first, second, volume_added)
+        derivations["volume"], derivations["flow"] = combine_logs(first, second, volume_added)
     elif volume is not None:
-        derivations["flow"] = flow_of(first, volume)
+        derivations["flow"] = pump_flow(first, volume)
     elif flow is not None:
-        derivations["volume"] = volume_of(first, flow)
+        derivations["volume"] = chamber_volume(first, flow)
     values = {name: entry.value for name, entry in derivations.items()}
     base = values.get("volume", volume)
     return {
@@ -225,7 +225,7 @@ def _of_pump(
     }
 
 
-def _intervals(numbers: Mapping[str, Any]) -> Iterator[tuple[str, tuple[float, float, float]]]:
+def _list_intervals(numbers: Mapping[str, Any]) -> Iterator[tuple[str, tuple[float, float, float]]]:
     """Yield (quantity, (value, low, high)) of positive quantities with a 95 % interval."""
     for name in ("rate", "ultimate_pressure", "volume", "flow"):
         value, low, high = (numbers.get(f"{name}{end}") for end in ("", "_low", "_high"))

@@ -102,7 +102,7 @@ Accept = Annotated[
 """`--accept CHECK="reason"`, repeatable; the function gets {check: reason}."""
 
 
-def brake_file(brake: AnyBrake, atmosphere: float | str | None = None) -> BrakeFile:
+def convert_brake(brake: AnyBrake, atmosphere: float | str | None = None) -> BrakeFile:
     """Return the brake with its name and sources, at the given atmosphere if there is one.
 
     A record created in Python is checked like a file. Raises UnknownNameError, FileError or
@@ -146,25 +146,25 @@ EXPORTS = (".csv", ".txt", ".tra", ".tsv", ".dat", ".xls", ".xlsx", ".ods")
 """File extensions of measurements."""
 
 
-def _brake(value: AnyBrake, arguments: Mapping[str, Any]) -> BrakeFile:
+def _read_brake(value: AnyBrake, arguments: Mapping[str, Any]) -> BrakeFile:
     if isinstance(value, str | Path) and Path(value).suffix.lower() in EXPORTS:
         raise QuantityError.of(
             "brake", f"{value} is a measurement; the brake comes first, then the files"
         )
-    return brake_file(value, arguments.get("atmosphere"))
+    return convert_brake(value, arguments.get("atmosphere"))
 
 
 BrakeInput = Annotated[
     BrakeFile,
-    Input("Catalogue name or path of a brake's TOML file.", metavar="BRAKE", convert=_brake),
+    Input("Catalogue name or path of a brake's TOML file.", metavar="BRAKE", convert=_read_brake),
 ]
 
 TargetBrake = Annotated[
-    BrakeFile, Input("Brake to write the result into.", metavar="BRAKE", convert=_brake)
+    BrakeFile, Input("Brake to write the result into.", metavar="BRAKE", convert=_read_brake)
 ]
 
 
-def with_share(file: BrakeFile, share: Any) -> BrakeFile:
+def apply_share(file: BrakeFile, share: Any) -> BrakeFile:
     """Return the file with a command's share of the vacuum, if one is given."""
     if share is None:
         return file
@@ -183,7 +183,7 @@ def parse_options(cls: type[T], values: Mapping[str, Any]) -> T:
     return cls(**{n: p.read(values.get(n, p.default), values, notices) for n, p in by_name.items()})
 
 
-def vacuum_within(value: Any, device: "Brake | Line", name: str = "vacuum") -> Any:
+def check_vacuum(value: Any, device: "Brake | Line", name: str = "vacuum") -> Any:
     """Return a vacuum [Pa], number or array; QuantityError if it exceeds the site's atmosphere."""
     import numpy as np
 
@@ -196,7 +196,7 @@ def vacuum_within(value: Any, device: "Brake | Line", name: str = "vacuum") -> A
     return value
 
 
-def slip_within(value: Any, brake: Brake) -> list[Notice]:
+def slip_notices(value: Any, brake: Brake) -> list[Notice]:
     """Return notices about a slip [m], number or array, beyond the usable travel.
 
     Raises QuantityError for one beyond the overlap.

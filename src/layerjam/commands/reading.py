@@ -29,34 +29,34 @@ NORMAL_FORCE = replace(spec_of(Facts, "normal_force"), example="2.45N")
 AnyFiles = Sequence[Measured | DataFrame] | Measured | DataFrame
 
 
-def several(files: AnyFiles) -> list[Measured]:
+def as_files(files: AnyFiles) -> list[Measured]:
     """Return the files as a list; a single path, trace or data frame becomes a list of one."""
-    return _as_measurements(files, {})
+    return _read_measurements(files, {})
 
 
-def _as_measurements(files: AnyFiles, arguments: Mapping[str, Any]) -> list[Measured]:
+def _read_measurements(files: AnyFiles, arguments: Mapping[str, Any]) -> list[Measured]:
     """Return paths and traces; data frames are read with the options in `arguments`."""
     options = next(
         (source for source in arguments.values() if isinstance(source, ReadingOptions)), None
     )
     sources = [files] if isinstance(files, str | Path | Trace | DataFrame) else list(files)
     return [
-        _trace(source, options or ReadingOptions(), number)
+        _read_frame(source, options or ReadingOptions(), number)
         if isinstance(source, DataFrame)
         else source
         for number, source in enumerate(sources, 1)
     ]
 
 
-def _trace(frame: DataFrame, options: ReadingOptions, number: int) -> Trace:
-    from layerjam.measure.readers.frame import trace_of_frame
+def _read_frame(frame: DataFrame, options: ReadingOptions, number: int) -> Trace:
+    from layerjam.measure.readers.frame import read_frame
 
-    return trace_of_frame(frame, options, number)
+    return read_frame(frame, options, number)
 
 
 Files = Annotated[
     Sequence[Measured],
-    Input("Exports of a test machine.", metavar="FILE...", convert=_as_measurements),
+    Input("Exports of a test machine.", metavar="FILE...", convert=_read_measurements),
 ]
 FileVacuum = Annotated[
     float | None, VACUUM, Help("Vacuum of files whose sidecar does not state it.")

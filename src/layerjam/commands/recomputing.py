@@ -7,20 +7,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from layerjam.commands.dataset_stages import STAGES, derive, describe
+from layerjam.commands.dataset_stages import STAGES, derive_results, describe_dataset
 from layerjam.commands.declare import Progress
 from layerjam.dataset import checksums, crate
 from layerjam.dataset.comparison import (
     Difference,
-    by_name,
-    count,
+    count_numbers,
     differences,
+    entries_by_name,
     file_differences,
     number_differences,
     prune,
 )
 from layerjam.dataset.crate import BRAKE, LINE, METADATA, RAW, README, REPORT, RESULTS
-from layerjam.dataset.recipe import FORMAT, RECIPE, Recipe, read_recipe, versions
+from layerjam.dataset.recipe import FORMAT, RECIPE, Recipe, program_versions, read_recipe
 from layerjam.dataset.unpack import open_root
 from layerjam.errors import FileError, LayerjamError, MissingExtraError
 from layerjam.identify.provenance import sha256
@@ -38,7 +38,7 @@ class _Comparison:
     found: list[Difference] = field(default_factory=list)
     not_compared: dict[str, str] = field(default_factory=dict)
 
-    def file(self, name: str, content: bytes) -> None:
+    def compare_file(self, name: str, content: bytes) -> None:
         """Compare a published file, but only its numbers if other versions wrote it."""
         path = self.root / name
         if not path.is_file():
@@ -46,41 +46,41 @@ class _Comparison:
                 self.found.append(Difference("the file", name, None, "computed"))
             return
         original = path.read_bytes()
-        self.numbers += count(name, content)
+        self.numbers += count_numbers(name, content)
         differences = list(file_differences(name, original, content))
-        if differences and (others := self._others()):
+        if differences and (others := self._list_versions()):
             try:
-                differences = list(self._numbers(name, original, content))
+                differences = list(self._compare_numbers(name, original, content))
             except ValueError:
                 differences = [Difference("text", name, "cannot be read", None)]
             if not differences:
                 self.not_compared[name] = f"its text and drawings: {others}"
         self.found += differences
 
-    def description(self, text: str) -> None:
+    def compare_description(self, text: str) -> None:
         """Compare ro-crate-metadata.json, without files whose checksum already differs."""
         path = self.root / METADATA
         try:
             original = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
         except (ValueError, RecursionError):
             original = {}
-        left_out = {crate.address(name) for name in self.changed}
-        was, local = (by_name(prune(d, left_out)) for d in (original, json.loads(text)))
+        left_out = {crate.relative_address(name) for name in self.changed}
+        was, local = (entries_by_name(prune(d, left_out)) for d in (original, json.loads(text)))
         self.found += differences(was, local, METADATA, words=True)
 
-    def _numbers(self, name: str, original: bytes, content: bytes) -> Iterator[Difference]:
+    def _compare_numbers(self, name: str, original: bytes, content: bytes) -> Iterator[Difference]:
         if name != RESULTS:
             return number_differences(name, original, content)
         documents = (json.loads(text) for text in (original, content))
         was, local = ({s: document[s] for s in STAGES if document.get(s)} for document in documents)
         return differences(was, local, name)
 
-    def _others(self) -> str:
+    def _list_versions(self) -> str:
         """Return the other versions that wrote the dataset, in words.
 
         Empty if there are none.
         """
-        original, local = self.recipe.versions, versions()
+        original, local = self.recipe.versions, program_versions()
         differing = [
             f"{n} {v}, here {local.get(n, 'none')}"
             for n, v in original.items()
@@ -97,11 +97,11 @@ def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
     Returns the values of the result's keys, and as `decisions` the failed checks that are accepted.
     """
     with open_root(source) as root, tempfile.TemporaryDirectory(prefix="layerjam-again-") as folder:
-        recipe, (checksums_listed, strange) = read_recipe(root), checksums.read(root)
+        recipe, (checksums_listed, strange) = read_recipe(root), checksums.read_checksums(root)
         changed_files = checksums.find_changed(root, checksums_listed)
         names_left = {checksums.NAME, *((METADATA,) if recipe.format < FORMAT else ())}
         added_files = [
-            n for n in checksums.everything(root) if n not in {*checksums_listed, *names_left}
+            n for n in checksums.list_all(root) if n not in {*checksums_listed, *names_left}
         ]
         if (root / REPORT / "report.pdf").is_file():
             with MissingExtraError.raise_if_missing("the PDF of a dataset (typst)", "publish"):
@@ -112,21 +112,23 @@ def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
         work.found += [Difference(f"line {n}", checksums.NAME, t, None) for n, t in strange]
         acceptances: Iterable[Acceptance] = ()
         try:
-            files_again, content = derive(root, recipe, Path(folder), tell)
+            files_again, content = derive_results(root, recipe, Path(folder), tell)
         except LayerjamError as error:
-            work.found.append(_failure(error, root))
+            work.found.append(_recompute_failure(error, root))
         else:
             acceptances = content.accepted
-            names = sorted(checksums.inside(Path(folder)), key=lambda name: name != RESULTS)
+            names = sorted(checksums.list_files(Path(folder)), key=lambda name: name != RESULTS)
             for name in names:
-                work.file(name, (Path(folder) / name).read_bytes())
+                work.compare_file(name, (Path(folder) / name).read_bytes())
             inputs = {BRAKE, LINE, METADATA, checksums.NAME, *(() if recipe.stated else (README,))}
             for name in sorted({*checksums_listed} - inputs - {*names, *changed_files}):
                 if not name.startswith(f"{RAW}/"):
                     work.found.append(Difference("the file", name, "published", None))
             if recipe.stated is not None:
                 files = [name for name in checksums_listed if name not in changed_files]
-                work.description(describe(root, files, files_again, recipe.stated, content))
+                work.compare_description(
+                    describe_dataset(root, files, files_again, recipe.stated, content)
+                )
         fingerprint = root / checksums.NAME
         return dict(
             equal=not (work.found or changed_files or added_files),
@@ -136,13 +138,13 @@ def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
             added_files=added_files,
             not_compared=work.not_compared,
             fingerprint=sha256(fingerprint) if fingerprint.is_file() else None,
-            versions={"published": dict(recipe.versions), "recomputed": versions()},
+            versions={"published": dict(recipe.versions), "recomputed": program_versions()},
             record=work.found,
             decisions=tuple(acceptances),
         )
 
 
-def _failure(error: LayerjamError, root: Path) -> Difference:
+def _recompute_failure(error: LayerjamError, root: Path) -> Difference:
     """Return the difference for a dataset whose files give no results."""
     path = Path(error.path) if isinstance(error, FileError) else root / RECIPE
     inside = path.is_relative_to(root)

@@ -53,7 +53,7 @@ class RecordsListed(Result):
         """Yield one line per record."""
         yield ""
         for row in self.rows_:
-            yield _line(row)
+            yield _format_row(row)
 
 
 @result
@@ -69,7 +69,7 @@ class RecordShown(Result):
 
     def rows(self) -> list[tuple[str, str]]:
         """Yield the known short fields."""
-        texts = {key: _text(value) for key, value in self.record_.items()}
+        texts = {key: _format_value(value) for key, value in self.record_.items()}
         return [
             (key.replace("_", " "), text)
             for key, text in texts.items()
@@ -83,7 +83,7 @@ class RecordShown(Result):
             if records:
                 yield from ("", title)
             for row in records:
-                yield f"  {row['role']}: {_line(row)}"
+                yield f"  {row['role']}: {_format_row(row)}"
         if self.unlinked:
             yield from ("", "not in the records")
         for row in self.unlinked:
@@ -119,7 +119,7 @@ class RecordWithdrawn(Result):
     used_by: Sequence[str] = fact("IDs of the records derived from it", listed=False)
 
 
-def _text(value: Any) -> str:
+def _format_value(value: Any) -> str:
     """Return a value as text; "" if it is unknown or does not fit on a line."""
     if isinstance(value, bool):
         return "yes" if value else "no"
@@ -128,7 +128,7 @@ def _text(value: Any) -> str:
     return "" if value is None or isinstance(value, list) else str(value)
 
 
-def _line(row: Mapping[str, Any]) -> str:
+def _format_row(row: Mapping[str, Any]) -> str:
     words = [row["id"][:SHORT], row["kind"], row["name"]]
     if row.get("made_at"):
         words.append(row["made_at"])
@@ -139,7 +139,7 @@ def _line(row: Mapping[str, Any]) -> str:
     return "  ".join(words)
 
 
-def _database(db: str | None) -> Any:
+def _open_database(db: str | None) -> Any:
     """Return the database; raises MissingExtraError if SQLAlchemy is missing."""
     extra = "postgres" if str(db).startswith("postgres") else "records"
     with MissingExtraError.raise_if_missing("a database of records (SQLAlchemy)", extra):
@@ -167,7 +167,7 @@ def records_add(
     unsupported kind, is rejected; the others are added in one transaction. Raises RecordsError for
     the database, and then nothing was added.
     """
-    database = _database(db)
+    database = _open_database(db)
     from layerjam.records.store import add
 
     paths = [files] if isinstance(files, str | Path) else list(files)
@@ -196,17 +196,17 @@ def records_list(*, db: RecordsDatabase = None) -> RecordsListed:
 
     Raises RecordsError for the database.
     """
-    database = _database(db)
+    database = _open_database(db)
     from layerjam.records.view import rows
 
     with database.reading() as base:
         records = [] if base is None else rows(base)
     return RecordsListed(
-        rows_=records, database=database.where, warnings=_none_yet(database, records)
+        rows_=records, database=database.where, warnings=_empty_notice(database, records)
     )
 
 
-def _none_yet(database: Any, records: Sequence[Any]) -> list[Notice]:
+def _empty_notice(database: Any, records: Sequence[Any]) -> list[Notice]:
     """Return a notice that there are no records yet, so that a mistyped name is noticed."""
     text = f"{database.where}: there are no records yet; create them with 'layerjam records add'"
     return [] if records else [Notice(text, "no-records")]
@@ -218,7 +218,7 @@ def records_show(ident: RecordId, *, db: RecordsDatabase = None) -> RecordShown:
 
     Raises RecordsError if none or several have that name.
     """
-    database = _database(db)
+    database = _open_database(db)
     from layerjam.records.view import show
 
     result = show(database, ident)
@@ -238,11 +238,11 @@ def records_verify(
     Withdrawn files are not checked. The exit code is 1 if a file has changed or is missing. Raises
     RecordsError for the database.
     """
-    database = _database(db)
+    database = _open_database(db)
     from layerjam.records.view import verify
 
     result = verify(database, [folders] if isinstance(folders, str | Path) else list(folders))
-    return RecordsVerified.of(result, warnings=_none_yet(database, [*range(result.checked)]))
+    return RecordsVerified.of(result, warnings=_empty_notice(database, [*range(result.checked)]))
 
 
 @command("share", parent="records", computes=False)
@@ -257,7 +257,7 @@ def records_withdraw(
     A file that was withdrawn cannot be added again. Raises RecordsError if there is no such record,
     or it was withdrawn before.
     """
-    database = _database(db)
+    database = _open_database(db)
     from layerjam.records.store import withdraw
 
     result, used_by = withdraw(database, ident, why)

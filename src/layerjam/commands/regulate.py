@@ -9,8 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.lines import LineInput
-from layerjam.commands.quantities import Accept, Atmosphere, Seed, Target, vacuum_within
-from layerjam.commands.regulator import RecordedStep, RegulatorSettings, regulator_of, tuned_by
+from layerjam.commands.quantities import Accept, Atmosphere, Seed, Target, check_vacuum
+from layerjam.commands.regulator import (
+    RecordedStep,
+    RegulatorSettings,
+    make_regulator,
+    tune_from_step,
+)
 from layerjam.commands.results import Judged, fact, number, result
 from layerjam.control.settings import Regulator
 from layerjam.errors import QuantityError
@@ -135,17 +140,17 @@ def regulate(
     was reported before that time.
     """
     from layerjam.control.checks import regulation_checks
-    from layerjam.control.closed_loop import simulate
+    from layerjam.control.closed_loop import simulate_run
     from layerjam.control.detection import detection_times
 
     if (fault is None) != (fault_at is None):
         given_name, missing = ("fault", "fault at") if fault_at is None else ("fault at", "fault")
         raise QuantityError.of(missing, f"missing; {given_name} is given, and they go together")
-    vacuum_within(target, line.line, "target")
-    law, notices = regulator_of(line, target, settings)
+    check_vacuum(target, line.line, "target")
+    law, notices = make_regulator(line, target, settings)
     step_fit = None
     if recorded.step is not None:
-        law, step_fit, further = tuned_by(
+        law, step_fit, further = tune_from_step(
             law, recorded.step, recorded, line.line.site.atmosphere, settings.noise is not None
         )
         notices += further
@@ -154,10 +159,10 @@ def regulate(
     constant = law.plant.time_constant(target)
     length = 12 * constant if duration is None else duration
     injection, fault_text = _fault_injection(fault, fault_at, law, target, length, line)
-    loop = simulate(law, [(float(length), float(target))], injected=injection, seed=seed)
+    loop = simulate_run(law, [(float(length), float(target))], injected=injection, seed=seed)
     checks = [*regulation_checks(law, target, loop)]
     if fault is not None:
-        checks = [_of_the_fault(fault, injection, loop)]
+        checks = [_check_fault_report(fault, injection, loop)]
     checks += [] if step_fit is None else step_fit.checks
     times = detection_times(law, target)
     after = loop.fault_time - injection.at
@@ -174,14 +179,14 @@ def regulate(
         reachable=law.plant.reach,
         time_constant=constant,
         duration=length,
-        identified=None if step_fit is None else _identified_values(step_fit),
+        identified=None if step_fit is None else _list_identified(step_fit),
         detection={k: v if math.isfinite(v) else None for k, v in times.items()},
         warnings=notices,
         record=(law, loop),
     )
 
 
-def _identified_values(fit: Identified) -> dict[str, Any]:
+def _list_identified(fit: Identified) -> dict[str, Any]:
     return {
         "rate": fit.plant.rate,
         "pole": list(fit.rate_interval),
@@ -198,7 +203,7 @@ def _fault_injection(
     length: float,
     file: LineFile,
 ) -> tuple[FaultInjection, str | None]:
-    from layerjam.control.faults import FaultInjection, injection_of
+    from layerjam.control.faults import FaultInjection, make_injection
 
     if fault is None or start is None:
         return FaultInjection(), None
@@ -206,14 +211,14 @@ def _fault_injection(
         raise QuantityError.of(
             "fault at", f"{show(start, 's')} is not allowed; the run ends at {show(length, 's')}"
         )
-    injection, words = injection_of(fault, start, regulator, target)
+    injection, words = make_injection(fault, start, regulator, target)
     if file.line.valve is None and injection.pump < 1:
         # the vacuum can fall only by running the pump backwards
         injection = replace(injection, vent=injection.pump)
     return injection, words
 
 
-def _of_the_fault(fault: str, injection: FaultInjection, loop: ClosedLoop) -> Check:
+def _check_fault_report(fault: str, injection: FaultInjection, loop: ClosedLoop) -> Check:
     """Return the check that an injected fault is reported, and not before it begins."""
     if loop.fault_time < injection.at:
         sentence = (

@@ -9,7 +9,7 @@ import numpy as np
 from layerjam.commands.declare import Help, options
 from layerjam.commands.lines import ONLY_COMPLIANCE, Fluid
 from layerjam.commands.quantities import LOG_TIME
-from layerjam.control.plant import Plant, plant_of
+from layerjam.control.plant import Plant, linearise_line
 from layerjam.control.settings import Regulator
 from layerjam.control.tuning import Identified, identify_air, identify_water
 from layerjam.errors import FitError, Notice, QuantityError
@@ -78,13 +78,13 @@ class RecordedStep:
     ] = None
 
 
-def regulator_of(
+def make_regulator(
     file: LineFile, vacuum: float, settings: RegulatorSettings
 ) -> tuple[Regulator, list[str]]:
     """Return a regulator for a line linearised at a vacuum [Pa], and its assumptions."""
     notices = [*file.warnings()]
-    plant = plant_of(file.line, vacuum=vacuum, water=settings.fluid == "water")
-    sensor = sensor_of(file, settings.sensor_range, settings.noise)
+    plant = linearise_line(file.line, vacuum=vacuum, water=settings.fluid == "water")
+    sensor = make_sensor(file, settings.sensor_range, settings.noise)
     if not plant.vent or file.line.valve is None:
         notices.append(
             Notice(
@@ -93,7 +93,7 @@ def regulator_of(
                 "no-valve",
             )
         )
-    notices += _left_out(file, plant)
+    notices += _neglect_notices(file, plant)
     run = settings.least_run
     regulator = Regulator(
         plant=plant,
@@ -103,22 +103,22 @@ def regulator_of(
         # without a valve the vacuum cannot be lowered in another way
         reversible=settings.reversible or (file.line.valve is None and plant.backwards > 0),
         tuned_at=vacuum,
-        **_drop_none(sample_time=settings.sample_time, minimum_on=run, minimum_off=run),
+        **_known_options(sample_time=settings.sample_time, minimum_on=run, minimum_off=run),
     )
     return regulator, notices
 
 
-def sensor_of(file: LineFile, span: float | None, noise: float | None = None) -> Sensor:
+def make_sensor(file: LineFile, span: float | None, noise: float | None = None) -> Sensor:
     """Return a line's sensor with a given range and noise [Pa]; QuantityError without a range."""
     if file.line.sensor is None and span is None:
         raise QuantityError.of(
             "sensor",
             (f"{file.name} has no sensor; give --sensor-range, the greatest vacuum of yours"),
         )
-    return replace(file.line.sensor or Sensor(range=1.0), **_drop_none(range=span, noise=noise))
+    return replace(file.line.sensor or Sensor(range=1.0), **_known_options(range=span, noise=noise))
 
 
-def _left_out(file: LineFile, plant: Plant) -> list[Notice]:
+def _neglect_notices(file: LineFile, plant: Plant) -> list[Notice]:
     """Yield notices about the parts of tube and reservoir that the loop neglects."""
     line, notices = file.line, []
     if plant.water and line.tube is not None:
@@ -145,7 +145,7 @@ def _left_out(file: LineFile, plant: Plant) -> list[Notice]:
     return notices
 
 
-def _drop_none(**values: Any) -> dict[str, Any]:
+def _known_options(**values: Any) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value is not None}
 
 
@@ -163,7 +163,7 @@ def _check_step(plant: Plant) -> None:
     )
 
 
-def tuned_by(
+def tune_from_step(
     regulator: Regulator,
     step: str | Path,
     options: RecordedStep,
@@ -178,12 +178,12 @@ def tuned_by(
     FileError for a log that cannot be read, FitError if it holds no step.
     """
     _check_step(regulator.plant)
-    from layerjam.commands.pressure_log import read_pressure, window
+    from layerjam.commands.pressure_log import check_window, read_pressure
     from layerjam.measure.options import ReadingOptions
 
     read = read_pressure(step, ReadingOptions(reading=options.reading), atmosphere)
     log = read.log
-    first, last = window(options.start, options.end)
+    first, last = check_window(options.start, options.end)
     time = log["time"]
     inside = (time >= (-np.inf if first is None else first)) & (
         time <= (np.inf if last is None else last)

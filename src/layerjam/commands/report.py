@@ -12,18 +12,12 @@ from layerjam.commands.friction import FrictionTest
 from layerjam.commands.friction import friction as run_friction
 from layerjam.commands.left_out import LeftOut, excluded_lines
 from layerjam.commands.measurements import Measurements
-from layerjam.commands.quantities import (
-    Accept,
-    Atmosphere,
-    BrakeInput,
-    Overwrite,
-    brake_file,
-)
-from layerjam.commands.reading import FileOptions, FileVacuum, Measured, several
+from layerjam.commands.quantities import Accept, Atmosphere, BrakeInput, Overwrite, convert_brake
+from layerjam.commands.reading import FileOptions, FileVacuum, Measured, as_files
 from layerjam.commands.results import Result, fact, result
 from layerjam.commands.validation import validate as run_validation
 from layerjam.device.file import BrakeFile
-from layerjam.errors import FitError, Notice, count_of
+from layerjam.errors import FitError, Notice, count_noun
 from layerjam.measure.trace import Trace
 from layerjam.report.folder import plain
 from layerjam.verdict import Check, Verdict, judge, key_of, remaining
@@ -102,7 +96,9 @@ class _Work:
         )
         return verdict
 
-    def keep(self, stage: str, result: Result, traces: Sequence[Trace], *left_out: str) -> None:
+    def add_result(
+        self, stage: str, result: Result, traces: Sequence[Trace], *left_out: str
+    ) -> None:
         """Add a command's result to the report, without warnings with the keys `left out`."""
         from layerjam.report.brake_tables import file_used
 
@@ -121,9 +117,9 @@ class _Work:
         report.excluded += [(Path(e["file"]).name, stage, e["because"]) for e in exclusions]
         report.files += [file_used(trace, stage) for trace in traces]
 
-    def take_over(self, file: BrakeFile) -> None:
+    def adopt_brake(self, file: BrakeFile) -> None:
         """Take the brake from a stage, at the site's atmosphere."""
-        self.report.file = brake_file(file, self.how.atmosphere)
+        self.report.file = convert_brake(file, self.how.atmosphere)
 
 
 @command("test")
@@ -173,7 +169,7 @@ def report(
     out, tell = Path(out), progress or (lambda _what, _share: None)
     check_extras()
     check_folder(out, overwrite)
-    content = stages(
+    content = compute_stages(
         brake,
         measurements,
         HowTested(
@@ -193,7 +189,7 @@ def report(
     content.number, content.customer = issued.report_number, issued.customer
     failed_checks = content.verdict.failed
     files = None if failed_checks else write(content, out, overwrite, lambda what: tell(what, 0.9))
-    return _result(content, files)
+    return _report_result(content, files)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -212,7 +208,7 @@ class HowTested:
     accept: Mapping[str, str] | None = None
 
 
-def stages(
+def compute_stages(
     brake: BrakeFile,
     measurements: Measurements,
     methods: HowTested,
@@ -238,22 +234,22 @@ def stages(
     )
     work = _Work(report=content, how=methods, tell=tell)
     fitted_on, tested_on = measurements.split_pulls(methods.options, tell)
-    tests = several(measurements.friction)
+    tests = as_files(measurements.friction)
     if not (tests or fitted_on or tested_on):
         raise FitError("nothing was given to report: --friction, --pulls or --validate")
-    files_out = [*methods.left_out.among(fitted_on, tested_on)]
+    files_out = [*methods.left_out.split_groups(fitted_on, tested_on)]
     if tests:
-        _friction(work, tests)
+        _add_friction(work, tests)
     if fitted_on:
-        _calibration(work, fitted_on, files_out[0])
+        _add_calibration(work, fitted_on, files_out[0])
     if tested_on:
-        _validation(work, tested_on, files_out[1])
+        _add_validation(work, tested_on, files_out[1])
     judge(content.verdict.checks, methods.accept)
     content.earlier = remaining(brake.accepted, content.verdict.numbers)
     return content
 
 
-def _result(content: "BrakeReport", files: "ReportFiles | None") -> Report:
+def _report_result(content: "BrakeReport", files: "ReportFiles | None") -> Report:
     """Return the paths of the files, and the keys of each stage (None if it was omitted)."""
     warnings: list[str] = [w for notices in content.warnings.values() for w in notices]
     if content.synthetic:
@@ -280,13 +276,13 @@ def _result(content: "BrakeReport", files: "ReportFiles | None") -> Report:
     )
 
 
-def _friction(work: _Work, files: Sequence[Measured]) -> None:
+def _add_friction(work: _Work, files: Sequence[Measured]) -> None:
     from layerjam.identify.friction.reduction import with_friction
 
-    work.tell(f"friction: {count_of(len(files), 'file')}", 0.1)
+    work.tell(f"friction: {count_noun(len(files), 'file')}", 0.1)
     stage = run_friction(files, test=work.how.test, options=work.how.options, progress=work.tell)
     traces, fit = work.report.friction = stage.record
-    work.keep("friction", stage, traces)
+    work.add_result("friction", stage, traces)
     verdict = work.judge("friction", fit.checks, [f"film.{kind}" for kind in fit.means])
     name = work.report.file.name
     if fit.kinetic is None:
@@ -294,13 +290,13 @@ def _friction(work: _Work, files: Sequence[Measured]) -> None:
         work.report.warnings["friction"].append(Notice(stands, "kinetic-stands"))
     else:
         text, _ = with_friction(work.report.file, fit, name, verdict.decisions)
-        work.take_over(BrakeFile.read(text, name))
+        work.adopt_brake(BrakeFile.read(text, name))
 
 
-def _calibration(work: _Work, files: Sequence[Measured], exclusions: LeftOut) -> None:
+def _add_calibration(work: _Work, files: Sequence[Measured], exclusions: LeftOut) -> None:
     from layerjam.identify.provenance import calibrated_text
 
-    work.tell(f"calibration: {count_of(len(files), 'pull')}", 0.3)
+    work.tell(f"calibration: {count_noun(len(files), 'pull')}", 0.3)
     stage = run_calibration(
         work.report.file,
         files,
@@ -322,16 +318,16 @@ def _calibration(work: _Work, files: Sequence[Measured], exclusions: LeftOut) ->
         acceptances=verdict.decisions,
         date=work.report.date,
     )
-    work.take_over(BrakeFile.read(text, file.name))
-    work.keep("calibration", stage, stage.traces)
+    work.adopt_brake(BrakeFile.read(text, file.name))
+    work.add_result("calibration", stage, stage.traces)
     work.report.calibration = fit
 
 
-def _validation(work: _Work, files: Sequence[Measured], exclusions: LeftOut) -> None:
+def _add_validation(work: _Work, files: Sequence[Measured], exclusions: LeftOut) -> None:
     """Add to the report the validation before and after calibration, and the files used twice."""
     from layerjam.identify.validation.table import validation_checks
 
-    work.tell(f"validation: {count_of(len(files), 'pull')}", 0.6)
+    work.tell(f"validation: {count_noun(len(files), 'pull')}", 0.6)
     report = work.report
     stage = run_validation(
         report.file,
@@ -341,7 +337,7 @@ def _validation(work: _Work, files: Sequence[Measured], exclusions: LeftOut) -> 
         options=work.how.options,
         progress=work.tell,
     )
-    work.keep("validation", stage, stage.traces, "calibrated-on")
+    work.add_result("validation", stage, stage.traces, "calibrated-on")
     report.validation = stage.record[1]
     if report.calibration is not None or report.brake.scale_factor != 1.0:
         report.before = stage.before

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transf
 
 from layerjam.commands.arguments import check_kind
 from layerjam.commands.known import KnownResult
-from layerjam.commands.lookup import add_prefix, value_of
-from layerjam.commands.wording import in_words, printable, superscripts, wrap_text
-from layerjam.device.load import takes_force, write_whole
+from layerjam.commands.lookup import add_prefix, look_up
+from layerjam.commands.wording import format_words, remove_controls, superscript, wrap_text
+from layerjam.device.load import accept_force, write_whole
 from layerjam.errors import FileError, LayerjamError, MissingExtraError, Notice, UnknownNameError
 from layerjam.outputs import ENDS, Figure, declare, fact, number
 from layerjam.report.folder import plain
@@ -80,7 +80,7 @@ class Result:
         source has. Raises TypeError for a key without value or default.
         """
         for f in cls.keys():  # noqa: SIM118
-            value = value_of(f.name, (given, *known))
+            value = look_up(f.name, (given, *known))
             if value is not MISSING:
                 lost = isinstance(value, float) and not math.isfinite(value)
                 given[f.name] = None if lost else value
@@ -193,7 +193,7 @@ class Result:
         """Return whether curves of another kind of result can be added to those of this one."""
         return kind is cls
 
-    @takes_force
+    @accept_force
     def plot(
         self,
         path: str | Path | None = None,
@@ -268,7 +268,7 @@ class Result:
             data[name].attrs["units"] = self.units[str(name)]
         return data
 
-    @takes_force
+    @accept_force
     def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write it: .json, a figure (.svg, .png, .pdf), or the record (.csv, .nc).
 
@@ -354,7 +354,7 @@ class Result:
             if self.grid is not None and getattr(value, "shape", None):
                 continue  # one column of the table
             spec = f.metadata["quantity"]
-            text = show_text(value) if show_text else in_words(value, spec.unit if spec else "")
+            text = show_text(value) if show_text else format_words(value, spec.unit if spec else "")
             low, high = self.interval(f.name) if f.metadata["interval"] else (None, None)
             if low is not None:
                 upper = "" if high is None else f" to {show(high, spec.unit, like=value)}"
@@ -392,7 +392,7 @@ class Result:
             out += wrap_text(advice, "", width)
         for warning in dict.fromkeys(map(str, self.warnings)):
             out += wrap_text(warning, "note: ", width)
-        return "\n".join(printable(line) for line in out)
+        return "\n".join(remove_controls(line) for line in out)
 
     def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and self.json() == other.json()  # type: ignore[attr-defined]
@@ -409,7 +409,7 @@ class Result:
     def _repr_html_(self) -> str:
         cell = 'style="text-align:left"'
         rows = "".join(
-            f"<tr><th {cell}>{escape(name)}</th><td {cell}>{escape(superscripts(text))}</td></tr>"
+            f"<tr><th {cell}>{escape(name)}</th><td {cell}>{escape(superscript(text))}</td></tr>"
             for name, text in self.rows()
         )
         notes = "".join(f"<p>note: {escape(w)}</p>" for w in dict.fromkeys(map(str, self.warnings)))

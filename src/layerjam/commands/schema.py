@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 
 from layerjam.commands.arguments import union
 from layerjam.commands.declare import Command, Help, command
-from layerjam.commands.index import commands, load
+from layerjam.commands.index import commands, load_entry
 from layerjam.commands.results import Result, fact, key_of, result
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -30,16 +30,16 @@ class _Names(dict[str, Any]):
         return getattr(builtins, name, Any)
 
 
-def _names(cls: type) -> _Names:
+def _command_names(cls: type) -> _Names:
     return _Names(vars(sys.modules[cls.__module__]))
 
 
-def _annotation(cls: type, name: str) -> Any:
+def _field_type(cls: type, name: str) -> Any:
     """Return the type of a field, looked up in the module of the class that declares it."""
     owner = next(base for base in cls.__mro__ if name in inspect.get_annotations(base))
     text = inspect.get_annotations(owner)[name]
     # the text is source code of this package
-    return eval(text, {}, _names(owner)) if isinstance(text, str) else text
+    return eval(text, {}, _command_names(owner)) if isinstance(text, str) else text
 
 
 def type_schema(kind: Any) -> dict[str, Any]:
@@ -61,7 +61,7 @@ def type_schema(kind: Any) -> dict[str, Any]:
         return type_schema(inside[0])
     if is_dataclass(kind):
         names = [f.name for f in fields(kind)]
-        return _object({name: type_schema(_annotation(kind, name)) for name in names})  # type: ignore[arg-type]
+        return _object_schema({name: type_schema(_field_type(kind, name)) for name in names})  # type: ignore[arg-type]
     if not inspect.isclass(origin):
         return {}
     if issubclass(origin, Mapping):
@@ -74,7 +74,7 @@ def type_schema(kind: Any) -> dict[str, Any]:
     return {}
 
 
-def _object(properties: Mapping[str, Any]) -> dict[str, Any]:
+def _object_schema(properties: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "type": "object",
         "properties": dict(properties),
@@ -83,17 +83,17 @@ def _object(properties: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _key(cls: type[Result], f: Field[Any]) -> dict[str, Any]:
+def _field_schema(cls: type[Result], f: Field[Any]) -> dict[str, Any]:
     spec = f.metadata["quantity"]
     entry = {"description": f.metadata["result"], **({"unit": spec.unit} if spec else {})}
-    return {**type_schema(_annotation(cls, f.name)), **entry}
+    return {**type_schema(_field_type(cls, f.name)), **entry}
 
 
-def schema_of(command: Command) -> dict[str, Any]:
+def command_schema(command: Command) -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of a command's result; `unit` is a key's SI unit."""
     cls = command.result
     key_fields = cls.keys()
-    keys = {key_of(f): _key(cls, f) for f in key_fields}
+    keys = {key_of(f): _field_schema(cls, f) for f in key_fields}
     common = {
         "units": {
             "type": "object",
@@ -116,7 +116,7 @@ def schema_of(command: Command) -> dict[str, Any]:
         },
     }
     summary = (inspect.getdoc(cls) or "").split("\n\n")[0].replace("\n", " ")
-    schema = _object({**keys, **common})
+    schema = _object_schema({**keys, **common})
     # keys that are present if checks judged these numbers, or those of an input file
     schema["properties"] = {**verdict_schema, **schema["properties"]}
     return {
@@ -143,12 +143,12 @@ class Schemas(Result):
             yield f"layerjam {name}: {schema['description']}"
             for key, entry in schema["properties"].items():
                 unit = f" [{entry['unit']}]" if "unit" in entry else ""
-                yield f"  {key}{unit}, {_in_words(entry)}: {entry['description']}"
+                yield f"  {key}{unit}, {_type_words(entry)}: {entry['description']}"
 
 
-def _in_words(schema: Mapping[str, Any]) -> str:
+def _type_words(schema: Mapping[str, Any]) -> str:
     if "anyOf" in schema:
-        return " or ".join(_in_words(member) for member in schema["anyOf"])
+        return " or ".join(_type_words(member) for member in schema["anyOf"])
     if "enum" in schema:
         return " or ".join(map(str, schema["enum"]))
     kind = schema.get("type", "any value")
@@ -166,8 +166,10 @@ def schema(
     Draft 2020-12; each key has type, meaning and SI `unit`. The output is itself a schema: `anyOf`
     refers to the definitions of `$defs`, one for each command.
     """
-    names = list(commands()) if name is None else [load(name).name]
+    names = list(commands()) if name is None else [load_entry(name).name]
     return Schemas(
         any_of=[{"$ref": f"#/$defs/{command_name}"} for command_name in names],
-        definitions={command_name: schema_of(load(command_name)) for command_name in names},
+        definitions={
+            command_name: command_schema(load_entry(command_name)) for command_name in names
+        },
     )

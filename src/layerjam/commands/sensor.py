@@ -53,7 +53,7 @@ LOW_PASS = replace(spec_of(Accelerometer, "bandwidth"), example="400Hz")
 SAMPLING = replace(spec_of(Accelerometer, "sampling"), example="10kHz")
 
 
-def _rise(value: float | str, arguments: Mapping[str, Any]) -> float:
+def _read_rise(value: float | str, arguments: Mapping[str, Any]) -> float:
     if isinstance(value, str) and re.search(r"°|deg|[CF]\s*$", value):
         raise QuantityError(
             f"allowed rise: '{value[:40]}' is a temperature; give a temperature rise in K"
@@ -86,7 +86,7 @@ class Warmth:
 
     allowed_rise: Annotated[
         float | None,
-        Input("Allowed temperature rise of the sheets, e.g. 20K.", metavar="Q", convert=_rise),
+        Input("Allowed temperature rise of the sheets, e.g. 20K.", metavar="Q", convert=_read_rise),
     ] = None
     film_coefficient: Annotated[
         float | None, FILM_COEFFICIENT, Help("Heat transfer coefficient to the air.")
@@ -127,7 +127,7 @@ class Heating(Result):
     )
 
 
-def channel_class(text: str | None) -> int | None:
+def parse_channel_class(text: str | None) -> int | None:
     """Return 180 for ``"cfc180"``, None for ``"none"`` or None; QuantityError for others."""
     if text is None or text.lower() == "none":
         return None
@@ -138,7 +138,7 @@ def channel_class(text: str | None) -> int | None:
     return int(match.group(1))
 
 
-def sensor_of(
+def configure_sensor(
     accelerometer: str | Accelerometer, low_pass: float | None, sampling: float | None
 ) -> Accelerometer:
     """Return a named sensor, with another low-pass or rate if given.
@@ -173,12 +173,12 @@ def reading(
     """
     options = {"filter_class" if k == "filter" else k: v for k, v in options.items()}
     chain = parse_options(Sensing, options) if sensing is None else sensing
-    sensor = sensor_of(chain.accelerometer, chain.low_pass, chain.sampling)
-    measurement = measure_acceleration(signal, sensor, channel_class(chain.filter_class))
+    sensor = configure_sensor(chain.accelerometer, chain.low_pass, chain.sampling)
+    measurement = measure_acceleration(signal, sensor, parse_channel_class(chain.filter_class))
     if gravity is None:
         gravity = signal.brake.brake.site.gravity if isinstance(signal, DropRecord) else 9.80665
     return Reading.of(
-        judge(_checks(measurement, signal, sensor), accept),
+        judge(_sensor_checks(measurement, signal, sensor), accept),
         measured_peak=measurement.peak,
         measured_peak_g=measurement.peak / gravity if gravity else None,
         measured_peak_time=measurement.time_of_peak,
@@ -192,7 +192,7 @@ def reading(
     )
 
 
-def _checks(measurement: Seen, signal: Signal, sensor: Accelerometer) -> Iterator[Check]:
+def _sensor_checks(measurement: Seen, signal: Signal, sensor: Accelerometer) -> Iterator[Check]:
     """Return the checks of a sensor with a range and a rate; an ideal sensor has none."""
     if sensor.range is not None:
         fits = "the sensor's range contains the peak"

@@ -16,8 +16,8 @@ from layerjam.commands.quantities import (
     Mass,
     Slip,
     Vacuum,
-    slip_within,
-    vacuum_within,
+    check_vacuum,
+    slip_notices,
 )
 from layerjam.commands.results import Figure, Result, fact, number, result
 from layerjam.device.brake import Brake
@@ -106,9 +106,9 @@ def stick_slip(
     from layerjam.simulate import stick_slip as simulation
 
     device = brake.brake
-    vacuum_within(vacuum, device)
-    notices = slip_within(slip, device)
-    _check_room(slip, travel, device)
+    check_vacuum(vacuum, device)
+    notices = slip_notices(slip, device)
+    _check_travel(slip, travel, device)
     record = simulation.stick_slip(
         brake,
         vacuum=vacuum,
@@ -116,14 +116,14 @@ def stick_slip(
         mass=mass,
         mount_stiffness=mount_stiffness,
         damping=damping,
-        stribeck=_curve(device, stribeck_speed, static),
+        stribeck=_friction_curve(device, stribeck_speed, static),
         slip=slip,
         travel=travel,
     )
     start = record.frozen(slip)
-    bounds = simulation.Bounds(*(float(v) for v in simulation.bounds_at(start)))
+    bounds = simulation.Bounds(*(float(v) for v in simulation.force_bounds(start)))
     ratio = damping / (2 * math.sqrt(record.stiffness * record.mass))
-    notices += _assumptions(record, mass is None)
+    notices += _assumption_notices(record, mass is None)
     if static is None and bounds.static > bounds.kinetic:
         notices.append(
             Notice(
@@ -133,8 +133,8 @@ def stick_slip(
             )
         )
     return StickSlip.of(
-        _swing(record),
-        _limits(start, bounds, ratio),
+        _last_swing(record),
+        _stick_slip_limits(start, bounds, ratio),
         record,
         outcome=str(record.outcome),
         events=len(record.events),
@@ -150,7 +150,7 @@ judder = stick_slip
 """Former name."""
 
 
-def _curve(brake: Brake, speed: float, static: float | None) -> Stribeck:
+def _friction_curve(brake: Brake, speed: float, static: float | None) -> Stribeck:
     """Return the film's friction with a Stribeck speed [m/s] and perhaps other static friction."""
     from layerjam.mechanics.stick_slip.laws import of_film
 
@@ -165,7 +165,7 @@ def _curve(brake: Brake, speed: float, static: float | None) -> Stribeck:
     return replace(curve, static=static)
 
 
-def _check_room(slip: float, travel: float | None, brake: Brake) -> None:
+def _check_travel(slip: float, travel: float | None, brake: Brake) -> None:
     """Raise QuantityError if the overlap leaves no room for a pull, or if it is too long."""
     room = brake.sheets.overlap - slip
     if room <= 0:
@@ -177,11 +177,11 @@ def _check_room(slip: float, travel: float | None, brake: Brake) -> None:
         )
 
 
-def _swing(record: StickSlipRecord) -> dict[str, float]:
+def _last_swing(record: StickSlipRecord) -> dict[str, float]:
     """Return the numbers of the last slip, or the force of steady sliding."""
     import numpy as np
 
-    from layerjam.simulate.stick_slip import bounds_at
+    from layerjam.simulate.stick_slip import force_bounds
 
     events, last = record.events, float(record.force[-1])
     if record.outcome is Outcome.STEADY_SLIDING:
@@ -192,7 +192,7 @@ def _swing(record: StickSlipRecord) -> dict[str, float]:
         return {}
     high, low = float(events.force_high[-1]), float(events.force_low[-1])
     slip_at_break = float(np.interp(events.break_time[-1], record.time, record.slip))
-    level = float(bounds_at(record.frozen(slip_at_break)).kinetic)
+    level = float(force_bounds(record.frozen(slip_at_break)).kinetic)
     out = {"amplitude": (high - low) / 2, "force_high": high, "force_low": low}
     out["slip_per_event"] = float(events.slip[-1])
     if level:
@@ -202,7 +202,7 @@ def _swing(record: StickSlipRecord) -> dict[str, float]:
     return out
 
 
-def _limits(slide: Slide, bounds: Bounds, ratio: float) -> dict[str, float]:
+def _stick_slip_limits(slide: Slide, bounds: Bounds, ratio: float) -> dict[str, float]:
     """Return the speed and the stiffness that end stick–slip; infinite if none ends it."""
     from layerjam.mechanics.stick_slip.laws import stable_speed, stiffness_without_stick_slip
     from layerjam.simulate.stick_slip import critical_speed_of
@@ -219,7 +219,7 @@ def _limits(slide: Slide, bounds: Bounds, ratio: float) -> dict[str, float]:
     return out
 
 
-def _assumptions(record: StickSlipRecord, assumed: bool) -> list[Notice]:
+def _assumption_notices(record: StickSlipRecord, assumed: bool) -> list[Notice]:
     """Return notices about the assumptions; `assumed` is the mass if none was given."""
     from layerjam.simulate.speed import slide_notices
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from layerjam.commands.declare import Help, Progress, PythonOnly, command
-from layerjam.commands.design import DesignResult, SpecInput, best, infeasible
+from layerjam.commands.design import DesignResult, SpecInput, best_result, infeasible_result
 from layerjam.commands.quantities import Accept
 from layerjam.commands.results import STOPPED, fact, number, result
 from layerjam.errors import Notice
@@ -56,26 +56,26 @@ def sweep(
     is missing, and ClusterError.
     """
     from layerjam.design.blocks import NOTE, Store
-    from layerjam.design.bounds import impossible
+    from layerjam.design.bounds import prove_impossible
     from layerjam.design.search import BLOCK, Search
 
     search = Search(spec, BLOCK if block is None else block)
     total = search.blocks()
     make = functools.partial(DesignSweep.of, out=str(out), blocks=total)
-    conflict = impossible(search)
+    conflict = prove_impossible(search)
     if conflict is not None:
         never = functools.partial(make, complete=False, blocks_done=0, blocks_found=0, bytes=0)
-        return infeasible(never, search, conflict)
+        return infeasible_result(never, search, conflict)
     if scheduler is not None and not (Path(out) / NOTE).exists():
-        from layerjam.design.cluster import reach
+        from layerjam.design.cluster import check_cluster
 
-        reach(scheduler)
+        check_cluster(scheduler)
     with Store(out, search) as store:
         todo = store.missing(total)
         designs_done = before = total - len(todo)
         try:
             for index, data in _compute_blocks(search, todo, store, scheduler):
-                store.put(index, data)
+                store.write_block(index, data)
                 designs_done += 1
                 if progress is not None:
                     progress("designs", designs_done / total)
@@ -98,7 +98,7 @@ def sweep(
         whole_chunk = functools.partial(
             make, complete=True, blocks_done=total, blocks_found=before, bytes=store.bytes()
         )
-        return best(whole_chunk, search, sweep_result, accept)
+        return best_result(whole_chunk, search, sweep_result, accept)
 
 
 def _compute_blocks(
@@ -109,9 +109,9 @@ def _compute_blocks(
     from layerjam.mechanics.threads import Workers
 
     if scheduler is not None:
-        from layerjam.design.cluster import spread
+        from layerjam.design.cluster import compute_blocks
 
-        yield from spread(search, todo, scheduler) if todo else ()
+        yield from compute_blocks(search, todo, scheduler) if todo else ()
         return
     with Workers() as pool:
         for index in todo:

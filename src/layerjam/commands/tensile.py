@@ -13,8 +13,8 @@ from layerjam.commands.quantities import (
     LeakTime,
     Vacuum,
     VacuumShare,
-    vacuum_within,
-    with_share,
+    apply_share,
+    check_vacuum,
 )
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.file import BrakeFile
@@ -124,15 +124,17 @@ def tensile(
     and the vacuum leaks away from then on, except in the model "stack", which keeps its initial
     vacuum. Raises ProcedureError or QuantityError for contradictions.
     """
-    brake = with_share(brake, vacuum_share)
-    steps = _steps(brake, vacuum, speed, travel, procedure)
+    brake = apply_share(brake, vacuum_share)
+    steps = _pull_procedure(brake, vacuum, speed, travel, procedure)
     layout: dict[str, Any] = {"static": static, "one_by_one": one_by_one}
     layout |= {"interfaces": interfaces, "housing": housing}
     scatter_options: dict[str, Any] = {"scatter": scatter, "samples": samples, "seed": seed}
     if model == "stack":
         if leak_time is not None:
             raise QuantityError.of("leak_time", LUMPED)
-        return _stack(brake, steps, layout, **scatter_options, tell=progress or (lambda *_: None))
+        return _pull_stack(
+            brake, steps, layout, **scatter_options, tell=progress or (lambda *_: None)
+        )
     for name, value in {**layout, **scatter_options}.items():
         if value is not None and value is not False:
             raise QuantityError(f"{name}: {STACK}")
@@ -161,7 +163,7 @@ def _tensile_result(
     )
 
 
-def _stack(
+def _pull_stack(
     brake: BrakeFile,
     steps: Procedure,
     layout: dict[str, Any],
@@ -175,27 +177,29 @@ def _stack(
     import numpy as np
 
     # use compiled loops only if requested
-    from layerjam.simulate.sheet_motion import motion_of
-    from layerjam.simulate.stack import sliding_at, tensile_stack
+    from layerjam.simulate.sheet_motion import sheet_motion
+    from layerjam.simulate.stack import tensile_stack, with_sliding_speed
     from layerjam.simulate.stack_spread import peak_spread
 
     if scatter is None and (samples is not None or seed is not None):
         raise QuantityError("samples and seed need scatter; give it as well")
-    highest = vacuum_within(steps.highest_vacuum(), brake.brake)
+    highest = check_vacuum(steps.highest_vacuum(), brake.brake)
     tell("pull", 0.0)
     record, pull = tensile_stack(brake, steps, **layout, progress=lambda p: tell("pull", p))
-    motion = motion_of(record, pull)
+    motion = sheet_motion(record, pull)
     if scatter is None:
         return _tensile_result(record, motion=motion)
     count, start = 1000 if samples is None else samples, 1 if seed is None else seed
     tell("scatter", 0.0)
 
-    def share(count: int, total: int) -> None:
+    def report_share(count: int, total: int) -> None:
         tell("scatter", count / total)
 
     pace = next(step.speed for step in steps.steps if isinstance(step, Pull | Return))
-    brake_at_speed = replace(brake, brake=sliding_at(pace, brake.brake))
-    spread = peak_spread(brake_at_speed, highest, scatter, count, start, **layout, progress=share)
+    brake_at_speed = replace(brake, brake=with_sliding_speed(pace, brake.brake))
+    spread = peak_spread(
+        brake_at_speed, highest, scatter, count, start, **layout, progress=report_share
+    )
     notices = []
     if spread.done < count:
         sentence = f"stopped: only the {spread.done} of {count} stacks pulled so far are used"
@@ -212,7 +216,7 @@ def _stack(
     return _tensile_result(record, notices, motion=motion, **numbers)
 
 
-def _steps(
+def _pull_procedure(
     brake: BrakeFile, vacuum: Any, speed: Any, travel: Any, procedure: str | Procedure | None
 ) -> Procedure:
     numbers = {"vacuum": vacuum, "speed": speed, "travel": travel}
@@ -224,4 +228,4 @@ def _steps(
     missing = [name for name, value in numbers.items() if value is None]
     if missing:
         raise ProcedureError(f"{', '.join(missing)} missing (or give a procedure)")
-    return simple_pull(vacuum_within(vacuum, brake.brake), speed, travel)
+    return simple_pull(check_vacuum(vacuum, brake.brake), speed, travel)

@@ -42,7 +42,9 @@ class TunedVacuum(Result):
     brakes_needed: int | None = number("1", "sufficient number of brakes in parallel", default=None)
 
 
-def arrival(speed: float | None, height: float | None, horizontal: bool, gravity: float) -> float:
+def arrival_speed(
+    speed: float | None, height: float | None, horizontal: bool, gravity: float
+) -> float:
     """Return the speed [m/s] at the taut rope, from a speed or a height.
 
     Raises QuantityError if both or neither are given.
@@ -81,27 +83,27 @@ def tune(
     from layerjam.mechanics.pull import peak
     from layerjam.mechanics.stop.exact import stop
     from layerjam.mechanics.stop.tune import vacuum_eq10
-    from layerjam.simulate.drop import spring_of
+    from layerjam.simulate.drop import series_spring
     from layerjam.simulate.speed import follows_speed, stop_notices
     from layerjam.simulate.tuned import speeds, tuning_vacuum
 
     device, g = brake.brake, brake.brake.site.gravity
-    arrives = arrival(speed, height, horizontal, g)
+    arrives = arrival_speed(speed, height, horizontal, g)
     case = tuning_case(brake, mass, arrives, travel, rope_stiffness, horizontal)
     pressure, reach = tuning_vacuum(case), speeds(case)
     eq10 = float(vacuum_eq10(mass, arrives, travel, device))
     vacuum_at = pressure or device.site.atmosphere
     top = float(peak(vacuum_at, device.sheets.usable_travel, device).force)
     if follows_speed(device):
-        spring = spring_of(device, rope_stiffness)
+        spring = series_spring(device, rope_stiffness)
         top = max(
             top, float(stop(mass, arrives, vacuum_at, spring, case.gravity, device).peak_force)
         )
-    distance = travel + top / spring_of(device, rope_stiffness)
+    distance = travel + top / series_spring(device, rope_stiffness)
     low, high = reach or (None, None)
     speed_range: dict[str, Any] = {"least_speed": low, "greatest_speed": high}
     if pressure is None:
-        speed_range |= _ways_out(case, reach)
+        speed_range |= _suggest_alternatives(case, reach)
     return TunedVacuum(
         vacuum=pressure,
         vacuum_eq10=eq10 if math.isfinite(eq10) else None,
@@ -136,7 +138,7 @@ def tuning_case(
     )
 
 
-def _ways_out(case: "Case", reach: tuple[float, float] | None) -> dict[str, Any]:
+def _suggest_alternatives(case: "Case", reach: tuple[float, float] | None) -> dict[str, Any]:
     """Return why no vacuum is sufficient, with alternatives, each checked by tuning it."""
     from layerjam.simulate import tuned
 
@@ -155,13 +157,16 @@ def _ways_out(case: "Case", reach: tuple[float, float] | None) -> dict[str, Any]
         f"none of {tuned.TRAVELS} other travels, no 2 to {tuned.MOST_SHEETS} sheets and no 2 to "
         f"{tuned.MOST_BRAKES} brakes side by side"
     )
-    return {**out, "reason": f"{_reason(case, reach)}; {' or '.join(ways) or none} would do"}
+    return {
+        **out,
+        "reason": f"{_failure_reason(case, reach)}; {' or '.join(ways) or none} would do",
+    }
 
 
-def _reason(case: "Case", reach: tuple[float, float] | None) -> str:
+def _failure_reason(case: "Case", reach: tuple[float, float] | None) -> str:
     """Return why no vacuum stops it after exactly the travel, and the speeds for which one does."""
     from layerjam.mechanics.pull import least_stiffness
-    from layerjam.simulate.drop import spring_of
+    from layerjam.simulate.drop import series_spring
     from layerjam.simulate.tuned import balanced_speeds
 
     weight, travel = show(case.mass * case.gravity, "N"), show(case.travel, "m")
@@ -174,7 +179,7 @@ def _reason(case: "Case", reach: tuple[float, float] | None) -> str:
             f"no vacuum stops {show(case.mass, 'kg')} after exactly {travel} at any "
             f"speed: a vacuum that holds its weight of {weight} there stops it sooner"
         )
-    least, most_text = ("", "") if reach is None else _inside(case, *reach)
+    least, most_text = ("", "") if reach is None else _format_inner_range(case, *reach)
     range_text = (
         f"there is one from {least} to {most_text}"
         if reach
@@ -188,16 +193,16 @@ def _reason(case: "Case", reach: tuple[float, float] | None) -> str:
         stiff = _round_digits(stiff, 4, ROUND_CEILING)
         return (
             "rope and brake together have "
-            f"{show(spring_of(case.brake, case.rope), 'N/m')}: on such a soft spring the "
+            f"{show(series_spring(case.brake, case.rope), 'N/m')}: on such a soft spring the "
             f"mass stops, or the brake snaps, before {travel} at "
             f"{show(case.speed, 'm/s')}; {range_text}; above {show(stiff, 'N/m')} it "
             "cannot snap"
         )
     speed = format_distinct(case.speed, low, "m/s")
-    return f"{speed} is too slow for {travel}: {_slow(case)}; {range_text}"
+    return f"{speed} is too slow for {travel}: {_slow_mass_reason(case)}; {range_text}"
 
 
-def _slow(case: "Case") -> str:
+def _slow_mass_reason(case: "Case") -> str:
     """Return why a slow mass stops before the travel is used."""
     from layerjam.mechanics.pull import brake_force
 
@@ -207,7 +212,7 @@ def _slow(case: "Case") -> str:
     return "a vacuum low enough for that travel could not hold the weight there"
 
 
-def _inside(case: "Case", low: float, high: float) -> tuple[str, str]:
+def _format_inner_range(case: "Case", low: float, high: float) -> tuple[str, str]:
     """Return the ends of a range of speeds [m/s] as text whose values lie inside the range.
 
     Rounded inwards, with as many digits as needed.

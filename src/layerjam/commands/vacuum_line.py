@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from layerjam.commands.declare import Progress, command
 from layerjam.commands.lines import ONLY_COMPLIANCE, Fluid, LineInput
-from layerjam.commands.quantities import Atmosphere, Target, vacuum_within
+from layerjam.commands.quantities import Atmosphere, Target, check_vacuum
 from layerjam.commands.results import Figure, Result, fact, number, result
 from layerjam.errors import Notice
 from layerjam.fluid.file import LineFile
@@ -84,44 +84,44 @@ def rise(
     from layerjam.fluid.tube import filling_lag, wave_delay
 
     pipe, water = line.line, fluid == "water"
-    vacuum_within(target, pipe, "target")
+    check_vacuum(target, pipe, "target")
     if water:
         water_compliance(pipe)
     response: Response | Filling | None = None
     if water:
         rises = forms.rise_time(target, pipe, True)
     else:
-        rises, response = air_rise_time(target, pipe, _share(progress, "rise"))
+        rises, response = air_rise_time(target, pipe, _progress_share(progress, "rise"))
     falls, means = None, None
     if rises is not None and water:
         falls = forms.fall_by_pump(target, pipe, water=True)
         means = None if falls is None else "pumps run backwards"
     elif rises is not None:
-        falls, means = air_fall_time(target, pipe, _share(progress, "fall"))
+        falls, means = air_fall_time(target, pipe, _progress_share(progress, "fall"))
     if response is None:  # in air, the vacuum that the line reaches if it never reaches the target
         response = (
             forms.filling(target, pipe) if water else respond(pipe, 8 * forms.time_constant(pipe))
         )
-    low, closed_form = forms.reachable(pipe, water), water or forms.simple(pipe)
+    low, closed_form = forms.reachable_vacuum(pipe, water), water or forms.has_closed_form(pipe)
     notices = [*line.warnings(), *([ONLY_COMPLIANCE] if water else [])]
     delay, lag = None, None
     if pipe.tube is not None and not water:
         delay = wave_delay(pipe.tube, pipe.polytropic)
         lag = filling_lag(pipe, pipe.site.atmosphere - target)
         if rises is not None:
-            notices += _of_the_tube(pipe, pipe.tube, rises, delay, lag)
+            notices += _tube_notices(pipe, pipe.tube, rises, delay, lag)
     return VacuumRise(
         rise_time=rises,
         time_constant=forms.time_constant(pipe, water),
         fall_time=falls,
         fall_by=means,
         feasible=rises is not None,
-        reason=None if rises is not None else _why_not(pipe, target, low, water),
+        reason=None if rises is not None else _explain_unreached(pipe, target, low, water),
         reachable=low,
         target=target,
         fluid=fluid,
         closed_form=forms.rise_time(target, pipe, water) if closed_form else None,
-        closed_form_fall=_closed_fall(target, pipe, means, water) if closed_form else None,
+        closed_form_fall=_fall_time(target, pipe, means, water) if closed_form else None,
         gas_work=None if rises is None else jam_work(target, pipe, water),
         tube_delay=delay,
         tube_lag=lag,
@@ -131,7 +131,7 @@ def rise(
     )
 
 
-def _why_not(line: Line, target: float, low: float, water: bool) -> str:
+def _explain_unreached(line: Line, target: float, low: float, water: bool) -> str:
     from layerjam.fluid.flow import VAPOUR
 
     if water and line.pump.ultimate < VAPOUR:
@@ -143,11 +143,11 @@ def _why_not(line: Line, target: float, low: float, water: bool) -> str:
     return f"{show(target, 'Pa')} is never reached: at {show(low, 'Pa')} {cause}"
 
 
-def _share(progress: Progress | None, label: str) -> "Callable[[float], None] | None":
+def _progress_share(progress: Progress | None, label: str) -> "Callable[[float], None] | None":
     return None if progress is None else lambda share: progress(label, max(share, 1e-9))
 
 
-def _closed_fall(target: float, line: Line, device: str | None, water: bool) -> float | None:
+def _fall_time(target: float, line: Line, device: str | None, water: bool) -> float | None:
     from layerjam.fluid import closed_forms as forms
 
     if device == "valve":
@@ -156,10 +156,10 @@ def _closed_fall(target: float, line: Line, device: str | None, water: bool) -> 
     return forms.fall_by_pump(target, line, water) if device is not None and is_alone else None
 
 
-def _of_the_tube(line: Line, tube: Tube, rise: float, delay: float, lag: float) -> list[Notice]:
+def _tube_notices(line: Line, tube: Tube, rise: float, delay: float, lag: float) -> list[Notice]:
     """Return notices about a tube with a long delay or a flow that is not laminar."""
-    from layerjam.fluid.pump import intake
-    from layerjam.fluid.tube import LAMINAR_UP_TO, reynolds
+    from layerjam.fluid.pump import pump_throughput
+    from layerjam.fluid.tube import LAMINAR_UP_TO, reynolds_number
 
     out: list[Notice] = []
     if delay > MATTERS * rise and not tube.cells:
@@ -180,7 +180,7 @@ def _of_the_tube(line: Line, tube: Tube, rise: float, delay: float, lag: float) 
             )
         )
     a = line.site.atmosphere
-    flow = reynolds(intake(a, line.pump, a) * line.pump.count, tube.bore)
+    flow = reynolds_number(pump_throughput(a, line.pump, a) * line.pump.count, tube.bore)
     if flow > LAMINAR_UP_TO:
         out.append(
             Notice(

@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from layerjam.commands.declare import Progress, command
-from layerjam.commands.files import pulls
+from layerjam.commands.files import read_pulls
 from layerjam.commands.left_out import LeftOut, excluded_lines
-from layerjam.commands.pull_by_pull import as_rows, one_of_all, pull_lines
+from layerjam.commands.pull_by_pull import has_single_condition, pull_lines, pull_rows
 from layerjam.commands.quantities import Accept, Atmosphere, BrakeInput
 from layerjam.commands.reading import FileOptions, Files, FileVacuum
 from layerjam.commands.results import Figure, Judged, fact, number, result
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from layerjam.identify.validation.metrics import Validation
 
 
-def _percent(part: float) -> str:
+def _format_percent(part: float) -> str:
     return f"{part:.2%}"
 
 
@@ -33,8 +33,8 @@ class ModelErrors(Judged):
     """
 
     record: "tuple[BrakeFile, Validation]"
-    mape: float = number("1", "mean absolute error of the force, relative", shown=_percent)
-    mape_sd: float | None = number("1", "SD over the pulls", shown=_percent)
+    mape: float = number("1", "mean absolute error of the force, relative", shown=_format_percent)
+    mape_sd: float | None = number("1", "SD over the pulls", shown=_format_percent)
     mape_conditions: float = number("1", "mean over the conditions", listed=False)
     mape_conditions_sd: float | None = number("1", "SD over the conditions", listed=False)
     rmse: float = number("N", "root mean square error")
@@ -72,16 +72,16 @@ class ModelErrors(Judged):
         yield from ("", "vacuum     speed      pulls  MAPE    before calibration  scatter's share")
         before = self.uncalibrated
         for index, row in enumerate(self.conditions):
-            was = _percent(before["conditions"][index]["mape"]) if before else "-"
+            was = _format_percent(before["conditions"][index]["mape"]) if before else "-"
             speed = "-" if row["speed"] is None else show(row["speed"], "m/s", 3)
             yield (
                 f"{show(row['vacuum'], 'Pa'):<9}  {speed:<9}  {row['repeats']:<5}  "
-                f"{row['mape']:<6.2%}  {was:<18}  {_share(row['scatter'])}"
+                f"{row['mape']:<6.2%}  {was:<18}  {_format_share(row['scatter'])}"
             )
         if before:
             yield from ("", f"before calibration: MAPE {before['mape']:.2%}")
         if self.scatter:
-            yield _of_scatter(self.scatter)
+            yield _scatter_words(self.scatter)
         yield from pull_lines(self.pulls)
         yield from excluded_lines(self.excluded)
 
@@ -93,13 +93,13 @@ class ModelErrors(Judged):
         return figures.validation(file, validation, any(t.synthetic for t in self.traces))
 
 
-def _share(scatter: Mapping[str, Any] | None) -> str:
+def _format_share(scatter: Mapping[str, Any] | None) -> str:
     if scatter is None or scatter["share"] is None:
         return "-"
     return "all of it" if scatter["model_mse"] <= 0 else f"{scatter['share']:.0%}"
 
 
-def _of_scatter(scatter: Mapping[str, Any]) -> str:
+def _scatter_words(scatter: Mapping[str, Any]) -> str:
     if scatter["share"] is None:
         return "the model matches every pull exactly"
     if scatter["model_mse"] <= 0:
@@ -129,39 +129,44 @@ def validate(
     stiffness. A warning names files that were also used for the calibration. `exclude` leaves out
     files, each with its reason in `because` (in Python also {file: reason}).
     """
-    from layerjam.identify.curves import curves_of
-    from layerjam.identify.provenance import calibrated_on
-    from layerjam.identify.validation.metrics import compare, uncalibrated, validate_curves
+    from layerjam.identify.curves import make_curves
+    from layerjam.identify.provenance import calibration_files
+    from layerjam.identify.validation.metrics import compare_pull, uncalibrated, validate_curves
     from layerjam.identify.validation.table import (
         FILE,
-        row,
-        summary,
+        add_pull_table,
+        error_row,
+        error_rows,
         validation_checks,
-        with_pulls,
     )
 
     files, specimens_out, exclusions = left_out.split_excluded(files, options)
-    used, refusals, odd = pulls(files, brake, vacuum, options, compare, progress, specimens_out)
-    curves = curves_of(used)
-    validation, before = with_pulls(validate_curves(curves, brake.brake), curves, brake.brake), None
-    warnings = [*brake.warnings(), *odd, *one_of_all(validation.pulls)]
+    used, refusals, odd = read_pulls(
+        files, brake, vacuum, options, compare_pull, progress, specimens_out
+    )
+    curves = make_curves(used)
+    validation, before = (
+        add_pull_table(validate_curves(curves, brake.brake), curves, brake.brake),
+        None,
+    )
+    warnings = [*brake.warnings(), *odd, *has_single_condition(validation.pulls)]
     try:
         before = validate_curves(curves, uncalibrated(brake.brake))
     except FitError as error:
         sentence = f"no comparison with the model before calibration: {error}"
         warnings.append(Notice(sentence, "uncalibrated"))
-    same = calibrated_on(brake, [t.path for t, _, _ in used])
+    same = calibration_files(brake, [t.path for t, _, _ in used])
     if same:
         sentence = (
             f"{', '.join(same)}: also used to calibrate this brake, so it does not test the model"
         )
         warnings.append(Notice(sentence, "calibrated-on"))
     return ModelErrors.of(
-        summary(validation),
+        error_rows(validation),
         judge(validation_checks(validation, len(same)), accept),
-        uncalibrated=before and summary(before),
-        files=[row(c, FILE) for c in validation.curves],
-        pulls=as_rows(validation.pulls),
+        uncalibrated=before and error_rows(before),
+        files=[error_row(c, FILE) for c in validation.curves],
+        pulls=pull_rows(validation.pulls),
         excluded=exclusions,
         refused=refusals,
         warnings=warnings,

@@ -6,7 +6,7 @@ from typing import Any
 from layerjam.units import show
 
 
-def in_words(value: Any, unit: str) -> str:
+def format_words(value: Any, unit: str) -> str:
     """Return a value as text; an array as its shape and range, without its elements."""
     if isinstance(value, bool):
         return "yes" if value else "no"
@@ -14,20 +14,20 @@ def in_words(value: Any, unit: str) -> str:
         return show(float(value), unit or "1")
     if hasattr(value, "shape") and hasattr(value, "dtype"):
         if not value.shape:
-            return in_words(value.item(), unit)
+            return format_words(value.item(), unit)
         low, high = (show(float(edge), unit or "1") for edge in (value.min(), value.max()))
         return f"{' × '.join(map(str, value.shape))} values, {low} to {high}"
     if isinstance(value, list | tuple):
-        return ", ".join(in_words(v, unit) for v in value)
+        return ", ".join(format_words(v, unit) for v in value)
     return str(value)
 
 
-def superscripts(text: str) -> str:
+def superscript(text: str) -> str:
     """Return the text with superscript exponents: m/s²."""
     return text.replace("^2", "²").replace("^3", "³")
 
 
-def printable(line: str) -> str:
+def remove_controls(line: str) -> str:
     """Return the line without characters that a terminal would interpret as commands."""
     return "".join(c if c.isprintable() else "?" for c in line)
 

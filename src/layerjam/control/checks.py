@@ -22,7 +22,7 @@ def idle_band(regulator: Regulator) -> float:
     """Return the width [Pa] of the errors at which neither pump nor vent acts."""
     if regulator.kind == "bang-bang":
         return 2 * regulator.half_band
-    return regulator.half_band + regulator.vents_above
+    return regulator.half_band + regulator.vent_threshold
 
 
 def shortest_moves(regulator: Regulator, vacuum: float) -> dict[str, float]:
@@ -34,13 +34,13 @@ def shortest_moves(regulator: Regulator, vacuum: float) -> dict[str, float]:
     share = 1.0 if regulator.kind == "bang-bang" else regulator.least_command
     run, vent = max(sample, regulator.minimum_on), max(sample, regulator.minimum_vent)
     moves = {
-        _duration("pump", run, sample): share * float(plant.rise(vacuum)) * run,
-        _duration("vent", vent, sample): float(plant.fall(vacuum)) * vent,
+        _sampled_time("pump", run, sample): share * float(plant.rise(vacuum)) * run,
+        _sampled_time("vent", vent, sample): float(plant.fall(vacuum)) * vent,
     }
     return dict(sorted(moves.items(), key=lambda move: -move[1]))
 
 
-def _duration(actor: str, time: float, sample: float) -> str:
+def _sampled_time(actor: str, time: float, sample: float) -> str:
     if time > sample:
         return f"the shortest run of the {actor}, {show(time, 's')},"
     return f"one sample ({show(sample, 's')}) of the {actor}"
@@ -68,7 +68,7 @@ def regulation_checks(regulator: Regulator, target: float, loop: "ClosedLoop") -
     sentence = f"the detectors report {loop.outcome}"
     wrong = f" after {show(loop.fault_time, 's')}, although nothing is broken"
     yield check("fault", loop.outcome == "HEALTHY", sentence, wrong, "failed")
-    settings, ends = regulator.packed()[0], float(loop.time[-1])
+    settings, ends = regulator.pack()[0], float(loop.time[-1])
     noise = 3 * regulator.sensor.noise + regulator.sensor.resolution
     reached = math.isfinite(loop.rise_time) and any(
         law.reached(settings, reading, target, noise) for reading in loop.measured.tolist()

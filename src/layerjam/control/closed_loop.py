@@ -15,7 +15,14 @@ from typing import Any
 import numpy as np
 
 from layerjam.control import law
-from layerjam.control.closed_loop_run import READS, SHOWS, STANDS, Chain, Course, loop
+from layerjam.control.closed_loop_run import (
+    READS,
+    SHOWS,
+    STANDS,
+    Chain,
+    Course,
+    compile_loop_of_runs,
+)
 from layerjam.control.faults import FaultInjection
 from layerjam.control.plant import Plant
 from layerjam.control.settings import FAULTS, Regulator, validate
@@ -73,7 +80,7 @@ class ClosedLoop(Runs):
     """HEALTHY or the name of the fault."""
 
 
-def simulate(
+def simulate_run(
     regulator: Regulator,
     targets: Targets,
     *,
@@ -105,7 +112,7 @@ def simulate(
     )
 
 
-def simulate_many(
+def simulate_runs(
     regulator: Regulator,
     targets: Targets,
     *,
@@ -119,7 +126,7 @@ def simulate_many(
 ) -> Runs:
     """Simulate `runs` runs with independent noise on all cores; run j uses stream j of `seed`.
 
-    Raises QuantityError as `simulate` does.
+    Raises QuantityError as `simulate_run` does.
     """
     loop_of = _Loop(regulator, plant, sensor, injected or FaultInjection())
     course = loop_of.course(targets, duration, steady)
@@ -178,5 +185,7 @@ class _Loop:
         offset = self.injected.value if self.injected.sensor == "offset" else 0.0
         chains = (sound, sound._replace(offset=sound.offset + offset))
         plants = (FaultInjection().break_plant(plant), self.injected.break_plant(plant))
-        settings = self.regulator.packed()
-        loop()((seed, number), settings, law.fresh(), plants, chains, course, out, history)
+        settings = self.regulator.pack()
+        compile_loop_of_runs()(
+            (seed, number), settings, law.fresh(), plants, chains, course, out, history
+        )

@@ -56,7 +56,7 @@ class Course(NamedTuple):
     """First sample for steady error and ripple."""
 
 
-def _law() -> dict[str, Any]:
+def _compile_law() -> dict[str, Any]:
     """Return the compiled functions of the law, by name; rounding is unchanged."""
     names: dict[str, Any] = {k: v for k, v in vars(law).items() if isinstance(v, int | float)}
     helpers = (
@@ -77,17 +77,17 @@ def _law() -> dict[str, Any]:
     return names
 
 
-_LAW = _law()
+_LAW = _compile_law()
 compiled_step, compiled_detect = _LAW["step"], _LAW["detect"]
 """The law's `step` and `detect`, compiled by numba."""
 
 
-factors = numba.njit(error_model="numpy", forceinline=True)(exact.factors)
+factors = numba.njit(error_model="numpy", forceinline=True)(exact.step_factors)
 """`factors` of `exact.py`, compiled by numba."""
 
 
 @numba.njit(error_model="numpy", forceinline=True)  # type: ignore[untyped-decorator]
-def _reading(value, noise, chain):  # type: ignore[no-untyped-def]  # pragma: no cover
+def _read_sensor(value, noise, chain):  # type: ignore[no-untyped-def]  # pragma: no cover
     y = value + chain.offset + chain.noise * noise
     if chain.step > 0.0:
         y = np.rint(y / chain.step) * chain.step
@@ -95,14 +95,14 @@ def _reading(value, noise, chain):  # type: ignore[no-untyped-def]  # pragma: no
 
 
 @cache_threadsafe
-def loop() -> Any:
+def compile_loop_of_runs() -> Any:
     """Return the loop; it is compiled in some seconds if the law has changed, otherwise cached."""
     folder = Path(__file__).parent
     names = ("law.py", "noise.py", "exact.py", "closed_loop_run.py", "through_tube.py")
     stamp = stamp_of(folder / name for name in names)
 
     @compile_loop(nogil=True, error_model="numpy")
-    def run(  # type: ignore[no-untyped-def]
+    def run_loop(  # type: ignore[no-untyped-def]
         key, settings, fresh, plants, chains, course, out, history
     ):  # pragma: no cover
         len(stamp)
@@ -119,7 +119,7 @@ def loop() -> Any:
             if does == READS:
                 chain = chains[case]
                 noise = normal(key, n) if chain.noise > 0.0 else 0.0
-                reading = _reading(gauge, noise, chain)
+                reading = _read_sensor(gauge, noise, chain)
             elif does == SHOWS:
                 reading = course.shown
             state, pump, vent, fault = compiled_step(settings, state, reading, target)
@@ -161,4 +161,4 @@ def loop() -> Any:
         out[4], out[5], out[6] = pump_time * dt, state[0][5], state[0][6]
         out[7], out[8] = state[1][13], fault_time
 
-    return run
+    return run_loop

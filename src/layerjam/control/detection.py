@@ -54,15 +54,15 @@ def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
     SENSOR_STUCK applies to a noisy sensor at any time, and to one without noise only during full
     pumping.
     """
-    dt, lag = regulator.sample_time, regulator.slowest
+    dt, lag = regulator.sample_time, regulator.longest_lag
     trials = _Trials(regulator)
     none = trials.longest_time(vacuum, FaultInjection(pump=0.0))
     stuck = max(regulator.samples(regulator.stuck_time), 50) * dt
     return {
         "NOT_A_NUMBER": dt,
         "SENSOR_OUT_OF_RANGE": (regulator.confirm + 1) * dt,
-        "SENSOR_STUCK": stuck + dt if regulator.noisy else none,
-        "SENSOR_OFFSET": regulator.settles_in + (regulator.confirm + 2) * dt + 8 * lag,
+        "SENSOR_STUCK": stuck + dt if regulator.is_noisy else none,
+        "SENSOR_OFFSET": regulator.settling_time + (regulator.confirm + 2) * dt + 8 * lag,
         "NO_VACUUM": none,
         "WEAK_PUMP": trials.longest_time(vacuum, FaultInjection(pump=regulator.weak_ratio / 2)),
         "LINE_BLOCKED": max(
@@ -71,7 +71,7 @@ def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
             )
             for share in BLOCKS
         ),
-        "VACUUM_LOST": regulator.samples(regulator.lost_for) * dt + 2 * dt + 8 * regulator.lag,
+        "VACUUM_LOST": regulator.samples(regulator.loss_time) * dt + 2 * dt + 8 * regulator.lag,
     }
 
 
@@ -80,22 +80,22 @@ class _Trials:
 
     def __init__(self, regulator: Regulator) -> None:
         self.regulator = regulator
-        self.watch = regulator.packed()[1]
-        self.strict = functools.cache(partial(_strict, regulator))
+        self.watch = regulator.pack()[1]
+        self.strict = functools.cache(partial(_tighten_limits, regulator))
 
     def longest_time(self, vacuum: float, fault: FaultInjection) -> float:
         """Return the longest detection time [s] of a fault at readings up to a vacuum [Pa]."""
         regulator = self.regulator
         starts = np.linspace(0.0, vacuum, STARTS).tolist()
         pump, zero = regulator.tolerances.pump, regulator.zero
-        ends = itertools.product((-pump, pump), (-zero, zero), (0.0, regulator.slowest))
+        ends = itertools.product((-pump, pump), (-zero, zero), (0.0, regulator.longest_lag))
         times = [
             self.detection_time(v, fault, ran, end)
             for end in dict.fromkeys(ends)
             for v in starts
             for ran in (True, False)
         ]
-        return max(times) + regulator.samples(regulator.fades_in) * regulator.sample_time
+        return max(times) + regulator.samples(regulator.vent_fade_time) * regulator.sample_time
 
     def detection_time(
         self, shows: float, fault: FaultInjection, ran: bool, end: tuple[float, float, float]
@@ -118,11 +118,11 @@ class _Trials:
         long = FINE * fault.volume / plant.rate if is_blocked else regulator.decision / net / WINDOW
         step = max(dt, long)
         watch = self.strict(step)
-        side = vacuum
+        pump_pressure = vacuum
         if ran and plant.passage is not None:
             tube = plant.passage
             p, lowest = tube.atmosphere - vacuum, tube.atmosphere - plant.top
-            side = tube.atmosphere - float(tube.side(p, plant.rate, lowest))
+            pump_pressure = tube.atmosphere - float(tube.pump_pressure(p, plant.rate, lowest))
         memory, gauge = list(law.fresh()[1]), vacuum
         if ran:
             gauge -= lag * float(plant.rise(vacuum))
@@ -130,12 +130,12 @@ class _Trials:
                 1.0, shows - zero_error, watch[0], *watch[1:3], *watch[18:21]
             )
         memory[0] = gauge + shows - vacuum
-        count, code = _trial()(
+        count, code = _compile_trial()(
             fault.break_plant(plant),
             watch,
             tuple(memory),
             law.fresh()[0],
-            (vacuum, side, gauge),
+            (vacuum, pump_pressure, gauge),
             (step, lag, LONGEST, shows - vacuum),
         )
         if not count or (code == law.BLOCKED) != is_blocked:
@@ -144,9 +144,9 @@ class _Trials:
         return float((1.0 if is_blocked else 1 + SURE) * took + 2 * dt)
 
 
-def _strict(regulator: Regulator, step: float) -> tuple[float, ...]:
+def _tighten_limits(regulator: Regulator, step: float) -> tuple[float, ...]:
     """Return the detectors' settings at a sample of `step` [s], with limits raised by the noise."""
-    settings: LawSettings = replace(regulator, sample_time=step).packed()
+    settings: LawSettings = replace(regulator, sample_time=step).pack()
     watch = list(settings[1])
     noise = IN_NOISE * regulator.greatest_noise + regulator.sensor.resolution
     watch[5], watch[6], watch[14] = -math.inf, math.inf, math.inf
@@ -156,14 +156,14 @@ def _strict(regulator: Regulator, step: float) -> tuple[float, ...]:
 
 
 @cache_threadsafe
-def _trial() -> Any:
+def _compile_trial() -> Any:
     """Return the compiled trial: full pump on the broken plant, number of steps until a fault."""
     folder = Path(__file__).parent
     names = ("law.py", "detection.py", "exact.py", "closed_loop_run.py", "through_tube.py")
     stamp = stamp_of(folder / name for name in names)
 
     @compile_loop(error_model="numpy")
-    def run(plant, watch, memory, drive, begin, course):  # type: ignore[no-untyped-def]  # pragma: no cover
+    def run_trial(plant, watch, memory, drive, begin, course):  # type: ignore[no-untyped-def]  # pragma: no cover
         len(stamp)
         vacuum, side, gauge = begin
         dt, lag, steps, offset = course
@@ -187,4 +187,4 @@ def _trial() -> Any:
                 return n + 1, fault
         return 0, 0.0
 
-    return run
+    return run_trial

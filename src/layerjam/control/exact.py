@@ -22,7 +22,7 @@ class Rates(NamedTuple):
     atmosphere: float = 0.0
 
 
-def factors(
+def step_factors(
     plant: Rates, pump: float, vent: float, dt: float, lag: float, left: float
 ) -> tuple[float, float, float, float]:
     """Return (a, b, effect of a sample's first slope a - b v on v, and on the sensor).

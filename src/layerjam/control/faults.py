@@ -61,7 +61,7 @@ class FaultInjection:
         )
 
 
-def injection_of(
+def make_injection(
     fault: str, start: float, regulator: Regulator, target: float
 ) -> tuple[FaultInjection, str]:
     """Return the fault to inject from `start` [s] on at a held `target` [Pa], with a description.

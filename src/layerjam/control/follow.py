@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from layerjam.control.closed_loop import ClosedLoop, simulate
+from layerjam.control.closed_loop import ClosedLoop, simulate_run
 from layerjam.control.plant import Plant
 from layerjam.control.settings import Regulator
 from layerjam.device.brake import Brake
@@ -65,7 +65,7 @@ class Following:
         return float(np.sqrt(np.mean(self.error**2)))
 
 
-def _pad(values: Array) -> Array:
+def _pad_values(values: Array) -> Array:
     """Return the values padded to one of few lengths, because the laws compile for each length.
 
     The laws take 0.2 ms for 4,096 values; compiling them takes a hundred times longer.
@@ -76,7 +76,7 @@ def _pad(values: Array) -> Array:
     return np.pad(values, (0, length - count), mode="edge")
 
 
-def targets_for(
+def target_vacuums(
     forces: Array, slip: Array, brake: Brake, highest: float, pace: Array | None = None
 ) -> tuple[Array, Mask, list[str]]:
     """Return the vacuum [Pa] for each target force [N] at a slip [m], whether it exists, reasons.
@@ -86,10 +86,10 @@ def targets_for(
     quasi-static.
     """
     count = len(slip)
-    wide = _pad(slip)
-    moving = at_speed(np.zeros_like(wide) if pace is None else _pad(pace), brake)
+    wide = _pad_values(slip)
+    moving = at_speed(np.zeros_like(wide) if pace is None else _pad_values(pace), brake)
     low, high = (np.asarray(f)[:count] for f in force_limits(wide, moving))
-    vacuum = np.asarray(vacuum_for_force(_pad(forces), wide, moving))[:count]
+    vacuum = np.asarray(vacuum_for_force(_pad_values(forces), wide, moving))[:count]
     full = min(highest, brake.site.atmosphere)
     few = forces < low
     much = ~few & ~(vacuum <= highest)
@@ -111,7 +111,7 @@ def targets_for(
     return np.maximum(target, LEAST), ~(few | much), reasons
 
 
-def slew(targets: Array, dt: float, plant: Plant) -> tuple[Mask, list[str]]:
+def check_slew(targets: Array, dt: float, plant: Plant) -> tuple[Mask, list[str]]:
     """Return whether pump and vent can follow each target, and the reasons why not."""
     middle = (targets[1:] + targets[:-1]) / 2
     rate = np.diff(targets) / dt
@@ -168,13 +168,15 @@ def follow(
         slip + slip_noise * random.standard_normal(len(slip)), 0.0, model.sheets.overlap
     )
     paces = np.abs(np.gradient(slip, dt)) if pace is None else np.full_like(slip, pace)
-    clean, is_held, reasons = targets_for(wanted, slip, model, highest, paces)
-    fine, slow = slew(clean, dt, regulator.plant)
-    targets, _, _ = targets_for(wanted, readings, model, highest, paces)
-    regulator = replace(regulator, plant=regulator.plant.up_to(float(targets.max())))
-    loop = simulate(regulator, [(dt, float(level)) for level in targets], plant=plant, seed=seed)
-    true = at_speed(_pad(paces), brake or model)
-    force = np.asarray(brake_force(_pad(slip), _pad(loop.vacuum), true))[: len(slip)]
+    clean, is_held, reasons = target_vacuums(wanted, slip, model, highest, paces)
+    fine, slow = check_slew(clean, dt, regulator.plant)
+    targets, _, _ = target_vacuums(wanted, readings, model, highest, paces)
+    regulator = replace(regulator, plant=regulator.plant.tune_up_to(float(targets.max())))
+    loop = simulate_run(
+        regulator, [(dt, float(level)) for level in targets], plant=plant, seed=seed
+    )
+    true = at_speed(_pad_values(paces), brake or model)
+    force = np.asarray(brake_force(_pad_values(slip), _pad_values(loop.vacuum), true))[: len(slip)]
     return Following(loop, wanted, force, slip, is_held & fine, (*reasons, *slow))
 
 
@@ -203,7 +205,7 @@ class Bode:
         return float(np.exp(low + part * (high - low)))
 
 
-def bode(
+def bode_response(
     regulator: Regulator,
     model: Brake,
     *,

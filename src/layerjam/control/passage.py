@@ -6,7 +6,7 @@ With p = atmosphere - v of chamber and side (the tube's gas, where pump and vent
     volume w' = -passes (p^2 - s^2) + u k (top - w) - vent w,    s = atmosphere - w,
 
 all rates over the chamber's volume. The rise that the law expects is proportional to the pump
-command and falls linearly with the vacuum; behind a tube it is at most a parabola (`owing`).
+command and falls linearly with the vacuum; behind a tube it is at most a parabola (`owed_rise`).
 """
 
 import functools
@@ -60,7 +60,7 @@ class Passage:
     vacuum: float
     """Greatest vacuum for which the detectors are tuned [Pa]."""
 
-    def side(self, p: Any, rate: Any, lowest: float) -> Any:
+    def pump_pressure(self, p: Any, rate: Any, lowest: float) -> Any:
         """Return the pressure at the pump [Pa] if it takes in as much as the tube passes from p."""
         half = rate / (2 * self.passes)
         square = p * p + 2 * half * lowest + half * half
@@ -69,7 +69,7 @@ class Passage:
     def rise(self, vacuum: Any, rate: Any, top: float) -> Any:
         """Return the rise of the chamber's vacuum [Pa/s] with a running pump of this rate."""
         p, low = self.atmosphere - np.asarray(vacuum, float), self.atmosphere - top
-        s = self.side(p, rate, low)
+        s = self.pump_pressure(p, rate, low)
         # the gas of the tube is also pumped, to the extent that its pressure follows the chamber's
         follows = p / (s + rate / (2 * self.passes))
         return rate * (s - low) / (1 + self.volume * follows)
@@ -89,7 +89,10 @@ class Passage:
         The thinner the gas and the slower the pump, the longer the tube takes.
         """
         a = self.atmosphere
-        vacuum, command = np.linspace(0.0, min(self.vacuum, owed.top), GRID), _commands(switched)
+        vacuum, command = (
+            np.linspace(0.0, min(self.vacuum, owed.top), GRID),
+            _pump_commands(switched),
+        )
         late = self.lag(command * rate, a - vacuum) - self.lag(rate, a)
         return float((owed.rise_at(vacuum, command) * late).max())
 
@@ -98,18 +101,18 @@ class Passage:
         p = max(self.atmosphere - vacuum, DEEPEST * self.atmosphere)
         return 1 / (2 * self.passes * p)
 
-    def still(self, vacuum: float, rate: float, top: float) -> float:
+    def rise_after_stop(self, vacuum: float, rate: float, top: float) -> float:
         """Return the rise of the vacuum after a full pump stops [Pa].
 
         A vent is a pump that reaches only the atmosphere, with `top` zero; the rise is then
         negative.
         """
         p = self.atmosphere - vacuum
-        s = self.side(p, rate, self.atmosphere - top)
+        s = self.pump_pressure(p, rate, self.atmosphere - top)
         return float(self.volume / (1 + self.volume) * (p - s))
 
 
-def _commands(switched: bool) -> Array:
+def _pump_commands(switched: bool) -> Array:
     """Return the commands of a running pump, shape (C, 1).
 
     If the pump can only be switched on and off, this is only full command.
@@ -118,7 +121,7 @@ def _commands(switched: bool) -> Array:
 
 
 @functools.lru_cache(maxsize=64)
-def owing(passage: Passage, rate: float, top: float, switched: bool = False) -> Owed:
+def owed_rise(passage: Passage, rate: float, top: float, switched: bool = False) -> Owed:
     """Return the rise that is expected of a healthy pump behind a tube, up to the passage's vacuum.
 
     The parabola is fitted to the relative rise of the full pump; the tube does not limit a slow
@@ -129,7 +132,7 @@ def owing(passage: Passage, rate: float, top: float, switched: bool = False) -> 
     full, unheld = passage.rise(vacuum, rate, top), rate / (1 + passage.volume)
     bend, slope, limit = np.polyfit(vacuum / top, full, 2, w=1 / full)
     fit = Owed(unheld, top, 1.0, float(limit), float(-slope / top), float(bend / top**2))
-    commands = _commands(switched)
+    commands = _pump_commands(switched)
     ratio = passage.rise(vacuum, commands * rate, top) / fit.rise_at(vacuum, commands)
     low, high = float(ratio.min()), float(ratio.max())
     if not switched:  # the slowest pump rises along the straight line

@@ -23,7 +23,7 @@ from layerjam.mechanics.limits import sheet_stress
 from layerjam.mechanics.stop.exact import NEVER_SLID, STOPPED, Stop, stop
 from layerjam.mechanics.stop.paced_tune import holds
 from layerjam.simulate.coupled import CoupledStop, coupled_drop
-from layerjam.simulate.drop import OUTCOMES, spring_of
+from layerjam.simulate.drop import OUTCOMES, series_spring
 from layerjam.simulate.drop_in_time import TimedStop
 from layerjam.simulate.record import Outcome
 from layerjam.simulate.speed import follows_speed
@@ -93,7 +93,7 @@ def needed_vacuum(brake: Brake, case: Arrival) -> float | None:
 
     This is the tuned vacuum if there is one, or the vacuum that holds the mass if that is higher.
     """
-    spring = spring_of(brake, case.rope_stiffness)
+    spring = series_spring(brake, case.rope_stiffness)
     return _least_vacuum(
         lambda vacuums: _stops_within(vacuums, case, spring, brake), brake.site.atmosphere
     )
@@ -104,7 +104,7 @@ def safe_vacuum(brake: Brake, case: Arrival) -> float | None:
 
     It is None if no vacuum at the site is sufficient.
     """
-    spring = spring_of(brake, case.rope_stiffness)
+    spring = series_spring(brake, case.rope_stiffness)
     worst = replace(case, mass=case.mass * (1 + MARGIN), speed=case.speed * (1 + MARGIN))
     return _least_vacuum(
         lambda vacuums: _stops_within(vacuums * (1 - MARGIN), worst, spring, brake),
@@ -138,13 +138,13 @@ def _least_vacuum(stops: Callable[[Array], Any], atmosphere: float) -> float | N
     return high
 
 
-def _is_knife_edge(file: BrakeFile, case: Arrival, vacuum: float) -> bool:
+def _is_on_knife_edge(file: BrakeFile, case: Arrival, vacuum: float) -> bool:
     """Return whether the slip jumps to the end of travel just below the needed vacuum."""
-    mode, below = (stop_at(file, case, vacuum * share) for share in (1.0, 1 - 1e-6))
+    mode, below = (predict_stop(file, case, vacuum * share) for share in (1.0, 1 - 1e-6))
     return mode.slip < case.travel * (1 - 1e-3) and not below.stops_within(case.travel)
 
 
-def stop_at(
+def predict_stop(
     file: BrakeFile,
     case: Arrival,
     vacuum: float,
@@ -152,7 +152,7 @@ def stop_at(
     water: bool = False,
 ) -> Mode:
     """Return the stop of the estimated mass at a vacuum [Pa], coupled to a changing line."""
-    spring = spring_of(file.brake, case.rope_stiffness)
+    spring = series_spring(file.brake, case.rope_stiffness)
     result: Stop | TimedStop = stop(case.mass, case.speed, vacuum, spring, case.gravity, file.brake)
     coupling = None
     if during is not None and (during.leaks or during.line.chamber.volume_per_slip > 0):
@@ -209,7 +209,7 @@ class Plan:
     """Vacuum [Pa] that leaves a margin at a knife edge; otherwise None."""
 
 
-def plan(
+def plan_stop(
     file: BrakeFile,
     line: Line,
     case: Arrival,
@@ -227,15 +227,15 @@ def plan(
     state = rising.states[-1]
     vacuum = line.site.atmosphere - float(state[CHAMBER])
     need = needed_vacuum(file.brake, case)
-    edge = need is not None and _is_knife_edge(file, case, need)
+    edge = need is not None and _is_on_knife_edge(file, case, need)
     opened = line.reservoir is not None and line.reservoir.delay < case.warning
     drive = Drive(store=1.0 if opened else 0.0)
-    full = tuned_mode = stop_at(file, case, vacuum, During(line, drive, state, leaks), water)
+    full = tuned_mode = predict_stop(file, case, vacuum, During(line, drive, state, leaks), water)
     capped = need is None or need >= vacuum
     if need is not None and not capped:
         least = standby.vacuum_after_venting(case.warning) if need < case.standing else 0.0
         shut = During(line, Drive(pump=0.0), leaks=leaks)
-        tuned_mode = stop_at(file, case, max(need, least), shut, water)
+        tuned_mode = predict_stop(file, case, max(need, least), shut, water)
     return Plan(
         case=case,
         brake=file,

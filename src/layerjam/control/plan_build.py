@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from layerjam.control.standby import Standby
-from layerjam.fluid.closed_forms import reachable
+from layerjam.fluid.closed_forms import reachable_vacuum
 from layerjam.fluid.line import Reservoir
 from layerjam.units import show, spec_of
 
@@ -58,7 +58,7 @@ def valve_cv(conductance: float) -> float:
     return conductance * 1e8 / CV
 
 
-def least(excess: Callable[[float], float], low: float, high: float) -> float | None:
+def least_root(excess: Callable[[float], float], low: float, high: float) -> float | None:
     """Return the least x in [low, high] from which `excess` is not negative.
 
     It is None if `excess` is negative up to `high`.
@@ -79,7 +79,7 @@ def least(excess: Callable[[float], float], low: float, high: float) -> float | 
     return None
 
 
-def what_to_build(standby: Standby, vacuum: float, warning: float) -> Build:
+def suggest_sizes(standby: Standby, vacuum: float, warning: float) -> Build:
     """Return sizes with which a vacuum [Pa] is reached after the warning [s]."""
     line = standby.line
     tank = line.reservoir or Reservoir(
@@ -93,18 +93,20 @@ def what_to_build(standby: Standby, vacuum: float, warning: float) -> Build:
         None, "a reservoir of gas is not part of a line filled with water"
     )
     if not standby.water:
-        reservoir = _tank(standby, tank, vacuum, warning, "volume", "reservoir of")
-        conductance = _tank(standby, tank, vacuum, warning, "conductance", f"valve on {size} of")
+        reservoir = _size_tank(standby, tank, vacuum, warning, "volume", "reservoir of")
+        conductance = _size_tank(
+            standby, tank, vacuum, warning, "conductance", f"valve on {size} of"
+        )
         if line.reservoir is None:
             notes = (
                 f"no reservoir in the line: its volume is sized at {flow} and its valve at {size}, "
                 f"with {show(tank.delay, 's')} to open; assumed, not measured",
             )
     return Build(
-        warning=_warning(standby, vacuum),
+        warning=_size_warning(standby, vacuum),
         reservoir=reservoir,
         conductance=conductance,
-        standing=_standing(standby, vacuum, warning),
+        standing=_size_standby(standby, vacuum, warning),
         conductance_used=tank.conductance,
         volume_used=tank.volume,
         delay_used=tank.delay,
@@ -112,29 +114,29 @@ def what_to_build(standby: Standby, vacuum: float, warning: float) -> Build:
     )
 
 
-def _tank(
+def _size_tank(
     standby: Standby, tank: Reservoir, vacuum: float, warning: float, name: str, phrase: str
 ) -> Size:
     """Return the least volume or conductance of a reservoir, with everything else unchanged."""
 
-    def excess(value: float) -> float:
+    def pressure_excess(value: float) -> float:
         line = replace(standby.line, reservoir=replace(tank, **{name: value}))
         return replace(standby, line=line).vacuum_after(warning) - vacuum
 
     spec, high = spec_of(Reservoir, name), LARGEST[name]
-    root = least(excess, spec.lo, high)
+    root = least_root(pressure_excess, spec.lo, high)
     if root is not None:
         return Size(root)
-    short, limit = show(-excess(high), "Pa"), show(high, spec.unit)
+    short, limit = show(-pressure_excess(high), "Pa"), show(high, spec.unit)
     return Size(None, f"even a {phrase} {limit} falls {short} short in that time")
 
 
-def _warning(standby: Standby, vacuum: float) -> Size:
+def _size_warning(standby: Standby, vacuum: float) -> Size:
     if vacuum <= standby.vacuum:
         return Size(0.0)
-    if vacuum >= reachable(standby.line, standby.water):
-        return Size(None, _never(standby, vacuum))
-    time = least(lambda t: standby.vacuum_after(t) - vacuum, 1e-6, LONGEST)
+    if vacuum >= reachable_vacuum(standby.line, standby.water):
+        return Size(None, _is_unreachable(standby, vacuum))
+    time = least_root(lambda t: standby.vacuum_after(t) - vacuum, 1e-6, LONGEST)
     if time is not None:
         return Size(time)
     return Size(
@@ -142,7 +144,7 @@ def _warning(standby: Standby, vacuum: float) -> Size:
     )
 
 
-def _standing(standby: Standby, target: float, warning: float) -> Size:
+def _size_standby(standby: Standby, target: float, warning: float) -> Size:
     from scipy.optimize import brentq
 
     def excess(vacuum: float) -> float:
@@ -150,9 +152,9 @@ def _standing(standby: Standby, target: float, warning: float) -> Size:
 
     if excess(0.0) >= 0:
         return Size(0.0)
-    top = min(target, reachable(standby.line, standby.water))
+    top = min(target, reachable_vacuum(standby.line, standby.water))
     if excess(top) < -1e-6 * target:
-        return Size(None, _never(standby, target))
+        return Size(None, _is_unreachable(standby, target))
     if excess(top) <= 0:
         return Size(top)
     # add half of the tolerance, so that the size is sufficient
@@ -160,6 +162,6 @@ def _standing(standby: Standby, target: float, warning: float) -> Size:
     return Size(min(root + CLOSE * target / 2, top))
 
 
-def _never(standby: Standby, vacuum: float) -> str:
-    low = show(reachable(standby.line, standby.water), "Pa")
+def _is_unreachable(standby: Standby, vacuum: float) -> str:
+    low = show(reachable_vacuum(standby.line, standby.water), "Pa")
     return f"the line never holds {show(vacuum, 'Pa')}: its pump reaches only {low}"

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from layerjam.control.plan import Arrival
 from layerjam.device.brake import Brake
 from layerjam.mechanics.stop.exact import NEVER_SLID, STOPPED, stop
-from layerjam.simulate.drop import spring_of
+from layerjam.simulate.drop import series_spring
 
 Array = npt.NDArray[np.float64]
 SHIFTS = 16
@@ -40,7 +40,7 @@ class Spread(NamedTuple):
     """Number of masses and speeds tried."""
 
 
-def lattice(samples: int, seed: int) -> Array:
+def lattice_points(samples: int, seed: int) -> Array:
     """Return quantiles, shape (SHIFTS, n, 2), n a Fibonacci number for `samples` in all."""
     before, n = 1, 2
     while n * SHIFTS < samples:
@@ -61,21 +61,23 @@ def log_normal(quantile: Array, mean: float, sd: float) -> Array:
     return np.asarray(mean * np.exp(np.sqrt(width) * ndtri(quantile) - width / 2))
 
 
-def arrivals(case: Arrival, samples: int = SAMPLES, seed: int = SEED) -> tuple[Array, Array]:
+def draw_arrivals(case: Arrival, samples: int = SAMPLES, seed: int = SEED) -> tuple[Array, Array]:
     """Return masses [kg] and speeds [m/s], shape (SHIFTS, n)."""
-    points = lattice(samples, seed)
+    points = lattice_points(samples, seed)
     return (
         log_normal(points[..., 0], case.mass, case.mass_sd),
         log_normal(points[..., 1], case.speed, case.speed_sd),
     )
 
 
-def spread(
+def predict_spread(
     vacuum: float, brake: Brake, case: Arrival, samples: int = SAMPLES, seed: int = SEED
 ) -> Spread:
     """Return peak and probabilities at one vacuum [Pa]."""
-    mass, speed = arrivals(case, samples, seed)
-    result = stop(mass, speed, vacuum, spring_of(brake, case.rope_stiffness), case.gravity, brake)
+    mass, speed = draw_arrivals(case, samples, seed)
+    result = stop(
+        mass, speed, vacuum, series_spring(brake, case.rope_stiffness), case.gravity, brake
+    )
     outcome, slip = np.asarray(result.outcome), np.asarray(result.slip)
     stands = (outcome == STOPPED) | (outcome == NEVER_SLID)
     g = brake.site.gravity
@@ -87,11 +89,14 @@ def spread(
     high = float(np.quantile(peak[stands], 0.95)) if stands.any() else float("nan")
     pace_left = float(np.nanmean(pace)) if np.isfinite(pace).any() else 0.0
     least = 1.0 / mass.size
-    late, out = _mean(exceeds.mean(axis=1), least), _mean((~stands).mean(axis=1), least)
-    return Spread(*_mean(peaks, 0.0), high, *late, *out, pace_left, mass.size)
+    late, out = (
+        _mean_and_error(exceeds.mean(axis=1), least),
+        _mean_and_error((~stands).mean(axis=1), least),
+    )
+    return Spread(*_mean_and_error(peaks, 0.0), high, *late, *out, pace_left, mass.size)
 
 
-def _mean(values: Array, least: float) -> tuple[float, float]:
+def _mean_and_error(values: Array, least: float) -> tuple[float, float]:
     """Return the mean over the shifts and its standard error, at least one point's weight."""
     if not np.isfinite(values).all():
         return float("nan"), float("nan")

@@ -14,10 +14,10 @@ from typing import Any
 
 from layerjam.control.passage import Passage, balance_vacuum
 from layerjam.errors import QuantityError
-from layerjam.fluid.flow import NORMAL, VAPOUR, leaking, tube_conductance
+from layerjam.fluid.flow import NORMAL, VAPOUR, leak_throughput, tube_conductance
 from layerjam.fluid.line import Leak, Line, Valve, validate, water_compliance
 from layerjam.fluid.pump import check_water, displacement_at, lowest_pressure
-from layerjam.fluid.tube import area
+from layerjam.fluid.tube import tube_area
 from layerjam.units import check, quantity, show
 
 
@@ -76,7 +76,7 @@ class Plant:
         tube = self.passage
         return 0.0 if tube is None else float(tube.lag(self.rate, tube.atmosphere))
 
-    def up_to(self, vacuum: float) -> "Plant":
+    def tune_up_to(self, vacuum: float) -> "Plant":
         """Return the plant with detectors tuned up to `vacuum` [Pa], which matters with a tube."""
         if self.passage is None:
             return self
@@ -106,7 +106,7 @@ class Plant:
         return 1 / (slow.rate + slow.leak) + self.passage.filling(vacuum)
 
 
-def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
+def linearise_line(line: Line, *, vacuum: float, water: bool = False) -> Plant:
     """Return the plant of a fluid line, with leak and valve linearised at `vacuum` [Pa].
 
     A pump with a flow curve is linearised too. The plant is exact for a pump with a displacement,
@@ -128,14 +128,16 @@ def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
             "line: it has no valve and a pump that cannot run backwards: no release"
         )
     if not water:
-        leak = leaking(atmosphere - vacuum, atmosphere, line.leak.laminar, line.leak.orifice)
+        leak = leak_throughput(
+            atmosphere - vacuum, atmosphere, line.leak.laminar, line.leak.orifice
+        )
         leak, rate = n * (leak / (volume * vacuum)), n * (flow / volume)
         top = atmosphere - lowest_pressure(pump, atmosphere)
         vent = n * (vent or reverse_flow * atmosphere / (volume * vacuum))
         backwards = n * (reverse_flow * atmosphere / volume)
         if line.tube is not None:
             passage = Passage(
-                volume=area(line.tube) * line.tube.length / volume,
+                volume=tube_area(line.tube) * line.tube.length / volume,
                 passes=n * tube_conductance(line.tube.length, line.tube.bore) / volume,
                 atmosphere=atmosphere,
                 vacuum=vacuum,
@@ -160,18 +162,18 @@ def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
 
 
 def match_line(line: Line, plant: Plant, *, vacuum: float) -> Line:
-    """Return the line with other parts whose `plant_of` at `vacuum` [Pa] is `plant`, in air.
+    """Return the line with other parts whose `linearise_line` at `vacuum` [Pa] is `plant`, in air.
 
     `plant` has no passage: a tube's gas counts as in `Plant.joined`. The new pump has a
     displacement, and the leak is laminar. Raises QuantityError if no parts give such a plant.
     """
     site, chamber, tube = line.site.atmosphere, line.chamber.volume, 0.0
     if line.tube is not None:
-        tube = area(line.tube) * line.tube.length
+        tube = tube_area(line.tube) * line.tube.length
     # throughput [Pa m^3/s] per rate [1/s] and pressure [Pa]
     volume = (chamber + tube) / line.polytropic
     pressure = site - vacuum
-    laminar = plant.leak * volume * vacuum / leaking(pressure, site, 1.0, 0.0)
+    laminar = plant.leak * volume * vacuum / leak_throughput(pressure, site, 1.0, 0.0)
     flow = plant.rate * volume / line.pump.count
     valve = line.valve or Valve(conductance=1.0)
     matched_line = replace(

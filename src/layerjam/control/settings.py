@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from layerjam.control import law
-from layerjam.control.passage import Owed, owing
+from layerjam.control.passage import Owed, owed_rise
 from layerjam.control.plant import Plant, check_target
 from layerjam.control.tolerances import Tolerances
-from layerjam.control.tuning import Gains, simc
+from layerjam.control.tuning import Gains, simc_gains
 from layerjam.errors import QuantityError
 from layerjam.fluid.line import Sensor
 from layerjam.units import check, quantity, show
@@ -165,12 +165,12 @@ class Regulator:
         return 0.5 * (wide if self.hysteresis is None else self.hysteresis)
 
     @property
-    def vents_above(self) -> float:
+    def vent_threshold(self) -> float:
         """Excess over the target at which the vent opens [Pa]."""
         least = 2 * self.half_band + 12 * self.sensor.noise + 2 * self.sensor.resolution
         plant, tube = self.plant, self.plant.passage
         if tube is not None:  # the emptied tube still takes in some gas, which need not be vented
-            least += max(tube.still(tube.vacuum, plant.rate, plant.top), 0.0)
+            least += max(tube.rise_after_stop(tube.vacuum, plant.rate, plant.top), 0.0)
         return max(0.01 * self.plant.top, least) if self.vent_band is None else self.vent_band
 
     @property
@@ -179,7 +179,7 @@ class Regulator:
         least = CLEAR_OF_NOISE * self.greatest_noise + 2 * self.sensor.resolution
         wide, tube = max(0.02 * self.plant.top, least), self.plant.passage
         if tube is not None:
-            late = tube.missing(self.plant.rate, self.owed, self.kind == "bang-bang")
+            late = tube.missing(self.plant.rate, self.owed_rise, self.kind == "bang-bang")
             wide = max(wide, AT_START * late)
         return wide if self.decision_step is None else self.decision_step
 
@@ -194,28 +194,28 @@ class Regulator:
         return self.tolerances.zero * self.sensor.range
 
     @property
-    def slowest(self) -> float:
+    def longest_lag(self) -> float:
         """Longest lag of the sensor [s]."""
         return max(self.tolerances.lag, self.sensor.lag)
 
     @property
     def lag(self) -> float:
         """Longest lag of sensor and tube together [s]."""
-        return self.slowest + self.plant.tube_lag
+        return self.longest_lag + self.plant.tube_lag
 
     @property
-    def fades_in(self) -> float:
+    def vent_fade_time(self) -> float:
         """Time after which a closed vent no longer affects the reading [s]."""
-        return FADES * self.slowest + 8 * self.evens_in
+        return FADES * self.longest_lag + 8 * self.mixing_time
 
     @property
-    def evens_in(self) -> float:
+    def mixing_time(self) -> float:
         """Return the time constant with which the pressures of chamber and tube equalise [s]."""
         tube = self.plant.passage
         return 0.0 if tube is None else tube.exchange(tube.vacuum)
 
     @property
-    def lost_for(self) -> float:
+    def loss_time(self) -> float:
         """Time for which a vacuum must be lost [s].
 
         Longer with a tube, whose gas must be pumped out.
@@ -224,20 +224,20 @@ class Regulator:
         if tube is None:
             return self.lost_time
         fast_vent, slow = 1 + self.tolerances.vent, 1 - self.tolerances.pump
-        let_in = -tube.still(tube.vacuum, fast_vent * plant.vent, 0.0)
+        let_in = -tube.rise_after_stop(tube.vacuum, fast_vent * plant.vent, 0.0)
         rise = slow * float(plant.rise(tube.vacuum))
-        return self.lost_time + 8 * self.evens_in + (let_in / rise if rise > 0 else 0.0)
+        return self.lost_time + 8 * self.mixing_time + (let_in / rise if rise > 0 else 0.0)
 
     @property
-    def owed(self) -> Owed:
+    def owed_rise(self) -> Owed:
         """Return the rise that is expected of a healthy pump, before its leak."""
         plant, tube = self.plant, self.plant.passage
         if tube is None:
             return Owed(plant.rate, plant.top, plant.weight)
-        return owing(tube, plant.rate, plant.top, self.kind == "bang-bang")
+        return owed_rise(tube, plant.rate, plant.top, self.kind == "bang-bang")
 
     @property
-    def fast(self) -> float:
+    def blocked_limit(self) -> float:
         """Return the multiple of the expected rise that indicates a blocked line.
 
         With a tube, whose gas remains, it is half of the ratio by which a block increases the rise
@@ -248,27 +248,29 @@ class Regulator:
             return self.blocked_ratio
         smaller, vacuum = 2 * self.blocked_ratio, np.linspace(0.0, tube.vacuum, 50)
         left = replace(tube, volume=smaller * tube.volume, passes=smaller * tube.passes)
-        ratio = left.rise(vacuum, smaller * plant.rate, plant.top) / self.owed.rise_at(vacuum)
+        ratio = left.rise(vacuum, smaller * plant.rate, plant.top) / self.owed_rise.rise_at(vacuum)
         half = min(self.blocked_ratio, 0.5 * float(ratio.min()))
-        return max(self.sound, half)
+        return max(self.healthy_ratio, half)
 
     @property
-    def sound(self) -> float:
+    def healthy_ratio(self) -> float:
         """Return the greatest ratio of a healthy line's rise to the expected one, plus a margin."""
-        return max(SAFELY, 1.05 * (1 + self.tolerances.pump)) * self.owed.ratio
+        return max(SAFELY, 1.05 * (1 + self.tolerances.pump)) * self.owed_rise.ratio
 
     @property
-    def jump(self) -> float:
+    def blocked_excess(self) -> float:
         """Excess over `fast` times the expected rise at which a blocked line is reported [Pa]."""
         least = 0.5 * CLEAR_OF_NOISE * self.greatest_noise + 2 * self.sensor.resolution
         tube, wide = self.plant.passage, max(0.5 * self.decision, least)
         if tube is None:
             return wide
         # gas that the tube delays while the pump slows down is not an excess
-        return max(wide, 2 * tube.missing(self.plant.rate, self.owed, self.kind == "bang-bang"))
+        return max(
+            wide, 2 * tube.missing(self.plant.rate, self.owed_rise, self.kind == "bang-bang")
+        )
 
     @property
-    def lost_below(self) -> float:
+    def loss_margin(self) -> float:
         """Distance below the target at which the vacuum counts as lost [Pa]."""
         least = 3 * self.half_band + 12 * self.sensor.noise + 2 * self.sensor.resolution
         return max(0.05 * self.plant.top, least) if self.lost_band is None else self.lost_band
@@ -281,7 +283,7 @@ class Regulator:
         return least if self.offset_limit is None else self.offset_limit
 
     @property
-    def settles_in(self) -> float:
+    def settling_time(self) -> float:
         """Time after which an open vent leaves little of the vacuum [s].
 
         That is less than half of the distance between the sensor's zero and `largest_zero`.
@@ -294,10 +296,10 @@ class Regulator:
         lasting = max(math.log(2 * plant.top / left), 0.0)
         # through a tube the rise ends as an exponential of twice the vacuum
         through = 0.0 if tube is None else (lasting + math.log(2)) * tube.filling(0.0)
-        return lasting / decay + through + 8 * self.slowest + self.sample_time
+        return lasting / decay + through + 8 * self.longest_lag + self.sample_time
 
     @property
-    def noisy(self) -> bool:
+    def is_noisy(self) -> bool:
         """Return whether noise changes every healthy reading; a constant one is then a fault."""
         return self.sensor.noise > 0 and self.sensor.noise >= 0.5 * self.sensor.resolution
 
@@ -312,23 +314,23 @@ class Regulator:
         vacuum = half if self.kind == "pi" else 0.0
         tube = self.plant.passage
         lag = self.sensor.lag + (0.0 if tube is None else tube.exchange(max(vacuum, tube.vacuum)))
-        return simc(self.plant.joined, sample_time=self.sample_time, lag=lag, vacuum=vacuum)
+        return simc_gains(self.plant.joined, sample_time=self.sample_time, lag=lag, vacuum=vacuum)
 
     def samples(self, time: float) -> float:
         """Return the number of whole samples that last at least `time` [s]."""
         return float(math.ceil(time / self.sample_time - 1e-9))
 
-    def packed(self) -> LawSettings:
+    def pack(self) -> LawSettings:
         """Return the tuples that `law.step` takes as settings."""
         plant, gains, dt = self.plant.joined, self.gains(), self.sample_time
-        owed = self.owed
+        owed = self.owed_rise
         gain = gains.gain if self.gain is None else self.gain
         lasting = gains.integral_time if self.integral_time is None else self.integral_time
         feed = 1.0 if self.feed_forward and self.kind != "bang-bang" else 0.0
         lag = self.lag
         regulator = (
             float(list(KINDS).index(self.kind)), gain, gain * dt / lasting, self.half_band,
-            self.vents_above, -1.0 if self.reversible else 0.0,
+            self.vent_threshold, -1.0 if self.reversible else 0.0,
             1.0 if self.kind == "bang-bang" else self.least_command,
             self.samples(self.minimum_on), self.samples(self.minimum_off),
             self.samples(self.minimum_vent), feed * plant.leak / plant.rate,
@@ -339,11 +341,11 @@ class Regulator:
             owed.rate * dt, owed.top, owed.weight, self.plant.leak * dt,
             -math.expm1(-dt / lag) if lag else 1.0, self.lowest_reading, self.sensor.range,
             float(self.confirm), self.decision, self.no_vacuum_ratio, self.weak_ratio,
-            self.fast, self.lost_below, self.samples(self.lost_for),
-            max(self.samples(self.stuck_time), 50.0) if self.noisy else _NEVER,
-            self.samples(self.settles_in), self.largest_zero,
-            self.samples(self.fades_in),
-            owed.most * dt, owed.less * dt, owed.bend * dt, self.sound, self.jump, self.zero,
+            self.blocked_limit, self.loss_margin, self.samples(self.loss_time),
+            max(self.samples(self.stuck_time), 50.0) if self.is_noisy else _NEVER,
+            self.samples(self.settling_time), self.largest_zero,
+            self.samples(self.vent_fade_time), owed.most * dt, owed.less * dt, owed.bend * dt,
+            self.healthy_ratio, self.blocked_excess, self.zero,
         )  # fmt: skip
         return regulator, watch
 
@@ -397,9 +399,9 @@ def _check_noise(regulator: Regulator) -> None:
     switching = 8.0 * sensor.noise if regulator.kind == "bang-bang" else 0.0
     for name, value, noise, error in (
         ("hysteresis", 2 * regulator.half_band, switching, nominal),
-        ("vent_band", regulator.vents_above - regulator.half_band, 8.0 * sensor.noise, nominal),
+        ("vent_band", regulator.vent_threshold - regulator.half_band, 8.0 * sensor.noise, nominal),
         ("decision_step", regulator.decision, CLEAR_OF_NOISE * noise_sd, worst),
-        ("lost_band", regulator.lost_below - regulator.half_band, 8.0 * sensor.noise, nominal),
+        ("lost_band", regulator.loss_margin - regulator.half_band, 8.0 * sensor.noise, nominal),
         ("offset_limit", regulator.largest_zero, zero + CLEAR_OF_ZERO * noise_sd, worst),
         ("floor", -regulator.lowest_reading, zero + CLEAR_OF_ZERO * noise_sd, worst),
     ):

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from layerjam.fluid.closed_forms import lowest
+from layerjam.fluid.closed_forms import final_pressure
 from layerjam.fluid.line import Line, water_compliance
-from layerjam.fluid.network import Drive, Response, at_pressure, respond
-from layerjam.simulate.coupled import line_along
+from layerjam.fluid.network import Drive, Response, respond, state_at_pressure
+from layerjam.simulate.coupled import integrate_line_along
 
 SAMPLES = 401
 SHORTEST = 1e-9
@@ -33,10 +33,10 @@ class Standby:
         line, a = self.line, self.line.site.atmosphere
         if self.water:
             time = np.linspace(0.0, duration, samples if duration else 1)
-            start = at_pressure(line, a - self.vacuum)
-            return line_along(line, start, time, np.zeros_like(time), Drive(), water=True)
-        start = at_pressure(
-            line, a - self.vacuum, lowest(line) if self.stored is None else self.stored
+            start = state_at_pressure(line, a - self.vacuum)
+            return integrate_line_along(line, start, time, np.zeros_like(time), Drive(), water=True)
+        start = state_at_pressure(
+            line, a - self.vacuum, final_pressure(line) if self.stored is None else self.stored
         )
         if duration <= SHORTEST:
             return Response(line=line, time=np.zeros(1), states=start[None])
@@ -69,6 +69,6 @@ class Standby:
         if stays or duration <= wait + SHORTEST or self.vacuum == 0:
             return self.vacuum
         drive = Drive(pump=-1.0) if line.valve is None else Drive(pump=0.0, vent=1.0)
-        start = at_pressure(line, line.site.atmosphere - self.vacuum)
+        start = state_at_pressure(line, line.site.atmosphere - self.vacuum)
         response = respond(line, duration - wait, drive, start, 2)
         return max(float(response.vacuum[-1]), 0.0)

@@ -42,7 +42,7 @@ class Gains:
     vacuum: float
 
 
-def simc(plant: Plant, *, sample_time: float, lag: float, vacuum: float = 0.0) -> Gains:
+def simc_gains(plant: Plant, *, sample_time: float, lag: float, vacuum: float = 0.0) -> Gains:
     """Return PI gains of a plant at `vacuum` [Pa] by the rule of this module; times in seconds."""
     dead = 0.5 * sample_time + lag
     slow = max(dead, 4 * sample_time, 0.05 / plant.rate)

@@ -8,7 +8,7 @@ from layerjam.dataset import checksums
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load
 from layerjam.errors import FileError, LayerjamError
-from layerjam.identify.provenance import calibrated_on
+from layerjam.identify.provenance import calibration_files
 from layerjam.measure.conditions import LIST, conditions
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.read import open_traces
@@ -38,7 +38,7 @@ class Campaign:
         return (*self.friction, *self.pulls)
 
 
-def campaign(folder: str | Path, options: ReadingOptions) -> Campaign:
+def read_campaign(folder: str | Path, options: ReadingOptions) -> Campaign:
     """Return the files of a folder; one with a normal force is a friction test, others are pulls.
 
     A file is a measurement if it has facts next to it or a reader can open it. Hidden files and
@@ -47,25 +47,25 @@ def campaign(folder: str | Path, options: ReadingOptions) -> Campaign:
     root = Path(folder)
     if not root.is_dir():
         raise FileError(folder, "is not a folder; choose the one that contains the measurements")
-    names = [n for n in checksums.inside(root) if not any(p[0] == "." for p in n.split("/"))]
+    names = [n for n in checksums.list_files(root) if not any(p[0] == "." for p in n.split("/"))]
     if len(names) > LIMIT:
         raise FileError(folder, f"holds {len(names)} files; at most {LIMIT} are published at once")
     friction: list[str] = []
     pulls: list[str] = []
     facts: list[Facts] = []
     for name in names:
-        if not _measured(root / name, options):
+        if not _is_measurement(root / name, options):
             continue
-        entry = _facts(root / name, options)
+        entry = _read_facts(root / name, options)
         facts.append(entry)
         (friction if entry.normal_force else pulls).append(name)
     if not facts:
         raise FileError(folder, "holds no measurement that could be read")
-    brakes = [n for n in names if n.endswith(".toml") and _brake(root / n) is not None]
+    brakes = [n for n in names if n.endswith(".toml") and _read_brake(root / n) is not None]
     return Campaign(root, tuple(names), tuple(friction), tuple(pulls), tuple(brakes), tuple(facts))
 
 
-def brake_of(tests: Campaign) -> str:
+def find_brake(tests: Campaign) -> str:
     """Return the tested brake: a path inside the folder, or a name of the catalogue.
 
     It is the folder's only brake that was not calibrated, or else the one that all facts name.
@@ -94,14 +94,14 @@ def split_calibration_pulls(tests: Campaign) -> tuple[list[str], list[str]]:
     for name in tests.brakes:
         file = load(tests.folder / name)
         if FITTED in file.notes:
-            paths = set(calibrated_on(file, [str(tests.folder / p) for p in tests.pulls]))
+            paths = set(calibration_files(file, [str(tests.folder / p) for p in tests.pulls]))
             pulls = [p for p in tests.pulls if str(tests.folder / p) in paths]
             if 0 < len(pulls) < len(tests.pulls):
                 return pulls, [p for p in tests.pulls if p not in pulls]
     return [], list(tests.pulls)
 
 
-def _measured(path: Path, options: ReadingOptions) -> bool:
+def _is_measurement(path: Path, options: ReadingOptions) -> bool:
     if path.name in (LIST, FOLDER) or path.suffix == ".toml":
         return False
     if sidecar_path(path).is_file():
@@ -112,7 +112,7 @@ def _measured(path: Path, options: ReadingOptions) -> bool:
         return False
 
 
-def _facts(path: Path, options: ReadingOptions) -> Facts:
+def _read_facts(path: Path, options: ReadingOptions) -> Facts:
     """Return the facts; if they are unreadable, none: the stage that uses the file reports it."""
     try:
         return conditions(path, options)
@@ -120,7 +120,7 @@ def _facts(path: Path, options: ReadingOptions) -> Facts:
         return Facts()
 
 
-def _brake(path: Path) -> BrakeFile | None:
+def _read_brake(path: Path) -> BrakeFile | None:
     try:
         return load(path)
     except LayerjamError:

@@ -10,12 +10,12 @@ NAME = "checksums.sha256"
 _LINE = re.compile(r"([0-9a-f]{64}) [ *](.+)")
 
 
-def inside(folder: Path) -> list[str]:
+def list_files(folder: Path) -> list[str]:
     """Return the path, with slashes, of every file below a folder, sorted; links are left out."""
-    return sorted(n for n in everything(folder) if not (folder / n).is_symlink())
+    return sorted(n for n in list_all(folder) if not (folder / n).is_symlink())
 
 
-def everything(folder: Path) -> list[str]:
+def list_all(folder: Path) -> list[str]:
     """Return the path, with slashes, of every file and link below a folder, sorted."""
     paths = (p for p in folder.rglob("*") if p.is_symlink() or p.is_file())
     return sorted(p.relative_to(folder).as_posix() for p in paths)
@@ -26,7 +26,7 @@ def format_checksums(folder: Path, names: Iterable[str]) -> str:
     return "".join(f"{sha256(folder / name)}  {name}\n" for name in names)
 
 
-def read(folder: Path) -> tuple[dict[str, str], list[tuple[int, str]]]:
+def read_checksums(folder: Path) -> tuple[dict[str, str], list[tuple[int, str]]]:
     """Return {path: digest} of a dataset's list, and (number, text) of invalid lines.
 
     Invalid lines are not a checksum and a path, or repeat a path. A list that is missing or not
@@ -52,11 +52,11 @@ def find_changed(folder: Path, digests: Mapping[str, str]) -> list[str]:
     return sorted(
         name
         for name, digest in digests.items()
-        if not _plain(folder, name) or sha256(folder / name) != digest
+        if not _is_plain_file(folder, name) or sha256(folder / name) != digest
     )
 
 
-def _plain(folder: Path, name: str) -> bool:
+def _is_plain_file(folder: Path, name: str) -> bool:
     """Return whether a path is a file below the folder, and not a link out of it."""
     path = folder / name
     return path.is_file() and path.resolve().is_relative_to(folder.resolve())

@@ -72,9 +72,9 @@ def number_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference
         before, after = (_READERS[kind](text.decode()) for text in (old, new))
         yield from differences(before, after, file)
         return
-    left = Counter(numbers(file, new))
-    for number in numbers(file, old):
-        others = (n for n in left if left[n] and _same(number, n))
+    left = Counter(printed_numbers(file, new))
+    for number in printed_numbers(file, old):
+        others = (n for n in left if left[n] and _are_equal(number, n))
         match = number if left[number] else next(others, None)
         if match is None:
             yield Difference("a number", file, number, None)
@@ -87,30 +87,30 @@ def differences(old: Any, new: Any, file: str, words: bool = False) -> Iterator[
 
     `words` compares words too, and also yields entries that only `new` contains.
     """
-    before: dict[str, Any] = dict(_leaves(old))
-    after: dict[str, Any] = dict(_leaves(new))
+    before: dict[str, Any] = dict(_iterate_leaves(old))
+    after: dict[str, Any] = dict(_iterate_leaves(new))
     for path in dict.fromkeys((*before, *(after if words else ()))):
         left, right = before.get(path, MISSING), after.get(path, MISSING)
         if isinstance(left, str) and not words:
             continue
         if isinstance(right, str) and not words:
             right = MISSING
-        if not _same(left, right):
-            name, share = path[1:].replace("\0", "."), _share(left, right)
+        if not _are_equal(left, right):
+            name, share = path[1:].replace("\0", "."), _relative_difference(left, right)
             was_leaf, now_leaf = (None if leaf is MISSING else leaf for leaf in (left, right))
             yield Difference(name, file, was_leaf, now_leaf, share)
 
 
-def count(file: str, content: bytes) -> int:
+def count_numbers(file: str, content: bytes) -> int:
     """Return how many numbers of a file are compared; drawings are not counted."""
     kind = PurePosixPath(file).suffix
     if kind in _READERS:
-        leaves = _leaves(_READERS[kind](content.decode()))
+        leaves = _iterate_leaves(_READERS[kind](content.decode()))
         return sum(not isinstance(leaf, str) for _, leaf in leaves)
-    return len(numbers(file, content)) if kind in (".html", ".md") else 0
+    return len(printed_numbers(file, content)) if kind in (".html", ".md") else 0
 
 
-def by_name(document: Any) -> Any:
+def entries_by_name(document: Any) -> Any:
     """Return a linked document with its entries by name instead of by position."""
     graph = document.get("@graph") if isinstance(document, dict) else None
     if isinstance(graph, list) and all(isinstance(e, dict) and "@id" in e for e in graph):
@@ -128,7 +128,7 @@ def prune(document: Any, names: Collection[str]) -> Any:
     return document
 
 
-def _table(text: str) -> Any:
+def _parse_table(text: str) -> Any:
     """Return the rows of a CSV file by their first cell, with cells by column name."""
     rows = list(csv.reader(io.StringIO(text)))
     counts: Counter[str] = Counter()
@@ -138,11 +138,11 @@ def _table(text: str) -> Any:
         counts[name] += 1
         key = name if counts[name] == 1 else f"{name} ({counts[name]})"
         head = [*rows[0], *(f"column {n}" for n in range(len(rows[0]), len(row)))]
-        table[key] = dict(zip(head, map(_cell, row), strict=False))
+        table[key] = dict(zip(head, map(_parse_cell, row), strict=False))
     return {"columns": rows[:1], "rows": table}
 
 
-def _cell(text: str) -> Leaf:
+def _parse_cell(text: str) -> Leaf:
     try:
         return float(text)
     except ValueError:
@@ -152,35 +152,35 @@ def _cell(text: str) -> Leaf:
 _READERS: Mapping[str, Callable[[str], Any]] = {
     ".json": json.loads,
     ".toml": tomllib.loads,
-    ".csv": _table,
+    ".csv": _parse_table,
 }
 
 
-def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Leaf]]:
+def _iterate_leaves(value: Any, path: str = "") -> Iterator[tuple[str, Leaf]]:
     if isinstance(value, Mapping):
         for key, inner in value.items():
-            yield from _leaves(inner, f"{path}\0{key}")
+            yield from _iterate_leaves(inner, f"{path}\0{key}")
     elif isinstance(value, list):
         for index, inner in enumerate(value):
-            yield from _leaves(inner, f"{path}\0{index}")
+            yield from _iterate_leaves(inner, f"{path}\0{index}")
     elif value is None or isinstance(value, bool | int | float | str):
         yield path, value
     else:
         yield path, str(value)
 
 
-def _same(a: Any, b: Any) -> bool:
-    if not (_plain(a) and _plain(b)):
+def _are_equal(a: Any, b: Any) -> bool:
+    if not (_plain_value(a) and _plain_value(b)):
         return a is b or (isinstance(a, str) and a == b)
     return a == b or abs(a - b) <= SAME * max(abs(a), abs(b))
 
 
-def _plain(value: Any) -> bool:
+def _plain_value(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _share(a: Any, b: Any) -> float | None:
-    if not (_plain(a) and _plain(b) and a):
+def _relative_difference(a: Any, b: Any) -> float | None:
+    if not (_plain_value(a) and _plain_value(b) and a):
         return None
     return abs(b - a) / abs(a)
 
@@ -226,8 +226,8 @@ def _text_differences(file: str, old: str, new: str, room: float = 0.0) -> Itera
                 continue
             x, y = (float(text.replace("−", "-")) for text in (a, b))
             exact = not {".", "e", "E"} & {*a, *b}
-            if exact or not (_same(x, y) or abs(x - y) <= room):
-                yield Difference(f"line {number}", file, x, y, _share(x, y))
+            if exact or not (_are_equal(x, y) or abs(x - y) <= room):
+                yield Difference(f"line {number}", file, x, y, _relative_difference(x, y))
 
 
 def _changed_words(old: str, new: str) -> tuple[str, str]:
@@ -242,7 +242,7 @@ def _changed_words(old: str, new: str) -> tuple[str, str]:
 
 def _pdf_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
     """Yield the differences in text and appearance of two PDFs whose bytes differ."""
-    if not reads_pdf():
+    if not can_read_pdf():
         yield Difference("bytes (pypdfium2, which reads PDFs, is not installed)", file, None, None)
         return
     before, after = pdf_pages(old), pdf_pages(new)
@@ -251,7 +251,7 @@ def _pdf_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
         return
     texts = list(_text_differences(file, "\n".join(before), "\n".join(after)))
     yield from texts
-    if not texts and (page := other_looks(old, new)):
+    if not texts and (page := find_other_page(old, new)):
         yield Difference(f"looks of page {page}", file, None, None)
 
 
@@ -264,13 +264,13 @@ SHADES = 48
 """Largest difference, of 255, between two points of a page that is ignored, as edges shift."""
 
 
-def reads_pdf() -> bool:
+def can_read_pdf() -> bool:
     """Return whether the library that reads PDFs is installed."""
     return importlib.util.find_spec("pypdfium2") is not None
 
 
-def numbers(file: str, content: bytes) -> list[float]:
-    """Return the visible numbers of a file in order; a drawing's words are in its comments."""
+def printed_numbers(file: str, content: bytes) -> list[float]:
+    """Return the visible printed_numbers of a file in order; a drawing's words are in its comments."""
     if file.endswith(".pdf"):
         text = "\n".join(pdf_pages(content) or ())
     elif file.endswith(".svg"):
@@ -295,7 +295,7 @@ def _page_text(page: Any) -> str:
     return str(page.get_textpage().get_text_range()).replace("\r\n", "\n")
 
 
-def other_looks(old: bytes, new: bytes) -> int | None:
+def find_other_page(old: bytes, new: bytes) -> int | None:
     """Return the first page (from 1) on which two PDFs of equal text look different, or None."""
     import numpy as np
     import pypdfium2

@@ -9,7 +9,7 @@ from layerjam._version import __version__
 from layerjam.dataset import checksums
 from layerjam.dataset.people import SPDX, Details
 from layerjam.dataset.recipe import RECIPE, Recipe
-from layerjam.errors import count_of
+from layerjam.errors import count_noun
 from layerjam.identify.provenance import sha256
 from layerjam.verdict import Acceptance
 
@@ -34,7 +34,7 @@ CONTEXT = ["https://w3id.org/ro/crate/1.1/context", {"sha256": "https://schema.o
 """Definition of `sha256`, which RO-Crate 1.1 lacks and schema.org has."""
 
 
-def readme(
+def format_readme(
     recipe: Recipe, details: Details, brake: str, synthetic: bool, entries: Iterable[Acceptance]
 ) -> str:
     """Return README.md for a reader who does not know the dataset; `brake` is the brake's name."""
@@ -44,7 +44,7 @@ def readme(
     for entry in entries:
         lines += [f"**Accepted**: {entry.notice()}", ""]
     lines += [
-        f"Brake: {brake}. {_counts(recipe)}.",
+        f"Brake: {brake}. {_describe_counts(recipe)}.",
         *(f"Not used: `{name}`, {entry['why']}" for name, entry in recipe.unused.items()),
         "",
         f"- `{RAW}/`: the files as they came from the machine, with their sidecars",
@@ -64,16 +64,16 @@ def readme(
     return "\n".join(lines)
 
 
-def _counts(recipe: Recipe) -> str:
+def _describe_counts(recipe: Recipe) -> str:
     """Return the number of files of each use, in words."""
     return (
-        f"{count_of(len(recipe.friction), 'friction test')}, "
-        f"{count_of(len(recipe.calibrate), 'calibration pull')} and "
-        f"{count_of(len(recipe.validate), 'validation pull')}"
+        f"{count_noun(len(recipe.friction), 'friction test')}, "
+        f"{count_noun(len(recipe.calibrate), 'calibration pull')} and "
+        f"{count_noun(len(recipe.validate), 'validation pull')}"
     )
 
 
-def metadata(
+def crate_metadata(
     folder: Path,
     files: Iterable[str],
     recipe: Recipe,
@@ -89,38 +89,38 @@ def metadata(
         "@id": "./",
         "@type": "Dataset",
         "name": details.name,
-        "description": f"{kind} of the layer-jamming brake {brake}: {_counts(recipe)}, "
+        "description": f"{kind} of the layer-jamming brake {brake}: {_describe_counts(recipe)}, "
         "with all results computed from them.",
         "datePublished": details.date,
         "keywords": "layer jamming, soft robotics, friction, brake",
         "license": NO_LICENCE if details.licence is None else {"@id": SPDX + details.licence},
-        "hasPart": _references(map(address, names)),
+        "hasPart": _make_references(map(relative_address, names)),
         "mentions": {"@id": "#computed"},
     }
     if people:
-        root["author"] = root["creator"] = _references(p["@id"] for p in people)
+        root["author"] = root["creator"] = _make_references(p["@id"] for p in people)
     entry = {"@id": METADATA, "@type": "CreativeWork", "about": {"@id": "./"}}
     graph = [
         entry | {"conformsTo": {"@id": "https://w3id.org/ro/crate/1.1"}},
         root,
         *(_file_entry(folder, name) for name in names),
         *people,
-        *_licence(details),
-        *_computation(recipe, details, names),
+        *_licence_entry(details),
+        *_computation_entry(recipe, details, names),
     ]
     return {"@context": CONTEXT, "@graph": graph}
 
 
-def _references(names: Iterable[str]) -> list[dict[str, str]]:
+def _make_references(names: Iterable[str]) -> list[dict[str, str]]:
     return [{"@id": name} for name in names]
 
 
-def address(name: str) -> str:
+def relative_address(name: str) -> str:
     """Return a file's path as the relative address that identifies it."""
     return quote(name)
 
 
-def _licence(details: Details) -> list[dict[str, str]]:
+def _licence_entry(details: Details) -> list[dict[str, str]]:
     name = details.licence
     if name is None:
         return []
@@ -131,7 +131,7 @@ def _file_entry(folder: Path, name: str) -> dict[str, str]:
     """Return the entry of a file; the list of checksums cannot contain its own checksum."""
     path = folder / name
     entry = {
-        "@id": address(name),
+        "@id": relative_address(name),
         "@type": "File",
         "encodingFormat": TYPES.get(path.suffix.lower(), "application/octet-stream"),
     }
@@ -141,7 +141,9 @@ def _file_entry(folder: Path, name: str) -> dict[str, str]:
     return entry | {"contentSize": size, "sha256": sha256(path)}
 
 
-def _computation(recipe: Recipe, details: Details, names: Sequence[str]) -> list[Mapping[str, Any]]:
+def _computation_entry(
+    recipe: Recipe, details: Details, names: Sequence[str]
+) -> list[Mapping[str, Any]]:
     """Return the computation: its raw files, its results, and the programs."""
     others = ", ".join(f"{k} {v}" for k, v in recipe.versions.items() if k != "layerjam")
     raw = [recipe.brake, *recipe.friction, *recipe.calibrate, *recipe.validate]
@@ -153,14 +155,14 @@ def _computation(recipe: Recipe, details: Details, names: Sequence[str]) -> list
         "softwareRequirements": others,
         "description": "computes soft layer-jamming brakes; `layerjam recompute` checks this",
     }
-    results = [address(n) for n in names if n == FITTED or n.startswith(f"{REPORT}/")]
+    results = [relative_address(n) for n in names if n == FITTED or n.startswith(f"{REPORT}/")]
     action = {
         "@id": "#computed",
         "@type": "CreateAction",
         "name": "friction, calibration and validation from the raw files",
         "endTime": details.date,
         "instrument": {"@id": program["@id"]},
-        "object": _references(map(address, raw)),
-        "result": _references(results),
+        "object": _make_references(map(relative_address, raw)),
+        "result": _make_references(results),
     }
     return [program, action]

@@ -66,7 +66,7 @@ class Details:
         return licence_notices(self.licence, self.authors)
 
 
-def author_of(text: str) -> Author:
+def parse_author(text: str) -> Author:
     """Return the author in "NAME" or "NAME,ORCID".
 
     Raises QuantityError for an empty name, or an ORCID iD whose check digit is wrong.

@@ -38,7 +38,7 @@ class Backbone:
     stop: bool
     slack: float = 0.0
 
-    def shifted_by(self, slack: float) -> "Backbone":
+    def add_slack(self, slack: float) -> "Backbone":
         """Return the same backbone with force only beyond a slack [m]."""
         if not slack:
             return self
@@ -144,7 +144,7 @@ class _Stage:
         return np.where(is_new, front, self.relax(force)), front
 
 
-def follow(stages: Sequence[Sequence[Backbone]]) -> Path:
+def follow_chain(stages: Sequence[Sequence[Backbone]]) -> Path:
     """Return the path of a chain pulled once from rest to its end."""
     chain = [_Stage(members) for members in stages]
     force = 0.0
@@ -158,10 +158,10 @@ def follow(stages: Sequence[Sequence[Backbone]]) -> Path:
         weak = int(np.argmax(peaks <= least * (1 + _SAME))) if np.isfinite(least) else -1
         target = least if weak >= 0 else _last_force(chain)
         if target > force:
-            blocks.append(_rise(chain, turns, force, target))
+            blocks.append(_follow_rise(chain, turns, force, target))
         if weak < 0:
             break
-        force, block = _fall(chain, weak, turns[weak])
+        force, block = _follow_fall(chain, weak, turns[weak])
         blocks.append(block)
         if chain[weak].front >= chain[weak].u[-1]:
             outcome = Outcome.SEPARATED
@@ -184,7 +184,7 @@ def _last_force(chain: Sequence[_Stage]) -> float:
     return max(float(np.interp(s.end, s.u, s.f)) for s in chain)
 
 
-def _rise(
+def _follow_rise(
     chain: Sequence[_Stage], turns: Sequence[tuple[float, float, float]], low: float, high: float
 ) -> _Block:
     knots = [s.f[(s.u >= s.front) & (s.f > low) & (s.f < high)] for s in chain]
@@ -196,7 +196,7 @@ def _rise(
     return force, motion
 
 
-def _fall(
+def _follow_fall(
     chain: Sequence[_Stage], weak: int, turn: tuple[float, float, float]
 ) -> tuple[float, _Block]:
     """Return (valley force, block) of the weakest stage past its peak, while the others relax."""

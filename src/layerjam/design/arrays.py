@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from layerjam.design.array_path import Backbone, Path, backbone, follow
+from layerjam.design.array_path import Backbone, Path, backbone, follow_chain
 from layerjam.device.brake import Brake, mass, validate
 from layerjam.errors import QuantityError
 from layerjam.mechanics.energy import slip_work
@@ -202,12 +202,12 @@ def pull(array: Array, until: float | None = None) -> ArrayLoading:
         for stage in chain:
             numbers.append(tuple(range(first, first + len(stage))))
             first += len(stage)
-        paths.append(follow([[backbones[i] for i in n] for n in numbers]))
+        paths.append(follow_chain([[backbones[i] for i in n] for n in numbers]))
     ends = [float(p.elongation[-1]) for p in paths]
     end = min(ends) if until is None else min(*ends, until)
     grid = np.unique(np.concatenate([p.elongation for p in paths]))
     grid = np.append(grid[grid < end], end)
-    parts = [_interpolate(path, grid) for path in paths]
+    parts = [_interpolate_path(path, grid) for path in paths]
     slips, forces = (np.hstack([p[i] for p in parts]) for i in (1, 2))
     force = np.sum([p[0] for p in parts], axis=0)
     if until is not None and end >= until:
@@ -217,12 +217,12 @@ def pull(array: Array, until: float | None = None) -> ArrayLoading:
     return ArrayLoading(
         elongation=grid,
         force=force,
-        work=_work(array.members, slips, forces),
+        work=_member_work(array.members, slips, forces),
         slips=slips,
         forces=forces,
-        order=_order(array.members, grid, slips, backbones),
+        order=_event_order(array.members, grid, slips, backbones),
         outcome=outcome,
-        warnings=_notices(array.members, outcome, end),
+        warnings=_array_notices(array.members, outcome, end),
     )
 
 
@@ -233,10 +233,10 @@ def _backbones(members: Sequence[Member]) -> list[Backbone]:
         plain = replace(m, slack=0.0, name="")
         if plain not in backbones:
             backbones[plain] = backbone(m.brake, m.vacuum, m.travel, m.stop, f"member {index}")
-    return [backbones[replace(m, slack=0.0, name="")].shifted_by(m.slack) for m in members]
+    return [backbones[replace(m, slack=0.0, name="")].add_slack(m.slack) for m in members]
 
 
-def _interpolate(path: Path, grid: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _interpolate_path(path: Path, grid: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     force = np.interp(grid, path.elongation, path.force)
     columns = [
         np.column_stack([np.interp(grid, path.elongation, column) for column in table.T])
@@ -245,7 +245,7 @@ def _interpolate(path: Path, grid: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
     return force, columns[0], columns[1]
 
 
-def _work(members: Sequence[Member], slips: np.ndarray, forces: np.ndarray) -> np.ndarray:
+def _member_work(members: Sequence[Member], slips: np.ndarray, forces: np.ndarray) -> np.ndarray:
     count = len(slips)
     total = np.zeros(count)
     # use whole blocks, so that few shapes are compiled
@@ -256,7 +256,7 @@ def _work(members: Sequence[Member], slips: np.ndarray, forces: np.ndarray) -> n
     return total
 
 
-def _order(
+def _event_order(
     members: Sequence[Member], grid: np.ndarray, slips: np.ndarray, backbones: Sequence[Backbone]
 ) -> tuple[tuple[float, int, str], ...]:
     """Return when each member passed its peak (and slips alone), and when it reached its end."""
@@ -270,7 +270,7 @@ def _order(
     return tuple(sorted(events, key=lambda e: e[0]))
 
 
-def _notices(members: Sequence[Member], outcome: Outcome, end: float) -> tuple[str, ...]:
+def _array_notices(members: Sequence[Member], outcome: Outcome, end: float) -> tuple[str, ...]:
     if outcome is Outcome.SEPARATED:
         return (f"the sheets separated at {show(end, 'm')} of elongation; the record ends there",)
     if outcome is Outcome.SNAPS:

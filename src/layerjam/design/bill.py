@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
-from layerjam.design.merit import DRAWN_MERITS, Point, brake_of, can_be_built
+from layerjam.design.merit import DRAWN_MERITS, Point, is_buildable, make_brake
 from layerjam.device.brake import Brake
 from layerjam.mechanics.limits import greatest_force
 
@@ -57,25 +57,25 @@ class Draw(Protocol):
 
 
 @jax.jit
-def _columns(point: Point, base: Brake) -> Any:
+def _bill_columns(point: Point, base: Brake) -> Any:
     """Return a row for each number of SHEETS and FILM of some designs, and four more rows.
 
     These are the wall, the greatest force of one brake at the site's full vacuum, the number of
     brakes in the design, and whether the design can be built.
     """
-    brake = brake_of(point, base)
+    brake = make_brake(point, base)
     rows = [getattr(brake.sheets, name) for name in SHEETS]
     rows += [getattr(brake.film, name) for name in FILM]
     rows += [brake.enclosure.wall, greatest_force(brake), point.series * point.parallel]
-    return jnp.stack(jnp.broadcast_arrays(*rows, can_be_built(point, brake)))
+    return jnp.stack(jnp.broadcast_arrays(*rows, is_buildable(point, brake)))
 
 
-def bills(point: Point, base: Brake, draw: Draw) -> dict[str, npt.NDArray[np.float64]]:
+def drawn_merits(point: Point, base: Brake, draw: Draw) -> dict[str, npt.NDArray[np.float64]]:
     """Return DRAWN_MERITS of a row of designs; NaN if a design cannot be drawn.
 
     A design has `series` times `parallel` brakes, cast in one mould.
     """
-    table = np.asarray(_columns(point, base))
+    table = np.asarray(_bill_columns(point, base))
     valid = table[-1] > 0
     *sheets, density, kinetic, strength, wall, force, brakes = table[:-1, valid]
     designs = replace(

@@ -32,7 +32,7 @@ COUNTED = ("examined", "built", "feasible", "failed", "low", "high")
 """Totals of all designs of a block, in its metadata; the table holds the other fields."""
 
 
-def parquet() -> Any:
+def import_parquet() -> Any:
     """Return pyarrow's Parquet module; raises MissingExtraError if it is not installed."""
     with MissingExtraError.raise_if_missing("a sweep on disk (pyarrow)", "sweep"):
         import pyarrow.parquet  # type: ignore[import-untyped]
@@ -63,7 +63,7 @@ def encode_block(search: Search, index: int, result: SweepResult, mark: str) -> 
 
 def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any]) -> bytes:
     """Return designs with all variables and merits as a Parquet file, `note` in its metadata."""
-    pq = parquet()
+    pq = import_parquet()
     import pyarrow as pa  # type: ignore[import-untyped]
 
     grid, names = search.spec.grid, search.spec.merits
@@ -94,7 +94,7 @@ def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any
 
 def decode_block(search: Search, data: bytes | Path, mark: str, index: int) -> SweepResult | None:
     """Return the result of a block from its file, or None if the file belongs to another block."""
-    pq = parquet()
+    pq = import_parquet()
     try:
         table = pq.read_table(io.BytesIO(data) if isinstance(data, bytes) else data)
         note = json.loads(table.schema.metadata[b"layerjam"])
@@ -117,7 +117,7 @@ class Store:
         self.handle: int | None = None
 
     def __enter__(self) -> "Store":
-        parquet()
+        import_parquet()
         check_name(self.folder)
         self._reject_foreign()
         with report_failure(self.folder, "cannot be written"):
@@ -167,7 +167,7 @@ class Store:
             "block": self.search.size,
             "specification": self.spec.text,
         }
-        put(note, (json.dumps(header, indent=1) + "\n").encode())
+        write_block(note, (json.dumps(header, indent=1) + "\n").encode())
 
     def path(self, index: int) -> Path:
         """Return the path of block `index`."""
@@ -182,9 +182,9 @@ class Store:
         """Return the numbers of the blocks still to compute."""
         return [i for i in range(total) if self.read(i) is None]
 
-    def put(self, index: int, data: "bytes") -> None:
+    def write_block(self, index: int, data: "bytes") -> None:
         """Write a block, complete or not at all."""
-        put(self.path(index), data)
+        write_block(self.path(index), data)
 
     def blocks(self, total: int) -> Iterator[SweepResult]:
         """Yield all blocks in order; raises FileError if one is missing."""
@@ -199,7 +199,7 @@ class Store:
         search = self.search
         rows: list[dict[str, Any]] = []
 
-        def parts() -> Iterator[SweepResult]:
+        def all_parts() -> Iterator[SweepResult]:
             for index, result in enumerate(self.blocks(total)):
                 path = self.path(index)
                 rows.append(
@@ -213,10 +213,10 @@ class Store:
                 )
                 yield result
 
-        result = search.sum(parts())
+        result = search.sum(all_parts())
         front = result.numbers[search.find_highlights(result).front]
         table = table_bytes(search, front, np.ones(len(front), bool), {"fingerprint": self.mark})
-        put(self.folder / FRONT, table)
+        write_block(self.folder / FRONT, table)
         manifest = {
             "name": self.spec.name,
             "fingerprint": self.mark,
@@ -231,7 +231,7 @@ class Store:
             "found": search.summary(result),
             "blocks": rows,
         }
-        put(self.folder / MANIFEST, (json.dumps(manifest, indent=1) + "\n").encode())
+        write_block(self.folder / MANIFEST, (json.dumps(manifest, indent=1) + "\n").encode())
         return result
 
     def bytes(self) -> int:
@@ -239,13 +239,13 @@ class Store:
         return sum(p.stat().st_size for p in self.folder.rglob("*") if p.is_file())
 
 
-def put(path: Path, data: bytes) -> None:
+def write_block(path: Path, data: bytes) -> None:
     """Write a file that appears complete or not at all and survives a loss of power."""
 
-    def write(temporary: Path) -> None:
+    def write_content(temporary: Path) -> None:
         with temporary.open("wb") as handle:
             handle.write(data)
             handle.flush()
             os.fsync(handle.fileno())
 
-    write_whole(path, write, overwrite=True)
+    write_whole(path, write_content, overwrite=True)

@@ -53,14 +53,14 @@ unknown directions.
 """
 
 
-def direction(merit: str, variable: str, tied: bool) -> int | None:
+def merit_direction(merit: str, variable: str, tied: bool) -> int | None:
     """Return 1, -1 or 0 if a merit rises, falls or stays with a variable, None if unknown.
 
     If `tied`, the usable travel follows the overlap. Otherwise the force at the end of travel of a
     weak brake, and its work, may fall with the overlap.
     """
     if merit in ("sheet_stress", "clamp_stress", "stress_margin"):
-        return _stress(merit, variable, tied)
+        return _stress_direction(merit, variable, tied)
     if merit not in _FOLLOWS:
         return (1 if merit == variable else 0) if merit in VARIABLES else None
     if not tied and variable == "overlap":
@@ -72,7 +72,7 @@ def direction(merit: str, variable: str, tied: bool) -> int | None:
     return (variable in up) - (variable in down)
 
 
-def _stress(merit: str, variable: str, tied: bool) -> int | None:
+def _stress_direction(merit: str, variable: str, tied: bool) -> int | None:
     turn = -1 if merit == "stress_margin" else 1
     if variable == "count":
         return None  # with an odd number of sheets, one side has one more
@@ -80,7 +80,7 @@ def _stress(merit: str, variable: str, tied: bool) -> int | None:
         return 0 if merit == "sheet_stress" else -turn
     if variable == "parallel":
         return 0
-    force = direction("max_force", variable, tied)
+    force = merit_direction("max_force", variable, tied)
     return None if force is None else force * turn
 
 
@@ -116,7 +116,7 @@ class Boxes:
     def signs(self, merit: str) -> list[int | None]:
         """Return the direction, or None, of a merit with each variable."""
         tied = "usable_travel" not in self.grid.axes
-        return [direction(merit, variable, tied) for variable in self.grid.axes]
+        return [merit_direction(merit, variable, tied) for variable in self.grid.axes]
 
     def initial_boxes(self) -> tuple[Numbers, Numbers]:
         """Return the indices of the two corners of the initial boxes, one box for each film."""
@@ -170,10 +170,10 @@ class Boxes:
             # a single design was evaluated above and would have been returned if it met all
             # constraints
             is_open &= ~is_single
-            low, high = _cut(low[is_open], high[is_open], first)
+            low, high = _halve_boxes(low[is_open], high[is_open], first)
         return Proof(IMPOSSIBLE)
 
-    def farthest(self, c: Constraint, others: Sequence[Constraint]) -> BestValue:
+    def best_value(self, c: Constraint, others: Sequence[Constraint]) -> BestValue:
         """Return the best value of c's quantity while the others are met, to 1e-4 of the limit."""
         if not others and (best := self.single(c)) is not None:
             return BestValue(best, True)
@@ -214,7 +214,7 @@ class Boxes:
         return float(self.values(np.array([number]), c)[0])
 
 
-def _cut(low: Numbers, high: Numbers, first: Any) -> tuple[Numbers, Numbers]:
+def _halve_boxes(low: Numbers, high: Numbers, first: Any) -> tuple[Numbers, Numbers]:
     """Return each box cut in two along its longest side, in units of `first`."""
     if not len(low):
         return low, high
@@ -242,7 +242,7 @@ class Exclusion:
     """Relative shortfall from the limit."""
 
 
-def impossible(
+def prove_impossible(
     search: Search, progress: Callable[[str, float], None] | None = None
 ) -> Exclusion | None:
     """Return the constraints that cannot be met together, or None if this is not proved."""
@@ -250,7 +250,7 @@ def impossible(
     anything = Constraint("mass", False, 0.0)
     if boxes.prove([anything]).outcome == IMPOSSIBLE:
         return Exclusion(None, UNBUILDABLE)
-    exclusion = _physics(search)
+    exclusion = _physical_exclusion(search)
     if exclusion is not None:
         return exclusion
     rules = list(search.spec.constraints)
@@ -264,15 +264,17 @@ def impossible(
         others = [o for o in core if o is not c]
         if boxes.prove(others).outcome == IMPOSSIBLE:
             core = others
-    return min((_exclude(boxes, c, [o for o in core if o is not c]) for c in core), key=_shortfall)
+    return min(
+        (_exclude(boxes, c, [o for o in core if o is not c]) for c in core), key=_relative_shortfall
+    )
 
 
-def _shortfall(k: Exclusion) -> float:
+def _relative_shortfall(k: Exclusion) -> float:
     return math.inf if k.reachable is None or not math.isfinite(k.reachable) else k.short
 
 
 def _exclude(boxes: Boxes, c: Constraint, others: list[Constraint]) -> Exclusion:
-    best = boxes.farthest(c, others)
+    best = boxes.best_value(c, others)
     words = f" together with {' and '.join(map(str, others))}" if others else ""
     reason = f"{c} cannot be met{words}{describe_shortfall(c, best.value, best.exact)}"
     short = math.inf if best.value is None else c.short(best.value)
@@ -289,7 +291,7 @@ def describe_shortfall(c: Constraint, best: float | None, exact: bool = True) ->
     return f": the {least} {show(best, c.unit)}, {words} {'over' if c.most else 'short'}"
 
 
-def _physics(search: Search) -> Exclusion | None:
+def _physical_exclusion(search: Search) -> Exclusion | None:
     """Return the exclusion if a stop is impossible for every brake of the grid, or any brake."""
     stop = search.spec.evaluation.stop
     if stop is None or stop.travel is None:

@@ -31,7 +31,7 @@ class ClusterError(LayerjamError):
 
 
 @functools.lru_cache(maxsize=4)
-def _search(pickled_search: bytes) -> tuple[Search, str]:
+def _load_search(pickled_search: bytes) -> tuple[Search, str]:
     import jax
 
     jax.config.update("jax_enable_x64", True)
@@ -52,15 +52,15 @@ def _keep_memory() -> None:
             set_option(option, KEPT)
 
 
-def work(pickled_search: bytes, index: int) -> bytes:
+def compute_block(pickled_search: bytes, index: int) -> bytes:
     """Return the file of one block, computed on a worker."""
     with _search_lock:
-        search, mark = _search(pickled_search)
+        search, mark = _load_search(pickled_search)
     return encode_block(search, index, search.block(index), mark)
 
 
 @contextlib.contextmanager
-def _connect(scheduler: str) -> Iterator[tuple[Any, Any]]:
+def _connect_client(scheduler: str) -> Iterator[tuple[Any, Any]]:
     """Yield (Dask's module, a client) of a cluster that has a worker."""
     with MissingExtraError.raise_if_missing("a sweep on a cluster (dask)", "cluster"):
         import distributed
@@ -77,32 +77,34 @@ def _connect(scheduler: str) -> Iterator[tuple[Any, Any]]:
         yield dask, client
 
 
-def reach(scheduler: str) -> None:
-    """Raise the errors of `spread`, before a folder exists, if the cluster cannot be reached."""
-    with _connect(scheduler):
+def check_cluster(scheduler: str) -> None:
+    """Raise the errors of `compute_blocks` if the cluster cannot be reached."""
+    with _connect_client(scheduler):
         pass
 
 
-def spread(search: Search, blocks: Sequence[int], scheduler: str) -> Iterator[tuple[int, bytes]]:
+def compute_blocks(
+    search: Search, blocks: Sequence[int], scheduler: str
+) -> Iterator[tuple[int, bytes]]:
     """Yield (block, bytes of its file) as the workers finish them, in any order.
 
     Raises MissingExtraError if Dask is not installed. Raises ClusterError if the scheduler or all
     workers are unreachable, or if a block fails repeatedly.
     """
-    with _connect(scheduler) as (dask, client):
+    with _connect_client(scheduler) as (dask, client):
         threads = sum(client.nthreads().values())
         pickled_search = pickle.dumps((search.spec, search.size))
         waiting = iter(blocks)
         running: dict[Any, int] = {}
         results: Any = dask.as_completed()
 
-        def give(count: int) -> None:
+        def submit_block(count: int) -> None:
             for index in itertools.islice(waiting, count):
-                future = client.submit(work, pickled_search, index, pure=False, retries=2)
+                future = client.submit(compute_block, pickled_search, index, pure=False, retries=2)
                 running[future] = index
                 results.add(future)
 
-        give(max(1, threads) * BLOCKS_PER_THREAD)
+        submit_block(max(1, threads) * BLOCKS_PER_THREAD)
         for future in results:
             index = running.pop(future)
             try:
@@ -111,8 +113,8 @@ def spread(search: Search, blocks: Sequence[int], scheduler: str) -> Iterator[tu
                 raise ClusterError(
                     f"block {index} failed on the cluster: {type(err).__name__}: {err}"
                 ) from None
-            give(1)
+            submit_block(1)
             yield index, data
 
 
-__all__ = ["ClusterError", "reach", "spread", "work"]
+__all__ = ["ClusterError", "check_cluster", "compute_block", "compute_blocks"]

@@ -25,7 +25,7 @@ OF_SOME = {
 """Fields that are known only for brakes computed here, or only for rotary devices."""
 
 
-def comparison(
+def compare_devices(
     brakes: Sequence[BrakeFile], vacuums: Sequence[float]
 ) -> tuple[list[dict[str, Any]], dict[str, Any], list[SheetLine], PublishedDevices]:
     """Return (rows, effect of one more sheet, lines of sheet counts, published devices).
@@ -35,18 +35,20 @@ def comparison(
     """
     others = published_devices()
     first, full = brakes[0], vacuums[0]
-    rows = [_ours(file, p) for file, p in zip(brakes, vacuums, strict=True)]
-    rows += [_ours(first, p) for p in LOWER if p < full]
-    rows += [_ours(first, full, brakes=n) for n in STACKED]
+    rows = [_brake_rows(file, p) for file, p in zip(brakes, vacuums, strict=True)]
+    rows += [_brake_rows(first, p) for p in LOWER if p < full]
+    rows += [_brake_rows(first, full, brakes=n) for n in STACKED]
     rows += [
-        _row(d.name, d.kind, d.mass, d.force, d.source(), d.note, torque=d.torque, lever=d.lever)
+        _device_row(
+            d.name, d.kind, d.mass, d.force, d.source(), d.note, torque=d.torque, lever=d.lever
+        )
         for d in others.devices
     ]
     lines = [sheet_line(f.name, f.brake, p) for f, p in zip(brakes, vacuums, strict=True)]
-    return rows, _sheet(first, others.sheet), lines, others
+    return rows, _sheet_effect(first, others.sheet), lines, others
 
 
-def _row(
+def _device_row(
     name: str, kind: str, mass: float, force: float, source: str, note: str, **more: Any
 ) -> dict[str, Any]:
     """Return the row of a device: mass [kg], force [N], and fields known of some devices only."""
@@ -55,13 +57,13 @@ def _row(
     return {**row, **OF_SOME, **more}
 
 
-def _ours(file: BrakeFile, vacuum: float, *, brakes: int = 1) -> dict[str, Any]:
+def _brake_rows(file: BrakeFile, vacuum: float, *, brakes: int = 1) -> dict[str, Any]:
     brake = file.brake
     arrangement = f", {brakes} in parallel" if brakes > 1 else ""
     mass_basis = "a balance" if brake.weighed_mass is not None else "sheets, enclosure and fittings"
     factor = file.sources.get("scale_factor")
     factor_note = f"; scale factor {brake.scale_factor:g}, {factor.sentence()}" if factor else ""
-    return _row(
+    return _device_row(
         f"{file.name}{arrangement}, {show(vacuum, 'Pa', 4)}",
         KIND,
         brakes * mass(brake),
@@ -72,7 +74,7 @@ def _ours(file: BrakeFile, vacuum: float, *, brakes: int = 1) -> dict[str, Any]:
         vacuum=vacuum,
         sheets=brake.sheets.count,
         brakes=brakes,
-        calibrated=file.calibrated,
+        calibrated=file.is_calibrated,
     )
 
 
@@ -84,7 +86,7 @@ def _friction_note(file: BrakeFile) -> str:
     return f"friction not measured on this brake ({source.kind}){conflict}"
 
 
-def _sheet(file: BrakeFile, paper: PublishedDevice) -> dict[str, Any]:
+def _sheet_effect(file: BrakeFile, paper: PublishedDevice) -> dict[str, Any]:
     """Return the effect of one more sheet at the paper's vacuum, and the paper's values."""
     vacuum = min(PAPER_VACUUM, file.brake.site.atmosphere)
     force, weight = one_more_sheet(file.brake, vacuum)

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
-from layerjam.design.merit import OF_A_FIT, Point, Stock, brake_of
+from layerjam.design.merit import OF_A_FIT, Point, Stock, make_brake
 from layerjam.design.requirements import DesignSpecification
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile, film_cutting
@@ -41,14 +41,16 @@ def design_file(
         if new is None:
             continue
         if path in CARRIED:
-            sources[path] = _inherit(path, film_sources if path in OF_A_FIT else base.sources, base)
+            sources[path] = _inherit_sources(
+                path, film_sources if path in OF_A_FIT else base.sources, base
+            )
         elif path.startswith("film."):
             sources[path] = film_sources.get(path, Source(text=f"film of {film}"))
         elif new == old:
             sources[path] = base.sources.get(path, Source())
         else:
             sources[path] = Source(kind="inferred", text=f"chosen by the design {spec.name}")
-    making, making_sources = _making(film, base)
+    making, making_sources = _build_values(film, base)
     changes = {path for path, source in sources.items() if source != base.sources.get(path)}
     earlier = remaining(base.accepted, changes - {*CARRIED})
     earlier_kept = [entry for entry in earlier if entry not in acceptances]
@@ -66,7 +68,7 @@ def design_file(
 
 def design_brake(spec: DesignSpecification, point: Point) -> Brake:
     """Return one brake of a design as a record of plain numbers."""
-    brake = _plain(brake_of(point, spec.brake.brake))
+    brake = _plain_record(make_brake(point, spec.brake.brake))
     sheets = replace(brake.sheets, count=int(brake.sheets.count))
     return replace(brake, sheets=sheets, rope=spec.brake.brake.rope)
 
@@ -77,12 +79,12 @@ def plain_name(text: str) -> str:
     return name[:60] or "design"
 
 
-def _plain(record: Any) -> Any:
+def _plain_record(record: Any) -> Any:
     values = {}
     for f in fields(record):
         value = getattr(record, f.name)
         if is_dataclass(value):
-            values[f.name] = _plain(value)
+            values[f.name] = _plain_record(value)
         elif value is None or value != value:  # NaN is an unknown strength
             values[f.name] = None
         else:
@@ -99,7 +101,7 @@ def _film_sources(film: str, base: BrakeFile) -> Mapping[str, Source]:
     return base.sources if film == base.name else {}
 
 
-def _making(film: str, base: BrakeFile) -> tuple[Making, dict[str, Source]]:
+def _build_values(film: str, base: BrakeFile) -> tuple[Making, dict[str, Source]]:
     """Return the base file's values for building and casting, and the film's values for cutting."""
     paths = dict(entries(Making))
     origins = {path: source for path, source in base.sources.items() if path in paths}
@@ -117,7 +119,7 @@ def _making(film: str, base: BrakeFile) -> tuple[Making, dict[str, Source]]:
     return replace(base.making, film=cutting), origins
 
 
-def _inherit(path: str, sources: Mapping[str, Source], base: BrakeFile) -> Source:
+def _inherit_sources(path: str, sources: Mapping[str, Source], base: BrakeFile) -> Source:
     old = sources.get(path)
     origin = f" ({old.sentence()})" if old else ""
     if path == "stiffness_measured":

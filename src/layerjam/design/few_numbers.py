@@ -12,11 +12,11 @@ from layerjam.design.request import (
     DesignRequest,
     FilmChoice,
     Range,
+    open_reader,
     read_request,
-    reader_of,
 )
 from layerjam.design.requirements import Constraint, Objective
-from layerjam.design.specification import examples
+from layerjam.design.specification import example_texts
 from layerjam.design.stopping import StopRequirement
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
@@ -79,7 +79,7 @@ def hold(
     QuantityError for numbers out of bounds, for a length that leaves no overlap, or for a stress
     margin if the film's strength is unknown.
     """
-    values = _read(
+    values = _read_request(
         HOLD,
         force=force,
         mass=mass,
@@ -99,15 +99,15 @@ def hold(
         constraints=(
             Constraint(FORCES[when], False, values["force"]),
             *limits,
-            *_margin(brake, values["stress_margin"]),
+            *_strength_margin(brake, values["stress_margin"]),
         ),
         objectives=(PREFERENCES[prefer],),
-        film=_films(brake_name),
+        film=_film_names(brake_name),
         vary={
             "count": Range(3, 61, 2),
-            "width": _range(values["width"] / 4, values["width"]),
-            "overlap": _overlaps(brake, values["length"]),
-            "vacuum": _vacuums(brake, vacuum),
+            "width": _round_range(values["width"] / 4, values["width"]),
+            "overlap": _overlap_range(brake, values["length"]),
+            "vacuum": _vacuum_range(brake, vacuum),
             "parallel": (1, 2, 3, 4),
         },
     )
@@ -133,7 +133,7 @@ def stop(
     The mass moves horizontally; `own_mass`, `width` and `length` limit the brakes. Raises
     QuantityError as `hold` does.
     """
-    values = _read(
+    values = _read_request(
         STOP, mass=mass, speed=speed, travel=travel, force=force, stress_margin=stress_margin
     )
     margin = values.pop("stress_margin")
@@ -150,32 +150,32 @@ def stop(
         brake=brake_name,
         constraints=(
             *(Constraint(name, True, value) for name, value in caps.items()),
-            *_margin(brake, margin),
+            *_strength_margin(brake, margin),
         ),
         objectives=(PREFERENCES[prefer],),
         stop=StopRequirement(**values, horizontal=True),
-        film=_films(brake_name),
+        film=_film_names(brake_name),
         vary={
             "count": Range(5, 37, 4),
             "width": tuple(sorted({float(f"{min(w, caps.get('width', w)):.12g}") for w in widths})),
-            "overlap": _range(_gap(brake) + 0.1 * longest, longest, 12),
-            "vacuum": _vacuums(brake, vacuum),
+            "overlap": _round_range(_remaining_overlap(brake) + 0.1 * longest, longest, 12),
+            "vacuum": _vacuum_range(brake, vacuum),
             "series": (1, 2, 3, 4),
             "parallel": (1, 2, 3, 4, 6, 8),
         },
     )
 
 
-def _read(specs: Mapping[str, QuantitySpec], **given: Number) -> dict[str, float]:
+def _read_request(specs: Mapping[str, QuantitySpec], **given: Number) -> dict[str, float]:
     return {name: specs[name].si(value, name) for name, value in given.items()}
 
 
-def _films(brake_name: str) -> tuple[FilmChoice, ...]:
-    choices = read_request(reader_of(examples()["stop"], "stop")).film
+def _film_names(brake_name: str) -> tuple[FilmChoice, ...]:
+    choices = read_request(open_reader(example_texts()["stop"], "stop")).film
     return tuple(choice for choice in choices if choice.use == brake_name)
 
 
-def _margin(brake: BrakeFile, margin: float) -> tuple[Constraint, ...]:
+def _strength_margin(brake: BrakeFile, margin: float) -> tuple[Constraint, ...]:
     if not margin:
         return ()
     if brake.brake.film.strength is None:
@@ -187,25 +187,25 @@ def _margin(brake: BrakeFile, margin: float) -> tuple[Constraint, ...]:
     return (Constraint("stress_margin", False, margin),)
 
 
-def _gap(brake: BrakeFile) -> float:
+def _remaining_overlap(brake: BrakeFile) -> float:
     """Return the overlap that must remain, as for the base brake [m]."""
     return brake.brake.sheets.overlap - brake.brake.sheets.usable_travel
 
 
-def _overlaps(brake: BrakeFile, length: float) -> Axis:
+def _overlap_range(brake: BrakeFile, length: float) -> Axis:
     sheets = brake.brake.sheets
     used = sheets.free_left + sheets.free_right + 2 * brake.brake.mount.clamped_length
-    longest, gap = length - used, _gap(brake)
+    longest, gap = length - used, _remaining_overlap(brake)
     if longest <= gap:
         raise QuantityError.of(
             "length",
             f"{show(length, 'm')} is too short; free and clamped parts of {brake.name} "
             f"need {show(used, 'm')}, and {show(gap, 'm')} of overlap must remain",
         )
-    return _range(longest / 4 if longest / 4 > gap else (longest + gap) / 2, longest)
+    return _round_range(longest / 4 if longest / 4 > gap else (longest + gap) / 2, longest)
 
 
-def _vacuums(brake: BrakeFile, available: Number | None) -> Axis:
+def _vacuum_range(brake: BrakeFile, available: Number | None) -> Axis:
     full = brake.brake.site.atmosphere
     if available is not None:
         full = HOLD["vacuum"].si(available, "vacuum") / VACUUMS[-1]
@@ -213,7 +213,7 @@ def _vacuums(brake: BrakeFile, available: Number | None) -> Axis:
     return tuple(dict.fromkeys(steps))
 
 
-def _range(low: float, high: float, steps: int = STEPS) -> Range:
+def _round_range(low: float, high: float, steps: int = STEPS) -> Range:
     """Return a range from about `low` to `high` in round steps that end at `high`."""
     raw = (high - low) / steps
     power = 10.0 ** math.floor(math.log10(raw))

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
-from layerjam.design.bill import Draw, bills
+from layerjam.design.bill import Draw, drawn_merits
 from layerjam.design.merit import (
     DRAWN_MERITS,
     LATE_MERITS,
@@ -174,7 +174,7 @@ class Kernel:
         rows = []
         for start in range(0, len(numbers), PIECE):
             part = numbers[start : start + PIECE]
-            merits = bills(self.grid.point(_pad(part)), evaluation.base, evaluation.draw)
+            merits = drawn_merits(self.grid.point(_pad(part)), evaluation.base, evaluation.draw)
             rows.append([merits[name][: len(part)] for name in DRAWN_MERITS])
         return dict(zip(DRAWN_MERITS, np.concatenate(rows, axis=1), strict=True))
 

@@ -137,7 +137,7 @@ class StickSlipPull:
     damping_ratio: float = quantity("1", "damping ratio of the mount", hi=10)
 
 
-def stock_of(film: Film, scale_factor: Any = 1.0, amplification_held: Any = None) -> Stock:
+def make_stock(film: Film, scale_factor: Any = 1.0, amplification_held: Any = None) -> Stock:
     """Return a film as a stock, with a calibration factor and the fan amplification in it."""
     values = {name: getattr(film, name) for name in Stock._fields if name not in OF_A_FIT}
     strength = math.nan if film.strength is None else film.strength
@@ -147,14 +147,14 @@ def stock_of(film: Film, scale_factor: Any = 1.0, amplification_held: Any = None
     )
 
 
-def point_of(brake: Brake, vacuum: Any = None) -> Point:
+def make_point(brake: Brake, vacuum: Any = None) -> Point:
     """Return the design that equals a brake, at the site's full vacuum by default."""
     sheets = brake.sheets
     fittings = brake.fittings_mass
     if brake.weighed_mass is not None:
         fittings = brake.weighed_mass - sheets.count * sheet_mass(brake) - enclosure_mass(brake)
     return Point(
-        stock=stock_of(brake.film, brake.scale_factor, brake.amplification_held),
+        stock=make_stock(brake.film, brake.scale_factor, brake.amplification_held),
         **{name: getattr(sheets, name) for name in OF_SHEETS},
         offset=0.0,
         usable_travel=sheets.usable_travel,
@@ -166,7 +166,7 @@ def point_of(brake: Brake, vacuum: Any = None) -> Point:
     )
 
 
-def brake_of(point: Point, base: Brake) -> Brake:
+def make_brake(point: Point, base: Brake) -> Brake:
     """Return one brake of a design, as a record of arrays, with missing values from the base.
 
     An offset x0 turns overlap into free length on both sides. The stiffness is that of the sheets
@@ -212,7 +212,7 @@ def brake_of(point: Point, base: Brake) -> Brake:
     return replace(brake, stiffness_measured=1 / (1 / sheet_stiffness + mount_compliance))
 
 
-def can_be_built(point: Point, brake: Brake) -> Any:
+def is_buildable(point: Point, brake: Brake) -> Any:
     """Return whether a design is a valid brake: travel within the overlap, holes in the width."""
     sheets = brake.sheets
     valid = (sheets.usable_travel > 0) & (sheets.usable_travel <= sheets.overlap * (1 + 1e-12))
@@ -228,11 +228,11 @@ def merits(point: Point, base: Brake, puller: StickSlipPull | None = None) -> di
     They are for `series` times `parallel` equal brakes that share the load equally, and all NaN if
     the design cannot be built. `judder_margin` is included only with a stick–slip `puller`.
     """
-    brake = brake_of(point, base)
+    brake = make_brake(point, base)
     sheets, vacuum = brake.sheets, point.vacuum
     row, rows = point.series, point.parallel
     number = row * rows
-    valid = can_be_built(point, brake)
+    valid = is_buildable(point, brake)
     top = pull.peak(vacuum, sheets.usable_travel, brake).force
     weight = mass(brake) * number
     work = energy.slip_work(sheets.usable_travel, vacuum, brake) * number

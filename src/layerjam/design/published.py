@@ -83,7 +83,7 @@ def read_published(text: str, path: object) -> PublishedDevices:
     """
     tables = parse_toml(text, path)
     searches = tables.pop(_NONE, {})
-    devices = {key: _device(key, table, text, path) for key, table in tables.items()}
+    devices = {key: _read_device(key, table, text, path) for key, table in tables.items()}
     if _SHEET not in devices:
         raise FileError(path, f"[{_SHEET}] is missing")
     sheet = devices.pop(_SHEET)
@@ -95,7 +95,7 @@ def read_published(text: str, path: object) -> PublishedDevices:
     )
 
 
-def _device(key: str, table: Any, text: str, path: object) -> PublishedDevice:
+def _read_device(key: str, table: Any, text: str, path: object) -> PublishedDevice:
     if not isinstance(table, dict):
         raise FileError(path, f"{key} must be a table, [{key}]")
     reader = Reader(text, path, FIELDS, {**DESCRIBING, **_REQUIRED})

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
-from layerjam.design.bill import bills
+from layerjam.design.bill import drawn_merits
 from layerjam.design.merit import (
     DRAWN_MERITS,
     LINE_MERITS,
@@ -50,7 +50,7 @@ def replace_values(point: Point, values: dict[str, Any]) -> Point:
 
 
 @functools.partial(jax.jit, static_argnames=("names", "row"))
-def _values(x: Any, point: Point, inputs: Any, *, names: tuple[str, ...], row: int) -> Any:
+def _log_merits(x: Any, point: Point, inputs: Any, *, names: tuple[str, ...], row: int) -> Any:
     """Return ln of all merits at values `x` of the variables `names`, in alphabetical order."""
     base, stick_slip, requirement = inputs
     design = replace_values(point, dict(zip(names, x, strict=True)))
@@ -58,7 +58,7 @@ def _values(x: Any, point: Point, inputs: Any, *, names: tuple[str, ...], row: i
     return jnp.log(jnp.stack([jnp.asarray(out[n], float) for n in sorted(out)]))
 
 
-_slopes = jax.jit(jax.jacfwd(_values), static_argnames=("names", "row"))
+_slopes = jax.jit(jax.jacfwd(_log_merits), static_argnames=("names", "row"))
 
 
 class Smooth:
@@ -89,12 +89,12 @@ class Smooth:
 
     def log_merits(self, x: Array) -> dict[str, float]:
         """Return ln of every merit and of every variable in `names`."""
-        values = _values(jnp.asarray(x), self.point, self.more, names=self.names, row=self.row)
+        values = _log_merits(jnp.asarray(x), self.point, self.more, names=self.names, row=self.row)
         out = dict(zip(self.order, np.asarray(values).tolist(), strict=True))
-        out |= self._line(self._vacuum(x))
+        out |= self._line_merits(self._vacuum(x))
         if self.spec.drawn_merits:
-            out |= self._bill(x)
-        return {**{n: _log(v) for n, v in zip(self.names, x, strict=True)}, **out}
+            out |= self._drawn_merits(x)
+        return {**{n: _safe_log(v) for n, v in zip(self.names, x, strict=True)}, **out}
 
     def drawn_merits(self, x: Array) -> dict[str, Array]:
         """Return DRAWN_MERITS at values of `names`, shape (n, names)."""
@@ -103,7 +103,9 @@ class Smooth:
             return {n: np.full(len(x), math.nan) for n in DRAWN_MERITS}
         batch = np.pad(x, ((0, -len(x) % 32), (0, 0)), "edge")  # each length is compiled separately
         point = replace_values(self.point, dict(zip(self.names, batch.T, strict=True)))
-        return {n: row[: len(x)] for n, row in bills(point, source.base, source.draw).items()}
+        return {
+            n: row[: len(x)] for n, row in drawn_merits(point, source.base, source.draw).items()
+        }
 
     def _stencil(self, x: Array) -> dict[str, Array]:
         """Return DRAWN_MERITS at x, and one SLOPE_STEP above and below it for `among`.
@@ -116,8 +118,8 @@ class Smooth:
             self.last = (x.tobytes(), self.drawn_merits(places))
         return self.last[1]
 
-    def _bill(self, x: Array) -> dict[str, float]:
-        return {n: _log(float(row[0])) for n, row in self._stencil(x).items()}
+    def _drawn_merits(self, x: Array) -> dict[str, float]:
+        return {n: _safe_log(float(row[0])) for n, row in self._stencil(x).items()}
 
     def _drawn_slopes(self, x: Array) -> dict[str, Array]:
         """Return d ln(merit)/d variable by differences, one-sided if a side cannot be built."""
@@ -145,7 +147,10 @@ class Smooth:
         unit = np.eye(len(self.names))
         if self.spec.line is not None:
             vacuum = self._vacuum(x)
-            up, down = self._line(vacuum * (1 + SLOPE_STEP)), self._line(vacuum * (1 - SLOPE_STEP))
+            up, down = (
+                self._line_merits(vacuum * (1 + SLOPE_STEP)),
+                self._line_merits(vacuum * (1 - SLOPE_STEP)),
+            )
             place = unit[self.names.index("vacuum")]
             out |= {n: place * (up[n] - down[n]) / (2 * SLOPE_STEP * vacuum) for n in LINE_MERITS}
         if self.spec.drawn_merits:
@@ -156,14 +161,14 @@ class Smooth:
     def _vacuum(self, x: Array) -> float:
         return float(x[self.names.index("vacuum")])
 
-    def _line(self, vacuum: float) -> dict[str, float]:
+    def _line_merits(self, vacuum: float) -> dict[str, float]:
         if self.spec.line is None:
             return {}
         pair = line_merits(vacuum, self.spec.line.line, self.brakes)
-        return {n: _log(v) for n, v in zip(LINE_MERITS, pair, strict=True)}
+        return {n: _safe_log(v) for n, v in zip(LINE_MERITS, pair, strict=True)}
 
 
-def _log(value: float) -> float:
+def _safe_log(value: float) -> float:
     return math.log(value) if value > 0 else math.nan if value != 0 else -math.inf
 
 
@@ -200,7 +205,7 @@ def refine(spec: DesignSpecification, number: int) -> RefinedDesign | None:
     for n, part in zip(spec.grid.ranges, y, strict=True):
         if min(part, 1 - part) < 1e-6:
             binding.append(f"{n} at its {'least' if part < 0.5 else 'greatest'}")
-    values = dict(zip(spec.grid.ranges, search.scale_up(y).tolist(), strict=True))
+    values = dict(zip(spec.grid.ranges, search.to_values(y).tolist(), strict=True))
     merits = {n: math.exp(logs[n]) if n in logs else math.nan for n in MERITS}
     last = search.full(y)[None, :]
     merits |= {n: float(row[0]) for n, row in search.smooth.drawn_merits(last).items()}
@@ -221,14 +226,14 @@ class LocalSearch:
         self.signs = np.array([1.0 if c.most else -1.0 for c in live])
         self.limits = np.log([c.limit for c in live])
 
-    def scale_up(self, y: Array) -> Array:
+    def to_values(self, y: Array) -> Array:
         """Return the continuous variables at a point within their ranges."""
         return np.asarray(self.low + y * (self.high - self.low))
 
     def full(self, y: Array) -> Array:
         """Return all variables at a point within the ranges."""
         x = self.smooth.start.copy()
-        x[self.places] = self.scale_up(y)
+        x[self.places] = self.to_values(y)
         return x
 
     def cost(self, y: Array) -> float:
@@ -237,7 +242,7 @@ class LocalSearch:
         value = float(self.weights @ [logs[n] for n in self.goals])
         return value if math.isfinite(value) else BAD
 
-    def room(self, y: Array) -> Array:
+    def constraint_margins(self, y: Array) -> Array:
         """Return ln of the margin to each limit, negative if it is broken."""
         logs = self.smooth.log_merits(self.full(y))
         left = (self.limits - [logs[n] for n in self.live]) * self.signs
@@ -258,7 +263,7 @@ class LocalSearch:
         first = np.clip(first, 0.0, 1.0)
         limits = {
             "type": "ineq",
-            "fun": self.room,
+            "fun": self.constraint_margins,
             "jac": lambda y: -self.signs[:, None] * self.slopes(y, self.live),
         }
         result = minimize(
@@ -275,7 +280,7 @@ class LocalSearch:
         # start
         for share in (0.0, 1e-9, 1e-7, 1e-5, 1e-3, 0.03, 0.1, 0.3, 1.0):
             nearer = y + share * (first - y)
-            if (self.room(nearer) >= -ACCURACY).all():
+            if (self.constraint_margins(nearer) >= -ACCURACY).all():
                 return np.asarray(nearer)
         return None
 

@@ -170,7 +170,7 @@ _FILM = dict(entries(FilmChoice))
 _VARY = {f"vary.{name}": Entry(AxisSpec(spec), table=True) for name, spec in VARIABLES.items()}
 
 
-def reader_of(text: str, path: object) -> Reader:
+def open_reader(text: str, path: object) -> Reader:
     """Return the reader of a specification text."""
     return Reader(text, path, {**_FIELDS, **_VARY}, words={})
 
@@ -187,13 +187,15 @@ def read_request(reader: Reader) -> DesignRequest:
         return replace(
             request,
             name=request.name or Path(str(reader.path)).stem,
-            objectives=_weigh(request.objectives, weights),
+            objectives=_set_weights(request.objectives, weights),
             film=film,
             vary={p.removeprefix("vary."): reader.values[p] for p in _VARY if p in reader.values},
         )
 
 
-def _weigh(objectives: Sequence[Objective], weights: Sequence[float]) -> tuple[Objective, ...]:
+def _set_weights(
+    objectives: Sequence[Objective], weights: Sequence[float]
+) -> tuple[Objective, ...]:
     if not objectives:
         raise QuantityError.of("objectives", "none is given; such as ['minimise mass']")
     if len(weights) != len(objectives):

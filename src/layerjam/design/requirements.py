@@ -87,8 +87,8 @@ class ConstraintSpec(AsItIs):
     def read(self, text: object, name: str) -> Constraint:
         """Return the constraint; errors name its own text."""
         pattern = r"\s*(\w+)\s*(<=|>=)\s*(.+?)\s*"
-        quantity, sense, limit = _words(pattern, text, name, "constraint", self.limits())
-        unit = _spec_of("constraint", quantity, text).unit
+        quantity, sense, limit = _match_form(pattern, text, name, "constraint", self.limits())
+        unit = _quantity_spec("constraint", quantity, text).unit
         try:
             return Constraint(quantity, sense == "<=", parse(limit, unit, quantity))
         except QuantityError as err:
@@ -114,8 +114,8 @@ class ObjectiveSpec(AsItIs):
     def read(self, text: object, name: str) -> Objective:
         """Return the objective with weight 1; errors name its own text."""
         pattern = r"\s*(minimi[sz]e|maximi[sz]e)\s+(\w+)\s*"
-        sense, quantity = _words(pattern, text, name, "objective", self.limits())
-        _spec_of("objective", quantity, text)
+        sense, quantity = _match_form(pattern, text, name, "objective", self.limits())
+        _quantity_spec("objective", quantity, text)
         return Objective(quantity, sense.startswith("min"))
 
     def to_toml(self, value: Objective) -> object:
@@ -123,7 +123,7 @@ class ObjectiveSpec(AsItIs):
         return str(value)
 
 
-def _words(pattern: str, text: object, name: str, kind: str, form: str) -> tuple[str, ...]:
+def _match_form(pattern: str, text: object, name: str, kind: str, form: str) -> tuple[str, ...]:
     """Return the parts of a sentence; raises QuantityError if it has another form."""
     if not isinstance(text, str):
         raise QuantityError.of(name, "must be a list of texts in quotes")
@@ -133,7 +133,7 @@ def _words(pattern: str, text: object, name: str, kind: str, form: str) -> tuple
     return match.groups()
 
 
-def _spec_of(kind: str, quantity: str, text: object) -> QuantitySpec:
+def _quantity_spec(kind: str, quantity: str, text: object) -> QuantitySpec:
     specs = NAMEABLE if kind == "constraint" else MERITS
     if quantity not in specs:
         raise UnknownNameError(kind, quantity, specs, quantity=str(text))
@@ -168,7 +168,7 @@ class DesignSpecification:
     without: tuple[str, ...] = ()
     """Names of DEFAULTS that do not apply."""
 
-    def drawn_by(self, draw: Draw) -> "DesignSpecification":
+    def set_drawing(self, draw: Draw) -> "DesignSpecification":
         """Return the specification with a function that draws brakes, and the rules for it.
 
         Each design must be `BUILDABLE`, and a limit on the mass applies to the mass as drawn.

@@ -51,18 +51,18 @@ def robustness(spec: DesignSpecification, point: Point) -> dict[str, Chance]:
         value = np.broadcast_to(np.asarray(out[c.name]), (scatter.samples,))
         holds = np.asarray(c.holds(value))
         all_hold &= holds
-        chances[str(c)] = Chance(*_share(holds), *_range(value))
+        chances[str(c)] = Chance(*_chance(holds), *_value_range(value))
     if chances:
-        chances["all"] = Chance(*_share(all_hold), math.nan, math.nan)
+        chances["all"] = Chance(*_chance(all_hold), math.nan, math.nan)
     return chances
 
 
-def _share(holds: Any) -> tuple[float, float]:
+def _chance(holds: Any) -> tuple[float, float]:
     part, count = float(holds.mean()), len(holds)
     return part, max(math.sqrt(part * (1 - part) / count), 1 / count)
 
 
-def _range(value: Any) -> tuple[float, float]:
+def _value_range(value: Any) -> tuple[float, float]:
     # without a stop the slip is infinite, which exceeds every limit
     samples = np.sort(np.where(np.isnan(value), np.inf, value))
     low, high = (float(samples[int(part * len(samples))]) for part in (0.05, 0.95))

@@ -187,17 +187,17 @@ class Search:
             scores = costs @ self.weights
         fits = failures == 0
         family, remaining, best = self.family(run.numbers), fits.copy(), list[int]()
-        while len(best) < FAMILIES and (place := _argmin_among(scores, remaining)) is not None:
+        while len(best) < FAMILIES and (place := _argmin_where(scores, remaining)) is not None:
             best.append(place)
             remaining &= family != family[place]
         obstacle, reach = {}, {}
         for i, c in enumerate(constraints):
             others = failures == is_broken[i]
-            obstacle[i] = _argmin_among(scores, others & is_broken[i])
-            reach[i] = _argmin_among(quantities[i] if c.most else -quantities[i], others)
+            obstacle[i] = _argmin_where(scores, others & is_broken[i])
+            reach[i] = _argmin_where(quantities[i] if c.most else -quantities[i], others)
         places = np.flatnonzero(fits)
         maps = (_drop_missing(obstacle), _drop_missing(reach))
-        return Highlights(scores, places[front(costs[fits])], best, *maps)
+        return Highlights(scores, places[find_front(costs[fits])], best, *maps)
 
     def _keep_highlights(self, run: SweepResult) -> SweepResult:
         highlights = self.find_highlights(run)
@@ -274,7 +274,7 @@ class Search:
         ]
 
 
-def _argmin_among(values: Array, among: npt.NDArray[np.bool_]) -> int | None:
+def _argmin_where(values: Array, among: npt.NDArray[np.bool_]) -> int | None:
     places = np.flatnonzero(among & np.isfinite(values))
     return int(places[np.argmin(values[places])]) if len(places) else None
 
@@ -283,7 +283,7 @@ def _drop_missing(places: dict[int, int | None]) -> dict[int, int]:
     return {i: place for i, place in places.items() if place is not None}
 
 
-def front(costs: Array) -> npt.NDArray[np.int64]:
+def find_front(costs: Array) -> npt.NDArray[np.int64]:
     """Return indices, ascending, of the rows of (n, objectives) that no other row dominates.
 
     Less is better. Among equal rows the first is kept. Rows with NaN are never kept.
@@ -294,12 +294,12 @@ def front(costs: Array) -> npt.NDArray[np.int64]:
     # in the order of sums a dominating row comes early, because its sum is smaller
     keys = costs[good]
     order = good[np.lexsort((good, keys.sum(axis=1)))]
-    places = _front_kernel()(np.ascontiguousarray(costs[order]))
+    places = _compile_front()(np.ascontiguousarray(costs[order]))
     return np.sort(order[places])
 
 
 @functools.cache
-def _front_kernel() -> Any:
+def _compile_front() -> Any:
     import numba
 
     @numba.njit(nogil=True, cache=False)  # type: ignore[untyped-decorator]

@@ -14,10 +14,10 @@ from layerjam.design.merit import (
     VARIABLES,
     Stock,
     line_table,
-    point_of,
-    stock_of,
+    make_point,
+    make_stock,
 )
-from layerjam.design.request import DesignRequest, Range, read_request, reader_of
+from layerjam.design.request import DesignRequest, Range, open_reader, read_request
 from layerjam.design.requirements import Constraint, DesignSpecification, Objective, Scatter
 from layerjam.design.stopping import StopRequirement
 from layerjam.device.file import BrakeFile
@@ -36,7 +36,7 @@ MOST_DESIGNS = 10**12
 F = TypeVar("F", bound=BrakeFile | LineFile)
 
 
-def examples() -> dict[str, str]:
+def example_texts() -> dict[str, str]:
     """Return {name: TOML text} of the specifications that come with the program."""
     return shipped_files("layerjam.design", "examples")
 
@@ -46,7 +46,7 @@ def load_spec(spec: str | Path) -> DesignSpecification:
 
     Raises FileError, or UnknownNameError with the nearest names.
     """
-    return read_spec(*text_of("specification", spec, examples()))
+    return read_spec(*text_of("specification", spec, example_texts()))
 
 
 def read_spec(
@@ -56,10 +56,10 @@ def read_spec(
 
     With `records` no file is opened: names refer to these records or to the catalogue.
     """
-    reader = reader_of(text, path)
+    reader = open_reader(text, path)
     request = read_request(reader)
     with reader.locate_errors():
-        return specification(request, FileFinder(Path(str(path)).parent, records), text)
+        return make_specification(request, FileFinder(Path(str(path)).parent, records), text)
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class FileFinder:
             raise
 
 
-def specification(
+def make_specification(
     request: DesignRequest, finder: FileFinder | None = None, text: str | None = None
 ) -> DesignSpecification:
     """Return the specification of a request, with every file it names read.
@@ -127,8 +127,8 @@ def specification(
         raise QuantityError(
             f"atmosphere: differs between {line.name} and {file.name}", quantity="line"
         )
-    films = _films(request, finder, file, notes)
-    grid = _grid(request, file, films)
+    films = _make_films(request, finder, file, notes)
+    grid = _make_grid(request, file, films)
     evaluation = Evaluation(
         base=file.brake,
         stick_slip=request.judder,
@@ -144,7 +144,7 @@ def specification(
         evaluation=evaluation,
         constraints=request.constraints + _stop_constraints(request.stop),
         objectives=request.objectives,
-        scatter=_scatter(request, file),
+        scatter=_friction_scatter(request, file),
         text=request.text() if text is None else text,
         notes=tuple(notes),
         without=request.without,
@@ -171,7 +171,7 @@ def _stop_constraints(stop: StopRequirement | None) -> tuple[Constraint, ...]:
     return (*slip, *peak) or (Constraint("stop_slip", True, 1e9),)
 
 
-def _scatter(request: DesignRequest, file: BrakeFile) -> Scatter | None:
+def _friction_scatter(request: DesignRequest, file: BrakeFile) -> Scatter | None:
     """Return the requested scatter, otherwise that of the brake's own friction sources."""
     fields = {} if request.scatter is None else vars(request.scatter).copy()
     from_sources = {n: file.sources[p].sd for n in _FRICTION if (p := f"film.{n}") in file.sources}
@@ -200,8 +200,8 @@ def _check_known(requirements: Iterable[Constraint | Objective], evaluation: Eva
 # ---- variables
 
 
-def _grid(request: DesignRequest, file: BrakeFile, films: "_Films") -> Grid:
-    start = point_of(file.brake)
+def _make_grid(request: DesignRequest, file: BrakeFile, films: "_Films") -> Grid:
+    start = make_point(file.brake)
     axes, ranges = {}, {}
     for name in AXES:
         axis = request.vary.get(name)
@@ -232,15 +232,17 @@ _Films = tuple[Stock, tuple[str, ...], Array]
 """(film, its name, a thickness in which it is sold) of each row of the grid's first axis."""
 
 
-def _films(request: DesignRequest, finder: FileFinder, file: BrakeFile, notes: list[str]) -> _Films:
+def _make_films(
+    request: DesignRequest, finder: FileFinder, file: BrakeFile, notes: list[str]
+) -> _Films:
     """Return films with the thicknesses in which they are sold, by default that of the brake."""
     axis = request.vary.get("thickness")
     default = (file.brake.sheets.thickness,) if axis is None else axis
     default = tuple(default.values()) if isinstance(default, Range) else default
     films = [
-        (choice.use, _film(choice.use, finder, file, notes), choice.thickness or default)
+        (choice.use, _read_film(choice.use, finder, file, notes), choice.thickness or default)
         for choice in request.film
-    ] or [(file.name, _stock(file), default)]
+    ] or [(file.name, _make_stock(file), default)]
     rows = [(name, stock, thickness) for name, stock, values in films for thickness in values]
     if len({name for name, _, _ in films}) < len(films):
         raise QuantityError.of("film", "a film is listed twice")
@@ -250,12 +252,12 @@ def _films(request: DesignRequest, finder: FileFinder, file: BrakeFile, notes: l
     return stock, tuple(name for name, *_ in rows), thickness
 
 
-def _stock(file: BrakeFile) -> Stock:
+def _make_stock(file: BrakeFile) -> Stock:
     brake = file.brake
-    return stock_of(brake.film, brake.scale_factor, brake.amplification_held)
+    return make_stock(brake.film, brake.scale_factor, brake.amplification_held)
 
 
-def _film(use: str, finder: FileFinder, file: BrakeFile, notes: list[str]) -> Stock:
+def _read_film(use: str, finder: FileFinder, file: BrakeFile, notes: list[str]) -> Stock:
     """Return a film of a brake (with its friction and scale factor) or of the catalogue (a = 1)."""
     films = materials()["films"]
     if use in catalogue() or use.endswith(".toml"):
@@ -267,7 +269,7 @@ def _film(use: str, finder: FileFinder, file: BrakeFile, notes: list[str]) -> St
                 "must share one law",
                 quantity=use,
             )
-        return _stock(source)
+        return _make_stock(source)
     if use not in films:
         raise UnknownNameError("film", use, [*films, *catalogue()], quantity=use)
     keys = {**dict(entries(Film)), **dict(entries(FilmCutting))}
@@ -275,4 +277,4 @@ def _film(use: str, finder: FileFinder, file: BrakeFile, notes: list[str]) -> St
     reader.take({k: v for k, v in parse_toml(films[use], use).items() if k not in DESCRIBING})
     reader.require()
     notes.append(f"{use}: handbook friction and a scale factor of 1, not measured on a brake")
-    return stock_of(reader.record(Film))
+    return make_stock(reader.record(Film))

@@ -7,7 +7,7 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from layerjam.design.merit import Point, StickSlipPull, brake_of, can_be_built, merits
+from layerjam.design.merit import Point, StickSlipPull, is_buildable, make_brake, merits
 from layerjam.device.brake import Brake
 from layerjam.mechanics.law import law, within
 from layerjam.mechanics.stiffness import working_stiffness
@@ -44,8 +44,8 @@ def stops(point: Point, base: Brake, need: StopRequirement, most_in_row: int) ->
     Equal brakes in parallel share mass and force. In series they slip one after another, each to
     the end of its travel, and are assumed rigid. `most_in_row` is the greatest `series`.
     """
-    brake = brake_of(point, base)
-    valid = can_be_built(point, brake)
+    brake = make_brake(point, base)
+    valid = is_buildable(point, brake)
     share = need.mass / point.parallel
     zero = jnp.zeros_like(share + brake.sheets.usable_travel + point.series)
     spring = jnp.where(point.series > 1, RIGID, working_stiffness(brake)) + zero

@@ -9,10 +9,10 @@ WITH_FACTOR = ("max_force", "holding_force", "force_density", "energy_capacity",
 """Numbers of a brake that depend on its scale factor."""
 
 
-def uneven(files: Sequence[BrakeFile]) -> list[Notice]:
+def calibration_notices(files: Sequence[BrakeFile]) -> list[Notice]:
     """Return a notice if some of the compared brakes are calibrated and some are not."""
     with_pulls, without_pulls = (
-        list(dict.fromkeys(f.name for f in files if f.calibrated is is_so))
+        list(dict.fromkeys(f.name for f in files if f.is_calibrated is is_so))
         for is_so in (True, False)
     )
     if not (with_pulls and without_pulls):

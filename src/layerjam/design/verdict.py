@@ -42,7 +42,7 @@ def describe_design(design: Mapping[str, Any]) -> str:
     return ", ".join(words)
 
 
-def why_lost(
+def explain_loss(
     winner: Mapping[str, Any], loser: Mapping[str, Any], objectives: Sequence[Objective]
 ) -> str:
     """Return the objectives by which the runner-up loses and wins, and the weighted result."""
@@ -54,7 +54,7 @@ def why_lost(
         total += o.weight * step
         if abs(step) < 1e-9:
             continue
-        much = percent(loser[o.name] / winner[o.name] - 1)
+        much = format_percent(loser[o.name] / winner[o.name] - 1)
         text = f"{o.name} {much} ({show(loser[o.name], NAMEABLE[o.name].unit)})"
         (worse if step > 0 else better).append(text)
     if not worse and not better:
@@ -63,15 +63,17 @@ def why_lost(
     if len(objectives) == 1:
         return f"it loses by {losses}"
     gain = f", offset by {' and '.join(better)}" if better else ""
-    return f"it loses by {losses}{gain}; weighted, {percent(math.expm1(total), sign='')} behind"
+    return (
+        f"it loses by {losses}{gain}; weighted, {format_percent(math.expm1(total), sign='')} behind"
+    )
 
 
-def percent(part: float, sign: str = "+") -> str:
+def format_percent(part: float, sign: str = "+") -> str:
     """Return a share in percent, or in words if two decimals would not show it."""
     return f"{part:{sign}.2%}" if abs(part) >= LEAST_SHARE else "by less than 0.01 %"
 
 
-def forbidden(search: Search, result: SweepResult, picks: Highlights) -> list[dict[str, Any]]:
+def near_winners(search: Search, result: SweepResult, picks: Highlights) -> list[dict[str, Any]]:
     """Return designs that only one constraint excludes from winning, and their excess."""
     rows = []
     score = picks.scores[picks.best[0]]
@@ -82,18 +84,18 @@ def forbidden(search: Search, result: SweepResult, picks: Highlights) -> list[di
         design = search.design(result.numbers[k])
         value = float(design[constraint.name])
         gain = -math.expm1(picks.scores[k] - score)
-        excess = refusal(search, constraint, result.numbers[k])
+        excess = build_refusal(search, constraint, result.numbers[k])
         excess = excess or f"{constraint.name} {show(value, constraint.unit)}"
         reason = (
             f"{constraint} excludes {describe_design(design)}: {excess}; weighted, it "
-            f"would be {percent(gain, sign='')} better"
+            f"would be {format_percent(gain, sign='')} better"
         )
         row = {"constraint": str(constraint), "design": design, "value": value}
         rows.append({**row, "short": constraint.short(value), "gain": gain, "reason": reason})
     return rows
 
 
-def refusal(search: Search, c: Constraint, number: int) -> str:
+def build_refusal(search: Search, c: Constraint, number: int) -> str:
     """Return why `build` rejects a design; empty for constraints other than `BUILDABLE`."""
     draw = search.spec.evaluation.draw
     if c.name != BUILDABLE.name or draw is None:
@@ -102,7 +104,7 @@ def refusal(search: Search, c: Constraint, number: int) -> str:
     return draw.reason(brake, float(greatest_force(brake))) or ""
 
 
-def binding(design: Mapping[str, Any], spec: DesignSpecification) -> list[str]:
+def binding_constraints(design: Mapping[str, Any], spec: DesignSpecification) -> list[str]:
     """Return the constraints that are met with less than 2 % to spare."""
     out = []
     for c in spec.constraints:
@@ -112,7 +114,7 @@ def binding(design: Mapping[str, Any], spec: DesignSpecification) -> list[str]:
     return out
 
 
-def why_none(search: Search, result: SweepResult, picks: Highlights) -> Exclusion:
+def explain_failure(search: Search, result: SweepResult, picks: Highlights) -> Exclusion:
     """Return why a sweep found no design: the constraint that fails, and its best value."""
     constraints = search.spec.constraints
     if not result.built:
@@ -127,7 +129,7 @@ def why_none(search: Search, result: SweepResult, picks: Highlights) -> Exclusio
     if values:
         _, i, value = min((constraints[i].short(value), i, value) for i, value in values.items())
         c = constraints[i]
-        nearest = refusal(search, c, result.numbers[picks.reach[i]])
+        nearest = build_refusal(search, c, result.numbers[picks.reach[i]])
         reason = f"{c} is not met on this grid if the others are"
         reason += f"; nearest design: {nearest}" if nearest else describe_shortfall(c, value)
         return Exclusion(str(c), reason, value)

@@ -39,7 +39,7 @@ _MATTERS = {
 """Numbers whose kind of source every result mentions."""
 
 
-def _fields() -> Mapping[str, Entry]:
+def _file_fields() -> Mapping[str, Entry]:
     """Return everything that a brake's file may set, table by table."""
     fields = dict(entries(Brake)) | dict(entries(Making))
     tables = list(dict.fromkeys(path.rpartition(".")[0] for path in fields))
@@ -58,7 +58,7 @@ class BrakeFile(RecordFile[Brake]):
     brake: Brake
     making: Making = Making()
 
-    fields: ClassVar[Mapping[str, Entry]] = _fields()
+    fields: ClassVar[Mapping[str, Entry]] = _file_fields()
     holds: ClassVar[str] = "brake"
     heading: ClassVar[str] = "A layer-jamming brake."
     kind: ClassVar[type] = Brake
@@ -80,11 +80,11 @@ class BrakeFile(RecordFile[Brake]):
         for table, folder in _USE.items():
             inner = tables.get(table)
             if isinstance(inner, dict) and "use" in inner:
-                _take_material(reader, table, inner.pop("use"), materials()[folder])
+                _apply_material(reader, table, inner.pop("use"), materials()[folder])
         before = dict(reader.values), dict(reader.sources)
         reader.take(tables)
-        _remember(reader, *before)
-        _count_screws(reader)
+        _keep_laser_warning(reader, *before)
+        _copy_screw_count(reader)
         with reader.locate_errors():
             making = reader.record(Making)
             check(making)
@@ -105,7 +105,7 @@ class BrakeFile(RecordFile[Brake]):
         return values_of(self.brake) | values_of(self.making)
 
     @property
-    def calibrated(self) -> bool:
+    def is_calibrated(self) -> bool:
         """Return whether the scale factor was fitted to pulls, by anyone, instead of just set."""
         source = self.sources.get("scale_factor")
         return source is not None and source.kind not in ("assumed", "unstated")
@@ -146,9 +146,9 @@ class BrakeFile(RecordFile[Brake]):
                 f"no stiffness was measured for {self.name}: the sheets' computed "
                 "stiffness is used; real rigs are several times softer"
             )
-        return out + list(self.fanning())
+        return out + list(self.spacer_notices())
 
-    def fanning(self) -> Iterator[Notice]:
+    def spacer_notices(self) -> Iterator[Notice]:
         """Yield notices about unknown spacers, if they would change the friction."""
         brake = self.brake
         fitted_factor, sheets = brake.amplification_held, brake.sheets
@@ -187,11 +187,11 @@ def materials() -> dict[str, dict[str, str]]:
 def film_cutting(use: str) -> tuple[FilmCutting, Mapping[str, Source]]:
     """Return the catalogue's data for buying and cutting a film, and {dotted path: source}."""
     reader = Reader("", f"material {use}", BrakeFile.fields)
-    _take_material(reader, "film", use, materials()["films"])
+    _apply_material(reader, "film", use, materials()["films"])
     return reader.record(FilmCutting, "film."), reader.sources
 
 
-def _take_material(reader: Reader, table: str, use: object, texts: Mapping[str, str]) -> None:
+def _apply_material(reader: Reader, table: str, use: object, texts: Mapping[str, str]) -> None:
     """Take the values of the catalogue's material that `use` names."""
     if not isinstance(use, str) or use not in texts:
         unknown = UnknownNameError(f"material for [{table}]", str(use), texts)
@@ -203,7 +203,9 @@ def _take_material(reader: Reader, table: str, use: object, texts: Mapping[str, 
     reader.sources |= inner.sources
 
 
-def _remember(reader: Reader, values: Mapping[str, Any], sources: Mapping[str, Source]) -> None:
+def _keep_laser_warning(
+    reader: Reader, values: Mapping[str, Any], sources: Mapping[str, Source]
+) -> None:
     """Store the catalogue's warning against a laser as `was` if the file overrides it."""
     choice = reader.values.get(_LASER)
     if values.get(_LASER) == "never" and choice != "never" and not reader.sources[_LASER].was:
@@ -211,7 +213,7 @@ def _remember(reader: Reader, values: Mapping[str, Any], sources: Mapping[str, S
         reader.sources[_LASER] = replace(reader.sources[_LASER], was=was)
 
 
-def _count_screws(reader: Reader) -> None:
+def _copy_screw_count(reader: Reader) -> None:
     """Copy screws that only [build] states to [mount]."""
     if _DRAWN in reader.values:
         reader.values.setdefault(_SCREWS, reader.values[_DRAWN])

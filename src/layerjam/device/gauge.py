@@ -13,7 +13,7 @@ DuPont allows 7 % for a Kapton HN film of 127 um, 9 % for 76 um and more for thi
 """
 
 
-def notices_of_gauge(file: BrakeFile) -> Iterator[Notice]:
+def gauge_notices(file: BrakeFile) -> Iterator[Notice]:
     """Yield a notice if the film is not sold in this thickness.
 
     There is none if the available thicknesses are unknown.

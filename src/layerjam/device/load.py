@@ -21,13 +21,13 @@ READING = "-eq9"
 """Suffix of a brake with the factor and stiffness given for the paper's eq. 8 and 9."""
 
 
-def _texts() -> dict[str, str]:
+def _catalogue_texts() -> dict[str, str]:
     return shipped_files("layerjam.device", "catalogue", "brakes")
 
 
 def catalogue() -> list[str]:
     """Names of the brakes in the catalogue."""
-    return list(_texts())
+    return list(_catalogue_texts())
 
 
 def devices() -> list[str]:
@@ -41,18 +41,18 @@ def load(brake: str | Path) -> BrakeFile:
     Raises UnknownNameError (with the nearest names) or FileError.
     """
     name = str(brake)
-    if name not in _texts():
-        return BrakeFile.read(*text_of("brake", brake, _texts()))
+    if name not in _catalogue_texts():
+        return BrakeFile.read(*text_of("brake", brake, _catalogue_texts()))
     file = _load_shipped(name)
     return replace(file, sources=dict(file.sources), notes=dict(file.notes))
 
 
 @functools.cache
 def _load_shipped(name: str) -> BrakeFile:
-    return BrakeFile.read(*text_of("brake", name, _texts()))
+    return BrakeFile.read(*text_of("brake", name, _catalogue_texts()))
 
 
-def brake_of(anything: str | Path | BrakeFile | Brake) -> Brake:
+def resolve_brake(anything: str | Path | BrakeFile | Brake) -> Brake:
     """Return a checked brake from its name or path, its file, or the plain record.
 
     Raises UnknownNameError, FileError, or QuantityError for a record that contradicts itself.
@@ -64,7 +64,7 @@ def brake_of(anything: str | Path | BrakeFile | Brake) -> Brake:
     return brake
 
 
-def takes_force(function: Callable[P, R]) -> Callable[P, R]:
+def accept_force(function: Callable[P, R]) -> Callable[P, R]:
     """Make a function accept `force`, the former name of its parameter `overwrite`."""
 
     @functools.wraps(function)
@@ -113,4 +113,4 @@ def _make_temporary(path: Path) -> Path:
     return path_of_file
 
 
-__all__ = ["brake_of", "catalogue", "load", "materials", "write_whole"]
+__all__ = ["catalogue", "load", "materials", "resolve_brake", "write_whole"]

@@ -97,7 +97,7 @@ class SizeSpec(AsItIs):
         return " x ".join(exact_text(float(side), "m") for side in value)
 
 
-def _length(text: str, default: float | None, lo: float = 0.0, hi: float = 0.1) -> Any:
+def _length_field(text: str, default: float | None, lo: float = 0.0, hi: float = 0.1) -> Any:
     return quantity("m", text, lo=lo, hi=hi, default=default)
 
 
@@ -106,54 +106,58 @@ class Build:
     """[build]: choices of the builder; a missing value takes the default of the fabrication."""
 
     cutter: str = value(TextSpec(text="who cuts the film", choices=CUTTERS), "service")
-    kerf: float = _length("full width of the cut", 0.0, hi=1e-3)
-    stock_length: float | None = _length("length of the film stock", None, 1e-3, 100)
-    stock_width: float | None = _length("width of the film stock", None, 1e-3, 100)
-    margin: float = _length("film kept free along the stock's edges", 5e-3)
-    gap: float = _length("distance between two parts on the film", 3e-3)
-    tip_radius: float = _length("radius of a sheet's corners at its free end", 1e-3)
-    clamp_radius: float = _length("radius of a sheet's corners at its clamped end", 0.5e-3)
+    kerf: float = _length_field("full width of the cut", 0.0, hi=1e-3)
+    stock_length: float | None = _length_field("length of the film stock", None, 1e-3, 100)
+    stock_width: float | None = _length_field("width of the film stock", None, 1e-3, 100)
+    margin: float = _length_field("film kept free along the stock's edges", 5e-3)
+    gap: float = _length_field("distance between two parts on the film", 3e-3)
+    tip_radius: float = _length_field("radius of a sheet's corners at its free end", 1e-3)
+    clamp_radius: float = _length_field("radius of a sheet's corners at its clamped end", 0.5e-3)
     screws: int | None = like(
         spec_of(Mount, "screws"),
         ("screws in each cap; must equal the number in [mount]"),
         default=None,
     )
-    floor: float = _length("least printed floor under a nut or a head", 1.2e-3, 0.4e-3, 0.01)
-    wall: float = _length("least printed wall", 1.2e-3, 0.4e-3, 0.01)
-    cheek: float = _length("thickness of the tray's sides", 1.6e-3, 0.4e-3, 0.02)
-    side: float = _length("gap between a sheet and the tray's side", 0.3e-3, 0.0, 5e-3)
-    fit: float = _length("clearance of nut and clamp plate", 0.2e-3, 0.0, 2e-3)
-    head_room: float = _length("recess of screw heads and ends", 0.2e-3, hi=5e-3)
-    plenum: float = _length("air space behind the sheets", 1e-3, 0.1e-3, 0.05)
-    back: float = _length("back wall of the tray", 3e-3, 0.4e-3, 0.05)
-    air_bore: float = _length("diameter of the air bore", 2e-3, 0.3e-3, 0.02)
-    neck_length: float = _length("length of the round neck that the tie closes", 8e-3, 1e-3)
+    floor: float = _length_field("least printed floor under a nut or a head", 1.2e-3, 0.4e-3, 0.01)
+    wall: float = _length_field("least printed wall", 1.2e-3, 0.4e-3, 0.01)
+    cheek: float = _length_field("thickness of the tray's sides", 1.6e-3, 0.4e-3, 0.02)
+    side: float = _length_field("gap between a sheet and the tray's side", 0.3e-3, 0.0, 5e-3)
+    fit: float = _length_field("clearance of nut and clamp plate", 0.2e-3, 0.0, 2e-3)
+    head_room: float = _length_field("recess of screw heads and ends", 0.2e-3, hi=5e-3)
+    plenum: float = _length_field("air space behind the sheets", 1e-3, 0.1e-3, 0.05)
+    back: float = _length_field("back wall of the tray", 3e-3, 0.4e-3, 0.05)
+    air_bore: float = _length_field("diameter of the air bore", 2e-3, 0.3e-3, 0.02)
+    neck_length: float = _length_field("length of the round neck that the tie closes", 8e-3, 1e-3)
     neck_stretch: float = quantity(
         "1", "stretch of the enclosure around the neck", open_lo=True, hi=9.0, default=0.25
     )
-    tie_width: float = _length("width of the cable tie", 2.5e-3, 1e-3, 0.02)
-    tie_slot: float = _length("width of the groove for the tie", 3.5e-3, 1e-3, 0.03)
-    tie_depth: float = _length("depth of the groove for the tie", 0.6e-3, 0.0, 0.01)
+    tie_width: float = _length_field("width of the cable tie", 2.5e-3, 1e-3, 0.02)
+    tie_slot: float = _length_field("width of the groove for the tie", 3.5e-3, 1e-3, 0.03)
+    tie_depth: float = _length_field("depth of the groove for the tie", 0.6e-3, 0.0, 0.01)
     tie_strength: float = quantity("N", "strength of the cable tie", lo=1.0, hi=1e4, default=80.0)
     tie_tension: float = quantity(
         "N", "force to which the cable tie is pulled", open_lo=True, hi=1e4, default=25.0
     )
     port: str | float = value(PortSpec(), M5)
-    pin: float = _length("diameter of the dowel pin", 6e-3, 1e-3, 0.05)
-    pin_clearance: float = _length("clearance of the dowel pin, in the diameter", 0.1e-3, hi=2e-3)
-    pin_wall: float = _length("wall around the dowel pin", 3e-3, 0.4e-3, 0.05)
-    edge: float = _length("radius of the cap's long edges", 1e-3, hi=0.02)
-    sleeve_clearance: float = _length("gap between stack and enclosure", 0.0, hi=2e-3)
+    pin: float = _length_field("diameter of the dowel pin", 6e-3, 1e-3, 0.05)
+    pin_clearance: float = _length_field(
+        "clearance of the dowel pin, in the diameter", 0.1e-3, hi=2e-3
+    )
+    pin_wall: float = _length_field("wall around the dowel pin", 3e-3, 0.4e-3, 0.05)
+    edge: float = _length_field("radius of the cap's long edges", 1e-3, hi=0.02)
+    sleeve_clearance: float = _length_field("gap between stack and enclosure", 0.0, hi=2e-3)
     shrinkage: float = quantity("1", "shrinkage of the silicone", hi=0.02, default=0.0)
-    trim: float = _length("length trimmed off each end of the casting", 5e-3)
-    mould_wall: float = _length("wall of the mould", 5e-3, 0.4e-3)
-    core_print: float = _length("length by which the mould holds the core", 10e-3, 1e-3)
-    core_clearance: float = _length("gap around the core where it is held", 0.1e-3, hi=2e-3)
-    mould_bolt: float = _length("hole for the mould's bolts, 4.5 mm for M4", 4.5e-3, 1e-3, 0.02)
-    sprue: float = _length("diameter of the sprue", 4e-3, 0.5e-3, 0.02)
-    vent: float = _length("diameter of a vent", 1.5e-3, 0.3e-3, 0.02)
-    key: float = _length("diameter and height of the mould's keys", 4e-3, 1e-3, 0.02)
-    key_clearance: float = _length("clearance of the keys, in the diameter", 0.3e-3, hi=2e-3)
+    trim: float = _length_field("length trimmed off each end of the casting", 5e-3)
+    mould_wall: float = _length_field("wall of the mould", 5e-3, 0.4e-3)
+    core_print: float = _length_field("length by which the mould holds the core", 10e-3, 1e-3)
+    core_clearance: float = _length_field("gap around the core where it is held", 0.1e-3, hi=2e-3)
+    mould_bolt: float = _length_field(
+        "hole for the mould's bolts, 4.5 mm for M4", 4.5e-3, 1e-3, 0.02
+    )
+    sprue: float = _length_field("diameter of the sprue", 4e-3, 0.5e-3, 0.02)
+    vent: float = _length_field("diameter of a vent", 1.5e-3, 0.3e-3, 0.02)
+    key: float = _length_field("diameter and height of the mould's keys", 4e-3, 1e-3, 0.02)
+    key_clearance: float = _length_field("clearance of the keys, in the diameter", 0.3e-3, hi=2e-3)
     waste: float = quantity(
         "1", "silicone lost in cup and nozzle, relative to that in the mould", hi=5.0, default=0.3
     )
@@ -213,7 +217,7 @@ class Making:
     enclosure: Casting = nested(Casting, default=Casting())
 
 
-def changed_input(build: Build, *names: str) -> str:
+def find_changed_input(build: Build, *names: str) -> str:
     """Return the first input that is not at its default, otherwise the first one.
 
     If inputs contradict each other, the error should name one that the user typed.
@@ -229,12 +233,12 @@ def check_build(brake: Brake, build: Build) -> None:
     def refuse(key: str, problem: str, unit: str = "m") -> None:
         raise QuantityError.of(f"build.{key}", f"{show(getattr(build, key), unit)} {problem}")
 
-    def order(small: str, large: str, equal: bool, unit: str = "m") -> None:
+    def check_order(small: str, large: str, equal: bool, unit: str = "m") -> None:
         """Raise an error unless `small` is below `large`, or `equal` to it if that is allowed."""
         low, high = getattr(build, small), getattr(build, large)
         if low < high or (equal and low == high):
             return
-        key = changed_input(build, small, large)
+        key = find_changed_input(build, small, large)
         words = (
             ("is more than", "is less than") if equal else ("is not less than", "is not more than")
         )
@@ -258,8 +262,8 @@ def check_build(brake: Brake, build: Build) -> None:
     if build.kerf and build.kerf >= hole:
         refuse("kerf", f"is not less than the screw's hole of {show(hole, 'm')}")
     if build.kerf:
-        order("kerf", "gap", equal=False)
-    order("kerf", "margin", equal=True)
+        check_order("kerf", "gap", equal=False)
+    check_order("kerf", "margin", equal=True)
     for radius in ("tip_radius", "clamp_radius"):
         if getattr(build, radius) >= width / 2:
             refuse(radius, f"is not less than half the sheets' width, {show(width / 2, 'm')}")
@@ -267,12 +271,12 @@ def check_build(brake: Brake, build: Build) -> None:
         for radius in ("tip_radius", "clamp_radius"):
             if getattr(build, radius) < 0.5e-3:
                 refuse(radius, "is too sharp for a knife; give at least 0.5 mm")
-    order("edge", "cheek", equal=False)
-    order("sprue", "trim", equal=True)  # the whole sprue is in the part that is trimmed off
-    order("vent", "trim", equal=True)
-    order("tie_width", "tie_slot", equal=True)
-    order("tie_slot", "neck_length", equal=False)
-    order("tie_tension", "tie_strength", equal=True, unit="N")
+    check_order("edge", "cheek", equal=False)
+    check_order("sprue", "trim", equal=True)  # the whole sprue is in the part that is trimmed off
+    check_order("vent", "trim", equal=True)
+    check_order("tie_width", "tie_slot", equal=True)
+    check_order("tie_slot", "neck_length", equal=False)
+    check_order("tie_tension", "tie_strength", equal=True, unit="N")
     for key, pair in (("stock_length", "stock_width"), ("stock_width", "stock_length")):
         if getattr(build, key) is not None and getattr(build, pair) is None:
             refuse(key, f"is given without build.{pair}; give both or neither")

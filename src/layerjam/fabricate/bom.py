@@ -27,19 +27,25 @@ class Item:
     """Basis of the row: drawn, standard or choose."""
 
 
-def items(plan: Drawing, files: Collection[str] | None = None) -> list[Item]:
+def list_items(plan: Drawing, files: Collection[str] | None = None) -> list[Item]:
     """Return the rows for all brakes of a build; `files` lists those written, by default all."""
-    rows = [*_film(plan), *_prints(plan), *_castings(plan), *_purchases(plan), *_boards(plan)]
+    rows = [
+        *_film_item(plan),
+        *_printed_items(plan),
+        *_cast_items(plan),
+        *_bought_items(plan),
+        *_board_items(plan),
+    ]
     return [row if files is None or row.file in files else replace(row, file="") for row in rows]
 
 
 def bom_csv(plan: Drawing, files: Collection[str] | None = None) -> str:
     """Return the parts list as CSV, with a row of headings."""
-    rows = (astuple(row) for row in items(plan, files))
+    rows = (astuple(row) for row in list_items(plan, files))
     return rows_text([[f.name for f in fields(Item)], *rows])
 
 
-def _film(plan: Drawing) -> list[Item]:
+def _film_item(plan: Drawing) -> list[Item]:
     thickness = show(plan.file.brake.sheets.thickness, "m")
     product = plan.file.making.film.product
     material = f"film {thickness} thick" + (f", {product}" if product else "")
@@ -60,7 +66,7 @@ def _film(plan: Drawing) -> list[Item]:
     return rows
 
 
-def _prints(plan: Drawing) -> list[Item]:
+def _printed_items(plan: Drawing) -> list[Item]:
     rows = []
     for part in plan.parts:
         if not part.printed:
@@ -71,7 +77,7 @@ def _prints(plan: Drawing) -> list[Item]:
     return rows
 
 
-def _castings(plan: Drawing) -> list[Item]:
+def _cast_items(plan: Drawing) -> list[Item]:
     wall = show(plan.file.brake.enclosure.wall, "m")
     size = f"cast, {plan.lengths.sleeve:.4g} mm long after trimming, wall {wall}"
     rows = [Item("enclosure", size, str(plan.brakes), "pieces", "cad/sleeve.step", "drawn")]
@@ -86,7 +92,7 @@ def _castings(plan: Drawing) -> list[Item]:
     return rows
 
 
-def _purchases(plan: Drawing) -> list[Item]:
+def _bought_items(plan: Drawing) -> list[Item]:
     lengths, build = plan.lengths, plan.build
     number = plan.brakes
     head = show(lengths.head_height * 1e-3, "m")
@@ -105,7 +111,7 @@ def _purchases(plan: Drawing) -> list[Item]:
         ),
         ("tube fitting", f"{port}; one end may take a sensor or a plug", 2 * number, "choose"),
         ("tube", "to pump or valve, for the fitting", number, "choose"),
-        ("mould bolt", bolt(plan), 2 * (lengths.mould.bolts - 1), "standard"),
+        ("mould bolt", mould_bolt(plan), 2 * (lengths.mould.bolts - 1), "standard"),
         ("mould nut", mould_nut(plan), 2 * (lengths.mould.bolts - 1), "standard"),
     ]
     return [Item(item, text, str(n), "pieces", "", basis) for item, text, n, basis in rows]
@@ -131,7 +137,7 @@ def mould_nut(plan: Drawing) -> str:
     return "for the mould's bolts" if thread is None else f"{thread.name}, ISO 4032"
 
 
-def bolt(plan: Drawing) -> str:
+def mould_bolt(plan: Drawing) -> str:
     """Return the trade name of the mould's bolt, long enough for both halves and its nut."""
     thread = mould_thread(plan)
     if thread is None:
@@ -144,7 +150,7 @@ def bolt(plan: Drawing) -> str:
     return f"{size}, ISO 4762"
 
 
-def _boards(plan: Drawing) -> list[Item]:
+def _board_items(plan: Drawing) -> list[Item]:
     rows = [("jig", "board that holds the pins at their rest distance", 1)]
     if plan.parallel > 1:
         rows.append(("yoke", "plate of your material, above and below the heads", 4))

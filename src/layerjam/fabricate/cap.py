@@ -37,7 +37,7 @@ def cap(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
         cut("x", -port, -side.tray, Ellipse.circle((0, axis_height), bore)),
         cut("y", 0, half, Ellipse.circle((axis_height, -port), lengths.port)),
     ]
-    return solid(name, prisms, crossing(bore / 2, lengths.port / 2, free))
+    return solid(name, prisms, shared_volume(bore / 2, lengths.port / 2, free))
 
 
 def _tray(lengths: Lengths, build: Build, side: Side) -> Iterator[Prism]:
@@ -82,7 +82,7 @@ def pin_hole(build: Build) -> float:
 
 
 @functools.lru_cache(maxsize=256)
-def crossing(bore: float, port: float, length: float) -> float:
+def shared_volume(bore: float, port: float, length: float) -> float:
     """Return the volume shared by the air bore and half the port, from radii and bore length.
 
     It is the integral of u·min(v, length) over the bore's height, where u and v are the half widths

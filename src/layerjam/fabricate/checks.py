@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from layerjam.device.brake import Brake, enclosure_mass, mass, sheet_mass
-from layerjam.device.workshop import M5, Build, Casting, changed_input
+from layerjam.device.workshop import M5, Build, Casting, find_changed_input
 from layerjam.errors import Notice, QuantityError
 from layerjam.fabricate.cap import pin_hole
 from layerjam.fabricate.lengths import (
@@ -25,7 +25,7 @@ from layerjam.fabricate.masses import MassRow
 from layerjam.fabricate.parts import Part
 from layerjam.fabricate.silicone import silicone_checks
 from layerjam.fabricate.strength import strength_checks
-from layerjam.fabricate.verdicts import Check, say
+from layerjam.fabricate.verdicts import Check, same_text
 from layerjam.units import get, show
 
 HEAD_RIM = 0.4
@@ -80,7 +80,7 @@ def drawable_limits(build: Build, lengths: Lengths) -> Limits:
     )  # fmt: skip
 
 
-def agree_drawn(brake: Brake, build: Build, lengths: Lengths) -> None:
+def check_drawable(brake: Brake, build: Build, lengths: Lengths) -> None:
     """Raise QuantityError for choices that cannot be drawn together.
 
     The error names the input that differs from its default, or the brake's own.
@@ -89,7 +89,7 @@ def agree_drawn(brake: Brake, build: Build, lengths: Lengths) -> None:
         if value < limit:
             continue
         build_keys = [n for n in names if "." not in n]
-        key = changed_input(build, *build_keys)
+        key = find_changed_input(build, *build_keys)
         path = f"build.{key}"
         if getattr(build, key) == getattr(Build(), key):
             path = next((n for n in names if "." in n), path)
@@ -126,7 +126,7 @@ def _length_check(code: str, key: str, value: Any, need: Any, text: str, remedy:
     return Check(
         code=code,
         key=key,
-        words=partial(_length_words, value, need, text, remedy),
+        words=partial(_length_text, value, need, text, remedy),
         value=value * 1e-3,
         limit=need * 1e-3,
         at_most=False,
@@ -135,7 +135,7 @@ def _length_check(code: str, key: str, value: Any, need: Any, text: str, remedy:
     )
 
 
-def _length_words(value: float, need: float, text: str, remedy: str, ok: bool | None) -> str:
+def _length_text(value: float, need: float, text: str, remedy: str, ok: bool | None) -> str:
     return text.format(value=_mm(value), need=_mm(need)) + (remedy if ok is False else "")
 
 
@@ -206,7 +206,7 @@ def sleeve_checks(brake: Brake, build: Build, cast: Casting, lengths: Lengths) -
         yield Check(
             code="C5",
             key=f"sleeve-over-{place}",
-            words=partial(_stretch_words, place, stretch, limit),
+            words=partial(_stretch_text, place, stretch, limit),
             value=stretch,
             limit=limit,
             otherwise="refused",
@@ -216,7 +216,7 @@ def sleeve_checks(brake: Brake, build: Build, cast: Casting, lengths: Lengths) -
     yield Check(
         code="C6",
         key="free-length",
-        words=partial(_descent_words, free, need),
+        words=partial(_descent_text, free, need),
         value=free * 1e-3,
         limit=need * 1e-3,
         at_most=False,
@@ -224,7 +224,7 @@ def sleeve_checks(brake: Brake, build: Build, cast: Casting, lengths: Lengths) -
     )
 
 
-def _stretch_words(place: str, stretch: float, limit: float | None, ok: bool | None) -> str:
+def _stretch_text(place: str, stretch: float, limit: float | None, ok: bool | None) -> str:
     text = f"enclosure over the {place}: {stretch:+.0%} of its girth"
     if limit is None:
         return text + " (enclosure.elongation_at_break is not given)"
@@ -234,7 +234,7 @@ def _stretch_words(place: str, stretch: float, limit: float | None, ok: bool | N
     )  # fmt: skip
 
 
-def _descent_words(free: float, need: float, ok: bool | None) -> str:
+def _descent_text(free: float, need: float, ok: bool | None) -> str:
     if ok:
         return (
             f"the enclosure comes down from the cap within {_mm(need)} of {_mm(free)} free length"
@@ -245,7 +245,7 @@ def _descent_words(free: float, need: float, ok: bool | None) -> str:
     )
 
 
-def walls(build: Build, lengths: Lengths) -> dict[str, Any]:
+def wall_thicknesses(build: Build, lengths: Lengths) -> dict[str, Any]:
     """Return every wall of the printed parts that stay in the brake, by name [mm].
 
     A rounded edge counts as a sharp corner. A wall that a brake does not have is infinite.
@@ -284,7 +284,7 @@ def walls(build: Build, lengths: Lengths) -> dict[str, Any]:
 
 def wall_check(build: Build, lengths: Lengths) -> Check:
     """Return C10: the thinnest wall."""
-    thicknesses = walls(build, lengths)
+    thicknesses = wall_thicknesses(build, lengths)
     least = np.min(np.broadcast_arrays(*thicknesses.values()), axis=0)
     place = "" if np.ndim(least) else min(thicknesses, key=lambda name: float(thicknesses[name]))
     return _length_check(
@@ -321,7 +321,7 @@ def seal_check(brake: Brake, build: Build, lengths: Lengths) -> Check:
     return Check(
         code="C11",
         key="seal",
-        words=partial(_seal_words, build.tie_tension, pressure, need),
+        words=partial(_seal_text, build.tie_tension, pressure, need),
         value=pressure,
         limit=need,
         at_most=False,
@@ -330,7 +330,7 @@ def seal_check(brake: Brake, build: Build, lengths: Lengths) -> Check:
     )
 
 
-def _seal_words(tension: float, pressure: float, need: float, ok: bool | None) -> str:
+def _seal_text(tension: float, pressure: float, need: float, ok: bool | None) -> str:
     text = (
         f"a tie pulled to {show(tension, 'N')} presses on the neck with {show(pressure, 'Pa')}; "
         f"at least {show(need, 'Pa')} seals"
@@ -344,7 +344,7 @@ def _seal_words(tension: float, pressure: float, need: float, ok: bool | None) -
 def print_checks(build: Build, parts: Sequence[Part]) -> Iterator[Check]:
     """Yield C2 (printer): every printed part fits the printer, along its axes."""
     if build.print_bed is None:
-        words = partial(say, "build volume of the printer not given, not checked")
+        words = partial(same_text, "build volume of the printer not given, not checked")
         yield Check(code="C2", key="print-bed", words=words)
         return
     bed = [mm(side) for side in build.print_bed]
@@ -361,7 +361,7 @@ def print_checks(build: Build, parts: Sequence[Part]) -> Iterator[Check]:
         yield Check(
             code="C2",
             key="print-bed",
-            words=partial(_printer_words, part.name, part.solid.size, bed),
+            words=partial(_printer_text, part.name, part.solid.size, bed),
             value=np.maximum.reduce(np.broadcast_arrays(*part.solid.size)) * 1e-3,
             limit=max(bed) * 1e-3,
             unit="m",
@@ -370,7 +370,7 @@ def print_checks(build: Build, parts: Sequence[Part]) -> Iterator[Check]:
         )
 
 
-def _printer_words(name: str, sides: Sequence[float], bed: Sequence[float], ok: bool | None) -> str:
+def _printer_text(name: str, sides: Sequence[float], bed: Sequence[float], ok: bool | None) -> str:
     size = " × ".join(f"{side:.4g}" for side in sides)
     if ok:
         return f"{name}, {size} mm, fits the printer"
@@ -397,7 +397,7 @@ def mass_checks(brake: Brake, rows: Sequence[MassRow]) -> Iterator[Check]:
         yield Check(
             code="C14",
             key=f"mass-{part.split()[0]}",
-            words=partial(say, text + "the model"),
+            words=partial(same_text, text + "the model"),
             value=error,
             limit=bound,
             passes=abs(error) <= bound,

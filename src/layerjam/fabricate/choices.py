@@ -35,7 +35,7 @@ class Choices:
 
         A value of the command or a default has no line; its error stays a QuantityError.
         """
-        with _locate(self.texts):
+        with _locate_error(self.texts):
             yield
 
     @property
@@ -45,7 +45,7 @@ class Choices:
         return tuple(name for name in names if f"build.{name}" not in self.sources)
 
 
-def choices(
+def resolve_choices(
     file: BrakeFile, workshop: str | Path | None = None, overrides: Mapping[str, Any] | None = None
 ) -> Choices:
     """Return the choices of the command, otherwise of the brake's file, otherwise of a workshop.
@@ -57,7 +57,7 @@ def choices(
     sources: dict[str, Source] = {}
     texts: dict[str, tuple[str, str]] = {}
     if workshop is not None:
-        reader = _workshop(Path(workshop))
+        reader = _read_workshop(Path(workshop))
         values, sources = dict(reader.values), dict(reader.sources)
         texts = dict.fromkeys(values, (str(reader.path), reader.text))
     if file.path:
@@ -72,14 +72,14 @@ def choices(
             sources[f"build.{name}"] = TYPED
             texts.pop(f"build.{name}", None)
     build = replace(Build(), **{p.removeprefix("build."): v for p, v in values.items()})
-    with _locate(texts):
+    with _locate_error(texts):
         check(build, "build.")
         check_build(file.brake, build)
     return Choices(build=build, sources=sources, texts=texts)
 
 
 @contextmanager
-def _locate(texts: Mapping[str, tuple[str, str]]) -> Iterator[None]:
+def _locate_error(texts: Mapping[str, tuple[str, str]]) -> Iterator[None]:
     try:
         yield
     except QuantityError as error:
@@ -90,7 +90,7 @@ def _locate(texts: Mapping[str, tuple[str, str]]) -> Iterator[None]:
         raise FileError(path, str(error), line_of(text, key)) from None
 
 
-def _workshop(path: Path) -> Reader:
+def _read_workshop(path: Path) -> Reader:
     text = read_text(path)
     reader = Reader(text, path, _BUILD)
     reader.take()
@@ -99,4 +99,4 @@ def _workshop(path: Path) -> Reader:
     return reader
 
 
-__all__ = ["TYPED", "Build", "Choices", "choices"]
+__all__ = ["TYPED", "Build", "Choices", "resolve_choices"]

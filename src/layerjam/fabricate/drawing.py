@@ -7,18 +7,18 @@ from importlib.resources import files
 from types import MappingProxyType
 
 from layerjam.device.file import BrakeFile
-from layerjam.device.gauge import notices_of_gauge
+from layerjam.device.gauge import gauge_notices
 from layerjam.device.workshop import Build
 from layerjam.errors import Notice
 from layerjam.fabricate import checks as rules
 from layerjam.fabricate.choices import Choices
-from layerjam.fabricate.film import Film, film, pitch
-from layerjam.fabricate.lengths import Lengths, lengths
+from layerjam.fabricate.film import Film, brake_pitch, lay_out_film
+from layerjam.fabricate.lengths import Lengths, compute_lengths
 from layerjam.fabricate.masses import MassRow, mass_rows
-from layerjam.fabricate.parts import Part, parts
-from layerjam.fabricate.silicone import halves, silicone_to_mix
-from layerjam.fabricate.strength import preload, torque
-from layerjam.fabricate.verdicts import Check, notices
+from layerjam.fabricate.parts import Part, make_parts
+from layerjam.fabricate.silicone import silicone_to_mix, split_mix
+from layerjam.fabricate.strength import screw_preload, screw_torque
+from layerjam.fabricate.verdicts import Check, warning_notices
 from layerjam.toml_files.source import Source
 from layerjam.toml_files.values import entries
 from layerjam.units import show
@@ -63,7 +63,7 @@ class Drawing:
     accepted: Sequence[Acceptance] = ()
     """Failed checks of the brake's file and of the build that were accepted."""
 
-    def stating(self, acceptances: Sequence[Acceptance]) -> "Drawing":
+    def with_acceptances(self, acceptances: Sequence[Acceptance]) -> "Drawing":
         """Return the build whose files state these accepted checks."""
         sentences = [
             " ".join(f"Check {row.check} failed; accepted on {row.date}: {row.reason}".split())
@@ -85,12 +85,12 @@ class Drawing:
     @property
     def preload(self) -> float:
         """Force of each clamp's screw [N]."""
-        return preload(self.force, self.file.brake, self.lengths)
+        return screw_preload(self.force, self.file.brake, self.lengths)
 
     @property
     def torque(self) -> float:
         """Torque of each clamp's screw [N m]."""
-        return torque(self.force, self.file.brake, self.build, self.lengths)
+        return screw_torque(self.force, self.file.brake, self.build, self.lengths)
 
     @property
     def silicone_mass(self) -> float:
@@ -101,14 +101,14 @@ class Drawing:
     @property
     def silicone_parts(self) -> list[float] | None:
         """Masses of A and B [kg]; None if the mixing ratio is unknown."""
-        return halves(self.file.making.enclosure.mix, self.silicone_mass)
+        return split_mix(self.file.making.enclosure.mix, self.silicone_mass)
 
     @property
     def yoke_moment(self) -> float | None:
         """Greatest bending moment [N m] in each of a side's two yokes; None if it has no yoke."""
         if self.parallel == 1:
             return None
-        step, middle = pitch(self.build, self.lengths) * 1e-3, (self.parallel - 1) / 2
+        step, middle = brake_pitch(self.build, self.lengths) * 1e-3, (self.parallel - 1) / 2
         return self.force * sum(abs(i - middle) * step for i in range(self.parallel)) / 4
 
     def assumptions(self) -> list[str]:
@@ -126,10 +126,10 @@ class Drawing:
 
     def notices(self) -> list[Notice]:
         """Return the warnings of a build."""
-        return [*notices(self.checks), *_notices(self)]
+        return [*warning_notices(self.checks), *_build_notices(self)]
 
 
-def drawing(
+def draw_build(
     file: BrakeFile, choices: Choices, force: float, parallel: int = 1, series: int = 1
 ) -> Drawing:
     """Return the build of a brake whose greatest force is `force` [N].
@@ -138,11 +138,11 @@ def drawing(
     not to build are in `checks`.
     """
     brake, build, casting = file.brake, choices.build, file.making.enclosure
-    sizes = lengths(brake, build)
-    rules.agree_drawn(brake, build, sizes)
-    solids = parts(sizes, build)
+    sizes = compute_lengths(brake, build)
+    rules.check_drawable(brake, build, sizes)
+    solids = make_parts(sizes, build)
     rows = mass_rows(brake, build, sizes, solids)
-    cut = film(file, build, sizes, parallel * series)
+    cut = lay_out_film(file, build, sizes, parallel * series)
     friction = file.sources.get("film.kinetic", Source())
     source = ": ".join(filter(None, (friction.kind, friction.text)))
     all_checks = [
@@ -164,9 +164,9 @@ def drawing(
     )
 
 
-def _notices(plan: Drawing) -> list[Notice]:
+def _build_notices(plan: Drawing) -> list[Notice]:
     brake, lengths = plan.file.brake, plan.lengths
-    warnings = [*notices_of_gauge(plan.file), *rules.screw_notices(lengths)]
+    warnings = [*gauge_notices(plan.file), *rules.screw_notices(lengths)]
     for side in lengths.sides:
         surplus = side.clamped * 1e-3 - brake.mount.clamped_length
         if surplus > 1e-6:

@@ -13,12 +13,12 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.workshop import Build, Casting, check_build
 from layerjam.errors import FileError, QuantityError
 from layerjam.fabricate import checks as rules
-from layerjam.fabricate.choices import choices
+from layerjam.fabricate.choices import resolve_choices
 from layerjam.fabricate.film import film_parts, hole_checks, stock_margin
-from layerjam.fabricate.lengths import CannotBuildError, Lengths, change_arrays, lengths, mm
+from layerjam.fabricate.lengths import CannotBuildError, Lengths, compute_lengths, map_arrays, mm
 from layerjam.fabricate.masses import mass_rows
 from layerjam.fabricate.nest import CutPart
-from layerjam.fabricate.parts import Part, parts
+from layerjam.fabricate.parts import Part, make_parts
 from layerjam.fabricate.verdicts import ROUNDING, Check
 
 FITS = ("clamp-length", "nut-width", "head-width", "least-wall")
@@ -38,16 +38,16 @@ class Draws:
         The numbers of screws and mould bolts change the list of prisms, so brakes that share both
         are drawn together.
         """
-        sizes = lengths(brake, self.build)
+        sizes = compute_lengths(brake, self.build)
         has_limit = ~np.isnan(np.asarray(brake.film.strength, float))
         keys = np.stack(np.broadcast_arrays(sizes.screws, sizes.mould.bolts, has_limit, force)[:3])
         bill = np.full((len(Bill._fields), keys.shape[1]), np.nan)
         for screws, bolts, is_strong in np.unique(keys, axis=1).T:
             place = np.flatnonzero((keys == np.array([[screws], [bolts], [is_strong]])).all(axis=0))
-            group = change_arrays(sizes, partial(_rows, place))
+            group = map_arrays(sizes, partial(_select_rows, place))
             mould = replace(group.mould, bolts=int(bolts))
             group = replace(group, screws=int(screws), mould=mould)
-            brakes = change_arrays(brake, partial(_rows, place))
+            brakes = map_arrays(brake, partial(_select_rows, place))
             if not is_strong:
                 brakes = replace(brakes, film=replace(brakes.film, strength=None))
             with np.errstate(invalid="ignore"):
@@ -56,7 +56,7 @@ class Draws:
         return Bill(*bill)
 
     def _bill(self, brake: Brake, sizes: Lengths, force: Any) -> Bill:
-        solids, film = parts(sizes, self.build), film_parts(self.build, sizes)
+        solids, film = make_parts(sizes, self.build), film_parts(self.build, sizes)
         volumes = {
             stays: sum(p.solid.volume * p.count for p in solids if p.printed and p.stays is stays)
             for stays in (True, False)
@@ -103,16 +103,16 @@ class Draws:
         """Return the first reason why one brake cannot be built; None if it can."""
         try:
             check_build(brake, self.build)
-            sizes = lengths(brake, self.build)
-            rules.agree_drawn(brake, self.build, sizes)
+            sizes = compute_lengths(brake, self.build)
+            rules.check_drawable(brake, self.build, sizes)
         except (CannotBuildError, QuantityError) as error:
             return str(error)
-        solids, film = parts(sizes, self.build), film_parts(self.build, sizes)
+        solids, film = make_parts(sizes, self.build), film_parts(self.build, sizes)
         checks = self._checks(brake, sizes, force, solids, film)
         return next((f"{c.code}: {c.text}" for c in checks if c.level == "failed"), None)
 
 
-def _rows(place: Any, row: Any) -> Any:
+def _select_rows(place: Any, row: Any) -> Any:
     return row[place]
 
 
@@ -122,12 +122,12 @@ def drawn_mass(file: BrakeFile) -> float | None:
     It is None if the parts do not fit together.
     """
     try:
-        build = choices(file).build
-        sizes = lengths(file.brake, build)
-        rules.agree_drawn(file.brake, build, sizes)
+        build = resolve_choices(file).build
+        sizes = compute_lengths(file.brake, build)
+        rules.check_drawable(file.brake, build, sizes)
     except (FileError, CannotBuildError, QuantityError):
         return None
     fits = (*rules.clamp_checks(build, sizes), rules.wall_check(build, sizes))
     if not all(check.ok for check in fits):
         return None
-    return float(sum(r.mass for r in mass_rows(file.brake, build, sizes, parts(sizes, build))))
+    return float(sum(r.mass for r in mass_rows(file.brake, build, sizes, make_parts(sizes, build))))

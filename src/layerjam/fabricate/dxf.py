@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from layerjam.errors import MissingExtraError
-from layerjam.fabricate.outline import Outline, around
+from layerjam.fabricate.outline import Outline, bounding_box
 
 if TYPE_CHECKING:
     from ezdxf.layouts import Modelspace
@@ -29,7 +29,9 @@ class Frame:
     words: str
 
 
-def dxf(parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[str] = ()) -> bytes:
+def write_dxf(
+    parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[str] = ()
+) -> bytes:
     """Return the bytes of the file; without a `frame` it contains only lines to cut.
 
     `notes` are comments for the reader, which a machine ignores. The format is R2000, the oldest
@@ -38,7 +40,7 @@ def dxf(parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[st
     """
     with MissingExtraError.raise_if_missing("film patterns as DXF (ezdxf)", "build"):
         import ezdxf
-    with _same_bytes():
+    with _fix_metadata():
         document = ezdxf.new("R2000", units=4)
         document.header["$MEASUREMENT"] = 1
         for name, colour in LAYERS.items():
@@ -46,10 +48,10 @@ def dxf(parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[st
                 document.layers.add(name, color=colour, lineweight=0)
         space = document.modelspace()
         for part in parts:
-            _part(space, part)
+            _draw_part(space, part)
         if frame is not None:
-            _info(space, frame, notes)
-        left, low, right, high = around(parts)
+            _draw_info(space, frame, notes)
+        left, low, right, high = bounding_box(parts)
         space.reset_extents((left, low, 0), (right, high, 0))
         stream = io.StringIO()
         document.write(stream)
@@ -58,7 +60,7 @@ def dxf(parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[st
 
 
 @contextmanager
-def _same_bytes() -> Iterator[None]:
+def _fix_metadata() -> Iterator[None]:
     """Suppress the time and the random identity that ezdxf writes into a file."""
     import ezdxf
 
@@ -75,7 +77,7 @@ def _draw_closed(space: "Modelspace", points: Sequence[tuple[float, ...]], layer
     space.add_lwpolyline(points, format="xyb", **options)
 
 
-def _part(space: "Modelspace", part: Outline) -> None:
+def _draw_part(space: "Modelspace", part: Outline) -> None:
     for hole in part.holes:
         space.add_circle((hole.x, hole.y), hole.diameter / 2, dxfattribs={"layer": INSIDE})
     for cut in part.cuts:
@@ -83,7 +85,7 @@ def _part(space: "Modelspace", part: Outline) -> None:
     _draw_closed(space, part.path(), CUT)
 
 
-def _info(space: "Modelspace", frame: Frame, notes: Sequence[str]) -> None:
+def _draw_info(space: "Modelspace", frame: Frame, notes: Sequence[str]) -> None:
     """Draw the film's edge, and below it the scale bar and the text, away from all cuts."""
     layer = {"layer": INFO}
     corners = [(0, 0, 0), (frame.length, 0, 0), (frame.length, frame.width, 0), (0, frame.width, 0)]

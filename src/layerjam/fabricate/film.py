@@ -12,11 +12,11 @@ import numpy as np
 from layerjam.device.file import BrakeFile
 from layerjam.device.workshop import Build
 from layerjam.fabricate import cutting, jigs
-from layerjam.fabricate.dxf import BAR, Frame, dxf
+from layerjam.fabricate.dxf import BAR, Frame, write_dxf
 from layerjam.fabricate.lengths import Lengths, Side, mm
-from layerjam.fabricate.nest import SLACK, CutPart, Piece, nest, nest_least, too_large
-from layerjam.fabricate.outline import Outline, Vertex, around, sheet, spacer
-from layerjam.fabricate.verdicts import ROUNDING, Check, say
+from layerjam.fabricate.nest import SLACK, CutPart, Piece, find_too_large, nest_parts, nest_smallest
+from layerjam.fabricate.outline import Outline, Vertex, bounding_box, sheet, spacer
+from layerjam.fabricate.verdicts import ROUNDING, Check, same_text
 from layerjam.units import show
 
 LARGEST = (1169.0, 777.0)
@@ -56,19 +56,19 @@ class Film:
         """
         content = {}
         for part in self.parts:
-            content[f"cut/{part.name}.dxf"] = dxf([part.outline], notes=self.notes)
-            content[f"cut/{part.name}.svg"] = svg([part.outline], notes=self.notes)
+            content[f"cut/{part.name}.dxf"] = write_dxf([part.outline], notes=self.notes)
+            content[f"cut/{part.name}.svg"] = write_svg([part.outline], notes=self.notes)
         for piece in self.pieces:
             counts = ", ".join(f"{count} {name}" for name, count in piece.counts)
             size = f"{piece.length:.4g} x {piece.width:.4g} mm"
             words = f"{piece.name}: {size}, {counts}; film runs along x"
             frame = Frame(length=piece.length, width=piece.width, words=words)
-            content[f"cut/{piece.name}.dxf"] = dxf(piece.parts, frame, self.notes)
-            content[f"cut/{piece.name}.svg"] = svg(piece.parts, frame, self.notes)
+            content[f"cut/{piece.name}.dxf"] = write_dxf(piece.parts, frame, self.notes)
+            content[f"cut/{piece.name}.svg"] = write_svg(piece.parts, frame, self.notes)
         return content
 
 
-def film(file: BrakeFile, build: Build, lengths: Lengths, copies: int = 1) -> Film:
+def lay_out_film(file: BrakeFile, build: Build, lengths: Lengths, copies: int = 1) -> Film:
     """Return the film of `copies` brakes, with the checks C1, C2 (laser bed), C3 and C15.
 
     If a part is larger than the stock, there are no pieces and C1 fails. Raises QuantityError for a
@@ -77,16 +77,16 @@ def film(file: BrakeFile, build: Build, lengths: Lengths, copies: int = 1) -> Fi
     parts = film_parts(build, lengths, copies)
     kerf = mm(build.kerf)
     cut = [CutPart(part.name, part.outline.add_kerf(kerf), part.count) for part in parts]
-    stock = _stock(build)
-    bed = _bed_along_film(cut, build.laser_bed) if build.laser_bed else None
+    stock = _stock_size(build)
+    bed = _orient_bed(cut, build.laser_bed) if build.laser_bed else None
     margin, gap = mm(build.margin), mm(build.gap)
     room = stock or bed
-    excess = too_large(cut, room, margin) if room else None
+    excess = find_too_large(cut, room, margin) if room else None
     pieces: list[Piece] = []
     if excess is None and stock:
-        pieces = nest(cut, stock=stock, margin=margin, gap=gap)
+        pieces = nest_parts(cut, stock=stock, margin=margin, gap=gap)
     elif excess is None:
-        pieces = nest_least(cut, margin=margin, gap=gap, bounds=bed or LARGEST)
+        pieces = nest_smallest(cut, margin=margin, gap=gap, bounds=bed or LARGEST)
     checks = [_stock_check(pieces, excess, stock), _bed_check(pieces, excess, bed, stock)]
     checks += [*hole_checks(parts, lengths), cutting.laser_check(file, build.cutter)]
     area = sum(piece.length * piece.width for piece in pieces)
@@ -95,7 +95,7 @@ def film(file: BrakeFile, build: Build, lengths: Lengths, copies: int = 1) -> Fi
         parts=parts,
         pieces=pieces,
         checks=checks,
-        notes=cutting.notes(file, build.cutter),
+        notes=cutting.cutter_notes(file, build.cutter),
         used=part_area / area if area else 0.0,
     )
 
@@ -103,7 +103,7 @@ def film(file: BrakeFile, build: Build, lengths: Lengths, copies: int = 1) -> Fi
 def film_parts(build: Build, lengths: Lengths, copies: int = 1) -> list[CutPart]:
     """Return nominal sheets and spacers of `copies` brakes, by side if the sides differ."""
     cut_parts = []
-    for kind, draw in (("sheet", _sheet), ("spacer", _spacer)):
+    for kind, draw in (("sheet", _make_sheet), ("spacer", _make_spacer)):
         counts = {side.name: getattr(side, f"{kind}s") for side in lengths.sides}
         if lengths.same_caps:
             outline = draw(build, lengths, lengths.left)
@@ -115,7 +115,7 @@ def film_parts(build: Build, lengths: Lengths, copies: int = 1) -> list[CutPart]
     return cut_parts
 
 
-def _sheet(build: Build, lengths: Lengths, side: Side) -> Outline:
+def _make_sheet(build: Build, lengths: Lengths, side: Side) -> Outline:
     tip, clamp = mm(build.tip_radius), mm(build.clamp_radius)
     return sheet(
         lengths.sheet_length,
@@ -128,7 +128,7 @@ def _sheet(build: Build, lengths: Lengths, side: Side) -> Outline:
     )
 
 
-def _spacer(build: Build, lengths: Lengths, side: Side) -> Outline:
+def _make_spacer(build: Build, lengths: Lengths, side: Side) -> Outline:
     return spacer(
         side.clamped,
         lengths.width,
@@ -138,13 +138,13 @@ def _spacer(build: Build, lengths: Lengths, side: Side) -> Outline:
     )
 
 
-def _stock(build: Build) -> tuple[float, float] | None:
+def _stock_size(build: Build) -> tuple[float, float] | None:
     if build.stock_length is None or build.stock_width is None:
         return None
     return mm(build.stock_length), mm(build.stock_width)
 
 
-def _bed_along_film(parts: Sequence[CutPart], bed: Sequence[float]) -> tuple[float, float]:
+def _orient_bed(parts: Sequence[CutPart], bed: Sequence[float]) -> tuple[float, float]:
     """Return the laser's bed [mm], its longer side along the film if the parts fit."""
     short, long = sorted(map(mm, bed))
     widest = max(part.outline.width for part in parts)
@@ -156,11 +156,11 @@ def stock_margin(parts: Sequence[CutPart], build: Build) -> Any:
     """Return the size of stock and laser bed relative to the largest part; 1 or more is enough."""
     around, stock_fit = mm(build.kerf) + 2 * mm(build.margin), math.inf
     sizes = [(p.outline.length + around, p.outline.width + around) for p in parts]
-    rooms = [room for room in (_stock(build),) if room]
+    rooms = [room for room in (_stock_size(build),) if room]
     if build.laser_bed:
         bed = sorted(map(mm, build.laser_bed), reverse=True)
         rooms = rooms or [(bed[0], bed[1]), (bed[1], bed[0])]
-        if (stock := _stock(build)) is not None:
+        if (stock := _stock_size(build)) is not None:
             stock_fit = min(b / s for b, s in zip(bed, sorted(stock, reverse=True), strict=True))
     if not rooms:
         return math.inf
@@ -180,13 +180,15 @@ def _stock_check(
 ) -> Check:
     if excess is not None and stock is not None:
         part, axis, length = excess
-        return _too_large("C1", "stock", f"{part} with its margins", axis, length, "--stock")
+        return _size_check("C1", "stock", f"{part} with its margins", axis, length, "--stock")
     if excess is not None:
-        return Check(code="C1", key="stock", words=partial(say, "no part fits on the laser bed"))
+        return Check(
+            code="C1", key="stock", words=partial(same_text, "no part fits on the laser bed")
+        )
     sizes = [f"{show(p.length * 1e-3, 'm')} × {show(p.width * 1e-3, 'm')}" for p in pieces]
     count = "1 piece" if len(pieces) == 1 else f"{len(pieces)} pieces"
     text = f"all film parts lie on {count} of {' and '.join(dict.fromkeys(sizes))}"
-    return Check(code="C1", key="stock", words=partial(say, text), passes=True)
+    return Check(code="C1", key="stock", words=partial(same_text, text), passes=True)
 
 
 def _bed_check(
@@ -197,12 +199,12 @@ def _bed_check(
 ) -> Check:
     """Return C2 (laser bed): pieces may be turned on the bed, with all their parts."""
     if bed is None:
-        words = partial(say, "laser bed not given, not checked")
+        words = partial(same_text, "laser bed not given, not checked")
         return Check(code="C2", key="laser-bed", words=words)
     if excess is not None and stock is None:
         part, axis, amount = excess
         part = f"{part} with its margins"
-        return _too_large("C2", "laser-bed", part, axis, amount, "--laser-bed")
+        return _size_check("C2", "laser-bed", part, axis, amount, "--laser-bed")
     for piece in pieces:
         for axis, side, room in zip(
             ("shorter side", "longer side"),
@@ -212,18 +214,18 @@ def _bed_check(
         ):
             if side > room + SLACK:
                 part = f"the film {piece.name}"
-                return _too_large("C2", "laser-bed", part, axis, side - room, "--stock")
-    words = partial(say, "every piece lies on the laser bed")
+                return _size_check("C2", "laser-bed", part, axis, side - room, "--stock")
+    words = partial(same_text, "every piece lies on the laser bed")
     return Check(code="C2", key="laser-bed", words=words, passes=True)
 
 
-def _too_large(code: str, key: str, part: str, axis: str, excess: float, option: str) -> Check:
+def _size_check(code: str, key: str, part: str, axis: str, excess: float, option: str) -> Check:
     room = {"stock": "stock", "laser-bed": "laser bed"}[key]
     text = f"{part} is {show(excess * 1e-3, 'm')} larger than the {room} along its {axis}; "
     text += f"another {option} or a smaller brake is needed"
     return Check(
-        code=code, key=key, words=partial(say, text), value=excess * 1e-3, limit=0.0, unit="m",
-        otherwise="refused",
+        code=code, key=key, words=partial(same_text, text), value=excess * 1e-3, limit=0.0,
+        unit="m", otherwise="refused",
     )  # fmt: skip
 
 
@@ -236,7 +238,7 @@ def hole_checks(parts: Sequence[CutPart], lengths: Lengths) -> Iterator[Check]:
         yield Check(
             code="C3",
             key=key,
-            words=partial(_hole_words, key, value, limit),
+            words=partial(_hole_text, key, value, limit),
             value=value * 1e-3,
             limit=limit * 1e-3,
             at_most=False,
@@ -245,7 +247,7 @@ def hole_checks(parts: Sequence[CutPart], lengths: Lengths) -> Iterator[Check]:
         )
 
 
-def _hole_words(key: str, value: float, limit: float, ok: bool | None) -> str:
+def _hole_text(key: str, value: float, limit: float, ok: bool | None) -> str:
     size, least = show(max(value, 0.0) * 1e-3, "m"), show(limit * 1e-3, "m")
     if key == "hole-size":
         text, remedy = f"screw holes of {size}", "a larger mount.screw_hole or thinner film"
@@ -259,25 +261,27 @@ def more_files(
     build: Build, lengths: Lengths, parallel: int, series: int, coupons: bool
 ) -> dict[str, bytes]:
     """Return {path: bytes} of auxiliary parts (jig, yoke, link, coupons), all nominal."""
-    flat = plates(build, lengths, parallel, series)
-    content = {f"cut/{name}.dxf": dxf([part]) for name, part in flat.items()}
+    flat = auxiliary_plates(build, lengths, parallel, series)
+    content = {f"cut/{name}.dxf": write_dxf([part]) for name, part in flat.items()}
     if coupons:
-        content["cut/coupon.dxf"] = dxf(jigs.coupon(lengths.hole, mm(build.gap)))
+        content["cut/coupon.dxf"] = write_dxf(jigs.coupon(lengths.hole, mm(build.gap)))
     return content
 
 
-def plates(build: Build, lengths: Lengths, parallel: int, series: int) -> dict[str, Outline]:
+def auxiliary_plates(
+    build: Build, lengths: Lengths, parallel: int, series: int
+) -> dict[str, Outline]:
     """Return jig, and yoke and link if the array needs them, by name [mm]."""
     bore = mm(build.pin) + mm(build.pin_clearance)
     outlines = {"jig": jigs.jig(lengths.pin_to_pin, bore)}
     if parallel > 1:
-        outlines["yoke"] = jigs.yoke(parallel, pitch(build, lengths), bore)
+        outlines["yoke"] = jigs.yoke(parallel, brake_pitch(build, lengths), bore)
     if series > 1:
         outlines["link"] = jigs.link(lengths.head, mm(build.gap), bore)
     return outlines
 
 
-def pitch(build: Build, lengths: Lengths) -> float:
+def brake_pitch(build: Build, lengths: Lengths) -> float:
     """Return the distance of two parallel brakes [mm], set by their enclosures or heads."""
     return max(lengths.tray_width + 2 * lengths.wall, lengths.head) + mm(build.gap)
 
@@ -287,12 +291,14 @@ _EDGE = 1.0
 """Margin around the parts, so that no line is clipped [mm]."""
 
 
-def svg(parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[str] = ()) -> bytes:
+def write_svg(
+    parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[str] = ()
+) -> bytes:
     """Return the bytes of the file: red is cut, blue is cut first, grey (a `frame`) is not cut.
 
     `notes` are sentences for the reader of the file; they are not drawn.
     """
-    left, low, right, high = around(parts)
+    left, low, right, high = bounding_box(parts)
     if frame is not None:
         left, low = min(left, 0), min(low, -24.0)
         right, high = max(right, frame.length, BAR), max(high, frame.width)
@@ -304,7 +310,7 @@ def svg(parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[st
     ]
     lines += [f"<desc>{escape(note)}</desc>" for note in notes]
     if frame is not None:
-        lines += _info(frame)
+        lines += _info_text(frame)
     lines.append(f'<g id="cut-inside" stroke="{BLUE}">')
     for part in parts:
         for hole in part.holes:
@@ -328,7 +334,7 @@ def path_data(path: Sequence[Vertex]) -> str:
     return "".join(words) + "Z"
 
 
-def _info(frame: Frame) -> list[str]:
+def _info_text(frame: Frame) -> list[str]:
     text = f'fill="{GREY}" stroke="none" font-family="sans-serif" font-size="4"'
     width, height = _n(frame.length), _n(frame.width)
     return [

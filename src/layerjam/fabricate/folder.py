@@ -14,8 +14,8 @@ from layerjam.fabricate.bom import bom_csv
 from layerjam.fabricate.drawing import Drawing
 from layerjam.fabricate.film import more_files
 from layerjam.fabricate.mesh import mesh
-from layerjam.fabricate.package import stl, three_mf
-from layerjam.fabricate.step import step
+from layerjam.fabricate.package import write_3mf, write_stl
+from layerjam.fabricate.step import write_step
 from layerjam.system import check_name, report_failure
 from layerjam.toml_files.folders import hidden_folder, replace_folder, write_files
 
@@ -83,7 +83,7 @@ def write_folder(out: Path, content: Mapping[str, str | bytes], overwrite: bool 
         replace_folder(hidden / "build", path)
 
 
-def require() -> None:
+def require_extra() -> None:
     """Raise MissingExtraError if the extra `build` is not installed."""
     with MissingExtraError.raise_if_missing("building a brake (ezdxf, manifold3d, typst)", "build"):
         import ezdxf  # noqa: F401
@@ -92,7 +92,7 @@ def require() -> None:
         import typst  # noqa: F401
 
 
-def files(drawing: Drawing, *, with_step: bool, coupons: bool) -> dict[str, str | bytes]:
+def build_files(drawing: Drawing, *, with_step: bool, coupons: bool) -> dict[str, str | bytes]:
     """Return {path: content} of film patterns, printed parts, CAD and parts list.
 
     Raises MissingExtraError if the extra `build` is not installed, or `step` if STEP is requested.
@@ -100,10 +100,10 @@ def files(drawing: Drawing, *, with_step: bool, coupons: bool) -> dict[str, str 
     content: dict[str, str | bytes] = {**drawing.film.files()}
     content |= more_files(drawing.build, drawing.lengths, drawing.parallel, drawing.series, coupons)
     meshes = [mesh(part.solid) for part in drawing.parts if part.printed]
-    content["print/print.3mf"] = three_mf(meshes, "layer-jamming brake")
+    content["print/print.3mf"] = write_3mf(meshes, "layer-jamming brake")
     for surface in meshes:
-        content[f"print/{surface.name}.stl"] = stl(surface)
+        content[f"print/{surface.name}.stl"] = write_stl(surface)
     if with_step:
         for part in drawing.parts:
-            content[f"cad/{part.name}.step"] = step(part.solid, __version__)
+            content[f"cad/{part.name}.step"] = write_step(part.solid, __version__)
     return {"bom.csv": bom_csv(drawing, content), **content}

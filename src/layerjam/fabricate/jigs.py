@@ -14,14 +14,14 @@ _SLED = 25.0
 """Side of the sled's face in the paper's friction test [mm]."""
 
 
-def rim(bore: float) -> float:
+def rim_width(bore: float) -> float:
     """Return the distance from a hole's centre to the board's edge [mm]."""
     return max(RIM, bore / 2 + 5)
 
 
 def jig(pin_to_pin: float, bore: float) -> Outline:
     """Return a board with two holes for the pins, at their distance at rest."""
-    edge = rim(bore) + 5
+    edge = rim_width(bore) + 5
     return Outline(
         length=pin_to_pin + 2 * edge,
         width=2 * edge,
@@ -36,7 +36,7 @@ def yoke(brakes: int, pitch: float, bore: float) -> Outline:
 
     The eye is not in the row of the pins, because an odd number of brakes has a pin in the middle.
     """
-    edge = rim(bore)
+    edge = rim_width(bore)
     row = [Circle(edge + i * pitch, -EYE / 2, bore) for i in range(brakes)]
     middle = edge + (brakes - 1) * pitch / 2
     return Outline(
@@ -50,7 +50,7 @@ def yoke(brakes: int, pitch: float, bore: float) -> Outline:
 
 def link(head: float, gap: float, bore: float) -> Outline:
     """Return a plate between two brakes in series; `head` is the length of a cap's head."""
-    edge = rim(bore)
+    edge = rim_width(bore)
     return Outline(
         length=head + gap + 2 * edge,
         width=2 * edge,

@@ -47,10 +47,10 @@ R = TypeVar("R")
 
 def mm(value: Any) -> Any:
     """Return a length in mm from one in m, without rounding errors of the conversion."""
-    return _tidy(value * 1e3, 14)
+    return _round_value(value * 1e3, 14)
 
 
-def _tidy(value: Any, digits: int) -> Any:
+def _round_value(value: Any, digits: int) -> Any:
     if np.ndim(value):
         return np.round(value, digits - 3)
     return float(f"{value:.{digits}g}")
@@ -61,13 +61,13 @@ def _to_count(value: Any) -> Any:
     return value if np.ndim(value) else int(value)
 
 
-def change_arrays(record: R, change: Callable[[Any], Any]) -> R:
+def map_arrays(record: R, change: Callable[[Any], Any]) -> R:
     """Return a record with every array changed, also in nested records."""
     changes: dict[str, Any] = {}
     for f in fields(record):  # type: ignore[arg-type]
         value = getattr(record, f.name)
         if is_dataclass(value) and not isinstance(value, type):
-            changes[f.name] = change_arrays(value, change)
+            changes[f.name] = map_arrays(value, change)
         elif isinstance(value, np.ndarray) and value.ndim:
             changes[f.name] = change(value)
     return replace(record, **changes)  # type: ignore[type-var]
@@ -189,26 +189,26 @@ class Lengths:
         return np.allclose(self.left.clamped, self.right.clamped, rtol=1e-9, atol=0.0)
 
 
-def lengths(brake: Brake, build: Build) -> Lengths:
+def compute_lengths(brake: Brake, build: Build) -> Lengths:
     """Return all lengths of a build [mm].
 
     Raises QuantityError for a hole too small for any screw or for parts in conflict, and
     CannotBuildError if no screw on sale is long enough.
     """
     sheets = brake.sheets
-    thread, screw, floor, heights = _clamp(brake, build)
+    thread, screw, floor, heights = _clamp_lengths(brake, build)
     width, stack = mm(sheets.width), _to_count(sheets.count) * mm(sheets.thickness)
     clearance = mm(build.sleeve_clearance)
     inner = width + 2 * clearance, stack + 2 * clearance
     girth = 2 * (inner[0] + inner[1])
     flattest = build.tie_tension / mm(build.tie_width) * 1e6
     flattest /= SEAL_MARGIN * ATMOSPHERES * brake.site.atmosphere
-    neck_a, neck_b = _neck(width / heights[2], (1 + build.neck_stretch) * girth, flattest)
+    neck_a, neck_b = _neck_axes(width / heights[2], (1 + build.neck_stretch) * girth, flattest)
     bore = M5_BORE if build.port == M5 else mm(float(build.port)) + GLUED
     port_length = bore + 2 * PORT_WALL
     axis_height = np.maximum(0.0, mm(build.air_bore) / 2 + SPARE - stack / 2)
     head = mm(build.pin) + 2 * mm(build.pin_wall)
-    left, right = (_side(brake, build, name) for name in ("left", "right"))
+    left, right = (_side_lengths(brake, build, name) for name in ("left", "right"))
     free = sum(map(mm, (sheets.free_left, sheets.overlap, sheets.free_right)))
     sleeve = free + left.reach + right.reach
     pins = sleeve + 2 * (port_length + head / 2)
@@ -247,11 +247,11 @@ def lengths(brake: Brake, build: Build) -> Lengths:
         pin_to_pin=pins,
         overall=pins + head,
         strap=pins + mm(sheets.usable_travel),
-        mould=_mould(build, inner, mm(brake.enclosure.wall), sleeve),
+        mould=_mould_lengths(build, inner, mm(brake.enclosure.wall), sleeve),
     )
 
 
-def _clamp(brake: Brake, build: Build) -> tuple[Thread, Any, Any, tuple[Any, Any, Any]]:
+def _clamp_lengths(brake: Brake, build: Build) -> tuple[Thread, Any, Any, tuple[Any, Any, Any]]:
     """Return thread, screw length (NaN if none), floor, and heights of plate, shelf and cap."""
     hole = mm(brake.mount.screw_hole)
     thread = thread_for(hole)
@@ -279,11 +279,11 @@ def _clamp(brake: Brake, build: Build) -> tuple[Thread, Any, Any, tuple[Any, Any
     return thread, _to_count(screw), floor, (plate, shelf, plate + stack + shelf)
 
 
-def _side(brake: Brake, build: Build, name: str) -> Side:
+def _side_lengths(brake: Brake, build: Build, name: str) -> Side:
     sheets, left = brake.sheets, name == "left"
     odd_share, even_share = (_to_count(sheets.count) + 1) // 2, _to_count(sheets.count) // 2
     free = mm(sheets.free_left if left else sheets.free_right)
-    clamped_length = _tidy(mm(sheets.length) - free - mm(sheets.overlap), 13)
+    clamped_length = _round_value(mm(sheets.length) - free - mm(sheets.overlap), 13)
     tray = clamped_length + mm(build.plenum)
     return Side(
         name=name,
@@ -295,7 +295,7 @@ def _side(brake: Brake, build: Build, name: str) -> Side:
     )
 
 
-def _neck(aspect: Any, girth: Any, flattest: float) -> tuple[Any, Any]:
+def _neck_axes(aspect: Any, girth: Any, flattest: float) -> tuple[Any, Any]:
     """Return half axes of an ellipse of a given girth, as flat as the cap if the seal allows it.
 
     A tie presses least at the flattest point, with its tension over its width and the radius a²/b
@@ -323,7 +323,7 @@ def ellipse_girth(a: Any, b: Any) -> Any:
     return 2 * np.pi * square / mean
 
 
-def _mould(build: Build, inner: tuple[float, float], wall: float, sleeve: float) -> Mould:
+def _mould_lengths(build: Build, inner: tuple[float, float], wall: float, sleeve: float) -> Mould:
     """Return the mould of an enclosure; its cavity is larger by the shrinkage."""
     scale = 1 + build.shrinkage
     inner_width, inner_height = inner[0] * scale, inner[1] * scale

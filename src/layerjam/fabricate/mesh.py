@@ -46,8 +46,8 @@ def mesh(part: Solid) -> Mesh:
     with MissingExtraError.raise_if_missing("the mesh of a printed part (manifold3d)", "build"):
         from manifold3d import Error, Manifold, OpType
 
-    bodies = [_sweep(p) for p in part.prisms if not p.cut]
-    cuts = [_sweep(p) for p in part.prisms if p.cut]
+    bodies = [_sweep_prism(p) for p in part.prisms if not p.cut]
+    cuts = [_sweep_prism(p) for p in part.prisms if p.cut]
     union = Manifold.batch_boolean(bodies, OpType.Add)
     if cuts:
         union = union - Manifold.batch_boolean(cuts, OpType.Add)
@@ -56,10 +56,10 @@ def mesh(part: Solid) -> Mesh:
         raise RuntimeError(f"the mesh of {part.name} failed: {union.status()}")
     triangles = union.to_mesh64()
     corners = np.asarray(triangles.vert_properties, dtype=float)[:, :3]
-    return _sort(part.name, corners, np.asarray(triangles.tri_verts, dtype=np.int64))
+    return _sort_mesh(part.name, corners, np.asarray(triangles.tri_verts, dtype=np.int64))
 
 
-def _sweep(prism: Prism) -> Any:
+def _sweep_prism(prism: Prism) -> Any:
     """Return one prism as a closed mesh; its planes are exactly at its numbers.
 
     Two prisms meet in one plane only if both have the same number for it, to the last bit. A
@@ -84,7 +84,7 @@ def _sweep(prism: Prism) -> Any:
     return Manifold(Mesh64(corners, triangles.astype(np.uint64)))
 
 
-def _sort(name: str, corners: NDArray[np.float64], triangles: NDArray[np.int64]) -> Mesh:
+def _sort_mesh(name: str, corners: NDArray[np.float64], triangles: NDArray[np.int64]) -> Mesh:
     """Return corners and triangles in an order that depends only on their positions."""
     order = np.lexsort(corners.T[::-1])
     rank = np.empty(len(order), dtype=np.int64)

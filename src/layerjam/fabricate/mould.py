@@ -13,16 +13,18 @@ from layerjam.fabricate.solid import Box, Ellipse, Prism, Solid, add, cut, solid
 
 def sleeve(lengths: Lengths) -> Solid:
     """Return the trimmed enclosure, a straight tube."""
-    return _tube("sleeve", lengths.inner_width, lengths.inner_height, lengths.wall, lengths.sleeve)
+    return _make_tube(
+        "sleeve", lengths.inner_width, lengths.inner_height, lengths.wall, lengths.sleeve
+    )
 
 
 def casting(lengths: Lengths) -> Solid:
     """Return the casting in the mould: the enclosure with the ends that are cut off."""
     mould, walls = lengths.mould, lengths.mould.outer_width - lengths.mould.inner_width
-    return _tube("casting", mould.inner_width, mould.inner_height, walls / 2, mould.casting)
+    return _make_tube("casting", mould.inner_width, mould.inner_height, walls / 2, mould.casting)
 
 
-def _tube(name: str, width: float, height: float, wall: float, length: float) -> Solid:
+def _make_tube(name: str, width: float, height: float, wall: float, length: float) -> Solid:
     outer = Box.centred_on((0, 0), width + 2 * wall, height + 2 * wall)
     inner = Box.centred_on((0, 0), width, height)
     ends = -length / 2, length / 2
@@ -40,25 +42,27 @@ def bottom(lengths: Lengths, build: Build) -> Solid:
     """Return the lower half with the pins of the keys."""
     pins = [
         add("z", 0, KEY_HEIGHT, Ellipse.circle(place, mm(build.key)))
-        for place in places(lengths)[1]
+        for place in bolt_places(lengths)[1]
     ]
-    body = list(_half(lengths, build, below=True))
+    body = list(_mould_half(lengths, build, below=True))
     return solid("mould-bottom", [*body, *pins])
 
 
 def top(lengths: Lengths, build: Build) -> Solid:
     """Return the upper half with the holes of the keys, the sprue and the vents."""
     mould = lengths.mould
-    prisms = list(_half(lengths, build, below=False))
+    prisms = list(_mould_half(lengths, build, below=False))
     wide = mm(build.key) + mm(build.key_clearance)
-    prisms += [cut("z", 0, KEY_DEPTH, Ellipse.circle(place, wide)) for place in places(lengths)[1]]
+    prisms += [
+        cut("z", 0, KEY_DEPTH, Ellipse.circle(place, wide)) for place in bolt_places(lengths)[1]
+    ]
     roof = mould.outer_height / 2
-    for place, diameter in openings(lengths, build):
+    for place, diameter in vent_places(lengths, build):
         prisms.append(cut("z", roof, mould.half, Ellipse.circle(place, diameter)))
     return solid("mould-top", prisms)
 
 
-def openings(lengths: Lengths, build: Build) -> list[tuple[tuple[float, float], float]]:
+def vent_places(lengths: Lengths, build: Build) -> list[tuple[tuple[float, float], float]]:
     """Return (position, diameter) of sprue and vents, in the middle of the ends cut off."""
     mould, trim = lengths.mould, mm(build.trim)
     sprue, vent = mm(build.sprue), mm(build.vent)
@@ -67,27 +71,27 @@ def openings(lengths: Lengths, build: Build) -> list[tuple[tuple[float, float], 
     return [((low, 0.0), sprue), ((high, -y), vent), ((high, y), vent)]
 
 
-def _half(lengths: Lengths, build: Build, below: bool) -> Iterator[Prism]:
+def _mould_half(lengths: Lengths, build: Build, below: bool) -> Iterator[Prism]:
     """Yield one half without keys and openings: block, cavity, seats of the core, bolts."""
     mould, gap = lengths.mould, mm(build.core_clearance)
     length, width = mould.length / 2, mould.width / 2
     low, high = (-mould.half, 0.0) if below else (0.0, mould.half)
     yield add("z", low, high, Box((-length, -width), (length, width)))
 
-    def hollow(depth: float, ends: tuple[float, float], half: float) -> Prism:
+    def cut_cavity(depth: float, ends: tuple[float, float], half: float) -> Prism:
         level = (-depth, 0.0) if below else (0.0, depth)
         return cut("z", *level, Box((ends[0], -half), (ends[1], half)))
 
     end, reach = mould.casting / 2, mould.core / 2 + gap
-    yield hollow(mould.outer_height / 2, (-end, end), mould.outer_width / 2)
+    yield cut_cavity(mould.outer_height / 2, (-end, end), mould.outer_width / 2)
     seat, lower = mould.inner_width / 2 + gap, mould.inner_height / 2 + gap
-    yield hollow(lower, (-reach, -end), seat)
-    yield hollow(lower, (end, reach), seat)
-    for place in places(lengths)[0]:
+    yield cut_cavity(lower, (-reach, -end), seat)
+    yield cut_cavity(lower, (end, reach), seat)
+    for place in bolt_places(lengths)[0]:
         yield cut("z", low, high, Ellipse.circle(place, mm(build.mould_bolt)))
 
 
-def places(lengths: Lengths) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
+def bolt_places(lengths: Lengths) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
     """Return the positions of the bolts, and of the keys that replace the middle pair."""
     mould = lengths.mould
     y_row = (mould.outer_width + mould.flange) / 2

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from layerjam.fabricate.outline import Outline, around
+from layerjam.fabricate.outline import Outline, bounding_box
 
 SLACK = 1e-9
 """Rounding error allowed in a stock that just fits [mm]."""
@@ -32,10 +32,10 @@ class Piece:
 
     def used(self) -> tuple[float, float]:
         """Return length and width [mm] up to the last part, from the origin."""
-        return around(self.parts)[2:]
+        return bounding_box(self.parts)[2:]
 
 
-def too_large(
+def find_too_large(
     parts: Sequence[CutPart], stock: tuple[float, float], margin: float
 ) -> tuple[str, str, float] | None:
     """Return (part, "length" or "width", excess [mm]) of a part too large for the stock."""
@@ -47,20 +47,20 @@ def too_large(
     return None
 
 
-def nest(
+def nest_parts(
     parts: Sequence[CutPart], *, stock: tuple[float, float], margin: float, gap: float
 ) -> list[Piece]:
     """Return the parts on as many pieces of `stock` (length, width) as needed.
 
     A part goes into the first row that is wide and long enough, otherwise it starts a row. Raises
-    ValueError for a part that `too_large` names.
+    ValueError for a part that `find_too_large` names.
     """
-    if too_large(parts, stock, margin):
+    if find_too_large(parts, stock, margin):
         raise ValueError("a part is larger than the stock")
     return _Filling(parts, stock, margin, gap).pieces()
 
 
-def nest_least(
+def nest_smallest(
     parts: Sequence[CutPart], *, margin: float, gap: float, bounds: tuple[float, float]
 ) -> list[Piece]:
     """Return the parts on the smallest rectangle that holds all of them, if no stock is given.
@@ -72,14 +72,14 @@ def nest_least(
     widest = max(part.outline.width for part in parts) + 2 * margin
     limit = max(bounds[0], longest), max(bounds[1], widest)
     steps = {part.outline.length + gap: part.count for part in parts}
-    lengths = _sums(steps, 2 * margin - gap, longest, limit[0])
+    lengths = _row_lengths(steps, 2 * margin - gap, longest, limit[0])
     tries = [_Filling(parts, (length, limit[1]), margin, gap) for length in lengths]
     best = min(tries, key=lambda filling: sum(long * wide for long, wide in filling.least()))
     sizes = zip(best.pieces(), best.least(), strict=True)
     return [replace(piece, length=long, width=wide) for piece, (long, wide) in sizes]
 
 
-def _sums(
+def _row_lengths(
     steps: Mapping[float, int], start: float, least: float, longest: float, enough: int = 150
 ) -> list[float]:
     """Return lengths of a row of some of each part, up to `longest`; the shortest ones if many."""
@@ -106,26 +106,26 @@ class _Filling:
         self.rows: list[_Row] = []
         self.places: list[list[tuple[CutPart, float, float]]] = []
         for part in sorted(parts, key=lambda p: (-p.outline.width, -p.outline.length)):
-            self._lay(part)
+            self._lay_part(part)
 
-    def _lay(self, part: CutPart) -> None:
+    def _lay_part(self, part: CutPart) -> None:
         """Place all parts of one kind; a row too short for one is too short for the next."""
         long, wide = part.outline.length, part.outline.width
         row = 0
         for _ in range(part.count):
-            while row < len(self.rows) and not self._room(self.rows[row], long, wide):
+            while row < len(self.rows) and not self._room_in_row(self.rows[row], long, wide):
                 row += 1
             if row == len(self.rows):
-                self.rows.append(self._new(wide))
+                self.rows.append(self._new_row(wide))
             target = self.rows[row]
             self.places[target.piece].append((part, target.free, target.low))
             target.free += long + self.gap
 
-    def _room(self, row: _Row, long: float, wide: float) -> bool:
+    def _room_in_row(self, row: _Row, long: float, wide: float) -> bool:
         end = self.stock[0] - self.margin
         return wide <= row.height + SLACK and row.free + long <= end + SLACK
 
-    def _new(self, wide: float) -> _Row:
+    def _new_row(self, wide: float) -> _Row:
         """Return a row above the last one, or the first row of a new piece."""
         low, end = self.margin, self.stock[1] - self.margin
         if self.rows:
@@ -146,9 +146,9 @@ class _Filling:
 
     def pieces(self) -> list[Piece]:
         """Return the pieces filled so far."""
-        return [self._piece(f"film-{i}", places) for i, places in enumerate(self.places, 1)]
+        return [self._make_piece(f"film-{i}", places) for i, places in enumerate(self.places, 1)]
 
-    def _piece(self, name: str, places: Sequence[tuple[CutPart, float, float]]) -> Piece:
+    def _make_piece(self, name: str, places: Sequence[tuple[CutPart, float, float]]) -> Piece:
         count = Counter(part.name for part, _, _ in places)
         outlines = []
         for part, x, low in places:

@@ -116,14 +116,14 @@ class Outline:
 
     def rim(self) -> Any:
         """Return least material between a hole and an edge or hole [mm]; below 0 they intersect."""
-        least = [self._to_edge(hole) for hole in self.holes]
+        least = [self._edge_distance(hole) for hole in self.holes]
         for i, first in enumerate(self.holes):
             for second in self.holes[i + 1 :]:
                 distance = np.hypot(first.x - second.x, first.y - second.y)
                 least.append(distance - (first.diameter + second.diameter) / 2)
         return np.min(np.broadcast_arrays(*least), axis=0) if least else math.inf
 
-    def _to_edge(self, hole: Circle) -> Any:
+    def _edge_distance(self, hole: Circle) -> Any:
         left, low, right, high = self.box()
         sides = hole.x - left, right - hole.x, hole.y - low, high - hole.y
         near_y = np.minimum(sides[2], sides[3])
@@ -152,7 +152,7 @@ class Outline:
                 vertices.append(Vertex(*stop, QUARTER))
         # no line separates two arcs that meet
         pairs = zip(vertices, [*vertices[1:], vertices[0]], strict=True)
-        return [v for v, w in pairs if v.bulge or not _coincide(v, w)]
+        return [v for v, w in pairs if v.bulge or not _are_equal(v, w)]
 
     def points(self, chord: float = 0.01) -> list[tuple[float, float]]:
         """Return the closed edge as a polygon within `chord` [mm] of the arcs."""
@@ -165,7 +165,7 @@ class Outline:
         return polygon
 
 
-def _coincide(a: Vertex, b: Vertex) -> bool:
+def _are_equal(a: Vertex, b: Vertex) -> bool:
     return math.dist(a[:2], b[:2]) < 1e-9
 
 
@@ -181,7 +181,7 @@ def _arc_points(begin: Vertex, stop: Vertex, chord: float) -> list[tuple[float, 
     return [(x + radius * math.cos(angle), y + radius * math.sin(angle)) for angle in angles]
 
 
-def around(parts: Sequence[Outline]) -> tuple[float, float, float, float]:
+def bounding_box(parts: Sequence[Outline]) -> tuple[float, float, float, float]:
     """Return least x, least y, greatest x and greatest y of several parts [mm]."""
     boxes = [part.box() for part in parts]
     low, high = boxes[0][:2], boxes[0][2:]

@@ -29,7 +29,7 @@ RELATIONS = (
 )
 
 
-def stl(mesh: Mesh) -> bytes:
+def write_stl(mesh: Mesh) -> bytes:
     """Return a binary STL in mm, a format with neither units nor connections."""
     corners = mesh.corners[mesh.triangles].astype("<f4")
     normals = np.cross(
@@ -46,14 +46,14 @@ def stl(mesh: Mesh) -> bytes:
     return head + np.uint32(len(rows)).tobytes() + rows.tobytes()
 
 
-def three_mf(meshes: Sequence[Mesh], title: str) -> bytes:
+def write_3mf(meshes: Sequence[Mesh], title: str) -> bytes:
     """Return a 3MF package in mm: one named object for each mesh, next to each other."""
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w") as archive:
         for name, text in (
             ("[Content_Types].xml", TYPES),
             ("_rels/.rels", RELATIONS),
-            (MODEL, _model(meshes, title)),
+            (MODEL, _model_xml(meshes, title)),
         ):
             entry = zipfile.ZipInfo(name, EPOCH)
             entry.compress_type = zipfile.ZIP_DEFLATED
@@ -62,7 +62,7 @@ def three_mf(meshes: Sequence[Mesh], title: str) -> bytes:
     return stream.getvalue()
 
 
-def _model(meshes: Sequence[Mesh], title: str) -> str:
+def _model_xml(meshes: Sequence[Mesh], title: str) -> str:
     out = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<model unit="millimeter" xml:lang="en-US" '
@@ -74,20 +74,20 @@ def _model(meshes: Sequence[Mesh], title: str) -> str:
     for number, mesh in enumerate(meshes, 1):
         out.append(f'<object id="{number}" type="model" name="{mesh.name}"><mesh><vertices>')
         out += [
-            f'<vertex x="{_number(a)}" y="{_number(b)}" z="{_number(c)}"/>'
+            f'<vertex x="{_format_number(a)}" y="{_format_number(b)}" z="{_format_number(c)}"/>'
             for a, b, c in mesh.corners.tolist()
         ]
         out.append("</vertices><triangles>")
         out += [f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.triangles.tolist()]
         out.append("</triangles></mesh></object>")
         low, high = mesh.corners.min(axis=0).tolist(), mesh.corners.max(axis=0).tolist()
-        place = " ".join(_number(v) for v in (-low[0], y - low[1], -low[2]))
+        place = " ".join(_format_number(v) for v in (-low[0], y - low[1], -low[2]))
         items.append(f'<item objectid="{number}" transform="1 0 0 0 1 0 0 0 1 {place}"/>')
         y += high[1] - low[1] + SPACING
     return "\n".join([*out, "</resources>", "<build>", *items, "</build>", "</model>", ""])
 
 
-def _number(value: float) -> str:
+def _format_number(value: float) -> str:
     """Return a number to the nanometre, without an exponent or a negative zero."""
     text = f"{value:.6f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text

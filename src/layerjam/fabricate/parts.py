@@ -25,7 +25,7 @@ class Part:
         return self.solid.name
 
 
-def parts(lengths: Lengths, build: Build) -> list[Part]:
+def make_parts(lengths: Lengths, build: Build) -> list[Part]:
     """Return caps, plates, mould, core and enclosure, with separate sides if they differ."""
     solids = []
     for shape, word in ((cap, "cap"), (plate, "plate")):

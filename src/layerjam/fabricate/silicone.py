@@ -27,17 +27,17 @@ THIN = 0.3e-3
 """Wall thickness below which filling requires a known viscosity [m]."""
 
 
-def cavity(lengths: Lengths) -> float:
+def cavity_volume(lengths: Lengths) -> float:
     """Return the volume of silicone in the mould [m³]."""
     return casting(lengths).volume * 1e-9
 
 
 def silicone_to_mix(lengths: Lengths, build: Build, density: float) -> float:
     """Return the mass of silicone to mix, including waste [kg]."""
-    return cavity(lengths) * density * (1 + build.waste)
+    return cavity_volume(lengths) * density * (1 + build.waste)
 
 
-def halves(mix: str | None, mass: float) -> list[float] | None:
+def split_mix(mix: str | None, mass: float) -> list[float] | None:
     """Return masses [kg] of A and B for a mix such as "1A:1B"; None if it is unknown."""
     match = re.fullmatch(r"\s*([\d.]+)\s*A\s*:\s*([\d.]+)\s*B.*", mix or "")
     if match is None:
@@ -56,7 +56,7 @@ def filling_pressure(lengths: Lengths, viscosity: float, pot_life: float) -> flo
     mould = lengths.mould
     wall = (mould.outer_width - mould.inner_width) / 2
     girth = 2 * (mould.inner_width + mould.inner_height) + math.pi * wall
-    flow = cavity(lengths) / (pot_life / 2)
+    flow = cavity_volume(lengths) / (pot_life / 2)
     return 12 * viscosity * flow * (mould.casting / girth / wall**3) * 1e9
 
 
@@ -74,12 +74,12 @@ def core_force(lengths: Lengths, modulus: float) -> float:
 
 def silicone_checks(build: Build, material: Casting, lengths: Lengths) -> Iterator[Check]:
     """Yield C12 and C13."""
-    yield _fill(material, lengths)
+    yield _fill_check(material, lengths)
     force = core_force(lengths, build.print_modulus)
     yield Check(
         code="C13",
         key="core-bends",
-        words=partial(_core_words, force, lengths.mould),
+        words=partial(_core_text, force, lengths.mould),
         value=force,
         limit=LEAST_PUSH,
         at_most=False,
@@ -87,7 +87,7 @@ def silicone_checks(build: Build, material: Casting, lengths: Lengths) -> Iterat
     )
 
 
-def _core_words(force: float, mould: Mould, ok: bool | None) -> str:
+def _core_text(force: float, mould: Mould, ok: bool | None) -> str:
     text = f"the printed core bends by 0.1 mm under {show(force, 'N', 2)}"
     return text if ok else (
         f"{text}: cut the core from metal or acrylic, {mould.core:.4g} mm × "
@@ -95,14 +95,14 @@ def _core_words(force: float, mould: Mould, ok: bool | None) -> str:
     )  # fmt: skip
 
 
-def _fill(material: Casting, lengths: Lengths) -> Check:
+def _fill_check(material: Casting, lengths: Lengths) -> Check:
     if material.viscosity is None or material.pot_life is None:
         missing = [name for name in ("viscosity", "pot_life") if getattr(material, name) is None]
         thin = lengths.wall < THIN * 1e3
         return Check(
             code="C12",
             key="fill",
-            words=partial(_unknown_words, missing, lengths.wall * 1e-3),
+            words=partial(_unknown_text, missing, lengths.wall * 1e-3),
             value=lengths.wall * 1e-3 if np.any(thin) else None,
             limit=THIN if np.any(thin) else MOST_PRESSURE,
             at_most=False,
@@ -114,14 +114,14 @@ def _fill(material: Casting, lengths: Lengths) -> Check:
     return Check(
         code="C12",
         key="fill",
-        words=partial(_fill_words, pressure),
+        words=partial(_fill_text, pressure),
         value=pressure,
         limit=MOST_PRESSURE,
         unit="Pa",
     )
 
 
-def _unknown_words(missing: list[str], wall: float, ok: bool | None) -> str:
+def _unknown_text(missing: list[str], wall: float, ok: bool | None) -> str:
     inputs = " and ".join(f"enclosure.{name}" for name in missing)
     text = f"filling pressure not known: {inputs} {'is' if len(missing) == 1 else 'are'} not given"
     if ok is False:
@@ -129,6 +129,6 @@ def _unknown_words(missing: list[str], wall: float, ok: bool | None) -> str:
     return text
 
 
-def _fill_words(pressure: float, ok: bool | None) -> str:
+def _fill_text(pressure: float, ok: bool | None) -> str:
     text = f"filling in half the pot life takes {show(pressure, 'Pa', 2)}"
     return text if ok else text + BY_HAND

@@ -45,7 +45,7 @@ class Box:
         (a, b), (c, d), r = self.low, self.high, self.radius
         if not r:
             return [(a, b), (c, b), (c, d), (a, d)]
-        steps = segments(r, math.pi / 2)
+        steps = segment_count(r, math.pi / 2)
         turn = [k * math.pi / 2 / steps for k in range(1, steps)]
         bend = [(r * math.cos(angle), r * math.sin(angle)) for angle in turn]
         corners = [
@@ -77,12 +77,12 @@ class Ellipse:
 
     def outline(self) -> list[Point]:
         """Return points along the edge, counter-clockwise."""
-        (u, v), count = self.centre, 4 * segments(max(self.first, self.second), math.pi / 2)
+        (u, v), count = self.centre, 4 * segment_count(max(self.first, self.second), math.pi / 2)
         angles = (2 * math.pi * k / count for k in range(count))
         return [(u + self.first * math.cos(a), v + self.second * math.sin(a)) for a in angles]
 
 
-def segments(radius: float, angle: float) -> int:
+def segment_count(radius: float, angle: float) -> int:
     """Return the number of chords for an arc whose distance from it is at most CHORD."""
     return max(2, math.ceil(angle / (2 * math.acos(1 - min(CHORD / radius, 0.5)))))
 
@@ -128,7 +128,7 @@ class Solid:
         for prism in self.prisms:
             if prism.cut:
                 continue
-            for axis, (first, last) in _extent(prism).items():
+            for axis, (first, last) in _prism_extent(prism).items():
                 low[axis] = np.minimum(low[axis], first)
                 high[axis] = np.maximum(high[axis], last)
         return (low["x"], low["y"], low["z"]), (high["x"], high["y"], high["z"])
@@ -140,7 +140,7 @@ class Solid:
         return high[0] - low[0], high[1] - low[1], high[2] - low[2]
 
 
-def _extent(prism: Prism) -> dict[Axis, Point]:
+def _prism_extent(prism: Prism) -> dict[Axis, Point]:
     section, (first, second) = prism.section, PLANE[prism.axis]
     if isinstance(section, Box):
         (a, b), (c, d) = section.low, section.high

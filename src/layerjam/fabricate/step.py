@@ -21,7 +21,7 @@ DIRECTIONS: dict[Axis, tuple[float, float, float]] = {
 }
 
 
-def available() -> bool:
+def is_available() -> bool:
     """Return whether the extra is installed and its libraries can be loaded."""
     try:
         import OCP  # noqa: F401
@@ -30,7 +30,7 @@ def available() -> bool:
     return True
 
 
-def step(part: Solid, version: str = "") -> bytes:
+def write_step(part: Solid, version: str = "") -> bytes:
     """Return a part's STEP file; `version` names this program in its header.
 
     Raises MissingExtraError if the extra `step` is not installed, and RuntimeError if the library
@@ -38,23 +38,23 @@ def step(part: Solid, version: str = "") -> bytes:
     """
     with MissingExtraError.raise_if_missing("a STEP file (Open CASCADE)", "step"):
         import OCP.STEPCAFControl  # noqa: F401
-    _quiet()
-    shape = shape_of(part)
+    _silence_library()
+    shape = make_shape(part)
     with tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
         path = Path(folder) / f"{part.name}.step"
-        _write(shape, part.name, path, version)
+        _write_solid(shape, part.name, path, version)
         return path.read_bytes()
 
 
-def shape_of(part: Solid) -> Any:
+def make_shape(part: Solid) -> Any:
     """Return the part as one solid of Open CASCADE."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
     from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
     from OCP.TopAbs import TopAbs_SOLID
     from OCP.TopExp import TopExp_Explorer
 
-    bodies = [_sweep(p) for p in part.prisms if not p.cut]
-    cuts = [_sweep(p) for p in part.prisms if p.cut]
+    bodies = [_sweep_prism(p) for p in part.prisms if not p.cut]
+    cuts = [_sweep_prism(p) for p in part.prisms if p.cut]
     shape = bodies[0]
     if bodies[1:]:
         shape = _combine(BRepAlgoAPI_Fuse(), bodies[:1], bodies[1:])
@@ -74,7 +74,7 @@ def shape_of(part: Solid) -> Any:
 
 def _combine(operation: Any, arguments: list[Any], tools: list[Any]) -> Any:
     for put, shapes in ((operation.SetArguments, arguments), (operation.SetTools, tools)):
-        shape_list = _list()
+        shape_list = _new_list()
         for shape in shapes:
             shape_list.Append(shape)
         put(shape_list)
@@ -85,7 +85,7 @@ def _combine(operation: Any, arguments: list[Any], tools: list[Any]) -> Any:
     return operation.Shape()
 
 
-def _list() -> Any:
+def _new_list() -> Any:
     """Return an empty list of shapes, whose class differs between versions of the library."""
     try:
         from OCP.collections import List_TopoDS_Shape
@@ -96,19 +96,23 @@ def _list() -> Any:
     return List_TopoDS_Shape()
 
 
-def _sweep(prism: Prism) -> Any:
+def _sweep_prism(prism: Prism) -> Any:
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
     from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
     from OCP.gp import gp_Vec
 
     section = prism.section
-    wire = _rectangle(prism, section) if isinstance(section, Box) else _ellipse(prism, section)
+    wire = (
+        _rectangle_wire(prism, section)
+        if isinstance(section, Box)
+        else _ellipse_wire(prism, section)
+    )
     face = BRepBuilderAPI_MakeFace(wire, True).Face()
     direction = gp_Vec(*DIRECTIONS[prism.axis]).Multiplied(prism.end - prism.start)
     return BRepPrimAPI_MakePrism(face, direction).Shape()
 
 
-def _point(prism: Prism, u: float, v: float) -> Any:
+def _make_point(prism: Prism, u: float, v: float) -> Any:
     from OCP.gp import gp_Pnt
 
     first, second = PLANE[prism.axis]
@@ -116,13 +120,13 @@ def _point(prism: Prism, u: float, v: float) -> Any:
     return gp_Pnt(coordinates["x"], coordinates["y"], coordinates["z"])
 
 
-def _rectangle(prism: Prism, section: Box) -> Any:
+def _rectangle_wire(prism: Prism, section: Box) -> Any:
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
 
     (a, b), (c, d), r = section.low, section.high, section.radius
     wire = BRepBuilderAPI_MakeWire()
     if not r:
-        corners = [_point(prism, *corner) for corner in ((a, b), (c, b), (c, d), (a, d))]
+        corners = [_make_point(prism, *corner) for corner in ((a, b), (c, b), (c, d), (a, d))]
         for begin, stop in zip(corners, [*corners[1:], corners[0]], strict=True):
             wire.Add(BRepBuilderAPI_MakeEdge(begin, stop).Edge())
         return wire.Wire()
@@ -134,26 +138,26 @@ def _rectangle(prism: Prism, section: Box) -> Any:
         ((a, d - r), (a, b + r), (a + r, b + r)),
     ]
     for (start, end, centre), (turn, _, _) in zip(pieces, [*pieces[1:], pieces[0]], strict=True):
-        begin, stop = _point(prism, *end), _point(prism, *turn)
-        wire.Add(BRepBuilderAPI_MakeEdge(_point(prism, *start), begin).Edge())
-        wire.Add(BRepBuilderAPI_MakeEdge(_round(prism, centre, r, r), begin, stop).Edge())
+        begin, stop = _make_point(prism, *end), _make_point(prism, *turn)
+        wire.Add(BRepBuilderAPI_MakeEdge(_make_point(prism, *start), begin).Edge())
+        wire.Add(BRepBuilderAPI_MakeEdge(_round_edge(prism, centre, r, r), begin, stop).Edge())
     return wire.Wire()
 
 
-def _ellipse(prism: Prism, section: Ellipse) -> Any:
+def _ellipse_wire(prism: Prism, section: Ellipse) -> Any:
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
 
-    curve = _round(prism, section.centre, section.first, section.second)
+    curve = _round_edge(prism, section.centre, section.first, section.second)
     return BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(curve).Edge()).Wire()
 
 
-def _round(prism: Prism, centre: tuple[float, float], first: float, second: float) -> Any:
+def _round_edge(prism: Prism, centre: tuple[float, float], first: float, second: float) -> Any:
     """Return a circle or an ellipse in the section's plane, with the longer half axis first."""
     from OCP.gp import gp_Ax2, gp_Circ, gp_Dir, gp_Elips
 
     towards = PLANE[prism.axis][0 if first >= second else 1]
     frame = gp_Ax2(
-        _point(prism, *centre), gp_Dir(*DIRECTIONS[prism.axis]), gp_Dir(*DIRECTIONS[towards])
+        _make_point(prism, *centre), gp_Dir(*DIRECTIONS[prism.axis]), gp_Dir(*DIRECTIONS[towards])
     )
     if first == second:
         return gp_Circ(frame, first)
@@ -161,7 +165,7 @@ def _round(prism: Prism, centre: tuple[float, float], first: float, second: floa
 
 
 @cache
-def _quiet() -> None:
+def _silence_library() -> None:
     """Keep Open CASCADE from printing its transfers on standard output."""
     from OCP.Message import Message, Message_Gravity
 
@@ -169,7 +173,7 @@ def _quiet() -> None:
         printer.SetTraceLevel(Message_Gravity.Message_Fail)
 
 
-def _write(shape: Any, name: str, path: Path, version: str) -> None:
+def _write_solid(shape: Any, name: str, path: Path, version: str) -> None:
     """Write one named solid, in its own document so that products are not numbered."""
     from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
     from OCP.IFSelect import IFSelect_RetDone

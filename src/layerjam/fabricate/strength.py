@@ -22,7 +22,7 @@ SHEAR = 1 / math.sqrt(3)
 """Share of the tensile strength up to which shear is allowed (von Mises)."""
 
 
-def preload(force: float, brake: Brake, lengths: Lengths) -> float:
+def screw_preload(force: float, brake: Brake, lengths: Lengths) -> float:
     """Return the screw force [N] at which friction alone holds the sheets, F/(2 mu m).
 
     Coulomb's law applies to the two outer faces of the clamped stack. One rubs on the shelf, the
@@ -33,22 +33,22 @@ def preload(force: float, brake: Brake, lengths: Lengths) -> float:
     return force / (2 * brake.film.kinetic * lengths.screws)
 
 
-def torque(force: float, brake: Brake, build: Build, lengths: Lengths) -> float:
+def screw_torque(force: float, brake: Brake, build: Build, lengths: Lengths) -> float:
     """Return the torque [N m] that gives this preload."""
-    return build.nut_factor * preload(force, brake, lengths) * lengths.thread.size * 1e-3
+    return build.nut_factor * screw_preload(force, brake, lengths) * lengths.thread.size * 1e-3
 
 
 def strength_checks(
     force: Any, brake: Brake, build: Build, lengths: Lengths, friction_source: str = ""
 ) -> Iterator[Check]:
     """Yield C7, C8 and C9 at a force [N] on the brake."""
-    clamp = _clamp(force, brake, build, lengths, friction_source)
-    yield from _sheets(force, brake, lengths, clamp.margin())
+    clamp = _clamp_check(force, brake, build, lengths, friction_source)
+    yield from _sheet_check(force, brake, lengths, clamp.margin())
     yield clamp
-    yield from _cap(force, preload(force, brake, lengths), build, lengths)
+    yield from _cap_check(force, screw_preload(force, brake, lengths), build, lengths)
 
 
-def _sheets(force: Any, brake: Brake, lengths: Lengths, clamp: Any) -> Iterator[Check]:
+def _sheet_check(force: Any, brake: Brake, lengths: Lengths, clamp: Any) -> Iterator[Check]:
     """Yield C7: sheets of the side with fewer sheets, at the screw holes.
 
     A sheet with its hole is a lug on a pin. Areas under stress are the section next to the holes,
@@ -71,11 +71,11 @@ def _sheets(force: Any, brake: Brake, lengths: Lengths, clamp: Any) -> Iterator[
     for place, area in areas.items():
         with np.errstate(divide="ignore"):
             stress = np.divide(force * 1e6, area)
-        strength, _ = _bears(brake.film.strength, place)
+        strength, _ = _allowed_stress(brake.film.strength, place)
         yield Check(
             code="C7",
             key=f"sheet-{place.split()[0]}",
-            words=partial(_sheet_words, place, stress, brake.film.strength, grip),
+            words=partial(_sheet_text, place, stress, brake.film.strength, grip),
             value=stress,
             limit=strength,
             unit="Pa",
@@ -85,13 +85,13 @@ def _sheets(force: Any, brake: Brake, lengths: Lengths, clamp: Any) -> Iterator[
         )
 
 
-def _sheet_words(place: str, stress: float, film: float | None, grip: Any, ok: bool | None) -> str:
-    strength, kind = _bears(film, place)
-    text = f"sheets, {place}: {_pascals(stress)}"
+def _sheet_text(place: str, stress: float, film: float | None, grip: Any, ok: bool | None) -> str:
+    strength, kind = _allowed_stress(film, place)
+    text = f"sheets, {place}: {_format_pascals(stress)}"
     if strength is None:
         text += "; the film's strength is not known (film.strength)"
     else:
-        text += f" of {_pascals(strength)} of film strength{kind}"
+        text += f" of {_format_pascals(strength)} of film strength{kind}"
     if place == "net section":
         text += ", whether friction in the clamp or the screw carries the load"
         remedy = ": more or thicker sheets, less overlap, or fewer screws (mount.screws)"
@@ -106,26 +106,26 @@ def _sheet_words(place: str, stress: float, film: float | None, grip: Any, ok: b
     return text + (remedy if ok is False else "")
 
 
-def _bears(strength: Any, place: str) -> tuple[Any, str]:
+def _allowed_stress(strength: Any, place: str) -> tuple[Any, str]:
     """Return the stress that a material of a given tensile strength bears, and its name."""
     if strength is None or "tearing" not in place:
         return strength, ""
     return strength * SHEAR, " in shear"
 
 
-def _clamp(force: Any, brake: Brake, build: Build, lengths: Lengths, source: str) -> Check:
+def _clamp_check(force: Any, brake: Brake, build: Build, lengths: Lengths, source: str) -> Check:
     """Return C8: the preload that holds by friction, and whether a screw of class 8.8 gives it.
 
     If not, the screw carries the load; C7 checks that path if the strength of the film is known.
     """
-    need = preload(force, brake, lengths)
+    need = screw_preload(force, brake, lengths)
     available = SHARE * PROOF * lengths.thread.stress_area * 1e-6
-    turn = torque(force, brake, build, lengths)
+    turn = screw_torque(force, brake, build, lengths)
 
     return Check(
         code="C8",
         key="clamp-preload",
-        words=partial(_clamp_words, force, need, available, turn, brake, lengths, source),
+        words=partial(_clamp_text, force, need, available, turn, brake, lengths, source),
         value=need,
         limit=available,
         unit="N",
@@ -133,7 +133,7 @@ def _clamp(force: Any, brake: Brake, build: Build, lengths: Lengths, source: str
     )
 
 
-def _clamp_words(
+def _clamp_text(
     force: float,
     need: float,
     available: float,
@@ -174,15 +174,15 @@ def cap_stresses(force: float, clamp: float, build: Build, lengths: Lengths) -> 
     }
 
 
-def _cap(force: Any, screw_force: Any, build: Build, lengths: Lengths) -> Iterator[Check]:
+def _cap_check(force: Any, screw_force: Any, build: Build, lengths: Lengths) -> Iterator[Check]:
     """Yield C9: stresses in the cap, with a limit only if the plastic's strength is given."""
     for place, stress in cap_stresses(force, screw_force, build, lengths).items():
         yield Check(
             code="C9",
             key=f"cap-{place.replace(', ', '-').replace(' ', '-')}",
-            words=partial(_cap_words, place, stress, build.print_strength),
+            words=partial(_cap_text, place, stress, build.print_strength),
             value=stress * 1e6,
-            limit=_bears(build.print_strength, place)[0],
+            limit=_allowed_stress(build.print_strength, place)[0],
             unit="Pa",
             otherwise="failed",
         )
@@ -198,12 +198,12 @@ _CAP_REMEDIES = {
 """{place of a cap: inputs that strengthen it}."""
 
 
-def _cap_words(place: str, stress: float, strength: float | None, ok: bool | None) -> str:
-    limit, kind = _bears(strength, place)
-    text = f"cap, {place}: {_pascals(stress * 1e6)}"
+def _cap_text(place: str, stress: float, strength: float | None, ok: bool | None) -> str:
+    limit, kind = _allowed_stress(strength, place)
+    text = f"cap, {place}: {_format_pascals(stress * 1e6)}"
     if limit is None:
         return text + "; build.print_strength is not given"
-    text += f" of {_pascals(limit)}{kind}"
+    text += f" of {_format_pascals(limit)}{kind}"
     return text + ("" if ok else f": a larger {_CAP_REMEDIES[place]}, or a stronger plastic")
 
 
@@ -229,5 +229,5 @@ def tray_factor(build: Build, lengths: Lengths) -> float:
     return 1 / area + np.maximum(*(-middle * end for end in ends)) / inertia
 
 
-def _pascals(stress: float) -> str:
+def _format_pascals(stress: float) -> str:
     return show(stress, "Pa", 3) if math.isfinite(stress) else "without limit"

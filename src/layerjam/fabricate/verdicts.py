@@ -99,7 +99,7 @@ class Check:
         )
 
 
-def say(text: str, ok: bool | None) -> str:
+def same_text(text: str, ok: bool | None) -> str:
     """Return a function for a check whose text is the same whether it passes or not."""
     return text
 
@@ -113,12 +113,12 @@ def refusals(checks: Iterable[Check]) -> list[Check]:
     return [check for check in checks if check.refuses and check.ok is False]
 
 
-def reason(checks: Iterable[Check]) -> str | None:
+def refusal_reason(checks: Iterable[Check]) -> str | None:
     """Return codes and sentences of checks as one sentence; None if there are no checks."""
     return "; ".join(f"{check.code}: {check.text}" for check in checks) or None
 
 
-def notices(checks: Iterable[Check]) -> list[Notice]:
+def warning_notices(checks: Iterable[Check]) -> list[Notice]:
     """Return a notice for each warning."""
     return [
         Notice(f"{check.code}: {check.text}", check.key)

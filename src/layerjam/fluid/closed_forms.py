@@ -3,7 +3,7 @@
 Air at one temperature with a negligible tube: V p' = -F (p - p_u) + G (a^2 - p^2)/2a. F is the flow
 of all pumps, p_u their lowest pressure, G a laminar leak and a the atmosphere. A pump with a flow
 curve has a closed form without leak, section by section. For water C P' = F. Times are None if the
-pressure is never reached. `lowest` and `reachable` apply to every line.
+pressure is never reached. `final_pressure` and `reachable_vacuum` apply to every line.
 """
 
 import math
@@ -14,12 +14,18 @@ import numpy as np
 import numpy.typing as npt
 
 from layerjam.errors import QuantityError
-from layerjam.fluid.flow import NORMAL, VAPOUR, leaking, tube_conductance
+from layerjam.fluid.flow import NORMAL, VAPOUR, leak_throughput, tube_conductance
 from layerjam.fluid.line import Line, water_compliance
-from layerjam.fluid.pump import check_water, inlet_flow, intake, lowest_pressure, points
+from layerjam.fluid.pump import (
+    check_water,
+    curve_points,
+    inlet_flow,
+    lowest_pressure,
+    pump_throughput,
+)
 
 
-def simple(line: Line) -> bool:
+def has_closed_form(line: Line) -> bool:
     """Return whether the closed forms apply: one rigid volume at one temperature, no orifice leaks.
 
     Pumps with a flow curve have none against a leak.
@@ -34,35 +40,35 @@ def pumps_flow(line: Line) -> float:
     return inlet_flow(line.pump) * line.pump.count
 
 
-def lowest(line: Line) -> float:
+def final_pressure(line: Line) -> float:
     """Return the final absolute pressure [Pa] of pumps, tube and leak."""
     leak, tightest = line.leak, lowest_pressure(line.pump, line.site.atmosphere)
     if leak.laminar == 0 and leak.orifice == 0:
         return tightest
     if line.tube is None and line.pump.curve is None and leak.orifice == 0:
-        return _against_laminar(line)
-    return _balance(line, tightest)
+        return _laminar_balance(line)
+    return _balance_pressure(line, tightest)
 
 
-def _against_laminar(line: Line) -> float:
+def _laminar_balance(line: Line) -> float:
     flow, a, leak = pumps_flow(line), line.site.atmosphere, line.leak.laminar
     # solve G/2a p^2 + F p - (F p_u + G a/2) = 0
     free = flow * line.pump.ultimate + leak * a / 2
     return 2 * free / (flow + math.sqrt(flow * flow + 2 * leak / a * free))
 
 
-def _balance(line: Line, tightest: float) -> float:
+def _balance_pressure(line: Line, tightest: float) -> float:
     """Return the pressure at which the pumps, through the tube, balance the leak; by bisection."""
     a, leak, tube = line.site.atmosphere, line.leak, line.tube
 
     def excess(p: float) -> float:
-        leak_flow = leaking(p, a, leak.laminar, leak.orifice)
+        leak_flow = leak_throughput(p, a, leak.laminar, leak.orifice)
         square = p * p
         if tube is not None:
             square -= leak_flow / tube_conductance(tube.length, tube.bore)
         if square <= 0:
             return -leak_flow
-        return line.pump.count * intake(math.sqrt(square), line.pump, a) - leak_flow
+        return line.pump.count * pump_throughput(math.sqrt(square), line.pump, a) - leak_flow
 
     low, high = tightest, a
     for _ in range(100):
@@ -71,10 +77,10 @@ def _balance(line: Line, tightest: float) -> float:
     return high
 
 
-def reachable(line: Line, water: bool = False) -> float:
+def reachable_vacuum(line: Line, water: bool = False) -> float:
     """Return the greatest vacuum [Pa]; QuantityError for water if only the flow of air is known."""
     if not water:
-        return line.site.atmosphere - lowest(line)
+        return line.site.atmosphere - final_pressure(line)
     check_water(line.pump)
     return line.site.atmosphere - max(line.pump.ultimate, VAPOUR)
 
@@ -82,11 +88,11 @@ def reachable(line: Line, water: bool = False) -> float:
 def pumping_time(start: float, end: float, line: Line) -> float | None:
     """Return the time [s] between two absolute pressures [Pa] at full pump power; None if never."""
     flow, a, leak = pumps_flow(line), line.site.atmosphere, line.leak.laminar
-    volume, low = line.chamber.volume, lowest(line)
+    volume, low = line.chamber.volume, final_pressure(line)
     if end <= low:
         return None
     if leak == 0:
-        return _by_stretches(start, end, line)
+        return _pumping_time_by_parts(start, end, line)
     # with p' = -c (p - low)(p + high)
     c = leak / (2 * a * volume)
     high = low + flow / volume / c
@@ -94,13 +100,13 @@ def pumping_time(start: float, end: float, line: Line) -> float | None:
     return math.log(ratio) / (c * (low + high))
 
 
-def _by_stretches(start: float, end: float, line: Line) -> float:
+def _pumping_time_by_parts(start: float, end: float, line: Line) -> float:
     """Return the time [s] without leak; q is linear in p between the points of the curve."""
     a, pump = line.site.atmosphere, line.pump
-    inner = [p for p in points(pump, a) if end < p < start]
+    inner = [p for p in curve_points(pump, a) if end < p < start]
     total = 0.0
     for high, low in pairwise([start, *inner, end]):
-        q_high, q_low = intake(high, pump, a), intake(low, pump, a)
+        q_high, q_low = pump_throughput(high, pump, a), pump_throughput(low, pump, a)
         if q_high != q_low:
             total += (high - low) * math.log(q_high / q_low) / (q_high - q_low)
     return line.chamber.volume * total / pump.count
@@ -125,7 +131,7 @@ def holding_time(end: Any, start: Any, rate: Any, atmosphere: Any) -> Any:
 def rise_time(target: float, line: Line, water: bool = False) -> float | None:
     """Return the time from 10 to 90 % of a vacuum [Pa] at full pump power, or None if never."""
     a = line.site.atmosphere
-    if target > reachable(line, water) or (not water and target == reachable(line)):
+    if target > reachable_vacuum(line, water) or (not water and target == reachable_vacuum(line)):
         return None
     if water:
         return 0.8 * target * water_compliance(line) / pumps_flow(line)
@@ -151,7 +157,7 @@ class Filling(NamedTuple):
 
 def filling(target: float, line: Line) -> Filling:
     """Return vacuum over time in water, up to a target [Pa] or to boiling, then constant."""
-    end = min(target, reachable(line, water=True))
+    end = min(target, reachable_vacuum(line, water=True))
     duration = end / line.site.atmosphere * time_constant(line, water=True)
     return Filling(np.array([0.0, duration, 1.6 * duration]), np.array([0.0, end, end]))
 
@@ -166,12 +172,12 @@ def fall_by_valve(target: float, line: Line) -> float:
     a, b = line.site.atmosphere, line.valve.critical_ratio
     rate = line.valve.conductance * NORMAL / line.chamber.volume
 
-    def clock(vacuum: float) -> float:
+    def fall_clock(vacuum: float) -> float:
         ratio = (a - vacuum) / a
         x = (ratio - b) / (1 - b)
         return ratio - b if x <= 0 else (1 - b) * math.asin(x)
 
-    return (clock(0.1 * target) - clock(0.9 * target)) / rate
+    return (fall_clock(0.1 * target) - fall_clock(0.9 * target)) / rate
 
 
 def fall_by_pump(target: float, line: Line, water: bool = False) -> float | None:

@@ -11,7 +11,7 @@ from itertools import pairwise
 from typing import Any
 
 from layerjam.device.mount import Site
-from layerjam.errors import QuantityError, count_of
+from layerjam.errors import QuantityError, count_noun
 from layerjam.toml_files.values import AsItIs
 from layerjam.units import exact_text, parse, show
 
@@ -26,14 +26,14 @@ MOST_FLOW = 1.0
 def check_curve(points: Curve, name: str) -> Curve:
     """Return the points; QuantityError unless the flow falls from that at no vacuum to zero."""
     if len(points) < 2:
-        raise QuantityError.of(name, f"has {count_of(len(points), 'point')}; give two or more")
+        raise QuantityError.of(name, f"has {count_noun(len(points), 'point')}; give two or more")
     if len(points) > MOST_POINTS:
         raise QuantityError.of(name, f"{len(points)} points; at most {MOST_POINTS} are allowed")
     for vacuum, flow in points:
         if not (0 <= vacuum <= STANDARD and 0 <= flow <= MOST_FLOW):
             raise QuantityError.of(
                 name,
-                f"{_point(vacuum, flow)} is not allowed; vacuums lie between zero and "
+                f"{_read_point(vacuum, flow)} is not allowed; vacuums lie between zero and "
                 f"{show(STANDARD, 'Pa', 6)}, flows between zero and {show(MOST_FLOW, 'm^3/s')}",
             )
     if points[0][0] != 0:
@@ -50,21 +50,21 @@ def check_curve(points: Curve, name: str) -> Curve:
         if not second[1] < first[1]:
             raise QuantityError.of(
                 name,
-                f"the flow does not fall from {_point(*first)} to {_point(*second)}; the "
+                f"the flow does not fall from {_read_point(*first)} to {_read_point(*second)}; the "
                 "free-air flow of a pump must fall strictly with vacuum",
             )
     if points[-1][1] != 0:
         raise QuantityError.of(
             name,
             (
-                f"ends with {_point(*points[-1])}; its last point must be the greatest "
+                f"ends with {_read_point(*points[-1])}; its last point must be the greatest "
                 "vacuum, with zero flow"
             ),
         )
     return points
 
 
-def _point(vacuum: float, flow: float) -> str:
+def _read_point(vacuum: float, flow: float) -> str:
     return f"{show(flow, 'm^3/s')} at {show(vacuum, 'Pa')}"
 
 

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from layerjam.fluid.flow import leaking
+from layerjam.fluid.flow import leak_throughput
 from layerjam.fluid.line import Line, water_compliance
 from layerjam.fluid.network import CHAMBER, PUMPED, SIDE, Response
-from layerjam.fluid.pump import intake
+from layerjam.fluid.pump import pump_throughput
 
 
 def emptying_work(p: float, volume: float, atmosphere: float) -> float:
@@ -86,10 +86,10 @@ def holding(vacuum: float, line: Line) -> Holding:
     """Return the cost of holding a vacuum [Pa] in air, where the leak's gas is pumped out at p."""
     a = line.site.atmosphere
     p = a - vacuum
-    leak = leaking(p, a, line.leak.laminar, line.leak.orifice)
+    leak = leak_throughput(p, a, line.leak.laminar, line.leak.orifice)
     if leak == 0:
         return Holding(0.0, 0.0, 0.0, None if line.pump.power is None else 0.0)
-    able = line.pump.count * intake(p, line.pump, a)
+    able = line.pump.count * pump_throughput(p, line.pump, a)
     duty = leak / able if able > 0 else math.inf
     least = leak * math.log(a / p) if p > 0 else math.inf
     if line.pump.power is None or duty > 1:

@@ -38,7 +38,7 @@ class LineFile(RecordFile[Line]):
         """Return the file from its TOML text; FileError with file and line if it is invalid."""
         tables = parse_toml(text, path)
         reader = Reader(text, path, cls.fields)
-        parts = _with_parts(tables, reader)
+        parts = _insert_parts(tables, reader)
         reader.take(tables)
         return cls.from_reader(
             reader, *([] if "pump.curve" in reader.values else ["pump.flow"]), parts=parts
@@ -53,13 +53,13 @@ class LineFile(RecordFile[Line]):
         ]
 
 
-def _texts() -> dict[str, str]:
+def _catalogue_texts() -> dict[str, str]:
     return shipped_files("layerjam.fluid", "catalogue", "lines")
 
 
 def lines() -> list[str]:
     """Names of the lines in the catalogue."""
-    return list(_texts())
+    return list(_catalogue_texts())
 
 
 def load_line(line: str | Path) -> LineFile:
@@ -67,10 +67,10 @@ def load_line(line: str | Path) -> LineFile:
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
-    return LineFile.read(*text_of("line", line, _texts()))
+    return LineFile.read(*text_of("line", line, _catalogue_texts()))
 
 
-def _with_parts(tables: dict[str, Any], reader: Reader) -> dict[str, str]:
+def _insert_parts(tables: dict[str, Any], reader: Reader) -> dict[str, str]:
     """Replace `part` in a line's tables by the part's entries; return the names by table."""
     names = {}
     for family in FAMILIES:

@@ -33,10 +33,12 @@ def choked_share(ratio: float, critical: float = CRITICAL) -> float:
     return math.sqrt(max(1.0 - x * x, 0.0))
 
 
-def through_valve(high: float, low: float, conductance: float, critical: float = CRITICAL) -> float:
+def valve_throughput(
+    high: float, low: float, conductance: float, critical: float = CRITICAL
+) -> float:
     """Return the flow from pressure `high` to `low` [Pa absolute]; negative if `low` is higher."""
     if low > high:
-        return -through_valve(low, high, conductance, critical)
+        return -valve_throughput(low, high, conductance, critical)
     return conductance * NORMAL * high * choked_share(low / high if high > 0 else 1.0, critical)
 
 
@@ -45,12 +47,12 @@ def tube_conductance(length: float, bore: float) -> float:
     return math.pi * bore**4 / (256 * VISCOSITY * length)
 
 
-def through_tube(a: float, b: float, length: float, bore: float) -> float:
+def tube_throughput(a: float, b: float, length: float, bore: float) -> float:
     """Return the laminar flow of a gas from a to b [Pa absolute] (Poiseuille)."""
     return tube_conductance(length, bore) * (a * a - b * b)
 
 
-def leaking(p: float, atmosphere: float, laminar: float, orifice: float) -> float:
+def leak_throughput(p: float, atmosphere: float, laminar: float, orifice: float) -> float:
     """Return the leak into a chamber at p [Pa absolute]; negative if p is above the atmosphere."""
     flow = laminar * (atmosphere * atmosphere - p * p) / (2 * atmosphere)
     if orifice:

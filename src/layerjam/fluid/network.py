@@ -19,10 +19,10 @@ import numpy as np
 import numpy.typing as npt
 
 from layerjam.errors import QuantityError
-from layerjam.fluid.flow import leaking, through_tube, through_valve
+from layerjam.fluid.flow import leak_throughput, tube_throughput, valve_throughput
 from layerjam.fluid.line import Line
-from layerjam.fluid.pump import intake
-from layerjam.fluid.tube import area, cell_volumes, in_cells, share_at_chamber
+from layerjam.fluid.pump import pump_throughput
+from layerjam.fluid.tube import cell_rates, cell_volumes, chamber_share, tube_area
 
 Array = npt.NDArray[np.float64]
 CHAMBER, SIDE, RESERVOIR = range(3)
@@ -56,29 +56,31 @@ class Drive(NamedTuple):
 
 
 def side_volume(line: Line) -> float:
-    """Return the gas volume on the pump's side [m^3]: the tube except `nearby`, or 0."""
-    return 0.0 if line.tube is None else area(line.tube) * line.tube.length - nearby(line)
+    """Return the gas volume on the pump's side [m^3]: the tube except `nearby_volume`, or 0."""
+    return (
+        0.0 if line.tube is None else tube_area(line.tube) * line.tube.length - nearby_volume(line)
+    )
 
 
-def nearby(line: Line) -> float:
+def nearby_volume(line: Line) -> float:
     """Return the gas of the tube that is counted with the chamber [m^3]: half a cell, or 0."""
-    return 0.0 if line.tube is None else share_at_chamber(line.tube)
+    return 0.0 if line.tube is None else chamber_share(line.tube)
 
 
-def cells(line: Line) -> int:
+def cell_count(line: Line) -> int:
     """Return the number of cells of the tube."""
     return 0 if line.tube is None else line.tube.cells
 
 
-def at_pressure(
+def state_at_pressure(
     line: Line, p: float | None = None, tank_pressure: float | None = None, slip: float = 0.0
 ) -> Array:
     """Return a state at p [Pa absolute] and the reservoir at its own; by default atmospheric."""
     a = line.site.atmosphere
     p = a if p is None else p
     tank_p = a if tank_pressure is None else tank_pressure
-    state = np.zeros(SIZE + 2 * cells(line))
-    state[SIZE : SIZE + cells(line)] = p
+    state = np.zeros(SIZE + 2 * cell_count(line))
+    state[SIZE : SIZE + cell_count(line)] = p
     volume = gas_volume(line, p, slip)
     tank = 0.0 if line.reservoir is None else line.reservoir.volume
     state[:6] = p, p, tank_p, p * volume, p * side_volume(line), tank_p * tank
@@ -89,10 +91,10 @@ def gas_volume(line: Line, p: float, slip: float = 0.0) -> float:
     """Return the gas at the chamber's pressure [m^3], at p [Pa absolute] and a slip [m]."""
     chamber, vacuum = line.chamber, line.site.atmosphere - p
     volume = chamber.volume + chamber.volume_per_slip * slip - chamber.shrink * vacuum
-    return volume + nearby(line)
+    return volume + nearby_volume(line)
 
 
-def denseness(state: Array, volume: float, line: Line) -> tuple[float, float, float]:
+def relative_density(state: Array, volume: float, line: Line) -> tuple[float, float, float]:
     """Return N/(p V) of chamber, pump's side, reservoir: 1 at the atmosphere's temperature.
 
     `volume` is that of the chamber [m^3]. The result is 1 for a node without volume or pressure.
@@ -111,7 +113,7 @@ def denseness(state: Array, volume: float, line: Line) -> tuple[float, float, fl
     return chamber, side, tank
 
 
-def rates(state: Array, drive: Drive, line: Line) -> Array:
+def state_rates(state: Array, drive: Drive, line: Line) -> Array:
     """Return the time derivative of the state."""
     a, chamber, n = line.site.atmosphere, line.chamber, line.polytropic
     p, side, tank = (float(v) for v in state[:3])
@@ -119,26 +121,28 @@ def rates(state: Array, drive: Drive, line: Line) -> Array:
     at_pump = p if joined else side
     volume = gas_volume(line, p, drive.slip)
     speed = drive.pump * line.pump.count
-    out = speed * (intake(at_pump, line.pump, a) if speed >= 0 else line.pump.backwards * a)
+    out = speed * (
+        pump_throughput(at_pump, line.pump, a) if speed >= 0 else line.pump.backwards * a
+    )
     vent = 0.0
     if line.valve is not None and drive.vent > 0:
-        vent = drive.vent * through_valve(
+        vent = drive.vent * valve_throughput(
             a, at_pump, line.valve.conductance, line.valve.critical_ratio
         )
-    leak = leaking(p, a, line.leak.laminar, line.leak.orifice)
+    leak = leak_throughput(p, a, line.leak.laminar, line.leak.orifice)
     pull = 0.0
     if line.reservoir is not None and drive.store > 0:
-        pull = drive.store * through_valve(p, tank, line.reservoir.conductance)
-    tube_flow, count = 0.0, cells(line)
+        pull = drive.store * valve_throughput(p, tank, line.reservoir.conductance)
+    tube_flow, count = 0.0, cell_count(line)
     if count:
         tube_flow = float(state[SIZE + count])
     elif line.tube is not None:
-        tube_flow = through_tube(p, side, line.tube.length, line.tube.bore)
+        tube_flow = tube_throughput(p, side, line.tube.length, line.tube.bore)
     into = leak - pull + (vent - out if joined else -tube_flow)
     stretch_flow = p * chamber.volume_per_slip * drive.pace
     dp = n * (into - stretch_flow) / (volume + n * p * chamber.shrink)
     rate = np.zeros(SIZE + 2 * count)
-    dense, dense_side, dense_tank = denseness(state, volume, line)
+    dense, dense_side, dense_tank = relative_density(state, volume, line)
     outflow = out * ((dense if joined else dense_side) if out > 0 else 1.0)
     to_tank = pull * (dense if pull > 0 else dense_tank)
     to_side = tube_flow * (dense if tube_flow > 0 else dense_side)
@@ -148,7 +152,7 @@ def rates(state: Array, drive: Drive, line: Line) -> Array:
         rate[4] = to_side + vent - outflow
         if count and line.tube is not None:
             nodes, flows = state[SIZE : SIZE + count], state[SIZE + count :]
-            node_rates, rate[SIZE + count :] = in_cells(p, nodes, flows, out - vent, line.tube, n)
+            node_rates, rate[SIZE + count :] = cell_rates(p, nodes, flows, out - vent, line.tube, n)
             rate[SIZE : SIZE + count] = node_rates
             rate[SIDE] = node_rates[-1]
     else:
@@ -165,16 +169,16 @@ def advance(state: Array, drive: Drive, line: Line, dt: float, steps: int = 1) -
     for _ in range(steps):
         half = drive._replace(slip=drive.slip + h / 2 * drive.pace)
         after = drive._replace(slip=drive.slip + h * drive.pace)
-        k1 = rates(state, drive, line)
-        k2 = rates(state + h / 2 * k1, half, line)
-        k3 = rates(state + h / 2 * k2, half, line)
-        k4 = rates(state + h * k3, after, line)
+        k1 = state_rates(state, drive, line)
+        k2 = state_rates(state + h / 2 * k1, half, line)
+        k3 = state_rates(state + h / 2 * k2, half, line)
+        k4 = state_rates(state + h * k3, after, line)
         state = state + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
         drive = after
     return state
 
 
-def imbalance(state: Array, start: Array) -> float:
+def gas_imbalance(state: Array, start: Array) -> float:
     """Return the gas that is unaccounted for, relative to the gas present or passed [1]."""
     total, before = float(state[3:6].sum()), float(start[3:6].sum())
     flows = state[PUMPED:SIZE] - start[PUMPED:SIZE]
@@ -184,7 +188,7 @@ def imbalance(state: Array, start: Array) -> float:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Response:
-    """A line in time: `time` [s], (N,), and `states`, (N, 9 or more), in the order of `rates`."""
+    """A line in time: `time` [s], (N,), and `states`, (N, 9 or more), as in `state_rates`."""
 
     line: Line
     time: Array = field(repr=False)
@@ -198,7 +202,7 @@ class Response:
     @property
     def imbalance(self) -> float:
         """Imbalance of the gas from start to end."""
-        return imbalance(self.states[-1], self.states[0])
+        return gas_imbalance(self.states[-1], self.states[0])
 
     def crossing(self, vacuum: float) -> float | None:
         """Return the first time [s] at a vacuum [Pa], by cubic interpolation, or None."""
@@ -217,10 +221,10 @@ class Response:
         return float(brentq(curve, self.time[i], self.time[i + 1], xtol=1e-15, rtol=1e-14))
 
 
-def _sizes(begin: Array, line: Line) -> Array:
+def _state_scales(begin: Array, line: Line) -> Array:
     sizes = np.maximum(begin, 1e-9)
     if line.tube is not None and line.tube.cells:  # flows and transported amounts start at zero
-        sizes[SIZE + line.tube.cells :] = area(line.tube) * line.site.atmosphere
+        sizes[SIZE + line.tube.cells :] = tube_area(line.tube) * line.site.atmosphere
         sizes[PUMPED:SIZE] = np.maximum(sizes[PUMPED:SIZE], begin[3])
         sizes[2] = sizes[5] = max(float(sizes[2]), 1.0)
     return sizes
@@ -246,14 +250,14 @@ def respond(
         raise QuantityError(
             f"duration: {duration} s is not allowed; it is at least {SHORTEST:g} s and finite"
         )
-    begin = at_pressure(line) if start is None else start
+    begin = state_at_pressure(line) if start is None else start
     drive_at: Callable[[float], Drive] = drive if callable(drive) else lambda _: drive
-    sizes = _sizes(begin, line)
+    sizes = _state_scales(begin, line)
 
     def change(t: float, state: Array) -> Array:
         if progress is not None:
             progress(t / duration)
-        return rates(state, drive_at(t), line)
+        return state_rates(state, drive_at(t), line)
 
     def by_each(t: float, state: Array) -> Array:
         base = change(t, state)
@@ -261,7 +265,7 @@ def respond(
         return np.array([(change(t, state + s) - base) / s.sum() for s in steps]).T
 
     waves: dict[str, Any] = {"method": "Radau", "rtol": CLOSE_IN_CELLS, "jac": by_each}
-    options = waves if cells(line) else {"method": "LSODA", "rtol": CLOSE}
+    options = waves if cell_count(line) else {"method": "LSODA", "rtol": CLOSE}
     with warnings.catch_warnings():
         # a failure is reported once, below
         warnings.filterwarnings("ignore", message="lsoda:", category=UserWarning)
@@ -270,7 +274,7 @@ def respond(
             (0.0, duration),
             begin,
             t_eval=np.linspace(0.0, duration, samples),
-            atol=(1e-8 if cells(line) else 1e-9) * sizes,
+            atol=(1e-8 if cell_count(line) else 1e-9) * sizes,
             **options,
         )
     if not solution.success:

@@ -82,10 +82,10 @@ def parts(family: str) -> Mapping[str, Part]:
 def read_parts(text: str, path: object, family: str) -> dict[str, Part]:
     """Return the parts in a catalogue's text; FileError with the line if it is invalid."""
     tables = parse_toml(text, path)
-    return {name: _part(name, table, text, path, family) for name, table in tables.items()}
+    return {name: _read_part(name, table, text, path, family) for name, table in tables.items()}
 
 
-def _part(name: str, table: Any, text: str, path: object, family: str) -> Part:
+def _read_part(name: str, table: Any, text: str, path: object, family: str) -> Part:
     specs = family_fields(family)
     fields = {f"{name}.{k}": Entry(spec) for k, spec in {**PRINTED, **specs}.items()}
     reader = Reader(text, path, fields)
@@ -93,10 +93,10 @@ def _part(name: str, table: Any, text: str, path: object, family: str) -> Part:
         raise reader.fail(name, f"{name} must be a table, [{name}]")
     with reader.locate_errors(name):
         words = {k: spec.read(table.get(k, ""), f"{name}.{k}") for k, spec in _TEXTS.items()}
-    entries = {k: _in_full(v, table) for k, v in table.items() if k not in _TEXTS}
+    entries = {k: _resolve_as(v, table) for k, v in table.items() if k not in _TEXTS}
     ends = entries.get("free_flow"), entries.get("ultimate_vacuum")
     if "curve" not in entries and all(isinstance(e, dict) and "value" in e for e in ends):
-        entries["curve"] = _straight(*ends)
+        entries["curve"] = _straight_curve(*ends)
     for key, entry in entries.items():
         reader.entry(f"{name}.{key}", entry)
         if not reader.sources[f"{name}.{key}"].text:
@@ -119,7 +119,7 @@ def _part(name: str, table: Any, text: str, path: object, family: str) -> Part:
     )
 
 
-def _in_full(entry: Any, table: Mapping[str, Any]) -> Any:
+def _resolve_as(entry: Any, table: Mapping[str, Any]) -> Any:
     """Return an entry whose source "as KEY: ..." is replaced by that key's document."""
     text = entry.get("source") if isinstance(entry, dict) else None
     match = re.match(r"as (\w+)(.*)", text, re.DOTALL) if isinstance(text, str) else None
@@ -127,7 +127,7 @@ def _in_full(entry: Any, table: Mapping[str, Any]) -> Any:
         return entry
     # an entry can refer only to earlier entries of the catalogue, never to itself
     before = dict(list(table.items())[: list(table.values()).index(entry)])
-    source = _in_full(before.get(match.group(1), ""), before)
+    source = _resolve_as(before.get(match.group(1), ""), before)
     document = str(source.get("source", "")) if isinstance(source, dict) else ""
     detail = match.group(2)
     return {
@@ -141,7 +141,7 @@ def assumed_entry(value: object, reason: str) -> dict[str, object]:
     return {"value": value, "kind": "assumed", "source": reason}
 
 
-def _straight(free: Any, greatest: Any) -> dict[str, object]:
+def _straight_curve(free: Any, greatest: Any) -> dict[str, object]:
     """Return a straight flow curve between the two ends that a data sheet prints."""
     spread = "; ".join(e["spread"] for e in (free, greatest) if "spread" in e)
     return {

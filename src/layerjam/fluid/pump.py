@@ -11,14 +11,14 @@ from layerjam.fluid.curve import STANDARD, free_flow
 from layerjam.fluid.line import Pump
 
 
-def intake(p: float, pump: Pump, atmosphere: float) -> float:
+def pump_throughput(p: float, pump: Pump, atmosphere: float) -> float:
     """Return the throughput [Pa m^3/s] of one pump at full power, at p [Pa absolute], or 0."""
     if pump.curve is not None:
         return atmosphere * free_flow((1 - p / atmosphere) * STANDARD, pump.curve)
-    return _displacement(pump) * max(p - pump.ultimate, 0.0)
+    return _pump_displacement(pump) * max(p - pump.ultimate, 0.0)
 
 
-def _displacement(pump: Pump) -> float:
+def _pump_displacement(pump: Pump) -> float:
     if pump.flow is None:
         raise QuantityError.of("pump.flow", "is not known, and the pump has no flow curve")
     return pump.flow
@@ -35,7 +35,7 @@ def inlet_flow(pump: Pump) -> float:
     """Return the displacement of one pump, or the flow at its inlet without vacuum [m^3/s]."""
     if pump.curve is not None:
         return pump.curve[0][1]
-    return _displacement(pump)
+    return _pump_displacement(pump)
 
 
 def check_water(pump: Pump) -> None:
@@ -46,7 +46,7 @@ def check_water(pump: Pump) -> None:
         )
 
 
-def points(pump: Pump, atmosphere: float) -> list[float]:
+def curve_points(pump: Pump, atmosphere: float) -> list[float]:
     """Return the absolute pressures [Pa], falling, between which the throughput is linear in p."""
     if pump.curve is None:
         return [pump.ultimate]
@@ -59,5 +59,5 @@ def displacement_at(p: float, pump: Pump, atmosphere: float) -> float:
         return inlet_flow(pump)
     low = lowest_pressure(pump, atmosphere)
     # at or below the lowest pressure, use the last section of the curve
-    pressure = max(p, points(pump, atmosphere)[-2]) if p <= low else p
-    return intake(pressure, pump, atmosphere) / (pressure - low)
+    pressure = max(p, curve_points(pump, atmosphere)[-2]) if p <= low else p
+    return pump_throughput(pressure, pump, atmosphere) / (pressure - low)

@@ -6,13 +6,13 @@ from dataclasses import replace
 from layerjam.fluid.closed_forms import (
     fall_by_pump,
     fall_by_valve,
-    lowest,
-    reachable,
+    final_pressure,
+    reachable_vacuum,
     rise_time,
     time_constant,
 )
 from layerjam.fluid.line import Line, Reservoir, water_compliance
-from layerjam.fluid.network import Drive, Response, at_pressure, respond
+from layerjam.fluid.network import Drive, Response, respond, state_at_pressure
 from layerjam.fluid.tube import filling_lag, wave_delay
 
 Progress = Callable[[float], None]
@@ -30,14 +30,14 @@ def air_rise_time(
     target: float, line: Line, progress: Progress | None = None
 ) -> tuple[float | None, Response | None]:
     """Return the 10 to 90 % rise time [s] to a vacuum [Pa] in air at full pump power, or None."""
-    if target >= reachable(line):
+    if target >= reachable_vacuum(line):
         return None, None
     constant = time_constant(line)
     if line.tube is not None:
         constant += filling_lag(line, line.site.atmosphere - target) + wave_delay(line.tube)
     span = 4 * constant
     while span < LONGEST * constant:
-        response = respond(line, span, Drive(), at_pressure(line), SAMPLES, progress)
+        response = respond(line, span, Drive(), state_at_pressure(line), SAMPLES, progress)
         if response.vacuum[-1] >= target:
             return _crossing_time(response, 0.1 * target, 0.9 * target), response
         span *= 2
@@ -59,7 +59,7 @@ def air_fall_time(
         if time_backwards is None:
             return None, None
         first = time_backwards
-    start, span = at_pressure(line, line.site.atmosphere - target), 2 * first
+    start, span = state_at_pressure(line, line.site.atmosphere - target), 2 * first
     for _ in range(DOUBLINGS):
         response = respond(line, span, drive, start, SAMPLES, progress)
         if response.vacuum[-1] <= 0.1 * target:
@@ -73,10 +73,10 @@ def _crossing_time(response: Response, first: float, second: float) -> float | N
     return None if start is None or end is None else end - start
 
 
-def with_reservoir(line: Line, target: float, at_most: float) -> float | None:
+def reservoir_rise_time(line: Line, target: float, at_most: float) -> float | None:
     """Return the 10 to 90 % rise [s] with an evacuated half-litre reservoir and the pump on."""
     line_with_tank = replace(line, reservoir=TANK)
-    start = at_pressure(line_with_tank, tank_pressure=max(STORED, lowest(line)))
+    start = state_at_pressure(line_with_tank, tank_pressure=max(STORED, final_pressure(line)))
     for duration in (1.0, at_most):  # such a short rise can only be resolved in a short run
         response = respond(line_with_tank, duration, Drive(store=1.0), start, 2001)
         low, high = response.crossing(0.1 * target), response.crossing(0.9 * target)
@@ -85,7 +85,7 @@ def with_reservoir(line: Line, target: float, at_most: float) -> float | None:
     return None
 
 
-def changes(line: Line, target: float, water: bool = False) -> list[tuple[str, float]]:
+def suggest_changes(line: Line, target: float, water: bool = False) -> list[tuple[str, float]]:
     """Return possible changes and their rise times [s], if they reach the target."""
     chamber, pump = line.chamber, line.pump
     twice = replace(line, pump=replace(pump, count=2 * pump.count))
@@ -115,5 +115,5 @@ def changes(line: Line, target: float, water: bool = False) -> list[tuple[str, f
         if chamber.compliance is not None and pump.curve is None:
             times |= {"water": water_time(line), f"water, {pumps}": water_time(twice)}
         if present is not None and line.reservoir is None:
-            times["0.5 L reservoir"] = with_reservoir(line, target, 2 * present)
+            times["0.5 L reservoir"] = reservoir_rise_time(line, target, 2 * present)
     return [(name, time) for name, time in times.items() if time is not None]

@@ -45,29 +45,29 @@ def filling_lag(line: Line, p: float) -> float:
     return volume / passes if p > 0 else math.inf
 
 
-def reynolds(throughput: float, bore: float) -> float:
+def reynolds_number(throughput: float, bore: float) -> float:
     """Return the Reynolds number of a throughput [Pa m^3/s]: 4 (q / R T) / (pi d mu)."""
     return 4 * throughput / (SPECIFIC_GAS * TEMPERATURE * math.pi * bore * VISCOSITY)
 
 
-def area(tube: Tube) -> float:
+def tube_area(tube: Tube) -> float:
     """Return the cross-section [m^2]."""
     return math.pi / 4 * tube.bore**2
 
 
-def share_at_chamber(tube: Tube) -> float:
+def chamber_share(tube: Tube) -> float:
     """Return the gas volume of the tube that is counted with the chamber [m^3]: half a cell."""
-    return area(tube) * tube.length / tube.cells / 2 if tube.cells else 0.0
+    return tube_area(tube) * tube.length / tube.cells / 2 if tube.cells else 0.0
 
 
 def cell_volumes(tube: Tube) -> Array:
     """Return the gas volumes at the cells' far ends [m^3], shape (N,); half a cell at the pump."""
-    volumes = np.full(tube.cells, area(tube) * (tube.length / tube.cells))
+    volumes = np.full(tube.cells, tube_area(tube) * (tube.length / tube.cells))
     volumes[-1] /= 2
     return volumes
 
 
-def in_cells(
+def cell_rates(
     p: float, nodes: Array, flows: Array, out: float, tube: Tube, polytropic: float
 ) -> tuple[Array, Array]:
     """Return the rates of the pressures [Pa/s] at the cells' far ends and of the flows, shape (N,).
@@ -80,5 +80,5 @@ def in_cells(
     mean = (ends[1:] + ends[:-1]) / 2
     # a trial step of the integrator may pass through zero, where no gas flows
     drag = 32 * VISCOSITY * flows / (np.maximum(mean, 1e-3) * tube.bore**2)
-    pace = SPECIFIC_GAS * TEMPERATURE * (-area(tube) * np.diff(ends) / step - drag)
+    pace = SPECIFIC_GAS * TEMPERATURE * (-tube_area(tube) * np.diff(ends) / step - drag)
     return polytropic * (flows - np.append(flows[1:], out)) / cell_volumes(tube), pace

@@ -48,7 +48,7 @@ def check_span(
     return check(name, fine, sentence, f": {advice}", level)
 
 
-def identifiable(brake: Brake) -> Check:
+def identifiability_note(brake: Brake) -> Check:
     """Note that peaks give the product of scale factor and friction, never one of them alone."""
     return check(
         "identifiable",
@@ -58,7 +58,7 @@ def identifiable(brake: Brake) -> Check:
     )
 
 
-def plausible(factor: float) -> Check:
+def check_plausible(factor: float) -> Check:
     """Check the scale factor: a warning outside `PLAUSIBLE`, a failure outside `POSSIBLE`."""
     advice = "check the unit of the force, the friction, the vacuum and the number of sheets"
     low, high = POSSIBLE
@@ -66,7 +66,7 @@ def plausible(factor: float) -> Check:
     return check_span("plausible", factor, PLAUSIBLE, "scale factor", advice, level)
 
 
-def stiffness_possible(stiffness: float, sheets_alone: float, told_by: str = "") -> Check:
+def check_stiffness(stiffness: float, sheets_alone: float, told_by: str = "") -> Check:
     """Check that a pull is not stiffer than its sheets; `told_by` names the pulls used."""
     fine = stiffness <= sheets_alone
     return check(
@@ -88,12 +88,12 @@ def interval_checks(values: Mapping[str, float], intervals: Mapping[str, Any]) -
             yield interval_check(words, values[name], interval.low, interval.high)
 
 
-def one_pull_only() -> Check:
+def single_pull_warning() -> Check:
     """Return the warning that a single pull cannot be compared with a repeat."""
     return check("repeats", False, "one pull only: its repeatability is unknown")
 
 
-def repeats(
+def check_scatter(
     spread: float,
     own_error: float,
     used: str,
@@ -114,18 +114,18 @@ def check_agreement(factors: Sequence[float], errors: Sequence[float]) -> Check:
     """Check that pulls agree within 5 % or three of their own standard errors."""
     values = np.asarray(factors)
     if len(values) < 2:
-        return one_pull_only()
+        return single_pull_warning()
     mean = float(values.mean())
     own_error = float(np.mean(errors)) / mean
-    return repeats(float(values.std(ddof=1)) / mean, own_error, f"{len(values)} pulls")
+    return check_scatter(float(values.std(ddof=1)) / mean, own_error, f"{len(values)} pulls")
 
 
-def percent(part: float) -> str:
+def format_percent(part: float) -> str:
     """Return a relative change with its sign, such as +3.2%."""
     return f"{part:+.1%}".replace("-0.0%", "+0.0%")
 
 
-def trend(
+def check_trend(
     name: str,
     word: str,
     values: Array,
@@ -155,14 +155,14 @@ def trend(
     sentence = (
         f"over {quantity} from {show(float(quantities.min()), unit, 3)} to "
         f"{show(float(quantities.max()), unit, 3)}"
-        f" the {word} changes by {percent(change)}"
+        f" the {word} changes by {format_percent(change)}"
     )
-    interval = f"{percent(change - reach)} to {percent(change + reach)}"
+    interval = f"{format_percent(change - reach)} to {format_percent(change + reach)}"
     sentence += f" ({200 * quantile - 100:.0f} % interval {interval})"
     return check(name, abs(change) < SMALL or abs(change) <= reach, sentence)
 
 
-def no_trend(
+def check_no_trend(
     values: Sequence[float],
     quantities: Sequence[float],
     quantity: str,
@@ -172,10 +172,10 @@ def no_trend(
     """Check that a number of the pulls does not drift; None below three distinct levels."""
     numbers, x = np.asarray(values, float), np.asarray(quantities, float)
     name = f"trend over {quantity}" if word == "scale factor" else f"{word}'s trend over {quantity}"
-    return trend(name, word, numbers / numbers.mean(), x, unit, quantile=DRIFTS)
+    return check_trend(name, word, numbers / numbers.mean(), x, unit, quantile=DRIFTS)
 
 
-def end_of_curve(predicted_force: float, measured_force: float) -> Check:
+def check_curve_end(predicted_force: float, measured_force: float) -> Check:
     """Check that the calibrated law also meets the end of the curve, not only its peak."""
     deviation = (
         (predicted_force - measured_force) / measured_force if measured_force > 0 else np.inf
@@ -186,7 +186,7 @@ def end_of_curve(predicted_force: float, measured_force: float) -> Check:
     return check("shape", abs(deviation) <= 0.15, sentence)
 
 
-def shape(
+def check_shape(
     deviations: Sequence[float],
     half_width: float | None,
     *,
@@ -222,7 +222,7 @@ def shape(
         limit = min(max(limit, half_interval), max(least, certain_limit))
     fine = abs(mean) <= limit
     sentence = (
-        f"after the peak the curves have a scale factor {percent(mean)} from the peaks' "
+        f"after the peak the curves have a scale factor {format_percent(mean)} from the peaks' "
         f"(up to ±{limit:.1%} passes)"
     )
     if end is not None:

@@ -47,7 +47,7 @@ class Curve:
         return f"{name}, specimen {self.specimen}" if self.specimen else name
 
 
-def speed_of(trace: Trace) -> float | None:
+def crosshead_speed(trace: Trace) -> float | None:
     """Return the crosshead speed [m/s]: the stated one, else the recorded one, None if unknown."""
     return recorded_speed(trace) if trace.facts.speed is None else trace.facts.speed
 
@@ -69,13 +69,13 @@ def recorded_speed(trace: Trace) -> float | None:
     return float(rate) if rate > 0 else None
 
 
-def curve_of(pull: PullFeatures, vacuum: float, trace: Trace | None = None) -> Curve:
+def make_curve(pull: PullFeatures, vacuum: float, trace: Trace | None = None) -> Curve:
     """Return the curve of a pull at a vacuum [Pa]; its `trace` has the speed and the specimen."""
     return Curve(
         elongation=pull.elongation,
         force=pull.force,
         vacuum=vacuum,
-        speed=None if trace is None else speed_of(trace),
+        speed=None if trace is None else crosshead_speed(trace),
         repeat=None,
         path=pull.path,
         pull=pull,
@@ -86,22 +86,22 @@ def curve_of(pull: PullFeatures, vacuum: float, trace: Trace | None = None) -> C
     )
 
 
-def curves_of(pulls: Iterable[tuple[Trace, PullFeatures, float]]) -> tuple[Curve, ...]:
+def make_curves(pulls: Iterable[tuple[Trace, PullFeatures, float]]) -> tuple[Curve, ...]:
     """Return curves from traces, features and vacuums [Pa], repeats numbered in this order."""
-    return number_repeats([curve_of(pull, vacuum, trace) for trace, pull, vacuum in pulls])
+    return number_repeats([make_curve(pull, vacuum, trace) for trace, pull, vacuum in pulls])
 
 
-def conditions(curves: Sequence[Curve]) -> list[tuple[int, ...]]:
+def group_conditions(curves: Sequence[Curve]) -> list[tuple[int, ...]]:
     """Return the indices of curves with equal conditions: vacuum and speed within `ALIKE`."""
-    vacuums = levels([c.vacuum for c in curves])
-    speeds = levels([c.speed or 0.0 for c in curves])
+    vacuums = level_numbers([c.vacuum for c in curves])
+    speeds = level_numbers([c.speed or 0.0 for c in curves])
     members: dict[tuple[int, int], list[int]] = {}
     for place, key in enumerate(zip(vacuums, speeds, strict=True)):
         members.setdefault(key, []).append(place)
     return [tuple(m) for m in members.values()]
 
 
-def levels(values: Sequence[float]) -> list[int]:
+def level_numbers(values: Sequence[float]) -> list[int]:
     """Return the index of each value's level; a gap of more than `ALIKE` begins a new level."""
     order = np.argsort(values)
     level, last, out = 0, None, [0] * len(values)
@@ -113,7 +113,7 @@ def levels(values: Sequence[float]) -> list[int]:
     return out
 
 
-def condition_words(curve: Curve) -> str:
+def describe_condition(curve: Curve) -> str:
     """Return vacuum and speed as text, such as 94.5 kPa, 13 mm/s."""
     words = show(curve.vacuum, "Pa")
     return words if curve.speed is None else f"{words}, {show(curve.speed, 'm/s')}"
@@ -121,7 +121,7 @@ def condition_words(curve: Curve) -> str:
 
 def number_repeats(curves: Sequence[Curve]) -> tuple[Curve, ...]:
     """Return the curves with `repeat` counted from 1 within each condition."""
-    counts = {place: n for group in conditions(curves) for n, place in enumerate(group, 1)}
+    counts = {place: n for group in group_conditions(curves) for n, place in enumerate(group, 1)}
     return tuple(replace(curve, repeat=counts[i]) for i, curve in enumerate(curves))
 
 

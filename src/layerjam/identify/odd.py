@@ -42,7 +42,7 @@ def find_outliers(
     best: tuple[float, tuple[int, ...]] = (1.0, ())
     for size in sizes:
         share = FIRST if size == 1 else (1 - FIRST) / (len(sizes) - 1)
-        chance, indices = _likeliest(values, size)
+        chance, indices = _likeliest_outliers(values, size)
         others_mean = np.delete(values, indices).mean()
         if np.abs(values[list(indices)] - others_mean).min() <= least:
             continue
@@ -76,7 +76,7 @@ def gross_outliers(values: Sequence[float | None]) -> dict[int, float]:
     }
 
 
-def _likeliest(values: Array, size: int) -> tuple[float, tuple[int, ...]]:
+def _likeliest_outliers(values: Array, size: int) -> tuple[float, tuple[int, ...]]:
     """Return (probability, indices) of the set of `size` values that is most unlike the others.
 
     It consists of the lowest and highest values: some from each end of the sorted values.

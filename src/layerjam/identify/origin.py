@@ -40,7 +40,7 @@ class Origin:
     sentence: str
 
 
-def origin(file: BrakeFile) -> Origin:
+def describe_origin(file: BrakeFile) -> Origin:
     """Return the origin of a brake's numbers, from the kinds of sources and the [made_by] table."""
     kinds = {
         name: "paper" if file.sources[path].kind == "inferred" else file.sources[path].kind

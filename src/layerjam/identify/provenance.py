@@ -26,7 +26,7 @@ def sha256(path: str | Path) -> str:
         return hashlib.file_digest(handle, "sha256").hexdigest()
 
 
-def digests(paths: Iterable[str], synthetic: Collection[str] = ()) -> list[dict[str, Any]]:
+def file_digests(paths: Iterable[str], synthetic: Collection[str] = ()) -> list[dict[str, Any]]:
     """Return name and SHA-256 of each file for a [made_by] table; simulated traces have no file.
 
     An entry includes the digest of the sidecar, and a mark if the file is among `synthetic`.
@@ -42,12 +42,12 @@ def digests(paths: Iterable[str], synthetic: Collection[str] = ()) -> list[dict[
     return entries
 
 
-def made_from(file: BrakeFile, traces: "Iterable[Trace]") -> dict[str, Any]:
+def list_inputs(file: BrakeFile, traces: "Iterable[Trace]") -> dict[str, Any]:
     """Return the inputs of a result: the brake and every file, by name and SHA-256."""
     synthetic_files = {t.path: t.synthetic for t in traces}
     synthetic_paths = [path for path, synthetic in synthetic_files.items() if synthetic]
     brake = {"name": file.name, "sha256": file.sha256}
-    return {"brake": brake, "files": digests(synthetic_files, synthetic_paths)}
+    return {"brake": brake, "files": file_digests(synthetic_files, synthetic_paths)}
 
 
 def rename_files(value: Any, names: Mapping[str, str]) -> Any:
@@ -71,7 +71,7 @@ def rename_files(value: Any, names: Mapping[str, str]) -> Any:
     return value
 
 
-def calibrated_on(file: BrakeFile, paths: Iterable[str]) -> list[str]:
+def calibration_files(file: BrakeFile, paths: Iterable[str]) -> list[str]:
     """Return those of `paths` whose content the brake's [made_by] table lists."""
     calibration_digests = {
         entry.get("sha256")
@@ -116,7 +116,7 @@ def calibrated_text(
         "depth": depth,
         "window": calibration.window,
         "verdict": "; ".join(failures) if failures else "all checks passed",
-        "files": files or digests(used, [p for p, synthetic in used.items() if synthetic]),
+        "files": files or file_digests(used, [p for p, synthetic in used.items() if synthetic]),
     }
     if calibration.covariance:
         pairs = combinations_with_replacement(calibration.covariance, 2)

@@ -49,7 +49,7 @@ def interval_ends(value: float, reach: float, positive: bool = True) -> tuple[fl
     return low, high
 
 
-def over_repeats(values: Sequence[float], positive: bool = True) -> OverRepeats:
+def summarise_repeats(values: Sequence[float], positive: bool = True) -> OverRepeats:
     """Return mean, SD, standard error and 95 % t interval of one value per repeat; at least one.
 
     `positive` states that the quantity cannot be negative.

@@ -9,7 +9,7 @@ SHAPE = ("scale_factor", "stiffness", "enclosure_factor")
 """Numbers that set the shape of a curve; fits use the logarithms of the first two."""
 
 
-def with_shape(brake: Brake, factor: Any, stiffness: Any, enclosure: Any) -> Brake:
+def change_shape(brake: Brake, factor: Any, stiffness: Any, enclosure: Any) -> Brake:
     """Return the brake with a scale factor, stiffness [N/m] and factor on the enclosure's force.
 
     A force shows only the product of the enclosure's modulus and friction. Both get the same
@@ -24,6 +24,6 @@ def with_shape(brake: Brake, factor: Any, stiffness: Any, enclosure: Any) -> Bra
     )
 
 
-def plain(brake: Brake) -> Brake:
+def drop_exponent(brake: Brake) -> Brake:
     """Return the brake without its pressure exponent, which curve fits treat separately."""
     return replace(brake, pressure_exponent=None, test_pressure=None)

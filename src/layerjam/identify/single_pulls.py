@@ -16,8 +16,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from layerjam.identify.calibration.pull_fit import PullFit
-from layerjam.identify.checks import Check, check, no_trend, percent, repeats, shape
-from layerjam.identify.curves import ALIKE, Curve, levels
+from layerjam.identify.checks import (
+    Check,
+    check,
+    check_no_trend,
+    check_scatter,
+    check_shape,
+    format_percent,
+)
+from layerjam.identify.curves import ALIKE, Curve, level_numbers
 from layerjam.identify.odd import FEWEST, find_outliers, find_shifted_group, mean_of_others
 from layerjam.measure.trace import Array
 from layerjam.units import show
@@ -79,7 +86,7 @@ class SinglePull:
     sentence: str
 
     @property
-    def odd(self) -> bool:
+    def is_outlier(self) -> bool:
         """Return whether any verdict is "odd"."""
         return "odd" in self.verdicts.values()
 
@@ -171,7 +178,7 @@ def _compare_each(
     out = find_outliers(values, ALARMS[test], LEAST[test], limit)
     for place in out:
         deviation = float(np.expm1(values[place] - mean_of_others(values, out)))
-        findings.odd(test, indices[place], words.format(percent(deviation)))
+        findings.odd(test, indices[place], words.format(format_percent(deviation)))
 
 
 def _compare_factors(
@@ -187,7 +194,7 @@ def _compare_factors(
     for place in out:
         deviation = float(np.expm1(logs[place] - mean_of_others(logs, out)))
         vacuum = show(vacuums[indices[place]] * (1 + deviation), "Pa", 3)
-        words = f"scale factor {percent(deviation)} from the others', as at {vacuum}"
+        words = f"scale factor {format_percent(deviation)} from the others', as at {vacuum}"
         findings.odd("factor", indices[place], words)
 
 
@@ -201,7 +208,7 @@ def _compare_shapes(findings: _Findings, shapes: Sequence[float | None]) -> None
             findings.verdicts[place]["shape"] = "odd"
             if not any(text.startswith("after the peak") for text in findings.sentences[place]):
                 findings.odd(
-                    "shape", place, f"after the peak {percent(deviation)} from its own peak"
+                    "shape", place, f"after the peak {format_percent(deviation)} from its own peak"
                 )
 
 
@@ -233,9 +240,8 @@ def _compare_groups(
         group, shift = result
         level = show(float(np.mean([levels_of_pulls[i] for i in group])), unit, 3)
         both = " (or those are wrong)" if len(groups) == 2 else ""
-        words = (
-            f"at {level} scale factors are {percent(float(np.expm1(shift)))} from the others'{both}"
-        )
+        change = format_percent(float(np.expm1(shift)))
+        words = f"at {level} scale factors are {change} from the others'{both}"
         for place in group:
             findings.odd(test, indices[place], words)
             shifts[indices[place]] += shift
@@ -245,7 +251,7 @@ def _compare_groups(
 def group_levels(values: Sequence[float]) -> list[list[int]]:
     """Return the indices of the values at each level."""
     members: dict[int, list[int]] = defaultdict(list)
-    for place, level in enumerate(levels(values) if values else ()):
+    for place, level in enumerate(level_numbers(values) if values else ()):
         members[level].append(place)
     return list(members.values())
 
@@ -269,7 +275,7 @@ def _compare_seating(findings: _Findings, curves: Sequence[Curve]) -> None:
     bends, indices = findings.known_values("seating", [c.pull.seating for c in curves], 1)
     if not indices:
         return
-    soft = _soft(bends.tolist())
+    soft = _is_soft(bends.tolist())
     # weight each by its own error, because at low vacuum the rise is short and its bend uncertain
     errors = np.hypot([curves[i].pull.seating_se for i in indices], LEAST["seating"] / 4)
     middle = float(np.average(bends, weights=errors**-2))
@@ -278,11 +284,11 @@ def _compare_seating(findings: _Findings, curves: Sequence[Curve]) -> None:
         is_outlier = place in out and abs(bend - middle) > LEAST["seating"]
         is_bent = len(bends) < FEWEST and bend - 4 * error > LEAST["seating"]
         if is_outlier or is_bent or soft:
-            words = f"its rise is {percent(float(np.expm1(bend)))} steeper in its upper half"
+            words = f"its rise is {format_percent(float(np.expm1(bend)))} steeper in its upper half"
             findings.odd("seating", indices[place], words)
 
 
-def _soft(bends: Sequence[float]) -> bool:
+def _is_soft(bends: Sequence[float]) -> bool:
     """Return whether rises bend, on average over the pulls, as on a seat that yields."""
     from scipy.special import stdtrit
 
@@ -302,14 +308,14 @@ def pull_checks(
     `half_width` is the relative half width of the scale factor's 95 % interval, and `end` the check
     at the curves' end, as in `checks.shape`.
     """
-    odd = [f"{row.file}: {row.sentence}" for row in rows if row.odd]
+    odd = [f"{row.file}: {row.sentence}" for row in rows if row.is_outlier]
     fine = f"none of {len(rows)} pulls differs from the others"
     if len(rows) < 3:
         fine = "too few pulls to tell which one differs: three are needed"
     shapes = [row.shape for row in rows if row.shape is not None]
     alarms, least = ALARMS["shape of all"], LEAST["shape"]
     checks: list[Check | None] = [
-        shape(shapes, half_width, alarms=alarms, least=least, end=end),
+        check_shape(shapes, half_width, alarms=alarms, least=least, end=end),
         check("pull by pull", not odd, "; ".join(odd) if odd else fine),
         _check_rises(rows),
     ]
@@ -318,9 +324,9 @@ def pull_checks(
         values = np.array([k for k, _ in springs])
         spread = float(values.std(ddof=1) / values.mean())
         used = f"{len(values)} pulls"
-        checks.append(repeats(spread, 0.0, used, "stiffness repeats", "stiffnesses", SOFT))
+        checks.append(check_scatter(spread, 0.0, used, "stiffness repeats", "stiffnesses", SOFT))
         vacuums = [vacuum for _, vacuum in springs]
-        checks.append(no_trend(values.tolist(), vacuums, "vacuum", "Pa", "stiffness"))
+        checks.append(check_no_trend(values.tolist(), vacuums, "vacuum", "Pa", "stiffness"))
     return tuple(c for c in checks if c is not None)
 
 
@@ -329,19 +335,18 @@ def _check_rises(rows: Sequence[SinglePull]) -> Check | None:
     bends = [float(np.log1p(row.seating)) for row in rows if row.seating is not None]
     if not bends:
         return None
-    soft = _soft(bends) or (
+    soft = _is_soft(bends) or (
         len(rows) < FEWEST and any(r.verdicts["seating"] == "odd" for r in rows)
     )
-    sentence = (
-        f"the upper half of the rises is {percent(float(np.mean(bends)))} steeper than the lower"
-    )
+    change = format_percent(float(np.mean(bends)))
+    sentence = f"the upper half of the rises is {change} steeper than the lower"
     cause = ": something yields as the load rises, such as a grip or a cap in its seat"
     return check(
         "seating", not soft, sentence, f"{cause}; the stiffness is not that of the brake alone"
     )
 
 
-def alike(rows: Sequence[SinglePull]) -> dict[str, float]:
+def common_conditions(rows: Sequence[SinglePull]) -> dict[str, float]:
     """Return {"vacuum": Pa, "speed": m/s}, the conditions common to all pulls."""
     common = {}
     for quantity in ("vacuum", "speed"):

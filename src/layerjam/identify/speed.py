@@ -6,7 +6,7 @@ from layerjam.mechanics.friction import at_speed, growth_of
 from layerjam.simulate.speed import follows_speed
 
 
-def growth_in(brake: Brake, speed: float | None, path: str) -> float:
+def friction_growth(brake: Brake, speed: float | None, path: str) -> float:
     """Return the friction at a speed [m/s] over that at the law's test speed; 1 without a law.
 
     Raises FitError if the brake has a law and the speed of the pull is unknown.
@@ -23,10 +23,10 @@ def growth_in(brake: Brake, speed: float | None, path: str) -> float:
     return float(growth_of(speed, brake))
 
 
-def as_pulled(brake: Brake, speed: float | None, path: str) -> Brake:
-    """Return the brake with its friction at a crosshead speed [m/s]; raises as `growth_in`.
+def at_crosshead_speed(brake: Brake, speed: float | None, path: str) -> Brake:
+    """Return the brake with its friction at a crosshead speed [m/s]; raises as `friction_growth`.
 
     A scale factor fitted with this brake applies at the law's test speed.
     """
-    growth_in(brake, speed, path)
+    friction_growth(brake, speed, path)
     return brake if speed is None else at_speed(speed, brake)

@@ -102,7 +102,7 @@ class SawTeeth:
         return (self.upper + self.lower) / 2
 
 
-def share_a_spacing(records: Sequence[SawTeeth | None]) -> list[bool]:
+def find_ripple(records: Sequence[SawTeeth | None]) -> list[bool]:
     """Return for each record of one machine whether its teeth are a ripple of that machine.
 
     They are if at least four records, or the teeth of one record, have regular teeth of one spacing
@@ -129,7 +129,7 @@ class Search(NamedTuple):
     reason: str
 
 
-def noise_of(force: Array) -> float:
+def noise_sd(force: Array) -> float:
     """Return the standard deviation of white noise in a record [N], without its slow changes.
 
     It is from the median of the second differences, which lines do not change and jumps hardly
@@ -209,7 +209,7 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
     # take single samples at regular distances, because means would cut off the tips of the teeth
     coarse = max(1, -(-len(force) // MOST_SAMPLES))
     position, force = position[::coarse], force[::coarse]
-    noise = max(noise_of(force), _step_of(force) / 12**0.5)
+    noise = max(noise_sd(force), _digit_step(force) / 12**0.5)
     stretch = _Stretch(position, force, None if time is None else time[::coarse], noise)
     best, has_reason, reason = None, False, "no swing exceeds the noise"
     for samples in SMOOTHINGS:
@@ -233,7 +233,7 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
     return Search(best, reason)
 
 
-def _step_of(force: Array) -> float:
+def _digit_step(force: Array) -> float:
     """Return the resolution of the load cell if a record shows one, else a value near zero."""
     steps = np.diff(np.unique(force[:4000]))
     return float(steps.min()) if len(steps) else 0.0
@@ -249,7 +249,7 @@ def _large_turns(smooth: Array, least: float) -> tuple[Indices, Indices]:
     return turning_points(smooth, max(least, 0.4 * usual))
 
 
-def _unlike(values: Array) -> float:
+def _robust_scatter(values: Array) -> float:
     """Return the scatter relative to the median, by robust estimates."""
     middle = float(np.median(values))
     return 1.4826 * float(np.median(np.abs(values - middle))) / max(abs(middle), 1e-300)
@@ -273,8 +273,8 @@ def _judge_turns(stretch: _Stretch, smooth: Array, peaks: Indices, troughs: Indi
     spread = float(share.std(ddof=1)) / count**0.5
     mean_share = float(share.mean())
     swing = float(np.median(smooth[peaks] - smooth[starts]))
-    irregular = _unlike(np.diff(position[peaks]))
-    slopes = _unlike((smooth[peaks] - smooth[starts]) / rise)
+    irregular = _robust_scatter(np.diff(position[peaks]))
+    slopes = _robust_scatter((smooth[peaks] - smooth[starts]) / rise)
     middle = float(np.median(smooth[peaks] + smooth[starts])) / 2
     clear = swing > 20 * stretch.noise / samples**0.5 and swing > 0.05 * abs(middle)
     large = clear and mean_share > 0.75 and slopes < 0.25
@@ -305,7 +305,7 @@ def _judge_turns(stretch: _Stretch, smooth: Array, peaks: Indices, troughs: Indi
 
 def _measure_teeth(stretch: _Stretch, turns: _Turns) -> SawTeeth:
     (position, force, time, noise, samples), (peaks, starts, ends) = stretch, turns
-    tops, feet = _ends_of_falls(force, turns, samples)
+    tops, feet = _find_fall_ends(force, turns, samples)
     high, low = force[tops].astype(float), force[feet].astype(float)
     if float(np.median(high - low)) < 50 * noise:
         # the highest sample of a noisy tooth is too high, so take the ends of its straight rise
@@ -330,8 +330,8 @@ def _measure_teeth(stretch: _Stretch, turns: _Turns) -> SawTeeth:
         rising_share=float(
             ((position[peaks] - position[starts]) / (position[ends] - position[starts])).mean()
         ),
-        irregularity=_unlike(spacings),
-        growth=_growth(position[peaks] - position[starts], high - low, noise),
+        irregularity=_robust_scatter(spacings),
+        growth=_growth_exponent(position[peaks] - position[starts], high - low, noise),
         start=float(position[starts[0]]),
         end=float(position[ends[-1]]),
         peaks=tops,
@@ -339,7 +339,7 @@ def _measure_teeth(stretch: _Stretch, turns: _Turns) -> SawTeeth:
     )
 
 
-def _growth(rise: Array, swing: Array, noise: float) -> float | None:
+def _growth_exponent(rise: Array, swing: Array, noise: float) -> float | None:
     """Return the exponent of the rises over the swings; `noise` is that of a force [N]."""
     if len(rise) < MANY_TEETH or not (swing > 0).all():
         return None
@@ -349,7 +349,7 @@ def _growth(rise: Array, swing: Array, noise: float) -> float | None:
     return float(np.cov(np.log(swing), np.log(rise))[0, 1]) / spread
 
 
-def _ends_of_falls(force: Array, turns: _Turns, samples: int) -> tuple[Indices, Indices]:
+def _find_fall_ends(force: Array, turns: _Turns, samples: int) -> tuple[Indices, Indices]:
     """Return (tops, feet) of the teeth; smoothing moves tops earlier and feet later.
 
     A fall is centred where the means over half a smoothing before and after it differ most.

@@ -37,7 +37,7 @@ def conditions(path: str | Path, options: ReadingOptions) -> Facts:
     QuantityError for an invalid pattern.
     """
     facts = read_facts(path)
-    sources = {"its sidecar": _stated_values(facts), LIST: _values_in_list(Path(path))}
+    sources = {"its sidecar": _sidecar_values(facts), LIST: _values_in_list(Path(path))}
     if options.names is not None:
         sources["its name"] = _values_in_name(Path(path), options.names)
     joined_values: dict[str, Any] = {}
@@ -60,7 +60,7 @@ def conditions(path: str | Path, options: ReadingOptions) -> Facts:
     )
 
 
-def _stated_values(facts: Facts) -> dict[str, Any]:
+def _sidecar_values(facts: Facts) -> dict[str, Any]:
     return {name: v for name in _FIELDS if (v := getattr(facts, name)) not in (None, "")}
 
 
@@ -75,11 +75,11 @@ def _values_in_list(path: Path) -> Mapping[str, Any]:
         status = place.stat()
     except (OSError, ValueError):
         return {}
-    return _list(place, status.st_mtime_ns, status.st_size).get(path.name, {})
+    return _read_list(place, status.st_mtime_ns, status.st_size).get(path.name, {})
 
 
 @lru_cache(maxsize=16)
-def _list(path: Path, _time: int, _size: int) -> dict[str, dict[str, Any]]:
+def _read_list(path: Path, _time: int, _size: int) -> dict[str, dict[str, Any]]:
     return parse_list(read_text(path), path)
 
 
@@ -110,7 +110,7 @@ def parse_list(text: str, path: str | Path) -> dict[str, dict[str, Any]]:
             raise FileError(path, fault, number)
         try:
             out[file] = {
-                name: _value(name, cell.replace(",", ".") if mark != "," else cell, unit)
+                name: _cell_value(name, cell.replace(",", ".") if mark != "," else cell, unit)
                 for name, (cell, unit) in cells.items()
                 if cell
             }
@@ -119,7 +119,7 @@ def parse_list(text: str, path: str | Path) -> dict[str, dict[str, Any]]:
     return out
 
 
-def _value(name: str, text: str, unit: str | None) -> Any:
+def _cell_value(name: str, text: str, unit: str | None) -> Any:
     """Return the SI value of a cell or of a part of a name; its unit may be in the heading."""
     of_number = name in _IN_NAMES and unit is not None
     return _FIELDS[name].spec.read(f"{text} {unit}" if of_number else text, name)
@@ -129,7 +129,7 @@ def _values_in_name(path: Path, names: str) -> dict[str, Any]:
     """Return the values in a file's name, by the first of the patterns that matches it."""
     matches = (
         (pattern.fullmatch(path.name) or pattern.fullmatch(path.stem), units)
-        for pattern, units in _patterns(names)
+        for pattern, units in _parse_patterns(names)
     )
     match, units = next((pair for pair in matches if pair[0] is not None), (None, {}))
     if match is None:
@@ -138,7 +138,7 @@ def _values_in_name(path: Path, names: str) -> dict[str, Any]:
         raise FileError(path, fault, how=f" (--names{hint})")
     try:
         return {
-            name: _value(name, re.sub(r"(?<=\d)[,p](?=\d)", ".", text), units[name])
+            name: _cell_value(name, re.sub(r"(?<=\d)[,p](?=\d)", ".", text), units[name])
             for name, text in match.groupdict().items()
         }
     except QuantityError as err:
@@ -146,15 +146,15 @@ def _values_in_name(path: Path, names: str) -> dict[str, Any]:
 
 
 @lru_cache(maxsize=64)
-def _patterns(names: str) -> list[tuple[re.Pattern[str], dict[str, str | None]]]:
+def _parse_patterns(names: str) -> list[tuple[re.Pattern[str], dict[str, str | None]]]:
     """Return the patterns between | signs; QuantityError if none of them has a quantity."""
-    patterns = [_pattern(part) for part in names.split("|")]
+    patterns = [_compile_pattern(part) for part in names.split("|")]
     if not any(units for _, units in patterns):
-        raise QuantityError(f"names: '{names[:60]}' contains no quantity; {_form()}")
+        raise QuantityError(f"names: '{names[:60]}' contains no quantity; {_pattern_form()}")
     return patterns
 
 
-def _pattern(names: str) -> tuple[re.Pattern[str], dict[str, str | None]]:
+def _compile_pattern(names: str) -> tuple[re.Pattern[str], dict[str, str | None]]:
     """Return the regular expression of a pattern, and the unit of each quantity in it."""
     units: dict[str, str | None] = {}
     parts: list[str] = []
@@ -163,26 +163,26 @@ def _pattern(names: str) -> tuple[re.Pattern[str], dict[str, str | None]]:
             parts.append(".*?")
         elif part.startswith("{"):
             name, _, unit = (word.strip() for word in part[1:-1].partition(":"))
-            parts.append(_group(name, unit, units))
+            parts.append(_quantity_group(name, unit, units))
         else:
             parts.append(re.escape(part))
     return re.compile("".join(parts)), units
 
 
-def _group(name: str, unit: str, units: dict[str, str | None]) -> str:
+def _quantity_group(name: str, unit: str, units: dict[str, str | None]) -> str:
     if name not in _IN_NAMES:
         raise UnknownNameError("quantity of a file's name", name, _IN_NAMES)
     if name in units:
         raise QuantityError(f"names: {{{name}}} appears twice")
     si = _IN_NAMES[name].unit
     if unit and (si == "1" or convert(unit, si) is None):
-        raise QuantityError(f"names: '{unit[:20]}' is not a unit of {name}; {_form()}")
+        raise QuantityError(f"names: '{unit[:20]}' is not a unit of {name}; {_pattern_form()}")
     units[name] = unit or None
     in_name = "" if unit or si == "1" else r"\s?[A-Za-zµ]+(?:/[A-Za-z]+)?"
     return rf"(?P<{name}>{_NUMBER}{in_name})"
 
 
-def _form(quantities: Sequence[str] = tuple(_IN_NAMES)) -> str:
+def _pattern_form(quantities: Sequence[str] = tuple(_IN_NAMES)) -> str:
     return (
         f"write such as 'pull_{{vacuum}}_{{speed:mm/s}}_*' with {', '.join(quantities)}; a unit "
         "within the braces if the name has none, * for anything"

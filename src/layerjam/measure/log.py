@@ -18,20 +18,20 @@ from layerjam.measure.readers.columns import (
     Column,
     Header,
     Want,
-    assign,
-    by_order,
+    assign_columns,
+    columns_by_order,
     columns_hint,
     plain_words,
 )
 from layerjam.measure.readers.content import Source
-from layerjam.measure.readers.lines import read_lines, split
+from layerjam.measure.readers.lines import read_lines, split_line
 from layerjam.measure.readers.numbers import read_columns
 from layerjam.measure.readers.rows import Rows, Table
 from layerjam.measure.readers.source import load_source
-from layerjam.measure.readers.table import bare_table, blocks_of, headless
+from layerjam.measure.readers.table import bare_table, find_blocks, find_headless
 from layerjam.measure.readers.unit_words import PRESSURE as PRESSURE_UNIT
 from layerjam.measure.readers.unit_words import convert
-from layerjam.measure.readers.words import plain
+from layerjam.measure.readers.words import normalise_name
 from layerjam.measure.sidecar import read_facts
 from layerjam.measure.synthetic import SYNTHETIC, says_synthetic
 from layerjam.measure.trace import Array
@@ -92,7 +92,7 @@ class Log:
         One of `options.REFERENCES`; FileError if neither the column nor `reference` states it.
         """
         column = self.taken["pressure"]
-        says = reference_of(column)
+        says = find_reference(column)
         if reference is None and says is None:
             raise FileError(
                 self.path,
@@ -107,7 +107,7 @@ class Log:
         return reference or says or "", says
 
 
-def reference_of(column: Column) -> str | None:
+def find_reference(column: Column) -> str | None:
     """Return the pressure reference in a column's unit or name, or None if there is none."""
     match = PRESSURE_UNIT.fullmatch(column.unit.strip())
     suffix = (
@@ -133,41 +133,41 @@ def read_log(path: str | Path, wants: Sequence[Want], options: ReadingOptions | 
     entries = options.entries({w.role: w.si for w in wants})
     source = load_source(path)
     order = options.by_order
-    table = _table(source, wants, order is not None)
+    table = _largest_table(source, wants, order is not None)
     if order is not None:
-        columns_used, notes = by_order(table.header, wants, entries, len(order))
+        columns_used, notes = columns_by_order(table.header, wants, entries, len(order))
     else:
-        columns_used, notes = assign(_with_units(table.header, wants), wants, entries)
+        columns_used, notes = assign_columns(_split_units(table.header, wants), wants, entries)
     decimal, columns = options.decimal or source.decimal, list(columns_used.values())
-    rows, fixes = _last_point(Rows(source, table), columns, decimal)
+    rows, fixes = _convert_points(Rows(source, table), columns, decimal)
     values = dict(zip(columns_used, read_columns(rows, columns, decimal), strict=True))
     _check_time(source.path, values, wants)
     above = source.data[: table.first]
     synthetic = says_synthetic(above) or read_facts(source.path).synthetic
-    head = _head(source, table)
+    head = _parse_head(source, table)
     return Log(source.path, values, columns_used, head, (*notes, *fixes), synthetic)
 
 
-def _table(source: Source, wants: Sequence[Want], listed: bool) -> Table:
+def _largest_table(source: Source, wants: Sequence[Want], listed: bool) -> Table:
     """Return the table with the most rows, one with units if there is one.
 
     If the user has `listed` the columns, the table has all rows from the first row of numbers on.
     """
     lines = read_lines(source)
-    blocks = blocks_of(lines)
+    blocks = find_blocks(lines)
     if listed and not blocks:
         raise FileError(source.path, "holds no row of numbers")
     if listed:
         return replace(bare_table(lines, blocks[0]), last=None)
     best = max((b for b in blocks if b.table), key=lambda b: (b.styled, b.rows), default=None)
-    table = best.table if best else headless(lines, blocks)
+    table = best.table if best else find_headless(lines, blocks)
     if table is None:
         fault = "has no row of column names; state its columns"
         raise FileError(source.path, fault, how=f": {columns_hint(wants)}", asks="columns")
     return table
 
 
-def _with_units(header: Header, wants: Sequence[Want]) -> Header:
+def _split_units(header: Header, wants: Sequence[Want]) -> Header:
     """Return the header, with units that end a name: 'Druck / kPa', 'p_bar', 'p [kPa(g)]'."""
     names, units = zip(*(_name_unit(n, u, wants) for n, u in header.columns), strict=True)
     return replace(header, names=names, units=units)
@@ -185,7 +185,7 @@ def _name_unit(name: str, unit: str | None, wants: Sequence[Want]) -> tuple[str,
     return name, None
 
 
-def _last_point(
+def _convert_points(
     rows: Rows, columns: Sequence[Column], decimal: str | None
 ) -> tuple[Rows, list[str]]:
     """Convert numbers such as 1.002.000 for 1002.000, whose last point is the decimal sign.
@@ -233,15 +233,15 @@ def _check_time(path: str, values: Mapping[str, Array], wants: Sequence[Want]) -
         raise FileError(path, "its time does not advance")
 
 
-def _head(source: Source, table: Table) -> dict[str, tuple[str, ...]]:
+def _parse_head(source: Source, table: Table) -> dict[str, tuple[str, ...]]:
     """Return the lines above the table as {key: values}: 'Material;EcoFlex30;'."""
     out: dict[str, tuple[str, ...]] = {}
     for number, (offset, text) in enumerate(source.lines()):
         if offset >= table.first or number + 1 == table.header.line or number == _HEAD_LINES:
             break
-        fields = [f for f in split(text.lstrip("# "), table.separator) if f]
+        fields = [f for f in split_line(text.lstrip("# "), table.separator) if f]
         if len(fields) == 1 and (match := re.match(r"([^:=]{1,60})[:=]\s*(.+)", fields[0])):
             fields = [match[1].strip(), match[2].strip()]
         if len(fields) >= 2:
-            out.setdefault(plain(fields[0]), tuple(fields[1:]))
+            out.setdefault(normalise_name(fields[0]), tuple(fields[1:]))
     return out

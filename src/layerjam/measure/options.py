@@ -9,7 +9,7 @@ from pathlib import Path
 
 from layerjam.errors import QuantityError, explain_arguments
 from layerjam.measure.readers.unit_words import ROLES, convert, weight_unit
-from layerjam.measure.sidecar import READ, places, text_of
+from layerjam.measure.sidecar import READ, fact_files, read_text_or_empty
 from layerjam.simulate.quantities import CROSSHEAD_SPEED
 from layerjam.toml_files.reader import Reader
 from layerjam.toml_files.toml import parse_toml
@@ -94,7 +94,7 @@ class ReadingOptions:
         for index, text in [*enumerate(order or ()), *((None, text) for text in texts)]:
             if index is not None and text == SKIP:
                 continue
-            entry = _entry(text, index, roles)
+            entry = _parse_entry(text, index, roles)
             if entry.role in out:
                 raise QuantityError(f"columns: {entry.role} is given twice")
             out[entry.role] = entry
@@ -116,7 +116,7 @@ def _split_names(columns: str) -> list[str]:
     return out
 
 
-def _entry(text: str, index: int | None, roles: Mapping[str, str]) -> ColumnEntry:
+def _parse_entry(text: str, index: int | None, roles: Mapping[str, str]) -> ColumnEntry:
     assignment, _, name = text.partition("=")
     role, _, unit = (part.strip() for part in assignment.partition(":"))
     if role not in roles or (index is None and not name.strip()):
@@ -142,17 +142,17 @@ KEYS = tuple(f.name for f in fields(ReadingOptions))
 _FIELDS = dict(entries(ReadingOptions, f"{READ}."))
 
 
-def options_beside(path: str | Path) -> ReadingOptions:
+def read_options_of(path: str | Path) -> ReadingOptions:
     """Return the options in the `[read]` table of the sidecar or of the folder's conditions.toml.
 
     Raises FileError, with file and line, for an unknown key or an invalid value.
     """
-    of_all, of_file = (_read(place) for place in places(path))
+    of_all, of_file = (_read_options(place) for place in fact_files(path))
     return of_file.over(of_all)
 
 
-def _read(place: Path) -> ReadingOptions:
-    text = text_of(place)
+def _read_options(place: Path) -> ReadingOptions:
+    text = read_text_or_empty(place)
     reader = Reader(text, place, _FIELDS)
     reader.take({k: v for k, v in parse_toml(text, place).items() if k == READ})
     options = reader.record(ReadingOptions, f"{READ}.")

@@ -6,15 +6,15 @@ from functools import partial
 from pathlib import Path
 
 from layerjam.errors import FileError, LayerjamError
-from layerjam.measure.log import reference_of
-from layerjam.measure.options import SKIP, ReadingOptions, options_beside
-from layerjam.measure.readers.columns import PULL, Column, Header, assign
+from layerjam.measure.log import find_reference
+from layerjam.measure.options import SKIP, ReadingOptions, read_options_of
+from layerjam.measure.readers.columns import PULL, Column, Header, assign_columns
 from layerjam.measure.readers.content import Source
 from layerjam.measure.readers.lines import Lines, read_lines
-from layerjam.measure.readers.numbers import read_columns, same
+from layerjam.measure.readers.numbers import are_equal_columns, read_columns
 from layerjam.measure.readers.rows import Rows, Table
 from layerjam.measure.readers.source import load_sources
-from layerjam.measure.readers.table import Block, bare_table, blocks_of, under_one_head
+from layerjam.measure.readers.table import Block, bare_table, find_blocks, share_heads
 from layerjam.measure.readers.unit_words import ROLES, convert
 from layerjam.measure.trace import Array
 
@@ -53,29 +53,29 @@ class Preview:
 
 def preview(path: str | Path, options: ReadingOptions | None = None) -> Preview:
     """Return the table of a file for a page; FileError if it has no row of numbers."""
-    every = (options or ReadingOptions()).over(options_beside(path))
+    every = (options or ReadingOptions()).over(read_options_of(path))
     sources = load_sources(path, every.sheet)
     source = max(sources, key=lambda s: len(s.data))
-    lines, block = _largest(source)
-    header = _header(lines, block)
+    lines, block = _largest_block(source)
+    header = _block_header(lines, block)
     rows: list[tuple[str, ...]] = []
     for line in range(block.first, block.last + 1):
         if len(rows) == ROWS:
             break
         if not lines.blank[line]:
-            rows.append(tuple(_cut(cell) for cell in lines.fields(line)[: block.width]))
+            rows.append(tuple(_shorten(cell) for cell in lines.fields(line)[: block.width]))
     sheets = tuple(s.sheet for s in sources if s.sheet) if len(sources) > 1 else ()
     return Preview(
-        tuple(_cut(name) for name in header.names),
-        tuple(_cut(unit or "") for unit in header.units),
+        tuple(_shorten(name) for name in header.names),
+        tuple(_shorten(unit or "") for unit in header.units),
         tuple(rows),
-        _assign_roles(source, _table(lines, block, header), every),
+        _assign_roles(source, _preview_table(lines, block, header), every),
         sheets,
         source.data.startswith(b"# layerjam"),
     )
 
 
-def column_of(
+def read_column(
     path: str | Path, index: int, unit: str, si: str, decimal: str | None = None
 ) -> Array:
     """Return the numbers of one column of a file's largest table, in SI units.
@@ -83,11 +83,11 @@ def column_of(
     Raises FileError if they are not numbers, or the unit has another dimension.
     """
     source = max(load_sources(path), key=lambda s: len(s.data))
-    lines, block = _largest(source)
+    lines, block = _largest_block(source)
     scale = convert(unit, si)
     if scale is None or not 0 <= index < block.width:
         raise FileError(path, f"has no column {index + 1} in '{unit[:20]}'")
-    rows = Rows(source, _table(lines, block, _header(lines, block)))
+    rows = Rows(source, _preview_table(lines, block, _block_header(lines, block)))
     column = Column("value", index, f"column {index + 1}", unit, *scale, True)
     (values,) = read_columns(rows, [column], decimal or source.decimal)
     return values
@@ -98,20 +98,20 @@ def vacuum_columns(table: Preview) -> list[tuple[int, str]]:
     columns = []
     for index, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
         scale = convert(unit, "Pa") if unit else None
-        if scale and reference_of(Column("pressure", index, name, unit, *scale)) == "vacuum":
+        if scale and find_reference(Column("pressure", index, name, unit, *scale)) == "vacuum":
             columns.append((index, unit))
     return columns
 
 
-def _largest(source: Source) -> tuple[Lines, Block]:
+def _largest_block(source: Source) -> tuple[Lines, Block]:
     lines = read_lines(source)
-    blocks = list(under_one_head(lines, blocks_of(lines)))
+    blocks = list(share_heads(lines, find_blocks(lines)))
     if not blocks:
         raise FileError(source.path, "holds no row of numbers")
     return lines, max(blocks, key=lambda b: (b.width >= 2, b.rows))
 
 
-def _header(lines: Lines, block: Block) -> Header:
+def _block_header(lines: Lines, block: Block) -> Header:
     """Return the names and units of a block, as many as its rows have fields."""
     bare = bare_table(lines, block).header
     if block.table is None:
@@ -123,7 +123,7 @@ def _header(lines: Lines, block: Block) -> Header:
     return Header(names, units, head.style, head.line, path=head.path)
 
 
-def _table(lines: Lines, block: Block, header: Header) -> Table:
+def _preview_table(lines: Lines, block: Block, header: Header) -> Table:
     bare = bare_table(lines, block)
     return Table(header, bare.separator, bare.first, bare.last, bare.rows)
 
@@ -136,11 +136,13 @@ def _assign_roles(
     if options.by_order is not None:
         by_index = {e.index: (e.role, e.unit) for e in entries.values() if e.index is not None}
         return {i: pair for i, pair in by_index.items() if i < len(table.header.names)}
-    alike = partial(same, Rows(source, table), decimal=options.decimal or source.decimal)
+    alike = partial(
+        are_equal_columns, Rows(source, table), decimal=options.decimal or source.decimal
+    )
     roles: dict[int, tuple[str, str]] = {}
     for want in PULL:
         try:
-            columns, _ = assign(table.header, [want], entries, alike)
+            columns, _ = assign_columns(table.header, [want], entries, alike)
         except LayerjamError:
             continue
         for column in columns.values():
@@ -148,7 +150,7 @@ def _assign_roles(
     return roles
 
 
-def _cut(text: str) -> str:
+def _shorten(text: str) -> str:
     """Return a cell for a page: printable, in one line, at most `LETTERS` long."""
     plain = " ".join("".join(c if c.isprintable() else " " for c in text).split())
     return plain if len(plain) <= LETTERS else plain[: LETTERS - 1] + "…"

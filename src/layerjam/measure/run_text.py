@@ -24,7 +24,7 @@ LONG = 400
 """Largest number of characters of a fact in a header."""
 
 
-def in_order(run: Run) -> dict[str, Array]:
+def ordered_columns(run: Run) -> dict[str, Array]:
     """Return the columns of a run, with those of FIRST in front."""
     names = [name for name in FIRST if name in run.columns]
     names += [name for name in run.columns if name not in names]
@@ -36,25 +36,25 @@ def csv_text(run: Run) -> str:
     head = {"data": SYNTHETIC if run.simulated else MEASURED}
     head |= {key: text for key, text in run.meta.items() if text and key != "simulated"}
     short = {key: text for key, text in head.items() if "\n" not in text and len(text) <= LONG}
-    columns = in_order(run)
+    columns = ordered_columns(run)
     text = io.StringIO()
     text.write(f"# layerjam {__version__} bench export\n")
     text.writelines(comment(f"{key}: {value}") + "\n" for key, value in short.items())
     names = (f"{name} [{UNITS[name]}]" if name in UNITS else name for name in columns)
     text.write(",".join(names) + "\n")
-    cells = [_cells(name, values) for name, values in columns.items()]
+    cells = [_format_cells(name, values) for name, values in columns.items()]
     text.writelines(",".join(row) + "\n" for row in zip(*cells, strict=True))
     return text.getvalue()
 
 
-def _cells(name: str, values: Array) -> list[str]:
+def _format_cells(name: str, values: Array) -> list[str]:
     """Return digits that can be read back to the same numbers; times are in microseconds."""
     if name == "time":
         return [f"{value:.6f}" for value in values.tolist()]
     return list(map(repr, values.tolist()))
 
 
-def facts_of(run: Run) -> Facts:
+def run_facts(run: Run) -> Facts:
     """Return the facts of a run for its sidecar: synthetic or not, vacuum, speed, and so on.
 
     A vacuum or a speed counts if the procedure has only one.

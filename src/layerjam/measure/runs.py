@@ -99,7 +99,7 @@ class Run:
         columns = {name: values[inside] for name, values in self.columns.items()}
         first, last = float(time[inside][0]), float(time[inside][-1])
         shots = tuple(shot for shot in self.shots if first <= self.time_of(shot) <= last)
-        gaps = missing(columns["boot"], columns["seq"])
+        gaps = count_missing(columns["boot"], columns["seq"])
         return replace(self, columns=columns, gaps=gaps, shots=shots)
 
     def time_of(self, shot: Shot) -> float:
@@ -112,7 +112,7 @@ class Run:
         return float(self.columns["time"][first]) + delay * 1e-6
 
 
-def missing(boot: Array, seq: Array) -> int:
+def count_missing(boot: Array, seq: Array) -> int:
     """Return the number of samples missing between the first and the last of each boot."""
     gaps = 0
     for number in np.unique(boot):
@@ -154,7 +154,7 @@ def _check_kind(base: sqlite3.Connection, name: str) -> None:
     except sqlite3.DatabaseError as error:
         if error.sqlite_errorcode == sqlite3.SQLITE_NOTADB:
             raise FileError(name, f"is not a run of a bench ({ENDING})") from None
-        raise FileError(name, _wrong(error)) from None
+        raise FileError(name, _describe_error(error)) from None
     if kind != APPLICATION_ID:
         raise FileError(name, "is a database, but not a run of a bench")
     if version > FORMAT:
@@ -163,7 +163,7 @@ def _check_kind(base: sqlite3.Connection, name: str) -> None:
         )
 
 
-def _wrong(error: sqlite3.Error) -> str:
+def _describe_error(error: sqlite3.Error) -> str:
     kind = "cannot be read" if isinstance(error, sqlite3.OperationalError) else "is damaged"
     return f"{kind}: {error}"
 
@@ -181,7 +181,7 @@ def read_run(path: str | Path) -> Run:
         crosshead = base.execute("SELECT * FROM crosshead ORDER BY board_us").fetchall()
         shots = shots_in(base, meta.get("simulated") != "0")
     except sqlite3.Error as error:
-        raise FileError(path, _wrong(error)) from None
+        raise FileError(path, _describe_error(error)) from None
     except ValueError as error:
         raise FileError(path, f"is damaged: {error}") from None
     finally:
@@ -193,7 +193,7 @@ def read_run(path: str | Path) -> Run:
     columns: dict[str, Array] = {name: table[:, place] for place, name in enumerate(COLUMNS)}
     for name in set(COLUMNS) - {"vacuum", "target"}:
         columns[name] = columns[name].astype(np.int64)
-    time = time_of(columns, clocks)
+    time = sample_times(columns, clocks)
     if meta.get("begun", "").isdecimal():
         first = (columns["seq"] >= int(meta["begun"])) & (columns["boot"] == boots[0])
         time = time - time[first][0] if first.any() else time
@@ -202,7 +202,7 @@ def read_run(path: str | Path) -> Run:
         times, elongation, force = np.array(crosshead, float).T
         for name, values in (("elongation", elongation), ("force", force)):
             columns[name] = _crosshead_at(columns, times, values)
-    gaps = missing(columns["boot"], columns["seq"])
+    gaps = count_missing(columns["boot"], columns["seq"])
     return Run(str(path), meta, columns, boots, events, clocks, gaps, shots)
 
 
@@ -215,7 +215,7 @@ def _crosshead_at(columns: Mapping[str, Array], board_us: Array, values: Array) 
     return np.where(is_same, values[place], np.nan)
 
 
-def time_of(columns: Mapping[str, Array], clock: Array) -> Array:
+def sample_times(columns: Mapping[str, Array], clock: Array) -> Array:
     """Return the seconds from the first sample on, shape (N,).
 
     They follow the board's clock within a boot, and the host's between boots, never backwards.
@@ -227,7 +227,7 @@ def time_of(columns: Mapping[str, Array], clock: Array) -> Array:
     for number in dict.fromkeys(boot.tolist()):
         inside = boot == number
         seconds = (board[inside] - board[inside][0]) * 1e-6
-        start = _boot_start(clock[clock[:, 0] == number], int(board[inside][0]))
+        start = _boot_clocks(clock[clock[:, 0] == number], int(board[inside][0]))
         after = 0.0
         if origin is None:
             origin = start
@@ -242,7 +242,7 @@ def time_of(columns: Mapping[str, Array], clock: Array) -> Array:
     return time
 
 
-def _boot_start(clock: Array, first: int) -> tuple[int, int] | None:
+def _boot_clocks(clock: Array, first: int) -> tuple[int, int] | None:
     """Return the host's clocks [ns] at a boot's first sample, None if unknown."""
     if not len(clock):
         return None

@@ -39,14 +39,14 @@ class Records:
 
     def find_same(self, trace: Trace) -> str | None:
         """Return the name of an earlier record of which this one is a copy, or None."""
-        part = _window(trace)
+        part = _peak_window(trace)
         return next(
             (name for name, earlier in self.seen.items() if is_same_record(earlier, part)), None
         )
 
     def add(self, name: str, trace: Trace) -> None:
         """Store a record."""
-        self.seen[name] = _window(trace)
+        self.seen[name] = _peak_window(trace)
 
 
 def is_same_record(first: Trace, second: Trace) -> bool:
@@ -58,13 +58,13 @@ def noise_correlation(trace: Trace, other_trace: Trace) -> float:
     """Return the correlation of the noise of two records [1]; 0 if their curves differ by more."""
     best = 0.0
     for clock in ("elongation", "time"):
-        first, second = _rising(trace, clock), _rising(other_trace, clock)
+        first, second = _rising_part(trace, clock), _rising_part(other_trace, clock)
         if first is not None and second is not None:
             best = max(best, *_correlations(first, second))
     return best
 
 
-def _window(trace: Trace) -> Trace:
+def _peak_window(trace: Trace) -> Trace:
     """Return the stored samples around the greatest force."""
     start = max(0, min(int(trace.force.argmax()) - SAMPLE_LIMIT // 2, len(trace) - SAMPLE_LIMIT))
     part = slice(start, start + SAMPLE_LIMIT)
@@ -72,7 +72,7 @@ def _window(trace: Trace) -> Trace:
     return Trace(trace.force[part], trace.elongation[part], time, trace.path, trace.format)
 
 
-def _rising(trace: Trace, clock: str) -> tuple[Array, Array] | None:
+def _rising_part(trace: Trace, clock: str) -> tuple[Array, Array] | None:
     """Return the clock up to its greatest value, and the force, with each clock value once."""
     values = getattr(trace, clock)
     if values is None or len(values) < LEAST:
@@ -87,14 +87,14 @@ def _correlations(curve: tuple[Array, Array], other_curve: tuple[Array, Array]) 
     A record of which every n-th sample was stored may start with another sample.
     """
     yield 0.0
-    dense, sparse = sorted((curve, other_curve), key=lambda pair: _step(pair[0]))
-    step = _step(dense[0])
-    limit = min(int(np.ceil(_step(sparse[0]) / step)), STARTS)
+    dense, sparse = sorted((curve, other_curve), key=lambda pair: _clock_step(pair[0]))
+    step = _clock_step(dense[0])
+    limit = min(int(np.ceil(_clock_step(sparse[0]) / step)), STARTS)
     start = dense[0][0] - sparse[0][0]
     if not any(_is_near((sparse[0] + offset, sparse[1]), dense) for offset in (0.0, start)):
         return
     for offset in (0.0, *(start + n * step for n in range(-limit, limit + 1))):
-        yield from _at_offset((sparse[0] + offset, sparse[1]), dense)
+        yield from _correlate_samples((sparse[0] + offset, sparse[1]), dense)
 
 
 def _is_near(sparse: tuple[Array, Array], dense: tuple[Array, Array]) -> bool:
@@ -105,11 +105,11 @@ def _is_near(sparse: tuple[Array, Array], dense: tuple[Array, Array]) -> bool:
     return bool(np.median(gaps) <= 10 * np.median(second))
 
 
-def _step(clock: Array) -> float:
+def _clock_step(clock: Array) -> float:
     return float(np.median(np.diff(clock)))
 
 
-def _at_offset(sparse: tuple[Array, Array], dense: tuple[Array, Array]) -> Iterator[float]:
+def _correlate_samples(sparse: tuple[Array, Array], dense: tuple[Array, Array]) -> Iterator[float]:
     """Yield the correlations at the samples of the sparser record.
 
     The denser record is taken at these points, and as means around them, as programs resample.
@@ -129,10 +129,10 @@ def _at_offset(sparse: tuple[Array, Array], dense: tuple[Array, Array]) -> Itera
     means = np.diff(np.interp(edges, dense[0], total)) / np.diff(edges)
     yield _correlation(force, means)
     if len(grid) >= 2 * LEAST:
-        yield _correlation(_smooth(force), _smooth(means), 2)
+        yield _correlation(_smooth_values(force), _smooth_values(means), 2)
 
 
-def _smooth(values: Array) -> Array:
+def _smooth_values(values: Array) -> Array:
     return np.asarray((values[2:] + 2 * values[1:-1] + values[:-2]) / 4)
 
 

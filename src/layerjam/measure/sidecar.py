@@ -26,12 +26,12 @@ def _text_field(text: str) -> str:
     return field
 
 
-def _certificate(instrument: str) -> Any:
+def _certificate_field(instrument: str) -> Any:
     spec = CertificateSpec(text=f"calibration certificate of the {instrument}")
     return value(spec, default=None, table=True)
 
 
-def _limit(quantity_name: str) -> Any:
+def _limit_field(quantity_name: str) -> Any:
     return quantity(
         "1", f"limit of error of the {quantity_name}, over its value", hi=0.2, default=None
     )
@@ -73,17 +73,19 @@ class Facts:
     machine: str = _text_field("test machine, with its serial number")
     apparatus: str = _text_field("sled and table, or grips and fixture")
     load_cell: str = _text_field("load cell, with its serial number")
-    load_cell_limit: float | None = _limit("load cell")
-    load_cell_certificate: Certificate | None = _certificate("load cell")
+    load_cell_limit: float | None = _limit_field("load cell")
+    load_cell_certificate: Certificate | None = _certificate_field("load cell")
     gauge: str = _text_field("vacuum gauge, with its serial number")
     gauge_limit: float | None = quantity(
         "Pa", "limit of error of the vacuum gauge", hi=5e4, default=None
     )
-    gauge_certificate: Certificate | None = _certificate("vacuum gauge")
-    normal_force_limit: float | None = _limit("normal force of a friction test")
-    normal_force_certificate: Certificate | None = _certificate("normal force of a friction test")
+    gauge_certificate: Certificate | None = _certificate_field("vacuum gauge")
+    normal_force_limit: float | None = _limit_field("normal force of a friction test")
+    normal_force_certificate: Certificate | None = _certificate_field(
+        "normal force of a friction test"
+    )
     area: float | None = like(AREA, "area under the sled of a friction test", default=None)
-    area_limit: float | None = _limit("area under the sled")
+    area_limit: float | None = _limit_field("area under the sled")
     film_maker: str = _text_field("maker and product of the film")
     film_lot: str = _text_field("lot of the film")
     film_direction: str = _text_field("direction of the film's roll in the test")
@@ -111,27 +113,27 @@ def read_facts(path: str | Path) -> Facts:
     Facts of all files of a folder are in its conditions.toml; a file's own sidecar has priority.
     Raises FileError, with file and line, for broken TOML, an unknown key or a bad value.
     """
-    of_all, of_file = (_read(place) for place in places(path))
+    of_all, of_file = (_read_place(place) for place in fact_files(path))
     return build(Facts, {**of_all, **of_file})
 
 
-def places(path: str | Path) -> tuple[Path, Path]:
+def fact_files(path: str | Path) -> tuple[Path, Path]:
     """Return the paths of a data file's facts: its folder's and its own, which has priority."""
     return Path(path).parent / FOLDER, sidecar_path(path)
 
 
-def _read(place: Path) -> dict[str, Any]:
-    return values_of(text_of(place), place)
+def _read_place(place: Path) -> dict[str, Any]:
+    return parse_facts(read_text_or_empty(place), place)
 
 
-def values_of(text: str, place: str | Path) -> dict[str, Any]:
+def parse_facts(text: str, place: str | Path) -> dict[str, Any]:
     """Return {fact: SI value} of a sidecar's text; FileError names `path` and the line."""
     reader = Reader(text, place, _FIELDS, words={})
     reader.take({k: v for k, v in parse_toml(text, place).items() if k != READ})
     return reader.values
 
 
-def text_of(place: Path) -> str:
+def read_text_or_empty(place: Path) -> str:
     """Return the text of a file of facts; empty if there is none."""
     try:
         exists = place.exists()

@@ -16,16 +16,16 @@ from layerjam.errors import FileError, LayerjamError
 from layerjam.fluid.file import LineFile
 from layerjam.identify.provenance import sha256
 from layerjam.measure.runs import ENDING, open_run
-from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING, places, read_facts
+from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING, fact_files, read_facts
 from layerjam.measure.synthetic import says_synthetic
 from layerjam.records.pieces import (
     Cited,
     Content,
     Piece,
-    hex_of,
-    piece_of_text,
-    storable,
+    make_piece,
+    strip_invalid,
     text_digest,
+    to_hex,
 )
 from layerjam.system import report_failure, typed_line
 from layerjam.toml_files.table_text import plain_comment
@@ -59,7 +59,7 @@ def check_whole(path: str) -> None:
         )
 
 
-def run(path: str, file: Mapping[str, Any]) -> Content:
+def read_run_content(path: str, file: Mapping[str, Any]) -> Content:
     """Return a run, with the brake, line, board and sensor calibration inside it.
 
     Raises FileError for a file that is not a run, or not a complete one.
@@ -74,7 +74,7 @@ def run(path: str, file: Mapping[str, Any]) -> Content:
         raise FileError(path, f"is damaged: {error}") from None
     finally:
         base.close()
-    meta = {str(key): storable(str(value)) for key, value in rows if value not in (None, "")}
+    meta = {str(key): strip_invalid(str(value)) for key, value in rows if value not in (None, "")}
     samples = sum(count for count, _ in counts)
     simulated = meta.get("simulated") != "0"
     columns = {
@@ -87,7 +87,7 @@ def run(path: str, file: Mapping[str, Any]) -> Content:
         "file_sha256": file["sha256"],
         "file": file["name"],
     }
-    others, notes = _inside(path, meta)
+    others, notes = _read_inside(path, meta)
     texts = [(kind, meta[f"{kind}_toml"]) for kind in ("brake", "line") if kind in others]
     if not meta.get("outcome"):
         notes.append("the run was not closed: it is stored as interrupted")
@@ -102,7 +102,7 @@ def run(path: str, file: Mapping[str, Any]) -> Content:
     )
 
 
-def _inside(path: str, meta: Mapping[str, str]) -> tuple[dict[str, Piece], list[str]]:
+def _read_inside(path: str, meta: Mapping[str, str]) -> tuple[dict[str, Piece], list[str]]:
     """Return {role: record} of the records inside a run, and notes on unreadable ones."""
     records: dict[str, Piece] = {}
     notes = []
@@ -111,21 +111,21 @@ def _inside(path: str, meta: Mapping[str, str]) -> tuple[dict[str, Piece], list[
         if text is None:
             continue
         try:
-            records[kind] = piece_of_text(kind, text, f"{path}, its {kind}")
+            records[kind] = make_piece(kind, text, f"{path}, its {kind}")
         except LayerjamError as error:
             notes.append(f"its {kind} cannot be read and is not linked: {error}")
     if "board" in meta:
         columns = {name: meta.get(key) for name, key in BOARD.items()}
         records["board"] = Piece(kind="board", columns=columns)
         text = meta.get("sensor_calibration")
-        if text is not None and _calibration(text) != NONE:
+        if text is not None and _parse_calibration(text) != NONE:
             records["sensor calibration"] = Piece(
-                kind="sensor calibration", columns={"said": text, **_calibration(text)}
+                kind="sensor calibration", columns={"said": text, **_parse_calibration(text)}
             )
     return records, notes
 
 
-def _calibration(text: str) -> dict[str, Any]:
+def _parse_calibration(text: str) -> dict[str, Any]:
     """Return zero [Pa], gain and name of a sensor's calibration as the board reports it."""
     zero, gain, name = ([*text.split(",", 2), "", "", ""])[:3]
     try:
@@ -142,7 +142,7 @@ CALIBRATED = {"scale_factor", "stiffness", "scale_factor_eq8", "standard_errors"
 LARGEST_JSON = 50_000_000
 
 
-def read(path: str | Path) -> Content:
+def read_content(path: str | Path) -> Content:
     """Return the content of a file; FileError if it is unreadable or of an unknown kind."""
     place, name = Path(path), str(path)
     with report_failure(name, "cannot be read"):
@@ -159,28 +159,28 @@ def read(path: str | Path) -> Content:
             head = handle.read(HEAD)
         digest = sha256(name)
     full = place.absolute()
-    if storable(str(full)) != str(full):
+    if strip_invalid(str(full)) != str(full):
         raise FileError(name, "has a name that is not UTF-8 text; rename it")
     file = {"sha256": digest, "bytes": size, "name": full.name, "folder": str(full.parent)}
     if head.startswith(SQLITE) or place.suffix == ENDING:
-        return run(name, file)
+        return read_run_content(name, file)
     if place.suffix == ".toml":
-        return _toml(name, file)
+        return _read_toml(name, file)
     if place.suffix == ".json":
-        return _json(name, file)
-    return _data(name, file, head)
+        return _read_json(name, file)
+    return _read_data(name, file, head)
 
 
-def _toml(path: str, file: Mapping[str, Any]) -> Content:
+def _read_toml(path: str, file: Mapping[str, Any]) -> Content:
     """Return a brake, a line, or the facts of a measurement."""
     text = read_text(Path(path))
     tables = parse_toml(text, path)
     if "sheets" in tables:
-        return _brake(path, file, text)
+        return _read_brake(path, file, text)
     heads = {key.partition(".")[0] for key in LineFile.fields if "." in key}
     if heads & tables.keys():
         return Content(
-            path=path, file={**file, "kind": "line"}, piece=piece_of_text("line", text, path)
+            path=path, file={**file, "kind": "line"}, piece=make_piece("line", text, path)
         )
     name = Path(path).name
     if name != FOLDER and not Path(name).stem.count("."):
@@ -193,15 +193,15 @@ def _toml(path: str, file: Mapping[str, Any]) -> Content:
     return Content(path=path, file={**file, "kind": "facts", "simulated": facts.synthetic or None})
 
 
-def _brake(path: str, entry: Mapping[str, Any], text: str) -> Content:
+def _read_brake(path: str, entry: Mapping[str, Any], text: str) -> Content:
     """Return a brake; if a layerjam command wrote it, it also contains a calibration."""
-    piece = piece_of_text("brake", text, path)
+    piece = make_piece("brake", text, path)
     file = {**entry, "kind": "brake"}
     notes = BrakeFile.read(text, path).notes
     files, program = notes.get("files"), str(notes.get("program", ""))
     if not program.startswith("layerjam ") or not isinstance(files, list):
         return Content(path=path, file=file, piece=piece)
-    cited = [*_cites(files, "measured"), *_cites(notes.get("excluded"), "left out")]
+    cited = [*_cited_files(files, "measured"), *_cited_files(notes.get("excluded"), "left out")]
     if piece.columns["parent"]:
         cited.append(Cited(piece.columns["parent"], "start", "the brake before the change"))
     result = tomlkit.dumps({"made_by": notes})
@@ -223,16 +223,16 @@ def _brake(path: str, entry: Mapping[str, Any], text: str) -> Content:
     return Content(path=path, file=file, piece=piece, others=others)
 
 
-def _cites(entries: Any, role: str) -> list[Cited]:
+def _cited_files(entries: Any, role: str) -> list[Cited]:
     """Return the files in a list of names and digests; entries without a digest are left out."""
     citations = []
     for entry in entries if isinstance(entries, list) else ():
         if not isinstance(entry, dict):
             continue
-        name = storable(str(entry.get("name") or entry.get("file") or ""))
-        if digest := hex_of(entry.get("sha256")):
+        name = strip_invalid(str(entry.get("name") or entry.get("file") or ""))
+        if digest := to_hex(entry.get("sha256")):
             citations.append(Cited(digest, role, name))
-        if digest := hex_of(entry.get("facts_sha256")):
+        if digest := to_hex(entry.get("facts_sha256")):
             citations.append(Cited(digest, "conditions", name + SIDECAR_ENDING))
     return citations
 
@@ -253,7 +253,7 @@ def _any_synthetic(files: Any) -> bool | None:
     return True if marks else None
 
 
-def _json(path: str, file: Mapping[str, Any]) -> Content:
+def _read_json(path: str, file: Mapping[str, Any]) -> Content:
     """Return the JSON of a calibration, as `calibrate --json` prints it."""
     if file["bytes"] > LARGEST_JSON:
         raise FileError(path, "is too large for a result (more than 50 MB)")
@@ -267,13 +267,16 @@ def _json(path: str, file: Mapping[str, Any]) -> Content:
     origin = origin if isinstance(origin, dict) else {}
     brake: Any = origin.get("brake")
     brake = brake if isinstance(brake, dict) else {}
-    cited = [*_cites(origin.get("files"), "measured"), *_cites(result.get("excluded"), "left out")]
-    if digest := hex_of(brake.get("sha256")):
-        cited.append(Cited(digest, "start", storable(str(brake.get("name", "")))))
+    cited = [
+        *_cited_files(origin.get("files"), "measured"),
+        *_cited_files(result.get("excluded"), "left out"),
+    ]
+    if digest := to_hex(brake.get("sha256")):
+        cited.append(Cited(digest, "start", strip_invalid(str(brake.get("name", "")))))
     piece = Piece(
         kind="calibration",
         columns={
-            "kind": storable(f"calibrate {result.get('depth', '')}".strip()),
+            "kind": strip_invalid(f"calibrate {result.get('depth', '')}".strip()),
             "result": json.dumps(result),
             "covariance": json.dumps(result["covariance"]) if result.get("covariance") else None,
             "checks": json.dumps(result["checks"]),
@@ -286,9 +289,9 @@ def _json(path: str, file: Mapping[str, Any]) -> Content:
     return Content(path=path, file={**file, "kind": "calibration"}, piece=piece, notes=notes)
 
 
-def _data(path: str, entry: Mapping[str, Any], head: bytes) -> Content:
+def _read_data(path: str, entry: Mapping[str, Any], head: bytes) -> Content:
     """Return a measurement or an export of a run; comment lines distinguish them."""
-    comments = _comments(head)
+    comments = _head_comments(head)
     synthetic = says_synthetic("\n".join(comments).encode())
     with_facts = False
     try:
@@ -299,19 +302,19 @@ def _data(path: str, entry: Mapping[str, Any], head: bytes) -> Content:
     fields = dict(line.split(": ", 1) for line in comments if ": " in line)
     cited = [
         Cited(sha256(str(place)), "conditions", place.name)
-        for place in places(path)
+        for place in fact_files(path)
         if place.is_file()
     ]
     if comments and comments[0].endswith(" bench export") and fields.get("run_id"):
         file["kind"] = "export"
-        run_id = storable(fields["run_id"].strip())
+        run_id = strip_invalid(fields["run_id"].strip())
         cited.append(Cited(run_id, "run", "the run that was exported"))
-    if (brake := _brake_above(comments)) is not None:
+    if (brake := _brake_in_head(comments)) is not None:
         cited.append(Cited(text_digest(brake), "brake", "the brake in its head"))
     return Content(path=path, file=file, cited=tuple(cited))
 
 
-def _comments(head: bytes) -> list[str]:
+def _head_comments(head: bytes) -> list[str]:
     """Return the comment lines at the start, without the '#'."""
     comments = []
     for line in head.decode("utf-8-sig", "replace").splitlines():
@@ -322,7 +325,7 @@ def _comments(head: bytes) -> list[str]:
     return comments
 
 
-def _brake_above(comments: list[str]) -> str | None:
+def _brake_in_head(comments: list[str]) -> str | None:
     """Return the text of the brake in the head of a simulated record, or None."""
     if "brake:" not in comments:
         return None

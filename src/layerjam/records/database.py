@@ -35,8 +35,8 @@ from layerjam.records.schema import (
     VERSIONS,
     WITHDRAWN,
     add_keys,
-    cite,
-    enter,
+    insert_citations,
+    insert_record,
     utc_timestamp,
 )
 from layerjam.system import check_name
@@ -52,7 +52,7 @@ ORDER = (
 
 def move_typed_tables(db: Connection) -> None:
     """Upgrade tables of version 1 to version 2."""
-    old = {name: _rows(db, name) for name in ORDER}
+    old = {name: _table_rows(db, name) for name in ORDER}
     for name in ORDER:
         db.execute(text(f"DROP TABLE {name}"))
     METADATA.create_all(db, checkfirst=False)
@@ -63,7 +63,7 @@ def move_typed_tables(db: Connection) -> None:
             if row["id"] not in done_ids:
                 done_ids.add(row["id"])
                 origin = {key: row[key] for key in ("made_at", "software", "by")}
-                enter(db, row["id"], kinds[row["id"]], origin, row)
+                insert_record(db, row["id"], kinds[row["id"]], origin, row)
     for name, table in KEPT.items():
         for row in old[name]:
             db.execute(table.insert().values(**row))
@@ -72,10 +72,10 @@ def move_typed_tables(db: Connection) -> None:
     links = {tuple(row) for row in db.execute(select(DERIVED_FROM))}
     for link in old["derived_from"]:
         if (link["child"], link["parent"], link["role"]) not in links:
-            cite(db, link["child"], [Cited(link["parent"], link["role"], "")])
+            insert_citations(db, link["child"], [Cited(link["parent"], link["role"], "")])
 
 
-def _rows(db: Connection, table: str) -> list[dict[str, Any]]:
+def _table_rows(db: Connection, table: str) -> list[dict[str, Any]]:
     """Return the rows of a table; SQLite stores a bool as 0 or 1."""
     rows = [dict(row) for row in db.execute(text(f"SELECT * FROM {table}")).mappings()]
     for row in rows:
@@ -106,7 +106,7 @@ def default_file() -> Path:
     return Path(platformdirs.user_data_dir("layerjam")) / "records.db"
 
 
-def url_of(db: str | Path | None) -> URL:
+def database_url(db: str | Path | None) -> URL:
     """Return the database of a URL or of a path to a SQLite file.
 
     Raises RecordsError for a URL of another kind, MissingExtraError if psycopg is not installed.
@@ -133,7 +133,7 @@ class Database:
     """One database, opened for each transaction and closed after it."""
 
     def __init__(self, db: str | Path | None = None) -> None:
-        self.url = url_of(db)
+        self.url = database_url(db)
         self.file = Path(str(self.url.database)) if self.url.drivername == "sqlite" else None
         if self.file is not None:
             try:
@@ -141,7 +141,7 @@ class Database:
             except FileError as error:
                 raise RecordsError(str(error)) from None
         self.where = str(self.file or self.url.render_as_string(hide_password=True))
-        self._engine = _engine(self.url)
+        self._engine = _make_engine(self.url)
 
     @contextlib.contextmanager
     def writing(self) -> Iterator[Connection]:
@@ -156,7 +156,7 @@ class Database:
                 if self.file is None:
                     db.execute(text(f"SET LOCAL lock_timeout = '{PATIENCE}s'"))
                     db.execute(text("SELECT pg_advisory_xact_lock(:lock)"), {"lock": LOCK})
-                _bring_up(db, self.where)
+                _upgrade_tables(db, self.where)
                 yield db
 
     @contextlib.contextmanager
@@ -166,12 +166,12 @@ class Database:
             yield None
             return
         with self._report_errors(), self._engine.connect() as db, db.begin():
-            older = (_version_of(db, self.where) or VERSION) < VERSION
+            older = (_table_version(db, self.where) or VERSION) < VERSION
         if older:
             with self.writing():
                 pass
         with self._report_errors(), self._engine.connect() as db, db.begin():
-            yield None if _version_of(db, self.where) is None else db
+            yield None if _table_version(db, self.where) is None else db
 
     @contextlib.contextmanager
     def _report_errors(self) -> Iterator[None]:
@@ -185,7 +185,7 @@ class Database:
             raise RecordsError(f"{self.where}: cannot be written: {error.strerror}") from None
 
 
-def _version_of(db: Connection, place: str) -> int | None:
+def _table_version(db: Connection, place: str) -> int | None:
     """Return the version of the tables, None for an empty database.
 
     Raises RecordsError for another program's tables, or a version that cannot be upgraded.
@@ -216,9 +216,9 @@ def _version_of(db: Connection, place: str) -> int | None:
     return int(current)
 
 
-def _bring_up(db: Connection, place: str) -> None:
+def _upgrade_tables(db: Connection, place: str) -> None:
     """Create the tables or upgrade older ones, inside a transaction of the caller."""
-    current = _version_of(db, place)
+    current = _table_version(db, place)
     if current is None:
         METADATA.create_all(db, checkfirst=False)
     for version in range(current or VERSION, VERSION):
@@ -228,7 +228,7 @@ def _bring_up(db: Connection, place: str) -> None:
         db.execute(VERSIONS.insert().values(version=VERSION, **origin))
 
 
-def _engine(url: URL) -> Engine:
+def _make_engine(url: URL) -> Engine:
     """Return an engine; each SQLite connection must turn on the check of foreign keys."""
     if url.drivername != "sqlite":
         options = {"connect_timeout": REACHED}

@@ -16,7 +16,7 @@ def resolve_record_id(db: Connection | None, text: str, place: str) -> str:
     If several have the same name, the one that is not withdrawn is used. Raises RecordsError if no
     record or several match.
     """
-    ids = [] if db is None else _by_id(db, text.strip().lower()) or _by_name(db, text)
+    ids = [] if db is None else _find_by_id(db, text.strip().lower()) or _find_by_name(db, text)
     if not ids:
         raise RecordsError(
             f"{place}: contains no record '{text[:80]}'; give a name, an id, or the first "
@@ -29,21 +29,21 @@ def resolve_record_id(db: Connection | None, text: str, place: str) -> str:
     return ids[0]
 
 
-def _by_id(db: Connection, start: str) -> list[str]:
+def _find_by_id(db: Connection, start: str) -> list[str]:
     if len(start) < SHORTEST or not set(start) <= set("0123456789abcdef-"):
         return []
     query = select(ENTRIES.c.id).where(ENTRIES.c.id.startswith(start)).limit(4)
     return list(db.execute(query).scalars())
 
 
-def _by_name(db: Connection, name: str) -> list[str]:
+def _find_by_name(db: Connection, name: str) -> list[str]:
     """Return the ids of records of this name; withdrawn ones only if there are no others."""
     ids = set(db.execute(select(ENTRIES.c.id).where(ENTRIES.c.name == name)).scalars())
     withdrawn_ids = set(db.execute(select(WITHDRAWN.c.id)).scalars())
     return sorted(ids - withdrawn_ids or ids)
 
 
-def holder(db: Connection, kind: str, *keys: str) -> str | None:
+def find_holder(db: Connection, kind: str, *keys: str) -> str | None:
     """Return the first record of a kind that has one of these keys, or None."""
     query = select(ENTRIES.c.id).join(KEYS).where(ENTRIES.c.kind == kind, KEYS.c.key.in_(keys))
     return db.execute(query.order_by(ENTRIES.c.made_at, ENTRIES.c.id)).scalar()

@@ -45,18 +45,18 @@ class Content:
     notes: tuple[str, ...] = ()
 
 
-def storable(text: str) -> str:
+def strip_invalid(text: str) -> str:
     """Return a text that a database accepts: without NUL and bytes that are not UTF-8."""
     return text.replace("\0", "\ufffd").encode("utf-8", "replace").decode("utf-8")
 
 
-def hex_of(value: Any) -> str | None:
+def to_hex(value: Any) -> str | None:
     """Return a SHA-256 in hex, or None for anything else."""
     right = isinstance(value, str) and re.fullmatch("[0-9a-f]{64}", value)
     return str(value) if right else None
 
 
-def piece_of_text(kind: str, text: str, path: str) -> Piece:
+def make_piece(kind: str, text: str, path: str) -> Piece:
     """Return the record of a brake or a line of this text; raises FileError."""
     file: RecordFile[Any] = (BrakeFile if kind == "brake" else LineFile).read(text, path)
     notes: Mapping[str, Any] = getattr(file, "notes", {})
@@ -65,7 +65,7 @@ def piece_of_text(kind: str, text: str, path: str) -> Piece:
         "toml": text,
         "sha256": text_digest(text),
         "rendered_sha256": text_digest(file.render(file.name)),
-        "parent": hex_of(notes.get("brake_sha256")),
+        "parent": to_hex(notes.get("brake_sha256")),
     }
     return Piece(kind=kind, columns=columns)
 

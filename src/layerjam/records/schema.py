@@ -41,7 +41,7 @@ def _origin_columns() -> Iterable[Column[Any]]:
     return [Column(name, Text, nullable=False) for name in ("made_at", "software", "by")]
 
 
-def _entry(name: str) -> Column[Any]:
+def _id_column(name: str) -> Column[Any]:
     """Return a column for a record's id, as a part of the primary key."""
     return Column(name, Text, ForeignKey("entries.id"), primary_key=True)
 
@@ -69,7 +69,7 @@ unknown, and `content` has the columns of its kind."""
 FILES = Table(
     "files",
     METADATA,
-    _entry("id"),
+    _id_column("id"),
     *_origin_columns(),
     Column("sha256", Text, nullable=False, unique=True),
     Column("bytes", Integer, nullable=False),
@@ -80,12 +80,12 @@ FILES = Table(
     Column("simulated", Boolean),
 )
 """Files that were added, with their record; `folder` and `host` are their location at that time."""
-KEYS = Table("keys", METADATA, _entry("id"), Column("key", Text, primary_key=True, index=True))
+KEYS = Table("keys", METADATA, _id_column("id"), Column("key", Text, primary_key=True, index=True))
 """Digests of a record's file and text, the number of a run, and the record's id."""
 CITED = Table(
     "cited",
     METADATA,
-    _entry("child"),
+    _id_column("child"),
     Column("key", Text, primary_key=True),
     Column("role", Text, primary_key=True),
     Column("name", Text, nullable=False),
@@ -95,7 +95,7 @@ CITED = Table(
 WITHDRAWN = Table(
     "withdrawn",
     METADATA,
-    _entry("id"),
+    _id_column("id"),
     Column("when", Text, nullable=False),
     Column("why", Text, nullable=False),
     Column("by", Text, nullable=False),
@@ -188,7 +188,7 @@ def identity(kind: str, columns: Mapping[str, Any]) -> str:
     return " ".join([kind, *(str(columns[name]) for name in KINDS[kind].identity)])
 
 
-def enter(
+def insert_record(
     db: Connection, ident: str, kind: str, origin: Mapping[str, str], columns: Mapping[str, Any]
 ) -> None:
     """Write one record with its keys; `origin` has the time, the program and the user."""
@@ -213,14 +213,14 @@ def add_keys(db: Connection, ident: str, keys: Iterable[str | None]) -> None:
             db.execute(KEYS.insert().values(id=ident, key=key))
 
 
-def cite(db: Connection, child: str, cited: Iterable[Cited]) -> None:
+def insert_citations(db: Connection, child: str, cited: Iterable[Cited]) -> None:
     """Write the sources of a record."""
     unique = {(citation.key, citation.role): citation.name for citation in cited}
     for (key, role), name in unique.items():
         db.execute(CITED.insert().values(child=child, key=key, role=role, name=name))
 
 
-def _view(name: str, query: Select[Any]) -> None:
+def _create_view(name: str, query: Select[Any]) -> None:
     def create(_target: MetaData, db: Connection, **_: Any) -> None:
         columns = ", ".join(f'"{column.name}"' for column in query.selected_columns)
         text = query.compile(dialect=db.dialect, compile_kwargs={"literal_binds": True})
@@ -229,7 +229,7 @@ def _view(name: str, query: Select[Any]) -> None:
     event.listen(METADATA, "after_create", create)
 
 
-def _of_kind(kind: str, spec: Kind) -> Select[Any]:
+def _select_kind(kind: str, spec: Kind) -> Select[Any]:
     """Return a query of the records of a kind, their content as columns."""
     common = [ENTRIES.c[name] for name in ("id", "made_at", "software", "by")]
     columns = [
@@ -245,7 +245,7 @@ BEGIN RAISE EXCEPTION '{NEVER}'; END $$
 """
 
 
-def _guard(table: Table) -> None:
+def _create_guard(table: Table) -> None:
     """Create triggers with a table that reject changes of its rows."""
     for act in ("update", "delete"):
         head = f'CREATE TRIGGER "{table.name}_no_{act}" BEFORE {act.upper()} ON "{table.name}" '
@@ -257,8 +257,8 @@ def _guard(table: Table) -> None:
 
 event.listen(METADATA, "before_create", DDL(_FUNCTION).execute_if(dialect="postgresql"))
 for _table in METADATA.tables.values():
-    _guard(_table)
-_view("derived_from", LINKS)
+    _create_guard(_table)
+_create_view("derived_from", LINKS)
 for _kind, _spec in KINDS.items():
     if _spec.view:
-        _view(_spec.view, _of_kind(_kind, _spec))
+        _create_view(_spec.view, _select_kind(_kind, _spec))

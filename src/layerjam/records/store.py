@@ -14,10 +14,10 @@ from layerjam._version import __version__
 from layerjam.errors import FileError, LayerjamError
 from layerjam.identify.provenance import sha256
 from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING
-from layerjam.records.contents import read
+from layerjam.records.contents import read_content
 from layerjam.records.database import Database, RecordsError
-from layerjam.records.names import find_unlinked, holder, resolve_record_id
-from layerjam.records.pieces import Cited, Content, Piece, storable
+from layerjam.records.names import find_holder, find_unlinked, resolve_record_id
+from layerjam.records.pieces import Cited, Content, Piece, strip_invalid
 from layerjam.records.schema import (
     CITED,
     DERIVED_FROM,
@@ -26,9 +26,9 @@ from layerjam.records.schema import (
     KEYS,
     WITHDRAWN,
     add_keys,
-    cite,
-    enter,
     identity,
+    insert_citations,
+    insert_record,
     utc_timestamp,
 )
 
@@ -61,7 +61,7 @@ def add(database: Database, paths: Iterable[str | Path], serial: str | None = No
         raise RecordsError("serial: it belongs to one brake or one line; add that one alone")
     for path in names:
         try:
-            contents.append(_with_serial(read(path), serial))
+            contents.append(_add_serial(read_content(path), serial))
         except LayerjamError as error:
             if isinstance(error, FileError) and error.path == path:
                 result.refused[path] = error.reason
@@ -73,14 +73,14 @@ def add(database: Database, paths: Iterable[str | Path], serial: str | None = No
     return result
 
 
-def _with_serial(content: Content, serial: str | None) -> Content:
+def _add_serial(content: Content, serial: str | None) -> Content:
     if serial is None:
         return content
     piece = content.piece
     if piece is None or piece.kind not in ("brake", "line"):
         raise FileError(content.path, "is not a brake or a line: only these have a serial number")
     return replace(
-        content, piece=replace(piece, columns={**piece.columns, "serial": storable(serial)})
+        content, piece=replace(piece, columns={**piece.columns, "serial": strip_invalid(serial)})
     )
 
 
@@ -88,7 +88,7 @@ def _add(db: Connection, contents: Iterable[Content], result: Additions) -> None
     """Enter files one by one, then list their missing sources."""
     fresh: dict[str, str] = {}
     for content in contents:
-        problem = refusal(db, content)
+        problem = refusal_reason(db, content)
         if problem is not None:
             result.refused[content.path] = problem
             continue
@@ -120,17 +120,19 @@ def _cite_later_facts(db: Connection, content: Content) -> None:
         link = select(CITED.c.child).where(
             CITED.c.child == row.id, CITED.c.key == facts.key, CITED.c.role == facts.role
         )
-        if db.execute(link).first() is None and _same(Path(file["folder"]) / row.name, row.sha256):
-            cite(db, row.id, [facts])
+        if db.execute(link).first() is None and _is_same(
+            Path(file["folder"]) / row.name, row.sha256
+        ):
+            insert_citations(db, row.id, [facts])
 
 
-def _same(path: Path, digest: str) -> bool:
+def _is_same(path: Path, digest: str) -> bool:
     with suppress(OSError):
         return path.is_file() and sha256(str(path)) == digest
     return False
 
 
-def refusal(db: Connection, content: Content) -> str | None:
+def refusal_reason(db: Connection, content: Content) -> str | None:
     """Return the reason why a file cannot be added, or None."""
     piece = content.piece
     same = [FILES.c.sha256 == content.file["sha256"]]
@@ -139,7 +141,7 @@ def refusal(db: Connection, content: Content) -> str | None:
     row = db.execute(select(FILES.c.id, FILES.c.name, FILES.c.made_at).where(or_(*same))).first()
     if row is not None:
         ident, name, made_at = row
-        reason = _why_withdrawn(db, ident)
+        reason = _withdrawal_reason(db, ident)
         detail = f", and was withdrawn: {reason}" if reason else ""
         return f"is already in the records: {name}, added {made_at} as {ident}{detail}"
     if piece is not None and piece.kind == "run" and piece.columns["run_id"]:
@@ -158,14 +160,14 @@ def refusal(db: Connection, content: Content) -> str | None:
     return None
 
 
-def _why_withdrawn(db: Connection, ident: str) -> str | None:
+def _withdrawal_reason(db: Connection, ident: str) -> str | None:
     reason = db.execute(select(WITHDRAWN.c.why).where(WITHDRAWN.c.id == ident)).scalar()
     return None if reason is None else str(reason)
 
 
 def _enter_file(db: Connection, content: Content, inside: dict[str, str]) -> str:
     """Enter a file and its record; return its id. `inside` receives {id: kind} of new others."""
-    origin = stamp()
+    origin = make_stamp()
     parents: dict[str, str] = {}
     for role, content_piece in content.others.items():
         piece = content_piece
@@ -174,9 +176,9 @@ def _enter_file(db: Connection, content: Content, inside: dict[str, str]) -> str
         ident = _existing_id(db, piece)
         if ident is None and piece.kind in ("brake", "line"):
             digests = (piece.columns[name] for name in ("sha256", "rendered_sha256"))
-            ident = holder(db, piece.kind, *digests)
+            ident = find_holder(db, piece.kind, *digests)
         if ident is None:
-            ident = _enter(db, piece, origin)
+            ident = _enter_piece(db, piece, origin)
             inside[ident] = piece.kind
         parents[role] = ident
     file = {"host": node(), "simulated": None, **content.file}
@@ -184,10 +186,12 @@ def _enter_file(db: Connection, content: Content, inside: dict[str, str]) -> str
     if record.kind == "run":
         links = {role.replace(" ", "_"): parent for role, parent in parents.items()}
         record = replace(record, columns={**record.columns, **links})
-    ident = _existing_id(db, record) or _enter(db, record, origin)
+    ident = _existing_id(db, record) or _enter_piece(db, record, origin)
     db.execute(FILES.insert().values(id=ident, **origin, **file))
     add_keys(db, ident, [file["sha256"]])
-    cite(db, ident, [*content.cited, *(Cited(key, role, "") for role, key in parents.items())])
+    insert_citations(
+        db, ident, [*content.cited, *(Cited(key, role, "") for role, key in parents.items())]
+    )
     return ident
 
 
@@ -196,23 +200,23 @@ def _existing_id(db: Connection, piece: Piece) -> str | None:
     return db.execute(select(ENTRIES.c.id).where(same)).scalar()
 
 
-def _enter(db: Connection, piece: Piece, origin: Mapping[str, str]) -> str:
+def _enter_piece(db: Connection, piece: Piece, origin: Mapping[str, str]) -> str:
     columns, ident = dict(piece.columns), str(uuid.uuid4())
     if piece.kind == "calibration":
-        columns["brake"] = holder(
+        columns["brake"] = find_holder(
             db, "brake", *(source.key for source in piece.cited if source.role == "start")
         )
-    enter(db, ident, piece.kind, origin, columns)
-    cite(db, ident, piece.cited)
+    insert_record(db, ident, piece.kind, origin, columns)
+    insert_citations(db, ident, piece.cited)
     return ident
 
 
-def stamp() -> dict[str, str]:
+def make_stamp() -> dict[str, str]:
     """Return the time, the program and the user, for every row."""
-    return {"made_at": utc_timestamp(), "software": f"layerjam {__version__}", "by": user()}
+    return {"made_at": utc_timestamp(), "software": f"layerjam {__version__}", "by": user_name()}
 
 
-def user() -> str:
+def user_name() -> str:
     """Return the name of the user, or an empty text if the system does not know it."""
     with suppress(OSError, KeyError, ImportError):
         return getpass.getuser()
@@ -230,11 +234,11 @@ def withdraw(database: Database, ident: str, reason: str) -> tuple[str, list[str
         resolve_record_id(db, ident, database.where)
     with database.writing() as db:
         full_id = resolve_record_id(db, ident, database.where)
-        before = _why_withdrawn(db, full_id)
+        before = _withdrawal_reason(db, full_id)
         if before is not None:
             raise RecordsError(f"{full_id}: was already withdrawn, because: {before}")
-        text = storable(reason.strip())
-        entry = {"id": full_id, "when": utc_timestamp(), "why": text, "by": user()}
+        text = strip_invalid(reason.strip())
+        entry = {"id": full_id, "when": utc_timestamp(), "why": text, "by": user_name()}
         db.execute(WITHDRAWN.insert().values(**entry))
         children = select(DERIVED_FROM.c.child).where(DERIVED_FROM.c.parent == full_id).distinct()
         return full_id, sorted(str(row[0]) for row in db.execute(children))

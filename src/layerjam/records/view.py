@@ -49,11 +49,11 @@ def rows(db: Connection) -> list[dict[str, Any]]:
     columns = (*(ENTRIES.c[name] for name in names), WITHDRAWN.c.why.label("withdrawn"))
     query = select(*columns).outerjoin(WITHDRAWN).order_by(ENTRIES.c.made_at, ENTRIES.c.id)
     records = [dict(row) for row in db.execute(query).mappings()]
-    synthetic = _synthetic(db, (row["id"] for row in records if row["simulated"]))
+    synthetic = _find_synthetic(db, (row["id"] for row in records if row["simulated"]))
     return [{**row, "simulated": row["id"] in synthetic} for row in records]
 
 
-def _synthetic(db: Connection, start: Iterable[str]) -> set[str]:
+def _find_synthetic(db: Connection, start: Iterable[str]) -> set[str]:
     """Return the records that are synthetic or simulated, or derive from such records."""
     children: dict[str, list[str]] = defaultdict(list)
     for row in db.execute(select(DERIVED_FROM)):
@@ -84,10 +84,10 @@ def show(database: Database, ident: str) -> RecordView:
         ):
             parents[row.child].append(row)
             if row.parent == full_id:
-                children.append({**_short(every[row.child]), "role": row.role})
+                children.append({**_summary_columns(every[row.child]), "role": row.role})
         return RecordView(
-            record=_record(db, every[full_id]),
-            derived_from=list(_ancestors(full_id, parents, every)),
+            record=_make_record(db, every[full_id]),
+            derived_from=list(_iterate_sources(full_id, parents, every)),
             used_by=children,
             unlinked=[
                 {"name": c.name, "role": c.role, "key": c.key} for c in find_unlinked(db, full_id)
@@ -95,12 +95,12 @@ def show(database: Database, ident: str) -> RecordView:
         )
 
 
-def _short(row: Mapping[str, Any]) -> dict[str, Any]:
+def _summary_columns(row: Mapping[str, Any]) -> dict[str, Any]:
     """Return the columns that describe a record in a list."""
     return {key: row[key] for key in ("id", "kind", "name", "simulated", "withdrawn")}
 
 
-def _ancestors(
+def _iterate_sources(
     ident: str, parents: Mapping[str, Sequence[Any]], every: Mapping[str, Mapping[str, Any]]
 ) -> Iterator[dict[str, Any]]:
     """Yield the sources of a record, the nearest first; `child` derives from the source."""
@@ -111,10 +111,10 @@ def _ancestors(
             if (child, row.parent, row.role) not in links:
                 links.add((child, row.parent, row.role))
                 waiting.append(row.parent)
-                yield {**_short(every[row.parent]), "role": row.role, "child": child}
+                yield {**_summary_columns(every[row.parent]), "role": row.role, "child": child}
 
 
-def _record(db: Connection, row: Mapping[str, Any]) -> dict[str, Any]:
+def _make_record(db: Connection, row: Mapping[str, Any]) -> dict[str, Any]:
     same = ENTRIES.c.id == row["id"]
     software, content = db.execute(select(ENTRIES.c.software, ENTRIES.c.content).where(same)).one()
     file = db.execute(select(FILES).where(FILES.c.id == row["id"])).mappings().first()
@@ -160,7 +160,7 @@ def verify(database: Database, folders: Sequence[str | Path] = ()) -> Verificati
         if file["id"] in withdrawn_ids:
             continue
         result.checked += 1
-        state = _state(file, folders)
+        state = _file_state(file, folders)
         if state:
             keys = ("id", "kind", "name", "folder", "host", "sha256")
             row = {key: file[key] for key in keys}
@@ -174,10 +174,12 @@ def verify(database: Database, folders: Sequence[str | Path] = ()) -> Verificati
     return result
 
 
-def _state(file: Mapping[str, Any], folders: Sequence[str | Path]) -> str:
+def _file_state(file: Mapping[str, Any], folders: Sequence[str | Path]) -> str:
     """Return "changed" or "missing" for a file, or "" if it is unchanged."""
     origin = Path(file["folder"]) / file["name"]
-    digests = {path: _digest(path) for path in (origin, *(Path(f) / file["name"] for f in folders))}
+    digests = {
+        path: _file_digest(path) for path in (origin, *(Path(f) / file["name"] for f in folders))
+    }
     if file["sha256"] in digests.values():
         return ""
     # the same path on another machine is another file
@@ -185,7 +187,7 @@ def _state(file: Mapping[str, Any], folders: Sequence[str | Path]) -> str:
     return "changed" if is_here and digests[origin] is not None else "missing"
 
 
-def _digest(path: Path) -> str | None:
+def _file_digest(path: Path) -> str | None:
     """Return the SHA-256 of a file, or None if it cannot be read."""
     try:
         return sha256(str(path)) if path.is_file() else None

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 from layerjam.device.load import catalogue
 from layerjam.device.workshop import M5
-from layerjam.fabricate.bom import bolt, mould_thread
+from layerjam.fabricate.bom import mould_bolt, mould_thread
 from layerjam.fabricate.cutting import PUNCHED_BELOW
 from layerjam.fabricate.drawing import Drawing
 from layerjam.fabricate.lengths import M5_LEAST, M5_PITCH, mm, nut_overhang
 from layerjam.fabricate.masses import screw_name
-from layerjam.fabricate.silicone import cavity
+from layerjam.fabricate.silicone import cavity_volume
 from layerjam.units import show
 
 
@@ -177,7 +177,7 @@ def sleeve(drawing: Drawing) -> list[Step]:
         ),
         Step(
             f"{_checks(drawing, 'C13')} Lay the core into its seats, set the upper half onto the "
-            f"two keys and close it with {count} bolts ({bolt(drawing)})."
+            f"two keys and close it with {count} bolts ({mould_bolt(drawing)})."
         ),
         Step(f"{amount} and draw the air out. {life} {_checks(drawing, 'C12')}"),
         Step(
@@ -322,7 +322,7 @@ def tools(drawing: Drawing) -> str:
     if (thread := mould_thread(drawing)) is not None:
         keys.add(thread.key)
     cutters = {"service": "", "laser": "a CO2 laser with extraction; ", "knife": "a plotter; "}
-    cast = show(cavity(lengths) * (1 + build.waste), "m^3", 2)
+    cast = show(cavity_volume(lengths) * (1 + build.waste), "m^3", 2)
     things = [
         f"hexagon keys of {' and '.join(f'{key:g} mm' for key in sorted(keys))}",
         f"a torque driver for the one of {lengths.thread.key:g} mm",

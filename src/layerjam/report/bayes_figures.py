@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.errors import count_of
+from layerjam.errors import count_noun
 from layerjam.identify.bayes.model import Prior
 from layerjam.identify.bayes.posterior import BayesFit, Population
 from layerjam.identify.bayes.predictive import Band, force_band, vacuum_band
-from layerjam.identify.curves import Curve, levels
+from layerjam.identify.curves import Curve, level_numbers
 from layerjam.mechanics.pull import force_limits
 from layerjam.report import style
 from layerjam.report.style import BLUE, GREY, INK, KPA, MM, ORANGE, RED, VACUUMS
@@ -79,18 +79,18 @@ class _Level:
         self.end = end = max(float(c.elongation[-1]) for c in curves)
         self.u = np.union1d(np.linspace(0, 0.1 * end, 90), np.linspace(0.1 * end, end, 160))
         self.band: Band = force_band(after, self.u, self.vacuum, measured=True)
-        self.count = count_of(len(curves), "curve")
+        self.count = count_noun(len(curves), "curve")
 
     def fill(self, axes: style.Axes, offset: Any = 0.0, factor: float = 1.0) -> None:
         """Draw the 50 and 95 % bands of the next pull, after subtracting `offset`."""
         for part, strength in ((WIDE, 0.22), (INNER, 0.30)):
-            low, high = ((self.band.at(q) - offset) * factor for q in part)
+            low, high = ((self.band.quantile_at(q) - offset) * factor for q in part)
             style.band(axes, self.u * MM, low, high, self.color, strength)
 
 
 def _levels(fit: BayesFit, curves: Sequence[Curve]) -> list[_Level]:
     """Group the curves by vacuum (within 3 %), the greatest vacuum first."""
-    level = levels([c.vacuum for c in curves])
+    level = level_numbers([c.vacuum for c in curves])
     order = sorted({*level}, reverse=True)
     groups = [[c for c, n in zip(curves, level, strict=True) if n == number] for number in order]
     after, colors = fit.next_pull(), [*VACUUMS, *VACUUMS[-1:] * len(groups)]
@@ -109,7 +109,7 @@ def bands(fit: BayesFit, curves: Sequence[Curve], samples: int = 900) -> style.F
             u, force = curve.elongation[::step] * MM, curve.force[::step]
             axes.plot(u, force, color=level.color, lw=0.7, alpha=0.9)
         words = f"{show(level.vacuum, 'Pa', 3)}, {level.count}"
-        ends.append((float(level.band.at(0.5)[-1]), words, level.color))
+        ends.append((float(level.band.quantile_at(0.5)[-1]), words, level.color))
         end = max(end, level.end)
     detail = "lines: measured; bands: 50 and 95 % of the next pull"
     axes.set(xlabel="elongation [mm]", ylabel="force [N]", xlim=(0, end * MM), ylim=(0, None))
@@ -129,7 +129,7 @@ def deviations(fit: BayesFit, curves: Sequence[Curve], samples: int = 400) -> st
         columns=len(shown_levels), width=1 + 3.2 * len(shown_levels), height=3.6, sharey=True
     )
     for axes, level in zip(panels, shown_levels, strict=True):
-        middle = level.band.at(0.5)
+        middle = level.band.quantile_at(0.5)
         part = 100 / float(middle.max())
         level.fill(axes, middle, part)
         for curve in level.curves:
@@ -164,9 +164,9 @@ def vacuum_for_force(
     band = vacuum_band(after, force, place)
     figure, (axes, chance) = style.canvas(rows=2, width=6.8, height=5.6, height_ratios=(3.2, 1))
     for part, strength in ((WIDE, 0.22), (INNER, 0.32)):
-        below, above = (np.clip(band.at(q), 0, atmosphere) * KPA for q in part)
+        below, above = (np.clip(band.quantile_at(q), 0, atmosphere) * KPA for q in part)
         style.band(axes, force, below, above, BLUE, strength)
-    middle = np.where(np.isfinite(band.at(0.5)), band.at(0.5), np.nan)
+    middle = np.where(np.isfinite(band.quantile_at(0.5)), band.quantile_at(0.5), np.nan)
     axes.plot(force, middle * KPA, color=BLUE)
     axes.set(xlim=(0, span), ylim=(0, atmosphere * 1.12 * KPA), xlabel="required force [N]")
     style.level(axes, atmosphere * KPA, "full vacuum of the site")
@@ -182,7 +182,7 @@ def vacuum_for_force(
 
 def _mark(axes: style.Axes, fit: BayesFit, force: float, place: float) -> None:
     band = vacuum_band(fit.next_pull(), force, place)
-    low, middle, high = (float(band.at(q)[0]) for q in (WIDE[0], 0.5, WIDE[1]))
+    low, middle, high = (float(band.quantile_at(q)[0]) for q in (WIDE[0], 0.5, WIDE[1]))
     if not np.isfinite([low, middle]).all():
         return
     top = min(high, float(fit.brake.site.atmosphere))

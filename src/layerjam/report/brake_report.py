@@ -9,13 +9,13 @@ from typing import Any
 from layerjam._version import __version__
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.errors import count_of
+from layerjam.errors import count_noun
 from layerjam.identify.calibration.budget import (
     Budget,
     Contribution,
     Peak,
-    budget,
     friction_lines,
+    make_budget,
 )
 from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.friction.reduction import FrictionResult
@@ -155,9 +155,9 @@ def _verdict_word(report: BrakeReport) -> Word:
     """Return the verdict of all checks, and how many did not pass."""
     count = len(report.accepted)
     looks = sum(c.level == "warning" for checks in report.checks.values() for c in checks)
-    text = f"Verdict: accepted, {count_of(count, 'failed check')}" if count else "Verdict: passed"
+    text = f"Verdict: accepted, {count_noun(count, 'failed check')}" if count else "Verdict: passed"
     if looks:
-        text += f", {count_of(looks, 'warning')}"
+        text += f", {count_noun(looks, 'warning')}"
     return Word(text, "differs" if count else "reproduced")
 
 
@@ -251,7 +251,7 @@ def _budgets(report: BrakeReport, result: Calibration) -> tuple[Budget, Budget]:
 
     Without a friction test in the report, both have the same lines.
     """
-    product = budget(
+    product = make_budget(
         [Peak(c.pull.peak_force, c.vacuum) for c in result.curves],
         report.brake,
         result.contributions,
@@ -353,11 +353,11 @@ def _with_uncertainty(number: Number, words: str, uncertainty: Budget) -> tuple[
     if uncertainty.headline is None:
         digits = replace(number, standard_error=None).text()
         return digits, f"{words}\nuncertainty not stated: the budget lists what to state"
-    if (uncertainty.expanded or 0.0) >= 1:
+    if (uncertainty.expanded_uncertainty or 0.0) >= 1:
         reach = f"± {uncertainty.headline[1]} reaches zero"
         return number.text(), f"{words}\nnot determined: expanded uncertainty {reach}"
     missing = len(uncertainty.missing)
-    least = f"\nlower bound: {count_of(missing, 'line')} not stated" if missing else ""
+    least = f"\nlower bound: {count_noun(missing, 'line')} not stated" if missing else ""
     return " ± ".join(uncertainty.headline), f"{words}\n{signed.coverage_words(uncertainty)}{least}"
 
 
@@ -370,12 +370,12 @@ def _lead(report: BrakeReport) -> str:
     sheets = report.brake.sheets
     counts = []
     if report.friction is not None:
-        counts.append(count_of(len(report.friction[0]), "friction test"))
+        counts.append(count_noun(len(report.friction[0]), "friction test"))
     if report.calibration is not None:
-        counts.append(count_of(len(report.calibration.curves), "calibration pull"))
+        counts.append(count_noun(len(report.calibration.curves), "calibration pull"))
     if report.validation is not None:
-        pulls = count_of(len(report.validation.curves), "validation pull")
-        counts.append(f"{pulls} at {count_of(len(report.validation.conditions), 'condition')}")
+        pulls = count_noun(len(report.validation.curves), "validation pull")
+        counts.append(f"{pulls} at {count_noun(len(report.validation.conditions), 'condition')}")
     title = f"{report.file.title.rstrip('.')}. " if report.file.title else ""
     size = f"{show(sheets.width, 'm')} wide, {show(sheets.thickness, 'm')} thick"
     return (

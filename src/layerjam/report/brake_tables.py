@@ -7,12 +7,12 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from layerjam.errors import count_of
+from layerjam.errors import count_noun
 from layerjam.identify.calibration.record import Calibration
-from layerjam.identify.curves import speed_of
+from layerjam.identify.curves import crosshead_speed
 from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.provenance import sha256
-from layerjam.identify.repeats import over_repeats
+from layerjam.identify.repeats import summarise_repeats
 from layerjam.identify.single_pulls import SinglePull
 from layerjam.identify.validation.metrics import ConditionError, PooledErrors, Split, Validation
 from layerjam.measure.sidecar import Facts
@@ -83,7 +83,7 @@ def file_used(trace: Trace, role: str) -> FileUsed:
         sha256=sha256(trace.path),
         format=trace.format,
         vacuum=facts.vacuum,
-        speed=facts.speed if role == "friction" else speed_of(trace),
+        speed=facts.speed if role == "friction" else crosshead_speed(trace),
         repeat=facts.repeat,
         synthetic=facts.synthetic,
         understood=trace.understood,
@@ -99,16 +99,16 @@ def friction_table(result: FrictionResult) -> Table:
         both = [c.of(repeat, "friction", repeat_name, n=1, source=name) for c in KINDS]
         rows.append([str(index), *both, name])
     means, spread = [], []
-    base: dict[str, Any] = {"n": count, "source": count_of(count, "repeat")}
+    base: dict[str, Any] = {"n": count, "source": count_noun(count, "repeat")}
     for column in KINDS:
         values = [v for r in result.repeats if (v := getattr(r, column.path)) is not None]
-        span = over_repeats(values or [math.nan])
+        span = summarise_repeats(values or [math.nan])
         sure = {"standard_error": span.standard_error, "low": span.low, "high": span.high}
         scatter = column._replace(path=f"{column.path}_sd")
         means.append(column.of(result, "friction", "mean", **base, **sure))
         spread.append(scatter.of(result, "friction", "standard deviation", **base))
     rows += [
-        ["mean", *means, f"of {count_of(count, 'repeat')}"],
+        ["mean", *means, f"of {count_noun(count, 'repeat')}"],
         ["SD", *spread, "between repeats"],
         ["95 %", *(number.interval_text() for number in means), "interval of the mean"],
     ]
@@ -304,7 +304,7 @@ def _error_cells(stem: str, after: PooledErrors, before: PooledErrors | None) ->
         for state, errors in _states(after, before):
             sure = {}
             if column.path == "mape" and isinstance(errors, ConditionError):
-                spread = over_repeats([c.mape for c in errors.curves])
+                spread = summarise_repeats([c.mape for c in errors.curves])
                 sure = {"low": spread.low, "high": spread.high}
             cells.append(column.of(errors, stem, state, n=errors.repeats, **sure))
     return cells
@@ -371,7 +371,7 @@ def _note(result: Validation, before: Validation | None) -> str:
         text = f"{v.mape_conditions:.1%}"
         return text + (f" ± {v.mape_conditions_sd:.1%}" if v.mape_conditions_sd else "")
 
-    text = f"Mean MAPE of {count_of(len(result.conditions), 'condition')} ± SD between them: "
+    text = f"Mean MAPE of {count_noun(len(result.conditions), 'condition')} ± SD between them: "
     text += words(result)
     if before is not None:
         text += f" (before calibration {words(before)})"

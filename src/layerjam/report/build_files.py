@@ -5,13 +5,13 @@ from typing import Any, NamedTuple
 
 from layerjam._version import __version__
 from layerjam.device.workshop import Build
-from layerjam.fabricate.bom import items
+from layerjam.fabricate.bom import list_items
 from layerjam.fabricate.drawing import Drawing
 from layerjam.fabricate.dxf import BAR
-from layerjam.fabricate.film import plates
+from layerjam.fabricate.film import auxiliary_plates
 from layerjam.fabricate.lengths import Lengths
 from layerjam.fabricate.nest import Piece
-from layerjam.fabricate.outline import Circle, Outline, around
+from layerjam.fabricate.outline import Circle, Outline, bounding_box
 from layerjam.report import assembly_steps as steps
 from layerjam.report import build_drawings as drawings
 from layerjam.report.assembly_steps import PATTERN
@@ -133,7 +133,7 @@ def _list(drawing: Drawing, files: Collection[str] | None) -> Block:
             row.file,
             row.basis,
         ]
-        for row in items(drawing, files)
+        for row in list_items(drawing, files)
     ]
     return {
         "kind": "table",
@@ -181,7 +181,7 @@ def holds(paper: str) -> tuple[float, float]:
 
 def paper_for(parts: Sequence[Outline]) -> Paper | None:
     """Return the smallest format that holds the parts and the ruler, or None."""
-    left, low, right, high = around(parts)
+    left, low, right, high = bounding_box(parts)
     wide = max(right - left, BAR) + 2 * BORDER
     tall = high - low + 2 * BORDER + STRIP
     for name, (short, long) in FORMATS.items():
@@ -207,7 +207,7 @@ def pattern(pieces: Sequence[Piece], notes: Sequence[str] = ()) -> bytes | None:
 
 def _page(piece: Piece, paper: Paper, notes: Sequence[str]) -> dict[str, Any]:
     """Return the data of the template: curves in mm from the page's upper left corner."""
-    left, _, _, high = around(piece.parts)
+    left, _, _, high = bounding_box(piece.parts)
     origin = BORDER - left, BORDER + high
     curves = []
     for part in piece.parts:
@@ -298,7 +298,9 @@ def papers(
     """
     drawn_ones = pictures(drawing.build, drawing.lengths, drawing.film.pieces)
     if drawing.brakes > 1:
-        flat_parts = plates(drawing.build, drawing.lengths, drawing.parallel, drawing.series)
+        flat_parts = auxiliary_plates(
+            drawing.build, drawing.lengths, drawing.parallel, drawing.series
+        )
         drawn_ones.svgs["boards"] = svg_text(drawings.plates(list(flat_parts.items())))
     content = drawn_ones.files()
     flat = pattern(drawing.film.pieces, drawing.film.notes)

@@ -168,8 +168,8 @@ def _mould(world: Scene) -> LabelledShot:
     lengths, tools = world.lengths, mould_apart(world)
     top, core = tools["top"], tools["core"]
     roof = 2 * _mould_lift(world) + lengths.mould.half
-    (low, sprue), *vents = mould.openings(lengths, world.build)
-    bolts, keys = mould.places(lengths)
+    (low, sprue), *vents = mould.vent_places(lengths, world.build)
+    bolts, keys = mould.bolt_places(lengths)
     bodies = parts.bolts(world, roof + 12 + 2 * lengths.mould.half)
     points = [
         Label("upper half", (0.0, 0.0, roof)),

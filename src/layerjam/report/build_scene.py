@@ -169,7 +169,7 @@ def bolts(world: Scene, z: float) -> list[Body]:
     """Return the mould's bolts in their positions, with heads at z = `z`."""
     size = mm(world.build.mould_bolt)
     bodies = []
-    for place in mould.places(world.lengths)[0]:
+    for place in mould.bolt_places(world.lengths)[0]:
         shank = add("z", z - 2 * world.lengths.mould.half, z, Ellipse.circle(place, 0.88 * size))
         head = add("z", z, z + 0.8 * size, Ellipse.circle(place, 1.5 * size))
         bodies.append(body(solid("bolt", [shank, head]), STEEL))

@@ -7,12 +7,12 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.errors import count_of
-from layerjam.identify.calibration.forward import FINE, ReducedCurves, law_with_error, reduce
+from layerjam.errors import count_noun
+from layerjam.identify.calibration.forward import FINE, ReducedCurves, law_with_error, reduce_curves
 from layerjam.identify.calibration.law_spread import LawSpread
 from layerjam.identify.calibration.least_squares import JointFit
 from layerjam.identify.calibration.record import Calibration
-from layerjam.identify.curves import Curve, levels
+from layerjam.identify.curves import Curve, level_numbers
 from layerjam.report import style
 from layerjam.report.style import FAINT, GREY, MM, ORANGE, RED
 from layerjam.units import show
@@ -50,7 +50,7 @@ def calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.
         2, 2, 9.6, 5.6, sharex="col", sharey="row", height_ratios=(2.1, 1), width_ratios=(1.25, 1)
     )
     full, zoom, residuals, close = panels
-    level = np.array(levels([c.vacuum for c in data.curves]))
+    level = np.array(level_numbers([c.vacuum for c in data.curves]))
     names = {n: show(c.vacuum, "Pa") for n, c in zip(level[::-1], data.curves[::-1], strict=True)}
     order = sorted(names, reverse=True)
     colors = dict(zip(order, style.scheme([str(n) for n in order]).values(), strict=True))
@@ -65,7 +65,7 @@ def calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.
     highest = max(float(c.pull.peak_force) for c in data.curves)
     peak = max(float(c.pull.peak_elongation) for c in data.curves)
     count = len(data.curves)
-    words = f"{file.name}, {count_of(count, 'pull')}" + ", synthetic data" * synthetic
+    words = f"{file.name}, {count_noun(count, 'pull')}" + ", synthetic data" * synthetic
     style.panel(full, ylabel="force [N]", ylim=(0, highest * 1.15), xlim=(0, None))
     style.title(full, "Pulls and calibrated law", f"{words}; law dashed")
     style.labels_right(full, full.get_xlim()[1], ends)
@@ -96,7 +96,7 @@ def _curves(
 ) -> None:
     """Draw the pulls over elongation, and the residuals of the law in percent of the peak."""
     full, zoom, residuals, close = panels
-    samples = reduce(data.curves)
+    samples = reduce_curves(data.curves)
     for index, curve in enumerate(data.curves):
         u, force = _points(samples, index)
         u, force = u - data.origins[index], force - data.offsets[index]
@@ -187,7 +187,7 @@ def _figure_data(result: Calibration) -> FigureData:
         offsets=offsets,
         sure=None
         if spread is None
-        else np.array([spread.sure(c.vacuum, c.speed) for c in result.curves]),
+        else np.array([spread.covariance_at(c.vacuum, c.speed) for c in result.curves]),
         scatter=None if spread is None else np.tile(spread.scatter, (count, 1, 1)),
         t=spread.t if spread else float("nan"),
     )

@@ -10,7 +10,7 @@ import numpy as np
 from layerjam.control.closed_loop import ClosedLoop
 from layerjam.control.follow import Bode, Following
 from layerjam.control.plan import Arrival, Plan
-from layerjam.control.plan_spread import spread
+from layerjam.control.plan_spread import predict_spread
 from layerjam.control.settings import Regulator
 from layerjam.report import style
 from layerjam.report.chart import Curve, Pane, draw
@@ -182,7 +182,7 @@ def _modes(peaks: style.Axes, chances: style.Axes, plan: Plan) -> None:
         modes = [("full (tuned is capped to it)", INK, plan.reached)]
     highest = 0.0
     for name, color, vacuum in modes:
-        runs = [spread(vacuum, brake, c) for c in cases]
+        runs = [predict_spread(vacuum, brake, c) for c in cases]
         g = np.array([r.peak_g for r in runs])
         words = f"{name}: {show(vacuum, 'Pa', 3)}" + (
             "" if np.isfinite(g).any() else ", none stops"

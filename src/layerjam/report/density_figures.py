@@ -55,11 +55,11 @@ def density(
 
 def fig12() -> style.Figure:
     """Draw the paper's Fig. 12 from the mass model, with other devices that have a source."""
-    from layerjam.design.comparison import comparison
+    from layerjam.design.comparison import compare_devices
     from layerjam.device.load import devices, load
 
     brakes = [load(name) for name in devices()]
-    rows, sheet, lines, others = comparison(brakes, [b.brake.site.atmosphere for b in brakes])
+    rows, sheet, lines, others = compare_devices(brakes, [b.brake.site.atmosphere for b in brakes])
     return density(rows, lines, sheet, list(others.looked_for))
 
 

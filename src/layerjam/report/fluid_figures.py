@@ -8,7 +8,7 @@ from layerjam.fluid import closed_forms as forms
 from layerjam.fluid.file import LineFile, load_line
 from layerjam.fluid.line import Line
 from layerjam.fluid.network import Response, respond
-from layerjam.fluid.timing import STORED, changes
+from layerjam.fluid.timing import STORED, suggest_changes
 from layerjam.report import style
 from layerjam.report.chart import Curve, Pane, fill
 from layerjam.report.style import BLUE, GREEN, GREY, INK, KPA
@@ -21,7 +21,7 @@ LONG, TOP = 1.6, 1.12
 
 def _bars(axes: style.Axes, line: Line, target: float, water: bool = False) -> None:
     """Draw rise times of changes to the line as rows, the first on top."""
-    rows = changes(line, target, water)[::-1]
+    rows = suggest_changes(line, target, water)[::-1]
     longest = max((time for _, time in rows), default=1.0)
     for y, (change, time) in enumerate(rows):
         color = INK if change == "as it is" else GREEN
@@ -36,7 +36,7 @@ def _bars(axes: style.Axes, line: Line, target: float, water: bool = False) -> N
     axes.grid(axis="y", visible=False)
     detail = "each changed alone"
     if line.reservoir is None and not water:
-        pressure = max(STORED, forms.lowest(line))
+        pressure = max(STORED, forms.final_pressure(line))
         detail = f"reservoir at {pressure * KPA:.3g} kPa absolute, its valve 0.2 L/(s bar)"
     style.panel(axes, "How to make it faster", detail, xlabel="rise time 10 to 90 % [s]")
 

@@ -17,7 +17,7 @@ from layerjam.report import style
 from layerjam.report.chart import Curve, Pane, fill
 from layerjam.report.style import BLUE, GREY, INK, MM, MS, ORANGE, RED
 from layerjam.simulate.record import TensileRecord
-from layerjam.simulate.stick_slip import StickSlipRecord, bounds_at
+from layerjam.simulate.stick_slip import StickSlipRecord, force_bounds
 from layerjam.units import show
 
 
@@ -45,7 +45,7 @@ def tensile(record: TensileRecord) -> list[Pane]:
 
 def between_bounds(record: StickSlipRecord) -> list[Pane]:
     """Return force over elongation between its bounds."""
-    static, kinetic = bounds_at(record.frozen(record.slip))
+    static, kinetic = force_bounds(record.frozen(record.slip))
     u = record.elongation * MM
     curves = [
         Curve(u, record.force, width=1.5),

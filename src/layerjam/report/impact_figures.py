@@ -13,7 +13,7 @@ from layerjam.report import style
 from layerjam.report.chart import Curve, Ends, Pane
 from layerjam.report.style import BLUE, GREEN, GREY, INK, MM, MS, RED
 from layerjam.simulate.crash import Crash
-from layerjam.simulate.drop import spring_of
+from layerjam.simulate.drop import series_spring
 from layerjam.simulate.record import DropRecord
 from layerjam.simulate.rope_alone import BareDrop
 from layerjam.units import show
@@ -85,7 +85,7 @@ def fig11() -> style.Figure:
     brake = load("choi2018-kapton").brake
     rope = float(brake.rope.stiffness) if brake.rope is not None else np.inf
     g, full = brake.site.gravity, 94.5e3
-    spring = spring_of(brake, rope)
+    spring = series_spring(brake, rope)
     speed = np.linspace(0.02, 3.7, 370)
     bare = 1 + np.sqrt(1 + rope * speed**2 / g**2)
     run = stop(1.0, speed, full, spring, g, brake)

@@ -9,11 +9,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from layerjam.control.closed_loop import simulate
+from layerjam.control.closed_loop import simulate_run
 from layerjam.control.faults import FaultInjection
-from layerjam.control.follow import bode, follow, rehabilitation
-from layerjam.control.plan import Arrival, plan
-from layerjam.control.plant import plant_of
+from layerjam.control.follow import bode_response, follow, rehabilitation
+from layerjam.control.plan import Arrival, plan_stop
+from layerjam.control.plant import linearise_line
 from layerjam.control.settings import KINDS, Regulator
 from layerjam.device.load import load
 from layerjam.fluid.file import load_line
@@ -44,7 +44,7 @@ def example_line() -> Line:
 
 def regulator(kind: str, safe_state: str = "release") -> Regulator:
     """Return one of the three regulators on the example line."""
-    plant = plant_of(example_line(), vacuum=HELD)
+    plant = linearise_line(example_line(), vacuum=HELD)
     return Regulator(plant=plant, sensor=SENSOR, kind=kind, safe_state=safe_state, tuned_at=HELD)
 
 
@@ -53,7 +53,7 @@ def regulators() -> style.Figure:
     """Draw three regulators near their target, and a pump that fails under one of them."""
     figure, (zoom, fault) = style.canvas(columns=2, width=9.6, height=3.9)
     for kind, color in zip(KINDS, (BLUE, ORANGE, INK), strict=True):
-        run = simulate(regulator(kind), [(25.0, HELD)])
+        run = simulate_run(regulator(kind), [(25.0, HELD)])
         words = f"{kind}: {run.pump_switches} switchings"
         zoom.plot(run.time, run.vacuum * KPA, color=color, lw=1.3, label=words)
     zoom.axhline(HELD * KPA, color=GREEN, lw=1.0, ls=style.DASHED, label="target")
@@ -64,7 +64,7 @@ def regulators() -> style.Figure:
     fault.set(xlim=(0, 6), ylim=(0, 80), xlabel="time [s]", ylabel="vacuum [kPa]")
     for state, color in (("release", RED), ("hold", BLUE)):
         dead = FaultInjection(at=1.5, pump=0.0)
-        run = simulate(regulator("pi", state), [(6.0, HELD)], injected=dead)
+        run = simulate_run(regulator("pi", state), [(6.0, HELD)], injected=dead)
         fault.plot(run.time, run.vacuum * KPA, color=color, lw=1.6, label=f"safe state {state}")
     late = run.fault_time - 1.5
     style.upright(fault, 1.5, f"the pump fails; {run.outcome}\nis reported {late:.2f} s later", INK)
@@ -100,7 +100,9 @@ def forces() -> style.Figure:
     fast = np.geomspace(0.02, 4.0, 12).tolist()
     sweeps = []
     for size, color in ((5.0, BLUE), (30.0, ORANGE)):
-        sweep = bode(loop, brake, slip=20 / MM, mean=60.0, amplitude=size, frequencies=fast)
+        sweep = bode_response(
+            loop, brake, slip=20 / MM, mean=60.0, amplitude=size, frequencies=fast
+        )
         sweeps.append((sweep, color, f"±{size:g} N"))
     frequency_response(sine, sweeps, turn=(-270, 45))
     style.title(sine, "Sines about 60 N", "larger swings are limited by pump and valve")
@@ -111,7 +113,7 @@ def warned() -> style.Figure:
     """Draw the plan for one collision: vacuum in time, full compared with tuned."""
     brake = load("choi2018-kapton")
     case = replace(COLLISION, gravity=brake.brake.site.gravity)
-    return plan_figure(plan(brake, load_line("choi2018").line, case))
+    return plan_figure(plan_stop(brake, load_line("choi2018").line, case))
 
 
 @style.in_style

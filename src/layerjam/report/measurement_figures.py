@@ -123,7 +123,7 @@ def ageing(fit: AgeingFit) -> style.Figure:
     ends = fit.holds.min() / 1.5, fit.holds.max() * 1.5
     hold = np.geomspace(*ends, 50)
     axes.plot(fit.holds, fit.values, "o", color=GREY, ms=4, alpha=0.7)
-    axes.plot(hold, fit.at(hold), color=BLUE)
+    axes.plot(hold, fit.static_at(hold), color=BLUE)
     low, high = float(fit.values.min()), float(fit.values.max())
     room = 0.3 * (high - low) or 0.1 * high
     style.panel(axes, xlabel="hold [s]", ylabel="static friction [-]")

@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 
-from layerjam.errors import count_of
+from layerjam.errors import count_noun
 from layerjam.identify.calibration.budget import Budget
 from layerjam.measure.certificate import Certificate
 from layerjam.measure.sidecar import Facts
@@ -177,7 +177,7 @@ def _common(facts: FileFacts, name: str) -> str:
     silent = texts.pop("", [])
     parts = [f"{text} ({_first_of(names)})" for text, names in list(texts.items())[:LIMIT]]
     extra = [f"and {len(texts) - LIMIT} others"] if len(texts) > LIMIT else []
-    silent_note = [f"{NOT_STATED} for {count_of(len(silent), 'file')}"] if silent else []
+    silent_note = [f"{NOT_STATED} for {count_noun(len(silent), 'file')}"] if silent else []
     return "; ".join([*parts, *extra, *silent_note]) or NOT_STATED
 
 
@@ -221,8 +221,8 @@ def budget_table(budget: Budget, product: Budget | None = None) -> Table:
         "(GUM, annex G.4), or larger if the sum would otherwise be below the expanded "
         "uncertainty of a single line."
     )
-    if not budget.whole:
-        if budget.combined is not None:
+    if not budget.is_complete:
+        if budget.standard_uncertainty is not None:
             note += " Missing entries count as zero: the sum is a lower bound."
         note += f" For a complete budget, state: {'; '.join(budget.missing)}."
     return Table(
@@ -243,8 +243,8 @@ def _add_totals(
     stem = f"uncertainty of {name}"
     degrees, factor = budget.degrees_of_freedom, budget.coverage_factor
     basis = f"root of the sum of squares, {lines}"
-    combined_cell = _percent(f"{stem}, combined", budget.combined)
-    expanded_cell = _percent(f"{stem}, expanded", budget.expanded)
+    combined_cell = _percent(f"{stem}, combined", budget.standard_uncertainty)
+    expanded_cell = _percent(f"{stem}, expanded", budget.expanded_uncertainty)
     rows += [
         [f"{name}, combined", basis, NONE, NONE, combined_cell],
         [f"{name}, expanded", coverage_words(budget), NONE, NONE, expanded_cell],

@@ -17,7 +17,7 @@ from typing import Any, ParamSpec
 import numpy as np
 
 import layerjam.outputs as outputs
-from layerjam.device.load import takes_force, write_whole
+from layerjam.device.load import accept_force, write_whole
 from layerjam.errors import FileError, LayerjamError, MissingExtraError
 
 P = ParamSpec("P")
@@ -350,7 +350,7 @@ def scheme(names: Sequence[str]) -> dict[str, str]:
     return dict(zip(names, shades, strict=True))
 
 
-@takes_force
+@accept_force
 def save(figure: Figure, path: Path, overwrite: bool = False) -> Path:
     """Write .svg, .png or .pdf, completely or not at all; the same figure gives the same bytes."""
     kind = path.suffix.lower().lstrip(".")

@@ -178,7 +178,7 @@ class Bench:
     @regulator.setter
     def regulator(self, value: Regulator) -> None:
         check(value)
-        first, second = value.packed()
+        first, second = value.pack()
         raw = struct.pack(f"<{len(first) + len(second)}d", *first, *second)
         self.tell(f'CONT:LAW "{raw.hex().upper()}","{zlib.crc32(raw):08X}"')
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from layerjam.control.law import CLOSE
 from layerjam.control.settings import FAULTS
-from layerjam.device.load import takes_force
+from layerjam.device.load import accept_force
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.rig.address import Address
 from layerjam.rig.crosshead import Crosshead, CrossheadLostError
@@ -324,7 +324,7 @@ def check(bench: Bench, procedure: Procedure, crosshead: Crosshead | None) -> No
             raise QuantityError.of("crosshead", f"missing; '{step.text()}' moves one")
 
 
-@takes_force
+@accept_force
 def execute(
     bench: Bench,
     procedure: Procedure | str,

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.device.load import takes_force, write_whole
+from layerjam.device.load import accept_force, write_whole
 from layerjam.errors import FileError, MissingExtraError
-from layerjam.measure.run_text import UNITS, csv_text, facts_of, in_order
+from layerjam.measure.run_text import UNITS, csv_text, ordered_columns, run_facts
 from layerjam.measure.runs import Array, Run, read_run
 from layerjam.measure.shots import MEASURED, SYNTHETIC, Shot
 from layerjam.measure.sidecar import sidecar_path, write_facts
@@ -29,7 +29,7 @@ class ExportedRun:
     """Files of the accelerometer's records; NetCDF contains them."""
 
 
-@takes_force
+@accept_force
 def export(
     run: str | Path,
     out: str | Path,
@@ -61,9 +61,9 @@ def export(
         if sidecar_file.exists() and not overwrite:
             raise FileError(sidecar_file, "exists already; --overwrite replaces it")
         write_whole(out, csv_text(run_), overwrite)
-        sidecar = write_facts(out, facts_of(run_), overwrite)
+        sidecar = write_facts(out, run_facts(run_), overwrite)
     elif ending == ".parquet":
-        _table(in_order(run_), describe_run(run_), out, overwrite)
+        _table(ordered_columns(run_), describe_run(run_), out, overwrite)
     else:
         _netcdf(run_, out, overwrite)
     for path, shot in shot_files.items():
@@ -114,7 +114,7 @@ def _netcdf(run: Run, out: Path, overwrite: bool) -> None:
             for key, text in describe_run(run).items():
                 setattr(file, key, text.encode())
             file.createDimension("sample", run.samples)
-            for name, values in in_order(run).items():
+            for name, values in ordered_columns(run).items():
                 is_int = values.dtype.kind == "i" and np.abs(values).max(initial=0) < INT32
                 variable = file.createVariable(name, "i4" if is_int else "f8", ("sample",))
                 variable[:] = values

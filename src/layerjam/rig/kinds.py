@@ -13,7 +13,7 @@ from importlib.resources import files
 from typing import Literal
 
 from layerjam.control.detection import IN_NOISE, detection_times
-from layerjam.control.faults import OFFSET, FaultInjection, injection_of
+from layerjam.control.faults import OFFSET, FaultInjection, make_injection
 from layerjam.control.plant import Plant
 from layerjam.control.settings import Regulator
 from layerjam.rig.plant import COUNTS, VirtualPlant
@@ -53,12 +53,12 @@ class Case:
         """Vacuum [Pa] below which a loss is visible in every reading, despite noise and zero."""
         regulator = self.regulator
         noise = IN_NOISE * regulator.greatest_noise + regulator.sensor.resolution
-        return self.target - regulator.lost_below - noise - regulator.zero
+        return self.target - regulator.loss_margin - noise - regulator.zero
 
     @property
     def highest(self) -> float:
         """Vacuum [Pa] at which the regulator has opened the vent."""
-        return self.target + self.regulator.vents_above + self.regulator.zero
+        return self.target + self.regulator.vent_threshold + self.regulator.zero
 
     @functools.cached_property
     def strongest(self) -> Plant:
@@ -107,7 +107,7 @@ def _inject(name: str) -> Callable[[Case, VirtualPlant], None]:
     """Return an injection of the size that the detectors cover (`control/faults.py`)."""
 
     def breaks(case: Case, plant: VirtualPlant) -> None:
-        plant.injected = injection_of(name, 0.0, case.regulator, case.target)[0]
+        plant.injected = make_injection(name, 0.0, case.regulator, case.target)[0]
 
     return breaks
 

@@ -165,7 +165,7 @@ def draw_mismatch(hardware: Hardware, case: Case, leak: float, draw: random.Rand
         sensor=replace(
             sensor,
             offset=sensor.offset + draw.uniform(-zero, zero),
-            lag=draw.uniform(0.0, regulator.slowest),
+            lag=draw.uniform(0.0, regulator.longest_lag),
             noise=sensor.noise * draw.uniform(1.0, tolerances.noise),
         ),
         uneven=draw_uneven(draw, case.target),
@@ -198,7 +198,7 @@ class Observer:
         self._first = 0
         self._times: list[float] = []
         self._deadline = plan.kind.deadline(plan.case)
-        self._settle = plan.case.regulator.settles_in + 0.1
+        self._settle = plan.case.regulator.settling_time + 0.1
 
     def __call__(self) -> None:
         """Observe one sample."""
@@ -224,7 +224,7 @@ class Observer:
         if plan.moment == "pumping":
             return plant.outputs[0] >= 1.0 and plant.vacuum >= plan.level
         if self._held is None:
-            if abs(plant.vacuum - plan.case.target) <= plan.case.regulator.vents_above:
+            if abs(plant.vacuum - plan.case.target) <= plan.case.regulator.vent_threshold:
                 self._held = time
             return False
         return time - self._held >= plan.wait

@@ -9,9 +9,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from layerjam.control.exact import Rates, factors
+from layerjam.control.exact import Rates, step_factors
 from layerjam.control.faults import FaultInjection
-from layerjam.control.plant import Plant, plant_of
+from layerjam.control.plant import Plant, linearise_line
 from layerjam.errors import QuantityError
 from layerjam.fluid.file import load_line
 from layerjam.fluid.line import Sensor
@@ -123,7 +123,7 @@ def read_hardware(address: Address) -> Hardware:
     options = address.options
     line = load_line(address.where).line
     vacuum = parse(options["at"], "Pa", "address: at") if "at" in options else LINEAR_AT
-    plant = plant_of(line, vacuum=vacuum)
+    plant = linearise_line(line, vacuum=vacuum)
     if "leak" in options:
         plant = replace(plant, leak=_rate(options, "leak"))
     if "vent" in options:
@@ -265,7 +265,7 @@ class VirtualPlant:
         self._climbed += self.drift * dt
         lag = self.behind.sensor.lag
         left = -math.expm1(-dt / lag) if lag > 0.0 else 1.0
-        a, b, gain, sensor_gain = factors(rates, pump, float(vent), dt, lag, left)
+        a, b, gain, sensor_gain = step_factors(rates, pump, float(vent), dt, lag, left)
         if rates.side > 0.0:
             from layerjam.control.through_tube import advance  # numba takes half a second to import
 

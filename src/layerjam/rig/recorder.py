@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from layerjam._version import __version__
-from layerjam.device.load import takes_force
+from layerjam.device.load import accept_force
 from layerjam.errors import FileError, LayerjamError
 from layerjam.rig.board import law_hash
 from layerjam.rig.driver import Bench, InstrumentError, open_bench
@@ -288,7 +288,7 @@ def check_board(bench: Bench, file: RunFile) -> None:
         raise FileError(file.path, f"is of the board {serial}, and {bench.address} is {actual}")
 
 
-@takes_force
+@accept_force
 def log(
     address: str,
     out: str | Path,

@@ -142,10 +142,10 @@ def specific_force(record: DropRecord) -> tuple[Array, Array]:
     rope pulls from the first instant, so a zero is added just before it.
     """
     time, force = np.asarray(record.time, float), np.asarray(record.force, float)
-    if _swings_back(record):
-        from layerjam.simulate.drop import spring_of  # loads JAX, which a sensor does not need
+    if _is_swinging_back(record):
+        from layerjam.simulate.drop import series_spring  # loads JAX, which a sensor does not need
 
-        spring = spring_of(record.brake.brake, record.rope_stiffness)
+        spring = series_spring(record.brake.brake, record.rope_stiffness)
         weight = record.mass * record.gravity
         swing = float(force[-1]) - weight
         end = np.arccos(-weight / swing) if swing >= weight else np.pi
@@ -159,7 +159,7 @@ def specific_force(record: DropRecord) -> tuple[Array, Array]:
     return time, force / record.mass
 
 
-def _swings_back(record: DropRecord) -> bool:
+def _is_swinging_back(record: DropRecord) -> bool:
     """Return whether the record continues with an undamped swing on the stuck brake."""
     still = abs(float(record.speed_of_mass[-1])) <= 1e-6 * record.speed
     steady = not record.rope_damping and bool(np.all(record.vacuum_in_time == record.vacuum))
@@ -170,10 +170,10 @@ def _swings_back(record: DropRecord) -> bool:
     return stopped and still and steady and record.force[-1] > record.mass * record.gravity
 
 
-def _end_of(record: DropRecord) -> list[str]:
+def _end_of_stop(record: DropRecord) -> list[str]:
     force, weight = float(record.force[-1]), record.mass * record.gravity
     hangs = abs(force - weight) <= 1e-3 * float(record.force.max())
-    if force == 0 or hangs or _swings_back(record):
+    if force == 0 or hangs or _is_swinging_back(record):
         return []
     return [
         f"the record ends under load ({record.outcome}, {show(force, 'N')}), which is taken "
@@ -268,14 +268,14 @@ def cfc_filter(value: Any, rate: float, cfc: float) -> Array:
     # state of the direct form for a constant level of one
     level_state = np.array([1 - a[0], a[2] + b[1]])
     values = np.asarray(value, float)
-    tail = int(np.ceil(rate * memory(cfc)))
+    tail = int(np.ceil(rate * filter_memory(cfc)))
     padded = np.concatenate([values, np.full(tail, values[-1])])
     forward, _ = lfilter(a, denominator, padded, zi=level_state * padded[0])
     backward, _ = lfilter(a, denominator, forward[::-1], zi=level_state * forward[-1])
     return np.asarray(backward[::-1][: len(values)])
 
 
-def memory(cfc: float) -> float:
+def filter_memory(cfc: float) -> float:
     """Return the time [s] after which a class's filter has settled; at least 10 ms."""
     return float(max(_MEMORY * np.sqrt(2) / (2 * np.pi * 2.0775 * cfc), 0.010))
 
@@ -292,22 +292,22 @@ def measure_acceleration(
     J211-1, and for an invalid signal.
     """
     time, value = _validate(signal)
-    warnings = _end_of(signal) if isinstance(signal, DropRecord) else []
+    warnings = _end_of_stop(signal) if isinstance(signal, DropRecord) else []
     if cfc is not None and cfc not in CLASSES:
         names = ", ".join(map(str, CLASSES))
         raise QuantityError(f"filter: CFC {cfc:g} is not a class of SAE J211-1; there are {names}")
-    return _read(time, value, sensor, cfc, warnings)
+    return _read_signal(time, value, sensor, cfc, warnings)
 
 
-def _read(
+def _read_signal(
     time: Array, value: Array, sensor: Accelerometer, cfc: float | None, warnings: list[str]
 ) -> Reading:
     ideal = float(value[np.argmax(abs(value))])
-    rate = _rate(sensor, cfc)
+    rate = _sampling_rate(sensor, cfc)
     if rate is None:
         instants, reading = time, value.copy()
     else:
-        instants, reading = _sample(time, value, sensor, cfc, rate)
+        instants, reading = _sample_signal(time, value, sensor, cfc, rate)
         if sensor.bandwidth is not None and rate < 2 * sensor.bandwidth:
             warnings.append(
                 f"sampled at {show(rate, 'Hz')}, below twice the low-pass of "
@@ -344,7 +344,7 @@ def _read(
     )
 
 
-def _rate(sensor: Accelerometer, cfc: float | None) -> float | None:
+def _sampling_rate(sensor: Accelerometer, cfc: float | None) -> float | None:
     """Return the sampling rate [Hz], or None if the signal is not resampled."""
     if sensor.sampling is not None:
         return sensor.sampling
@@ -352,11 +352,11 @@ def _rate(sensor: Accelerometer, cfc: float | None) -> float | None:
     return max(FINE * min(cutoffs), LEAST_RATE * (cfc or 0)) if cutoffs else None
 
 
-def _sample(
+def _sample_signal(
     time: Array, value: Array, sensor: Accelerometer, cfc: float | None, rate: float
 ) -> tuple[Array, Array]:
     """Return instants and values after the analogue low-pass, with room for the filters."""
-    room = memory(cfc) if cfc is not None else 0.010
+    room = filter_memory(cfc) if cfc is not None else 0.010
     poles = None
     if sensor.bandwidth is not None:
         poles = lowpass_poles(sensor.kind, sensor.order, sensor.bandwidth)

@@ -122,13 +122,13 @@ def batch(
     """
     if block < 1:
         raise QuantityError(f"block: {block} cases are not allowed; give 1 or more")
-    brake, fixed = _brake_of(brake), dict(fixed or {})
+    brake, fixed = _plain_brake(brake), dict(fixed or {})
     sweep = {**sweep, **{n: v for n, v in fixed.items() if _is_number(v) and n not in sweep}}
     fixed = {n: v for n, v in fixed.items() if n not in sweep or not _is_number(v)}
     sweeps = _lay_out(law, sweep, fixed, brake)
     sizes = {s.dimension: len(s.values) for s in sweeps if s.dimension}
     total = math.prod(sizes.values())
-    run, names, quick = _runner(law, sweeps, fixed, brake, block)
+    run, names, quick = _make_runner(law, sweeps, fixed, brake, block)
     results = tuple(out or names) if wanted is None else tuple(wanted)
     for name in results:
         if name not in names:
@@ -139,7 +139,7 @@ def batch(
             f"{total * len(results) * 8 / 1e9:.3g} GB; give a sink, or name fewer results"
         )
     size = total if sink is None else min(CHUNK, total)
-    columns = {n: _flat(n, out, size) for n in results}
+    columns = {n: _flat_array(n, out, size) for n in results}
     first, chunk = 0, CHUNK * (QUICK if quick and sink is None and progress is None else 1)
     with Workers() as pool:
         try:
@@ -160,14 +160,14 @@ def batch(
         return first
     for values in columns.values():
         values[first:] = np.nan
-    return _label(columns, sweeps, sizes, law.__name__, first)
+    return _label_results(columns, sweeps, sizes, law.__name__, first)
 
 
 def _run_share(run: Run, start: int, piece: Mapping[str, Array], first: int, last: int) -> None:
     run(start + first, last - first, {n: values[first:last] for n, values in piece.items()})
 
 
-def _flat(name: str, out: Mapping[str, Array] | None, size: int) -> Array:
+def _flat_array(name: str, out: Mapping[str, Array] | None, size: int) -> Array:
     if out is None:
         return np.empty(size)
     array = out[name]
@@ -176,7 +176,7 @@ def _flat(name: str, out: Mapping[str, Array] | None, size: int) -> Array:
     return array.reshape(-1)
 
 
-def _brake_of(brake: Brake | BrakeFile | str) -> Brake:
+def _plain_brake(brake: Brake | BrakeFile | str) -> Brake:
     if isinstance(brake, str):
         return load(brake).brake
     if isinstance(brake, BrakeFile):
@@ -190,7 +190,7 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _row(name: str, data: Any) -> Array:
+def _check_row(name: str, data: Any) -> Array:
     """Return values of one quantity; raises QuantityError unless it is a number or a row."""
     if data is None:
         raise QuantityError(f"{name}: None cannot be swept; give it in fixed")
@@ -225,7 +225,7 @@ def _lay_out(
     plain: list[tuple[str, str | None, Array]] = []
     for name, data in sweep.items():
         pair = isinstance(data, tuple) and len(data) == 2 and isinstance(data[0], str)
-        values = _row(name, data[1] if pair else data)
+        values = _check_row(name, data[1] if pair else data)
         dimension = (data[0] if pair else name) if values.ndim else None
         if dimension is not None and lengths.setdefault(dimension, len(values)) != len(values):
             raise QuantityError(
@@ -240,7 +240,7 @@ def _lay_out(
     return [Sweep(n, d, v, strides[d] if d else 1) for n, d, v in plain]
 
 
-def _runner(
+def _make_runner(
     law: Callable[..., Any],
     sweeps: list[Sweep],
     law_constants: Mapping[str, Any],
@@ -304,7 +304,7 @@ def _traced_run(
     law: Callable[..., Any], sweeps: list[Sweep], fixed: Mapping[str, Any], brake: Brake, block: int
 ) -> tuple[Run, tuple[str, ...]]:
     evaluate, evaluate_block = _compile_blocks(law, tuple(s.name for s in sweeps))
-    constants = {n: None if v is None else _samples(n, v) for n, v in fixed.items()}
+    constants = {n: None if v is None else _check_samples(n, v) for n, v in fixed.items()}
 
     def result_shape(shape: tuple[int, ...]) -> Any:
         row = tuple(jax.ShapeDtypeStruct(shape, jnp.float64) for _ in sweeps)
@@ -339,7 +339,7 @@ def _traced_run(
     return run, fields
 
 
-def _samples(name: str, data: Any) -> Array:
+def _check_samples(name: str, data: Any) -> Array:
     try:
         return np.asarray(data, float)
     except (TypeError, ValueError):
@@ -356,7 +356,7 @@ def _replace_field(record: Any, path: list[str], value: Any) -> Any:
     return new
 
 
-def _label(
+def _label_results(
     columns: Mapping[str, Array], sweeps: list[Sweep], sizes: Mapping[Any, int], law: str, rows: int
 ) -> "xarray.Dataset":
     with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):

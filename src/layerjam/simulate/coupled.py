@@ -14,9 +14,9 @@ import numpy.typing as npt
 
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
-from layerjam.fluid.closed_forms import pumps_flow, reachable
+from layerjam.fluid.closed_forms import pumps_flow, reachable_vacuum
 from layerjam.fluid.line import Line, water_compliance
-from layerjam.fluid.network import CHAMBER, SIZE, Drive, Response, at_pressure, rates
+from layerjam.fluid.network import CHAMBER, SIZE, Drive, Response, state_at_pressure, state_rates
 from layerjam.simulate.drop import TimedStop, drop
 from layerjam.simulate.drop_in_time import drop_in_time
 from layerjam.simulate.record import DropRecord
@@ -87,7 +87,7 @@ class CoupledStop:
         return float(self.line.vacuum[0]) * self.line.line.chamber.volume_per_slip
 
 
-def line_along(
+def integrate_line_along(
     line: Line, start: Array, time: Array, slip: Array, drive: Drive, water: bool = False
 ) -> Response:
     """Return the line at times [s] for a given slip of the brake [m], shape (N,) each.
@@ -97,7 +97,7 @@ def line_along(
     until it boils.
     """
     if water:
-        return _water_along(line, start, time, slip, drive)
+        return _integrate_water_along(line, start, time, slip, drive)
     from scipy.integrate import solve_ivp
     from scipy.interpolate import PchipInterpolator
 
@@ -106,7 +106,7 @@ def line_along(
 
     def change(t: float, state: Array) -> Array:
         drive_now = drive._replace(slip=float(curve(t)), pace=float(pace(t)))
-        return rates(state, drive_now, line)
+        return state_rates(state, drive_now, line)
 
     scale = np.maximum(np.abs(start), np.abs(start[CHAMBER]) * 1e-6)
     span, least = (float(time[0]), float(time[-1])), 1e-10 * np.maximum(scale, 1e-6)
@@ -116,14 +116,16 @@ def line_along(
     return Response(line=line, time=result.t, states=result.y.T)
 
 
-def _water_along(line: Line, start: Array, time: Array, slip: Array, drive: Drive) -> Response:
+def _integrate_water_along(
+    line: Line, start: Array, time: Array, slip: Array, drive: Drive
+) -> Response:
     volume = drive.pump * pumps_flow(line) * (time - time[0])
     volume = volume + line.chamber.volume_per_slip * (slip - slip[0])
     begin = line.site.atmosphere - start[CHAMBER]
     vacuum = begin + volume / water_compliance(line)
     states = np.zeros((len(time), SIZE))
     states[:, :2] = (
-        line.site.atmosphere - np.minimum(vacuum, max(reachable(line, True), begin))[:, None]
+        line.site.atmosphere - np.minimum(vacuum, max(reachable_vacuum(line, True), begin))[:, None]
     )
     return Response(line=line, time=time, states=states)
 
@@ -150,17 +152,17 @@ def coupled_drop(
     converge to `tolerance`, or for invalid inputs.
     """
     a = line.site.atmosphere
-    state = at_pressure(line, a - start) if isinstance(start, int | float) else start
+    state = state_at_pressure(line, a - start) if isinstance(start, int | float) else start
     vacuum = a - float(state[CHAMBER])
     case: Any = {"mass": mass, "speed": speed, "rope_stiffness": rope_stiffness, "gravity": gravity}
     constant, record = drop(file, vacuum=vacuum, **case)
-    response = line_along(line, state, *_nodes(record, nodes), drive, water)
+    response = integrate_line_along(line, state, *_time_nodes(record, nodes), drive, water)
     slip, peak, step = constant.slip, constant.peak_force, None
     changes: list[float] = []
     for _ in range(rounds):
         previous, history = response, History(response.time, response.vacuum)
         stop, record = drop_in_time(file, vacuum=history, step=step, **case)
-        response = line_along(line, state, *_nodes(record, nodes), drive, water)
+        response = integrate_line_along(line, state, *_time_nodes(record, nodes), drive, water)
         slip_change = abs(stop.slip - slip) / max(stop.slip, 1e-9)
         peak_change = abs(stop.peak_force - peak) / stop.peak_force
         changes.append(max(slip_change, peak_change, _vacuum_difference(previous, response) / a))
@@ -178,7 +180,7 @@ def _vacuum_difference(old: Response, new: Response) -> float:
     return float(np.max(np.abs(np.interp(new.time, old.time, old.vacuum) - new.vacuum)))
 
 
-def _nodes(record: DropRecord, nodes: int) -> tuple[Array, Array]:
+def _time_nodes(record: DropRecord, nodes: int) -> tuple[Array, Array]:
     """Return equally spaced times [s] of a stop and the slip [m] there, by monotone cubics."""
     from scipy.interpolate import PchipInterpolator
 

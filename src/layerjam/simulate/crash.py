@@ -13,7 +13,7 @@ import numpy as np
 
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.record import DropRecord, Outcome
-from layerjam.simulate.rope_alone import course, oscillator, standstill, time_of_peak
+from layerjam.simulate.rope_alone import displacement, oscillator, standstill_time, time_of_peak
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 SAMPLES = 400
@@ -59,11 +59,11 @@ def crash(record: DropRecord) -> Crash | None:
         slow = system.stiff / (system.decay + math.sqrt(-system.square))
         after = np.append(0.0, np.geomspace(1e-9, 10.0, 4 * SAMPLES) / slow)
     else:
-        stands = standstill(mass, speed, rope, damping, left)
+        stands = standstill_time(mass, speed, rope, damping, left)
         top = time_of_peak(mass, speed, system, left, stands)
         after = np.unique(np.append(np.linspace(0.0, stands, SAMPLES), top))
-    place = course(after, stretch - sag, speed, system)
-    pace = course(after, speed, left - 2 * system.decay * speed, system)
+    place = displacement(after, stretch - sag, speed, system)
+    pace = displacement(after, speed, left - 2 * system.decay * speed, system)
     return Crash(
         time=float(record.time[-1]) + after,
         travel=float(record.travel[-1]) + place + sag - stretch,

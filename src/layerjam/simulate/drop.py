@@ -64,7 +64,7 @@ class TimedStop(NamedTuple):
     """Stiffness above which the brake cannot snap, at the vacuum of the snap [N/m]."""
 
 
-def spring_of(brake: Brake, rope_stiffness: float | None) -> float:
+def series_spring(brake: Brake, rope_stiffness: float | None) -> float:
     """Return the stiffness of rope and brake in series [N/m]."""
     return float(series_of(rope_stiffness, brake))
 
@@ -87,7 +87,7 @@ def drop(
     """
     brake = file.brake
     pull = brake.site.gravity if gravity is None else gravity
-    spring = spring_of(brake, rope_stiffness)
+    spring = series_spring(brake, rope_stiffness)
     case = (mass, speed, vacuum, spring, pull, brake)
     result = Stop(*(float(v) for v in stop(*case)))
     if int(result.outcome) not in OUTCOMES:
@@ -95,7 +95,7 @@ def drop(
             raise overstretch_error(vacuum, brake)
         raise FitError("speed_law: the stop has more steps than can be followed")
     outcome = OUTCOMES[int(result.outcome)]
-    columns, notes = _course(result.slip, *case), []
+    columns, notes = _drop_columns(result.slip, *case), []
     law = brake.speed_law if follows_speed(brake) else None
     if law is not None and result.slip > 0:
         columns, fastest, error = _append_slide(columns, law, *case)
@@ -115,10 +115,10 @@ def drop(
     inputs: dict[str, Any] = {"mass": mass, "speed": speed, "vacuum": vacuum, "gravity": pull}
     inputs["rope_stiffness"] = rope_stiffness
     notes = notes or stop_notices(file)
-    return conclude(file, timed_stop, spring, vacuum, columns, inputs, after=notes)
+    return make_record(file, timed_stop, spring, vacuum, columns, inputs, after=notes)
 
 
-def conclude(
+def make_record(
     file: BrakeFile,
     result: TimedStop,
     spring: float,
@@ -168,7 +168,7 @@ def _stop_warnings(result: TimedStop, brake: Brake) -> list[str]:
     return words
 
 
-def _course(
+def _drop_columns(
     end: float,
     mass: float,
     speed: float,
@@ -183,7 +183,7 @@ def _course(
     """
     case = (mass, speed, vacuum, spring, gravity, brake)
     law = brake.speed_law if follows_speed(brake) else None
-    slid = _slid_samples(end, vacuum, brake) if end > 0 and not law else np.empty(0)
+    slid = _slip_samples(end, vacuum, brake) if end > 0 and not law else np.empty(0)
     if law is not None and end > 0:
         first = float(course_of(law, *case)[0])
     else:
@@ -252,7 +252,7 @@ def _append_slide(
     return columns, float(pace.max()), float(np.max(abs(exact - coarse) / abs(exact)))
 
 
-def _slid_samples(end: float, vacuum: float, brake: Brake) -> Array:
+def _slip_samples(end: float, vacuum: float, brake: Brake) -> Array:
     """Return slips [m] up to `end`, dense at both ends, where the force bends and the speed drops.
 
     They include that of the greatest force. Their number is always the same, so that the laws

@@ -30,14 +30,8 @@ from layerjam.mechanics.stop.motion import (
     step_on,
     stored_energy,
 )
-from layerjam.mechanics.stop.motion_step import (
-    Load,
-    Motion,
-    at_start,
-    force_of_enclosure,
-    resting,
-)
-from layerjam.simulate.drop import TimedStop, conclude
+from layerjam.mechanics.stop.motion_step import Load, Motion, at_start, force_of_enclosure, resting
+from layerjam.simulate.drop import TimedStop, make_record
 from layerjam.simulate.quantities import ARRIVAL_SPEED, DURATION, MASS, VACUUM, check_given
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.speed import follows_speed, stop_notices, without_idle_speed_law
@@ -82,7 +76,7 @@ class _Case(NamedTuple):
     brake: Brake
 
 
-def _next(motion: Motion, until: Any, dt: Any, vacuum: Vacuum) -> Any:
+def _next_step(motion: Motion, until: Any, dt: Any, vacuum: Vacuum) -> Any:
     """Return the next step [s]: `dt`, or less up to the end or the next sample of a history."""
     step = jnp.minimum(dt, until - motion.time)
     if vacuum.time is None:
@@ -104,17 +98,19 @@ def _march(motion: Motion, max_steps: Any, until: Any, dt: Any, case: _Case) -> 
 
     def advance(state: tuple[Any, Motion]) -> tuple[Any, Motion]:
         current = state[1]
-        return state[0] + 1, step_on(current, _next(current, until, dt, case.vacuum), *case[1:])
+        return state[0] + 1, step_on(
+            current, _next_step(current, until, dt, case.vacuum), *case[1:]
+        )
 
     return jax.lax.while_loop(continues, advance, (jnp.array(0), motion))[1]
 
 
 @jax.jit
 def _next_event(motion: Motion, until: Any, dt: Any, case: _Case) -> Motion:
-    return go_to_event(motion, _next(motion, until, dt, case.vacuum), *case[1:])
+    return go_to_event(motion, _next_step(motion, until, dt, case.vacuum), *case[1:])
 
 
-def _event(case: _Case, dt: float, until: float) -> Motion:
+def _find_event(case: _Case, dt: float, until: float) -> Motion:
     return _next_event(_march(case.start, MOST_STEPS, until, dt, case), until, dt, case)
 
 
@@ -147,15 +143,15 @@ def drop_in_time(
     pull = brake.site.gravity if gravity is None else gravity
     inputs: dict[str, float | None] = {"mass": mass, "speed": speed, "gravity": pull}
     inputs |= {"rope_damping": rope_damping, "rope_stiffness": rope_stiffness}
-    _check({**inputs, "duration": duration}, step, brake)
-    history = _changing(vacuum, brake.site.atmosphere)
+    _check_inputs({**inputs, "duration": duration}, step, brake)
+    history = _changing_history(vacuum, brake.site.atmosphere)
     first = float(vacuum.at(0.0) if isinstance(vacuum, History) else vacuum)
     load = load_of(mass, pull, rope_stiffness, rope_damping or None, brake)
     load = jax.tree.map(np.float64, load)
-    start = _strong(
+    start = _strip_weak_types(
         at_start(np.float64(speed), np.float64(first), history is None, follows_speed(brake))
     )
-    pressure = Vacuum(jnp.asarray(first)) if history is None else _pad(history)
+    pressure = Vacuum(jnp.asarray(first)) if history is None else _pad_history(history)
     case = _Case(start, pressure, load, brake)
     until = math.inf if duration is None else duration
     dt, event, warnings = _choose_step(case, step, until)
@@ -165,8 +161,8 @@ def drop_in_time(
             f"duration: the mass still moves at {show(float(event.time), 's')}; give the time up "
             "to which to follow it"
         )
-    states = _follow(case, dt, until, event, progress)
-    result = _stop_of(event, states[-1], case)
+    states = _follow_motion(case, dt, until, event, progress)
+    result = _make_stop(event, states[-1], case)
     remarks = vacuum.remarks() if isinstance(vacuum, History) else []
     columns = {
         column: np.array([float(getattr(state, name)) for state in states])
@@ -178,7 +174,7 @@ def drop_in_time(
     inputs |= {"vacuum": first, "step": dt}
     spring = float(load.spring)
     after = [*warnings, *_speed_notices(file, states, None if step or warnings else CLOSE)]
-    return conclude(file, result, spring, at_event, columns, inputs, before=remarks, after=after)
+    return make_record(file, result, spring, at_event, columns, inputs, before=remarks, after=after)
 
 
 def _speed_notices(file: BrakeFile, states: list[Motion], error: float | None) -> list[Notice]:
@@ -191,15 +187,15 @@ def _speed_notices(file: BrakeFile, states: list[Motion], error: float | None) -
 def _choose_step(case: _Case, step: float | None, until: float) -> tuple[float, Motion, list[str]]:
     """Return the step [s], its first event, and a warning if it is still too long."""
     if step is not None:
-        return step, _event(case, step, until), []
+        return step, _find_event(case, step, until), []
     load = case.load
     # both a slow mass on a stiff spring and a fast one on a soft spring need a quarter period
     dt = float(jnp.sqrt(load.mass / load.spring)) / 200
-    before = _event(case, dt, until)
+    before = _find_event(case, dt, until)
     change = last = math.inf
     for halving in range(MOST_HALVINGS):
         dt /= 2
-        event = _event(case, dt, until)
+        event = _find_event(case, dt, until)
         if bool(event.outcome == MOVING) and math.isinf(until):
             return dt, event, []
         change = max(
@@ -218,7 +214,7 @@ def _choose_step(case: _Case, step: float | None, until: float) -> tuple[float, 
     return dt, before, [words]
 
 
-def _follow(
+def _follow_motion(
     case: _Case, dt: float, until: float, event: Motion, progress: Callable[[float], None] | None
 ) -> list[Motion]:
     """Return states along the run, through every standstill up to a finite `until` [s]."""
@@ -227,7 +223,7 @@ def _follow(
     states, state = [case.start], case.start
     while True:
         state = _march(state, stride, until, dt, case)
-        if math.isfinite(until) and _hangs(state, case):
+        if math.isfinite(until) and _is_hanging(state, case):
             # at rest the state stays the same, bit for bit
             states += [state, state._replace(time=np.float64(until))]
             if progress is not None:
@@ -248,22 +244,22 @@ def _follow(
             states[-1] = state
         if math.isinf(until) or int(state.outcome) != STANDSTILL:
             return states
-        state = _strong(state._replace(outcome=jnp.zeros_like(state.outcome)))
+        state = _strip_weak_types(state._replace(outcome=jnp.zeros_like(state.outcome)))
 
 
-def _strong(motion: Motion) -> Motion:
+def _strip_weak_types(motion: Motion) -> Motion:
     """Return the same state without weak types, which would trigger a second compilation."""
     return jax.tree.map(np.asarray, motion)
 
 
-def _stop_of(event: Motion, last: Motion, case: _Case) -> TimedStop:
+def _make_stop(event: Motion, last: Motion, case: _Case) -> TimedStop:
     elastic_energy = stored_energy(event, case.load, case.brake)
     numbers: Any = (event.slip, event.peak, event.speed, event.heat, elastic_energy, event.time)
-    ends: Any = (_name(event), float(last.slip), _name(last))
+    ends: Any = (_outcome_name(event), float(last.slip), _outcome_name(last))
     return TimedStop(*(*map(float, numbers), *ends))
 
 
-def _name(state: Motion) -> Outcome:
+def _outcome_name(state: Motion) -> Outcome:
     code = int(state.outcome)
     if code == STANDSTILL:
         return Outcome.STOPPED if float(state.slip) > 0 else Outcome.NEVER_SLID
@@ -271,7 +267,7 @@ def _name(state: Motion) -> Outcome:
     return (names | {SNAPPED: Outcome.SNAPS}).get(code, Outcome.FINISHED)
 
 
-def _hangs(state: Motion, case: _Case) -> bool:
+def _is_hanging(state: Motion, case: _Case) -> bool:
     """Return whether the mass hangs at rest on a brake that holds it, at a constant vacuum."""
     load, vacuum = case.load, case.vacuum
     if bool(state.slack) or int(state.outcome) != MOVING or not float(load.gravity):
@@ -290,7 +286,7 @@ def _hangs(state: Motion, case: _Case) -> bool:
     return float(energy) <= STILL * weight**2 / float(load.spring) and hold > weight * (1 + 1e-6)
 
 
-def _check(inputs: Mapping[str, float | None], step: float | None, brake: Brake) -> None:
+def _check_inputs(inputs: Mapping[str, float | None], step: float | None, brake: Brake) -> None:
     check_given(inputs, LIMITS)
     if inputs["rope_damping"] and inputs["rope_stiffness"] is None:
         raise QuantityError("rope damping: there is no rope; give its stiffness too")
@@ -303,7 +299,7 @@ def _check(inputs: Mapping[str, float | None], step: float | None, brake: Brake)
         spec.check(step, "step")
 
 
-def _changing(vacuum: float | History, atmosphere: float) -> History | None:
+def _changing_history(vacuum: float | History, atmosphere: float) -> History | None:
     """Return the history if it changes after the taut rope; QuantityError above the atmosphere."""
     if not isinstance(vacuum, History):
         replace(VACUUM, hi=atmosphere).check(vacuum, "vacuum")
@@ -313,7 +309,7 @@ def _changing(vacuum: float | History, atmosphere: float) -> History | None:
     return vacuum if np.ptp(later) > 0 else None
 
 
-def _pad(history: History) -> Vacuum:
+def _pad_history(history: History) -> Vacuum:
     """Return samples of a history, padded to a power of two so that few lengths compile."""
     extra = (1 << max(4, math.ceil(math.log2(len(history.time))))) - len(history.time)
     late = history.time[-1] + np.arange(1, extra + 1) * max(1.0, abs(history.time[-1]))

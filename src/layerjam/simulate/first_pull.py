@@ -83,7 +83,7 @@ def first_events(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
 
 
 @law
-def _pull(elongation: Any, vacuum: Any, brake: Brake) -> tuple[Any, ...]:
+def _first_pull_state(elongation: Any, vacuum: Any, brake: Brake) -> tuple[Any, ...]:
     """Return slip [m], forces of brake and enclosure [N], heat and elastic energy [J]."""
     slip = slip_at_elongation(elongation, vacuum, brake)
     k, sleeve = working_stiffness(brake), at_slip(slip, vacuum, brake)[1]
@@ -108,7 +108,9 @@ def first_pull(elongation: Array, vacuum: Array, brake: Brake) -> Cycle:
     Raises QuantityError if the enclosure is stretched beyond the fitted strain.
     """
     pressure, k = float(vacuum[0]), float(working_stiffness(brake))
-    slip, force, sleeve, heat, energy = map(np.asarray, _pull(elongation, pressure, brake))
+    slip, force, sleeve, heat, energy = map(
+        np.asarray, _first_pull_state(elongation, pressure, brake)
+    )
     never = np.zeros(len(elongation), bool)
     is_snapped = never
     if k <= float(least_stiffness(pressure, brake)):

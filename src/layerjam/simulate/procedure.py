@@ -17,7 +17,7 @@ _TIME = QuantitySpec("s", "duration", hi=1e7)
 MAX_STEPS = 200
 
 
-def _quantity(spec: QuantitySpec) -> Any:
+def _quantity_pattern(spec: QuantitySpec) -> Any:
     return field(metadata={"quantity": spec})
 
 
@@ -38,7 +38,7 @@ class _Step:
 class Evacuate(_Step):
     """Bring the vacuum to `to` [Pa] with the crosshead at rest, then wait for `hold` [s]."""
 
-    to: float = _quantity(VACUUM)
+    to: float = _quantity_pattern(VACUUM)
     hold: float = field(default=0.0, metadata={"quantity": _TIME})
 
     @property
@@ -59,7 +59,7 @@ class Hold(_Step):
     """Wait for `duration` [s]."""
 
     sentence = "hold {duration}"
-    duration: float = _quantity(_TIME)
+    duration: float = _quantity_pattern(_TIME)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,8 +67,8 @@ class Pull(_Step):
     """Move the crosshead out at `speed` [m/s] until elongation `until` [m]."""
 
     sentence = "pull at {speed} until {until}"
-    speed: float = _quantity(CROSSHEAD_SPEED)
-    until: float = _quantity(_POSITION)
+    speed: float = _quantity_pattern(CROSSHEAD_SPEED)
+    until: float = _quantity_pattern(_POSITION)
 
     @property
     def end(self) -> float:
@@ -81,8 +81,8 @@ class Return(_Step):
     """Move the crosshead back at `speed` [m/s] to the elongation `to` [m]."""
 
     sentence = "return at {speed} to {to}"
-    speed: float = _quantity(CROSSHEAD_SPEED)
-    to: float = _quantity(_POSITION)
+    speed: float = _quantity_pattern(CROSSHEAD_SPEED)
+    to: float = _quantity_pattern(_POSITION)
 
     @property
     def end(self) -> float:
@@ -158,7 +158,7 @@ _SENTENCES: dict[str, tuple[str, Sequence[type[Step]]]] = {
 """{sentence of each kind: (pattern with named fields, its steps)}."""
 
 
-def _read(kind: type[Step], texts: Mapping[str, str | None]) -> Step:
+def _read_step(kind: type[Step], texts: Mapping[str, str | None]) -> Step:
     entries = ((f.name, f.metadata["quantity"], texts.get(f.name)) for f in fields(kind))
     return kind(
         **{
@@ -192,7 +192,7 @@ def parse_procedure(text: str) -> Procedure:
                         f"procedure: {times} cycles; at most {MAX_STEPS // len(kinds)}"
                     )
                 try:
-                    steps += [_read(kind, groups) for kind in kinds] * times
+                    steps += [_read_step(kind, groups) for kind in kinds] * times
                 except LayerjamError as err:
                     raise ProcedureError(str(err)) from None
                 break

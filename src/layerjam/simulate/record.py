@@ -11,7 +11,7 @@ import numpy as np
 
 from layerjam._version import __version__
 from layerjam.device.file import BrakeFile
-from layerjam.device.load import takes_force, write_whole
+from layerjam.device.load import accept_force, write_whole
 from layerjam.errors import FileError, MissingExtraError
 from layerjam.toml_files.table_text import comment, plain_comment
 from layerjam.units import QuantitySpec
@@ -93,7 +93,7 @@ class Record:
             "brake": self.brake.render(self.brake.name),
         }
 
-    @takes_force
+    @accept_force
     def to_csv(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write CSV: '#' header with the procedure and the whole brake, then columns with units."""
         head = self.header()
@@ -109,13 +109,13 @@ class Record:
         text.writelines(",".join(map(repr, row)) + "\n" for row in table.tolist())
         return write_whole(path, text.getvalue(), overwrite)
 
-    @takes_force
+    @accept_force
     def to_netcdf(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write NetCDF 3 through xarray and scipy."""
         dataset = self.to_xarray()
         return write_whole(path, lambda p: dataset.to_netcdf(p, engine="scipy"), overwrite)
 
-    @takes_force
+    @accept_force
     def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write .csv or .nc, by the path's ending; raises FileError for any other."""
         suffix = Path(path).suffix.lower()
@@ -126,7 +126,7 @@ class Record:
         raise FileError(path, f"extension '{suffix}' is unknown; use .csv or .nc")
 
 
-def states(record: Record, **units: str) -> dict[str, str]:
+def header_values(record: Record, **units: str) -> dict[str, str]:
     """Return numbers of a record with their units, as in its header."""
     return {
         name.replace("_", " "): f"{getattr(record, name)!r} {unit}" for name, unit in units.items()
@@ -204,10 +204,10 @@ class DropRecord(Record):
         changes = bool((self.vacuum_in_time != self.vacuum).any())
         solver = "exact" if self.step is None else f"in time, steps of {self.step!r} s"
         return {
-            **states(self, mass="kg", speed="m/s"),
+            **header_values(self, mass="kg", speed="m/s"),
             "vacuum": "as in the column" if changes else f"{self.vacuum!r} Pa",
             "rope stiffness": rope,
-            **states(self, rope_damping="N s/m"),
+            **header_values(self, rope_damping="N s/m"),
             "gravity along the pull": f"{self.gravity!r} m/s^2",
             "solver": solver,
         }

@@ -61,7 +61,7 @@ def oscillator(mass: float, spring: float, damping: float) -> Oscillator:
     return Oscillator(decay, (natural - decay) * (natural + decay), natural**2)
 
 
-def course(time: Any, start: float, slope: float, osc: Oscillator) -> Any:
+def displacement(time: Any, start: float, slope: float, osc: Oscillator) -> Any:
     """Return x(t) from x(0) and x'(0); time [s] may be an array."""
     time = np.asarray(time, float)
     push = slope + osc.decay * start
@@ -76,7 +76,9 @@ def course(time: Any, start: float, slope: float, osc: Oscillator) -> Any:
     return np.exp(-slow * time) * (start * (1 + fast) / 2 + push * rise)
 
 
-def standstill(mass: float, speed: float, spring: float, damping: float, gravity: float) -> float:
+def standstill_time(
+    mass: float, speed: float, spring: float, damping: float, gravity: float
+) -> float:
     """Return the time [s] of the first standstill from above zero; infinite if there is none.
 
     An overdamped mass has one only if speed (d - sqrt(d^2 - w0^2)) > g. A slower mass creeps down
@@ -125,9 +127,9 @@ def damped_rope_only(
     along the pull [m/s^2]; all in closed form.
     """
     osc, weight = oscillator(mass, spring, damping), mass * gravity
-    time = standstill(mass, speed, spring, damping, gravity)
+    time = standstill_time(mass, speed, spring, damping, gravity)
     top = time_of_peak(mass, speed, osc, gravity, time)
-    ends = [damping * speed, float(_force([top], mass, speed, osc, gravity)[0])]
+    ends = [damping * speed, float(_rope_force([top], mass, speed, osc, gravity)[0])]
     sag = gravity**2 / osc.stiff
     if math.isinf(time):
         return max(*ends, weight), time, mass * (speed**2 + sag) / 2
@@ -139,10 +141,10 @@ def damped_rope_only(
     return max(ends), time, heat
 
 
-def _force(time: Any, mass: float, speed: float, osc: Oscillator, gravity: float) -> Array:
+def _rope_force(time: Any, mass: float, speed: float, osc: Oscillator, gravity: float) -> Array:
     start = gravity - 2 * osc.decay * speed
     slope = -2 * osc.decay * start - osc.stiff * speed
-    return np.asarray(mass * (gravity - course(time, start, slope, osc)))
+    return np.asarray(mass * (gravity - displacement(time, start, slope, osc)))
 
 
 def simulate_bare_drop(
@@ -162,7 +164,7 @@ def simulate_bare_drop(
     # sample densely within the damper's response time, even if it is short
     fine = np.append(np.linspace(0, 1, SAMPLES)[1:-1], np.geomspace(1e-12, 1, SAMPLES))
     time = np.append(0.0, np.unique(fine) * last)
-    force = _force(time, mass, speed, osc, gravity)
+    force = _rope_force(time, mass, speed, osc, gravity)
     below = np.flatnonzero(force[1:] <= 0)
     if len(below):
         index = int(below[0]) + 1
@@ -175,7 +177,7 @@ def simulate_bare_drop(
     if force[0] > 0:
         time, force = np.append(-_INSTANT, time), np.append(0.0, force)
     sag = gravity / osc.stiff
-    travel = sag + course(np.maximum(time, 0.0), -sag, speed, osc)
+    travel = sag + displacement(np.maximum(time, 0.0), -sag, speed, osc)
     return BareDrop(time, force / mass, site, travel, mass, gravity)
 
 

@@ -40,7 +40,7 @@ class SheetMotion:
     """(n,) True for a sheet clamped in the moving cap."""
 
 
-def motion_of(record: "TensileRecord", pull: "StackPull") -> SheetMotion:
+def sheet_motion(record: "TensileRecord", pull: "StackPull") -> SheetMotion:
     """Return the motion of a pull's sheets from all samples of the stack."""
     count, sheets = pull.sheets.shape
     walls = sheets - int(record.brake.brake.sheets.count)

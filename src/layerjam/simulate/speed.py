@@ -81,7 +81,7 @@ def pull_notices(file: BrakeFile, speed: float) -> list[Notice]:
         "friction follows the brake's [speed_law] at the speed of the crosshead or cord; "
         "while it rests, the last speed is used"
     )
-    return _by_law(file, words, speed, unmeasured=speed > SLOW)
+    return _law_notice(file, words, speed, unmeasured=speed > SLOW)
 
 
 def stack_notices(file: BrakeFile, speeds: Sequence[float]) -> list[Notice]:
@@ -95,7 +95,7 @@ def stack_notices(file: BrakeFile, speeds: Sequence[float]) -> list[Notice]:
         words += (
             " in the first move, also used for the later ones (the lumped model follows each speed)"
         )
-    return _by_law(file, words, first, unmeasured=max(speeds) > SLOW)
+    return _law_notice(file, words, first, unmeasured=max(speeds) > SLOW)
 
 
 def slide_notices(file: BrakeFile, speed: float, fastest: float) -> list[Notice]:
@@ -104,7 +104,7 @@ def slide_notices(file: BrakeFile, speed: float, fastest: float) -> list[Notice]
         "kinetic friction follows the brake's [speed_law] at the speed of the sliding sheets; "
         "stable_speed and stiffness_needed are closed forms without it and are left out"
     )
-    return _by_law(file, words, fastest, unmeasured=speed > SLOW)
+    return _law_notice(file, words, fastest, unmeasured=speed > SLOW)
 
 
 def machine_notices(file: BrakeFile) -> list[Notice]:
@@ -113,10 +113,12 @@ def machine_notices(file: BrakeFile) -> list[Notice]:
         "friction follows the brake's [speed_law] at the speed of the sheets; a holding "
         "force is that of very slowly sliding sheets, or the static one"
     )
-    return _by_law(file, words, 0.0)
+    return _law_notice(file, words, 0.0)
 
 
-def _by_law(file: BrakeFile, words: str, fastest: float, unmeasured: bool = True) -> list[Notice]:
+def _law_notice(
+    file: BrakeFile, words: str, fastest: float, unmeasured: bool = True
+) -> list[Notice]:
     """Return a notice on how friction follows the speed law, or that no law was measured."""
     if file.brake.speed_law is None:
         return [UNMEASURED] if unmeasured else []

@@ -42,7 +42,9 @@ def _split_procedure(procedure: Procedure) -> tuple[Evacuate, list[Pull | Return
     return first, moves
 
 
-def _path(first: Evacuate, steps: list[Pull | Return | Hold], brake: Brake) -> tuple[Array, Array]:
+def _sample_path(
+    first: Evacuate, steps: list[Pull | Return | Hold], brake: Brake
+) -> tuple[Array, Array]:
     """Return time and elongation of every sample, dense while sheets begin to slip one by one."""
     top = float(peak(first.to, brake.sheets.overlap, brake).force)
     rise = 2.0 * top / float(working_stiffness(brake))
@@ -65,7 +67,7 @@ def _path(first: Evacuate, steps: list[Pull | Return | Hold], brake: Brake) -> t
     return np.concatenate(times), np.concatenate(positions)
 
 
-def sliding_at(speed: float, brake: Brake) -> Brake:
+def with_sliding_speed(speed: float, brake: Brake) -> Brake:
     """Return the brake with kinetic friction at a speed [m/s], and static friction not below."""
     sliding = at_speed(speed, brake)
     static = max(float(brake.film.static), float(sliding.film.kinetic))
@@ -93,12 +95,12 @@ def tensile_stack(
     """
     first_step, moves = _split_procedure(procedure)
     speeds = [step.speed for step in moves if not isinstance(step, Hold)]
-    brake = sliding_at(speeds[0], file.brake)
+    brake = with_sliding_speed(speeds[0], file.brake)
     vacuum = first_step.to
     layout: Any = {"interfaces": interfaces, "housing": housing, "static": static}
     stack = stack_of(brake, vacuum, one_by_one=one_by_one, **layout)
     lengths, fan = stack.length.copy(), fan_of_stack(brake, vacuum, interfaces, static)
-    time, path = _path(first_step, moves, brake)
+    time, path = _sample_path(first_step, moves, brake)
     if fan is not None:
         lengths[stack.ends[0] : stack.ends[1]] = fan.length
     result = pull_stack(path, stack, progress, fan.put if fan is not None else None)
@@ -110,7 +112,7 @@ def tensile_stack(
         outcome = Outcome.SNAPS
     elif (slip[-1] >= lengths[first:last] * (1 - 1e-9)).all():
         outcome = Outcome.SEPARATED
-    elif _closed(slip, result.slack, brake):
+    elif _is_closed(slip, result.slack, brake):
         outcome = Outcome.CLOSED_BY_SLEEVE
     record = TensileRecord(
         time=time[:count],
@@ -135,7 +137,7 @@ def tensile_stack(
     return record, result
 
 
-def _closed(slip: Array, slack: Any, brake: Brake) -> bool:
+def _is_closed(slip: Array, slack: Any, brake: Brake) -> bool:
     """Return whether all interfaces, not only the outer ones, slid back without load."""
     if not slack.any():
         return False

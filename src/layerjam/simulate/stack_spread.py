@@ -32,7 +32,7 @@ class Spread(Peaks):
         return len(self.peak)
 
 
-def draws(first: int, last: int, count: int, seed: int) -> Array:
+def draw_normal(first: int, last: int, count: int, seed: int) -> Array:
     """Return standard normal numbers for samples `first` to `last`, shape (last - first, count).
 
     Each sample has its own place in a counter-based generator, so the numbers do not depend on the
@@ -87,7 +87,7 @@ def peak_spread(
         for start in range(0, samples, chunk):
             stop = min(start + chunk, samples)
             friction = np.tile(stack.friction, (stop - start, 1))
-            normal = draws(start, stop, last - first, seed)
+            normal = draw_normal(start, stop, last - first, seed)
             friction[:, first:last] *= np.exp(width * normal - width**2 / 2)
             length = np.broadcast_to(stack.length, friction.shape)
             parts.append(peaks_of(stack, friction, length, end))

@@ -18,17 +18,11 @@ from layerjam.mechanics.friction import friction_per_contact, growth
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stick_slip.curve import Stribeck
 from layerjam.mechanics.stick_slip.laws import critical_speed, of_film, slow_saw
-from layerjam.mechanics.stick_slip.slide import (
-    CLOSED,
-    SEPARATED,
-    STEADY,
-    TOO_LONG,
-    slide,
-)
+from layerjam.mechanics.stick_slip.slide import CLOSED, SEPARATED, STEADY, TOO_LONG, slide
 from layerjam.mechanics.stick_slip.slide_step import Slide
 from layerjam.mechanics.stiffness import stiffness_before_slip, working_stiffness
 from layerjam.simulate.quantities import CROSSHEAD_SPEED, ELONGATION, MASS, VACUUM, check_given
-from layerjam.simulate.record import Outcome, PullRecord, column, states
+from layerjam.simulate.record import Outcome, PullRecord, column, header_values
 from layerjam.simulate.speed import follows_speed
 from layerjam.units import QuantitySpec, show
 
@@ -96,7 +90,9 @@ class StickSlipRecord(PullRecord):
         """Return vacuum, speed, mass, spring, damper and friction in SI."""
         curve = self.stribeck
         return {
-            **states(self, vacuum="Pa", speed="m/s", mass="kg", stiffness="N/m", damping="N s/m"),
+            **header_values(
+                self, vacuum="Pa", speed="m/s", mass="kg", stiffness="N/m", damping="N s/m"
+            ),
             "static friction": f"{curve.static!r}",
             "kinetic friction": f"{curve.kinetic!r}",
             "Stribeck speed": f"{curve.speed!r} m/s",
@@ -107,7 +103,7 @@ class StickSlipRecord(PullRecord):
     def frozen(self, slip: Any) -> Slide:
         """Return this slide with constant friction, as at a slip [m]; slips broadcast."""
         inputs: dict[str, Any] = {name: getattr(self, name) for name in _INPUTS}
-        return slide_of(self.brake.brake, slip=slip, frozen=True, **inputs)
+        return make_slide(self.brake.brake, slip=slip, frozen=True, **inputs)
 
 
 _INPUTS = ("vacuum", "speed", "mass", "stiffness", "damping", "stribeck")
@@ -129,7 +125,7 @@ def series_stiffness(brake: Brake, mount: float | None = None) -> float:
 
 
 @in_double_precision
-def slide_of(
+def make_slide(
     brake: Brake,
     *,
     vacuum: Any,
@@ -184,7 +180,7 @@ class Bounds(NamedTuple):
     """Kinetic force [N]."""
 
 
-def bounds_at(run: Slide, speed: Any = None) -> Bounds:
+def force_bounds(run: Slide, speed: Any = None) -> Bounds:
     """Return static and kinetic force [N] of a frozen slide.
 
     With a speed law the kinetic one is that at a `speed` [m/s], by default of the crosshead.
@@ -240,8 +236,8 @@ def stick_slip(
         "damping": damping,
         "stribeck": stribeck or of_film(brake),
     }
-    setup = slide_of(brake, slip=slip, **motion)
-    travel = _travel(setup, brake, speed, slip) if travel is None else travel
+    setup = make_slide(brake, slip=slip, **motion)
+    travel = _crosshead_travel(setup, brake, speed, slip) if travel is None else travel
     setup = setup._replace(ramp=travel / speed, end=travel / speed + hold, step=step)
     state = slide(setup, events=EVENTS, samples=SAMPLES, max_actions=4 * SAMPLES)
     if int(state.reason) == TOO_LONG:
@@ -270,13 +266,13 @@ def stick_slip(
         stored_energy=spring_held + setup.mass * pace**2 / 2 + energy,
         events=Events(*table.T),
         **motion,
-        outcome=_outcome(state, rows, table),
+        outcome=_slide_outcome(state, rows, table),
         brake=file,
         warnings=tuple(file.warnings()),
     )
 
 
-def _travel(run: Slide, brake: Brake, speed: float, slip: float) -> float:
+def _crosshead_travel(run: Slide, brake: Brake, speed: float, slip: float) -> float:
     """Return crosshead travel [m] for TEETH events, or for the swings of a fast pull."""
     static = float(run.level - run.fall * slip) * (1 + float(run.rise))
     kinetic = float(run.level - run.fall * slip)
@@ -289,7 +285,7 @@ def _travel(run: Slide, brake: Brake, speed: float, slip: float) -> float:
     return float(min(onset + max(TEETH * tooth, swings), room))
 
 
-def _outcome(state: Any, rows: Array, table: Array) -> Outcome:
+def _slide_outcome(state: Any, rows: Array, table: Array) -> Outcome:
     if int(state.reason) in ENDS:
         return ENDS[int(state.reason)]
     if not rows[:, 7].any():
@@ -312,13 +308,13 @@ class Tooth(NamedTuple):
     """Period [s]."""
 
 
-def tooth(run: Slide, swings: int = 300) -> Tooth:
+def single_event(run: Slide, swings: int = 300) -> Tooth:
     """Return one event of a slide with constant friction, or none; entries of `run` may be arrays.
 
     A mass that sticks again starts its next slip like this one, so one event describes all. Without
     an event the motion is followed for some number of `swings`.
     """
-    static, _ = bounds_at(run)
+    static, _ = force_bounds(run)
     omega = np.sqrt(np.asarray(run.spring) / run.mass)
     end = np.asarray(static) / (np.asarray(run.spring) * run.speed) + swings * 2 * np.pi / omega
     run = run._replace(ramp=np.inf, end=end, events=1.0, tolerance=MAP_TOLERANCE)
@@ -348,7 +344,7 @@ def amplitude_map(
     `mass` [kg], `stiffness` [N/m] and `damping` [N s/m] may be arrays that broadcast with them.
     """
     speeds, vacuums = np.broadcast_arrays(speeds, vacuums)
-    run = slide_of(
+    run = make_slide(
         brake,
         vacuum=vacuums,
         speed=speeds,
@@ -359,7 +355,7 @@ def amplitude_map(
         slip=slip,
         frozen=True,
     )
-    return tooth(run, swings)
+    return single_event(run, swings)
 
 
 def critical_speed_of(run: Slide) -> float:
@@ -368,7 +364,7 @@ def critical_speed_of(run: Slide) -> float:
     Closed form for the jump law while the spring stays taut; otherwise found by simulations to
     within 0.1 %. Infinite without damping.
     """
-    static, kinetic = (float(v) for v in bounds_at(run, 0.0))
+    static, kinetic = (float(v) for v in force_bounds(run, 0.0))
     drag = float(run.damping) + float(run.level) * float(run.viscous)
     if static <= kinetic:
         return 0.0
@@ -379,12 +375,12 @@ def critical_speed_of(run: Slide) -> float:
     low, high = 1e-9 * scale, 1e3 * scale
     if float(run.stribeck) == 0.0 and float(run.viscous) == 0.0 and run.law is None:
         speed = float(critical_speed(static, kinetic, spring, mass, run.damping))
-        if speed < low or not tooth(run._replace(speed=1.001 * speed)).judders:
+        if speed < low or not single_event(run._replace(speed=1.001 * speed)).judders:
             return speed
         low = speed
     for _ in range(8):
         speeds = np.geomspace(low, high, 24)
-        judders = tooth(run._replace(speed=speeds)).judders
+        judders = single_event(run._replace(speed=speeds)).judders
         if not judders.any():
             return 0.0
         last = int(np.flatnonzero(judders)[-1])

@@ -37,14 +37,14 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 @law
-def _events(vacuum: float, brake: Brake) -> tuple[float, float, float]:
+def _pull_events(vacuum: float, brake: Brake) -> tuple[float, float, float]:
     k, overlap = working_stiffness(brake), brake.sheets.overlap
     onset = sheet_friction(0.0, vacuum, brake) / k
     separation = overlap + enclosure_force(overlap, vacuum, brake) / k
     return onset, peak(vacuum, overlap, brake).elongation, separation
 
 
-def _path(
+def _sample_path(
     procedure: Procedure, brake: Brake, leak_time: float | None
 ) -> tuple[Array, Array, Array, Array]:
     """Return time, elongation, vacuum and crosshead speed at every sample.
@@ -54,7 +54,7 @@ def _path(
     """
     moves = [step.speed for step in procedure.steps if isinstance(step, Pull | Return)]
     pace = moves[0] if moves else 0.0
-    blocks: list[Array] = [_rows(0.0, 0.0, 0.0, pace)]
+    blocks: list[Array] = [_make_rows(0.0, 0.0, 0.0, pace)]
     shut = (0.0, 0.0)
     rate = None if leak_time is None else 1 / leak_time
 
@@ -70,32 +70,32 @@ def _path(
             if len(blocks) == 1 and blocks[0].shape[1] == 1:
                 blocks = []
             times = [time, time + step.hold] if step.hold else [time]
-            blocks.append(_rows(times, start, step.to, pace))
+            blocks.append(_make_rows(times, start, step.to, pace))
             shut = (time + step.hold, step.to)
         elif isinstance(step, Vent):
-            blocks.append(_rows(time, start, 0.0, pace))
+            blocks.append(_make_rows(time, start, 0.0, pace))
             shut = (time, 0.0)
         elif isinstance(step, Hold):
             samples = 1 if rate is None else HOLDING
             instants = time + step.duration * np.arange(1, samples + 1) / samples
-            blocks.append(_rows(instants, start, remaining(instants), pace))
+            blocks.append(_make_rows(instants, start, remaining(instants), pace))
         else:
-            positions = _positions(step, start, vacuum, at_speed(step.speed, brake))
+            positions = _move_samples(step, start, vacuum, at_speed(step.speed, brake))
             instants = time + np.abs(positions - start) / step.speed
-            blocks.append(_rows(instants, positions, remaining(instants), step.speed))
+            blocks.append(_make_rows(instants, positions, remaining(instants), step.speed))
     times, elongations, vacuums, speeds = np.concatenate(blocks, axis=1)
     return times, elongations, vacuums, speeds
 
 
-def _rows(time: Any, elongation: Any, vacuum: Any, speed: Any) -> Array:
+def _make_rows(time: Any, elongation: Any, vacuum: Any, speed: Any) -> Array:
     return np.array(np.broadcast_arrays(np.atleast_1d(time), elongation, vacuum, speed))
 
 
-def _positions(step: Pull | Return, start: float, vacuum: float, brake: Brake) -> Array:
+def _move_samples(step: Pull | Return, start: float, vacuum: float, brake: Brake) -> Array:
     """Return the elongations of a move's samples, including the events of a pull."""
     if isinstance(step, Return):
         return np.linspace(start, step.end, SAMPLES + 1)[1:]
-    find_events = _events if brake.hyperelastic is None else first_events
+    find_events = _pull_events if brake.hyperelastic is None else first_events
     events = np.array([float(e) for e in find_events(vacuum, brake)])
     # the grid may end after separation, as nothing is simulated beyond
     end = min(step.end, max(start, *events) * 1.001 + 1e-9)
@@ -106,13 +106,15 @@ def _positions(step: Pull | Return, start: float, vacuum: float, brake: Brake) -
     return np.union1d(grid, events)
 
 
-def _run(elongation: Array, vacuum: Array, speed: Array, brake: Brake) -> tuple[Cycle, Engine]:
+def _run_history(
+    elongation: Array, vacuum: Array, speed: Array, brake: Brake
+) -> tuple[Cycle, Engine]:
     if brake.hyperelastic is not None and is_first_pull(elongation, vacuum):
         return in_blocks(lambda u, p: first_pull(u, p, brake), elongation, vacuum), "law"
     return follow_history(elongation, vacuum, brake, speed if follows_speed(brake) else None)
 
 
-def _slip_back(slip: Array) -> float:
+def _largest_return(slip: Array) -> float:
     """Return the largest return of the slip from its maximum so far [m]."""
     return float((np.maximum.accumulate(slip) - slip).max())
 
@@ -160,10 +162,10 @@ def tensile(
             f"vacuum: {show(highest, 'Pa')} is more than the atmosphere, {show(atmosphere, 'Pa')}"
         )
     check_given({"leak time": leak_time}, {"leak time": LEAK_TIME})
-    time, elongation, vacuum, speed = _path(procedure, brake, leak_time)
+    time, elongation, vacuum, speed = _sample_path(procedure, brake, leak_time)
     if brake.hyperelastic is not None:
         check_hyperelastic(vacuum, brake)
-    cycle, engine = _run(elongation, vacuum, speed, brake)
+    cycle, engine = _run_history(elongation, vacuum, speed, brake)
     if brake.hyperelastic is not None and np.isnan(cycle.force[~cycle.snapped]).any():
         raise overstretch_error(highest, brake)
     end, outcome = len(time), Outcome.FINISHED
@@ -178,7 +180,7 @@ def tensile(
         end, outcome = int(np.argmax(cycle.snapped)), Outcome.SNAPS
     elif is_separated:
         end, outcome = last, Outcome.SEPARATED
-    elif cycle.closed.any() and _slip_back(cycle.slip) > 1e-9 * brake.sheets.overlap:
+    elif cycle.closed.any() and _largest_return(cycle.slip) > 1e-9 * brake.sheets.overlap:
         outcome = Outcome.CLOSED_BY_SLEEVE
     warnings = outcome_warnings(outcome, highest, elongation[:end], cycle.slip[:end], brake)
     if leak_time is not None:

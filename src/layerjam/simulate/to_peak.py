@@ -34,7 +34,7 @@ def vacuum_to_peak(peak_at: Callable[[float], float], force: float, limit: float
     """
     from scipy.optimize import brentq
 
-    _check(force)
+    _check_force(force)
     low, high = peak_at(0.0), peak_at(limit)
     if not low <= force <= high:
         end = 0.0 if force < low else limit
@@ -52,7 +52,7 @@ def sheets_to_peak(peak_at: Callable[[int], float], force: float, limit: int) ->
     force below the peak of two sheets by more than half a step, or above that of `limit`. Raises
     QuantityError for an invalid force.
     """
-    _check(force)
+    _check_force(force)
     low, high = FEWEST, limit
     peaks = {low: peak_at(low), high: peak_at(high)}
     step = peak_at(low + 1) - peaks[low]
@@ -68,6 +68,6 @@ def sheets_to_peak(peak_at: Callable[[int], float], force: float, limit: int) ->
     return ToPeak(float(best), peaks[best], float(best))
 
 
-def _check(force: float) -> None:
+def _check_force(force: float) -> None:
     if not 0 <= force < float("inf"):
         raise QuantityError.of("force", f"{force:g} N is not a force; 0 N or more is needed")

@@ -55,7 +55,7 @@ class Case:
             changes["brake"] = replace(self.brake, sheets=sheets)
         return replace(self, **changes)
 
-    def of_one(self) -> tuple[Any, ...]:
+    def per_brake(self) -> tuple[Any, ...]:
         """Return the arguments of `tuned_stop`: each brake carries its share of mass and rope."""
         rope = None if self.rope is None else self.rope / self.share
         mass = self.mass / self.share
@@ -70,7 +70,7 @@ def tuning_vacuum(case: Case) -> float | None:
 
 def _arguments(case: Case) -> tuple[Any, ...]:
     """Return the arguments of `tuned_stop`, always of one shape if every stop is integrated."""
-    mass, speed, travel, rope, gravity, brake = case.of_one()
+    mass, speed, travel, rope, gravity, brake = case.per_brake()
     if not follows_speed(brake):
         return mass, speed, travel, rope, gravity, without_idle_speed_law(brake)
     mass, speed, travel = (np.zeros(FEW) + value for value in (mass, speed, travel))

@@ -17,8 +17,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from layerjam.commands.regulator import RegulatorSettings, regulator_of
-from layerjam.control.faults import injection_of
+from layerjam.commands.regulator import RegulatorSettings, make_regulator
+from layerjam.control.faults import make_injection
 from layerjam.control.settings import Regulator, validate
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.fluid.file import LineFile
@@ -221,7 +221,7 @@ def regulator_for(
         settings: dict[str, Any] = {"safe_state": safe_state, "kind": kind}
         if line.line.sensor is None:
             settings["sensor_range"] = sensor_range
-        regulator, _ = regulator_of(line, target, RegulatorSettings(**settings))
+        regulator, _ = make_regulator(line, target, RegulatorSettings(**settings))
     validate(regulator, target)
     return regulator
 
@@ -240,7 +240,7 @@ def switch_on(bench: ProcedureBench, regulator: Regulator, rest: str, target: fl
 def provoke(bench: ProcedureBench, fault: str, regulator: Regulator, target: float) -> None:
     """Inject a fault into the plant of a virtual board; "none" repairs it."""
     if bench.plant is not None:
-        injection = HEALTHY if fault == "none" else injection_of(fault, 0.0, regulator, target)[0]
+        injection = HEALTHY if fault == "none" else make_injection(fault, 0.0, regulator, target)[0]
         bench.plant.injected = injection
 
 

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from layerjam.commands import results
-from layerjam.commands.index import load
+from layerjam.commands.index import load_entry
 from layerjam.device.file import BrakeFile
 from layerjam.errors import LayerjamError, Notice
 from layerjam.fluid.file import LineFile
@@ -97,7 +97,7 @@ class Call:
         `function` runs instead of the command if only a part of its answer is needed.
         """
         try:
-            result = (function or load(self.name))(
+            result = (function or load_entry(self.name))(
                 *(_real(v) for v in self._positional()),
                 **{key: _real(v) for key, v in self.options.items()},
                 **more,
@@ -123,12 +123,12 @@ class Call:
         parts = [_literal(_plain_value(v)) for v in self._positional()]
         parts += [f"{key}={_literal(_plain_value(v))}" for key, v in self.options.items()]
         parts += [f"out={_literal(self.out)}", "overwrite=True"] if self.out else []
-        return f"lj.{load(self.name).python_name}({', '.join(parts)})"
+        return f"lj.{load_entry(self.name).python_name}({', '.join(parts)})"
 
     def _python_block(self, file: str, others: "Mapping[str, Call]", display: bool) -> str:
         """Return code that computes, prints and draws it; in a notebook it displays the figure."""
         text = f"result = {self.python_expression()}\nprint(result)\n"
-        kind = load(self.name).result
+        kind = load_entry(self.name).result
         if not kind.drawable():
             return text
         options = "overwrite=True"
@@ -146,7 +146,7 @@ class Call:
 
     def command(self) -> str:
         """Return the call as a command line."""
-        words = ["layerjam", load(self.name).name]
+        words = ["layerjam", load_entry(self.name).name]
         for value in self._positional():
             words += _words(_plain_value(value))
         for key, value in self.options.items():
@@ -181,14 +181,14 @@ def python_parts(
 
     With `display` the code shows its figures by IPython's `display` and `SVG`.
     """
-    names = [load(call.name).name for call in calls]
+    names = [load_entry(call.name).name for call in calls]
     every = [*calls, *pinned_calls.values()]
     parts, left = [f"{_head(every)}import layerjam as lj\n"], dict(pinned_calls)
     for place, call in enumerate(calls):
         lone = names.count(names[place]) == 1
         file = names[place] if lone else f"{names[place]}-{names[: place + 1].count(names[place])}"
-        takes = load(call.name).result.takes_beside
-        pins = {label: pin for label, pin in left.items() if takes(load(pin.name).result)}
+        takes = load_entry(call.name).result.takes_beside
+        pins = {label: pin for label, pin in left.items() if takes(load_entry(pin.name).result)}
         left = {label: pin for label, pin in left.items() if label not in pins}
         parts.append(call._python_block(file, pins, display))
     return parts
@@ -202,13 +202,13 @@ def _head(calls: Sequence[Call]) -> str:
 @cache
 def parameters(name: str) -> "Mapping[str, Parameter]":
     """Return {name: parameter} of a declared command."""
-    return MappingProxyType({p.name: p for p in load(name).parameters})
+    return MappingProxyType({p.name: p for p in load_entry(name).parameters})
 
 
 @cache
 def result_fields(name: str) -> Mapping[str, str]:
     """Return {key of a command's result: its description}."""
-    keys = load(name).result.keys()
+    keys = load_entry(name).result.keys()
     return MappingProxyType({results.key_of(f): f.metadata["result"] for f in keys})
 
 

@@ -11,7 +11,7 @@ from nicegui.elements.upload_files import FileUpload
 
 from layerjam.errors import FileError, LayerjamError
 from layerjam.measure.conditions import LIST, parse_list
-from layerjam.measure.sidecar import FOLDER, Facts, facts_text, values_of
+from layerjam.measure.sidecar import FOLDER, Facts, facts_text, parse_facts
 from layerjam.toml_files.toml import MAX_BYTES, decode_toml, parse_toml
 from layerjam.toml_files.writer import dump_toml
 from layerjam.units import QuantitySpec, build, show, spec_of
@@ -298,7 +298,7 @@ def attach(uploads: Uploads) -> tuple[list[str], list[str]]:
         if file.shown in uploads.from_list:
             continue
         text = uploads.sidecars.get(file.shown, "")
-        list_values, values = values_of(of_list, LIST), _sidecar_values(text)
+        list_values, values = parse_facts(of_list, LIST), _sidecar_values(text)
         for key in list_values.keys() & values.keys():
             if list_values[key] != values[key]:
                 notes.append(
@@ -329,7 +329,7 @@ def merge_sidecars(text: str, of_all: str) -> str:
 def _sidecar_values(text: str) -> dict[str, Any]:
     """Return the values of a sidecar; empty if it is invalid, which its reader reports."""
     try:
-        return values_of(text, "the sidecar")
+        return parse_facts(text, "the sidecar")
     except LayerjamError:
         return {}
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from nicegui import Client, background_tasks, run, ui
 
-from layerjam.commands.pull_by_pull import HEADS, TITLE, cells
-from layerjam.commands.wording import in_words
+from layerjam.commands.pull_by_pull import HEADS, TITLE, format_cells
+from layerjam.commands.wording import format_words
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, answers_in
 from layerjam.workbench.call import Call, Options, result_fields
@@ -229,7 +229,7 @@ class Figures:
         for key, cell in self._cells.items():
             value = None if key in but else result.values.get(key)
             unit = result.units.get(key, "1")
-            cell.set_text("–" if value is None else in_words(value, unit))
+            cell.set_text("–" if value is None else format_words(value, unit))
 
 
 class Box(ui.column):
@@ -284,7 +284,9 @@ def checks(result: Any) -> None:
     pulls = result.values.get("pulls", ())
     if len(pulls) > 1:
         heads = [name.capitalize() for name in HEADS]
-        live.Table().set_content(html(heads, map(cells, pulls), range(6), TITLE, "pull-by-pull"))
+        live.Table().set_content(
+            html(heads, map(format_cells, pulls), range(6), TITLE, "pull-by-pull")
+        )
     for check in result.values.get("checks", ()):
         with ui.row().classes("no-wrap gap-2 items-baseline"):
             tone, word = TONES[check["level"]]

@@ -8,7 +8,7 @@ from typing import Any
 from nicegui import background_tasks, run, ui
 
 from layerjam.errors import LayerjamError, QuantityError
-from layerjam.fluid.closed_forms import reachable
+from layerjam.fluid.closed_forms import reachable_vacuum
 from layerjam.simulate.to_peak import ToPeak, sheets_to_peak, vacuum_to_peak
 from layerjam.units import QuantitySpec, exact_text, show
 from layerjam.workbench.call import Call, Subject
@@ -112,7 +112,7 @@ class PeakSetting:
 
     def limit(self) -> float:
         """Return the greatest vacuum that site and line allow [Pa]."""
-        return min(self._most(), float(reachable(self._desk.line.line)))
+        return min(self._most(), float(reachable_vacuum(self._desk.line.line)))
 
     def search(self, force: float, by_sheets: bool) -> ToPeak:
         """Return the setting for a peak force; runs in a thread and raises the command's errors."""

@@ -13,10 +13,10 @@ import numpy as np
 
 from layerjam.errors import FileError, LayerjamError, MissingExtraError
 from layerjam.measure.options import ReadingOptions
-from layerjam.measure.preview import column_of, preview, vacuum_columns
+from layerjam.measure.preview import preview, read_column, vacuum_columns
 from layerjam.measure.readers.read import open_traces
 from layerjam.measure.readers.source import load_sources
-from layerjam.measure.run_text import facts_of
+from layerjam.measure.run_text import run_facts
 from layerjam.measure.runs import ENDING, read_run
 from layerjam.measure.sidecar import Facts, read_facts
 from layerjam.measure.trace import Trace
@@ -256,7 +256,7 @@ def _of_content(path: Path, traces: Sequence[Trace]) -> Iterator[tuple[str, Sour
         return
     if path.suffix == ENDING:
         try:
-            run = facts_of(read_run(path))
+            run = run_facts(read_run(path))
         except LayerjamError:
             return
         for fact in ("vacuum", "speed"):
@@ -277,7 +277,7 @@ def vacuum_of_column(path: Path, index: int, unit: str, names: Sequence[str]) ->
 
     Raises LayerjamError if it has no values, or values that are not a vacuum.
     """
-    values = column_of(path, index, unit, "Pa")
+    values = read_column(path, index, unit, "Pa")
     middle = float(np.median(values))
     text = show(middle, "Pa", 4)
     spec_of(Facts, "vacuum").read(text, f"column '{names[index]}'")

@@ -7,7 +7,7 @@ from dataclasses import replace
 from nicegui import run, ui
 
 from layerjam.errors import LayerjamError
-from layerjam.identify.origin import origin
+from layerjam.identify.origin import describe_origin
 from layerjam.workbench.call import as_python, disambiguate
 from layerjam.workbench.copying import copied, offer
 from layerjam.workbench.desk import Desk, forget, take_over
@@ -164,7 +164,7 @@ def _brake(desk: Desk) -> None:
     def fill(change: str) -> None:
         if change in ("brake", "undo"):
             file, is_listed = desk.brake, desk.brake_subject().file is None
-            came = origin(file)
+            came = describe_origin(file)
             title = file.title if is_listed and file.title else file.name
             source.set_text(title.rpartition(", ")[0])
             name.set_text(title.rpartition(", ")[2])

@@ -40,16 +40,7 @@ from layerjam.workbench.said import (
 from layerjam.workbench.spoken import on_page
 from layerjam.workbench.tables import html
 from layerjam.workbench.uploads import Upload
-from layerjam.workbench.widgets import (
-    Alert,
-    button,
-    dress,
-    field,
-    heading,
-    hint,
-    one_line,
-    select,
-)
+from layerjam.workbench.widgets import Alert, button, dress, field, heading, hint, one_line, select
 
 MAX_ROWS = 12
 """Number of files with individual fields; a table lists the others."""

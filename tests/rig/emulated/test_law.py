@@ -30,7 +30,7 @@ print(binascii.hexlify(h.digest()).decode())
 
 
 def test_the_law_is_the_same_to_the_last_bit() -> None:
-    first, second = regulator().packed()
+    first, second = regulator().pack()
     text = ROUND.format(
         n=STEPS, law=struct.pack(f"<{len(first) + len(second)}d", *first, *second).hex()
     )

@@ -5,15 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.identify.bayes.model import Data, Sites, forces
-from layerjam.identify.bayes.posterior import BayesFit, agreement_of
+from layerjam.identify.bayes.model import Data, Sites, law_forces
+from layerjam.identify.bayes.posterior import BayesFit, chain_agreement
 from layerjam.identify.checks import (
     GROSS,
     Check,
     check,
-    no_trend,
-    plausible,
-    stiffness_possible,
+    check_no_trend,
+    check_plausible,
+    check_stiffness,
 )
 from layerjam.identify.curves import Curve
 from layerjam.identify.shape import SHAPE
@@ -42,25 +42,25 @@ def bayes_checks(fit: BayesFit, curves: Sequence[Curve], data: Data) -> tuple[Ch
     factors = np.median(fit.curve_scale_factor, axis=(0, 1))
     speeds = [c.speed for c in curves]
     checks = [
-        _complete(fit),
+        _is_complete(fit),
         _check_convergence(fit),
-        _divergences(fit),
-        _enough(fit),
-        _repeats(fit),
-        _identifiable(fit),
-        _against_prior(fit),
-        plausible(factor),
-        stiffness_possible(stiffness, float(stiffness_before_slip(fit.brake))),
-        no_trend(factors.tolist(), fit.vacuum, "vacuum", "Pa"),
-        no_trend(factors.tolist(), [s for s in speeds if s is not None], "speed", "m/s")
+        _check_divergences(fit),
+        _check_draws(fit),
+        _check_repeats(fit),
+        _check_identifiability(fit),
+        _check_prior(fit),
+        check_plausible(factor),
+        check_stiffness(stiffness, float(stiffness_before_slip(fit.brake))),
+        check_no_trend(factors.tolist(), fit.vacuum, "vacuum", "Pa"),
+        check_no_trend(factors.tolist(), [s for s in speeds if s is not None], "speed", "m/s")
         if None not in speeds
         else None,
-        _over_slip(fit, data),
+        _check_slip_residuals(fit, data),
     ]
     return tuple(c for c in checks if c is not None)
 
 
-def _scalars(fit: BayesFit) -> dict[str, Array]:
+def _stack_unknowns(fit: BayesFit) -> dict[str, Array]:
     """Return every unknown as (chains, draws)."""
     out = {}
     for name, (draws, _) in fit.columns().items():
@@ -71,7 +71,7 @@ def _scalars(fit: BayesFit) -> dict[str, Array]:
     return out
 
 
-def _complete(fit: BayesFit) -> Check | None:
+def _is_complete(fit: BayesFit) -> Check | None:
     draws = fit.scale_factor.shape[1]
     sentence = f"interrupted: {draws} of {fit.asked} draws per chain were completed"
     return None if draws >= fit.asked else check("complete", False, sentence)
@@ -79,7 +79,7 @@ def _complete(fit: BayesFit) -> Check | None:
 
 def _check_convergence(fit: BayesFit) -> Check:
     # numbers used in predictions get the strict bound; among the others some exceed it by chance
-    hats = {n: agreement_of(v)[0] for n, v in _scalars(fit).items()}
+    hats = {n: chain_agreement(v)[0] for n, v in _stack_unknowns(fit).items()}
     worst = max((n for n in hats if "curve" not in n), key=lambda n: hats[n])
     worst_curve = max((n for n in hats if "curve" in n), key=lambda n: hats[n])
     strict, loose = hats[worst] <= R_HAT, hats[worst_curve] <= 1 + 3 * (R_HAT - 1)
@@ -92,21 +92,21 @@ def _check_convergence(fit: BayesFit) -> Check:
     return check("chains agree", strict and loose, sentence, level=level)
 
 
-def _divergences(fit: BayesFit) -> Check:
+def _check_divergences(fit: BayesFit) -> Check:
     count, draws = fit.divergences, fit.scale_factor.size
     risk = ": part of the posterior may not have been reached, and intervals may be too narrow"
     return check("divergences", count == 0, f"{count} of {draws} draws diverged", risk)
 
 
-def _enough(fit: BayesFit) -> Check:
-    sizes = {n: agreement_of(getattr(fit, n))[1] for n in (*SHAPE, "scale_factor_sd")}
+def _check_draws(fit: BayesFit) -> Check:
+    sizes = {n: chain_agreement(getattr(fit, n))[1] for n in (*SHAPE, "scale_factor_sd")}
     least = min(sizes, key=lambda n: sizes[n])
     sentence = f"the draws are worth at least {sizes[least]:.0f} independent ones"
     due = f" ({least.replace('_', ' ')}); an interval needs {ESS}, so use more draws"
     return check("draws", sizes[least] >= ESS, sentence, due)
 
 
-def _repeats(fit: BayesFit) -> Check:
+def _check_repeats(fit: BayesFit) -> Check:
     count = len(fit.paths)
     scatter = float(np.median(fit.scatter("scale_factor")))
     if count < REPEATS:
@@ -122,7 +122,7 @@ def _repeats(fit: BayesFit) -> Check:
     return check("repeats", scatter < 0.15, sentence, cause, level)
 
 
-def _identifiable(fit: BayesFit) -> Check:
+def _check_identifiability(fit: BayesFit) -> Check:
     widths = {n: float(np.log(getattr(fit, n)).std() / fit.priors[n].sd) for n in SHAPE}
     logs = [np.log(v).ravel() for v in (fit.scale_factor, fit.enclosure_factor)]
     together = float(np.corrcoef(logs[0], logs[1])[0, 1])
@@ -138,7 +138,7 @@ def _identifiable(fit: BayesFit) -> Check:
     return check("identifiable", not vague, sentence, little)
 
 
-def _against_prior(fit: BayesFit) -> Check:
+def _check_prior(fit: BayesFit) -> Check:
     distance = {
         n: (float(np.log(np.median(getattr(fit, n)))) - fit.priors[n].place) / fit.priors[n].sd
         for n in SHAPE
@@ -151,7 +151,7 @@ def _against_prior(fit: BayesFit) -> Check:
     return check("prior", abs(distance[worst]) <= PRIOR_DISTANCE, sentence, cause)
 
 
-def _over_slip(fit: BayesFit, data: Data) -> Check:
+def _check_slip_residuals(fit: BayesFit, data: Data) -> Check:
     """Check whether residuals common to all curves deviate from the law along the slip."""
     middle = {
         n: np.median(getattr(fit, n), axis=(0, 1))
@@ -169,7 +169,7 @@ def _over_slip(fit: BayesFit, data: Data) -> Check:
         middle["slack"],
         0.0,
     )
-    law = np.asarray(forces(sites, 1.0, data, fit.brake))
+    law = np.asarray(law_forces(sites, 1.0, data, fit.brake))
     residuals = np.where(data.real, (data.force - law) / data.height[:, None], np.nan)
     slip = data.elongation - data.force / middle["curve_stiffness"][:, None]
     part = slip / max(float(np.nanmax(np.where(data.real, slip, np.nan))), 1e-12)

@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.errors import FitError, MissingExtraError, count_of
+from layerjam.errors import FitError, MissingExtraError, count_noun
 from layerjam.identify.bayes.checks import bayes_checks
-from layerjam.identify.bayes.model import Sites, known_of, priors, reduce_curves, start
+from layerjam.identify.bayes.model import Sites, prior_moments, priors, reduce_curves, start_search
 from layerjam.identify.bayes.posterior import BayesFit, Population
 from layerjam.identify.calibration.budget import fitted_enclosure, scatter_line
 from layerjam.identify.calibration.intervals import Interval
 from layerjam.identify.calibration.mountings import find_mountings
 from layerjam.identify.calibration.peaks import (
-    at_peaks,
-    fits_of,
-    logarithms,
+    calibrate_at_peaks,
+    fit_curves,
+    log_values,
     pull_table,
-    with_enclosure,
+    scale_enclosure,
 )
 from layerjam.identify.calibration.record import Calibration, shape_sources
 from layerjam.identify.calibration.whole_curves import WINDOW
@@ -75,9 +75,9 @@ def fit_bayes(
         if value < least:
             raise FitError(f"{name}: {value} is not allowed; it is at least {least}")
     mounting = _mounting_matrix(mountings, len(curves))
-    data, beliefs = reduce_curves(curves), known_of(brake, mounting is not None)
+    data, beliefs = reduce_curves(curves), prior_moments(brake, mounting is not None)
     sites, divergent = sample(
-        start(data, curves, brake),
+        start_search(data, curves, brake),
         data,
         brake,
         beliefs,
@@ -87,7 +87,7 @@ def fit_bayes(
         mounting=mounting,
         progress=progress,
     )
-    fit = _fit(sites, curves, brake, divergent, seed, draws)
+    fit = _assemble_fit(sites, curves, brake, divergent, seed, draws)
     return replace(fit, checks=bayes_checks(fit, curves, data))
 
 
@@ -112,8 +112,8 @@ def calibrate_bayesian(
     `sampling` is (draws of a chain, chains, seed). Raises as `fit_bayes` does.
     """
     draws, chains, seed = sampling
-    single = fits_of(curves, brake)
-    mounting = find_mountings(curves, logarithms(single))
+    single = fit_curves(curves, brake)
+    mounting = find_mountings(curves, log_values(single))
     fit = fit_bayes(
         curves,
         brake,
@@ -128,7 +128,7 @@ def calibrate_bayesian(
     values = {name: row.mean for name, row in rows.items()}
     errors = {name: row.sd for name, row in rows.items()}
     text = f"mean of the Bayesian posterior over {count} whole pulls"
-    pulls = pull_table(curves, *with_enclosure(single, brake, values["enclosure_factor"]))
+    pulls = pull_table(curves, *scale_enclosure(single, brake, values["enclosure_factor"]))
     intervals = {
         name: Interval(
             low=row.low,
@@ -147,12 +147,12 @@ def calibrate_bayesian(
     return Calibration(
         values=values,
         standard_errors=errors,
-        errors_rest_on=f"the posterior over {count_of(count, 'pull')}",
+        errors_rest_on=f"the posterior over {count_noun(count, 'pull')}",
         intervals=intervals,
         contributions=(repeats, fitted_enclosure()),
         mountings=mounting.groups,
-        covariance=_covariance(fit),
-        **at_peaks(single),
+        covariance=_shape_covariance(fit),
+        **calibrate_at_peaks(single),
         pulls=pulls,
         checks=(
             *fit.checks,
@@ -168,7 +168,7 @@ def calibrate_bayesian(
     )
 
 
-def _covariance(fit: BayesFit) -> dict[str, dict[str, float]]:
+def _shape_covariance(fit: BayesFit) -> dict[str, dict[str, float]]:
     matrix = np.cov([np.ravel(getattr(fit, name)) for name in SHAPE])
     return {
         first: dict(zip(SHAPE, map(float, row), strict=True))
@@ -176,7 +176,7 @@ def _covariance(fit: BayesFit) -> dict[str, dict[str, float]]:
     }
 
 
-def _fit(
+def _assemble_fit(
     sites: Sites,
     curves: Sequence[Curve],
     brake: Brake,

@@ -16,8 +16,8 @@ from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.identify.curves import Curve, fitted_part
 from layerjam.identify.pull.features import LINEAR
-from layerjam.identify.shape import with_shape
-from layerjam.identify.stick_slip import noise_of
+from layerjam.identify.shape import change_shape
+from layerjam.identify.stick_slip import noise_sd
 from layerjam.mechanics.pull import brake_force, force_at_elongation
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.units import show
@@ -137,18 +137,18 @@ def reduce_curves(curves: Sequence[Curve]) -> Data:
     u, force, white = np.full(shape, 1e-3), np.zeros(shape), np.zeros(shape)
     first, real = np.ones(shape, bool), np.zeros(shape, bool)
     for row, curve in enumerate(curves):
-        pieces = _pieces(curve)
+        pieces = _split_curve(curve)
         n = sum(len(p[0]) for p in pieces)
         u[row, :n], force[row, :n] = (np.concatenate([p[i] for p in pieces]) for i in (0, 1))
         count = np.concatenate([p[2] for p in pieces])
-        white[row, :n] = noise_of(curve.force) / np.sqrt(count)
+        white[row, :n] = noise_sd(curve.force) / np.sqrt(count)
         first[row, :n] = np.concatenate([np.arange(len(p[0])) == 0 for p in pieces])
         real[row, :n] = True
     height = np.array([c.pull.peak_force for c in curves])
     return Data(u, force, white, first, real, np.array([c.vacuum for c in curves]), height)
 
 
-def _pieces(curve: Curve) -> list[tuple[Array, Array, Array]]:
+def _split_curve(curve: Curve) -> list[tuple[Array, Array, Array]]:
     """Return rise and sliding part as means over bins; only one piece if no rise is straight."""
     if curve.vacuum <= 0:
         raise FitError.of(curve.path, f"at {show(curve.vacuum, 'Pa')} of vacuum no sheet is jammed")
@@ -160,11 +160,11 @@ def _pieces(curve: Curve) -> list[tuple[Array, Array, Array]]:
         end = int(below[-1]) + 1 if len(below) else 0
         slides = u > SLIDES * pull.peak_force / pull.stiffness
         pieces = [
-            _means(u[part.start : end], force[part.start : end], RISE),
-            _means(u[slides], force[slides], SLIDE),
+            _stretch_means(u[part.start : end], force[part.start : end], RISE),
+            _stretch_means(u[slides], force[slides], SLIDE),
         ]
     else:
-        pieces = [_means(u[part], force[part], SLIDE)]
+        pieces = [_stretch_means(u[part], force[part], SLIDE)]
     stretches = len(pieces[-1][0])
     if stretches < FEWEST_BINS:
         raise FitError.of(
@@ -175,7 +175,7 @@ def _pieces(curve: Curve) -> list[tuple[Array, Array, Array]]:
     return [p for p in pieces if len(p[0])]
 
 
-def _means(u: Array, force: Array, bins: int) -> tuple[Array, Array, Array]:
+def _stretch_means(u: Array, force: Array, bins: int) -> tuple[Array, Array, Array]:
     """Return means over bins of equal elongation and their numbers of samples; no empty bins."""
     if len(u) == 0:
         return u, force, u
@@ -214,7 +214,7 @@ class Sites(NamedTuple):
     log_mounting_sd_k: Any = None
 
 
-def scatter_places(mounted: bool) -> list[int]:
+def scatter_indices(mounted: bool) -> list[int]:
     """Return the indices of the scatter of repeats and of mountings in the flat vector."""
     return [3, 4, *([-2, -1] if mounted else [])]
 
@@ -284,7 +284,7 @@ def unpack(flat: Any, guess: Guess, beliefs: PriorNumbers) -> Sites:
     given the scatter between repeats. It therefore does not depend on the scatter, and a sampler
     can move between small and large scatter. In the values themselves it would get stuck.
     """
-    sites = _raw(flat, guess)
+    sites = _raw_values(flat, guess)
     values = {}
     for unit_map, name in zip(_unit_maps(sites, guess, beliefs), "ak", strict=True):
         estimates = getattr(guess, name)
@@ -309,11 +309,11 @@ def pack(sites: Sites, guess: Guess, beliefs: PriorNumbers) -> Array:
 
 def log_stretch(flat: Any, guess: Guess, beliefs: PriorNumbers) -> Any:
     """Return the log of the volume ratio between the unknowns and the flat vector."""
-    ways = _unit_maps(_raw(flat, guess), guess, beliefs)
+    ways = _unit_maps(_raw_values(flat, guess), guess, beliefs)
     return sum(jnp.log(w.brake_sd) + jnp.log(w.own_sd).sum(axis=-1) for w in ways)
 
 
-def _raw(flat: Any, guess: Guess) -> Sites:
+def _raw_values(flat: Any, guess: Guess) -> Sites:
     mounted = guess.mounting is not None
     mounting_sds = [flat[..., -2], flat[..., -1]] if mounted else []
     curve_values = flat[..., 6 : -2 if mounted else None].reshape((*flat.shape[:-1], 4, -1))
@@ -324,7 +324,7 @@ def _raw(flat: Any, guess: Guess) -> Sites:
     )
 
 
-def start(data: Data, curves: Sequence[Curve], brake: Brake) -> Sites:
+def start_search(data: Data, curves: Sequence[Curve], brake: Brake) -> Sites:
     """Return the start of the search: the law through each sliding part, enclosure as stated.
 
     The scatter is so large that the curves do not affect one another.
@@ -335,7 +335,7 @@ def start(data: Data, curves: Sequence[Curve], brake: Brake) -> Sites:
     slip = np.clip(data.elongation - data.force / spring[:, None], 0.0, None)
     late = data.real & (slip > 0.02 * brake.sheets.overlap)
     with_one = np.asarray(brake_force(slip, vacuum, brake))
-    loose = with_shape(brake, 0.0, brake.stiffness_measured, 1.0)
+    loose = change_shape(brake, 0.0, brake.stiffness_measured, 1.0)
     sleeve = np.asarray(brake_force(slip, vacuum, loose))
     sheets = np.where(late, with_one - sleeve, 0.0).sum(axis=1)
     sheet_force = np.where(late, data.force - sleeve, 0.0).sum(axis=1)
@@ -349,9 +349,9 @@ def start(data: Data, curves: Sequence[Curve], brake: Brake) -> Sites:
     )
 
 
-def forces(sites: Sites, slack_sd: Any, data: Data, brake: Brake) -> Any:
+def law_forces(sites: Sites, slack_sd: Any, data: Data, brake: Brake) -> Any:
     """Return the law's force [N] in every bin, (curves, bins); zero before slack is taken up."""
-    shaped = with_shape(
+    shaped = change_shape(
         brake, jnp.exp(sites.own_a)[:, None], jnp.exp(sites.own_k)[:, None], jnp.exp(sites.log_f)
     )
     taut = jnp.maximum(data.elongation - (slack_sd * sites.own_slack)[:, None], 0.0)
@@ -370,12 +370,12 @@ def log_likelihood(residuals: Any, size: Any, phi: Any, data: Data) -> Any:
     return jnp.where(data.real, terms, 0.0).sum()
 
 
-def known_of(brake: Brake, mounted: bool = False) -> dict[str, tuple[float, float]]:
+def prior_moments(brake: Brake, mounted: bool = False) -> dict[str, tuple[float, float]]:
     """Return (mean, SD) of the priors by name."""
     return {name: (p.place, p.sd) for name, p in priors(brake, mounted).items()}
 
 
-def model(data: Data, brake: Brake, beliefs: PriorNumbers, mounting: Any = None) -> None:
+def numpyro_model(data: Data, brake: Brake, beliefs: PriorNumbers, mounting: Any = None) -> None:
     """Define the model for NumPyro; `mounting` is as in a Guess."""
     import numpyro  # type: ignore[import-untyped]
     import numpyro.distributions as dist  # type: ignore[import-untyped]
@@ -405,7 +405,7 @@ def model(data: Data, brake: Brake, beliefs: PriorNumbers, mounting: Any = None)
         slack = numpyro.sample("own_slack", dist.Normal(0.0, 1.0))
         noise = normal("own_noise", "residual")
     sites = Sites(log_a, log_k, log_f, log_sd_a, log_sd_k, logit, own_a, own_k, slack, noise)
-    residuals = data.force - forces(sites, beliefs["slack"][1], data, brake)
+    residuals = data.force - law_forces(sites, beliefs["slack"][1], data, brake)
     size = jnp.sqrt(jnp.exp(2 * noise) + FLOOR**2) * data.height
     phi = jax.nn.sigmoid(logit)
     numpyro.factor("residuals", log_likelihood(residuals, size, phi, data))
@@ -416,5 +416,5 @@ def potential(flat: Any, guess: Guess, data: Data, brake: Brake, beliefs: PriorN
     from numpyro.infer.util import log_density  # type: ignore[import-untyped]
 
     sites = {n: x for n, x in unpack(flat, guess, beliefs)._asdict().items() if x is not None}
-    density, _ = log_density(model, (data, brake, beliefs, guess.mounting), {}, sites)
+    density, _ = log_density(numpyro_model, (data, brake, beliefs, guess.mounting), {}, sites)
     return -density - log_stretch(flat, guess, beliefs)

@@ -8,11 +8,11 @@ import numpy as np
 
 from layerjam._version import __version__
 from layerjam.device.brake import Brake
-from layerjam.device.load import takes_force, write_whole
+from layerjam.device.load import accept_force, write_whole
 from layerjam.errors import MissingExtraError
 from layerjam.identify.bayes.model import FLOOR, RULE, Prior
 from layerjam.identify.checks import Check
-from layerjam.identify.shape import with_shape
+from layerjam.identify.shape import change_shape
 from layerjam.measure.synthetic import SYNTHETIC
 from layerjam.simulate.record import column
 from layerjam.toml_files.table_text import comment
@@ -41,7 +41,7 @@ class Population:
 
     def brakes(self) -> Brake:
         """Return all brakes as one; leaves have shape (draws, 1) and broadcast against (n,)."""
-        return with_shape(
+        return change_shape(
             self.brake,
             self.scale_factor[:, None],
             self.stiffness[:, None],
@@ -110,7 +110,7 @@ class BayesFit:
     """Whether a program wrote any of the files."""
 
     @property
-    def trusted(self) -> bool:
+    def is_trusted(self) -> bool:
         """Whether all checks passed."""
         return all(c.passed for c in self.checks)
 
@@ -163,15 +163,15 @@ class BayesFit:
         for name in ("scale_factor", "stiffness"):
             spec = QuantitySpec(out[name].unit, f"{name.replace('_', ' ')} of one more pull")
             prior = "the brake's value, with the scatter between repeats"
-            out[f"next_{name}"] = _posterior(getattr(after, name), spec, None, None, prior)
+            out[f"next_{name}"] = _summarise_draws(getattr(after, name), spec, None, None, prior)
         return out
 
     def _row(self, name: str, draws: Array, spec: QuantitySpec) -> Posterior:
         prior = self.priors[name]
         prior_text = prior.text() if name != "correlation" else prior.why
-        return _posterior(draws, spec, *agreement_of(draws), prior_text)
+        return _summarise_draws(draws, spec, *chain_agreement(draws), prior_text)
 
-    @takes_force
+    @accept_force
     def to_csv(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write the draws as CSV: a '#' header with rule, priors and checks, then SI columns."""
         import pandas
@@ -208,14 +208,14 @@ class BayesFit:
         coords = {"curve": [Path(p).name for p in self.paths]}
         return xarray.Dataset(data, coords=coords, attrs=self.header())
 
-    @takes_force
+    @accept_force
     def to_netcdf(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write all draws as NetCDF 3."""
         data = self.to_xarray()
         return write_whole(path, lambda p: data.to_netcdf(p, engine="scipy"), overwrite)
 
 
-def _posterior(
+def _summarise_draws(
     draws: Array, spec: QuantitySpec, r_hat: float | None, ess: float | None, prior: str
 ) -> Posterior:
     low, median, high = np.quantile(draws, [0.5 - LEVEL / 2, 0.5, 0.5 + LEVEL / 2])
@@ -224,11 +224,8 @@ def _posterior(
     return Posterior(mean, sd, *fields_)
 
 
-def agreement_of(draws: Array) -> tuple[float, float]:
+def chain_agreement(draws: Array) -> tuple[float, float]:
     """Return split R-hat and effective sample size of draws (chains, draws)."""
-    from numpyro.diagnostics import (  # type: ignore[import-untyped]
-        effective_sample_size,
-        split_gelman_rubin,
-    )
+    from numpyro.diagnostics import effective_sample_size, split_gelman_rubin  # type: ignore[import-untyped]
 
     return float(split_gelman_rubin(draws)), float(effective_sample_size(draws))

@@ -36,7 +36,7 @@ class Band:
     values: Array
     chances: dict[str, Array] = field(default_factory=dict)
 
-    def at(self, level: float) -> Array:
+    def quantile_at(self, level: float) -> Array:
         """Return one of the quantiles, shape (n,); KeyError for a level that was not requested."""
         if level not in self.levels:
             raise KeyError(f"no quantile at {level:g}; there are {self.levels}")
@@ -59,7 +59,7 @@ def _show_value(value: float, unit: str) -> str:
     return show(float(value), unit) if np.isfinite(value) else ("none" if value > 0 else "below")
 
 
-def _quantiles(values: Array, levels: Sequence[float]) -> Array:
+def _draw_quantiles(values: Array, levels: Sequence[float]) -> Array:
     """Return quantiles as single draws, because some draws are infinite; NaN if all are."""
     is_known = ~np.isnan(values)
     sorted_values = np.sort(np.where(is_known, values, np.inf), axis=0)
@@ -72,19 +72,19 @@ def _quantiles(values: Array, levels: Sequence[float]) -> Array:
     return out
 
 
-def _band(
+def _make_band(
     quantity: str, unit: str, values: Array, levels: Sequence[float], chances: dict[str, Array]
 ) -> Band:
     for level in levels:
         if not 0 < level < 1:
             raise QuantityError(f"levels: {level:g} is not allowed; it lies between 0 and 1")
-    quantiles = _quantiles(values, levels)
+    quantiles = _draw_quantiles(values, levels)
     return Band(
         quantity=quantity, unit=unit, levels=tuple(levels), values=quantiles, chances=chances
     )
 
 
-def _row(name: str, values: Any, unit: str, open_low: bool = False) -> Array:
+def _as_row(name: str, values: Any, unit: str, open_low: bool = False) -> Array:
     """Return one or more SI numbers as (1, n); QuantityError if below zero or not finite."""
     row = np.atleast_1d(np.asarray(values, float))
     wrong = ~np.isfinite(row) | (row < 0) | (open_low & (row == 0))
@@ -109,7 +109,7 @@ def force_band(
     `measured` adds the scatter of a measured curve about the law. A brake too soft for its friction
     snaps instead (chance "snaps"); quantiles are over the draws that do not.
     """
-    u, pressure = _row("elongation", elongation, "m"), _row("vacuum", vacuum, "Pa")
+    u, pressure = _as_row("elongation", elongation, "m"), _as_row("vacuum", vacuum, "Pa")
     force = np.asarray(law.force_at_elongation(u, pressure, draws.brakes()))
     snaps = np.isnan(force).mean(axis=0)
     if measured:
@@ -118,7 +118,7 @@ def force_band(
         noise = random.standard_normal((len(draws), u.shape[1]))
         force = force + noise * (draws.residual * height)[:, None]
     chances = {"snaps": snaps} if snaps.any() else {}
-    return _band("force", "N", force, levels, chances)
+    return _make_band("force", "N", force, levels, chances)
 
 
 def peak_band(
@@ -133,11 +133,15 @@ def peak_band(
     The default is the usable travel. If the force rises to the end of travel, that end counts.
     """
     longest = (
-        draws.brake.sheets.usable_travel if travel is None else float(_row("travel", travel, "m"))
+        draws.brake.sheets.usable_travel
+        if travel is None
+        else float(_as_row("travel", travel, "m"))
     )
-    peak = law.peak(_row("vacuum", vacuum, "Pa"), longest, draws.brakes())
+    peak = law.peak(_as_row("vacuum", vacuum, "Pa"), longest, draws.brakes())
     rises = 1 - np.asarray(peak.inside).mean(axis=0)
-    return _band("peak force", "N", np.asarray(peak.force), levels, {"rises to the end": rises})
+    return _make_band(
+        "peak force", "N", np.asarray(peak.force), levels, {"rises to the end": rises}
+    )
 
 
 def vacuum_band(
@@ -148,7 +152,7 @@ def vacuum_band(
     Chances: "too strong" means that the force needs more than the site's full vacuum (counts as
     +infinity); "enclosure alone" means that the enclosure alone resists more (counts as -infinity).
     """
-    forces, place = _row("force", force, "N"), _row("slip", slip, "m")
+    forces, place = _as_row("force", force, "N"), _as_row("slip", slip, "m")
     overlap = draws.brake.sheets.overlap
     if place.max() > overlap:
         raise QuantityError(
@@ -162,7 +166,7 @@ def vacuum_band(
     above, below = forces > greatest, forces < least
     vacuum[above], vacuum[below] = np.inf, -np.inf
     chances = {"too strong": above.mean(axis=0), "enclosure alone": below.mean(axis=0)}
-    return _band("vacuum", "Pa", vacuum, levels, chances)
+    return _make_band("vacuum", "Pa", vacuum, levels, chances)
 
 
 class DropBand(NamedTuple):
@@ -192,13 +196,17 @@ def drop_band(
     with each draw's brake, None for no rope. `gravity` [m/s^2] acts along the pull; the default is
     that of the site.
     """
-    heavy = _row("mass", mass, "kg", open_low=True)
-    pace, pressure = np.broadcast_arrays(_row("speed", speed, "m/s"), _row("vacuum", vacuum, "Pa"))
-    pull = draws.brake.site.gravity if gravity is None else float(_row("gravity", gravity, "m/s^2"))
+    heavy = _as_row("mass", mass, "kg", open_low=True)
+    pace, pressure = np.broadcast_arrays(
+        _as_row("speed", speed, "m/s"), _as_row("vacuum", vacuum, "Pa")
+    )
+    pull = (
+        draws.brake.site.gravity if gravity is None else float(_as_row("gravity", gravity, "m/s^2"))
+    )
     brakes = draws.brakes()
     spring = np.asarray(working_stiffness(brakes))
     if rope_stiffness is not None:
-        spring = 1 / (1 / spring + 1 / _row("rope", rope_stiffness, "N/m", open_low=True))
+        spring = 1 / (1 / spring + 1 / _as_row("rope", rope_stiffness, "N/m", open_low=True))
     full = (len(draws), pace.shape[1])
     case = [np.broadcast_to(v, full) for v in (heavy, pace, pressure, spring, pull)]
     stops = stop(case[0], case[1], case[2], case[3], case[4], brakes)
@@ -211,7 +219,7 @@ def drop_band(
     peak = np.where(is_lost, np.inf, np.asarray(stops.peak_force))
     failures = {w: chances[w] for w in ("bottomed out", "snaps")}
     return DropBand(
-        _band("slip", "m", slip, levels, failures),
-        _band("peak force", "N", peak, levels, failures),
+        _make_band("slip", "m", slip, levels, failures),
+        _make_band("peak force", "N", peak, levels, failures),
         chances,
     )

@@ -22,7 +22,7 @@ from layerjam.identify.bayes.model import (
     Sites,
     pack,
     potential,
-    scatter_places,
+    scatter_indices,
     unpack,
 )
 
@@ -44,7 +44,7 @@ Array = np.ndarray[Any, Any]
 
 
 @functools.cache
-def _engine(warmup: int) -> tuple[Any, ...]:
+def _compile_engine(warmup: int) -> tuple[Any, ...]:
     """Return compiled functions: potential and slope, starts of the chains, a block of draws."""
     from numpyro.infer.hmc import hmc  # type: ignore[import-untyped]
 
@@ -83,9 +83,9 @@ def _engine(warmup: int) -> tuple[Any, ...]:
     return evaluate, start_chains, block
 
 
-def values_at(points: Array, *case: Any) -> tuple[Array, Array]:
+def evaluate_potential(points: Array, *case: Any) -> tuple[Array, Array]:
     """Return potential (n,) and slope (n, unknowns) at flat vectors, in equal parts."""
-    evaluate = _engine(WARMUP)[0]
+    evaluate = _compile_engine(WARMUP)[0]
     padded_points = np.concatenate(
         [points, np.repeat(points[-1:], -len(points) % _AT_ONCE, axis=0)]
     )
@@ -94,14 +94,14 @@ def values_at(points: Array, *case: Any) -> tuple[Array, Array]:
     return heights[: len(points)], slopes[: len(points)]
 
 
-def mode(flat: Array, *case: Any) -> tuple[Array, Array]:
+def find_mode(flat: Array, *case: Any) -> tuple[Array, Array]:
     """Return the most probable flat vector at its scatter, and a square root of the spread.
 
     It uses Newton's method with every curvature taken as positive. The scatter itself is fixed,
     because in a joint mode of scatter and curves all curves are equal, which is a poor start.
     """
     free = np.ones(len(flat), bool)
-    free[scatter_places(case[0].mounting is not None)] = False
+    free[scatter_indices(case[0].mounting is not None)] = False
     parts = 0.5 ** np.arange(_AT_ONCE - 1)
     for _ in range(60):
         slope, curve = _curvature(flat, *case)
@@ -109,7 +109,7 @@ def mode(flat: Array, *case: Any) -> tuple[Array, Array]:
         step = np.zeros_like(flat)
         step[free] = -base @ ((base.T @ slope[free]) / np.maximum(np.abs(bend), _FLATTEST))
         tries = np.concatenate([flat[None], flat + parts[:, None] * step])
-        heights, _ = values_at(tries, *case)
+        heights, _ = evaluate_potential(tries, *case)
         best = int(np.nanargmin(heights))
         flat = tries[best]
         if heights[0] - heights[best] < 1e-3:
@@ -122,7 +122,7 @@ def _curvature(flat: Array, *case: Any) -> tuple[Array, Array]:
     """Return slope and curvature, from differences of slopes: accurate enough for a scale."""
     steps = _STEP * np.eye(len(flat))
     points = np.concatenate([flat[None], flat + steps, flat - steps])
-    _, slopes = values_at(points, *case)
+    _, slopes = evaluate_potential(points, *case)
     curve = (slopes[1 : 1 + len(flat)] - slopes[1 + len(flat) :]) / (2 * _STEP)
     return slopes[0], (curve + curve.T) / 2
 
@@ -139,7 +139,7 @@ def find_start(
     guess = Guess(CurveEstimates(first.own_a, flat), CurveEstimates(first.own_k, flat), mounting)
     if mounting is not None:
         first = first._replace(log_mounting_sd_a=first.log_sd_a, log_mounting_sd_k=first.log_sd_k)
-    place, root = mode(pack(first, guess, beliefs), guess, data, brake, beliefs)
+    place, root = find_mode(pack(first, guess, beliefs), guess, data, brake, beliefs)
     single = jax.tree.map(np.asarray, unpack(place, guess, beliefs))
     # errors of the curves' own values: their change per unit of each column of the root
     tops = [unpack(place + column, guess, beliefs) for column in root.T]
@@ -148,7 +148,7 @@ def find_start(
         shifts = np.array([np.asarray(getattr(t, name)) for t in tops]) - getattr(single, name)
         estimates[name] = CurveEstimates(getattr(single, name), np.sqrt((shifts**2).sum(axis=0)))
     guess = Guess(estimates["own_a"], estimates["own_k"], mounting)
-    scatter = [np.log(_scatter(t)) for t in guess[:2]]
+    scatter = [np.log(_curve_scatter(t)) for t in guess[:2]]
     if mounting is not None:
         single = single._replace(log_mounting_sd_a=scatter[0], log_mounting_sd_k=scatter[1])
     together = single._replace(
@@ -157,10 +157,10 @@ def find_start(
         log_sd_a=scatter[0],
         log_sd_k=scatter[1],
     )
-    return *mode(pack(together, guess, beliefs), guess, data, brake, beliefs), guess
+    return *find_mode(pack(together, guess, beliefs), guess, data, brake, beliefs), guess
 
 
-def _scatter(estimate: CurveEstimates) -> float:
+def _curve_scatter(estimate: CurveEstimates) -> float:
     """Return the SD between curves beyond their errors, within the range of repeats."""
     if len(estimate.place) < 2:
         return 0.05
@@ -189,7 +189,7 @@ def sample(
     data = Data(*(jnp.asarray(x) for x in data))
     center, root, guess = find_start(first, data, brake, beliefs, mounting)
     case = (jnp.asarray(center), jnp.asarray(root), guess, data, brake, beliefs)
-    *_, start_chains, block = _engine(WARMUP)
+    *_, start_chains, block = _compile_engine(WARMUP)
     # chains begin in different places of the posterior, so that R-hat can detect disagreement
     key, keys = jax.random.split(jax.random.PRNGKey(seed))
     places = jax.random.normal(key, (chains, len(center)))

@@ -11,7 +11,7 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.identify.calibration.intervals import combine, coverage_factor
 from layerjam.identify.repeats import OverRepeats
-from layerjam.identify.shape import with_shape
+from layerjam.identify.shape import change_shape
 from layerjam.mechanics.pull import scale_factor_of_peak
 from layerjam.toml_files.source import Source
 from layerjam.units import get, show
@@ -75,7 +75,7 @@ class Budget:
         return [(u, degrees) for u, degrees in parts if u is not None]
 
     @property
-    def combined(self) -> float | None:
+    def standard_uncertainty(self) -> float | None:
         """Standard uncertainty: the root of the sum of squares (GUM, 5.1.2)."""
         return combine(self._parts)[0] if self._parts else None
 
@@ -90,14 +90,14 @@ class Budget:
         return coverage_factor(self._parts) if self._parts else None
 
     @property
-    def expanded(self) -> float | None:
+    def expanded_uncertainty(self) -> float | None:
         """Expanded uncertainty of 95 %."""
-        if self.combined is None or self.coverage_factor is None:
+        if self.standard_uncertainty is None or self.coverage_factor is None:
             return None
-        return self.coverage_factor * self.combined
+        return self.coverage_factor * self.standard_uncertainty
 
     @property
-    def whole(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether every contribution was stated."""
         return not self.missing
 
@@ -113,9 +113,9 @@ class Budget:
         The uncertainty has two significant digits, the value as many decimals (GUM, 7.2.6). None if
         no contribution was stated.
         """
-        if not self.expanded:
+        if not self.expanded_uncertainty:
             return None
-        return round_to_uncertainty(self.value, self.value * self.expanded)
+        return round_to_uncertainty(self.value, self.value * self.expanded_uncertainty)
 
 
 def round_to_uncertainty(value: float, uncertainty: float) -> tuple[str, str]:
@@ -155,14 +155,14 @@ def scatter_line(
 
 def enclosure_line(peaks: Sequence[Peak], brake: Brake) -> Contribution:
     """Return the line of the enclosure's force, which `peaks` take from the brake's file."""
-    stronger = with_shape(brake, brake.scale_factor, brake.stiffness_measured, 1 + STEP)
+    stronger = change_shape(brake, brake.scale_factor, brake.stiffness_measured, 1 + STEP)
     stated = brake.enclosure.force_uncertainty is not None
     words = "as the brake's file states" if stated else "default: the brake's file states none"
     return Contribution(
         what="enclosure's force",
         basis=f"SD {brake.enclosure.force_sd:.2g} of it ({words})",
         standard=brake.enclosure.force_sd,
-        sensitivity=_change(peaks, brake, variant=stronger),
+        sensitivity=_factor_change(peaks, brake, variant=stronger),
         supply="" if stated else f"{ENCLOSURE} in the brake's file, with its source (enclosure)",
     )
 
@@ -173,7 +173,7 @@ def fitted_enclosure() -> Contribution:
     return Contribution(what="enclosure's force", basis=basis, standard=0.0, sensitivity=0.0)
 
 
-def budget(
+def make_budget(
     peaks: Sequence[Peak],
     brake: Brake,
     fitted_lines: Sequence[Contribution],
@@ -193,19 +193,22 @@ def budget(
     cell, gauge = limits.get("load_cell"), limits.get("gauge")
     place = "each pull's sidecar"
     lines = (
-        _limit(
-            "load cell", cell, _change(peaks, brake, force=1 + STEP), f"load_cell_limit in {place}"
+        _limit_line(
+            "load cell",
+            cell,
+            _factor_change(peaks, brake, force=1 + STEP),
+            f"load_cell_limit in {place}",
         ),
-        _limit(
+        _limit_line(
             "vacuum gauge",
             None if gauge is None else gauge * inverse_vacuum,
-            _change(peaks, brake, vacuum=1 + STEP),
+            _factor_change(peaks, brake, vacuum=1 + STEP),
             f"gauge_limit in {place}",
             "" if gauge is None else show(gauge, "Pa"),
         ),
     )
     return Budget(
-        contributions=(*fitted_lines, *lines, *_geometry(peaks, brake, sources)), value=value
+        contributions=(*fitted_lines, *lines, *_geometry_lines(peaks, brake, sources)), value=value
     )
 
 
@@ -232,7 +235,7 @@ def friction_lines(
             supply="a second friction test (--friction)" if error is None else "",
         ),
         *(
-            _limit(
+            _limit_line(
                 f"friction rig: {words}",
                 limits.get(names[words]),
                 sensitivity,
@@ -243,7 +246,7 @@ def friction_lines(
     )
 
 
-def _limit(
+def _limit_line(
     name: str, limit: float | None, sensitivity: float, key: str, words: str = ""
 ) -> Contribution:
     """Return the line of an input with a relative `limit` of error; None if it is not stated.
@@ -264,7 +267,7 @@ def _limit(
     )
 
 
-def _geometry(
+def _geometry_lines(
     peaks: Sequence[Peak], brake: Brake, sources: Mapping[str, Source]
 ) -> Iterator[Contribution]:
     """Yield the lines of the brake's lengths, with the uncertainty in its file."""
@@ -278,12 +281,12 @@ def _geometry(
             what=words,
             basis="not stated" if sd is None else f"SD {sd:.2g} of it, from the brake's file",
             standard=sd,
-            sensitivity=_change(peaks, brake, variant=longer),
+            sensitivity=_factor_change(peaks, brake, variant=longer),
             supply=f"sd of {path} in the brake's file" if sd is None else "",
         )
 
 
-def _change(
+def _factor_change(
     peaks: Sequence[Peak],
     brake: Brake,
     *,

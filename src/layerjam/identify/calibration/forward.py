@@ -15,7 +15,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.identify.curves import Curve, fitted_part
-from layerjam.identify.shape import plain, with_shape
+from layerjam.identify.shape import change_shape, drop_exponent
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.pull import force_at_elongation
 
@@ -47,9 +47,9 @@ class ReducedCurves:
         return len(self.vacuum)
 
 
-def reduce(curves: Sequence[Curve]) -> ReducedCurves:
+def reduce_curves(curves: Sequence[Curve]) -> ReducedCurves:
     """Return means over sections of equal elongation, with their weights."""
-    parts = [_reduce(curve) for curve in curves]
+    parts = [_reduce_curve(curve) for curve in curves]
     height = np.array([c.pull.peak_force for c in curves])
     return ReducedCurves(
         elongation=np.array([p[0] for p in parts]),
@@ -57,22 +57,22 @@ def reduce(curves: Sequence[Curve]) -> ReducedCurves:
         weight=np.array([p[2] for p in parts]),
         vacuum=np.array([c.vacuum for c in curves]),
         height=height,
-        onset=np.array([_onset(c) for c in curves]),
+        onset=np.array([_find_onset(c) for c in curves]),
     )
 
 
-def _onset(curve: Curve) -> float:
+def _find_onset(curve: Curve) -> float:
     """Return the elongation [m] at which a straight rise would reach the peak, or the peak's."""
     pull = curve.pull
     place = pull.peak_force / pull.stiffness if pull.straight else pull.peak_elongation
     return float(max(place, 1e-6))
 
 
-def _reduce(curve: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _reduce_curve(curve: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     part = fitted_part(curve)
     u, force = curve.elongation[part], curve.force[part]
     first, last = float(u[0]), float(u.max())
-    bend = min(first + NEAR_END * max(_onset(curve) - first, 0.0), last)
+    bend = min(first + NEAR_END * max(_find_onset(curve) - first, 0.0), last)
     bend = bend if bend > first else first + 0.1 * (last - first)
     fine, coarse = (bend - first) / FINE, max(last - bend, 1e-12) / COARSE
     place = np.where(u < bend, (u - first) / fine, FINE + (u - bend) / coarse)
@@ -94,13 +94,13 @@ def pull_force(
     of the elongation past the onset.
     """
     enclosure = jnp.maximum(parameters[2], LEAST_ENCLOSURE)
-    brake = with_shape(brake, jnp.exp(parameters[0]), jnp.exp(parameters[1]), enclosure)
+    brake = change_shape(brake, jnp.exp(parameters[0]), jnp.exp(parameters[1]), enclosure)
     taut = jnp.maximum(elongation - parameters[3] * onset, 0.0)
     return force_at_elongation(taut, vacuum, brake) + parameters[4] * height
 
 
 @functools.cache
-def _band() -> Any:
+def _compile_band() -> Any:
     def band(parameters: Any, elongation: Any, vacuum: Any, covariance: Any, brake: Brake) -> Any:
         def curve(p: Any) -> Any:
             return pull_force(p, elongation, vacuum, 1.0, 1.0, brake)
@@ -120,5 +120,5 @@ def law_with_error(
     `shape` is (a, k, enclosure's factor), `covariance` (3, 3) that of (ln a, ln k, factor).
     """
     parameters = np.array([np.log(shape[0]), np.log(shape[1]), shape[2], 0.0, 0.0])
-    force, error = _band()(parameters, elongation, vacuum, covariance, plain(brake))
+    force, error = _compile_band()(parameters, elongation, vacuum, covariance, drop_exponent(brake))
     return np.asarray(force), np.asarray(error)

@@ -91,7 +91,7 @@ class Further:
         return RequiredPulls(condition=best, likely=least(None), sure=least(SURE))
 
 
-def further(
+def predict_further_pulls(
     population: Population,
     contrasts: Mapping[str, np.ndarray],
     groups: Mapping[str, Sequence[int]],

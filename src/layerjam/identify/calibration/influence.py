@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.identify.calibration.further import further
+from layerjam.identify.calibration.further import predict_further_pulls
 from layerjam.identify.calibration.intervals import Interval, Population
-from layerjam.identify.curves import Curve, condition_words
+from layerjam.identify.curves import Curve, describe_condition
 from layerjam.identify.shape import SHAPE
 
 SEED = 1
@@ -35,7 +35,7 @@ class Influence:
     conditions: Mapping[str, float]
 
 
-def estimates(
+def make_estimates(
     population: Population,
     contrasts: Contrasts,
     curves: Sequence[Curve],
@@ -71,16 +71,16 @@ def estimates(
         scatter[name] = error and (size * error[0], error[1])
         repeat = resamples[name]
         repeat = repeat and (size * repeat[0], repeat[1])
-        intervals[name] = interval_of(name, value, scatter[name], common, method)
-        bootstrap[name] = interval_of(name, value, repeat, common, BOOTSTRAP)
+        intervals[name] = make_interval(name, value, scatter[name], common, method)
+        bootstrap[name] = make_interval(name, value, repeat, common, BOOTSTRAP)
     names = [c.name for c in curves]
-    alike = {condition_words(curves[group[0]]): group for group in groups}
+    alike = {describe_condition(curves[group[0]]): group for group in groups}
     logs = {name: values[name] for name in logarithmic}
     sizes = {name: 1.0 if name in logarithmic else value for name, value in values.items()}
     log_contrasts = {
         n: logs.get(n, 1.0) * contrast for n, contrast in contrasts.items() if intervals[n]
     }
-    covariance = covariance_of(units, log_contrasts)
+    covariance = estimate_covariance(units, log_contrasts)
     for name in covariance:
         covariance[name][name] += (values[name] * common_errors.get(name, 0.0)) ** 2
     return {
@@ -90,12 +90,14 @@ def estimates(
         "standard_errors": {n: i and i.standard_error for n, i in intervals.items()},
         "intervals": intervals,
         "bootstrap": bootstrap,
-        "leave_one_out": moves(population, contrasts, names, alike, logs),
-        "further": further(population, contrasts, alike, sizes, common_errors, units),
+        "leave_one_out": compute_shifts(population, contrasts, names, alike, logs),
+        "further": predict_further_pulls(population, contrasts, alike, sizes, common_errors, units),
     }
 
 
-def covariance_of(population: Population, contrasts: Contrasts) -> dict[str, dict[str, float]]:
+def estimate_covariance(
+    population: Population, contrasts: Contrasts
+) -> dict[str, dict[str, float]]:
     """Return the sandwich covariance of linear combinations of the estimate; empty if unknown."""
     matrix = population.covariance()
     matrix = (matrix + matrix.T) / 2
@@ -107,7 +109,7 @@ def covariance_of(population: Population, contrasts: Contrasts) -> dict[str, dic
     }
 
 
-def interval_of(
+def make_interval(
     name: str,
     value: float,
     error: tuple[float, float] | None,
@@ -125,7 +127,7 @@ def interval_of(
     return Interval.about(value, parts, method, positive=name in SHAPE and value > 0)
 
 
-def moves(
+def compute_shifts(
     population: Population,
     contrasts: Contrasts,
     names: Sequence[str],
@@ -138,7 +140,7 @@ def moves(
     whose logarithm is estimated. The shifts are of first order. If one file alone determines the
     value, it has no shift.
     """
-    single = {name: (place,) for place, name in enumerate(distinct(names))}
+    single = {name: (place,) for place, name in enumerate(number_names(names))}
     sets = single, groups if len(groups) > 1 else {}
     shifts = [
         {
@@ -166,7 +168,7 @@ def _rank_shifts(
     return dict(sorted(shift_of.items(), key=lambda item: -abs(item[1])))
 
 
-def distinct(names: Sequence[str]) -> list[str]:
+def number_names(names: Sequence[str]) -> list[str]:
     """Return the names with repeated ones numbered: files of several folders, or specimens."""
     count, out = Counter(names), []
     occurrences: Counter[str] = Counter()

@@ -139,7 +139,7 @@ class Population:
         """Return the shift of the estimate (q,) without these curves, None if undetermined."""
         out = list(left_out)
         others = np.delete(self.information, out, axis=0).sum(axis=0)
-        if not _regular(others):
+        if not _is_invertible(others):
             return None
         return -np.linalg.solve(others, self.score[out].sum(axis=0))
 
@@ -147,9 +147,9 @@ class Population:
         """Return (I - H)^(-1/2) times each curve's design, with its leverage H; None if H is 1."""
         information = self.information
         total = information.sum(axis=0)
-        if self.count < 2 or not _regular(total):
+        if self.count < 2 or not _is_invertible(total):
             return None
-        if not _regular(total - information).all():
+        if not _is_invertible(total - information).all():
             return None
         leverage = self.design @ np.linalg.solve(total, np.swapaxes(self.design, 1, 2))
         free, axes = np.linalg.eigh(np.eye(leverage.shape[1]) - leverage)
@@ -210,12 +210,12 @@ class Population:
             draws = random.multinomial(size - 1, np.full(size, 1 / size), size=resamples)
             weight[:, list(group)] = draws * size / (size - 1)
         totals = np.einsum("bg,gij->bij", weight, self.information)
-        fine = _regular(totals)
+        fine = _is_invertible(totals)
         moves = np.linalg.solve(totals[fine], (weight[fine] @ self.score)[..., None])[..., 0]
         return self.estimate + moves, max(self.count - len(groups), 0)
 
 
-def _regular(matrices: np.ndarray) -> np.ndarray:
+def _is_invertible(matrices: np.ndarray) -> np.ndarray:
     """Return which symmetric matrices (..., q, q) can be inverted, after scaling their rows."""
     scale = np.sqrt(np.maximum(np.diagonal(matrices, axis1=-2, axis2=-1), 0.0))
     if scale.shape[-1] == 1:

@@ -13,7 +13,7 @@ from layerjam.identify.calibration.intervals import quantile
 from layerjam.identify.calibration.least_squares import JointFit
 from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.shape import SHAPE
-from layerjam.identify.speed import growth_in
+from layerjam.identify.speed import friction_growth
 from layerjam.mechanics.stiffness import working_stiffness
 
 HALF = np.triu_indices(3)
@@ -38,7 +38,7 @@ class LawError:
 
         Over elongations [m], shape (n,), at a vacuum [Pa] and a crosshead's speed [m/s].
         """
-        friction = brake.scale_factor * growth_in(brake, speed, "")
+        friction = brake.scale_factor * friction_growth(brake, speed, "")
         if brake.pressure_exponent is not None and brake.test_pressure is not None:
             friction = friction * (vacuum / brake.test_pressure) ** brake.pressure_exponent
         shape = np.array([float(friction), float(working_stiffness(brake)), 1.0])
@@ -87,12 +87,12 @@ class LawSpread:
     def from_calibration(cls, calibration: Calibration) -> "LawSpread | None":
         """Return the spread of a calibration; None if no repeats determine it."""
         if calibration.fit is None:
-            return _of_peaks(calibration)
+            return _spread_of_peaks(calibration)
         if isinstance(calibration.fit, JointFit):
-            return _of_curves(calibration, calibration.fit)
-        return _of_draws(calibration, calibration.fit)
+            return _spread_of_curves(calibration, calibration.fit)
+        return _spread_of_draws(calibration, calibration.fit)
 
-    def design(self, vacuum: float, speed: float | None) -> np.ndarray:
+    def design_at(self, vacuum: float, speed: float | None) -> np.ndarray:
         """Return the design (3, q) at a vacuum [Pa] and a crosshead's speed [m/s]."""
         matrix = np.eye(3, len(self.names))
         for column, name in enumerate(self.names[3:], 3):
@@ -102,21 +102,21 @@ class LawSpread:
                 matrix[0, column] = np.log10(speed / self.reference_speed)
         return matrix
 
-    def sure(self, vacuum: float, speed: float | None) -> np.ndarray:
+    def covariance_at(self, vacuum: float, speed: float | None) -> np.ndarray:
         """Return the law's covariance (3, 3) at a vacuum [Pa] and a crosshead's speed [m/s]."""
-        design = self.design(vacuum, speed)
+        design = self.design_at(vacuum, speed)
         return np.asarray(design @ self.covariance @ design.T)
 
-    def error(self, vacuum: float, speed: float | None) -> LawError:
+    def error_at(self, vacuum: float, speed: float | None) -> LawError:
         """Return the error of the calibrated brake at a vacuum [Pa] and a speed [m/s]."""
         scales = np.array(
             [1.0, 1.0, 1 / self.estimate[2]]
         )  # the enclosure in the file already includes the factor
-        covariance = self.sure(vacuum, speed) * np.outer(scales, scales)
+        covariance = self.covariance_at(vacuum, speed) * np.outer(scales, scales)
         return LawError(covariance=covariance, t=self.t, pulls=self.pulls)
 
 
-def _of_peaks(calibration: Calibration) -> LawSpread | None:
+def _spread_of_peaks(calibration: Calibration) -> LawSpread | None:
     count = len(calibration.fits)
     if count < 2:
         return None
@@ -149,7 +149,7 @@ def _of_peaks(calibration: Calibration) -> LawSpread | None:
     )
 
 
-def _of_curves(calibration: Calibration, fit: JointFit) -> LawSpread | None:
+def _spread_of_curves(calibration: Calibration, fit: JointFit) -> LawSpread | None:
     count, interval = len(fit.reduced), calibration.intervals["scale_factor"]
     covariance = fit.population.joined(calibration.mountings).covariance()
     degrees = count - (len(fit.names) - 2)
@@ -168,7 +168,7 @@ def _of_curves(calibration: Calibration, fit: JointFit) -> LawSpread | None:
     )
 
 
-def _of_draws(calibration: Calibration, fit: BayesFit) -> LawSpread:
+def _spread_of_draws(calibration: Calibration, fit: BayesFit) -> LawSpread:
     """Return the spread of a posterior, treated as normal in (ln a, ln k, factor)."""
     parts = np.log(fit.scale_factor), np.log(fit.stiffness), fit.enclosure_factor
     repeats = *(np.median(fit.scatter(name)) ** 2 for name in SHAPE[:2]), 0.0

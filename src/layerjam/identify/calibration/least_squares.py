@@ -19,11 +19,11 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
-from layerjam.identify.calibration.forward import ReducedCurves, pull_force, reduce
+from layerjam.identify.calibration.forward import ReducedCurves, pull_force, reduce_curves
 from layerjam.identify.calibration.intervals import Population
-from layerjam.identify.curves import Curve, conditions
-from layerjam.identify.shape import SHAPE, plain
-from layerjam.identify.speed import growth_in
+from layerjam.identify.curves import Curve, group_conditions
+from layerjam.identify.shape import SHAPE, drop_exponent
+from layerjam.identify.speed import friction_growth
 from layerjam.mechanics.pull import scale_factor_of_peak
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.units import show
@@ -96,9 +96,9 @@ def fit_jointly(
         raise FitError("calibrate: no pull was given")
     tell = progress or (lambda what, share: None)
     tell("reducing the curves", 0.0)
-    means = reduce(curves)
-    names, design, base, pressure, speed = _design(curves, brake, free)
-    start = _start(curves, brake, base)
+    means = reduce_curves(curves)
+    names, design, base, pressure, speed = _make_design(curves, brake, free)
+    start = _start_values(curves, brake, base)
     estimate = np.linalg.lstsq(
         design.reshape(-1, design.shape[2]), (start[:, :3] - base).reshape(-1), rcond=None
     )[0]
@@ -113,7 +113,7 @@ def fit_jointly(
         _check_finite(own_fit, means, names_of)
         point = own_fit.own
         deviations = point[:, :3] - prior
-        root = _roots(own_fit.information)
+        root = _inverse_roots(own_fit.information)
         seen_design = root @ design
         residuals = np.einsum(
             "gij,gj->gi",
@@ -122,7 +122,7 @@ def fit_jointly(
         )
         total = np.einsum("gki,gkj->ij", seen_design, seen_design)
         score = np.einsum("gki,gk->gi", seen_design, residuals)
-        step = _step(total, score.sum(axis=0), names)
+        step = _shared_step(total, score.sum(axis=0), names)
         tell("least squares over all curves", min(rounds / 6, 0.99))
         is_settled = bool(np.abs(step).max() < SETTLED)
         if is_settled:
@@ -141,13 +141,13 @@ def fit_jointly(
         reference_pressure=pressure,
         reference_speed=speed,
         free=tuple(free),
-        groups=tuple(conditions(curves)),
+        groups=tuple(group_conditions(curves)),
         settled=is_settled,
         rounds=rounds,
     )
 
 
-def _roots(information: np.ndarray) -> np.ndarray:
+def _inverse_roots(information: np.ndarray) -> np.ndarray:
     """Return the root of the inverse of each curve's variance, which is `WORKING` plus noise.
 
     `information` is that of each curve alone (curves, 3, 3); it may not determine every parameter.
@@ -159,7 +159,7 @@ def _roots(information: np.ndarray) -> np.ndarray:
     return np.asarray(root / WORKING)
 
 
-def _step(total: np.ndarray, score: np.ndarray, names: Sequence[str]) -> np.ndarray:
+def _shared_step(total: np.ndarray, score: np.ndarray, names: Sequence[str]) -> np.ndarray:
     """Return the step of the shared parameters; FitError if the curves do not determine one."""
     unknown = [n for n, strength in zip(names, np.diag(total), strict=True) if not strength > 1e-9]
     if unknown:
@@ -171,7 +171,7 @@ def _step(total: np.ndarray, score: np.ndarray, names: Sequence[str]) -> np.ndar
     return np.linalg.solve(total, score)
 
 
-def _design(
+def _make_design(
     curves: Sequence[Curve], brake: Brake, free: Sequence[str]
 ) -> tuple[tuple[str, ...], np.ndarray, np.ndarray, float, float | None]:
     """Return names, design (curves, 3, q), fixed part (curves, 3), reference pressure and speed."""
@@ -189,10 +189,10 @@ def _design(
                 "needed"
             )
         names.append("pressure_exponent")
-        design = _with_column(design, np.log(vacuums / pressure))
+        design = _add_column(design, np.log(vacuums / pressure))
     elif brake.pressure_exponent is not None and brake.test_pressure is not None:
         base[:, 0] = brake.pressure_exponent * np.log(vacuums / brake.test_pressure)
-    base[:, 0] += np.log([growth_in(brake, c.speed, c.path) for c in curves])
+    base[:, 0] += np.log([friction_growth(brake, c.speed, c.path) for c in curves])
     if "speed" in free:
         known_speeds = [c.speed for c in curves]
         speeds = np.array([np.nan if s is None else s for s in known_speeds])
@@ -209,7 +209,7 @@ def _design(
             )
         speed = float(np.exp(np.log(speeds).mean()))
         names.append("speed_slope")
-        design = _with_column(design, np.log10(speeds / speed))
+        design = _add_column(design, np.log10(speeds / speed))
     if np.linalg.matrix_rank(design.reshape(-1, design.shape[2])) < design.shape[2]:
         raise FitError(
             "speed: vacuum and speed change together, so their effects are not distinguishable"
@@ -217,17 +217,17 @@ def _design(
     return tuple(names), design, base, pressure, speed
 
 
-def _with_column(design: np.ndarray, of_friction: np.ndarray) -> np.ndarray:
+def _add_column(design: np.ndarray, of_friction: np.ndarray) -> np.ndarray:
     column = np.zeros((*design.shape[:2], 1))
     column[:, 0, 0] = of_friction
     return np.concatenate([design, column], axis=2)
 
 
-def _start(curves: Sequence[Curve], brake: Brake, base: np.ndarray) -> np.ndarray:
+def _start_values(curves: Sequence[Curve], brake: Brake, base: np.ndarray) -> np.ndarray:
     straight = [c.pull.stiffness for c in curves if c.pull.straight]
     typical_spring = float(np.median(straight)) if straight else float(working_stiffness(brake))
     spring = [c.pull.stiffness if c.pull.straight else typical_spring for c in curves]
-    bare = plain(brake)
+    bare = drop_exponent(brake)
     peaks = np.array([c.pull.peak_force for c in curves])
     vacuums = np.array([c.vacuum for c in curves])
     factors = np.asarray(scale_factor_of_peak(peaks, vacuums, bare))
@@ -283,16 +283,18 @@ def fit_own(
     count = len(means)
     places = np.arange(-(-count // BLOCK) * BLOCK)
     places[count:] = 0  # pad the last block
-    widths, bare = np.r_[loose * WORKING, 1e3, 1.0 if offset else 1e-9], plain(brake)
+    widths, bare = np.r_[loose * WORKING, 1e3, 1.0 if offset else 1e-9], drop_exponent(brake)
     blocks = []
     for block in places.reshape(-1, BLOCK):
         curves = jax.tree.map(lambda a, at=block: a[at], (start, prior, means, noise))
-        blocks.append(_solver()(*curves, widths, bare))
+        blocks.append(_compile_solver()(*curves, widths, bare))
     point, information, residual = (np.concatenate(a)[:count] for a in zip(*blocks, strict=True))
     weight = means.weight
     stretches = (weight > 0).sum(axis=1)
     variance = (weight * residual**2).sum(axis=1) / np.maximum(stretches - 5, 1)
-    alike = np.array([_correlation(r[w > 0]) for r, w in zip(residual, weight, strict=True)])
+    alike = np.array(
+        [_neighbour_correlation(r[w > 0]) for r, w in zip(residual, weight, strict=True)]
+    )
     noise_levels = np.sqrt(variance * (1 + alike) / (1 - alike))
     return OwnFit(
         own=point,
@@ -302,7 +304,7 @@ def fit_own(
     )
 
 
-def _correlation(residual: np.ndarray) -> float:
+def _neighbour_correlation(residual: np.ndarray) -> float:
     """Return the correlation of neighbouring residuals, 0 to 0.98."""
     offsets = residual - residual.mean()
     square = float((offsets**2).sum())
@@ -312,7 +314,7 @@ def _correlation(residual: np.ndarray) -> float:
 
 
 @functools.cache
-def _solver() -> Any:
+def _compile_solver() -> Any:
     """Return Levenberg and Marquardt for `BLOCK` curves at once, compiled once."""
 
     def solve_curve(

@@ -12,7 +12,7 @@ import numpy as np
 from scipy import special
 
 from layerjam.identify.checks import Check, check
-from layerjam.identify.curves import Curve, conditions, number_repeats
+from layerjam.identify.curves import Curve, group_conditions, number_repeats
 
 POOLED, POOLED_TWO = 0.25, 0.05
 """Probability above which three and more candidate groups, or two, count as chance, so that
@@ -40,7 +40,7 @@ def find_mountings(curves: Sequence[Curve], logs: np.ndarray) -> Mountings:
     singles = tuple((place,) for place in range(len(curves)))
     labels = [c.mounting for c in curves]
     if None not in labels and len(set(labels)) > 1:
-        groups = _members(labels)
+        groups = _label_indices(labels)
         ending = (
             "each pull has its own"
             if len(groups) == len(curves)
@@ -53,9 +53,9 @@ def find_mountings(curves: Sequence[Curve], logs: np.ndarray) -> Mountings:
         start = "some pulls do not state a" if None in labels else "all pulls state one"
         start += " mounting"
     order = [c.repeat for c in number_repeats(curves)]
-    chance = _chance(logs, order, curves)
+    chance = _scatter_probability(logs, order, curves)
     advice = "; state mounting or repeat in the sidecars"
-    groups = _members(order)
+    groups = _label_indices(order)
     if chance is None or chance > (POOLED if len(groups) > 2 else POOLED_TWO):
         reason = "" if chance is None else f": the pulls' scatter shows none (p = {chance:.2g})"
         sentence = f"{start}{reason}; intervals treat every pull as a separate mounting"
@@ -67,7 +67,7 @@ def find_mountings(curves: Sequence[Curve], logs: np.ndarray) -> Mountings:
     return Mountings(groups, check("mountings", chance > ALIKE, sentence, advice))
 
 
-def _members(labels: Sequence[int | None]) -> tuple[tuple[int, ...], ...]:
+def _label_indices(labels: Sequence[int | None]) -> tuple[tuple[int, ...], ...]:
     """Return the indices of each label, in the order of their first appearance."""
     places_of: dict[int | None, list[int]] = {}
     for place, label in enumerate(labels):
@@ -75,21 +75,23 @@ def _members(labels: Sequence[int | None]) -> tuple[tuple[int, ...], ...]:
     return tuple(tuple(places) for places in places_of.values())
 
 
-def _chance(logs: np.ndarray, order: Sequence[int | None], curves: Sequence[Curve]) -> float | None:
+def _scatter_probability(
+    logs: np.ndarray, order: Sequence[int | None], curves: Sequence[Curve]
+) -> float | None:
     """Return the probability that independent pulls differ as much between groups, or None.
 
     It is from Fisher's F of the groups after removing the conditions' means: the least over the
     columns, times their number (Bonferroni).
     """
     condition = np.zeros(len(curves), int)
-    for number, places in enumerate(conditions(curves)):
+    for number, places in enumerate(group_conditions(curves)):
         condition[list(places)] = number
     chances = []
     for column in logs.T:
         is_known = np.isfinite(column)
-        y, base = column[is_known], _columns(condition[is_known])
-        group = _columns(np.asarray(order)[is_known])
-        fits = [_left(y, x) for x in (base, np.hstack([base, group]))]
+        y, base = column[is_known], _label_columns(condition[is_known])
+        group = _label_columns(np.asarray(order)[is_known])
+        fits = [_residual_squares(y, x) for x in (base, np.hstack([base, group]))]
         (before, free), (after, freedom) = fits
         if freedom < 1 or free == freedom or not before > len(y) * TINY**2:
             continue
@@ -98,11 +100,11 @@ def _chance(logs: np.ndarray, order: Sequence[int | None], curves: Sequence[Curv
     return min(1.0, len(chances) * min(chances)) if chances else None
 
 
-def _columns(labels: np.ndarray) -> np.ndarray:
+def _label_columns(labels: np.ndarray) -> np.ndarray:
     return np.asarray(labels[:, None] == np.unique(labels)[None], float)
 
 
-def _left(y: np.ndarray, x: np.ndarray) -> tuple[float, int]:
+def _residual_squares(y: np.ndarray, x: np.ndarray) -> tuple[float, int]:
     """Return the residual sum of squares of least squares, and its degrees of freedom."""
     solution, _, rank, _ = np.linalg.lstsq(x, y, rcond=None)
     return float(((y - x @ solution) ** 2).sum()), len(y) - int(rank)

@@ -9,34 +9,29 @@ from typing import Any
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.errors import FitError, count_of
-from layerjam.identify.calibration.budget import (
-    Peak,
-    enclosure_line,
-    scatter_line,
-    scatter_words,
-)
-from layerjam.identify.calibration.influence import covariance_of, estimates
+from layerjam.errors import FitError, count_noun
+from layerjam.identify.calibration.budget import Peak, enclosure_line, scatter_line, scatter_words
+from layerjam.identify.calibration.influence import estimate_covariance, make_estimates
 from layerjam.identify.calibration.intervals import Interval, Population
 from layerjam.identify.calibration.mountings import find_mountings
 from layerjam.identify.calibration.pull_fit import PullFit
-from layerjam.identify.calibration.record import Calibration, calibrated_source
+from layerjam.identify.calibration.record import Calibration, make_source
 from layerjam.identify.checks import (
     SMALL,
     Check,
     check_agreement,
-    end_of_curve,
-    identifiable,
+    check_curve_end,
+    check_no_trend,
+    check_plausible,
+    check_stiffness,
+    identifiability_note,
     interval_checks,
-    no_trend,
-    plausible,
-    stiffness_possible,
 )
-from layerjam.identify.curves import Curve, conditions, curve_of
+from layerjam.identify.curves import Curve, group_conditions, make_curve
 from layerjam.identify.pull.features import FALL, FEWEST, LINEAR, SLOPE, PullFeatures
-from layerjam.identify.shape import with_shape
+from layerjam.identify.shape import change_shape
 from layerjam.identify.single_pulls import SinglePull, pull_checks, single_pulls
-from layerjam.identify.speed import as_pulled, growth_in
+from layerjam.identify.speed import at_crosshead_speed, friction_growth
 from layerjam.measure.trace import Array, block_means
 from layerjam.mechanics.enclosure import enclosure_at
 from layerjam.mechanics.pull import (
@@ -75,7 +70,7 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
             f"the force rises to the end, there is no peak to calibrate on (this "
             f"brake peaks above {least} of vacuum; was the travel long enough?)",
         )
-    if not pull.straight and not pull.sparse:
+    if not pull.straight and not pull.is_sparse:
         raise FitError.of(
             pull.path,
             "the force bends long before its peak, so no straight rise shows the "
@@ -84,7 +79,7 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     if pull.peak_samples < FEWEST:
         raise FitError.of(
             pull.path,
-            f"has {count_of(pull.peak_samples, 'sample')} between onset and a fall of {FALL:.0%} "
+            f"has {count_noun(pull.peak_samples, 'sample')} between onset and a fall of {FALL:.0%} "
             f"from the peak; at least {FEWEST} are needed to calibrate on it",
         )
     factor = float(scale_factor_of_peak(pull.peak_force, vacuum, brake))
@@ -112,12 +107,12 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
 
 
 def _fit_curve(curve: Curve, brake: Brake) -> PullFit:
-    growth = growth_in(brake, curve.speed, curve.path)
-    moving_brake = as_pulled(brake, curve.speed, curve.path)
+    growth = friction_growth(brake, curve.speed, curve.path)
+    moving_brake = at_crosshead_speed(brake, curve.speed, curve.path)
     return replace(fit_pull(curve.pull, curve.vacuum, moving_brake), growth=growth)
 
 
-def fits_of(curves: Sequence[Curve], brake: Brake) -> list[PullFit | None]:
+def fit_curves(curves: Sequence[Curve], brake: Brake) -> list[PullFit | None]:
     """Return the fit of each curve alone; None for curves that only a whole-curve fit can use."""
     fits: list[PullFit | None] = []
     for curve in curves:
@@ -128,13 +123,13 @@ def fits_of(curves: Sequence[Curve], brake: Brake) -> list[PullFit | None]:
     return fits
 
 
-def logarithms(fits: Sequence[PullFit | None]) -> np.ndarray:
+def log_values(fits: Sequence[PullFit | None]) -> np.ndarray:
     """Return ln of scale factor and stiffness of each pull (pulls, 2); NaN if unknown."""
     pairs = [(None, None) if f is None else (f.scale_factor, f.stiffness) for f in fits]
     return np.log(np.array([[np.nan if v is None else v for v in row] for row in pairs]))
 
 
-def with_enclosure(
+def scale_enclosure(
     fits: Sequence[PullFit | None], brake: Brake, factor: float
 ) -> tuple[list[PullFit | None], Brake]:
     """Return the fits and the brake with the enclosure's force multiplied by a `factor`.
@@ -143,7 +138,7 @@ def with_enclosure(
     the scale factor, more so at low vacuum.
     """
     spring = brake.stiffness_measured
-    variant = with_shape(brake, brake.scale_factor, spring, factor)
+    variant = change_shape(brake, brake.scale_factor, spring, factor)
     peak_fits = [f for f in fits if f is not None]
     if not peak_fits:
         return list(fits), variant
@@ -167,7 +162,7 @@ def pull_table(
     return single_pulls(curves, fits, shapes, law_factors)
 
 
-def at_peaks(all_fits: Sequence[PullFit | None]) -> dict[str, Any]:
+def calibrate_at_peaks(all_fits: Sequence[PullFit | None]) -> dict[str, Any]:
     """Return the fields of a Calibration from the pulls that have a peak."""
     fits = [f for f in all_fits if f is not None]
     vacuums = [f.vacuum for f in fits]
@@ -193,7 +188,7 @@ def calibrate(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Cali
     it, which does not show repeatability. Raises FitError for an unusable pull, and if none has a
     stiffness.
     """
-    return calibrate_peaks([curve_of(pull, vacuum) for pull, vacuum in pulls], brake)
+    return calibrate_peaks([make_curve(pull, vacuum) for pull, vacuum in pulls], brake)
 
 
 def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
@@ -210,8 +205,8 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
     enclosure = enclosure_line([Peak(f.pull.peak_force, f.vacuum) for f in fits], brake)
     # the scale factor from a peak does not depend on speed, so pulls at one vacuum are one
     # condition
-    mounting = find_mountings(curves, logarithms(fits))
-    fields = _means(
+    mounting = find_mountings(curves, log_values(fits))
+    fields = _estimate_means(
         values_of,
         [replace(c, speed=None) for c in curves],
         mounting.groups,
@@ -236,7 +231,7 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
     pulls = pull_table(curves, fits, brake)
     return Calibration(
         **fields,
-        **at_peaks(fits),
+        **calibrate_at_peaks(fits),
         errors_rest_on=basis,
         contributions=(repeats, enclosure),
         checks=(
@@ -248,14 +243,14 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
         mountings=mounting.groups,
         pulls=pulls,
         sources={
-            "scale_factor": calibrated_source(values[a], peak, errors[a], "1"),
-            "stiffness_measured": calibrated_source(values[k], slope, errors[k], "N/m"),
+            "scale_factor": make_source(values[a], peak, errors[a], "1"),
+            "stiffness_measured": make_source(values[k], slope, errors[k], "N/m"),
         },
         window=WINDOW,
     )
 
 
-def _means(
+def _estimate_means(
     values_of: Mapping[str, Sequence[float | None]],
     curves: Sequence[Curve],
     mountings: Sequence[Sequence[int]],
@@ -277,10 +272,10 @@ def _means(
         used = [curves[place] for place in places]
         number = {place: n for n, place in enumerate(places)}
         units = [[number[p] for p in group if p in number] for group in mountings]
-        groups = sorted(conditions(used), key=lambda group: used[group[0]].vacuum)
+        groups = sorted(group_conditions(used), key=lambda group: used[group[0]].vacuum)
         # plain means are least squares with equal weights
-        statistics = estimates(
-            joint({name: [values[place] for place in places]}),
+        statistics = make_estimates(
+            join_means({name: [values[place] for place in places]}),
             {name: np.ones(1)},
             used,
             groups,
@@ -290,9 +285,11 @@ def _means(
         )
         for key, by_name in statistics.items():
             fields.setdefault(key, {}).update(by_name)
-    population = joint(values_of).joined(mountings)
+    population = join_means(values_of).joined(mountings)
     unit = dict(zip(values_of, np.eye(len(values_of)), strict=True))
-    both = covariance_of(population, unit) if len(fields["covariance"]) == len(values_of) else {}
+    both = (
+        estimate_covariance(population, unit) if len(fields["covariance"]) == len(values_of) else {}
+    )
     for name, second in permutations(both, 2):
         fields["covariance"][name][second] = both[name][second]
     if not both:
@@ -300,7 +297,7 @@ def _means(
     return fields
 
 
-def joint(values_of: Mapping[str, Sequence[float | None]]) -> Population:
+def join_means(values_of: Mapping[str, Sequence[float | None]]) -> Population:
     """Return the means of several quantities as one population; None marks an unknown value."""
     values = np.array(
         [[np.nan if v is None else v for v in column] for column in values_of.values()]
@@ -336,13 +333,13 @@ def calibration_checks(
     ]
     ends = [float(force_at_elongation(*end_point)) for end_point in last]
     forces = [float(f.pull.force[-max(3, len(f.pull.force) // 200) :].mean()) for f in fits]
-    end = end_of_curve(float(np.mean(ends)), float(np.mean(forces)))
+    end = check_curve_end(float(np.mean(ends)), float(np.mean(forces)))
     checks = [
-        identifiable(brake),
-        plausible(factor),
-        stiffness_possible(stiffness, float(stiffness_before_slip(brake)), few),
+        identifiability_note(brake),
+        check_plausible(factor),
+        check_stiffness(stiffness, float(stiffness_before_slip(brake)), few),
         check_agreement(factors, [f.scale_factor_se for f in fits]),
-        no_trend(factors, [f.vacuum for f in fits], "vacuum", "Pa"),
+        check_no_trend(factors, [f.vacuum for f in fits], "vacuum", "Pa"),
         *pull_checks(pulls, None if interval is None else interval.half_width / factor, end),
     ]
     return tuple(c for c in checks if c is not None)
@@ -363,7 +360,7 @@ def after_peaks(
         spring = None if fit is None else fit.stiffness or stiffness
         if fit is None or spring is None:
             continue
-        slip, force = _sliding(fit, spring)
+        slip, force = _sliding_part(fit, spring)
         if len(slip) >= FEWEST:
             parts.append((place, fit, slip, force))
     if not parts:
@@ -377,16 +374,16 @@ def after_peaks(
         factor[row] = fit.scale_factor * fit.growth
     # the slip is given, so it is not a degree of freedom
     spring = stiffness or brake.stiffness_measured or 1.0
-    loose, stiff = (with_shape(brake, a, spring, 1.0) for a in (0.0 * factor, factor))
+    loose, stiff = (change_shape(brake, a, spring, 1.0) for a in (0.0 * factor, factor))
     enclosure = np.asarray(brake_force(slips, vacuum, loose))
     sheets = np.asarray(brake_force(slips, vacuum, stiff)) - enclosure
     for row, (place, _, slip, force) in enumerate(parts):
         basis = np.stack([sheets[row, : len(slip)], enclosure[row, : len(slip)]])
-        out[place] = _share(basis, force)
+        out[place] = _sheet_excess(basis, force)
     return out
 
 
-def _sliding(fit: PullFit, stiffness: float) -> tuple[Array, Array]:
+def _sliding_part(fit: PullFit, stiffness: float) -> tuple[Array, Array]:
     """Return slip [m] and force [N] some way after the peak, as means over neighbours."""
     u, force, begin = fit.pull.elongation, fit.pull.force, fit.pull.peak_elongation
     start = begin + AFTER * (float(u[-1]) - begin)
@@ -396,7 +393,7 @@ def _sliding(fit: PullFit, stiffness: float) -> tuple[Array, Array]:
     return np.maximum(u - force / stiffness, 0.0), force
 
 
-def _share(basis: Array, force: Array) -> float | None:
+def _sheet_excess(basis: Array, force: Array) -> float | None:
     """Return the relative excess of the sheets' force, by least squares; None if noise hides it."""
     inner = basis @ basis.T
     (sheets, both), (_, enclosure) = inner.tolist()

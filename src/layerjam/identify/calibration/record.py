@@ -78,7 +78,7 @@ class Calibration:
         return self.values["stiffness"]
 
 
-def calibrated_source(
+def make_source(
     value: float, text: str, error: float | None, unit: str, word: str = "standard error"
 ) -> tuple[float, Source]:
     """Return a value with its source; `word` names the kind of `error`, in `unit`."""
@@ -109,11 +109,9 @@ def shape_sources(
     friction = f"{text}, with kinetic friction {brake.film.kinetic:.4g}{condition}"
     a, k = "scale_factor", "stiffness"
     return {
-        "scale_factor": calibrated_source(values[a], friction, errors[a], "1", word),
-        "stiffness_measured": calibrated_source(values[k], text, errors[k], "N/m", word),
+        "scale_factor": make_source(values[a], friction, errors[a], "1", word),
+        "stiffness_measured": make_source(values[k], text, errors[k], "N/m", word),
         "enclosure.modulus": (float(brake.enclosure.modulus * factor), both),
         "film.friction_on_silicone": (float(brake.film.friction_on_silicone * factor), both),
-        **(
-            {} if error is None else {ENCLOSURE: calibrated_source(error / factor, text, None, "1")}
-        ),
+        **({} if error is None else {ENCLOSURE: make_source(error / factor, text, None, "1")}),
     }

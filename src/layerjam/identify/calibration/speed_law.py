@@ -6,7 +6,7 @@ from math import log, log10
 from layerjam.device.speed_law import SpeedLaw
 from layerjam.errors import Notice
 from layerjam.identify.calibration.least_squares import JointFit
-from layerjam.identify.calibration.record import Calibration, calibrated_source
+from layerjam.identify.calibration.record import Calibration, make_source
 from layerjam.identify.curves import Curve
 from layerjam.toml_files.source import Source
 
@@ -14,7 +14,7 @@ REST_RATIO = 1e-2
 """Rest speed over the slowest pull's speed; it changes the law among the pulls by less than 1 %."""
 
 
-def law_of(slope: float, reference: float, speeds: Sequence[float]) -> SpeedLaw | None:
+def make_law(slope: float, reference: float, speeds: Sequence[float]) -> SpeedLaw | None:
     """Return a law with the fit's growth between the slowest and fastest of `speeds` [m/s].
 
     `slope` is the change of ln(friction) per decade of speed; the scale factor is that at
@@ -44,27 +44,27 @@ def speed_sources(
         return {}
     text = f"least squares over {len(curves)} whole pulls"
     speeds = [c.speed for c in curves if c.speed is not None]
-    law = law_of(values["speed_slope"], fit.reference_speed, speeds)
+    law = make_law(values["speed_slope"], fit.reference_speed, speeds)
     if law is None:
         if old is None:
             return {}
         none = (
             "the fitted friction does not grow with speed in a form that a brake file can contain"
         )
-        return {"speed_law.power": calibrated_source(0.0, f"{text}: {none}", None, "1")}
+        return {"speed_law.power": make_source(0.0, f"{text}: {none}", None, "1")}
     error = errors["speed_slope"]
     spread = None if error is None else error * law.power / values["speed_slope"]
     basis = "speed at which the scale factor holds: mean of the pulls"
     below = "a hundredth of the slowest pull's speed; nothing was measured below it"
     return {
-        "speed_law.power": calibrated_source(law.power, text, spread, "1"),
-        "speed_law.test_speed": calibrated_source(law.test_speed, basis, None, "m/s"),
+        "speed_law.power": make_source(law.power, text, spread, "1"),
+        "speed_law.test_speed": make_source(law.test_speed, basis, None, "m/s"),
         "speed_law.rest_speed": (law.rest_speed, Source(kind="assumed", text=below)),
-        "speed_law.fastest": calibrated_source(max(speeds), "fastest of the pulls", None, "m/s"),
+        "speed_law.fastest": make_source(max(speeds), "fastest of the pulls", None, "m/s"),
     }
 
 
-def on_speed(calibration: Calibration) -> list[Notice]:
+def speed_notices(calibration: Calibration) -> list[Notice]:
     """Return the notices about the speed law in the brake's file."""
     if calibration.reference_speed is None:
         return []

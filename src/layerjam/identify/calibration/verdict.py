@@ -13,20 +13,20 @@ from scipy import special
 
 from layerjam.device.brake import Brake
 from layerjam.device.load import devices, load
-from layerjam.errors import FitError, count_of
+from layerjam.errors import FitError, count_noun
 from layerjam.identify.calibration.forward import LEAST_ENCLOSURE
-from layerjam.identify.calibration.influence import Influence, distinct
+from layerjam.identify.calibration.influence import Influence, number_names
 from layerjam.identify.calibration.intervals import Interval, quantile
 from layerjam.identify.calibration.least_squares import JointFit
 from layerjam.identify.checks import (
     SMALL,
     Check,
     check,
+    check_plausible,
+    check_scatter,
     check_span,
-    one_pull_only,
-    plausible,
-    repeats,
-    stiffness_possible,
+    check_stiffness,
+    single_pull_warning,
 )
 from layerjam.identify.curves import Curve
 from layerjam.identify.straight import straight_line
@@ -99,7 +99,7 @@ def identifiability(fit: JointFit) -> Identifiability:
     )
 
 
-def products(brake: Brake) -> Check:
+def product_note(brake: Brake) -> Check:
     """Note that forces determine only products of parameters."""
     return check(
         "identifiable",
@@ -125,7 +125,7 @@ def check_parameters(limits: Identifiability) -> Check:
     return check("told apart", not poor, sentence, f"; noise alone leaves {errors}: {advice}")
 
 
-def off_bounds(values: Mapping[str, float]) -> Check:
+def check_bounds(values: Mapping[str, float]) -> Check:
     """Check that no parameter is at a bound of its quantity."""
     bounds: dict[str, tuple[float | None, float | None]] = {}
     for field in ("scale_factor", "stiffness_measured", "pressure_exponent"):
@@ -143,7 +143,7 @@ def off_bounds(values: Mapping[str, float]) -> Check:
     return check("bounds", not at_bounds, sentence)
 
 
-def like_catalogue(product: float) -> Check:
+def check_catalogue(product: float) -> Check:
     """Check that friction times scale factor is similar to that of the catalogue's films."""
     brakes = [load(name).brake for name in devices()]
     values = [b.scale_factor * b.film.kinetic for b in brakes]
@@ -152,13 +152,13 @@ def like_catalogue(product: float) -> Check:
     return check_span("catalogue", product, span, "friction times scale factor", advice)
 
 
-def sleeve_plausible(factor: float) -> Check:
+def check_enclosure(factor: float) -> Check:
     """Check that the enclosure's force is similar to that from its modulus and friction."""
     advice = "something other than the enclosure bends the curves"
     return check_span("sleeve", factor, SLEEVE, "the factor on the enclosure's force", advice)
 
 
-def repeats_agree(fit: JointFit) -> Check:
+def check_repeats(fit: JointFit) -> Check:
     """Check that similar curves have scale factors within 5 % (SD) or three noise errors.
 
     A few repeats determine their scatter poorly: films that scatter by 4 % show more than 5 % in
@@ -168,19 +168,19 @@ def repeats_agree(fit: JointFit) -> Check:
     """
     count = len(fit.reduced)
     if count < 2:
-        return one_pull_only()
+        return single_pull_warning()
     deviations = fit.own.own[:, 0] - (fit.design @ fit.population.estimate + fit.held)[:, 0]
     fitted_count = int(np.any(fit.design[:, 0] != 0, axis=0).sum())
-    spread, basis = _pooled_sd(deviations, [range(count)], fitted_count), count_of(count, "pull")
+    spread, basis = _pooled_sd(deviations, [range(count)], fitted_count), count_noun(count, "pull")
     groups = [g for g in fit.groups if len(g) > 1]
     if groups:
         basis += " about the law they share"
         alike = _pooled_sd(deviations, groups)
         if alike <= spread:
-            condition_count = count_of(len(groups), "condition")
+            condition_count = count_noun(len(groups), "condition")
             spread, basis = alike, f"{sum(map(len, groups))} pulls of {condition_count}"
     noise = np.sqrt(np.abs(np.linalg.pinv(fit.own.information)[:, 0, 0]))
-    return repeats(spread, float(np.median(noise)), basis)
+    return check_scatter(spread, float(np.median(noise)), basis)
 
 
 def _pooled_sd(values: np.ndarray, groups: Sequence[Sequence[int]], fitted_count: int = 1) -> float:
@@ -190,7 +190,7 @@ def _pooled_sd(values: np.ndarray, groups: Sequence[Sequence[int]], fitted_count
     return float(np.sqrt(sum(float(r @ r) for r in deviations) / degrees))
 
 
-def misses(fit: JointFit) -> np.ndarray:
+def curve_misfits(fit: JointFit) -> np.ndarray:
     """Return each curve's own misfit from the law, relative to its peak, shape (curves,).
 
     It is based on the mean product of neighbouring residuals, which is zero for white noise.
@@ -202,9 +202,9 @@ def misses(fit: JointFit) -> np.ndarray:
     return np.array(out) / fit.reduced.height
 
 
-def follow_law(fit: JointFit, names: Sequence[str]) -> None:
+def require_law(fit: JointFit, names: Sequence[str]) -> None:
     """Raise FitError for a curve that the law describes with no set of numbers."""
-    misfits = misses(fit)
+    misfits = curve_misfits(fit)
     worst = int(misfits.argmax())
     if misfits[worst] > REFUSED:
         raise FitError.of(
@@ -216,9 +216,9 @@ def follow_law(fit: JointFit, names: Sequence[str]) -> None:
         )
 
 
-def single_curves(fit: JointFit, names: Sequence[str]) -> Check:
+def check_single_curves(fit: JointFit, names: Sequence[str]) -> Check:
     """Check that each curve follows the law, with numbers similar to the others'."""
-    misfits = misses(fit)
+    misfits = curve_misfits(fit)
     worst = int(misfits.argmax())
     law = fit.design @ fit.population.estimate + fit.held
     deviations = (fit.own.own - np.pad(law, ((0, 0), (0, 2))))[:, :2]
@@ -242,7 +242,7 @@ def single_curves(fit: JointFit, names: Sequence[str]) -> Check:
     return check("single curves", follows and alike, sentence, f": {advice}")
 
 
-def slip_residuals(fit: JointFit) -> Check:
+def check_slip_residuals(fit: JointFit) -> Check:
     """Check that no section of slip has the same deviation from the law in all curves."""
     means = section_means(fit)
     count = len(means)
@@ -284,7 +284,7 @@ def section_means(fit: JointFit) -> np.ndarray:
     return out
 
 
-def drift(
+def check_drift(
     values: np.ndarray, quantities: np.ndarray, word: str, quantity: str, unit: str, free: int = 0
 ) -> Check | None:
     """Check that a parameter's own values (relative) do not drift; None if too few values.
@@ -313,7 +313,7 @@ def drift(
     return check(f"{word} over {quantity}", not (sure and abs(change) > SMALL), sentence)
 
 
-def one_file(
+def check_single_file(
     influence: Mapping[str, Influence], intervals: Mapping[str, Interval | None]
 ) -> Check | None:
     """Check that no single file moves a value by more than its interval."""
@@ -336,30 +336,32 @@ def curve_checks(
     fit: JointFit, brake: Brake, values: Mapping[str, float], curves: Sequence[Curve]
 ) -> tuple[Check, ...]:
     """Return all checks that do not use intervals."""
-    names, speeds = distinct([c.name for c in curves]), [c.speed for c in curves]
+    names, speeds = number_names([c.name for c in curves]), [c.speed for c in curves]
     parameters, vacuum = fit.own.own, fit.reduced.vacuum
     law = fit.design @ fit.population.estimate + fit.held
     with_exponent = int("pressure_exponent" in fit.free)
     result = "settled" if fit.settled else "did not settle"
     checks: list[Check | None] = [
-        products(brake),
+        product_note(brake),
         check_parameters(identifiability(fit)),
         check("settled", fit.settled, f"least squares {result} after {fit.rounds} rounds"),
-        off_bounds(values),
-        plausible(values["scale_factor"]),
-        like_catalogue(values["scale_factor"] * brake.film.kinetic),
-        stiffness_possible(values["stiffness"], float(stiffness_before_slip(brake))),
-        sleeve_plausible(values["enclosure_factor"]),
-        repeats_agree(fit),
-        single_curves(fit, names),
-        slip_residuals(fit),
-        drift(parameters[:, 0] - law[:, 0], vacuum, "scale factor", "vacuum", "Pa", with_exponent),
-        drift(parameters[:, 2] / law[:, 2] - 1, vacuum, "enclosure's factor", "vacuum", "Pa"),
+        check_bounds(values),
+        check_plausible(values["scale_factor"]),
+        check_catalogue(values["scale_factor"] * brake.film.kinetic),
+        check_stiffness(values["stiffness"], float(stiffness_before_slip(brake))),
+        check_enclosure(values["enclosure_factor"]),
+        check_repeats(fit),
+        check_single_curves(fit, names),
+        check_slip_residuals(fit),
+        check_drift(
+            parameters[:, 0] - law[:, 0], vacuum, "scale factor", "vacuum", "Pa", with_exponent
+        ),
+        check_drift(parameters[:, 2] / law[:, 2] - 1, vacuum, "enclosure's factor", "vacuum", "Pa"),
     ]
     if all(s is not None for s in speeds):
         values_known = np.array([s for s in speeds if s is not None])
         checks.append(
-            drift(
+            check_drift(
                 parameters[:, 0] - law[:, 0],
                 values_known,
                 "scale factor",

@@ -7,29 +7,30 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
-from layerjam.identify.calibration.budget import (
-    fitted_enclosure,
-    scatter_line,
-    scatter_words,
-)
-from layerjam.identify.calibration.influence import estimates
+from layerjam.identify.calibration.budget import fitted_enclosure, scatter_line, scatter_words
+from layerjam.identify.calibration.influence import make_estimates
 from layerjam.identify.calibration.least_squares import FREE, JointFit, fit_jointly
 from layerjam.identify.calibration.mountings import find_mountings
-from layerjam.identify.calibration.peaks import at_peaks, fits_of, pull_table, with_enclosure
-from layerjam.identify.calibration.record import Calibration, calibrated_source, shape_sources
+from layerjam.identify.calibration.peaks import (
+    calibrate_at_peaks,
+    fit_curves,
+    pull_table,
+    scale_enclosure,
+)
+from layerjam.identify.calibration.record import Calibration, make_source, shape_sources
 from layerjam.identify.calibration.speed_law import speed_sources
 from layerjam.identify.calibration.verdict import (
+    check_single_file,
     curve_checks,
-    follow_law,
     identifiability,
-    one_file,
+    require_law,
 )
 from layerjam.identify.checks import interval_checks
 from layerjam.identify.curves import Curve
 from layerjam.identify.pull.features import LINEAR
 from layerjam.identify.shape import SHAPE
 from layerjam.identify.single_pulls import pull_checks
-from layerjam.identify.speed import growth_in
+from layerjam.identify.speed import friction_growth
 from layerjam.simulate.speed import follows_speed
 from layerjam.toml_files.source import Source
 from layerjam.units import show
@@ -60,12 +61,12 @@ def calibrate_curves(
     if "speed" in free:
         brake = replace(brake, speed_law=None)
     fit = fit_jointly(curves, brake, free, progress)
-    follow_law(fit, [c.path or c.name for c in curves])
-    contrasts, method = _contrasts(fit, brake), "t, sandwich over curves (CR2)"
+    require_law(fit, [c.path or c.name for c in curves])
+    contrasts, method = _make_contrasts(fit, brake), "t, sandwich over curves (CR2)"
     method += ", degrees of freedom by Satterthwaite"
     law = fit.design @ fit.population.estimate + fit.held
     mounting = find_mountings(curves, (fit.own.own[:, :3] - law)[:, :2])
-    fields = estimates(
+    fields = make_estimates(
         fit.population,
         contrasts,
         curves,
@@ -78,12 +79,12 @@ def calibrate_curves(
     basis = scatter_words(mounting.groups, len(curves))
     repeats = scatter_line(scatter, fields["values"]["scale_factor"], basis)
     checks = curve_checks(fit, brake, fields["values"], curves)
-    single = one_file(fields["leave_one_out"], fields["intervals"])
+    single = check_single_file(fields["leave_one_out"], fields["intervals"])
     reference = None
     if "pressure_exponent" in fit.names:
         reference = brake.test_pressure or fit.reference_pressure
-    count, single_fits = len(curves), fits_of(curves, brake)
-    peak_fits, fitted_brake = with_enclosure(
+    count, single_fits = len(curves), fit_curves(curves, brake)
+    peak_fits, fitted_brake = scale_enclosure(
         single_fits, brake, fields["values"]["enclosure_factor"]
     )
     pulls = pull_table(curves, peak_fits, fitted_brake, _law_factors(fit, curves, brake))
@@ -91,7 +92,7 @@ def calibrate_curves(
     half = None if interval is None else interval.half_width / fields["values"]["scale_factor"]
     return Calibration(
         **fields,
-        **at_peaks(single_fits),
+        **calibrate_at_peaks(single_fits),
         pulls=pulls,
         contributions=(repeats, fitted_enclosure()),
         errors_rest_on=basis if count > 1 else "nothing: one pull does not show repeatability",
@@ -104,7 +105,7 @@ def calibrate_curves(
         ),
         curves=tuple(curves),
         mountings=mounting.groups,
-        sources=_sources(fit, fields["values"], fields["standard_errors"], brake)
+        sources=_brake_sources(fit, fields["values"], fields["standard_errors"], brake)
         | speed_sources(curves, fit, fields["values"], fields["standard_errors"], old),
         window=WINDOW,
         identifiability=identifiability(fit),
@@ -120,13 +121,13 @@ def _law_factors(fit: JointFit, curves: Sequence[Curve], brake: Brake) -> np.nda
     Like a scale factor from a peak, it excludes exponent and speed law of the brake's own file.
     """
     logs = (fit.design @ fit.population.estimate + fit.held)[:, 0]
-    logs = logs - np.log([growth_in(brake, c.speed, c.path) for c in curves])
+    logs = logs - np.log([friction_growth(brake, c.speed, c.path) for c in curves])
     if brake.pressure_exponent is not None and brake.test_pressure is not None:
         logs = logs - brake.pressure_exponent * np.log(fit.reduced.vacuum / brake.test_pressure)
     return np.exp(logs)
 
 
-def _sources(
+def _brake_sources(
     fit: JointFit,
     values: Mapping[str, float],
     errors: Mapping[str, float | None],
@@ -143,18 +144,18 @@ def _sources(
     sources = shape_sources(brake, values, errors, text, condition=condition)
     if "pressure_exponent" in values:
         exponent, error = values["pressure_exponent"], errors["pressure_exponent"]
-        sources["pressure_exponent"] = calibrated_source(exponent, text, error, "1")
+        sources["pressure_exponent"] = make_source(exponent, text, error, "1")
         if brake.test_pressure is None:
             basis = "where the scale factor holds: mean vacuum of the pulls, no friction test"
-            sources["test_pressure"] = calibrated_source(fit.reference_pressure, basis, None, "Pa")
+            sources["test_pressure"] = make_source(fit.reference_pressure, basis, None, "Pa")
         if brake.mount.spacers is False:
             share = brake.vacuum_share or 1.0
             lowest = share * float(np.min(fit.reduced.vacuum))
-            sources["lowest_pressure"] = calibrated_source(lowest, "least of the pulls", None, "Pa")
+            sources["lowest_pressure"] = make_source(lowest, "least of the pulls", None, "Pa")
     return sources
 
 
-def _contrasts(fit: JointFit, brake: Brake) -> dict[str, np.ndarray]:
+def _make_contrasts(fit: JointFit, brake: Brake) -> dict[str, np.ndarray]:
     """Return each value's linear combination of the estimate, with the scale factor as in files.
 
     The fit's scale factor applies at the pulls' mean vacuum, where it is independent of the

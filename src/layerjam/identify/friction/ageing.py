@@ -38,7 +38,7 @@ class AgeingFit:
     values: Array
     warnings: tuple[Notice, ...]
 
-    def at(self, hold: Array) -> Array:
+    def static_at(self, hold: Array) -> Array:
         """Return the line [-] at holds [s]."""
         return np.asarray(self.static + self.ageing * np.log10(hold / self.hold))
 
@@ -83,10 +83,10 @@ def fit_ageing(
         values=values,
         warnings=(),
     )
-    return AgeingFit(**{**vars(fit), "warnings": tuple(_doubts(fit, decades))})
+    return AgeingFit(**{**vars(fit), "warnings": tuple(_line_notices(fit, decades))})
 
 
-def _doubts(fit: AgeingFit, decades: Array) -> list[Notice]:
+def _line_notices(fit: AgeingFit, decades: Array) -> list[Notice]:
     """Return notices about reasons to doubt a line through the pulls."""
     out, (low, high) = [], fit.ageing_interval
     if low <= 0 <= high:
@@ -111,7 +111,7 @@ def _doubts(fit: AgeingFit, decades: Array) -> list[Notice]:
                 "hold-outside",
             )
         )
-    if _bends(fit, decades):
+    if _is_bent(fit, decades):
         out.append(
             Notice(
                 "static friction is not linear in the logarithm of the hold; the line is "
@@ -122,7 +122,7 @@ def _doubts(fit: AgeingFit, decades: Array) -> list[Notice]:
     return out
 
 
-def _bends(fit: AgeingFit, decades: Array) -> bool:
+def _is_bent(fit: AgeingFit, decades: Array) -> bool:
     """Return whether a parabola fits significantly better, at the 5 % level."""
     from scipy.special import stdtrit
 

@@ -73,9 +73,9 @@ def friction_checks(
     both = zip(values["static"], values["kinetic"], names, strict=True)
     ratios = {name: static / kinetic for static, kinetic, name in both if static and kinetic}
     if ratios:
-        checks.append(_ratio(ratios))
+        checks.append(_check_ratio(ratios))
     if (mean := means["kinetic"]) is not None:
-        checks.append(_plausible(mean.mean, span))
+        checks.append(_check_plausible(mean.mean, span))
     return tuple(checks)
 
 
@@ -93,7 +93,7 @@ def check_repeats(
     for quantity, values in quantities.items():
         numbers = [(v, n) for v, n in zip(values, names, strict=True) if v is not None and v > 0]
         logs = np.log([value for value, _ in numbers])
-        outliers = _outliers(logs)
+        outliers = _outlier_indices(logs)
         others = np.delete(logs, outliers) if len(outliers) < len(logs) else logs
         for place in outliers:
             ratio = float(np.exp(logs[place] - np.median(others)))
@@ -109,14 +109,14 @@ def check_repeats(
     )
 
 
-def _outliers(logs: np.ndarray) -> list[int]:
+def _outlier_indices(logs: np.ndarray) -> list[int]:
     """Return the indices of outliers: both of two values that differ too much."""
     if len(logs) == 2 and abs(logs[0] - logs[1]) > np.log(LIMIT):
         return [0, 1]
     return list(find_outliers(logs, ALARMS, float(np.log(LEAST)), float(np.log(LIMIT))))
 
 
-def _ratio(ratios: Mapping[str, float]) -> Check:
+def _check_ratio(ratios: Mapping[str, float]) -> Check:
     """Return the check that static friction exceeds kinetic friction by a plausible factor."""
     low, high = RATIO
     outside = [f"{name} {ratio:.3g}" for name, ratio in ratios.items() if not low <= ratio <= high]
@@ -126,7 +126,7 @@ def _ratio(ratios: Mapping[str, float]) -> Check:
     return check("static over kinetic", not outside, sentence, wrong, "failed")
 
 
-def _plausible(kinetic: float, span: tuple[float, float] | None) -> Check:
+def _check_plausible(kinetic: float, span: tuple[float, float] | None) -> Check:
     """Return the check that the kinetic friction lies in the range of the film."""
     low, high = span or USUAL
     fine = low <= kinetic <= high

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from layerjam.identify.stick_slip import noise_of, running_mean
+from layerjam.identify.stick_slip import noise_sd, running_mean
 from layerjam.identify.straight import straight_line
 from layerjam.measure.trace import Array
 
@@ -54,7 +54,7 @@ def find_breakaway(travel: Array, force: Array) -> Breakaway:
     It is the first maximum from which the force falls by six standard deviations of the noise and
     by 2 % of the sliding force, without a higher value in between.
     """
-    noise = noise_of(force)
+    noise = noise_sd(force)
     level = float(np.median(force[travel >= 0.3 * travel.max()]))
     # a single outlier is not a maximum; a mean over three samples preserves a sharp peak
     smooth = running_mean(force, 3) if noise > 0.002 * abs(level) else force
@@ -63,26 +63,26 @@ def find_breakaway(travel: Array, force: Array) -> Breakaway:
     highest = np.maximum.accumulate(smooth[begin:])
     drop = highest - smooth[begin:] > max(STANDS_OUT * noise, FALL * abs(level))
     if not drop.any():
-        return _without_peak(force, level, noise)
+        return _breakaway_without_peak(force, level, noise)
     fall_end = begin + int(np.argmax(drop))
     index = begin + int(np.argmax(force[begin : fall_end + 1]))
     return Breakaway(
         index=index,
-        sliding=_under_way(travel, smooth, index, noise),
+        sliding=_first_sliding_sample(travel, smooth, index, noise),
         force=float(force[index]),
         distinct=True,
         noise=noise,
     )
 
 
-def _without_peak(force: Array, level: float, noise: float) -> Breakaway:
+def _breakaway_without_peak(force: Array, level: float, noise: float) -> Breakaway:
     """Return the breakaway of a force that bends into sliding, without a first maximum."""
     sliding = np.flatnonzero(force >= level - 2 * noise)
     index = int(sliding[0]) if len(sliding) else len(force) - 1
     return Breakaway(index=index, sliding=index, force=level, distinct=False, noise=noise)
 
 
-def _under_way(travel: Array, smooth: Array, index: int, noise: float) -> int:
+def _first_sliding_sample(travel: Array, smooth: Array, index: int, noise: float) -> int:
     """Return the index of the first sample after the maximum with a force at the later level."""
     after = travel - travel[index]
     later = (after >= 2e-3) & (after <= 30e-3)
@@ -95,7 +95,7 @@ def _under_way(travel: Array, smooth: Array, index: int, noise: float) -> int:
     return index + (int(down[0]) if len(down) else 0)
 
 
-def inertia_of(
+def inertia_effect(
     travel: Array, force: Array, time: Array | None, breakaway: Breakaway, mass: float, speed: float
 ) -> Inertia | None:
     """Return the effect of the sled's inertia; None if the record has no rise.

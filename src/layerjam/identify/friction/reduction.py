@@ -17,14 +17,14 @@ import numpy as np
 from layerjam._version import __version__
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.device.mount import Site
-from layerjam.errors import FileError, FitError, count_of
+from layerjam.errors import FileError, FitError, count_noun
 from layerjam.identify.friction.agreement import friction_checks
-from layerjam.identify.friction.breakaway import Breakaway, Inertia, find_breakaway, inertia_of
+from layerjam.identify.friction.breakaway import Breakaway, Inertia, find_breakaway, inertia_effect
 from layerjam.identify.friction.envelope import StickSlip, find_envelope
 from layerjam.identify.friction.standards import PAPER, Standard
-from layerjam.identify.provenance import digests, mark_synthetic, sha256
-from layerjam.identify.repeats import OverRepeats, over_repeats
-from layerjam.identify.stick_slip import CAUSE, SawTeeth, find_saw_teeth, share_a_spacing
+from layerjam.identify.provenance import file_digests, mark_synthetic, sha256
+from layerjam.identify.repeats import OverRepeats, summarise_repeats
+from layerjam.identify.stick_slip import CAUSE, SawTeeth, find_ripple, find_saw_teeth
 from layerjam.measure.trace import Array, Trace
 from layerjam.toml_files.source import Source
 from layerjam.units import show
@@ -118,7 +118,7 @@ def _digest(path: str) -> str:
     return f" (SHA-256 {sha256(path)[:16]})" if path and Path(path).is_file() else ""
 
 
-def _outward(trace: Trace) -> tuple[Array, Array, Array | None]:
+def _outward_part(trace: Trace) -> tuple[Array, Array, Array | None]:
     """Return travel [m] from the first sample, force [N] and time [s], up to the return."""
     travel = trace.elongation - trace.elongation[0]
     if travel[-1] < 0:
@@ -128,7 +128,7 @@ def _outward(trace: Trace) -> tuple[Array, Array, Array | None]:
     return travel[:last], trace.force[:last], time
 
 
-def speed_of(trace: Trace) -> float | None:
+def crosshead_speed(trace: Trace) -> float | None:
     """Return the speed of the moving crosshead [m/s], from the record or else its sidecar."""
     if trace.time is not None and len(trace) > 2:
         travel = np.abs(trace.elongation - trace.elongation[0])
@@ -152,14 +152,14 @@ def reduce_repeat(
     `accept_stick_slip` the middle of the stick–slip's envelope serves as kinetic friction. Raises
     FileError if the record does not cover the window.
     """
-    travel, force, time = _outward(trace)
+    travel, force, time = _outward_part(trace)
     breakaway = find_breakaway(travel, force) if standard.first_maximum else None
-    span, warnings = _window(trace, travel, window, standard, breakaway)
+    span, warnings = _mean_window(trace, travel, window, standard, breakaway)
     inside = (travel >= span[0]) & (travel <= span[1])
     if inside.sum() < FEWEST:
         raise FileError(
             trace.path,
-            f"only {count_of(int(inside.sum()), 'sample')} between {show(span[0], 'm')} and "
+            f"only {count_noun(int(inside.sum()), 'sample')} between {show(span[0], 'm')} and "
             f"{show(span[1], 'm')} of travel; at least {FEWEST} are needed",
         )
     mean = float(force[inside].mean())
@@ -170,7 +170,7 @@ def reduce_repeat(
     teeth = find_saw_teeth(travel[inside], force[inside], clock).teeth
     if teeth is not None:
         kinetic = teeth.middle / normal_force if accept_stick_slip else None
-    speed = speed_of(trace)
+    speed = crosshead_speed(trace)
     inertia = None
     if breakaway is None:
         top = int(np.argmax(force))
@@ -179,8 +179,8 @@ def reduce_repeat(
         top, static = breakaway.index, breakaway.force
         mass = normal_force / GRAVITY if standard.sled_mass is None else standard.sled_mass
         if speed is not None and breakaway.distinct:
-            inertia = inertia_of(travel, force, time, breakaway, mass, speed)
-        warnings += _at_breakaway(breakaway, inertia, normal_force)
+            inertia = inertia_effect(travel, force, time, breakaway, mass, speed)
+        warnings += _breakaway_warnings(breakaway, inertia, normal_force)
     warnings += _standard_warnings(standard, speed, time, travel)
     return FrictionRepeat(
         static=static / normal_force,
@@ -199,7 +199,7 @@ def reduce_repeat(
     )
 
 
-def _window(
+def _mean_window(
     trace: Trace,
     travel: Array,
     window: tuple[float, float] | None,
@@ -235,7 +235,9 @@ def _window(
     return (start, end), []
 
 
-def _at_breakaway(breakaway: Breakaway, inertia: Inertia | None, normal_force: float) -> list[str]:
+def _breakaway_warnings(
+    breakaway: Breakaway, inertia: Inertia | None, normal_force: float
+) -> list[str]:
     """Return the warnings about the static friction of a breakaway."""
     if not breakaway.distinct:
         return [
@@ -306,13 +308,13 @@ def pool(
 
     `span` is the plausible range of the kinetic friction [-], None if the film is unknown.
     """
-    ripples = share_a_spacing([r.teeth for r in repeats])
-    repeats = [_of_ripple(r) if x else r for r, x in zip(repeats, ripples, strict=True)]
+    ripples = find_ripple([r.teeth for r in repeats])
+    repeats = [_without_ripple(r) if x else r for r, x in zip(repeats, ripples, strict=True)]
     values = {n: [getattr(r, n) for r in repeats] for n in ("static", "kinetic", "speed")}
     peaks = (w for r in repeats for w in _peak_warning(r))
     warnings = [*file_warnings, *_group_warnings(repeats), *peaks]
-    static = over_repeats(values["static"])
-    kinetic = None if None in values["kinetic"] else over_repeats(values["kinetic"])
+    static = summarise_repeats(values["static"])
+    kinetic = None if None in values["kinetic"] else summarise_repeats(values["kinetic"])
     means = {"static": static, "kinetic": kinetic}
     return FrictionResult(
         static=static.mean,
@@ -334,7 +336,7 @@ def pool(
     )
 
 
-def _of_ripple(repeat: FrictionRepeat) -> FrictionRepeat:
+def _without_ripple(repeat: FrictionRepeat) -> FrictionRepeat:
     """Return the repeat without stick–slip; other repeats show that the machine causes it."""
     note = f"teeth with the same spacing at any swing are not stick–slip; likely cause: {CAUSE}"
     return replace(
@@ -402,12 +404,12 @@ def with_friction(
         )
     if file.brake.amplification_held is not None:
         changes["amplification_held"] = (1.0, blank)
-    record = _made_by(result, synthetic := {r.path for r in result.repeats if r.synthetic})
+    record = _made_by_table(result, synthetic := {r.path for r in result.repeats if r.synthetic})
     marked_changes = mark_synthetic(changes, bool(synthetic))
     return updated_text(file, name, marked_changes, record, acceptances), warnings
 
 
-def _made_by(result: FrictionResult, synthetic: Collection[str]) -> dict[str, Any]:
+def _made_by_table(result: FrictionResult, synthetic: Collection[str]) -> dict[str, Any]:
     start, end = (show(w, "m") for w in result.window)
     means = (f"{name} {o.mean:.4g}, {o.interval_words()}" for name, o in result.means.items())
     sticking, middle = 0, ""
@@ -420,5 +422,5 @@ def _made_by(result: FrictionResult, synthetic: Collection[str]) -> dict[str, An
         "window": f"{start} to {end} of travel",
         "interval": "; ".join(means),
         "stick_slip": f"in {sticking} of {len(result.repeats)} repeats{middle}",
-        "files": digests((r.path for r in result.repeats), synthetic),
+        "files": file_digests((r.path for r in result.repeats), synthetic),
     }

@@ -111,13 +111,13 @@ def fit_dry(
     points: SpeedPoints, brake: Brake, *, exponent: float = 1.0, viscous: bool = False
 ) -> SpeedFit:
     """Fit the Stribeck law of dry sheets; `viscous` adds growth with speed. Raises FitError."""
-    coulomb, enclosure = _lever(points, brake)
+    coulomb, enclosure = _friction_lever(points, brake)
     if not (points.vacuum > 0).all():
         raise FitError("points: dry sheets without vacuum have no friction to fit")
     speed = points.speed
 
     def columns(stribeck: float) -> Array:
-        parts = [coulomb, coulomb * _left(speed, stribeck, exponent)]
+        parts = [coulomb, coulomb * _static_share(speed, stribeck, exponent)]
         return np.stack(parts + [coulomb * speed] * viscous, axis=1)
 
     names = ("kinetic", "drop", "viscous")[: 2 + viscous]
@@ -135,7 +135,7 @@ def fit_dry(
 
 def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> SpeedFit:
     """Fit the wet law, with adhesion and viscous part, to several vacuums; raises FitError."""
-    coulomb, enclosure = _lever(points, brake)
+    coulomb, enclosure = _friction_lever(points, brake)
     if np.ptp(points.vacuum) <= 0.05 * points.vacuum.max(initial=0.0):
         raise FitError(
             "points: one vacuum cannot tell adhesion from friction; measure at two or more"
@@ -144,7 +144,7 @@ def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> Spee
     area = (sheets.count - 1) * sheets.width * (sheets.overlap - points.slip)
 
     def columns(stribeck: float) -> Array:
-        left = _left(points.speed, stribeck, exponent)
+        left = _static_share(points.speed, stribeck, exponent)
         return np.stack([coulomb, coulomb * left, area, area * points.speed], axis=1)
 
     names = ("kinetic", "drop", "adhesion", "viscosity")
@@ -161,7 +161,7 @@ def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> Spee
     return best.result(law)
 
 
-def _lever(points: SpeedPoints, brake: Brake) -> tuple[Array, Array]:
+def _friction_lever(points: SpeedPoints, brake: Brake) -> tuple[Array, Array]:
     """Return (force per unit of friction coefficient, enclosure's force) [N]."""
     brake = straight(brake, "the fit of friction over speed")
     contact = brake.sheets.overlap - points.slip
@@ -171,7 +171,7 @@ def _lever(points: SpeedPoints, brake: Brake) -> tuple[Array, Array]:
     )
 
 
-def _left(speed: Array, stribeck: float, exponent: float) -> Array:
+def _static_share(speed: Array, stribeck: float, exponent: float) -> Array:
     return np.asarray(np.exp(-((speed / stribeck) ** exponent)))
 
 
@@ -264,10 +264,10 @@ class _Search:
         errors["speed"] = float(np.sqrt(cov[-1, -1])) if free[-1] and noisy else None
         log_error = float(np.sqrt(cov[-1, -1])) if free[-1] else PRIOR[1]
         checks = (
-            self._identifiable(log_error, condition),
-            self._inside(),
-            self._trend(residuals, noise),
-            self._spans(),
+            self._check_identifiability(log_error, condition),
+            self._check_bounds(),
+            self._check_trend(residuals, noise),
+            self._check_spans(),
             check_span(
                 "plausible", float(law.kinetic), USUAL, "kinetic friction", "unusual for films"
             ),
@@ -276,7 +276,7 @@ class _Search:
             law=law, standard_errors=errors, noise=noise, residuals=residuals, checks=checks
         )
 
-    def _identifiable(self, log_error: float, condition: float) -> Check:
+    def _check_identifiability(self, log_error: float, condition: float) -> Check:
         factor = float(np.exp(min(log_error, 50.0)))
         return check(
             "identifiable",
@@ -286,7 +286,7 @@ class _Search:
             ": the points do not distinguish the parameters; measure at more speeds",
         )
 
-    def _inside(self) -> Check:
+    def _check_bounds(self) -> Check:
         low, high = np.log(_RANGE)
         at_bound = [n for n, v in zip(self.names, self.values, strict=True) if v <= 0]
         at_bound += ["v_s"] * (not low + 0.1 < self.logarithm < high - 0.1)
@@ -295,7 +295,7 @@ class _Search:
             sentence = f"{', '.join(at_bound)} at the bound: these points do not need it"
         return check("bounds", not at_bound, sentence)
 
-    def _trend(self, residuals: Array, noise: float) -> Check:
+    def _check_trend(self, residuals: Array, noise: float) -> Check:
         """Check the residuals over log speed for a slope, a bend, or correlated neighbours."""
         moving = self.points.speed > 0
         x = np.log(self.points.speed[moving])
@@ -311,7 +311,7 @@ class _Search:
         sentence = f"residuals follow the logarithm of speed by {worst:.2g} standard errors"
         return check("trend over speed", worst < 2.5, sentence)
 
-    def _spans(self) -> Check:
+    def _check_spans(self) -> Check:
         moving = self.points.speed[self.points.speed > 0]
         low, high = float(moving.min()), float(moving.max())
         fine, shown_speed = low / 2 <= self.speed <= high, show(self.speed, "m/s")

@@ -26,7 +26,7 @@ GAS_CHANGE, ROOM_CHANGE = 10.0, 0.5
 def leak_checks(leak: Leak, best: LeakFit, logged: bool) -> Iterator[Check]:
     """Return the checks of a hold; `logged` says whether its temperature was logged."""
     advice = "another effect is present (a valve, cooling, a compliant wall)"
-    yield _law(best.series, best.curve(leak.time, leak.atmosphere), advice)
+    yield _check_law(best.series, best.curve(leak.time, leak.atmosphere), advice)
     yield interval_check("leak", best.rate, *best.rate_interval())
     if not logged:
         level: Level = "failed" if abs(leak.heat) <= ROOM_CHANGE else "warning"
@@ -47,7 +47,7 @@ def pump_down_checks(
     """Return the checks of pump-downs; `intervals` is {quantity: (value, low, high)}."""
     advice = "the volume or the flow changes with vacuum (try --compliance fit for the first)"
     for log in logs:
-        yield _law(log.series, log.curve(log.time), advice)
+        yield _check_law(log.series, log.curve(log.time), advice)
         fall_share = (log.start - float(log.pressure[-1])) / (log.start - log.ultimate)
         sentence = f"the log ends at {fall_share:.0%} of the fall to the ultimate pressure"
         consequence = ", which is therefore an extrapolation"
@@ -72,7 +72,7 @@ def crash_checks(impact: Crash) -> Iterator[Check]:
     yield interval_check("velocity change", value, value - reach, value + reach)
 
 
-def _law(series: Series, curve: Array, cause: str) -> Check:
+def _check_law(series: Series, curve: Array, cause: str) -> Check:
     """Return the check that the best law describes a log; `cause` is the likely reason if not."""
     share = series.rmse / float(np.ptp(curve))
     times = series.rmse / series.noise if series.noise > 0 else 0.0

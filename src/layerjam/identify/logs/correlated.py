@@ -83,7 +83,7 @@ class Series:
         return float(np.sqrt(max(float(slope @ self.covariance @ slope), 0.0)))
 
 
-def average_runs(values: Array, bins: int = BINS) -> Array:
+def average_bins(values: Array, bins: int = BINS) -> Array:
     """Return means over `bins` runs of nearly equal length; all values if there are fewer."""
     edges = np.linspace(0, len(values), min(bins, len(values)) + 1).astype(int)
     return np.asarray(np.add.reduceat(values, edges[:-1]) / np.diff(edges))
@@ -104,10 +104,10 @@ def fit_series(
     """
     if len(log_values) < LEAST:
         raise FitError(f"a fit needs {LEAST} samples at least, there are {len(log_values)}")
-    bins = average_runs(log_values)
+    bins = average_bins(log_values)
     size = max(float(np.ptp(bins)), 1e-9 * float(np.max(np.abs(bins))), 1e-300)
-    values, jacobian = _solve(model, bins, np.array(start, float), scale, bounds, size)
-    left = bins - average_runs(model(values))
+    values, jacobian = _solve_bins(model, bins, np.array(start, float), scale, bounds, size)
+    left = bins - average_bins(model(values))
     noise = _Noise.estimate(jacobian, left, 1e-10 * size, np.array(scale, float))
     residuals = model(values) - log_values
     return Series(
@@ -122,7 +122,7 @@ def fit_series(
     )
 
 
-def _solve(
+def _solve_bins(
     model: Callable[[Array], Array],
     bins: Array,
     start: Array,
@@ -134,7 +134,7 @@ def _solve(
     from scipy.optimize import least_squares
 
     def residual(values: Array) -> Array:
-        deviation = average_runs(model(values)) - bins
+        deviation = average_bins(model(values)) - bins
         if not np.isfinite(deviation).all():
             deviation = np.full_like(deviation, 1e3 * size)
         return np.asarray(deviation / size)
@@ -151,13 +151,13 @@ def _solve(
         jac="3-point",
         max_nfev=100,
     )
-    if not np.isfinite(average_runs(model(solution.x))).all():
+    if not np.isfinite(average_bins(model(solution.x))).all():
         raise FitError("the model gives no finite values near this log")
     return solution.x, solution.jac * size
 
 
 @lru_cache(maxsize=4)
-def _grid(count: int) -> list[tuple[float, Array, float, float, Array]]:
+def _whitening(count: int) -> list[tuple[float, Array, float, float, Array]]:
     """Return (neighbours' correlation, whitening matrix, log determinant, effective number, C)."""
     distance = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
     out = []
@@ -189,7 +189,7 @@ class _Noise:
         unit_jacobian = jacobian * scale
         project = np.linalg.pinv(unit_jacobian)
         scores, spreads, sizes = [], [], []
-        for _, whiten, log_size, _, spread in _grid(count):
+        for _, whiten, log_size, _, spread in _whitening(count):
             columns, white_residuals = whiten @ unit_jacobian, whiten @ left
             move = np.linalg.lstsq(columns, white_residuals, rcond=None)[0]
             total = float(np.sum((white_residuals - columns @ move) ** 2)) + count * floor**2
@@ -201,7 +201,7 @@ class _Noise:
         weight = np.exp(np.array(scores) - max(scores))
         weight /= weight.sum()
         covariance = np.einsum("k,kij->ij", weight, np.array(spreads))
-        grid, best = _grid(count), int(np.argmax(scores))
+        grid, best = _whitening(count), int(np.argmax(scores))
         return cls(
             covariance=covariance * np.outer(scale, scale),
             correlation=float(weight @ np.array([g[0] for g in grid])),

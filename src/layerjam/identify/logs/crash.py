@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from layerjam.errors import FitError, Notice, QuantityError
-from layerjam.identify.logs.correlated import average_runs
-from layerjam.identify.logs.flat_top import flat_top
+from layerjam.identify.logs.correlated import average_bins
+from layerjam.identify.logs.flat_top import find_flat_top
 from layerjam.measure.trace import Array
 from layerjam.outputs import fact, number, outputs
 from layerjam.simulate.accelerometer import CLASSES, LEAST_RATE, STANDARD_GRAVITY, cfc_filter
@@ -23,7 +23,7 @@ SHARE = 0.05
 """Part of the peak that ends the quiet time before the event, and bounds the pulse."""
 
 
-def _span(ends: Sequence[float]) -> str:
+def _span_length(ends: Sequence[float]) -> str:
     return f"{ends[0]:.6g} s to {ends[1]:.6g} s"
 
 
@@ -45,12 +45,12 @@ class Pulse:
     velocity_change: float = number("m/s", "change of velocity over the pulse")
     velocity_change_se: float = number("m/s", "its standard error")
     duration: float = number("s", "duration of the pulse")
-    pulse: Sequence[float] = number("s", "start and end of the pulse", shown=_span)
+    pulse: Sequence[float] = number("s", "start and end of the pulse", shown=_span_length)
     hic: float | None = number("1", "head injury criterion")
-    hic_window: Sequence[float] | None = number("s", "its window", shown=_span)
+    hic_window: Sequence[float] | None = number("s", "its window", shown=_span_length)
     offset: float = number("m/s^2", "offset of the sensor, from the quiet part")
     offset_se: float = number("m/s^2", "its standard error")
-    quiet: Sequence[float] = number("s", "the quiet part", shown=_span)
+    quiet: Sequence[float] = number("s", "the quiet part", shown=_span_length)
     sampling: float = number("Hz", "sampling rate")
     saturated: bool = fact("whether the sensor saturated")
     samples: int = number("1", "samples of the log", listed=False)
@@ -134,20 +134,20 @@ def reduce_crash(
     def smooth(values: Array) -> Array:
         return cfc_filter(values, rate, cfc) if cfc is not None else values
 
-    quiet, quiet_notes = _quiet(time, smooth(acceleration), rate, before)
+    quiet, quiet_notes = _quiet_samples(time, smooth(acceleration), rate, before)
     still = acceleration[:quiet]
     offset, offset_se = float(still.mean()), _error_of_mean(still)
     signal = acceleration - offset
     filtered_signal = smooth(signal)
     top, high = (int(np.argmax(np.abs(values))) for values in (signal, filtered_signal))
-    first, last = _pulse(filtered_signal, high, SHARE)
-    start, end = _foot(filtered_signal, high, first, last)
+    first, last = _pulse_range(filtered_signal, high, SHARE)
+    start, end = _pulse_ends(filtered_signal, high, first, last)
     length = (end - start) / rate
     change = float(np.trapezoid(signal[start : end + 1], dx=1 / rate))
     change -= float(np.sign(filtered_signal[high])) * gravity * length * falling
     noise = float(np.std(still)) * np.sqrt(length / rate)
-    saturation, unknown = _saturation(acceleration, quiet, limit)
-    warnings += quiet_notes + unknown + _after(signal, last, rate, offset_se)
+    saturation, unknown = _find_saturation(acceleration, quiet, limit)
+    warnings += quiet_notes + unknown + _drift_note(signal, last, rate, offset_se)
     value, span = (None, None) if hic is None else head_injury(filtered_signal, rate, hic)
     return Crash(
         time=time,
@@ -190,7 +190,7 @@ def _check_class(cfc: int | None, rate: float) -> None:
         )
 
 
-def _quiet(
+def _quiet_samples(
     time: Array, acceleration: Array, rate: float, before: float | None
 ) -> tuple[int, list[str]]:
     """Return the number of samples before the event, and how it was determined."""
@@ -220,11 +220,11 @@ def _quiet(
 
 def _error_of_mean(values: Array) -> float:
     """Return the standard error of a mean from at most twenty runs, to include slow noise."""
-    runs = average_runs(values, min(20, len(values)))
+    runs = average_bins(values, min(20, len(values)))
     return float(np.std(runs, ddof=1) / np.sqrt(len(runs)))
 
 
-def _pulse(signal: Array, high: int, share: float) -> tuple[int, int]:
+def _pulse_range(signal: Array, high: int, share: float) -> tuple[int, int]:
     """Return the first and last sample, around the peak, with its sign and above its `share`."""
     below_share = signal * np.sign(signal[high]) <= share * abs(signal[high])
     left, right = np.flatnonzero(below_share[:high]), np.flatnonzero(below_share[high:])
@@ -233,9 +233,9 @@ def _pulse(signal: Array, high: int, share: float) -> tuple[int, int]:
     return first, last
 
 
-def _foot(signal: Array, high: int, first: int, last: int) -> tuple[int, int]:
+def _pulse_ends(signal: Array, high: int, first: int, last: int) -> tuple[int, int]:
     """Return the pulse's zero crossings if they are near its 5 % points, otherwise those points."""
-    start, end = _pulse(signal, high, 0.0)
+    start, end = _pulse_range(signal, high, 0.0)
     length = last - first
     return (
         start if start > 0 and first - start <= length else first,
@@ -243,7 +243,7 @@ def _foot(signal: Array, high: int, first: int, last: int) -> tuple[int, int]:
     )
 
 
-def _saturation(
+def _find_saturation(
     acceleration: Array, quiet: int, limit: float | None
 ) -> tuple[float | None, list[str]]:
     """Return the level at which the sensor saturated, or None, and a note if it is unknown.
@@ -253,7 +253,7 @@ def _saturation(
     reach = float(np.max(np.abs(acceleration)))
     if limit is not None and reach >= limit * (1 - 1e-3):
         return reach, []
-    top = flat_top(acceleration, quiet)
+    top = find_flat_top(acceleration, quiet)
     if top is None or top.certain:
         return None if top is None else abs(top.level), []
     return None, [
@@ -267,7 +267,7 @@ def _saturation(
     ]
 
 
-def _after(signal: Array, last: int, rate: float, offset_se: float) -> list[str]:
+def _drift_note(signal: Array, last: int, rate: float, offset_se: float) -> list[str]:
     """Return a note about a drift: the level at the log's end against that before the event."""
     tail = signal[last:][-max((len(signal) - last) // 2, 1) :]
     if len(tail) < 20:

@@ -66,7 +66,7 @@ class _Grain:
     computed: bool
 
 
-def flat_top(record: Array, quiet: int) -> FlatTop | None:
+def find_flat_top(record: Array, quiet: int) -> FlatTop | None:
     """Return the flat top of a record, None if chance explains its greatest and lowest samples.
 
     `record` has shape (N,), evenly sampled, as the converter gave it; its first `quiet` samples are
@@ -82,23 +82,23 @@ def flat_top(record: Array, quiet: int) -> FlatTop | None:
     best = None
     for level in (float(record.max()), float(record.min())):
         height = abs(level - zero)
-        first, last = _longest(np.abs(record - level) <= SAME * span)
+        first, last = _longest_run(np.abs(record - level) <= SAME * span)
         if last - first < LEAST or height < 0.5 * reach:
             continue
-        grain = grain or _grain(record, still, span)
+        grain = grain or _resolution(record, still, span)
         top = _judge_run(record, level, first, last, height, grain)
         if top is not None and (best is None or top.certain > best.certain):
             best = top
     return best
 
 
-def _longest(is_equal: np.ndarray) -> tuple[int, int]:
+def _longest_run(is_equal: np.ndarray) -> tuple[int, int]:
     ends = np.flatnonzero(np.diff(np.concatenate([[0], is_equal.astype(int), [0]])))
     longest = int(np.argmax(ends[1::2] - ends[::2]))
     return int(ends[2 * longest]), int(ends[2 * longest + 1])
 
 
-def _grain(record: Array, still: Array, span: float) -> _Grain:
+def _resolution(record: Array, still: Array, span: float) -> _Grain:
     """Return the smallest step between two values of the record, and the quiet part's noise.
 
     Without noise neighbouring codes may be missing; the result is then the step of which all others
@@ -110,7 +110,7 @@ def _grain(record: Array, still: Array, span: float) -> _Grain:
     # steps that are rounded to digits differ in width
     similar_steps = steps[steps < 1.2 * least]
     quantum = float(similar_steps.mean()) if similar_steps.size else span
-    noise, is_computed = _noise(still, quantum), False
+    noise, is_computed = _noise_sd(still, quantum), False
     if noise == 0:
         parts = steps[:, None] / least * np.arange(1, FEWER)
         is_multiple = np.all(np.abs(parts - np.round(parts)) < WHOLE_STEP, axis=0)
@@ -122,7 +122,7 @@ def _grain(record: Array, still: Array, span: float) -> _Grain:
     return _Grain(quantum, noise, min(max(correlation, 0.0), 0.95), is_computed)
 
 
-def _noise(still: Array, quantum: float) -> float:
+def _noise_sd(still: Array, quantum: float) -> float:
     """Return the standard deviation of the noise behind these codes, 0 if all are equal.
 
     Fine codes get Sheppard's correction. For coarse codes it is the smallest value whose
@@ -136,7 +136,7 @@ def _noise(still: Array, quantum: float) -> float:
     codes, counts = np.unique(np.round((still - still[0]) / quantum), return_counts=True)
     spread = np.geomspace(0.05, 1.5, 35)[:, None, None]
     centre = np.linspace(codes[0] - 0.5, codes[-1] + 0.5, 21 * (len(codes) + 1))[:, None]
-    likely = (_log_chance((centre - codes) / spread, 1 / spread) @ counts).max(axis=1)
+    likely = (_log_probability((centre - codes) / spread, 1 / spread) @ counts).max(axis=1)
     return float(spread[np.flatnonzero(likely > likely.max() - math.log(8))[0], 0, 0]) * quantum
 
 
@@ -147,17 +147,17 @@ def _judge_run(
     count = last - first
     share = (1 - grain.correlation) / (1 + grain.correlation)
     quantum = grain.quantum / grain.noise
-    deviations = (_curve(record, first, last) - level) / grain.noise
-    smooth = share * float(np.sum(_log_chance(deviations, quantum)))
+    deviations = (_fit_cubic(record, first, last) - level) / grain.noise
+    smooth = share * float(np.sum(_log_probability(deviations, quantum)))
     if smooth >= math.log(CHANCE):
         return None
-    flat = share * count * float(_log_chance(np.zeros(1), quantum)[0])
+    flat = share * count * float(_log_probability(np.zeros(1), quantum)[0])
     fine = grain.quantum < FINE * height
     certain = not grain.computed and (fine or flat < math.log(CHANCE))
     return FlatTop(level, count, certain)
 
 
-def _curve(record: Array, first: int, last: int) -> Array:
+def _fit_cubic(record: Array, first: int, last: int) -> Array:
     """Return the cubic through a run and as many samples on either side, evaluated at the run."""
     margin = max(last - first, 4)
     begin, end = max(first - margin, 0), min(last + margin, len(record))
@@ -166,7 +166,7 @@ def _curve(record: Array, first: int, last: int) -> Array:
     return np.asarray(cubic(place[first - begin : last - begin]))
 
 
-def _log_chance(deviations: Array, quantum: Array | float) -> Array:
+def _log_probability(deviations: Array, quantum: Array | float) -> Array:
     """Return the log probability that a value at a distance from a code's centre gives this code.
 
     Both are in units of the noise.

@@ -76,7 +76,7 @@ def _ratio_under(clock: Array) -> Array:
 _ROOT = float(np.sqrt(2 * CRITICAL - 1))
 
 
-def _turn(tangent: Array | float) -> Array:
+def _turn_integral(tangent: Array | float) -> Array:
     """Return ∫ dθ/(b + (1 - b) sin θ) up to tan(θ/2)."""
     return np.asarray(2 / _ROOT * np.arctan((CRITICAL * tangent + 1 - CRITICAL) / _ROOT))
 
@@ -86,14 +86,14 @@ def _clock_over(ratio: float) -> float:
     if excess <= 0:
         return float(np.log(ratio / CRITICAL))
     half = np.tan(np.arcsin(min(excess, 1.0)) / 2)
-    return float((1 - CRITICAL) * (_turn(half) - _turn(0.0)))
+    return float((1 - CRITICAL) * (_turn_integral(half) - _turn_integral(0.0)))
 
 
 def _ratio_over(clock: Array) -> Array:
     """Return the outside over the inside pressure; 1 once the pressures are equal."""
-    end = (1 - CRITICAL) * (_turn(1.0) - _turn(0.0))
+    end = (1 - CRITICAL) * (_turn_integral(1.0) - _turn_integral(0.0))
     inside = np.clip(clock, 0.0, end)
-    angle = (inside / (1 - CRITICAL) + _turn(0.0)) * _ROOT / 2
+    angle = (inside / (1 - CRITICAL) + _turn_integral(0.0)) * _ROOT / 2
     tangent = (_ROOT * np.tan(angle) - (1 - CRITICAL)) / CRITICAL
     late = CRITICAL + (1 - CRITICAL) * np.sin(2 * np.arctan(tangent))
     return np.where(clock < 0, CRITICAL * np.exp(np.minimum(clock, 0.0)), np.minimum(late, 1.0))
@@ -181,13 +181,13 @@ def fit_leak(
         )
     middle = float(warm.mean())
     p = p * middle / warm
-    ends = _end(p, len(p) // 20), _end(p[::-1], len(p) // 20)
+    ends = _end_mean(p, len(p) // 20), _end_mean(p[::-1], len(p) // 20)
     difference = ends[0] - atmosphere
     _check_hold(p - atmosphere, difference, atmosphere)
     settled = abs(ends[1] - atmosphere) < 0.1 * abs(difference) and (
-        abs(_end(p[len(p) // 2 :], len(p) // 20) - ends[1]) < 0.02 * abs(difference)
+        abs(_end_mean(p[len(p) // 2 :], len(p) // 20) - ends[1]) < 0.02 * abs(difference)
     )
-    fits = {m: _fit(m, t, p, atmosphere, ends, settled) for m in MODELS}
+    fits = {m: _fit_model(m, t, p, atmosphere, ends, settled) for m in MODELS}
     order = sorted(fits, key=lambda m: fits[m].series.rmse)
     best = fits[order[0]]
     distinct = all(fits[m].series.worse_by(best.series) > CLEAR for m in order[1:])
@@ -221,11 +221,11 @@ def _check_hold(gauge: Array, difference: float, atmosphere: float) -> None:
         raise FitError("the pressure crosses the atmosphere: this is not a hold (check --reading)")
 
 
-def _end(values: Array, count: int) -> float:
+def _end_mean(values: Array, count: int) -> float:
     return float(np.mean(values[: max(count, 1)]))
 
 
-def _fit(
+def _fit_model(
     model: str, t: Array, p: Array, atmosphere: float, ends: tuple[float, float], settled: bool
 ) -> LeakFit:
     span = float(t[-1]) or 1.0
@@ -256,6 +256,6 @@ def _fit(
     )
 
 
-def sccm(throughput: float, temperature: float) -> float:
+def to_sccm(throughput: float, temperature: float) -> float:
     """Return a leak [Pa m³/s at `temperature`, K] in standard cm³ a minute (0 °C, 101325 Pa)."""
     return throughput * STANDARD_TEMPERATURE / temperature / SCCM

@@ -49,13 +49,13 @@ def pressure(
     if least <= 0 or 1 - shrink * (atmosphere - ultimate) <= 0 or excess < 0:
         return np.full(np.shape(time), np.nan)
     if shrink < 0:
-        return _stretching(time, excess, ultimate, rate, shrink, least)
+        return _pressure_while_stretching(time, excess, ultimate, rate, shrink, least)
     weight = 2 * shrink * excess / least
     omega = wrightomega(np.log(weight) + weight - rate * time / least)
     return np.asarray(ultimate + least / (2 * shrink) * omega)
 
 
-def _stretching(
+def _pressure_while_stretching(
     time: Array, excess: float, ultimate: float, rate: float, shrink: float, least: float
 ) -> Array:
     """Return the same pressure for c below zero, by Newton's method in ln u."""
@@ -131,7 +131,9 @@ class DerivedValue:
         return interval_ends(self.value, self.quantile * self.se)
 
 
-def window_of(time: Array, absolute: Array, ends: tuple[float | None, float | None]) -> Array:
+def pump_down_window(
+    time: Array, absolute: Array, ends: tuple[float | None, float | None]
+) -> Array:
     """Return which samples belong to the pump-down, from the last one near the start level on.
 
     Unless given, it begins one sample before the pressure finally falls below its highest level by
@@ -159,7 +161,7 @@ def fit_pump_down(
     `shrink` = c/V0 [1/Pa] is a known value; None fits it too. Raises FitError if fewer than 20
     samples remain or the pressure does not fall.
     """
-    inside = window_of(time, absolute, window)
+    inside = pump_down_window(time, absolute, window)
     if inside.sum() < 20:
         raise FitError(f"the pump-down has {int(inside.sum())} samples, 20 are needed")
     window_time, p = time[inside], absolute[inside]
@@ -200,7 +202,7 @@ def fit_pump_down(
     )
 
 
-def with_compliance(volume: float | None, flow: float | None, loss: float, fit: PumpDown) -> float:
+def relative_shrink(volume: float | None, flow: float | None, loss: float, fit: PumpDown) -> float:
     """Return c/V0 [1/Pa] for a volume loss c [m³/Pa]; V0 = S/rate if only the flow is known.
 
     `fit` is a fit at constant volume, whose rate is a first guess.
@@ -214,23 +216,25 @@ def with_compliance(volume: float | None, flow: float | None, loss: float, fit: 
     return loss / base
 
 
-def better_with_shrink(constant: PumpDown, flexible: PumpDown) -> bool:
+def needs_shrink(constant: PumpDown, flexible: PumpDown) -> bool:
     """Return whether a volume that changes with vacuum explains the log clearly better."""
     return constant.series.worse_by(flexible.series) > CLEAR
 
 
-def flow_of(fit: PumpDown, volume: float) -> DerivedValue:
+def pump_flow(fit: PumpDown, volume: float) -> DerivedValue:
     """Return the pump flow S [m³/s] for a known volume V0 [m³]."""
     return fit.derive(volume * fit.rate, volume * float(fit.series.standard_errors[2]))
 
 
-def volume_of(fit: PumpDown, flow: float) -> DerivedValue:
+def chamber_volume(fit: PumpDown, flow: float) -> DerivedValue:
     """Return the volume V0 [m³] for a known pump flow S [m³/s]."""
     se = float(fit.series.standard_errors[2])
     return fit.derive(flow / fit.rate, flow * se / fit.rate**2)
 
 
-def from_two(single: PumpDown, joint: PumpDown, volume: float) -> tuple[DerivedValue, DerivedValue]:
+def combine_logs(
+    single: PumpDown, joint: PumpDown, volume: float
+) -> tuple[DerivedValue, DerivedValue]:
     """Return (V0, S) from two logs, one with a known volume [m³] added: V0 = ΔV k2/(k1 - k2).
 
     The volumes are constant. Raises FitError if the two rates do not differ by more than their

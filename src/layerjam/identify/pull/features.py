@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from layerjam.errors import FileError
-from layerjam.identify.stick_slip import noise_of, running_mean
+from layerjam.identify.stick_slip import noise_sd, running_mean
 from layerjam.identify.straight import StraightLine, straight_line
 from layerjam.measure.trace import Array, Trace, block_means
 from layerjam.units import show
@@ -61,7 +61,7 @@ class PullFeatures:
     path: str
 
     @property
-    def sparse(self) -> bool:
+    def is_sparse(self) -> bool:
         """Return whether the rise has too few samples to find its slope."""
         return self.rise_samples < SLOPE
 
@@ -80,12 +80,12 @@ def loading_branch(trace: Trace) -> tuple[Array, Array]:
     return trace.elongation[:end], trace.force[:end]
 
 
-def _calm(force: Array, limit: int) -> Array:
+def _running_mean(force: Array, limit: int) -> Array:
     """Return the running mean [N] over a hundredth of the record, at most `limit` samples, (N,)."""
     return running_mean(force, 2 * min(len(force) // 200, limit // 2) + 1)
 
 
-def _first_rise(smooth: Array) -> int:
+def _rise_end(smooth: Array) -> int:
     """Return the index of the greatest force, or of the first one from which the brake slips."""
     top = int(np.argmax(smooth))
     highest = np.maximum.accumulate(smooth[: top + 1])
@@ -98,7 +98,7 @@ def _first_rise(smooth: Array) -> int:
 
 def _smooth_rise(rise: Array, height: float) -> Array:
     """Return the rise, smoothed if the noise of one sample could be mistaken for another level."""
-    noise = noise_of(rise)
+    noise = noise_sd(rise)
     if noise <= ROUGH * height:
         return rise
     samples = int((noise / (ROUGH * height)) ** 2)
@@ -115,15 +115,15 @@ def pull_features(trace: Trace) -> PullFeatures:
     has fallen by 10 %. Raises FileError if the record has no rise, or neither a slope nor a peak.
     """
     elongation, force = loading_branch(trace)
-    smooth = _calm(force, 9)  # one spike of noise is not a peak
-    top = _first_rise(smooth)
+    smooth = _running_mean(force, 9)  # one spike of noise is not a peak
+    top = _rise_end(smooth)
     height = float(smooth[top])
     # take the last crossing of each level, which ignores slack and wiggles before the rise
     steps = _smooth_rise(force[: top + 1], height)
     below = [np.flatnonzero(steps <= part * height) for part in LINEAR]
     low, high = (int(b[-1]) if len(b) else 0 for b in below)
     sparse = high - low < SLOPE
-    if sparse and not (len(below[0]) and _falls(force, _noise(force, top))):
+    if sparse and not (len(below[0]) and _find_falls(force, _noise_sd(force, top))):
         raise FileError(
             trace.path,
             f"has {max(high - low, 0)} samples between {LINEAR[0]:.0%} and "
@@ -143,7 +143,7 @@ def pull_features(trace: Trace) -> PullFeatures:
     if bent:
         origin = float(elongation[0])
     u = elongation - origin
-    seating = None if bent or sparse else _seating(elongation[:top], force[:top], line, height)
+    seating = None if bent or sparse else _seating_bend(elongation[:top], force[:top], line, height)
     return PullFeatures(
         stiffness=line.slope,
         stiffness_se=line.slope_se,
@@ -159,7 +159,7 @@ def pull_features(trace: Trace) -> PullFeatures:
     )
 
 
-def _seating(
+def _seating_bend(
     elongation: Array, force: Array, line: StraightLine, height: float
 ) -> tuple[float, float] | None:
     """Return the logarithm of the upper half's slope over the lower half's, and its standard error.
@@ -180,12 +180,12 @@ def _seating(
     return float(np.log(upper.slope / lower.slope)), float(error)
 
 
-def _noise(force: Array, top: int) -> float:
+def _noise_sd(force: Array, top: int) -> float:
     """Return the standard deviation of one sample around the peak [N]."""
     return float(np.std(np.diff(force[max(0, top - 20) : top + 20]))) / np.sqrt(2)
 
 
-def _falls(force: Array, noise: float) -> bool:
+def _find_falls(force: Array, noise: float) -> bool:
     # use means over equal sections; the greatest of many is a few standard errors too high
     few = max(3, len(force) // 100)
     sums = np.cumsum(force)  # a convolution with `few` steps per sample
@@ -198,15 +198,15 @@ def _fit_peak(
 ) -> dict[str, Any]:
     """Return the fields of PullFeatures for the peak; the force rises along `stiffness` [N/m]."""
     slip = u - force / stiffness
-    smooth = _calm(force, 51)
+    smooth = _running_mean(force, 51)
     below_peak = np.flatnonzero(smooth[top:] < (1 - FALL) * height)
     end = top + int(below_peak[0]) if len(below_peak) else len(force)
     before = np.flatnonzero(smooth[: top + 1] <= 0.97 * height)
     onset = int(before[-1]) if len(before) else 0
-    noise = _noise(force, top)
+    noise = _noise_sd(force, top)
     index = np.arange(onset, end)
     index = index[slip[index] > 3 * noise / stiffness + 1e-9]
-    falls = _falls(force, noise)
+    falls = _find_falls(force, noise)
     peak_fields = {"has_peak": falls, "peak_samples": len(index), "noise": noise}
     raw = peak_fields | {
         "peak_force": height,

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from layerjam.identify.stick_slip import Indices, noise_of
+from layerjam.identify.stick_slip import Indices, noise_sd
 from layerjam.measure.trace import Array
 
 BLOCKS = 100
@@ -92,7 +92,7 @@ def find_second_rise(elongation: Array, force: Array) -> SecondRise | None:
     parts = _Parts.divide(elongation, force)
     if parts is None:
         return None
-    mean, least = parts.mean, CLEAR * noise_of(force) / parts.few**0.5
+    mean, least = parts.mean, CLEAR * noise_sd(force) / parts.few**0.5
     slope = np.diff(mean)
     before = np.maximum.accumulate(slope)
     after = np.maximum.accumulate(slope[::-1])[::-1]

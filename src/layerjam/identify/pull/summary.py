@@ -13,7 +13,7 @@ from layerjam.identify.stick_slip import (
     STUCK,
     SawTeeth,
     find_saw_teeth,
-    noise_of,
+    noise_sd,
     running_mean,
 )
 from layerjam.identify.straight import straight_line
@@ -112,7 +112,7 @@ def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
     if tare:
         tare_force = find_raised_lead(*loading_branch(trace))
         if tare_force is None:
-            begin = _start(trace, pull_features(trace))
+            begin = _find_start(trace, pull_features(trace))
             if not begin.seen:
                 raise FileError(
                     trace.path,
@@ -121,27 +121,30 @@ def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
             tare_force = begin.baseline
         trace = replace(trace, force=trace.force - tare_force)
     features = pull_features(trace)
-    start = _start(trace, features)
-    noise = noise_of(features.force)
+    start = _find_start(trace, features)
+    noise = noise_sd(features.force)
     unloading = find_unloading(trace.elongation, trace.force, start.onset, start.baseline, noise)
     second_rise = find_second_rise(features.elongation, features.force)
 
     def summarise(teeth: SawTeeth | None, ripple: SawTeeth | None) -> PullSummary:
-        part = features if teeth is None else _first_slip(features, teeth, noise)
+        part = features if teeth is None else _peak_before_slip(features, teeth, noise)
         return PullSummary(
             features=part,
             start=start,
-            steady=_steady(part),
+            steady=_fit_plateau(part),
             teeth=teeth,
             ripple=ripple,
             second_rise=second_rise,
             unloading=unloading,
             noise=noise,
             tared=tare_force,
-            notes=(*_notes(part, start, teeth, ripple, tare_force), *_not_used(trace, unloading)),
+            notes=(
+                *_summary_notes(part, start, teeth, ripple, tare_force),
+                *_unused_notice(trace, unloading),
+            ),
         )
 
-    teeth = _teeth(trace, features)
+    teeth = _find_teeth(trace, features)
     if teeth is None:
         return summarise(None, None)
     as_ripple = summarise(None, teeth)
@@ -152,11 +155,11 @@ def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
     return replace(summarise(teeth, None), as_ripple=as_ripple)
 
 
-def _start(trace: Trace, features: PullFeatures) -> Start:
+def _find_start(trace: Trace, features: PullFeatures) -> Start:
     elongation, force = loading_branch(trace)
     first = float(elongation[0])
     if not features.straight:
-        return _bent_start(elongation, force)
+        return _start_of_bend(elongation, force)
     height, slope = float(features.peak_force), features.stiffness
     length = height / slope
     onset, baseline, error = features.origin, 0.0, 0.0
@@ -167,8 +170,8 @@ def _start(trace: Trace, features: PullFeatures) -> Start:
         before[int(np.argmax(elongation >= onset)) :] = False
         if still[:FEWEST].all():  # the crosshead is at rest before it starts
             before |= still & (np.abs(force - baseline) < 0.1 * height)
-        if before.sum() < FEWEST or _rises(elongation[before], force[before], slope):
-            return _no_slack(elongation, force, features)
+        if before.sum() < FEWEST or _is_rising(elongation[before], force[before], slope):
+            return _start_on_rise(elongation, force, features)
         quiet_force = force[before]
         baseline = float(quiet_force.mean())
         error = float(quiet_force.std(ddof=1)) / len(quiet_force) ** 0.5
@@ -183,7 +186,7 @@ def _start(trace: Trace, features: PullFeatures) -> Start:
     )
 
 
-def _rises(x: Array, y: Array, slope: float) -> bool:
+def _is_rising(x: Array, y: Array, slope: float) -> bool:
     """Return whether the force already rises, with more than a tenth of the slope of the rise."""
     line = straight_line(x, y)
     return line is not None and line.slope - 3 * line.slope_se > 0.1 * slope
@@ -201,14 +204,14 @@ def _line_error(elongation: Array, force: Array, features: PullFeatures, crossin
     return float(np.hypot(spread / len(x) ** 0.5, distance_error)) / features.stiffness
 
 
-def _no_slack(elongation: Array, force: Array, features: PullFeatures) -> Start:
+def _start_on_rise(elongation: Array, force: Array, features: PullFeatures) -> Start:
     """Return the start of a record that begins on its rise, or at most a few samples before it.
 
     On the rise, the preload is the force of the line at the first samples. If the measured force
     differs, it is that of the first sample.
     """
     first, slope = float(elongation[0]), features.stiffness
-    noise = noise_of(force)
+    noise = noise_sd(force)
     noisy = noise > 1e-9 * abs(features.peak_force)
     lead = int(np.argmax(elongation >= features.origin)) - 1
     if lead >= LEAD:
@@ -240,10 +243,10 @@ def _no_slack(elongation: Array, force: Array, features: PullFeatures) -> Start:
     )
 
 
-def _bent_start(elongation: Array, force: Array) -> Start:
+def _start_of_bend(elongation: Array, force: Array) -> Start:
     """Return the start of a force that bends: where it leaves the scatter of its first samples."""
     few = max(FEWEST, len(force) // 200)
-    noise = noise_of(force)
+    noise = noise_sd(force)
     baseline = float(force[:few].mean())
     smooth = running_mean(force, 9)
     limit = baseline + 6 * noise / 3 + 1e-3 * float(np.ptp(force))
@@ -259,7 +262,7 @@ def _bent_start(elongation: Array, force: Array) -> Start:
     )
 
 
-def _teeth(trace: Trace, features: PullFeatures) -> SawTeeth | None:
+def _find_teeth(trace: Trace, features: PullFeatures) -> SawTeeth | None:
     """Return the stick–slip of the loading branch after its first rise; indices into the branch."""
     force = features.force
     near_peak = np.flatnonzero(force >= 0.8 * features.peak_force)
@@ -271,7 +274,7 @@ def _teeth(trace: Trace, features: PullFeatures) -> SawTeeth | None:
     return replace(teeth, peaks=teeth.peaks + begin, troughs=teeth.troughs + begin)
 
 
-def _first_slip(features: PullFeatures, teeth: SawTeeth, noise: float) -> PullFeatures:
+def _peak_before_slip(features: PullFeatures, teeth: SawTeeth, noise: float) -> PullFeatures:
     """Return the features with the greatest force before the first slip as their peak.
 
     The smooth law around a peak cannot be fitted to teeth.
@@ -286,7 +289,7 @@ def _first_slip(features: PullFeatures, teeth: SawTeeth, noise: float) -> PullFe
     )
 
 
-def _steady(features: PullFeatures) -> Steady | None:
+def _fit_plateau(features: PullFeatures) -> Steady | None:
     """Return a line through the force after the peak; None if too little of it was recorded."""
     if not features.has_peak:
         return None
@@ -305,13 +308,13 @@ def _steady(features: PullFeatures) -> Steady | None:
     return Steady(slope=slope, slope_se=error, force=float(y.mean()), start=start, end=stop)
 
 
-def off_zero(start: Start, features: PullFeatures) -> bool:
+def is_off_zero(start: Start, features: PullFeatures) -> bool:
     """Return whether the force before the rise is large, and larger than chance explains."""
     certain = abs(start.baseline) > 4 * (start.baseline_se or 0.0)
     return certain and abs(start.baseline) > TELLS * abs(features.peak_force)
 
 
-def _notes(
+def _summary_notes(
     features: PullFeatures,
     start: Start,
     teeth: SawTeeth | None,
@@ -322,11 +325,11 @@ def _notes(
     out = []
     if tare_force is not None:
         out.append(f"{show(tare_force, 'N')} was subtracted from the force (tare)")
-    if off_zero(start, features):
+    if is_off_zero(start, features):
         moment = "before the load rises" if start.seen else "at the first sample already"
         ask = "; a preload, or the load cell's zero (--tare subtracts it)" if start.seen else ""
         out.append(f"the force is {show(start.baseline, 'N')} {moment}{ask}")
-    if features.sparse:
+    if features.is_sparse:
         out.append(
             f"{features.rise_samples} samples between {LINEAR[0]:.0%} and {LINEAR[1]:.0%} of the "
             "greatest force are too few for a stiffness: pull more slowly, or sample faster"
@@ -349,7 +352,7 @@ def _notes(
     return out
 
 
-def _not_used(trace: Trace, unloading: Unloading | None) -> list[str]:
+def _unused_notice(trace: Trace, unloading: Unloading | None) -> list[str]:
     """Return a notice about unused samples after the return, or after the greatest elongation."""
     turn = len(trace) - 1 - int(np.argmax(trace.elongation[::-1]))
     used = turn + 1 if unloading is None else turn + int(np.argmin(trace.elongation[turn:])) + 1

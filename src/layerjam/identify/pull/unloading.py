@@ -60,9 +60,9 @@ def find_unloading(
     return_path, fall = return_path[:last], fall[:last]
     few = max(1, min(len(fall) // 50, 5))
     top = float(np.median(force[max(first - few, 0) : turn + 1]))
-    steep = _steep(return_path, fall, top, baseline)
+    steep = _fit_return(return_path, fall, top, baseline)
     out, pull_force = elongation[: first + 1], force[: first + 1]
-    work, work_back = _area(out, pull_force), -_area(return_path, fall)
+    work, work_back = _loop_area(out, pull_force), -_loop_area(return_path, fall)
     end = max(1, len(fall) // 100)
     return Unloading(
         stiffness=steep and steep.slope,
@@ -74,12 +74,14 @@ def find_unloading(
         work=work,
         returned=work_back,
         loop=work - work_back,
-        loop_se=noise * float(np.hypot(_weight(out), _weight(return_path))),
+        loop_se=noise * float(np.hypot(_weight_norm(out), _weight_norm(return_path))),
         closed=float(return_path[-1]) - onset <= 0.01 * (longest - shortest),
     )
 
 
-def _steep(return_path: Array, fall: Array, top: float, baseline: float) -> StraightLine | None:
+def _fit_return(
+    return_path: Array, fall: Array, top: float, baseline: float
+) -> StraightLine | None:
     """Return the line through the first part of the return; None if it has too few samples."""
     high, low = (baseline + part * (top - baseline) for part in PART)
     below_high, below_low = np.flatnonzero(fall <= high), np.flatnonzero(fall <= low)
@@ -92,11 +94,11 @@ def _steep(return_path: Array, fall: Array, top: float, baseline: float) -> Stra
     return line if line is not None and line.slope > 0 else None
 
 
-def _area(x: Array, y: Array) -> float:
+def _loop_area(x: Array, y: Array) -> float:
     return float(np.sum(np.diff(x) * (y[1:] + y[:-1])) / 2)
 
 
-def _weight(x: Array) -> float:
+def _weight_norm(x: Array) -> float:
     """Return the norm of the weights of the samples in a trapezoidal sum."""
     step = np.diff(x)
     return float(np.sqrt(np.sum((np.r_[step, 0.0] + np.r_[0.0, step]) ** 2))) / 2

@@ -6,7 +6,7 @@ from typing import Any
 
 from layerjam.identify.checks import check_span
 from layerjam.identify.friction.agreement import check_repeats
-from layerjam.identify.repeats import over_repeats
+from layerjam.identify.repeats import summarise_repeats
 from layerjam.units import show
 from layerjam.verdict import Check, Level, check, interval_check
 
@@ -35,7 +35,7 @@ def specimen_checks(
                 advice = f" silicone, {low} to {high}: check its unit, area and gauge length"
                 yield Check(name="silicone", level="failed", sentence=start + advice)
             if row["difference"] is not None:
-                yield _data_sheet(name, 1 + row["difference"], row["material"])
+                yield _check_data_sheet(name, 1 + row["difference"], row["material"])
     if not totals:
         return
     names = [Path(path).name for path in rows]
@@ -49,7 +49,7 @@ def specimen_checks(
     yield check_repeats(names, moduli, "rubber scatters", "check its unit, area and gauge length")
     values = moduli["100 % modulus"]
     if len(values) > 1 and None not in values:
-        mean = over_repeats(values)
+        mean = summarise_repeats(values)
         if mean.low is not None and mean.high is not None:
             yield interval_check("100 % modulus", mean.mean, mean.low, mean.high)
     if (error := totals.get("error_at_100")) is not None:
@@ -60,7 +60,7 @@ def specimen_checks(
         )
 
 
-def _data_sheet(name: str, ratio: float, material: str) -> Check:
+def _check_data_sheet(name: str, ratio: float, material: str) -> Check:
     """Return the check of one specimen's modulus over that of the maker's data sheet."""
     sentence = (
         f"the 100 % modulus of {name} is {ratio:.3g} times that of the data sheet of {material}"

@@ -52,7 +52,7 @@ class Fit:
     error_at_100: float | None = None
 
 
-def basis(model: str, stretch: Array, exponents: Sequence[float] | Array = ()) -> Array:
+def stress_basis(model: str, stretch: Array, exponents: Sequence[float] | Array = ()) -> Array:
     """Return the engineering stress per unit of each linear parameter, shape (N, parameters)."""
     strain = np.asarray(stretch)[..., None] - 1
     if model.startswith("ogden"):
@@ -95,14 +95,14 @@ def stable_until(
     h = np.log1p(np.linspace(0, top, points))
     out = {}
     for mode, second in (("uniaxial", -h / 2), ("planar", 0 * h), ("equibiaxial", h)):
-        a, b, c = _curvature(model, parameters, h, second)
+        a, b, c = _energy_curvature(model, parameters, h, second)
         fine = (a > 0) & (c > 0) & (a * c - b * b > 0)
         first_bad = int(np.argmin(fine)) if not fine.all() else points
         out[mode] = float(np.expm1(h[first_bad - 1])) if first_bad else 0.0
     return out
 
 
-def _curvature(
+def _energy_curvature(
     model: str, parameters: Mapping[str, float], h1: Array, h2: Array
 ) -> tuple[Array, Array, Array]:
     """Return W11, W12 and W22, the second derivatives of the energy by the logarithmic strains."""
@@ -135,7 +135,7 @@ def _curvature(
     return a, b, c
 
 
-def _solve(columns: Array, stress: Array) -> Array:
+def _solve_linear(columns: Array, stress: Array) -> Array:
     """Return linear parameters by least squares, scaled because powers of λ vary widely."""
     size = np.linalg.norm(columns, axis=0)
     return np.asarray(np.linalg.lstsq(columns / size, stress, rcond=None)[0] / size)
@@ -143,7 +143,7 @@ def _solve(columns: Array, stress: Array) -> Array:
 
 def _solve_positive(exponents: Array, stretch: Array, stress: Array) -> Array:
     """Return Ogden's mu, one or two, for given exponents, with mu times alpha not below zero."""
-    columns = basis("ogden-n", stretch, exponents) * np.sign(exponents)
+    columns = stress_basis("ogden-n", stretch, exponents) * np.sign(exponents)
     size = np.linalg.norm(columns, axis=0)
     columns = columns / size
     project = columns.T @ stress
@@ -167,17 +167,17 @@ def least_squares(
     """
     stretch = 1 + strain
     if not model.startswith("ogden"):
-        values = _solve(basis(model, stretch), stress)
+        values = _solve_linear(stress_basis(model, stretch), stress)
         return dict(zip(PARAMETERS[model], map(float, values), strict=True))
     from scipy.optimize import least_squares as refine
 
     terms = int(model[-1])
 
     def residual(exponents: Array) -> Array:
-        columns = basis(model, stretch, exponents)
+        columns = stress_basis(model, stretch, exponents)
         return columns @ _solve_positive(exponents, stretch, stress) - stress
 
-    starts = _starts(stretch, stress, terms)
+    starts = _start_exponents(stretch, stress, terms)
     if guess is not None:
         starts = [np.array([guess[f"alpha{i + 1}"] for i in range(terms)])]
     close = {"xtol": 1e-10, "ftol": 1e-12, "gtol": 1e-14, "max_nfev": 60}
@@ -193,9 +193,9 @@ def least_squares(
     }
 
 
-def _starts(stretch: Array, stress: Array, terms: int, count: int = 3) -> list[Array]:
+def _start_exponents(stretch: Array, stress: Array, terms: int, count: int = 3) -> list[Array]:
     """Return the best few grid points of exponents, with mu times alpha not below zero."""
-    columns = basis("ogden-n", stretch, list(_EXPONENTS)) * np.sign(_EXPONENTS)
+    columns = stress_basis("ogden-n", stretch, list(_EXPONENTS)) * np.sign(_EXPONENTS)
     columns = columns / np.linalg.norm(columns, axis=0)
     project = columns.T @ stress
     if terms == 1:
@@ -227,7 +227,7 @@ def bin_by_strain(strain: Array, stress: Array, bins: int = BINS) -> tuple[Array
     )
 
 
-def fit(model: str, strain: Array, stress_measured: Array) -> Fit:
+def fit_model(model: str, strain: Array, stress_measured: Array) -> Fit:
     """Fit one model to a curve (shape (N,), N at least 20, rising strain), cross-validated.
 
     Raises FitError for fewer samples. The corrected Akaike criterion assumes independent residuals,
@@ -267,12 +267,12 @@ def fit(model: str, strain: Array, stress_measured: Array) -> Fit:
     )
 
 
-def fit_all(strain: Array, stress_measured: Array) -> dict[str, Fit]:
+def fit_models(strain: Array, stress_measured: Array) -> dict[str, Fit]:
     """Fit every model to one curve, from few parameters to many."""
-    return {model: fit(model, strain, stress_measured) for model in PARAMETERS}
+    return {model: fit_model(model, strain, stress_measured) for model in PARAMETERS}
 
 
-def choose(fits: Mapping[str, Fit]) -> tuple[str, str]:
+def choose_model(fits: Mapping[str, Fit]) -> tuple[str, str]:
     """Return (model, reason): the simplest stable one that predicts excluded blocks well.
 
     That is if the mean of log(error/error of the best) over the blocks is within two of its

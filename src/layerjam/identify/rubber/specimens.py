@@ -48,9 +48,9 @@ def read(
     Raises the errors of `read_rubber` and `moduli`, and FitError if too few samples remain.
     """
     specimen = rubber.read_rubber(path, area=area, gauge_length=gauge_length, options=options)
-    moduli = rubber.moduli(specimen, window)
+    moduli = rubber.specimen_moduli(specimen, window)
     models = fit_models(specimen.strain, specimen.stress, limit)
-    return specimen, moduli, models, hyperelastic.choose(models)[0]
+    return specimen, moduli, models, hyperelastic.choose_model(models)[0]
 
 
 def fit_models(strain: Array, stress: Array, limit: float | None) -> dict[str, hyperelastic.Fit]:
@@ -60,19 +60,19 @@ def fit_models(strain: Array, stress: Array, limit: float | None) -> dict[str, h
         raise FitError(
             f"fit to: {int(inside.sum())} samples are below that strain, {FEWEST} are needed"
         )
-    return hyperelastic.fit_all(strain[inside], stress[inside])
+    return hyperelastic.fit_models(strain[inside], stress[inside])
 
 
-def material_of(
+def find_silicone(
     specimen: rubber.Specimen, material: str | None, sheets: Sheets
 ) -> tuple[str, str] | None:
     """Return (silicone of the catalogue, how it is known); None if it is unknown."""
     if material is not None:
         return material, "as given"
-    return rubber.material_of(specimen, {k: name for k, (name, _) in sheets.items()})
+    return rubber.find_material(specimen, {k: name for k, (name, _) in sheets.items()})
 
 
-def row_of_fit(fit: hyperelastic.Fit) -> dict[str, Any]:
+def fit_row(fit: hyperelastic.Fit) -> dict[str, Any]:
     """Return one model as a table row, SI."""
     return {
         "parameters": dict(fit.parameters),
@@ -88,7 +88,7 @@ def row_of_fit(fit: hyperelastic.Fit) -> dict[str, Any]:
 
 
 def row_of(specimen_read: Read, name: tuple[str, str] | None, sheets: Sheets) -> dict[str, Any]:
-    """Return one specimen as a table row, SI; `name` as `material_of` returns it."""
+    """Return one specimen as a table row, SI; `name` as `find_silicone` returns it."""
     specimen, moduli, models, model = specimen_read
     material, basis = name or (None, None)
     sheet = sheets[material][1] if material else None
@@ -105,7 +105,7 @@ def row_of(specimen_read: Read, name: tuple[str, str] | None, sheets: Sheets) ->
         "strength": moduli.strength,
         "strain_at_end": moduli.strain_at_end,
         "model": model,
-        **row_of_fit(models[model]),
+        **fit_row(models[model]),
         "sha256": sha256(specimen.path),
     }
 
@@ -124,7 +124,7 @@ def pool(
         x, y = (np.concatenate([p[i] for p in parts]) for i in range(2))
         order = np.argsort(x, kind="stable")
         fits_by_name = fit_models(x[order], y[order], limit)
-    model, reason = hyperelastic.choose(fits_by_name)
+    model, reason = hyperelastic.choose_model(fits_by_name)
     sheet = rows[0]["data_sheet"]
     out: dict[str, Any] = {"material": rows[0]["material"], "data_sheet": sheet}
     out |= {"specimens": len(rows), "model": model, "why": reason}
@@ -135,5 +135,5 @@ def pool(
             if key in ("modulus_100", "initial_modulus") and len(column) > 1:
                 out[f"{key}_sd"] = float(np.std(column, ddof=1))
     out["difference"] = _relative_difference(out.get("modulus_100"), sheet)
-    models = {name: row_of_fit(fit) for name, fit in fits_by_name.items()}
+    models = {name: fit_row(fit) for name, fit in fits_by_name.items()}
     return {**models[model], **out, "models": models}

@@ -17,7 +17,7 @@ from layerjam.measure.log import TIME, Log, read_log
 from layerjam.measure.options import SKIP, ReadingOptions
 from layerjam.measure.readers.columns import Want
 from layerjam.measure.readers.unit_words import convert
-from layerjam.measure.readers.words import plain
+from layerjam.measure.readers.words import normalise_name
 from layerjam.measure.trace import Array
 from layerjam.units import show
 
@@ -97,13 +97,13 @@ def read_rubber(
     notes: list[str] = []
     if "strain" in log and "stress" in log:
         strain, stress = log["strain"], log["stress"]
-        _know_strain(log)
+        _require_strain_unit(log)
         if area is not None:
             notes.append(f"{log.name}: it holds stress, so the area given is not used")
     elif "true_strain" in log and "true_stress" in log:
         strain = np.expm1(log["true_strain"])
         stress = log["true_stress"] / (1 + strain)
-        _know_strain(log)
+        _require_strain_unit(log)
         notes.append(
             f"{log.name}: engineering values computed from true ones, assuming constant volume"
         )
@@ -111,7 +111,7 @@ def read_rubber(
         stress = log["force"] / _find_size(log, "m^2", area)
         if "strain" in log:
             strain = log["strain"]
-            _know_strain(log)
+            _require_strain_unit(log)
         else:
             strain = log["elongation"] / _find_size(log, "m", gauge_length)
     else:
@@ -143,7 +143,7 @@ def read_rubber(
     )
 
 
-def _know_strain(log: Log) -> None:
+def _require_strain_unit(log: Log) -> None:
     """Raise FileError unless the file or the user states the unit of strain.
 
     A column of true strain decides it, if that equals ln(1 + strain).
@@ -207,7 +207,7 @@ def first_loading(strain: Array, stress: Array) -> tuple[int, int, list[str]]:
     return 0, end, notes
 
 
-def moduli(specimen: Specimen, window: tuple[float, float] = WINDOW) -> Moduli:
+def specimen_moduli(specimen: Specimen, window: tuple[float, float] = WINDOW) -> Moduli:
     """Return the moduli of a first loading; raises FitError for an empty window."""
     low, high = window
     if not 0 <= low < high:
@@ -261,7 +261,7 @@ def _stress_at(x: Array, y: Array, strain: float) -> tuple[float | None, float |
     return float(parabola[-1]), float(np.sqrt(cov[-1, -1]))
 
 
-def material_of(specimen: Specimen, names: Mapping[str, str]) -> tuple[str, str] | None:
+def find_material(specimen: Specimen, names: Mapping[str, str]) -> tuple[str, str] | None:
     """Return (catalogue key, source) of the silicone that a file names; None if none is found.
 
     `names` maps the catalogue's keys to the makers' names. The links and the words of the file's
@@ -270,11 +270,11 @@ def material_of(specimen: Specimen, names: Mapping[str, str]) -> tuple[str, str]
     head = [text for values in specimen.head.values() for text in values]
     places = [("the file's head", t) for t in head] + [("the file's name", specimen.name)]
     for place, text in places:
-        letters = re.sub(r"[^a-z0-9]+", "", plain(re.sub(r"\.csv$", "", text)))
+        letters = re.sub(r"[^a-z0-9]+", "", normalise_name(re.sub(r"\.csv$", "", text)))
         fits = []
         for key, name in names.items():
             for form in (key, name):
-                short = re.sub(r"[^a-z0-9]+", "", plain(form))
+                short = re.sub(r"[^a-z0-9]+", "", normalise_name(form))
                 if re.search(rf"{short}(?!\d)", letters):
                     fits.append((len(short), key))
         if fits:

@@ -34,10 +34,10 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FileError, FitError
-from layerjam.identify.curves import Curve, conditions, curve_of
+from layerjam.identify.curves import Curve, group_conditions, make_curve
 from layerjam.identify.pull.features import PullFeatures
 from layerjam.identify.single_pulls import SinglePull
-from layerjam.identify.speed import as_pulled
+from layerjam.identify.speed import at_crosshead_speed
 from layerjam.mechanics.pull import force_at_elongation
 
 POINTS = 200
@@ -190,7 +190,7 @@ def _model_force(pull: PullFeatures, points: np.ndarray, vacuum: float, brake: B
     return model
 
 
-def _window(pull: PullFeatures, vacuum: float) -> tuple[float, float, str]:
+def _comparison_window(pull: PullFeatures, vacuum: float) -> tuple[float, float, str]:
     """Return start and end of the window [m], and a note if it is unusual."""
     note = ""
     if pull.has_peak:
@@ -210,7 +210,7 @@ def _window(pull: PullFeatures, vacuum: float) -> tuple[float, float, str]:
     return start, end, note
 
 
-def _errors(forces: np.ndarray, model: np.ndarray) -> dict[str, Any]:
+def _error_fields(forces: np.ndarray, model: np.ndarray) -> dict[str, Any]:
     """Return the fields of `Errors` over some points [N]."""
     error, mean = model - forces, float(forces.mean())
     r_squared = None
@@ -224,7 +224,7 @@ def _errors(forces: np.ndarray, model: np.ndarray) -> dict[str, Any]:
     }
 
 
-def compare(
+def compare_pull(
     pull: PullFeatures,
     vacuum: float,
     brake: Brake,
@@ -237,7 +237,7 @@ def compare(
     `speed` [m/s] and `repeat` are stored for grouping. Raises FileError if the record ends at its
     peak, FitError if the brake would snap.
     """
-    start, end, note = _window(pull, vacuum)
+    start, end, note = _comparison_window(pull, vacuum)
     points = np.linspace(start, end, POINTS)
     forces = sample_force(pull, points)
     model = _model_force(pull, points, vacuum, brake)
@@ -253,7 +253,7 @@ def compare(
         pull=pull,
         speed=speed,
         repeat=repeat,
-        **_errors(forces, model),
+        **_error_fields(forces, model),
     )
 
 
@@ -270,7 +270,7 @@ def split_error(residuals: np.ndarray) -> tuple[float, float, float]:
     return float((residuals**2).mean()), float(model.mean()), float(scatter.mean())
 
 
-def _split(curves: Sequence[CurveError], brake: Brake) -> Split | None:
+def _split_condition(curves: Sequence[CurveError], brake: Brake) -> Split | None:
     """Return the split of one condition over the elongations common to its windows, or None."""
     if len(curves) < 2:
         return None
@@ -281,7 +281,7 @@ def _split(curves: Sequence[CurveError], brake: Brake) -> Split | None:
     points = np.linspace(start, end, POINTS)
     residuals = np.stack(
         [
-            _model_force(c.pull, points, c.vacuum, as_pulled(brake, c.speed, c.path))
+            _model_force(c.pull, points, c.vacuum, at_crosshead_speed(brake, c.speed, c.path))
             - sample_force(c.pull, points)
             for c in curves
         ]
@@ -295,24 +295,24 @@ def _pool_errors(curves: Sequence[CurveError]) -> dict[str, Any]:
     model = np.concatenate([c.model for c in curves])
     mape, mape_sd = _mean_sd([c.mape for c in curves])
     over_files = {"mape": mape, "mape_sd": mape_sd, "curves": tuple(curves)}
-    return _errors(forces, model) | over_files
+    return _error_fields(forces, model) | over_files
 
 
 def _mean_sd(values: Sequence[float]) -> tuple[float, float | None]:
     return float(np.mean(values)), float(np.std(values, ddof=1)) if len(values) > 1 else None
 
 
-def _condition(curves: Sequence[CurveError], brake: Brake) -> ConditionError:
+def _condition_errors(curves: Sequence[CurveError], brake: Brake) -> ConditionError:
     speeds = [c.speed for c in curves if c.speed is not None]
     return ConditionError(
         vacuum=float(np.mean([c.vacuum for c in curves])),
         speed=float(np.mean(speeds)) if speeds else None,
-        scatter=_split(curves, brake),
+        scatter=_split_condition(curves, brake),
         **_pool_errors(curves),
     )
 
 
-def assemble(conditions: Sequence[ConditionError], curves: Sequence[CurveError]) -> Validation:
+def pool_curves(conditions: Sequence[ConditionError], curves: Sequence[CurveError]) -> Validation:
     """Return the errors of all pulls; files count equally, and in the split conditions do."""
     mape, mape_sd = _mean_sd([c.mape for c in conditions])
     splits = [c.scatter for c in conditions if c.scatter is not None]
@@ -338,22 +338,22 @@ def validate_curves(curves: Sequence[Curve], brake: Brake) -> Validation:
     if not curves:
         raise FitError("validate: no pull was given")
     errors = [
-        compare(
+        compare_pull(
             c.pull,
             c.vacuum,
-            as_pulled(brake, c.speed, c.path),
+            at_crosshead_speed(brake, c.speed, c.path),
             speed=c.speed,
             repeat=c.repeat,
         )
         for c in curves
     ]
     errors_by_condition = [
-        _condition([errors[i] for i in group], brake) for group in conditions(curves)
+        _condition_errors([errors[i] for i in group], brake) for group in group_conditions(curves)
     ]
     errors_by_condition.sort(key=lambda c: (c.speed or 0.0, -c.vacuum))
-    return assemble(errors_by_condition, errors)
+    return pool_curves(errors_by_condition, errors)
 
 
 def validate_pulls(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Validation:
     """Return `validate_curves` for pulls with a known vacuum [Pa] and nothing else."""
-    return validate_curves([curve_of(pull, vacuum) for pull, vacuum in pulls], brake)
+    return validate_curves([make_curve(pull, vacuum) for pull, vacuum in pulls], brake)

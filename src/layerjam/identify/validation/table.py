@@ -9,19 +9,21 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.identify.calibration.gross import gross_pulls
-from layerjam.identify.calibration.peaks import fits_of, pull_table
-from layerjam.identify.checks import POSSIBLE, SMALL, Check, check, check_span, percent, trend
+from layerjam.identify.calibration.peaks import fit_curves, pull_table
+from layerjam.identify.checks import (
+    POSSIBLE,
+    SMALL,
+    Check,
+    check,
+    check_span,
+    check_trend,
+    format_percent,
+)
 from layerjam.identify.curves import Curve
-from layerjam.identify.repeats import over_repeats
+from layerjam.identify.repeats import summarise_repeats
 from layerjam.identify.single_pulls import pull_checks
 from layerjam.identify.straight import straight_line
-from layerjam.identify.validation.metrics import (
-    CurveError,
-    Errors,
-    Split,
-    Validation,
-    assemble,
-)
+from layerjam.identify.validation.metrics import CurveError, Errors, Split, Validation, pool_curves
 
 
 def pool(results: Sequence[Validation]) -> Validation:
@@ -32,17 +34,17 @@ def pool(results: Sequence[Validation]) -> Validation:
     """
     if not results:
         raise FitError("pool: no validation was given")
-    return assemble(
+    return pool_curves(
         [condition for result in results for condition in result.conditions],
         [curve for result in results for curve in result.curves],
     )
 
 
-def with_pulls(result: Validation, curves: Sequence[Curve], brake: Brake) -> Validation:
+def add_pull_table(result: Validation, curves: Sequence[Curve], brake: Brake) -> Validation:
     """Return the validation with the table of the same curves, pull by pull."""
     gross = gross_pulls([(curve.pull, curve.vacuum) for curve in curves], brake)
     reasons = {curves[index].name: reason for index, reason in gross.items()}
-    table = pull_table(curves, fits_of(curves, brake), brake)
+    table = pull_table(curves, fit_curves(curves, brake), brake)
     return replace(result, pulls=table, gross=reasons)
 
 
@@ -53,15 +55,18 @@ CONDITION = ("vacuum", "speed", "mape", "mape_sd", *_ERRORS, "repeats", "scatter
 ALL = ("mape", "mape_sd", "mape_conditions", "mape_conditions_sd", *_ERRORS, "scatter")
 
 
-def row(errors: Errors, names: Sequence[str]) -> dict[str, Any]:
+def error_row(errors: Errors, names: Sequence[str]) -> dict[str, Any]:
     """Return the errors of one pull (`FILE`), of a condition (`CONDITION`) or of `ALL`, SI."""
     values = ((name, getattr(errors, name)) for name in names)
     return {name: asdict(v) if isinstance(v, Split) else v for name, v in values}
 
 
-def summary(result: Validation) -> dict[str, Any]:
+def error_rows(result: Validation) -> dict[str, Any]:
     """Return the errors of all pulls and per condition, SI."""
-    return {**row(result, ALL), "conditions": [row(c, CONDITION) for c in result.conditions]}
+    return {
+        **error_row(result, ALL),
+        "conditions": [error_row(c, CONDITION) for c in result.conditions],
+    }
 
 
 def validation_checks(result: Validation, calibrated_on: int) -> tuple[Check, ...]:
@@ -74,7 +79,7 @@ def validation_checks(result: Validation, calibrated_on: int) -> tuple[Check, ..
     fresh = "none of these pulls was used to calibrate the brake"
     stale = f"{calibrated_on} of {count} pulls were also calibrated on: this is a fit, not a test"
     relative = np.array([c.bias / float(c.measured.mean()) for c in result.curves])
-    drifts = [_drift(c) for c in result.curves]
+    drifts = [_residual_drift(c) for c in result.curves]
     vacuums = np.array([c.vacuum for c in result.curves])
     speeds = np.array([c.speed for c in result.curves if c.speed is not None])
     alike = f"no pull of {count} differs from the others by more than plausible scatter"
@@ -87,15 +92,17 @@ def validation_checks(result: Validation, calibrated_on: int) -> tuple[Check, ..
         check_span("model", ratio, POSSIBLE, "model over measured force", MODEL_ADVICE, "failed"),
         _mean_check("bias", relative.tolist(), "the model deviates by {} from the measured force"),
         _mean_check("trend over elongation", drifts, "along a pull the residual drifts by {}"),
-        trend("trend over vacuum", "residual", relative, vacuums, "Pa", levels=2),
+        check_trend("trend over vacuum", "residual", relative, vacuums, "Pa", levels=2),
     ]
     if len(speeds) == count:
-        checks.append(trend("trend over speed", "residual", relative, speeds, "m/s", levels=2))
+        checks.append(
+            check_trend("trend over speed", "residual", relative, speeds, "m/s", levels=2)
+        )
     single = pull_checks(result.pulls) if result.pulls else ()
     return (*(c for c in checks if c is not None), *single)
 
 
-def _drift(curve: CurveError) -> float:
+def _residual_drift(curve: CurveError) -> float:
     """Return the change of the residual's line over the window, relative to the mean force."""
     line = straight_line(curve.elongation, curve.model - curve.measured)
     slope = 0.0 if line is None else line.slope
@@ -103,10 +110,10 @@ def _drift(curve: CurveError) -> float:
 
 
 def _mean_check(name: str, values: Sequence[float], words: str) -> Check:
-    mean = over_repeats(values, positive=False)
-    sentence, small = words.format(percent(mean.mean)), abs(mean.mean) < SMALL
+    mean = summarise_repeats(values, positive=False)
+    sentence, small = words.format(format_percent(mean.mean)), abs(mean.mean) < SMALL
     if mean.low is None or mean.high is None:
         return check(name, small, f"{sentence} (one pull)")
-    low, high = percent(mean.low), percent(mean.high)
+    low, high = format_percent(mean.low), format_percent(mean.high)
     sentence += f" (95 % interval {low} to {high}, {len(values)} pulls)"
     return check(name, small or mean.low <= 0 <= mean.high, sentence)

@@ -17,11 +17,11 @@ from layerjam.measure.readers import words
 from layerjam.measure.readers.unit_words import (
     common_unit,
     convert,
+    is_other_unit,
     unit_role,
-    units_differ,
     weight_unit,
 )
-from layerjam.measure.readers.words import plain
+from layerjam.measure.readers.words import normalise_name
 from layerjam.measure.trace import Array
 
 
@@ -59,7 +59,7 @@ class Want:
 
 def plain_words(name: str) -> str:
     """Return a name in lower case, its words separated: p_abs."""
-    return plain(name).replace("_", " ")
+    return normalise_name(name).replace("_", " ")
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class MachineWant(Want):
 
     def named(self, name: str) -> bool:
         """Return whether the name alone belongs to this quantity."""
-        return named_role(name) == self.role
+        return role_of_name(name) == self.role
 
     def rank(self, name: str) -> int | None:
         """Return the rank of a name, 0 for the best; None if it has another meaning."""
@@ -109,12 +109,12 @@ class Column:
 
     def sentence(self, others: "Sequence[Column]" = (), by_unit: bool = False) -> str:
         """Return the interpretation of the column, with the columns that it was preferred to."""
-        text = f"{self.role} is the column '{cut(self.name)}'"
+        text = f"{self.role} is the column '{shorten(self.name)}'"
         text += f" in {self.unit}" if self.unit else ", a pure number"
         text += ", as given" if self.given else " (by its unit)" if by_unit else ""
         if others:
             text += ", not " + " or ".join(
-                f"'{cut(c.name)}'" + (f" in {c.unit}" if c.name == self.name else "")
+                f"'{shorten(c.name)}'" + (f" in {c.unit}" if c.name == self.name else "")
                 for c in others[:4]
             )
         return text
@@ -153,14 +153,17 @@ class Header:
 
     def describe(self) -> str:
         """Return the list of columns, as the end of an error's sentence."""
-        names = [f"'{cut(n)}' [{cut(u)}]" if u else f"'{cut(n)}'" for n, u in self.columns[:8]]
+        names = [
+            f"'{shorten(n)}' [{shorten(u)}]" if u else f"'{shorten(n)}'"
+            for n, u in self.columns[:8]
+        ]
         return f"its columns are {', '.join(names)}" + (" and more" if self.names[8:] else "")
 
     def candidates(self, want: Want, entry: ColumnEntry | None = None) -> list[tuple[int, Column]]:
         """Return (rank of the name, column) of all columns that can be the quantity."""
         candidates = []
         for index, (name, file_unit) in enumerate(self.columns):
-            if entry is not None and plain(name) != plain(entry.name or ""):
+            if entry is not None and normalise_name(name) != normalise_name(entry.name or ""):
                 continue
             unit = (entry.unit if entry else "") or file_unit or ""
             scale, rank = convert(unit, want.si) if unit else None, want.rank(name)
@@ -172,7 +175,7 @@ class Header:
         return candidates
 
 
-def by_order(
+def columns_by_order(
     header: Header, wants: Sequence[Want], entries: Mapping[str, ColumnEntry], count: int
 ) -> "Assignment":
     """Return the columns as the user lists them; FileError if the file has more or fewer."""
@@ -196,7 +199,7 @@ Assignment = tuple[dict[str, Column], list[str]]
 """{role: column}, and sentences with their interpretation."""
 
 
-def assign(
+def assign_columns(
     header: Header,
     wants: Sequence[Want],
     entries: Mapping[str, ColumnEntry],
@@ -213,14 +216,14 @@ def assign(
         candidates = header.candidates(want, entries.get(want.role))
         if not candidates:
             if want.role in entries or not want.optional:
-                raise header.fail(*_missing(header, want, entries.get(want.role)))
-            sentences += _not_read(header, want)
+                raise header.fail(*_missing_reason(header, want, entries.get(want.role)))
+            sentences += _unread_note(header, want)
             continue
         best = min(rank for rank, _ in candidates)
         first = [c for rank, c in candidates if rank == best]
         spare = want.optional and want.role == "time"
         if len(first) > 1 and not spare and not (same and same(first)):
-            names = " or ".join(f"'{cut(c.name)}'" for c in first[:4])
+            names = " or ".join(f"'{shorten(c.name)}'" for c in first[:4])
             raise header.fail(
                 f"does not state which column is the {want.role}: {names}; name one",
                 f" (--columns {want.role}=NAME)",
@@ -238,7 +241,7 @@ def assign(
     return columns, sentences
 
 
-def complete(
+def has_all_columns(
     header: Header, entries: Mapping[str, ColumnEntry], wants: Sequence[Want] = PULL
 ) -> bool:
     """Return whether there is a column for every required quantity."""
@@ -251,18 +254,22 @@ def columns_hint(wants: Sequence[Want]) -> str:
     return f"write --columns {due} ({SKIP}: not used)"
 
 
-def _missing(header: Header, want: Want, entry: ColumnEntry | None) -> tuple[str, str]:
+def _missing_reason(header: Header, want: Want, entry: ColumnEntry | None) -> tuple[str, str]:
     """Return the reason for a missing column, and the option that names it."""
     for name, unit in header.columns:
-        if entry is not None and plain(name) == plain(entry.name or "") and not unit:
-            return _wrong_unit(want, name, unit)
+        if (
+            entry is not None
+            and normalise_name(name) == normalise_name(entry.name or "")
+            and not unit
+        ):
+            return _unit_reason(want, name, unit)
         if entry is None and want.named(name):
-            return _wrong_unit(want, name, unit)
+            return _unit_reason(want, name, unit)
     mass_columns = [(n, u) for n, u in header.columns if u and weight_unit(u)]
     if entry is None and want.si == "N" and len(mass_columns) == 1:
-        return _wrong_unit(want, *mass_columns[0])
+        return _unit_reason(want, *mass_columns[0])
     if entry is not None:
-        name = cut(entry.name or "")
+        name = shorten(entry.name or "")
         return f"has no column '{name}' with a unit of {want.role}; {header.describe()}", ""
     return (
         f"has no column with a unit of {want.role} ({want.due}); {header.describe()}",
@@ -270,28 +277,28 @@ def _missing(header: Header, want: Want, entry: ColumnEntry | None) -> tuple[str
     )
 
 
-def _not_read(header: Header, want: Want) -> list[str]:
+def _unread_note(header: Header, want: Want) -> list[str]:
     """Return a note on an optional column that is ignored because its unit is unknown."""
     for name, unit in header.columns:
         if want.named(name):
             reason = (
-                f"is in '{cut(unit)}', which is not a unit of {want.role}"
+                f"is in '{shorten(unit)}', which is not a unit of {want.role}"
                 if unit
                 else "has no unit"
             )
-            return [f"the {want.role} is not read: column '{cut(name)}' {reason}"]
+            return [f"the {want.role} is not read: column '{shorten(name)}' {reason}"]
     return []
 
 
 def _unit_conflict(header: Header, column: Column, si: str) -> str | None:
     """Return the conflict between a column's unit in the file and the user's, or None."""
     file_unit = header.units[column.index]
-    if not file_unit or not column.unit or not units_differ(file_unit, column.unit, si):
+    if not file_unit or not column.unit or not is_other_unit(file_unit, column.unit, si):
         return None
-    name = cut(header.names[column.index])
+    name = shorten(header.names[column.index])
     weight = weight_unit(file_unit) if si == "N" else None
     means = f", which as a force is {weight}" if weight else ""
-    return f"column '{name}' is in '{cut(file_unit)}'{means}, not in '{column.unit}' as given"
+    return f"column '{name}' is in '{shorten(file_unit)}'{means}, not in '{column.unit}' as given"
 
 
 def unit_conflicts(
@@ -302,19 +309,19 @@ def unit_conflicts(
     return [f"{conflict}; the given one takes precedence" for conflict in conflicts if conflict]
 
 
-def _wrong_unit(want: Want, name: str, unit: str | None) -> tuple[str, str]:
-    role, label = want.role, cut(name)
+def _unit_reason(want: Want, name: str, unit: str | None) -> tuple[str, str]:
+    role, label = want.role, shorten(name)
     if not unit:
         say = f" (say which: --columns {role}:{want.units[0]}='{label}')"
         return f"column '{label}' has no unit; {role} needs one such as {want.due}", say
-    text = f"column '{label}' is in '{cut(unit)}', which is not a unit of {role}"
+    text = f"column '{label}' is in '{shorten(unit)}', which is not a unit of {role}"
     weight = weight_unit(unit) if want.si == "N" else None
     if weight:
         return (
             f"{text}, a unit of mass; if its weight is meant, that is {weight}",
             f" (say so: --columns {role}:{weight}='{label}')",
         )
-    if units_differ(unit, want.units[0], want.si):
+    if is_other_unit(unit, want.units[0], want.si):
         return f"{text}; name another column", f" (--columns {role}:{want.units[0]}=NAME)"
     return (
         f"{text}; it needs one such as {want.due}",
@@ -322,7 +329,7 @@ def _wrong_unit(want: Want, name: str, unit: str | None) -> tuple[str, str]:
     )
 
 
-def cut(text: str) -> str:
+def shorten(text: str) -> str:
     """Return a text for a message: printable, in one line, of at most forty letters."""
     text = " ".join("".join(c if c.isprintable() else " " for c in text).split())
     return text if len(text) <= 40 else text[:37] + "..."
@@ -347,37 +354,37 @@ def split_unit(text: str) -> tuple[str, str | None]:
         return match[1].strip(), match[2]
     for mark in ("/", " in "):
         name, slash, unit = text.rpartition(mark)
-        if slash and (unit_role(unit) or (weight_unit(unit) and named_role(name) == "force")):
+        if slash and (unit_role(unit) or (weight_unit(unit) and role_of_name(name) == "force")):
             return name.strip(), unit.strip()
-    return _weakly_split(text)
+    return _split_bare_unit(text)
 
 
-def _weakly_split(text: str) -> tuple[str, str | None]:
+def _split_bare_unit(text: str) -> tuple[str, str | None]:
     """Split off a unit without a bracket or slash if the name agrees with it."""
     if len(text) > 80:
         return text, None
     match = _LAST_WORD.fullmatch(text)
     if match and (found_role := common_unit(match[2])):
-        name_role = named_role(match[1])
+        name_role = role_of_name(match[1])
         strong = re.search(r"[,:;_|]\s*$", text[: match.start(2)]) is not None
         if name_role == found_role[0] or (name_role is None and strong and match[1].strip()):
             return match[1].strip(), match[2]
-    if match and weight_unit(match[2]) and named_role(match[1]) == "force":
+    if match and weight_unit(match[2]) and role_of_name(match[1]) == "force":
         return match[1].strip(), match[2]  # Load, g: the unit is reported as a mass
     match = _CAMEL.fullmatch(text)
-    if match and (found_role := common_unit(match[2])) and named_role(match[1]) == found_role[0]:
+    if match and (found_role := common_unit(match[2])) and role_of_name(match[1]) == found_role[0]:
         return match[1].strip(), match[2]
     return text, None
 
 
-def _without_origin(text: str) -> str:
+def _strip_origin(text: str) -> str:
     """Return a name without its reference: "extension from preload" is not a load."""
     return re.sub(r"\b(from|after|since|at|ab|bei) (pre-?load|vorkraft)\b", "", text)
 
 
-def named_role(name: str) -> str | None:
+def role_of_name(name: str) -> str | None:
     """Return the role that a column's name alone implies."""
-    text = _without_origin(plain(name))
+    text = _strip_origin(normalise_name(name))
     if re.search(words.OTHER_QUANTITY, text):
         return None
     if re.search(words.TIME, text):
@@ -391,18 +398,18 @@ def named_role(name: str) -> str | None:
 
 def _rank(role: str, name: str) -> int | None:
     """Return the rank of a name for a role, 0 for the best; None if it has another meaning."""
-    text = _without_origin(plain(name))
+    text = _strip_origin(normalise_name(name))
     if role == "time":
         if re.fullmatch(r"(time|zeit|temps|tiempo|tempo|prufzeit|testzeit|temps d'essai)", text):
             return 0
         return 1 if re.search(words.TIME, text) else 2
     if role == "force":
-        if re.search(words.TIME, text) or named_role(name) == "elongation":
+        if re.search(words.TIME, text) or role_of_name(name) == "elongation":
             return None
         if not re.search(words.FORCE, text):
             return 3
         return 1 if re.search(words.OTHER_FORCE, text) else 0
-    if re.search(words.NOT_TRAVEL, text) or named_role(name) in ("force", "time"):
+    if re.search(words.NOT_TRAVEL, text) or role_of_name(name) in ("force", "time"):
         return None
     if re.search("absol", text):
         return 3

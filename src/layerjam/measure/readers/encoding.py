@@ -87,7 +87,7 @@ def _encoding(data: bytes) -> str:
     best, greatest = "cp1252", 0
     for page in _PAGES:
         try:
-            score = _score(text.decode(page))
+            score = _score_text(text.decode(page))
         except UnicodeDecodeError:
             continue
         if score > greatest:
@@ -95,7 +95,7 @@ def _encoding(data: bytes) -> str:
     return best
 
 
-def _score(text: str) -> int:
+def _score_text(text: str) -> int:
     """Return the number of letters in known words and units of a head decoded in one code page."""
     units = [u for u in re.split(r"[\t;,|\"'()\[\]/\n]+", text) if u and not u.isascii()]
     unit_letters = sum(8 for u in set(units) if len(u) <= 12 and unit_role(u.strip()))

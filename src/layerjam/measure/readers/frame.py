@@ -12,7 +12,7 @@ from layerjam.measure.trace import Trace
 from layerjam.toml_files.values import entries
 
 
-def trace_of_frame(frame: Any, options: ReadingOptions, number: int = 1) -> Trace:
+def read_frame(frame: Any, options: ReadingOptions, number: int = 1) -> Trace:
     """Return the trace in a DataFrame; `number` counts those of one call.
 
     Columns are recognised by name and unit as in a file ("Force [N]"); `frame.attrs["units"]` may

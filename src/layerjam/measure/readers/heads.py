@@ -4,10 +4,10 @@ import re
 from collections.abc import Sequence
 
 from layerjam.measure.readers import words
-from layerjam.measure.readers.columns import Header, named_role, split_unit
-from layerjam.measure.readers.lines import looks_numeric, split
+from layerjam.measure.readers.columns import Header, role_of_name, split_unit
+from layerjam.measure.readers.lines import looks_numeric, split_line
 from layerjam.measure.readers.unit_words import unit_role, weight_unit
-from layerjam.measure.readers.words import plain
+from layerjam.measure.readers.words import normalise_name
 
 MOST_COLUMNS = 300
 _BRACKETED = re.compile(r"[(\[<{].*[)\]>}]")
@@ -18,31 +18,31 @@ _OTHER_UNIT = re.compile(
 )
 
 
-def head_of(above: Sequence[tuple[int, str]], separator: str, width: int) -> Header | None:
+def find_head(above: Sequence[tuple[int, str]], separator: str, width: int) -> Header | None:
     """Return names and units in the lines (number, text) above `width` columns of numbers.
 
     The last line may have the units, with the names above it, or the names with their units. If it
     has neither, the lines above it are tried. None if no line has enough fields.
     """
-    rows = [(n, _fields(text, separator, width)) for n, text in above]
+    rows = [(n, _split_fields(text, separator, width)) for n, text in above]
     best: Header | None = None
     for count in range(min(3, len(rows))):
         remaining = rows[: len(rows) - count]
-        if count and not _of_no_use(rows[len(remaining)][1]):
+        if count and not _is_skippable(rows[len(remaining)][1]):
             break
-        head = _head_at(remaining, width)
+        head = _read_head(remaining, width)
         if head is not None and head.style:
             return head
         best = best or head
     return best
 
 
-def _of_no_use(fields: Sequence[str]) -> bool:
+def _is_skippable(fields: Sequence[str]) -> bool:
     """Return whether a line can be skipped because none of its fields names a column."""
-    return not any(named_role(f) or unit_role(f) for f in fields if f)
+    return not any(role_of_name(f) or unit_role(f) for f in fields if f)
 
 
-def _head_at(rows: Sequence[tuple[int, list[str]]], width: int) -> Header | None:
+def _read_head(rows: Sequence[tuple[int, list[str]]], width: int) -> Header | None:
     """Return the head whose last line is the last of `rows`."""
     number, last = rows[-1]
     if not 2 <= len(last) <= MOST_COLUMNS:
@@ -53,9 +53,9 @@ def _head_at(rows: Sequence[tuple[int, list[str]]], width: int) -> Header | None
             if len(rows) < distance:
                 break
             above_number, above = rows[-distance]
-            if len(last) <= len(above) <= MOST_COLUMNS and not _numbers(above):
-                return _two_rows(above_number, above, units, last, rows[:-distance])
-            if len(above) >= 2 and not _numbers(above):
+            if len(last) <= len(above) <= MOST_COLUMNS and not _count_numbers(above):
+                return _make_head(above_number, above, units, last, rows[:-distance])
+            if len(above) >= 2 and not _count_numbers(above):
                 break
         if {r[0] for u in units if u and (r := unit_role(u))} >= {"force", "elongation"}:
             return Header(
@@ -70,11 +70,15 @@ def _head_at(rows: Sequence[tuple[int, list[str]]], width: int) -> Header | None
         if upper is not None and len(upper) == len(last):
             return Header(tuple(last), upper, "units above", number)
     return Header(
-        tuple(n for n, _ in pairs), tuple(u for _, u in pairs), style, number, _label(rows[:-1])
+        tuple(n for n, _ in pairs),
+        tuple(u for _, u in pairs),
+        style,
+        number,
+        _find_label(rows[:-1]),
     )
 
 
-def _two_rows(
+def _make_head(
     number: int,
     names: Sequence[str],
     units: tuple[str | None, ...],
@@ -89,7 +93,7 @@ def _two_rows(
         tuple(_merge_units(p[1], u) for _, p, u in columns),
         "bracket row" if in_brackets else "plain row",
         number,
-        _label(above),
+        _find_label(above),
     )
 
 
@@ -101,11 +105,11 @@ def _merge_units(in_name: str | None, in_row: str | None) -> str | None:
     return in_row if in_row is not None else in_name
 
 
-def _numbers(fields: Sequence[str]) -> bool:
+def _count_numbers(fields: Sequence[str]) -> bool:
     return all(looks_numeric(f) for f in fields if f)
 
 
-def _label(above: Sequence[tuple[int, list[str]]]) -> tuple[str, ...]:
+def _find_label(above: Sequence[tuple[int, list[str]]]) -> tuple[str, ...]:
     """Return the line above the names, which may number the specimens."""
     return tuple(above[-1][1]) if above else ()
 
@@ -113,7 +117,7 @@ def _label(above: Sequence[tuple[int, list[str]]]) -> tuple[str, ...]:
 def _unit_row(fields: Sequence[str]) -> tuple[str | None, ...] | None:
     """Return the units of a line that contains nothing else, None for any other line."""
     start = re.match(r"[^:]{2,20}:\s*(?=\S)", fields[0])
-    if start and re.search(words.UNIT, plain(start[0])):
+    if start and re.search(words.UNIT, normalise_name(start[0])):
         fields = [fields[0][start.end() :], *fields[1:]]  # for example: Units: s, mm, N
     units = tuple(re.sub(r"^[(\[<{]\s*|\s*[)\]>}]$", "", f).strip() or None for f in fields)
     if any(len(u or "") > 20 for u in units):
@@ -132,15 +136,15 @@ def _unit_row(fields: Sequence[str]) -> tuple[str | None, ...] | None:
     return None
 
 
-def _fields(text: str, separator: str, width: int) -> list[str]:
+def _split_fields(text: str, separator: str, width: int) -> list[str]:
     """Return the fields of a line of words, with any separator, without comment signs."""
     text = _COMMENT.sub("", text) if _COMMENT.match(text) else text
     if separator != " ":
-        fields = trim(split(text, separator))
+        fields = trim(split_line(text, separator))
         if len(fields) > 1 or width < 2:
             return fields
         for mark in ("\t", ";", ",", "|"):
-            cells = trim(split(text, mark))
+            cells = trim(split_line(text, mark))
             if mark != separator and len(cells) == width:
                 return cells
         return fields
@@ -152,7 +156,7 @@ def _fields(text: str, separator: str, width: int) -> list[str]:
 
 def _cut_at_blanks(text: str) -> list[list[str]]:
     """Return the ways to split a line of words at blanks, commas or tabs, the likeliest first."""
-    ways = [trim(split(text, mark)) for mark in ("\t", ";", ",", "|") if mark in text]
+    ways = [trim(split_line(text, mark)) for mark in ("\t", ";", ",", "|") if mark in text]
     ways.append([w.strip() for w in re.split(r"\s{2,}|\t", text.strip())])
     ways.append(text.split())
     if len(text) < 2000:
@@ -177,9 +181,9 @@ def stated_units(texts: Sequence[str]) -> dict[str, str]:
         match = re.match(
             r"\W*([^:=;,\t|\"]+?)\"?\s*[:=;,\t|]+\s*\"?([^:=;,\t|\"]+?)\"?[\s;,\t|]*$", text
         )
-        if not match or not re.search(words.UNIT, plain(match[1])):
+        if not match or not re.search(words.UNIT, normalise_name(match[1])):
             continue
-        unit, role_named = unit_role(match[2]), named_role(match[1])
+        unit, role_named = unit_role(match[2]), role_of_name(match[1])
         if unit and role_named == unit[0]:
             units_of[unit[0]].add(match[2])
         elif role_named == "force" and weight_unit(match[2]):

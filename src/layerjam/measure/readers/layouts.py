@@ -36,7 +36,7 @@ def plain_table(data: bytes) -> Layout:
     return data, tuple(notes)
 
 
-def _serial_monitor(data: bytes) -> Layout:
+def _clean_serial_monitor(data: bytes) -> Layout:
     """Remove time stamps before each line (`12:34:05.678 -> 12,0.3`); join comma and tab."""
     head = [line for line in data[:_HEAD].split(b"\n") if line.strip()][:_FEW]
     notes = []
@@ -49,37 +49,37 @@ def _serial_monitor(data: bytes) -> Layout:
     return data, tuple(notes)
 
 
-def _microcontroller(data: bytes) -> Layout:
+def _name_sketch_columns(data: bytes) -> Layout:
     """Name the columns of `millis,grams,mm`, the head of a sketch that uses units as names."""
     for number, line in enumerate(data[:_HEAD].split(b"\n")[:_FEW]):
         match = _UNITS_ALONE.fullmatch(line.strip().lower())
         if match:
             mark, time = match[2], b"ms" if match[1] == b"millis" else b"us"
             names = (b"time [" + time + b"]", b"force [gf]", b"position [" + match[4] + b"]")
-            return _with_line(data, number, mark.join(names)), (_GRAMS,)
+            return _insert_line(data, number, mark.join(names)), (_GRAMS,)
     return data, ()
 
 
-def _texture_analyser(data: bytes) -> Layout:
+def _read_texture_analyser(data: bytes) -> Layout:
     """Read Exponent's `Time,Distance,Force` over `sec,mm,g`, or `Force (g)` in one line."""
     lines = data[:_HEAD].split(b"\n")[:_FEW]
     for number, line in enumerate(lines):
         for mark in (b"\t", b",", b";"):
-            names = _words(line, mark)
+            names = _find_words(line, mark)
             grams = _TEXTURE.get(tuple(sorted(names)))
             if grams is None:
                 continue
             if grams in names:
-                return _with_line(data, number, _replace_text(line, b"(g)", b"(gf)")), (_GRAMS,)
-            units = _words(lines[number + 1], mark) if number + 1 < len(lines) else []
+                return _insert_line(data, number, _replace_text(line, b"(g)", b"(gf)")), (_GRAMS,)
+            units = _find_words(lines[number + 1], mark) if number + 1 < len(lines) else []
             force_index = names.index(b"force")
             if len(units) == len(names) and units[force_index] == grams and b"mm" in units:
                 units[force_index] = b"gf"
-                return _with_line(data, number + 1, mark.join(units)), (_GRAMS,)
+                return _insert_line(data, number + 1, mark.join(units)), (_GRAMS,)
     return data, ()
 
 
-def _labview(data: bytes) -> Layout:
+def _read_labview(data: bytes) -> Layout:
     """Read a LabVIEW measurement (.lvm), with units and time steps above each block of rows."""
     if not data[:99].lstrip().startswith(_LVM):
         return data, ()
@@ -107,7 +107,7 @@ def _rows_of_lvm(
         names.append((b"Time" if of_time else name) + (b" [" + unit + b"]" if unit else b""))
     if names:
         lines[head] = mark.join(names)
-    start, step = (_number(above.get(key, [])) for key in (b"X0", b"Delta_X"))
+    start, step = (_first_number(above.get(key, [])) for key in (b"X0", b"Delta_X"))
     row, count = head + 1, 0
     while row < len(lines) and not lines[row].startswith(b"Channels"):
         if lines[row].startswith(mark) and step is not None:
@@ -117,7 +117,7 @@ def _rows_of_lvm(
     return row
 
 
-def _mts(data: bytes) -> Layout:
+def _read_mts(data: bytes) -> Layout:
     """Join the blocks of one MTS 793 file, each with a title and the same names, in one table.
 
     If the time restarts, the blocks are separate tests and remain separate.
@@ -129,11 +129,11 @@ def _mts(data: bytes) -> Layout:
     same = [n for n in heads if lines[n : n + 2] == lines[heads[0] : heads[0] + 2]]
     if len(same) < 2 or len(same) < len(heads):
         return data, ()
-    names = _words(lines[heads[0]], b"\t")
+    names = _find_words(lines[heads[0]], b"\t")
     times = [k for k, name in enumerate(names) if re.fullmatch(rb"(running )?time", name)]
     rows = [_last_row(lines, n) for n in same[1:]]
     for head, row in zip(same[1:], rows, strict=True):
-        before, after = (_field(lines, n, times) for n in (row, head + 2))
+        before, after = (_read_number(lines, n, times) for n in (row, head + 2))
         if before is not None and after is not None and after < before:
             return data, ()
     for head, row in zip(same[1:], rows, strict=True):
@@ -143,34 +143,35 @@ def _mts(data: bytes) -> Layout:
 
 def _is_head(names: bytes, units: bytes) -> bool:
     """Return whether two lines are names and units of the same number of columns."""
-    name_words, unit_words = _words(names, b"\t"), _words(units, b"\t")
+    name_words, unit_words = _find_words(names, b"\t"), _find_words(units, b"\t")
     texts = [*name_words, *unit_words]
     return len(name_words) == len(unit_words) >= 2 and all(
-        t and _number([t]) is None for t in texts
+        t and _first_number([t]) is None for t in texts
     )
 
 
 def _last_row(lines: list[bytes], head: int) -> int:
     """Return the last line of numbers above a head."""
     return next(
-        (n for n in range(head - 1, -1, -1) if _number(lines[n].split(b"\t")) is not None), head - 1
+        (n for n in range(head - 1, -1, -1) if _first_number(lines[n].split(b"\t")) is not None),
+        head - 1,
     )
 
 
-def _field(lines: list[bytes], row: int, columns: list[int]) -> float | None:
+def _read_number(lines: list[bytes], row: int, columns: list[int]) -> float | None:
     """Return the number in the first of `columns` of a row, or None."""
     fields = lines[row].split(b"\t") if 0 <= row < len(lines) else []
-    return _number(fields[columns[0] :]) if columns and columns[0] < len(fields) else None
+    return _first_number(fields[columns[0] :]) if columns and columns[0] < len(fields) else None
 
 
-def _number(fields: list[bytes]) -> float | None:
+def _first_number(fields: list[bytes]) -> float | None:
     try:
         return float(fields[0].replace(b",", b".")) if fields else None
     except ValueError:
         return None
 
 
-def _words(line: bytes, mark: bytes) -> list[bytes]:
+def _find_words(line: bytes, mark: bytes) -> list[bytes]:
     return [word.strip(b' "\r\t').lower() for word in line.split(mark) if word.strip(b' "\r\t')]
 
 
@@ -178,15 +179,15 @@ def _replace_text(line: bytes, old: bytes, new: bytes) -> bytes:
     return re.sub(re.escape(old), new, line, flags=re.IGNORECASE)
 
 
-def _with_line(data: bytes, number: int, line: bytes) -> bytes:
+def _insert_line(data: bytes, number: int, line: bytes) -> bytes:
     lines = data.split(b"\n", number + 1)
     return b"\n".join([*lines[:number], line, *lines[number + 1 :]])
 
 
 _LAYOUTS: tuple[Callable[[bytes], Layout], ...] = (
-    _serial_monitor,
-    _microcontroller,
-    _texture_analyser,
-    _labview,
-    _mts,
+    _clean_serial_monitor,
+    _name_sketch_columns,
+    _read_texture_analyser,
+    _read_labview,
+    _read_mts,
 )

@@ -34,7 +34,7 @@ Flags = npt.NDArray[np.bool_]
 Places = npt.NDArray[np.int64]
 
 
-def split(line: str, separator: str) -> list[str]:
+def split_line(line: str, separator: str) -> list[str]:
     """Return the fields of one line without quotes; the separator " " means any blanks."""
     if separator == " ":
         return line.replace('"', " ").split()
@@ -53,7 +53,7 @@ def looks_numeric(field: str) -> bool:
     return len(field) <= 60 and _LOOSE_NUMBER.fullmatch(field) is not None
 
 
-def separator_of(lines: Iterable[str]) -> str:
+def find_separator(lines: Iterable[str]) -> str:
     """Return tab, semicolon or bar if most lines have it outside quotes, else blanks or comma.
 
     If there are lines of numbers, only these decide, because words may contain any character.
@@ -97,12 +97,12 @@ class Lines:
 
     def fields(self, line: int) -> list[str]:
         """Return the fields of a line (from 0)."""
-        return split(self.text(line), self.separator)
+        return split_line(self.text(line), self.separator)
 
 
 def read_lines(source: Source) -> Lines:
     """Return every line of a source; FileError if one is too long for a table."""
-    separator = separator_of(_sample(source))
+    separator = find_separator(_sample_lines(source))
     raw = np.frombuffer(source.data, np.uint8)
     stops = np.flatnonzero(raw == ord("\n"))
     if raw[-1] != ord("\n"):
@@ -122,7 +122,7 @@ def read_lines(source: Source) -> Lines:
     return lines
 
 
-def _sample(source: Source) -> list[str]:
+def _sample_lines(source: Source) -> list[str]:
     """Return the last 200 of the first thousand lines."""
     head = source.data[:_HEAD_BYTES].split(b"\n")[:1000]
     if len(head) > 1 and len(source.data) > _HEAD_BYTES:

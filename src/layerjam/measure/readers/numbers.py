@@ -9,7 +9,7 @@ from math import isfinite
 import numpy as np
 
 from layerjam.errors import FileError
-from layerjam.measure.readers.columns import Column, cut
+from layerjam.measure.readers.columns import Column, shorten
 from layerjam.measure.readers.lines import looks_numeric
 from layerjam.measure.readers.rows import Rows, no_row_of_numbers
 from layerjam.measure.trace import Array
@@ -42,29 +42,29 @@ def read_columns(rows: Rows, columns: Sequence[Column], decimal: str | None) -> 
     is not a finite number, and for decimal and thousands signs that are not distinguishable.
     """
     indices = [column.index for column in columns]
-    arrays, style = _read(rows, columns, _styles(rows, indices, decimal))
+    arrays, style = _read_written(rows, columns, _styles(rows, indices, decimal))
     _check_last(rows, style[0])
     return [column.si(values) for column, values in zip(columns, arrays, strict=True)]
 
 
-def _read(
+def _read_written(
     rows: Rows, columns: Sequence[Column], styles: Sequence[Style]
 ) -> tuple[list[Array], Style]:
     """Return the columns as written, and the first style in which all their cells are numbers."""
     for style in styles:
-        if style in _PLAIN and (values := _at_once(rows, columns, style[0])) is not None:
+        if style in _PLAIN and (values := _read_fast(rows, columns, style[0])) is not None:
             return values, style
     errors = []
     for style in styles:
         try:
-            return _one_by_one(rows, columns, style), style
+            return _read_cells(rows, columns, style), style
         except FileError as error:
             errors.append(error)
     # use the style that reads the most rows; it fails where the file is damaged
     raise max(errors, key=lambda error: error.line or 0)
 
 
-def same(rows: Rows, columns: Sequence[Column], decimal: str | None) -> bool:
+def are_equal_columns(rows: Rows, columns: Sequence[Column], decimal: str | None) -> bool:
     """Return whether columns are equal to a ten-thousandth, apart from their origins."""
     try:
         first, *others = (v - v[0] for v in read_columns(rows, columns, decimal))
@@ -103,7 +103,7 @@ def _styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> list[Sty
     return fits or [s for s in candidates if s in _PLAIN] or [(decimal or ".", "")]
 
 
-def _at_once(rows: Rows, columns: Sequence[Column], decimal: str) -> list[Array] | None:
+def _read_fast(rows: Rows, columns: Sequence[Column], decimal: str) -> list[Array] | None:
     """Return the columns as read by pandas; None if a row or a cell needs a closer look."""
     import pandas
 
@@ -139,7 +139,7 @@ def _at_once(rows: Rows, columns: Sequence[Column], decimal: str) -> list[Array]
     return columns_read if is_complete else None
 
 
-def _one_by_one(rows: Rows, columns: Sequence[Column], style: Style) -> list[Array]:
+def _read_cells(rows: Rows, columns: Sequence[Column], style: Style) -> list[Array]:
     """Return the numbers of every cell; FileError for the first that is not a number.
 
     A short specimen next to a longer one ends early: its last cells are empty.
@@ -152,14 +152,14 @@ def _one_by_one(rows: Rows, columns: Sequence[Column], style: Style) -> list[Arr
             gap = gap or (line, fields)
             continue
         if gap is not None:
-            raise _bad_cell(rows, *gap, columns[0])
+            raise _cell_error(rows, *gap, columns[0])
         for column, numbers in zip(columns, arrays, strict=True):
             cell = fields[column.index]
             text = cell.replace(thousands, "") if thousands else cell
             fits = _CELL[style].fullmatch(cell)
             number = float(text.replace(decimal, ".")) if fits else clock_seconds(cell)
             if number is None or not isfinite(number):
-                raise _bad_cell(rows, line, fields, column)
+                raise _cell_error(rows, line, fields, column)
             numbers.append(number)
     return [np.array(numbers) for numbers in arrays]
 
@@ -173,12 +173,12 @@ def clock_seconds(cell: str) -> float | None:
     return 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds.replace(",", "."))
 
 
-def _bad_cell(rows: Rows, line: int, fields: list[str], column: Column) -> FileError:
+def _cell_error(rows: Rows, line: int, fields: list[str], column: Column) -> FileError:
     path, cell = rows.source.path, fields[column.index]
     # a row without any number is not damaged: it is a footer, or begins the next table
     if not any(map(looks_numeric, fields)):
         return no_row_of_numbers(path, fields, line)
-    fault = f"'{cut(cell)}' in column '{column.name[:40]}' is not a finite number"
+    fault = f"'{shorten(cell)}' in column '{column.name[:40]}' is not a finite number"
     if not cell:
         fault = f"column '{column.name[:40]}' is empty"
     ending = "; the file is cut off there" if rows.broken_off(line) else ""
@@ -208,7 +208,7 @@ def _check_last(rows: Rows, decimal: str) -> None:
         is_cut = False  # a plain zero is not truncated
     else:
         is_cut = digits[-1] < min(digits[:-1]) or (
-            digits[-1] < digits[-2] and _jumps([c.replace(decimal, ".") for c in cells[-20:]])
+            digits[-1] < digits[-2] and _has_jump([c.replace(decimal, ".") for c in cells[-20:]])
         )
     if is_cut:
         raise FileError(
@@ -221,7 +221,7 @@ def _check_last(rows: Rows, decimal: str) -> None:
         )
 
 
-def _jumps(cells: list[str]) -> bool:
+def _has_jump(cells: list[str]) -> bool:
     """Return whether the last step is larger than three times the largest earlier step."""
     try:
         step = np.abs(np.diff([float(c) for c in cells]))

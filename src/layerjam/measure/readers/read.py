@@ -11,23 +11,17 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from layerjam.errors import (
-    FileError,
-    LayerjamError,
-    QuantityError,
-    abbreviate,
-    explain_arguments,
-)
-from layerjam.measure.options import ReadingOptions, options_beside
+from layerjam.errors import FileError, LayerjamError, QuantityError, abbreviate, explain_arguments
+from layerjam.measure.options import ReadingOptions, read_options_of
 from layerjam.measure.readers import words
-from layerjam.measure.readers.columns import PULL, Header, cut, split_unit
+from layerjam.measure.readers.columns import PULL, Header, shorten, split_unit
 from layerjam.measure.readers.content import Source
-from layerjam.measure.readers.lines import split
+from layerjam.measure.readers.lines import split_line
 from layerjam.measure.readers.rows import Rows, Table
 from layerjam.measure.readers.source import load_sources
 from layerjam.measure.readers.specimens import Specimen, specimens
 from layerjam.measure.readers.unit_words import ROLES
-from layerjam.measure.readers.words import plain
+from layerjam.measure.readers.words import normalise_name
 from layerjam.measure.sidecar import READ
 from layerjam.measure.trace import Trace
 from layerjam.simulate.procedure import Evacuate, Pull, Return, parse_procedure
@@ -89,14 +83,14 @@ def open_traces(path: str | Path, options: ReadingOptions | None = None) -> list
     """
     if not isinstance(path, str | Path):
         raise QuantityError.of("path", f"{abbreviate(path)} is not text or a path")
-    sidecar = options_beside(path)
+    sidecar = read_options_of(path)
     every = (options or ReadingOptions()).over(sidecar)
     sources = load_sources(path, every.sheet)
     if sources[0].data.startswith(b"# layerjam"):
         entries = [UnreadSpecimen("", partial(read_own, sources[0]), sidecar)]
     else:
         several = len(sources) > 1
-        read = _of_sheets(sources, every) if several else specimens(sources[0], every)
+        read = _read_sheets(sources, every) if several else specimens(sources[0], every)
         entries = [UnreadSpecimen(specimen.label, specimen.read, sidecar) for specimen in read]
     if every.specimen is None:
         return entries
@@ -106,9 +100,9 @@ def open_traces(path: str | Path, options: ReadingOptions | None = None) -> list
     return [entries[every.specimen - 1]]
 
 
-def _of_sheets(sources: list[Source], options: ReadingOptions) -> list[Specimen]:
+def _read_sheets(sources: list[Source], options: ReadingOptions) -> list[Specimen]:
     """Return the specimens of all sheets that have any; FileError if their columns differ."""
-    curves = [s for s in sources if not re.search(words.RESULTS, plain(s.sheet))]
+    curves = [s for s in sources if not re.search(words.RESULTS, normalise_name(s.sheet))]
     by_sheet: dict[str, list[Specimen]] = {}
     reasons: list[FileError] = []
     for source in curves or sources:
@@ -140,25 +134,25 @@ def read_own(source: Source, options: ReadingOptions) -> Trace:
 
     Raises FileError if a column is missing or its unit has another dimension.
     """
-    table = _head(source)
+    table = _read_head(source)
     names, entries = table.header.names, options.entries(ROLES)
     indices = set()
     for want in PULL:
         name = (entries[want.role].name if want.role in entries else None) or want.role
         if names.count(name) > 1:
-            raise table.header.fail(f"has the column '{cut(name)}' twice")
+            raise table.header.fail(f"has the column '{shorten(name)}' twice")
         if name in names:
             indices.add(names.index(name))
         elif not want.optional or name != want.role:
-            raise table.header.fail(f"has no column '{cut(name)}'; {table.header.describe()}")
+            raise table.header.fail(f"has no column '{shorten(name)}'; {table.header.describe()}")
     ours = replace(options, decimal=".", columns=None if options.by_order else options.columns)
     trace = Specimen(Rows(source, table), table.header.select(indices), OWN_FORMAT).read(ours)
     if trace.facts.vacuum is not None:
         return trace
-    return replace(trace, facts=replace(trace.facts, vacuum=_vacuum(source)))
+    return replace(trace, facts=replace(trace.facts, vacuum=_header_vacuum(source)))
 
 
-def _vacuum(source: Source) -> float | None:
+def _header_vacuum(source: Source) -> float | None:
     """Return the vacuum of the header's procedure if it evacuates once and then only moves."""
     for _, text in source.lines():
         if not text.startswith("#"):
@@ -175,11 +169,11 @@ def _vacuum(source: Source) -> float | None:
     return None
 
 
-def _head(source: Source) -> Table:
+def _read_head(source: Source) -> Table:
     for line, (offset, text) in enumerate(source.lines(), 1):
         if text.startswith("#") or not text.strip():
             continue
-        names, units = zip(*map(split_unit, split(text, ",")), strict=True)
+        names, units = zip(*map(split_unit, split_line(text, ",")), strict=True)
         end = source.data.find(b"\n", offset)
         first = len(source.data) if end < 0 else end + 1
         return Table(Header(names, units, "names", line, path=source.path), ",", first)

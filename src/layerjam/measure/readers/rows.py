@@ -7,10 +7,10 @@ from functools import cached_property
 from itertools import islice
 
 from layerjam.errors import FileError
-from layerjam.measure.readers.columns import Header, cut
+from layerjam.measure.readers.columns import Header, shorten
 from layerjam.measure.readers.content import Source
 from layerjam.measure.readers.encoding import TYPOGRAPHY
-from layerjam.measure.readers.lines import looks_numeric, split
+from layerjam.measure.readers.lines import looks_numeric, split_line
 
 _SAMPLE_ROWS, _TAIL_BYTES = 200, 6000
 _SIGNS = str.maketrans(TYPOGRAPHY)
@@ -98,7 +98,7 @@ class Rows:
             cut_note = "the last line is cut off: " if self.broken_off(line) else ""
             reason = f"{cut_note}a quote is not closed, or is within a field"
             raise FileError(self.source.path, reason, line)
-        return split(text.rstrip("\x1a"), mark)
+        return split_line(text.rstrip("\x1a"), mark)
 
     def _complete(self, fields: list[str], line: int) -> list[str]:
         """Return one field for each column; FileError if there are too few or too many."""
@@ -122,7 +122,7 @@ def no_row_of_numbers(path: str, parts: Sequence[str], line: int) -> FileError:
     """Return the error for a line of words among the numbers."""
     return FileError(
         path,
-        f"'{cut(' '.join(parts))}' is not a row of numbers, and rows of numbers without names "
+        f"'{shorten(' '.join(parts))}' is not a row of numbers, and rows of numbers without names "
         "follow it; is the file damaged there?",
         line,
     )

@@ -6,7 +6,7 @@ from layerjam.errors import FileError
 from layerjam.measure.readers.content import IN_CELL, Source
 from layerjam.measure.readers.encoding import decode
 from layerjam.measure.readers.layouts import plain_table
-from layerjam.measure.readers.workbook import sheets
+from layerjam.measure.readers.workbook import read_sheets
 from layerjam.measure.run_text import csv_text
 from layerjam.measure.runs import ENDING, read_run
 from layerjam.system import report_failure
@@ -43,11 +43,11 @@ def load_sources(path: str | Path, sheet: str | None = None) -> list[Source]:
         raise FileError("''", "is an empty name; give the name of a file")
     if Path(name).suffix == ENDING:
         return [Source(name, csv_text(read_run(path)).encode(), "utf-8")]
-    data = _read(name, path)
+    data = _read_text(name, path)
     if not data or data.isspace():
         raise FileError(name, "is empty")
     if data.startswith(_WORKBOOKS):
-        return sheets(name, data, sheet)
+        return read_sheets(name, data, sheet)
     if sheet is not None:
         raise FileError(name, f"has no sheet '{sheet[:40]}': it is text, not a workbook")
     for start, kind in _KINDS.items():
@@ -62,7 +62,7 @@ def load_sources(path: str | Path, sheet: str | None = None) -> list[Source]:
     return [Source(name, data, encoding, notes=notes)]
 
 
-def _read(name: str, path: str | Path) -> bytes:
+def _read_text(name: str, path: str | Path) -> bytes:
     with report_failure(path, "cannot be read"):
         place = Path(path)
         if place.is_dir():

@@ -14,27 +14,27 @@ from layerjam.measure.readers.columns import (
     TIMED,
     Header,
     Want,
-    assign,
-    by_order,
-    complete,
-    cut,
-    named_role,
+    assign_columns,
+    columns_by_order,
+    has_all_columns,
+    role_of_name,
+    shorten,
     unit_conflicts,
 )
 from layerjam.measure.readers.content import Source
 from layerjam.measure.readers.heads import stated_units
 from layerjam.measure.readers.lines import Lines, read_lines
-from layerjam.measure.readers.numbers import clock_seconds, read_columns, same
+from layerjam.measure.readers.numbers import are_equal_columns, clock_seconds, read_columns
 from layerjam.measure.readers.rows import Rows, Table, no_row_of_numbers
 from layerjam.measure.readers.table import (
     Block,
     bare_table,
-    blocks_of,
-    headless,
-    under_one_head,
+    find_blocks,
+    find_headless,
+    share_heads,
 )
 from layerjam.measure.readers.unit_words import CLOCK, ROLES, unit_role
-from layerjam.measure.readers.words import plain
+from layerjam.measure.readers.words import normalise_name
 from layerjam.measure.synthetic import SYNTHETIC, says_synthetic
 from layerjam.measure.trace import FEWEST_ROWS, Trace, check_trace
 from layerjam.units import show
@@ -63,10 +63,10 @@ class Specimen:
         rows, source = self.rows, self.rows.source
         decimal, entries = options.decimal or source.decimal, options.entries(ROLES)
         if (order := options.by_order) is not None:
-            columns, sentences = by_order(self.header, self.wants, entries, len(order))
+            columns, sentences = columns_by_order(self.header, self.wants, entries, len(order))
         else:
-            alike = partial(same, rows, decimal=decimal)
-            columns, sentences = assign(self.header, self.wants, entries, alike)
+            alike = partial(are_equal_columns, rows, decimal=decimal)
+            columns, sentences = assign_columns(self.header, self.wants, entries, alike)
         notes = [*sentences, *source.notes, *self.notes]
         values = dict(
             zip(columns, read_columns(rows, list(columns.values()), decimal), strict=True)
@@ -105,25 +105,27 @@ class Specimen:
 def specimens(source: Source, options: ReadingOptions) -> list[Specimen]:
     """Return the specimens in a text, in order; FileError if no table can be a specimen."""
     lines, entries = read_lines(source), options.entries(ROLES)
-    blocks = list(under_one_head(lines, blocks_of(lines)))
+    blocks = list(share_heads(lines, find_blocks(lines)))
     if (order := options.by_order) is not None:
         wants = PULL if "elongation" in entries else _required_columns(source, options)
-        return [replace(s, wants=wants) for s in _by_order(lines, blocks, len(order))]
-    blocks = [_with_clock(lines, _with_stated_units(lines, b)) for b in blocks]
+        return [replace(s, wants=wants) for s in _select_by_order(lines, blocks, len(order))]
+    blocks = [_add_clock_unit(lines, _add_stated_units(lines, b)) for b in blocks]
     wants = PULL
-    if not any(_fits(b, entries, PULL) for b in blocks):
+    if not any(_has_columns(b, entries, PULL) for b in blocks):
         wants = _required_columns(source, options)
-    fit = [b for b in blocks if _fits(b, entries, wants)]
+    fit = [b for b in blocks if _has_columns(b, entries, wants)]
     if not fit:
-        raise _nothing(lines, blocks, entries)
+        raise _explain_nothing(lines, blocks, entries)
     main = max(fit, key=lambda b: b.rows)
-    used = [b for b in fit if _alike(b, main)]
+    used = [b for b in fit if _is_alike(b, main)]
     _check_orphans(lines, blocks, used, main)
-    result = [s for b in used for s in _side_by_side(source, b, entries, wants, len(used) > 1)]
+    result = [
+        s for b in used for s in _split_side_by_side(source, b, entries, wants, len(used) > 1)
+    ]
     labels = [s.label for s in result]
     if len(result) > 1 and len(set(labels)) < len(labels):
         result = [replace(s, label=f"{i} {s.label}".strip()) for i, s in enumerate(result, 1)]
-    warnings = _not_read(lines, blocks, used)
+    warnings = _unread_note(lines, blocks, used)
     return [replace(s, warnings=warnings, wants=wants) for s in result]
 
 
@@ -132,20 +134,22 @@ def _required_columns(source: Source, options: ReadingOptions) -> Sequence[Want]
     return PULL if conditions(source.path, options).speed is None else TIMED
 
 
-def _fits(block: Block, entries: Mapping[str, ColumnEntry], wants: Sequence[Want]) -> bool:
+def _has_columns(block: Block, entries: Mapping[str, ColumnEntry], wants: Sequence[Want]) -> bool:
     """Return whether a block has all required columns."""
     if block.table is None:
         return False
     header = block.table.header
-    return complete(header, entries, wants) and (wants is PULL or _over_time(header, entries))
+    return has_all_columns(header, entries, wants) and (
+        wants is PULL or _is_over_time(header, entries)
+    )
 
 
-def _over_time(header: Header, entries: Mapping[str, ColumnEntry]) -> bool:
+def _is_over_time(header: Header, entries: Mapping[str, ColumnEntry]) -> bool:
     due = [replace(w, optional=False) for w in TIMED if w.role != "elongation"]
-    return complete(header, entries, due)
+    return has_all_columns(header, entries, due)
 
 
-def _alike(block: Block, main: Block) -> bool:
+def _is_alike(block: Block, main: Block) -> bool:
     """Return whether a block is a specimen like the largest: same columns, or the same length."""
     table, main_table = block.table, main.table
     if table and main_table and table.header.columns == main_table.header.columns:
@@ -153,14 +157,14 @@ def _alike(block: Block, main: Block) -> bool:
     return block.rows >= max(FEWEST_ROWS, _SHARE * main.rows)
 
 
-def _by_order(lines: Lines, blocks: list[Block], count: int) -> list[Specimen]:
+def _select_by_order(lines: Lines, blocks: list[Block], count: int) -> list[Specimen]:
     """Return the blocks with as many columns as the user lists."""
     fit = [b for b in blocks if b.width == count] or blocks
     if not fit:
         raise FileError(lines.source.path, "holds no row of numbers")
     main = max(fit, key=lambda b: b.rows)
     used = [b for b in fit if b is main or (b.pure and b.rows >= FEWEST_ROWS)]
-    warnings, result = _not_read(lines, blocks, used), []
+    warnings, result = _unread_note(lines, blocks, used), []
     for k, block in enumerate(used, 1):
         table = bare_table(lines, block)
         label = (block.title or str(k)) if len(used) > 1 else ""
@@ -174,7 +178,7 @@ def _by_order(lines: Lines, blocks: list[Block], count: int) -> list[Specimen]:
     return result
 
 
-def _with_stated_units(lines: Lines, block: Block) -> Block:
+def _add_stated_units(lines: Lines, block: Block) -> Block:
     """Return a block with units that separate lines state: `Force unit: kN`."""
     table = block.table
     if table is None or all(table.header.units):
@@ -183,12 +187,12 @@ def _with_stated_units(lines: Lines, block: Block) -> Block:
     if not units_stated:
         return block
     head = table.header
-    units = tuple(u or units_stated.get(named_role(n) or "") for n, u in head.columns)
+    units = tuple(u or units_stated.get(role_of_name(n) or "") for n, u in head.columns)
     header = replace(head, units=units, style=head.style or "stated")
     return replace(block, table=replace(table, header=header))
 
 
-def _with_clock(lines: Lines, block: Block) -> Block:
+def _add_clock_unit(lines: Lines, block: Block) -> Block:
     """Return a block with the unit of clock time for columns whose first row shows one."""
     table = block.table
     if table is None:
@@ -205,7 +209,7 @@ def _with_clock(lines: Lines, block: Block) -> Block:
     return replace(block, table=replace(table, header=header))
 
 
-def _nothing(
+def _explain_nothing(
     lines: Lines, blocks: list[Block], given_entries: Mapping[str, ColumnEntry]
 ) -> FileError:
     """Return the reason why no table of the file can be read."""
@@ -224,8 +228,8 @@ def _nothing(
                 how=f", in order, such as --columns {entries}",
                 asks="columns",
             )
-        best = best or headless(lines, blocks)
-    if best is None or not (best.header.style or any(map(named_role, best.header.names))):
+        best = best or find_headless(lines, blocks)
+    if best is None or not (best.header.style or any(map(role_of_name, best.header.names))):
         return FileError(
             path,
             "is in no known format; tried layerjam CSV (first line '# layerjam'), Instron Bluehill,"
@@ -234,7 +238,7 @@ def _nothing(
         )
     if best.rows == 0:
         return best.header.fail("contains column names but no rows of numbers")
-    if "elongation" not in given_entries and _over_time(best.header, given_entries):
+    if "elongation" not in given_entries and _is_over_time(best.header, given_entries):
         return best.header.fail(
             f"contains force and time but no elongation; {best.header.describe()}; give "
             "the crosshead's speed",
@@ -242,7 +246,7 @@ def _nothing(
             "speed",
         )
     try:
-        assign(best.header, PULL, given_entries)
+        assign_columns(best.header, PULL, given_entries)
     except FileError as err:
         return err
     return best.header.fail(f"cannot be read; {best.header.describe()}")
@@ -267,7 +271,7 @@ def _check_orphans(lines: Lines, blocks: list[Block], used: list[Block], main: B
             )
 
 
-def _not_read(lines: Lines, blocks: list[Block], used: list[Block]) -> tuple[str, ...]:
+def _unread_note(lines: Lines, blocks: list[Block], used: list[Block]) -> tuple[str, ...]:
     """Return a note that words or numbers below the tables were skipped."""
     end = used[-1].last + 1
     below = [n for n in range(end, min(end + 50, len(lines.starts))) if not lines.blank[n]]
@@ -275,11 +279,11 @@ def _not_read(lines: Lines, blocks: list[Block], used: list[Block]) -> tuple[str
         return ()
     count = int((~lines.blank[end:]).sum())
     line_count = f"{count} lines" if count > 1 else "1 line"
-    text = cut(lines.text(below[0]))
+    text = shorten(lines.text(below[0]))
     return (f"{line_count} below the numbers ignored, from line {below[0] + 1}: '{text}'",)
 
 
-def _side_by_side(
+def _split_side_by_side(
     source: Source,
     block: Block,
     entries: Mapping[str, ColumnEntry],
@@ -289,14 +293,14 @@ def _side_by_side(
     table = block.table
     if table is None:
         return []
-    head, form = table.header, format_of(source, table)
-    groups = [head.select(group) for group in _groups(head)]
-    is_split = len(groups) > 1 and all(complete(header, entries, wants) for header in groups)
+    head, form = table.header, format_name(source, table)
+    groups = [head.select(group) for group in _group_columns(head)]
+    is_split = len(groups) > 1 and all(has_all_columns(header, entries, wants) for header in groups)
     rows = Rows(source, table, shared=is_split)
     if not is_split:
         title = block.title if several else ""
         number = next((n for n in head.names[:1] if n.isdigit()), "")  # for example: 1,Time,Load
-        label = next((c for c in head.label[:1] if _counts(c)), "") or number or title
+        label = next((c for c in head.label[:1] if _is_specimen_number(c)), "") or number or title
         return [Specimen(rows, head, form, label)]
     result = []
     for k, header in enumerate(groups, 1):
@@ -307,17 +311,17 @@ def _side_by_side(
     return result
 
 
-def _counts(text: str) -> bool:
+def _is_specimen_number(text: str) -> bool:
     """Return whether a cell above the names numbers a specimen."""
     return re.search(r"\d", text) is not None and len(text) <= 40
 
 
-def _groups(head: Header) -> list[list[int]]:
+def _group_columns(head: Header) -> list[list[int]]:
     """Return columns of each specimen if specimens are next to each other; empty otherwise."""
     columns = [i for i, n in enumerate(head.names) if n or head.units[i]]
     starts = [i for i, cell in enumerate(head.label) if cell and i < len(head.names)]
     labelled = len(starts) > 1 and starts[0] == columns[0] and len(starts) < len(columns)
-    if labelled and all(_counts(head.label[i]) for i in starts):
+    if labelled and all(_is_specimen_number(head.label[i]) for i in starts):
         inside = set(columns)
         return [
             [i for i in range(a, b) if i in inside] for a, b in pairwise([*starts, len(head.names)])
@@ -327,22 +331,22 @@ def _groups(head: Header) -> list[list[int]]:
             continue
         others = columns[len(times) :]
         for period in range(2, len(others) // 2 + 1):
-            if len(others) % period == 0 and _repeats(head, others, period):
+            if len(others) % period == 0 and _is_repeated(head, others, period):
                 return [times + others[k : k + period] for k in range(0, len(others), period)]
-    return _by_number(head, columns)
+    return _group_by_number(head, columns)
 
 
-def _repeats(head: Header, columns: Sequence[int], period: int) -> bool:
-    keys = [(_base(head.names[i]), head.units[i]) for i in columns]
+def _is_repeated(head: Header, columns: Sequence[int], period: int) -> bool:
+    keys = [(_base_name(head.names[i]), head.units[i]) for i in columns]
     return all(a == b for a, b in zip(keys, keys[period:], strict=False))
 
 
-def _by_number(head: Header, columns: Sequence[int]) -> list[list[int]]:
+def _group_by_number(head: Header, columns: Sequence[int]) -> list[list[int]]:
     """Group columns whose names end in the same number: Load 1, Load 2, Travel 1, Travel 2."""
     times: list[int] = []
     by_number: dict[int, list[int]] = {}
     for i in columns:
-        match = _COUNTED.fullmatch(plain(head.names[i]))
+        match = _COUNTED.fullmatch(normalise_name(head.names[i]))
         if match and match[1]:
             by_number.setdefault(int(match[2]), []).append(i)
         else:
@@ -350,7 +354,7 @@ def _by_number(head: Header, columns: Sequence[int]) -> list[list[int]]:
     if len(by_number) < 2 or not all(_is_time(head.units[i]) for i in times):
         return []
     kinds = {
-        tuple(sorted((_base(head.names[i]), head.units[i] or "") for i in group))
+        tuple(sorted((_base_name(head.names[i]), head.units[i] or "") for i in group))
         for group in by_number.values()
     }
     return [times + group for group in by_number.values()] if len(kinds) == 1 else []
@@ -361,14 +365,14 @@ def _is_time(unit: str | None) -> bool:
     return role is not None and role[0] == "time"
 
 
-def _base(name: str) -> str:
+def _base_name(name: str) -> str:
     """Return a name without a specimen's number at its end."""
-    text = plain(name)
+    text = normalise_name(name)
     match = _COUNTED.fullmatch(text)
     return match[1] if match and match[1] else text
 
 
-def format_of(source: Source, table: Table) -> str:
+def format_name(source: Source, table: Table) -> str:
     """Return the format's name for display; nothing depends on it."""
     head = source.data[: min(table.first, 4000)]
     text = head.decode(source.encoding, errors="replace").lower()
@@ -383,7 +387,7 @@ def format_of(source: Source, table: Table) -> str:
     if re.search(r"bluehill|instron", text):
         return "Instron Bluehill"
     quoted = b'"' in head
-    standard = any("standard" in plain(name) for name in table.header.names)
+    standard = any("standard" in normalise_name(name) for name in table.header.names)
     # other programs also quote their units
     if quoted and standard and table.header.style == "plain row":
         return "Zwick testXpert"

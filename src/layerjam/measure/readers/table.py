@@ -10,9 +10,9 @@ import numpy as np
 
 from layerjam.errors import FileError
 from layerjam.measure.readers import words
-from layerjam.measure.readers.columns import Header, named_role
-from layerjam.measure.readers.heads import head_of, trim
-from layerjam.measure.readers.lines import Lines, looks_numeric, split
+from layerjam.measure.readers.columns import Header, role_of_name
+from layerjam.measure.readers.heads import find_head, trim
+from layerjam.measure.readers.lines import Lines, looks_numeric, split_line
 from layerjam.measure.readers.rows import Table
 from layerjam.measure.readers.unit_words import unit_role
 
@@ -45,11 +45,11 @@ class Block:
         return self.table is not None and bool(self.table.header.style)
 
 
-def headless(lines: Lines, blocks: list[Block]) -> Table | None:
+def find_headless(lines: Lines, blocks: list[Block]) -> Table | None:
     """Return a head without numbers below it, at the end of the file."""
     after = blocks[-1].last + 1 if blocks else 0
-    above = _texts(lines, range(after, len(lines.starts)))
-    head = _head(lines, above[-_LINES_ABOVE:], 0)
+    above = _text_lines(lines, range(after, len(lines.starts)))
+    head = _find_head(lines, above[-_LINES_ABOVE:], 0)
     return Table(head, lines.separator, len(lines.source.data)) if head else None
 
 
@@ -58,22 +58,22 @@ def bare_table(lines: Lines, block: Block) -> Table:
     names = tuple(f"column {i + 1}" for i in range(block.width))
     path = lines.source.path
     header = Header(names, (None,) * block.width, "", block.first + 1, path=path)
-    return _table(header, lines, block)
+    return _make_table(header, lines, block)
 
 
-def _table(header: Header, lines: Lines, block: Block) -> Table:
+def _make_table(header: Header, lines: Lines, block: Block) -> Table:
     """Return the rows of a block under names and units."""
     first, last = int(lines.starts[block.first]), int(lines.stops[block.last]) + 1
     only_blanks_follow = bool(lines.blank[block.last + 1 :].all())
     return Table(header, lines.separator, first, None if only_blanks_follow else last, block.rows)
 
 
-def _head(lines: Lines, above: Sequence[tuple[int, str]], width: int) -> Header | None:
-    header = head_of([(n + 1, t) for n, t in above], lines.separator, width) if above else None
+def _find_head(lines: Lines, above: Sequence[tuple[int, str]], width: int) -> Header | None:
+    header = find_head([(n + 1, t) for n, t in above], lines.separator, width) if above else None
     return replace(header, path=lines.source.path) if header else None
 
 
-def blocks_of(lines: Lines) -> list[Block]:
+def find_blocks(lines: Lines) -> list[Block]:
     """Return the blocks of numbers in order; FileError if there are too many to be tables.
 
     Only the largest two hundred are searched for a head.
@@ -82,10 +82,10 @@ def blocks_of(lines: Lines) -> list[Block]:
     number = lines.number[rows]
     # a head may contain a number and follow rows of numbers: 2,Time,Load
     for place in np.flatnonzero(number & ~lines.pure[rows])[: 2 * _MOST_BLOCKS]:
-        _words_first(lines, rows, number, int(place))
+        _mark_header_numbers(lines, rows, number, int(place))
     if len(rows) and number[0]:
-        _words_first(lines, rows, number, 0)
-    _words_last(lines, rows, number)
+        _mark_header_numbers(lines, rows, number, 0)
+    _mark_statistics(lines, rows, number)
     change = np.flatnonzero(np.diff(number)) + 1
     bounds = [0, *change.tolist(), len(rows)]
     spans = [(a, b) for a, b in pairwise(bounds) if a < b and number[a]]
@@ -98,24 +98,24 @@ def blocks_of(lines: Lines) -> list[Block]:
     blocks, before = [], 0
     for a, b in spans:
         above = tuple(rows[before:a][-_LINES_ABOVE:].tolist()) if b - a > least else ()
-        blocks.append(_block(lines, rows[a:b], above))
+        blocks.append(_make_block(lines, rows[a:b], above))
         before = b
     return blocks
 
 
-def _words_first(lines: Lines, rows: np.ndarray, number: np.ndarray, place: int) -> None:
+def _mark_header_numbers(lines: Lines, rows: np.ndarray, number: np.ndarray, place: int) -> None:
     """Mark names or units that contain a number ("Time (s)", "1") as words."""
     for k in range(place, min(place + 3, len(rows))):
         if lines.pure[rows[k]]:
             return
         fields = [f for f in lines.fields(int(rows[k])) if f]
-        spec = sum(bool(named_role(f) or unit_role(f)) for f in fields if not looks_numeric(f))
+        spec = sum(bool(role_of_name(f) or unit_role(f)) for f in fields if not looks_numeric(f))
         if spec * 2 < len(fields) or spec < 2:
             return
         number[k] = False
 
 
-def _words_last(lines: Lines, rows: np.ndarray, number: np.ndarray) -> None:
+def _mark_statistics(lines: Lines, rows: np.ndarray, number: np.ndarray) -> None:
     """Mark statistics below the numbers ("Mean;1.2;3.4") as words if only statistics follow.
 
     They begin with a word for a statistic, or follow a blank line.
@@ -127,30 +127,32 @@ def _words_last(lines: Lines, rows: np.ndarray, number: np.ndarray) -> None:
     first = int(pure_rows[-1]) + 1
     is_separate = rows[first] - rows[first - 1] > 1
     head = next((f for f in lines.fields(int(rows[first])) if f), "")
-    if not looks_numeric(head) and (is_separate or re.search(words.STATISTIC, words.plain(head))):
+    if not looks_numeric(head) and (
+        is_separate or re.search(words.STATISTIC, words.normalise_name(head))
+    ):
         number[first:] = False
 
 
-def _block(lines: Lines, inside: np.ndarray, above: tuple[int, ...]) -> Block:
+def _make_block(lines: Lines, inside: np.ndarray, above: tuple[int, ...]) -> Block:
     first, last = int(inside[0]), int(inside[-1])
     width = len(trim(lines.fields(first)))
-    texts = _texts(lines, above)
-    head = _without_empty_columns(_head(lines, texts, width), width)
+    texts = _text_lines(lines, above)
+    head = _drop_empty_columns(_find_head(lines, texts, width), width)
     titles = [lines.text(n).strip(' \t;,"|#') for n in above if n not in {t[0] for t in texts}]
     title = titles[-1] if titles else ""
     pure = bool(lines.pure[inside].all())
     block = Block(first, last, len(inside), width, pure, above, None, title)
-    return replace(block, table=_table(head, lines, block)) if head else block
+    return replace(block, table=_make_table(head, lines, block)) if head else block
 
 
-def _without_empty_columns(head: Header | None, width: int) -> Header | None:
+def _drop_empty_columns(head: Header | None, width: int) -> Header | None:
     """Return the head without empty columns at the end, such as a comment's."""
     if head is None or not 2 <= width < len(head.names) or any(head.units[width:]):
         return head
     return replace(head, names=head.names[:width], units=head.units[:width])
 
 
-def _texts(lines: Lines, above: tuple[int, ...] | range) -> list[tuple[int, str]]:
+def _text_lines(lines: Lines, above: tuple[int, ...] | range) -> list[tuple[int, str]]:
     """Return those of the lines above that have two or more fields."""
     texts = []
     for line in above:
@@ -164,12 +166,12 @@ def _texts(lines: Lines, above: tuple[int, ...] | range) -> list[tuple[int, str]
 
 @lru_cache(maxsize=1024)
 def _any_fields(text: str, separator: str) -> list[str]:
-    fields = split(text, separator)
-    others = (split(text, mark) for mark in ("\t", ";", ",", "|") if mark in text)
+    fields = split_line(text, separator)
+    others = (split_line(text, mark) for mark in ("\t", ";", ",", "|") if mark in text)
     return fields if len(fields) > 1 else max(others, key=len, default=fields)
 
 
-def under_one_head(lines: Lines, blocks: list[Block]) -> Iterator[Block]:
+def share_heads(lines: Lines, blocks: list[Block]) -> Iterator[Block]:
     """Yield the blocks; one below a title such as "Specimen 2" uses the previous block's head."""
     before: Block | None = None
     for plain_block in blocks:
@@ -180,10 +182,10 @@ def under_one_head(lines: Lines, blocks: list[Block]) -> Iterator[Block]:
             and block.width == before.width
             and not block.styled
             and 0 < len(block.above) <= 3
-            and re.search(words.SPECIMEN, words.plain(lines.text(block.above[0])))
+            and re.search(words.SPECIMEN, words.normalise_name(lines.text(block.above[0])))
         ):
             title = lines.text(block.above[0]).strip(' ;,"\t')
-            table = _table(before.table.header, lines, block)
+            table = _make_table(before.table.header, lines, block)
             block = replace(block, table=table, title=title)
         yield block
         if block.styled:

@@ -40,7 +40,7 @@ _SANE = (Fraction(1, 10**12), Fraction(10**8))
 @lru_cache(maxsize=4096)
 def unit_role(unit: str) -> tuple[str, Fraction] | None:
     """Return (role, factor to SI) of a unit's text; None for units of other quantities."""
-    return common_unit(unit) or _from_table(unit)
+    return common_unit(unit) or _look_up_unit(unit)
 
 
 @lru_cache(maxsize=4096)
@@ -62,7 +62,7 @@ def weight_unit(unit: str) -> str | None:
     return _WEIGHTS.get(text.lower()) if text not in ("G", "T") else None
 
 
-def _from_table(unit: str) -> tuple[str, Fraction] | None:
+def _look_up_unit(unit: str) -> tuple[str, Fraction] | None:
     """Return a unit from the table of all units (pdl, dm, Å) if its size is plausible."""
     text = unicodedata.normalize("NFKC", unit).strip()
     if not 0 < len(text) <= 20 or "/" in text or any(c.isdigit() for c in text):
@@ -117,7 +117,7 @@ def convert(unit: str, si: str) -> tuple[Fraction, float] | None:
     return None if factor is None else (factor, 0.0)
 
 
-def units_differ(file_unit: str, unit: str, si: str) -> bool:
+def is_other_unit(file_unit: str, unit: str, si: str) -> bool:
     """Return whether a file's unit is known and differs from the unit given.
 
     It may differ in size or in dimension; for a force, g means gf. An unknown text never differs.

@@ -22,7 +22,7 @@ VOCABULARY: Mapping[str, Any] = MappingProxyType(tomllib.loads(_TEXT))
 
 
 @lru_cache(maxsize=8192)
-def plain(name: str) -> str:
+def normalise_name(name: str) -> str:
     """Return a name in lower case, without accents and doubled blanks."""
     lower = unicodedata.normalize("NFKC", name).lower().translate(_LETTERS)
     letters = unicodedata.normalize("NFKD", lower)
@@ -32,7 +32,9 @@ def plain(name: str) -> str:
 def _pattern(name: str) -> str:
     """Return one regular expression for entries that match a word's start, its end or any part."""
     entry = VOCABULARY["names"][name]
-    begin, end, anywhere = (plain(entry.get(k, "")).split() for k in ("begin", "end", "anywhere"))
+    begin, end, anywhere = (
+        normalise_name(entry.get(k, "")).split() for k in ("begin", "end", "anywhere")
+    )
     parts = [rf"(?<![^\W_])(?:{'|'.join(map(re.escape, begin))})"] if begin else []
     parts += [rf"{re.escape(word)}(?![^\W_])" for word in end]
     parts += [re.escape(word) for word in anywhere]
@@ -57,5 +59,5 @@ _ANY = re.compile("|".join([*ROLE.values(), SENSOR, SPECIMEN, UNIT, OTHER_QUANTI
 
 def known_words(text: str) -> int:
     """Return the number of characters in words of machines, which identifies the code page."""
-    matches = [m[0] for m in _ANY.finditer(plain(text))]
+    matches = [m[0] for m in _ANY.finditer(normalise_name(text))]
     return sum(len(word) * (1 if word.isascii() else 4) for word in matches)

@@ -29,7 +29,7 @@ _REPEATED = re.compile(rb"<table:((?:covered-)?table-cell|table-row|table)\b" + 
 _TIMES = re.compile(rb"""number-(?:rows|columns)-repeated\s*=\s*["'](\d{1,20})["']""")
 
 
-def sheets(path: str, data: bytes, sheet: str | None) -> list[Source]:
+def read_sheets(path: str, data: bytes, sheet: str | None) -> list[Source]:
     """Return the sheets with content, or the one given; FileError if there is none."""
     with MissingExtraError.raise_if_missing(f"{path}: reading a workbook", "excel"):
         import python_calamine
@@ -52,7 +52,7 @@ def sheets(path: str, data: bytes, sheet: str | None) -> list[Source]:
         raise FileError(
             path, "is an Excel workbook or zip archive that cannot be read; it may be damaged"
         ) from None
-    sources = [_source(path, name, cells) for name, cells in rows.items() if cells]
+    sources = [_make_source(path, name, cells) for name, cells in rows.items() if cells]
     if not sources:
         raise FileError(path, "is a workbook without any filled cell")
     return sources
@@ -117,9 +117,9 @@ def _xml_cells(data: bytes) -> tuple[int, int]:
         else:
             column += 1
         if number:  # the position is usually the first attribute
-            row, column = int(number), _column(letters) or column
+            row, column = int(number), _column_number(letters) or column
         for letters, number in _PLACE.findall(attributes) if b"r" in attributes else ():
-            row, column = int(number), _column(letters) or column
+            row, column = int(number), _column_number(letters) or column
         if kind == b"c" and not attributes.endswith(b"/"):
             count += 1
             rows, columns = max(rows, row), max(columns, column)
@@ -127,7 +127,7 @@ def _xml_cells(data: bytes) -> tuple[int, int]:
 
 
 @lru_cache(maxsize=20_000)
-def _column(letters: bytes) -> int:
+def _column_number(letters: bytes) -> int:
     """Return the number of a column, from 1: 28 for AB."""
     return sum(26**i * (c - 64) for i, c in enumerate(reversed(letters.upper())))
 
@@ -136,8 +136,8 @@ def _binary_cells(data: bytes) -> tuple[int, int]:
     """Return the same for an .xlsb sheet of records with a type, a length, and a row or column."""
     offset = rows = columns = count = 0
     while offset < len(data):
-        kind, offset = _varint(data, offset)
-        length, offset = _varint(data, offset)
+        kind, offset = _read_varint(data, offset)
+        length, offset = _read_varint(data, offset)
         if kind <= 11 and length >= 4:
             index = int.from_bytes(data[offset : offset + 4], "little") + 1
             count += kind > 1  # 0 starts a row, 1 is an empty cell
@@ -148,7 +148,7 @@ def _binary_cells(data: bytes) -> tuple[int, int]:
     return rows * max(columns, 1), count
 
 
-def _varint(data: bytes, offset: int) -> tuple[int, int]:
+def _read_varint(data: bytes, offset: int) -> tuple[int, int]:
     value = shift = 0
     while True:
         byte = data[offset]
@@ -179,11 +179,13 @@ def _open_document_cells(data: bytes) -> Iterator[tuple[int, int]]:
     yield last_row * widest, cells
 
 
-def _source(path: str, name: str, rows: Sequence[Sequence[object]]) -> Source:
-    lines = ["\t".join([repr(c) if type(c) is float else _cell(c) for c in row]) for row in rows]
+def _make_source(path: str, name: str, rows: Sequence[Sequence[object]]) -> Source:
+    lines = [
+        "\t".join([repr(c) if type(c) is float else _cell_text(c) for c in row]) for row in rows
+    ]
     numbers = any(isinstance(c, float | int) for row in rows for c in row)
     return Source(path, ("\n".join(lines) + "\n").encode(), "utf-8", name, "." if numbers else None)
 
 
-def _cell(value: object) -> str:
+def _cell_text(value: object) -> str:
     return str(value).translate(_CLEAN).strip()

@@ -14,11 +14,11 @@ from layerjam.simulate.accelerometer import (
     ADXL193,
     CLASSES,
     cfc_filter,
+    filter_memory,
     measure_acceleration,
-    memory,
 )
 from layerjam.simulate.accelerometer import specific_force as specific_force_of
-from layerjam.simulate.drop import drop, spring_of
+from layerjam.simulate.drop import drop, series_spring
 from layerjam.simulate.record import DropRecord
 from layerjam.studies.choi2018.claims import Claim, claim
 from layerjam.units import show
@@ -38,7 +38,7 @@ def brake_and_rope() -> tuple[Brake, float]:
 def stops() -> tuple[DropRecord, DropRecord]:
     """Return the paper's stop of 1 kg at 2.5 m/s: at full vacuum, and tuned to slip 40 mm."""
     brake, rope = brake_and_rope()
-    vacuum = float(tuned_vacuum(MASS, SPEED, SLIP, spring_of(brake, rope), G, brake))
+    vacuum = float(tuned_vacuum(MASS, SPEED, SLIP, series_spring(brake, rope), G, brake))
     file = load("choi2018-kapton")
     runs = [
         drop(file, mass=MASS, speed=SPEED, vacuum=p, rope_stiffness=rope)[1] for p in (FULL, vacuum)
@@ -63,7 +63,7 @@ def filtered_peak(signal: tuple[np.ndarray, np.ndarray], cutoff: float) -> float
     """Return the peak [g] after a filter shaped like SAE J211-1 with -3 dB at `cutoff` [Hz]."""
     time, value = signal
     # the pulses last tens of milliseconds, and the rate must also suit cutoffs below 25 Hz
-    rate, room = max(400 * cutoff, 20e3), memory(0.6 * cutoff)
+    rate, room = max(400 * cutoff, 20e3), filter_memory(0.6 * cutoff)
     count = int((time[-1] - time[0] + 2 * room) * rate) + 1
     times = time[0] - room + np.arange(count) / rate
     return float(cfc_filter(np.interp(times, time, value), rate, 0.6 * cutoff).max()) / G
@@ -115,7 +115,7 @@ def rope_study(points: int = 400) -> RopeStudy:
     """Compute the peaks for ropes from 10 N/m to 1 MN/m, without a filter."""
     brake, _ = brake_and_rope()
     rope = np.geomspace(10, 1e6, points)
-    brake_spring = spring_of(brake, None)
+    brake_spring = series_spring(brake, None)
     spring = 1 / (1 / brake_spring + 1 / rope)
     vacuum = np.asarray(tuned_vacuum(MASS, SPEED, SLIP, spring, G, brake))
     pressure = np.where(np.isfinite(vacuum), vacuum, 0.0)

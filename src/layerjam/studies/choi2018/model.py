@@ -18,7 +18,7 @@ from layerjam.mechanics.pull import brake_force, peak, peak_vacuum
 from layerjam.mechanics.stiffness import mount_stiffness, stiffness_before_slip, stiffness_sliding
 from layerjam.mechanics.stop.exact import STOPPED, stop
 from layerjam.mechanics.stop.tune import tuned_vacuum, vacuum_eq10
-from layerjam.simulate.drop import spring_of
+from layerjam.simulate.drop import series_spring
 from layerjam.simulate.procedure import simple_pull
 from layerjam.simulate.rope_alone import damped_rope_only
 from layerjam.simulate.tensile import tensile
@@ -158,7 +158,7 @@ def damping() -> list[Claim]:
 
     kapton, _ = brakes()
     rope = kapton.rope.stiffness if kapton.rope is not None else np.inf
-    spring = spring_of(kapton, rope)
+    spring = series_spring(kapton, rope)
     work = float(slip_work(TESTED, FULL, kapton))
     numeric = quad(lambda x: float(brake_force(x, FULL, kapton)), 0, TESTED)[0]
     bare = damped_rope_only(1.0, 3.7, rope, 0.0, G)[0] / G

@@ -14,7 +14,7 @@ from layerjam.mechanics.stick_slip.wet import ILLUSTRATIVE, ILLUSTRATIVE_VISCOUS
 from layerjam.mechanics.threads import cache_threadsafe
 from layerjam.simulate.procedure import simple_pull
 from layerjam.simulate.stack import tensile_stack
-from layerjam.simulate.stick_slip import moving_mass, series_stiffness, slide_of, tooth
+from layerjam.simulate.stick_slip import make_slide, moving_mass, series_stiffness, single_event
 from layerjam.studies.choi2018.claims import Claim, claim
 from layerjam.units import show
 
@@ -79,7 +79,7 @@ def _study(name: str) -> FilmJudder:
     staggered_share, _ = _saw_share(staggered_force, kinetic, spring, mass)
     curve = of_film(brake)
     ratio = staggered_force / kinetic
-    slide = slide_of(
+    slide = make_slide(
         brake, vacuum=FULL, speed=SLOW, mass=mass, stiffness=spring, stribeck=curve, frozen=True
     )
     slide = slide._replace(rise=ratio - 1, stribeck=STRIBECK[None, :], damping=DAMPING[:, None])
@@ -89,7 +89,7 @@ def _study(name: str) -> FilmJudder:
         slack=slack,
         stiffness=spring,
         mass=mass,
-        judders=tooth(slide, swings=60).judders,
+        judders=single_event(slide, swings=60).judders,
         settles=_least_damping(staggered_force, kinetic, spring, mass),
     )
 

@@ -20,10 +20,10 @@ from layerjam.report import style
 from layerjam.report.style import BLUE, GREY, INK, KPA, MM, ORANGE, RED, VACUUMS
 from layerjam.simulate.stick_slip import (
     amplitude_map,
-    bounds_at,
+    force_bounds,
+    make_slide,
     moving_mass,
     series_stiffness,
-    slide_of,
 )
 from layerjam.studies.choi2018.figures import FIG4, FULL
 from layerjam.studies.choi2018.speed import DAMPING, FAST, FILMS, SLOW, STRIBECK, fig4_study
@@ -48,8 +48,8 @@ def amplitude() -> style.Figure:
         # filled contours instead of an image, because the page embeds no images
         scale: dict[str, Any] = {"levels": np.arange(0, 81, 8), "cmap": "viridis"}
         contours = axes.contourf(speeds, vacuums * KPA, force.T, **scale)
-        slide = slide_of(brake, vacuum=vacuums, speed=1.0, frozen=True, **moving)
-        edge = np.asarray(critical_speed(*bounds_at(slide), spring, mass, drag))
+        slide = make_slide(brake, vacuum=vacuums, speed=1.0, frozen=True, **moving)
+        edge = np.asarray(critical_speed(*force_bounds(slide), spring, mass, drag))
         axes.plot(edge, vacuums * KPA, color=RED, lw=1.6, label="critical\nspeed (taut)")
         axes.set(xscale="log", xlabel="pulling speed [m/s]", xlim=(1e-3, 20))
         axes.set_ylabel("vacuum [kPa]")
@@ -66,10 +66,10 @@ def _mount(axes: style.Axes) -> None:
     for name, color in zip(FILMS.values(), (BLUE, ORANGE), strict=True):
         brake = load(name).brake
         mass, working = moving_mass(brake), float(working_stiffness(brake))
-        slide = slide_of(brake, vacuum=FULL, speed=1.0, mass=mass, stiffness=1.0, frozen=True)
+        slide = make_slide(brake, vacuum=FULL, speed=1.0, mass=mass, stiffness=1.0, frozen=True)
         for ratio, dash in ((RATIO, "-"), (0.5, style.DASHED)):
             drag = 2 * ratio * np.sqrt(stiffness * mass)
-            speed = np.asarray(critical_speed(*bounds_at(slide), stiffness, mass, drag))
+            speed = np.asarray(critical_speed(*force_bounds(slide), stiffness, mass, drag))
             axes.plot(stiffness / 1e3, speed, color=color, ls=dash)
             style.spot(
                 axes, working / 1e3, float(np.interp(working, stiffness, speed)), color=color

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.errors import QuantityError
-from layerjam.fluid.closed_forms import fall_by_pump, fall_by_valve, pumping_time, reachable
+from layerjam.fluid.closed_forms import fall_by_pump, fall_by_valve, pumping_time, reachable_vacuum
 from layerjam.fluid.energy import jam_work
 from layerjam.fluid.line import Line
 from layerjam.mechanics.ageing import aged_holding_force
@@ -214,7 +214,7 @@ def vacuum_after(time: Array, limit: float, line: Line) -> Array:
     It inverts the closed form by interpolation between 2000 pressures.
     """
     a = line.site.atmosphere
-    top = min(limit, reachable(line) * (1 - 1e-9))
+    top = min(limit, reachable_vacuum(line) * (1 - 1e-9))
     levels = top * (1 - np.geomspace(1, 1e-6, 2000))
     levels[0] = 0.0
     levels = np.append(levels, top)

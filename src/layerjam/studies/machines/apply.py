@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from layerjam.commands.declare import Help, Input, Progress, command
 from layerjam.commands.quantities import Overwrite
 from layerjam.commands.results import Result, fact, number, result
-from layerjam.commands.wording import in_words
+from layerjam.commands.wording import format_words
 from layerjam.errors import QuantityError
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class MachineResult(Result):
         """Return the rows, with the machine's own numbers."""
         units = self.units
         machine_rows = [
-            (name.replace("_", " "), in_words(value, units.get(name, "")))
+            (name.replace("_", " "), format_words(value, units.get(name, "")))
             for name, value in (self.results or {}).items()
             if value is not None
         ]

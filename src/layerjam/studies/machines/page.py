@@ -13,7 +13,7 @@ import numpy as np
 
 from layerjam._version import __version__
 from layerjam.commands.declare import Progress
-from layerjam.commands.wording import in_words
+from layerjam.commands.wording import format_words
 from layerjam.report import style
 from layerjam.report.folder import figures_of, write_folder
 from layerjam.report.page import NONE, Page, Part, Picture, Table, Word, drawn_all, html
@@ -301,7 +301,10 @@ def _parts(result: Result) -> list[Part]:
     ]
     units = result.own_units
     rows = [
-        [name.replace("_", " "), NONE if value is None else in_words(value, units.get(name, ""))]
+        [
+            name.replace("_", " "),
+            NONE if value is None else format_words(value, units.get(name, "")),
+        ]
         for name, value in result.own.items()
     ]
     cited = [

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
-from layerjam.fluid.closed_forms import pumping_time, reachable
+from layerjam.fluid.closed_forms import pumping_time, reachable_vacuum
 from layerjam.fluid.line import Line
 from layerjam.studies.machines.scenario import Scenario, word
 from layerjam.studies.machines.verdict import Limit
@@ -49,7 +49,7 @@ def line_for(line: Line, brakes: float) -> Line:
 def vacuum_time(vacuum: float, line: Line) -> float:
     """Return the time from the atmosphere to a vacuum [Pa] at full pump power [s]; or infinity."""
     a = line.site.atmosphere
-    if vacuum >= reachable(line):
+    if vacuum >= reachable_vacuum(line):
         return math.inf
     time = pumping_time(a, a - vacuum, line)
     return math.inf if time is None else time

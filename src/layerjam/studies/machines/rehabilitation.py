@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from layerjam.control.follow import MARGIN, Following, follow, slew, targets_for
-from layerjam.control.plant import plant_of
+from layerjam.control.follow import MARGIN, Following, check_slew, follow, target_vacuums
+from layerjam.control.plant import linearise_line
 from layerjam.control.settings import Regulator
-from layerjam.errors import QuantityError, count_of
+from layerjam.errors import QuantityError, count_noun
 from layerjam.fluid.line import Sensor
 from layerjam.mechanics.friction import at_speed
 from layerjam.mechanics.limits import self_closing_vacuum
@@ -122,7 +122,7 @@ class Rehabilitation(Machine):
         """
         line = line_for(self.line.line, self.brakes.parallel)
         design_vacuum = 0.6 * min(self.brakes.vacuum, line.site.atmosphere)
-        plant = plant_of(line, vacuum=design_vacuum)
+        plant = linearise_line(line, vacuum=design_vacuum)
         return Regulator(
             plant=plant,
             sensor=Sensor(range=self.control.sensor_range, noise=self.control.noise),
@@ -146,10 +146,10 @@ class Rehabilitation(Machine):
         pace = span * np.pi / 2 / length * np.sin(np.pi * part)
         force = self.target_at(angle, pace) / (r * self.brakes.parallel)
         limit = MARGIN * regulator.plant.reach
-        targets, reachable_, few = targets_for(
+        targets, reachable_, few = target_vacuums(
             force, r * (angle - exercise.start), self.brake.brake, limit, r * pace
         )
-        fine, slow = slew(targets, length / (FINE - 1), regulator.plant)
+        fine, slow = check_slew(targets, length / (FINE - 1), regulator.plant)
         return float((reachable_ & fine).mean()), [*few, *slow]
 
     def target_at(self, angle: Array, pace: Array) -> Array:
@@ -214,7 +214,7 @@ class Rehabilitation(Machine):
     def describe_need(self, brakes: int, numbers: dict[str, Any]) -> str:
         """Describe the requirements in sentences."""
         words = (
-            f"The torque needs {count_of(brakes, 'brake')} at full vacuum; there "
+            f"The torque needs {count_noun(brakes, 'brake')} at full vacuum; there "
             f"{'is one' if self.brakes.parallel == 1 else f'are {self.brakes.parallel}'}. "
         )
         if numbers["fastest_speed"] == 0:

@@ -6,8 +6,8 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.commands.edit import BRAKE_FIELDS, edit, stale
-from layerjam.design.uneven import WITH_FACTOR, uneven
+from layerjam.commands.edit import BRAKE_FIELDS, edit, find_stale_numbers
+from layerjam.design.uneven import WITH_FACTOR, calibration_notices
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load
 from layerjam.units import get, parse, show
@@ -179,9 +179,11 @@ class Brake(Page):
         self.heroes.fill(heroes(facts))
         self.sentence.set_text(sentence(facts, force, full, slip, vacuum))
         second_file = self.desk.beside
-        unlike = uneven([self.desk.brake, *([] if second_file is None else [second_file])])
+        unlike = calibration_notices(
+            [self.desk.brake, *([] if second_file is None else [second_file])]
+        )
         self.table.set_content(comparison(facts, second[0] if second else None, not unlike))
-        self.notes.fill([*unlike, *facts.warnings, *stale(self.desk.brake)])
+        self.notes.fill([*unlike, *facts.warnings, *find_stale_numbers(self.desk.brake)])
         self.sources.set_content(sources(self.desk.brake))
 
 

@@ -13,15 +13,7 @@ from layerjam.units import show
 from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import options
-from layerjam.workbench.controls import (
-    Choice,
-    Control,
-    by_key,
-    entry,
-    menu,
-    tabs,
-    vacuum_entry,
-)
+from layerjam.workbench.controls import Choice, Control, by_key, entry, menu, tabs, vacuum_entry
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.outcomes import of_pull

@@ -7,7 +7,7 @@ from typing import Any
 from nicegui import ui
 
 from layerjam.design.few_numbers import FORCES, HOLD, PREFERENCES, STOP, hold, stop
-from layerjam.design.request import DesignRequest, Range, read_request, reader_of
+from layerjam.design.request import DesignRequest, Range, open_reader, read_request
 from layerjam.device.load import catalogue
 from layerjam.errors import LayerjamError
 from layerjam.workbench.controls import Choice, Control, by_key, choice
@@ -147,7 +147,7 @@ class Form(Asking):
     def follow(self, text: str) -> None:
         """Set the numbers that a typed text states; its other content stays in the text only."""
         try:
-            request = read_request(reader_of(text, "requirement"))
+            request = read_request(open_reader(text, "requirement"))
         except LayerjamError:
             return
         known = {c.key: c.spec for c in self.controls().values()}

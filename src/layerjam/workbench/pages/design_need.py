@@ -11,7 +11,7 @@ from nicegui import events, ui
 from layerjam.commands.design import brake_of
 from layerjam.design.design_file import plain_name
 from layerjam.design.requirements import DesignSpecification
-from layerjam.design.specification import examples, read_spec
+from layerjam.design.specification import example_texts, read_spec
 from layerjam.design.verdict import describe_design
 from layerjam.device.load import catalogue
 from layerjam.errors import FileError, LayerjamError
@@ -112,7 +112,7 @@ class NeedPart(Part):
     def spec_text(self) -> tuple[str, str]:
         """(text, name if it is an example) of the last search."""
         spec = str(self.desk.get(PAGE, "spec", ""))
-        return (examples()[spec], spec) if spec in examples() else (spec, "")
+        return (example_texts()[spec], spec) if spec in example_texts() else (spec, "")
 
     def start_brake(self) -> str:
         """Return the text of the brake from which the specification starts, as it was then."""
@@ -208,7 +208,7 @@ class NeedPart(Part):
         self.editor.on("blur", lambda: self.form.follow(str(self.editor.value or "")))
         with ui.row().classes("items-center gap-2"):
             button("Save TOML", self.save, f"{PAGE}-save", "download")
-            for name, text in examples().items():
+            for name, text in example_texts().items():
                 button(f"example {name}", partial(self.use_text, text), f"{PAGE}-example-{name}")
         hint(
             "In step with the form. Brakes, films and lines of the catalogue by name; the desk's "
@@ -274,7 +274,7 @@ class NeedPart(Part):
     def search(self, _: object = None) -> None:
         """Search for the requirement in the editor; earlier results are discarded."""
         text = str(self.editor.value or "")
-        same = next((n for n, example in examples().items() if example == text), text)
+        same = next((n for n, example in example_texts().items() if example == text), text)
         file = self.desk.brake
         is_own = self.desk.state.brake not in catalogue() and f'"{file.name}.toml"' in text
         self._found = (None, SearchResult())

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from layerjam.commands.wording import in_words
+from layerjam.commands.wording import format_words
 from layerjam.workbench.page import Page, View
 from layerjam.workbench.spoken import in_print
 
@@ -33,7 +33,7 @@ def cell_text(value: Any, unit: str) -> str:
         return "–"
     if isinstance(value, list):
         return in_print("; ".join(map(str, value))) or "none"
-    return in_words(value, unit)
+    return format_words(value, unit)
 
 
 def words(key: str) -> str:

@@ -36,16 +36,7 @@ from layerjam.workbench.said import (
     sign_turned,
 )
 from layerjam.workbench.spoken import on_page
-from layerjam.workbench.widgets import (
-    Alert,
-    button,
-    dress,
-    field,
-    fold,
-    heading,
-    one_line,
-    select,
-)
+from layerjam.workbench.widgets import Alert, button, dress, field, fold, heading, one_line, select
 
 EXAMPLES = MappingProxyType({"vacuum": "94.5 kPa", "normal_force": "2.45 N", "speed": "13 mm/s"})
 DECIMALS = MappingProxyType({"": "as detected", ".": "point", ",": "comma"})

@@ -7,7 +7,7 @@ from typing import Any
 
 from nicegui import events, ui
 
-from layerjam.commands.wording import in_words
+from layerjam.commands.wording import format_words
 from layerjam.workbench.call import key_of, result_fields
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Box, Notes, checks
@@ -197,7 +197,7 @@ def numbers_of(result: Any) -> list[tuple[str, str, str]]:
             continue
 
         def text(number: float, formatter: Any = f.metadata["shown"], unit: str = unit) -> str:
-            return str(formatter(number)) if formatter else in_words(number, unit)
+            return str(formatter(number)) if formatter else format_words(number, unit)
 
         value_text, span = text(value), intervals.get(f.name)
         if span and span["low"] is not None:

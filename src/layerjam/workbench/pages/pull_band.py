@@ -50,7 +50,7 @@ def law_error(desk: Desk, call: Call) -> "LawError | None":
     if spread is None or call.name != "tensile" or call.options.keys() != ASKED:
         return None
     vacuum, speed = _condition(call)
-    return spread.error(vacuum, speed) if vacuum > 0 else None
+    return spread.error_at(vacuum, speed) if vacuum > 0 else None
 
 
 def band(error: "LawError", record: TensileRecord, call: Call) -> Band | None:
