@@ -270,7 +270,7 @@ def can_read_pdf() -> bool:
 
 
 def printed_numbers(file: str, content: bytes) -> list[float]:
-    """Return the visible printed_numbers of a file in order; a drawing's words are in its comments."""
+    """Return the visible numbers of a file in order; a drawing's words are in its comments."""
     if file.endswith(".pdf"):
         text = "\n".join(pdf_pages(content) or ())
     elif file.endswith(".svg"):
