@@ -199,7 +199,7 @@ def _combine_choices(
     laser_bed: Size,
     print_bed: Size,
 ) -> Choices:
-    from layerjam.fabricate.resolve_choices import resolve_choices
+    from layerjam.fabricate.choices import resolve_choices
 
     settings: dict[str, Any] = {"cutter": cutter, "kerf": kerf}
     settings |= {"laser_bed": laser_bed, "print_bed": print_bed}
