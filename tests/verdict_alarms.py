@@ -21,13 +21,12 @@ import numpy as np
 
 jax.config.update("jax_enable_x64", True)
 
-from layerjam.control.plan_stop import Arrival, plan_checks, plan_stop, predict_stop  # noqa: E402
-
 from campaigns.bench import Machine  # noqa: E402
 from campaigns.bench import pull as virtual_pull  # noqa: E402
 from layerjam.commands.pull import pull  # noqa: E402
 from layerjam.control.checks import regulation_checks, step_check  # noqa: E402
 from layerjam.control.closed_loop import simulate_run  # noqa: E402
+from layerjam.control.plan import Arrival, plan_checks, plan_stop, predict_stop  # noqa: E402
 from layerjam.control.plant import linearise_line  # noqa: E402
 from layerjam.control.settings import Regulator  # noqa: E402
 from layerjam.design.verdict import design_checks  # noqa: E402
