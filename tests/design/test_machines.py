@@ -124,7 +124,7 @@ def test_a_belt_that_has_not_stopped_yet_does_not_count() -> None:
     push, dt, _ = drive("half-sine", 2.0, 0.02, 0.5, 8000, Path())
     trial = Trial(scenario, scenario.trial()[0].body, 2e5, push, dt)
     whole = scenario.stopping(trial, series=4, parallel=[6, 8])
-    assert list(whole["count"]) == [24, 32] and whole.healthy_ratio.all() and whole.as_built.all()
+    assert list(whole["count"]) == [24, 32] and whole.sound.all() and whole.as_built.all()
     short = trial._replace(drive=push[:800])
     assert scenario.stopping(short, series=4, parallel=[6, 8]).empty
 

@@ -153,7 +153,7 @@ class NeckGuard(Machine):
         counts, webbing = np.arange(1, CHAIN_LIMIT + 1), self.guard.stiffness * STIFFER
         rows = trial.run_grid(webbing=webbing, parallel=counts)
         rows["turns"] = rows.acceleration / self.guard.lever
-        fine = rows[rows.healthy_ratio & (rows.turns <= self.limits.acceleration)]
+        fine = rows[rows.sound & (rows.turns <= self.limits.acceleration)]
         table = rows[rows.as_built]
         if fine.empty:
             return table, {}

@@ -196,7 +196,7 @@ class SeatBelt(Machine):
         parallel = np.unique(np.round(np.geomspace(1, MOST_PARALLEL, 40))).astype(int)
         webbing = self.belt.stiffness * STIFFER
         rows = self.stopping(trial, webbing=webbing, series=series, parallel=parallel)
-        rows = rows[rows.healthy_ratio]
+        rows = rows[rows.sound]
         if rows.empty:
             return {}, {}
         fewest = "burdens", "count", "belt_force"
@@ -205,9 +205,7 @@ class SeatBelt(Machine):
         counts = np.arange(parallel[max(place - 1, 0)], best["parallel"] + 1)
         chain = {"webbing": best["webbing"], "series": best["series"], "parallel": counts}
         rows, least = self.stopping(trial, **chain), best_row(rows, "belt_force")
-        return best_row(rows[rows.healthy_ratio], *fewest), least | {
-            "belt_force_count": least["count"]
-        }
+        return best_row(rows[rows.sound], *fewest), least | {"belt_force_count": least["count"]}
 
     def describe_need(self, best: dict[str, Any], least: dict[str, Any], force: float) -> str:
         """Describe the requirements as a sentence."""
