@@ -112,6 +112,9 @@ def simulate_run(
     )
 
 
+simulate = simulate_run  # former name
+
+
 def simulate_runs(
     regulator: Regulator,
     targets: Targets,

@@ -349,6 +349,8 @@ class Regulator:
         )  # fmt: skip
         return regulator, watch
 
+    packed = pack  # former name
+
 
 def validate(regulator: Regulator, target: float) -> None:
     """Raise QuantityError if a regulator cannot bring its line to `target` [Pa]."""

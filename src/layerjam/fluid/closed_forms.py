@@ -85,6 +85,9 @@ def reachable_vacuum(line: Line, water: bool = False) -> float:
     return line.site.atmosphere - max(line.pump.ultimate, VAPOUR)
 
 
+reachable = reachable_vacuum  # former name
+
+
 def pumping_time(start: float, end: float, line: Line) -> float | None:
     """Return the time [s] between two absolute pressures [Pa] at full pump power; None if never."""
     flow, a, leak = pumps_flow(line), line.site.atmosphere, line.leak.laminar

@@ -91,6 +91,9 @@ def make_curves(pulls: Iterable[tuple[Trace, PullFeatures, float]]) -> tuple[Cur
     return number_repeats([make_curve(pull, vacuum, trace) for trace, pull, vacuum in pulls])
 
 
+curves_of = make_curves  # former name
+
+
 def group_conditions(curves: Sequence[Curve]) -> list[tuple[int, ...]]:
     """Return the indices of curves with equal conditions: vacuum and speed within `ALIKE`."""
     vacuums = level_numbers([c.vacuum for c in curves])

@@ -42,6 +42,8 @@ class Band:
             raise KeyError(f"no quantile at {level:g}; there are {self.levels}")
         return np.asarray(self.values[self.levels.index(level)])
 
+    at = quantile_at  # former name
+
     def sentence(self, place: int = 0) -> str:
         """Return the median, the outermost quantiles and every chance, in words."""
         low, high = self.values[0, place], self.values[-1, place]
