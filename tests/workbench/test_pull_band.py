@@ -148,7 +148,7 @@ def test_the_button_is_there_with_the_band_and_pins_it():
 def test_the_figure_that_is_taken_away_shows_the_bands(page, monkeypatch):
     """The page's own and a pin's, each around its own curve, named once."""
     said = {**page.calls()[0].options, "vacuum": "60 kPa"}
-    text = SPREAD.error(60e3, 1e-3).text()
+    text = SPREAD.error_at(60e3, 1e-3).text()
     pin = Pin("pull", "tensile", CALIBRATED, {**said, BAND: text})
     page.desk.state = replace(page.desk.state, pins=(pin,))
     shown, _, _, band = page.compute()
