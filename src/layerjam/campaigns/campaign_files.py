@@ -73,7 +73,7 @@ def write_campaign(
         + format_spec(_make_portable(campaign)),
         "truth.toml": format_truth(campaign),
     }
-    texts |= {portable_brake(s): s.copied for s in campaign.subjects if s.copied}
+    texts |= {portable_brake(s): s.file_text for s in campaign.subjects if s.file_text}
     paths: dict[int, Path] = {}
     samples, was_interrupted = 0, False
     try:
@@ -126,7 +126,7 @@ def _write(campaign: Campaign, test: Trial, trace: Trace, folder: Path, overwrit
 
 def portable_brake(subject: Subject) -> str:
     """Return the name or path of the brake for a spec in the campaign's folder."""
-    return f"brake-{subject.label}.toml" if subject.copied else subject.name
+    return f"brake-{subject.label}.toml" if subject.file_text else subject.name
 
 
 def _make_portable(campaign: Campaign) -> Spec:
@@ -213,7 +213,7 @@ def suggest_commands(campaign: Campaign, folder: Path) -> list[str]:
     out = []
     for subject in campaign.subjects:
         brake = quote_word(
-            str(folder / portable_brake(subject)) if subject.copied else subject.name
+            str(folder / portable_brake(subject)) if subject.file_text else subject.name
         )
         mine = quote_word(str(folder / f"{subject.label}-tested.toml"))
         calibrated_file = quote_word(str(folder / f"{subject.label}-calibrated.toml"))

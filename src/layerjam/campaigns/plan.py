@@ -26,7 +26,7 @@ class Subject:
     """Label in the names of its files; without "_", which separates the parts of a name."""
     name: str
     """Name in the catalogue, or of the file that is copied into the campaign's folder."""
-    copied: str
+    file_text: str
     """Text of that file, or "" for a brake of the catalogue."""
     known: Brake
     """Brake as stated in its file."""
@@ -124,7 +124,7 @@ def _build_subject(truth: Truth) -> Subject:
     return Subject(
         label=label,
         name=file.name,
-        copied="" if known_name else file.text,
+        file_text="" if known_name else file.text,
         known=brake,
         true=true,
         truth=truth,

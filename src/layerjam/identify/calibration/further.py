@@ -40,7 +40,7 @@ class Further:
     """Information of all pulls about the shared parameters (q, q), from the weights."""
     contrast: np.ndarray
     """The value as a combination (q,) of the parameters."""
-    each: Mapping[str, np.ndarray]
+    one_more: Mapping[str, np.ndarray]
     """Information of one more pull of each condition, (q, q)."""
     scatter: float
     """Relative standard deviation of the value, over the one that the weights assume."""
@@ -57,7 +57,7 @@ class Further:
         otherwise further pulls are assumed to scatter like the present ones.
         """
         count = np.asarray(added_pulls, float)
-        information = self.each[condition] if condition else np.zeros_like(self.information)
+        information = self.one_more[condition] if condition else np.zeros_like(self.information)
         total_information = self.information + count[..., None, None] * information
         unit = np.linalg.solve(total_information, self.contrast[:, None])[..., 0] @ self.contrast
         total, growth = self.degrees + count, np.ones_like(count)
@@ -77,7 +77,7 @@ class Further:
 
     def after_one(self) -> dict[str, float]:
         """Return {condition: half the width with one more pull there}, the narrowest first."""
-        widths = {condition: float(self.half_width(condition, 1)) for condition in self.each}
+        widths = {condition: float(self.half_width(condition, 1)) for condition in self.one_more}
         return dict(sorted(widths.items(), key=lambda item: item[1]))
 
     def required_pulls(self, target: float) -> RequiredPulls:
@@ -121,7 +121,7 @@ def predict_further_pulls(
         results[name] = Further(
             information=total,
             contrast=contrast,
-            each=per_condition,
+            one_more=per_condition,
             scatter=error[0] / unit / abs(sizes[name]),
             degrees=error[1],
             shared=(common or {}).get(name, 0.0),
