@@ -99,6 +99,7 @@ def test_the_peak_is_dragged_and_the_vacuum_follows(pull):
     pull.wait_for_function(
         "([handle, f]) => +document.querySelector(handle).ariaValueNow > f",
         arg=[at("pull-peak-handle"), before],
+        timeout=LONG,
     )
     # the field follows with the answer: what is typed before that would be written over
     pull.wait_for_function(
