@@ -40,7 +40,7 @@ _FORMER = {
 }
 """Former names of the package, {module: names, `old:new` if renamed}; they still work."""
 _FOLDERS = {"design": "design_brake", "report": "write_report"}
-"""Folders that have the name of a command; calling the module runs the command."""
+"""Subpackages with the name of a command; calling such a module runs the command."""
 
 
 def _names(file: str) -> dict[str, tuple[str, str]]:
@@ -64,7 +64,7 @@ __all__ = sorted(_EXPORTS)  # noqa: PLE0605
 
 
 class _Command(types.ModuleType):
-    """A folder that can be called as the command of its name."""
+    """A subpackage that can be called like the command of the same name."""
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         return getattr(sys.modules["layerjam"], _FOLDERS[self.__name__.rpartition(".")[2]])(

@@ -33,7 +33,7 @@ class HasDtype(Protocol):
 
 
 class Quantity(Generic[T]):
-    """Type of a record's field, whose constructor also accepts text and objects with units."""
+    """Type of a record's field; the constructor also accepts text and objects with units."""
 
     if TYPE_CHECKING:
 
@@ -138,7 +138,7 @@ def strip_unit(value: Any, si: str, name: str) -> Any:
     if hasattr(value, "columns") or hasattr(value, "data_vars"):
         kind = type(value).__name__
         raise QuantityError.of(name, f"a {kind} holds several quantities; give one of its columns")
-    if hasattr(value, "magnitude") and hasattr(value, "units"):  # pint, of any registry
+    if hasattr(value, "magnitude") and hasattr(value, "units"):  # a pint quantity from any registry
         return _convert_object(value, "magnitude", si, name)
     if hasattr(value, "to_value") and hasattr(value, "unit"):  # a quantity of astropy
         return _convert_object(value, "value", si, name)

@@ -34,8 +34,8 @@ def number(
     """Return a field for a quantity in SI, an array or a list of them; None means unknown.
 
     `shown` formats it if the usual text is unsuitable; a field that is not `listed` is in the JSON
-    but not in the table. With an `interval` the fields NAME_low and NAME_high follow it, the ends
-    of its 95 % interval; None marks an open end.
+    but not in the table. With an `interval`, the fields NAME_low and NAME_high follow: the ends of
+    its 95 % interval; None marks an open end.
     """
     spec = QuantitySpec(unit, text, lo=-math.inf)
     return _field(spec, text, default, shown, listed, interval=interval)
@@ -73,7 +73,8 @@ def declare(cls: type[T]) -> type[T]:
     """Return a decorator that completes the fields of a class before `dataclass` processes it.
 
     A field that is named again without a value keeps the unit and text of the base class's field,
-    and its key is moved to this place. The ends follow a quantity with an interval.
+    and its key is moved to this place. For a quantity with an interval, the interval's ends come
+    after the value.
     """
     bases = [base for base in reversed(cls.__mro__[1:]) if is_dataclass(base)]
     inherited = {f.name: f for base in bases for f in fields(base)}

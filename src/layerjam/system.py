@@ -82,7 +82,7 @@ def _reason(error: Exception, path: PurePath) -> str:
 def is_reader_gone(error: OSError) -> bool:
     """Whether a reader such as `head` has read enough: not an error of the result.
 
-    To Windows, a pipe without a reader is an invalid argument.
+    Windows reports a pipe without a reader as an invalid argument.
     """
     return isinstance(error, BrokenPipeError) or (WINDOWS and error.errno == errno.EINVAL)
 

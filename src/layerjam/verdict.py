@@ -105,7 +105,7 @@ class Acceptance:
 
     @classmethod
     def of_row(cls, row: Mapping[str, Any]) -> Self:
-        """Return the acceptance in a row of a JSON answer."""
+        """Return the acceptance in a row of a JSON result."""
         return cls(**{**row, "numbers": tuple(row["numbers"])})
 
     def to_toml(self) -> dict[str, Any]:
@@ -240,7 +240,7 @@ def read_acceptances(source: Any) -> dict[str, str]:
 
 
 def accepted_rows(decisions: Iterable[Acceptance]) -> list[dict[str, Any]]:
-    """Return acceptances as rows of a JSON answer."""
+    """Return acceptances as rows of a JSON result."""
     return [{**asdict(entry), "numbers": list(entry.numbers)} for entry in decisions]
 
 

@@ -30,7 +30,7 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True, kw_only=True)
 class CampaignFiles:
-    """Files of a campaign in its order, number of samples, and whether writing was stopped."""
+    """Files of a campaign in order, number of samples, and whether writing was stopped."""
 
     folder: Path
     files: tuple[Path, ...]
@@ -155,7 +155,7 @@ def format_truth(campaign: Campaign) -> str:
 
 
 def _true_values(subject: Subject, compliance: float) -> dict[str, Any]:
-    """Return the values that fits should find, SI texts; means over the campaign's scatter."""
+    """Return the values that fits should find, as SI texts: means over the campaign's scatter."""
     true, file_brake, truth = subject.true, subject.known, subject.truth
     stiffness = float(true.stiffness_measured or 0.0)
     series = 1 / (1 / stiffness + compliance)
@@ -169,7 +169,7 @@ def _true_values(subject: Subject, compliance: float) -> dict[str, Any]:
         "ageing": true.film.ageing,
         "static_hold": _format_seconds(true.film.static_hold),
         "friction_product": true.scale_factor * true.film.kinetic,
-        # value that `calibrate` finds with the friction of the brake's own file
+        # value that `calibrate` finds with the friction stated in the brake's own file
         "scale_factor_with_known_friction": true.scale_factor
         * true.film.kinetic
         / file_brake.film.kinetic,
@@ -241,7 +241,7 @@ def suggest_commands(campaign: Campaign, folder: Path) -> list[str]:
 
 
 def _file_patterns(campaign: Campaign, folder: Path, tests: Sequence[Trial]) -> str:
-    """Return shell patterns for the files of some tests, all speeds, without sidecars."""
+    """Return shell patterns for the files of some tests at all speeds, without sidecars."""
     names = {}
     for test in tests:
         # all repeats, and for pulls all speeds

@@ -1,4 +1,4 @@
-"""Records written in the style of exports of test machines, one layout for each software.
+"""Records in the style of exports of test machines, with one layout for each program.
 
 Every file states that it is synthetic, in its own text and in its sidecar. The layouts imitate such
 files; no machine wrote them.
@@ -130,7 +130,7 @@ def encode_file(trace: Trace, form: Form, force_unit: str = "N", cut: float | No
 
 
 def _header_values(trace: Trace, form: Form, force_unit: str, mark: str) -> dict[str, object]:
-    """Return {word in braces of a head: text}."""
+    """Return {word in braces in the header lines: text}."""
     layout, (_, decimal, language) = form.details, form.choices()
     names: tuple[str, ...] = LANGUAGES[language]
     if language == "en" and layout.english:
@@ -158,13 +158,13 @@ def _format_rows(layout: Layout, trace: Trace, time: Array, mark: str, decimal: 
     every = {"t": time, "m": trace.elongation, "f": force, "F": force}
     every |= {"x": travel, "X": travel, "c": travel + 250.0}
     flat = np.column_stack([every[c] for c in layout.columns]).ravel().tolist() if count else ()
-    # insert the mark last, because a comma between columns is not a decimal sign
+    # insert the decimal sign last, because a comma between columns is not one
     row = "\0".join(layout.columns.values()) + layout.newline
     return (row * count % tuple(flat)).replace(".", decimal).replace("\0", mark)
 
 
 def _truncate_rows(text: str, mark: str, rows: int, part: float) -> str:
-    """Return the text up to the second value of a row, half of that row's line."""
+    """Return the text up to the second value of a row, which is half of its line."""
     lines = text.splitlines(keepends=True)
     row = len(lines) - rows + min(int(part * rows), rows - 1)
     last = lines[row]
@@ -187,7 +187,7 @@ def write_pair(
         for file in (sidecar_file, Path(path)):
             if file.exists():
                 raise FileError(file, "exists already; --overwrite replaces it")
-    # write the sidecar first, so that a data file always has its facts
+    # write the sidecar first, so that a data file always has its metadata
     if sidecar:
         write_facts(path, replace(trace.facts, synthetic=True), overwrite)
     return write_whole(path, data, overwrite)

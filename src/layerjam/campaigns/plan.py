@@ -23,7 +23,7 @@ class Subject:
     """A brake of the campaign with its true values."""
 
     label: str
-    """Label in the names of its files; without "_", which separates the parts of a name."""
+    """Label in the names of its files; it contains no "_", the separator of the parts."""
     name: str
     """Name in the catalogue, or of the file that is copied into the campaign's folder."""
     file_text: str
@@ -202,7 +202,7 @@ def _plan_friction_tests(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Tr
 
 
 def _padded_numbers(repeats: int) -> list[str]:
-    """Return 1, 2, ... as texts of equal length, so that files are sorted correctly."""
+    """Return 1, 2, ... as texts of the same length, so that files are sorted correctly."""
     return [f"{n:0{len(str(repeats))}d}" for n in range(1, repeats + 1)]
 
 

@@ -131,7 +131,7 @@ def _pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Array:
     return_travel = speed * np.maximum(time - turn, 0.0)
     if spec.pulls.unload > 0:
         _check_return(subject, slip, vacuum, brakes)
-    # on the return the sheets stick, so only the spring relaxes; a brake cannot push
+    # on the return stroke the sheets stick, so only the spring relaxes; a brake cannot push
     force = np.maximum(rising_force - spring * return_travel, 0.0)
     jerks = faults.saw_force(np.where(return_travel > 0, 0.0, slip), machine.stick_slip, spring)
     return np.maximum(force + jerks, 0.0)
@@ -169,7 +169,7 @@ def _stack_brakes(true: Brake, spring: Array, tests: Sequence[Trial]) -> Brake:
 
 
 def _check_return(subject: Subject, slip: Array, vacuum: Array, brakes: Brake) -> None:
-    """Raise an error for a return on which the enclosure would close the brake."""
+    """Raise an error for a return stroke on which the enclosure would close the brake."""
     from layerjam.mechanics.enclosure import enclosure_force
     from layerjam.mechanics.friction import sheet_friction
 
@@ -217,7 +217,7 @@ def simulate_friction_test(spec: Spec, test: Trial) -> Trace:
 
 
 def _rough_profile(travel: Array, random: np.random.Generator) -> Array:
-    """Return a random profile, shape (N,), of unit deviation and about 1 mm resolution."""
+    """Return a random profile, shape (N,), with a deviation of 1 and about 1 mm resolution."""
     knots = np.arange(0.0, travel[-1] + 2e-3, 1e-3)
     return np.interp(travel, knots, random.standard_normal(len(knots)))
 

@@ -146,7 +146,7 @@ class Scatter:
 
 @dataclass(frozen=True, kw_only=True)
 class Files:
-    """Formats of the files; with several layouts the files alternate."""
+    """Formats of the files; if there are several layouts, the files alternate between them."""
 
     layouts: tuple[str, ...] = value(
         ListSpec(each=TextSpec(text="layouts, taken in turn", choices=tuple(LAYOUTS))), ("own",)
@@ -184,7 +184,7 @@ def _outlier_field(name: str, lo: float = -0.9) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Odd:
-    """Outlying pulls, chosen by the seed; otherwise they equal all other pulls."""
+    """Outlying pulls, chosen by the seed; apart from these changes they are like the others."""
 
     how_many: int = quantity("1", "number of outliers", hi=1000, whole=True, default=0)
     per: str = _word_field(

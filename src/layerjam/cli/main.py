@@ -45,7 +45,7 @@ class Commands(TyperGroup):
         return family_names(self.first) if self.first else tuple(commands())
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return one command, or a group of all that begin with a word, or None."""
+        """Return one command, a group of all commands that begin with a word, or None."""
         entry = self._find_commands(cmd_name)
         if entry is not None:
             return _build_command(entry.name)

@@ -45,7 +45,7 @@ class Ageing(FromFiles):
             yield f"  {Path(row['file']).name}: {show(row['hold'], 's')}, {row['static']:.4f}"
 
     def draw(self) -> Figure:
-        """Return the figure of static friction over the hold, with the fitted line."""
+        """Return the figure of static friction versus hold time, with the fitted line."""
         from layerjam.report import measurement_figures
         from layerjam.report.style import of_synthetic
 
@@ -70,8 +70,8 @@ def ageing(
     """Fit the growth of static friction while the films rest under load, from pulls after holds.
 
     Each file is a friction test whose sidecar states its `hold`; static friction is read as
-    `friction` reads it. With `brake` and `out` static friction at `hold` (the geometric mean of all
-    holds unless given) and its growth are written into a copy of the brake's file.
+    `friction` reads it. With `brake` and `out`, static friction at `hold` (the geometric mean of
+    all holds unless given) and its growth are written into a copy of the brake's file.
     """
     from layerjam.identify.friction.ageing import fit_ageing
     from layerjam.identify.friction.reduction import GRAVITY, reduce_repeat

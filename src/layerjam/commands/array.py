@@ -1,4 +1,4 @@
-"""`array`: one slow pull of equal brakes in parallel and in series."""
+"""`array`: one slow pull of identical brakes in parallel and in series."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 PARALLEL = QuantitySpec("1", "chains of brakes in parallel", lo=1, hi=100, whole=True)
 SERIES = QuantitySpec("1", "brakes in series in a chain", lo=1, hi=100, whole=True)
 BRAKES_LIMIT = 1000
-"""Largest number of brakes in one array; `layerjam.Array` accepts more, also unequal ones."""
+"""Largest number of brakes in one array; `layerjam.Array` accepts more, and different ones."""
 
 
 @result
@@ -44,7 +44,7 @@ class ArrayPull(Result):
     force_density: float = number("N/kg", "greatest force over mass")
 
     def panes(self) -> "Sequence[Pane]":
-        """Return the pane of force over elongation."""
+        """Return the pane of force versus elongation."""
         from layerjam.report import force_figures
 
         words = f"{self.parallel} × {self.series} {self.brake}: {self.record.outcome}"
@@ -65,7 +65,7 @@ def array(
     ] = None,
     atmosphere: Atmosphere = None,
 ) -> ArrayPull:
-    """Pull equal brakes, in parallel and in series, once and slowly.
+    """Pull identical brakes, in parallel and in series, once and slowly.
 
     The default is the site's full vacuum. The pull ends at the elongation `until`, or at the end of
     the travel. `outcome` is FINISHED, BOTTOMED_OUT, or SNAPS if the force of a slipping brake falls

@@ -128,7 +128,7 @@ def bench_faults(
     ] = False,
     progress: Progress = lambda what, share: None,
 ) -> FaultCampaign:
-    """Inject every fault into a virtual board many times, and time how it becomes safe.
+    """Inject every fault into a virtual board many times, and measure the time until it is safe.
 
     For each run, the seed determines a line near that of the address, a regulator, a target and a
     time. With `mismatch`, pump, vent, zero, lag and noise of the line differ from the model. Leak

@@ -78,7 +78,7 @@ class Bend(Result):
     end_force_ratio: float | None = number("1", "ratio of the pulls at the two caps")
 
     def draw(self) -> Figure:
-        """Return the figure of moment over angle, and of the pull over the joint's angle."""
+        """Return the figure of moment versus angle, and of pull versus the joint's angle."""
         from layerjam.report import force_figures
 
         return force_figures.bend(*self.record)

@@ -230,7 +230,7 @@ def calibrate(
     does not state it. With `out` the calibrated brake is written. `exclude` leaves out files or
     specimens, each with its reason in `because` (in Python also {file: reason}). Both are stored in
     the result and in the brake. `within` requests how many more pulls, at which conditions, narrow
-    each interval to plus or minus this share of its value. If a check fails, nothing is written;
+    each interval to plus or minus this fraction of its value. If a check fails, nothing is written;
     `accept` accepts failed checks by name, {check: reason}.
     """
     from layerjam.identify.calibration.peaks import fit_pull

@@ -1,4 +1,4 @@
-"""`compare`: force over mass of layer-jamming brakes and of published devices."""
+"""`compare`: force and mass of layer-jamming brakes and of published devices."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
@@ -47,7 +47,7 @@ NOTES = (
 
 @result
 class Comparison(Result):
-    """Force over mass of brakes and of published devices, each with its source.
+    """Force and mass of brakes and of published devices, each with its source.
 
     `record` is (devices, SheetLine list, the catalogue of published devices).
     """
@@ -102,7 +102,7 @@ class Comparison(Result):
         return show(self.sheet[name], TABLE_UNITS[name]) if name in TABLE_UNITS else ""
 
     def draw(self) -> Figure:
-        """Return force over mass on logarithmic axes, with lines of equal force density."""
+        """Return force versus mass on logarithmic axes, with lines of constant force density."""
         from layerjam.report import density_figures
 
         rows, lines, _ = self.record
@@ -130,13 +130,13 @@ def compare(
     ] = None,
     atmosphere: Atmosphere = None,
 ) -> Comparison:
-    """Compare force over mass of brakes with published devices.
+    """Compare force per mass of brakes with published devices.
 
     Every row names its source. If no brakes are given, those of the catalogue are compared (paper,
-    III-F). The first brake is also shown at lower vacuums, in parallel with equal brakes, and with
-    more sheets. `devices` is a list of rows; `computed` is True for our brakes. `sheet` compares
-    the effect of one more sheet with the paper's statement. `none_found` maps a class without a
-    sourced device to the sources searched.
+    III-F). The first brake is also shown at lower vacuums, in parallel with identical brakes, and
+    with more sheets. `devices` is a list of rows; `computed` is True for our brakes. `sheet`
+    compares the effect of one more sheet with the paper's statement. `none_found` maps a class
+    without a sourced device to the sources searched.
     """
     from layerjam.design.comparison import compare_devices
     from layerjam.design.uneven import calibration_notices

@@ -108,7 +108,7 @@ class CrashFound(Judged, Pulse):
     understood: Sequence[str] = fact("how the file was read", listed=False)
 
     def draw(self) -> Figure:
-        """Return the figure of acceleration and velocity over time."""
+        """Return the figure of acceleration and velocity versus time."""
         from layerjam.report import measurement_figures
         from layerjam.report.style import of_synthetic
 

@@ -56,7 +56,7 @@ GROUPS = {
 _LIST = tomllib.loads(Path(__file__).with_name("help.toml").read_text(encoding="utf-8"))
 EXAMPLES: dict[str, list[str]] = _LIST["examples"]
 FORMER: dict[str, str] = _LIST["former"]
-"""Names that commands had before, with the name of now."""
+"""Former names of commands, with their current names."""
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ Fields = dict[str, tuple[QuantitySpec, bool]]
 BRAKE_FIELDS: Fields = {path: (spec, is_required) for path, spec, is_required in quantities(Brake)}
 """{dotted path: (specification, required)} of every number of a brake."""
 LINE_FIELDS: Fields = {path: (spec, is_required) for path, spec, is_required in quantities(Line)}
-"""The same for a line; a flow curve is not included, because it is not a number."""
+"""The same for a line, without its flow curve, which is not a number."""
 BY_HAND = "set by hand"
 GEOMETRY = ("sheets", "film", "enclosure", "mount")
 OF_THE_BRAKE = ("scale_factor", "stiffness_measured", "weighed_mass", "fittings_mass")
@@ -29,7 +29,7 @@ OF_THE_BRAKE = ("scale_factor", "stiffness_measured", "weighed_mass", "fittings_
 
 @result
 class EditedFile(Result):
-    """A brake or line that was changed; `record` is its BrakeFile or LineFile."""
+    """A changed brake or line; `record` is its BrakeFile or LineFile."""
 
     record: BrakeFile | LineFile
     name: str = fact("its name")

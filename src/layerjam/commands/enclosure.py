@@ -94,7 +94,7 @@ class SiliconeFit(FromFiles, Judged):
             yield f"{text}; {row['model']}"
 
     def draw(self) -> Figure:
-        """Return the figure of stress over strain of every specimen with its model."""
+        """Return the figure of stress versus strain of every specimen with its model."""
         from layerjam.report import measurement_figures as figures
         from layerjam.report.style import of_synthetic
 
@@ -140,8 +140,8 @@ def enclosure(
 
     `start` and `end` bound the strain of the initial slope, `fit_to` is the greatest strain that is
     fitted. Each file is one specimen; specimens of one material are pooled. `material` names the
-    silicone of the catalogue to compare with, if the files do not. With `brake` and `out` the mean
-    100 % modulus is written into a copy of the brake, and with `hyperelastic` also the model.
+    silicone of the catalogue to compare with, if the files do not. With `brake` and `out`, the mean
+    100 % modulus is written into a copy of the brake, and with `hyperelastic`, so is the model.
     """
     from layerjam.identify.rubber.checks import specimen_checks
     from layerjam.identify.rubber.specimens import data_sheets, find_silicone, pool, read, row_of

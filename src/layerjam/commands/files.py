@@ -32,8 +32,8 @@ T = TypeVar("T")
 SpecimenReaders = Sequence[tuple[str, Callable[[], T] | None]]
 CURVE, PICTURE = 10_000, 2_000
 """Number of samples kept of a pull, and of a record that is only drawn, after it has been read, so
-that a gigabyte of files need not fit into memory. They are means over neighbours; maxima, slopes
-and noise are computed from all samples beforehand.
+that a gigabyte of files need not fit into memory. Kept samples are means over neighbours; maxima,
+slopes and noise are computed from all samples beforehand.
 """
 
 
@@ -53,7 +53,7 @@ def read_each(
     progress: Progress | None = None,
     left_out: Mapping[str, Collection[str]] | None = None,
 ) -> tuple[list[T], dict[str, str]]:
-    """Return `use` of every usable trace and file, and {file: reason} of the rejected ones.
+    """Return the result of `use` for every usable file and trace, and {rejected file: reason}.
 
     The results of `use` stay in memory, so they should not contain a long record. `left_out` names
     specimens of files that are left out. A record that was exported twice is counted once; the
@@ -103,7 +103,7 @@ def map_each(
     open_source: Callable[[S], SpecimenReaders[T]],
     progress: Progress | None = None,
 ) -> tuple[list[T], dict[str, str]]:
-    """Return the results of each specimen of each source, and {source: reason} of those refused.
+    """Return the results of each specimen of each source, and {rejected source: reason}.
 
     `open_source` yields the specimens of a source with a function that reads each, or None if it is
     left out. If no source can be used, the error of the first is raised. After Ctrl-C the results
@@ -212,7 +212,7 @@ def _filter_measurements(files: Sequence[Measured]) -> list[Measured]:
 def fact_notices(
     trace: Trace, file: BrakeFile, vacuum: float | None, pressure: float
 ) -> Iterator[Notice]:
-    """Return notices about facts of the sidecar that contradict the command."""
+    """Return notices about metadata of the sidecar that contradict the command."""
     name = Path(trace.path).name
     if vacuum is not None and abs(vacuum - pressure) > 1e-6 * pressure:
         yield Notice(
@@ -325,7 +325,7 @@ def write_brake(
     partial: bool,
     verdict: Verdict | None = None,
 ) -> tuple[str | None, list[Notice]]:
-    """Write a brake's file unless a failed check or refused files forbid it.
+    """Write a brake's file unless a failed check or rejected files prevent this.
 
     Returns the path, None if nothing was written, and the notices.
     """

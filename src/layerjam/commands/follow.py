@@ -45,7 +45,7 @@ class ScheduledSettings(RegulatorSettings):
 
 @options
 class Swing:
-    """Generated profile: between two forces while the brake slips steadily."""
+    """Generated profile that alternates between two forces while the brake slips steadily."""
 
     low: Annotated[float | None, FORCE, Help("Least force of the profile.")] = None
     high: Annotated[float | None, FORCE, Help("Greatest force of the profile.")] = None
@@ -85,7 +85,7 @@ class FollowedForce(Result):
             yield from ("", *(f"cannot: {reason}" for reason in self.reasons))
 
     def draw(self) -> Figure:
-        """Return the figure of target and true force over time, vacuum, and frequency response."""
+        """Return the figure of target and true force, vacuum, and frequency response."""
         from layerjam.report import control_figures
 
         return control_figures.following(*self.record)
@@ -110,7 +110,7 @@ def follow(
     seed: Annotated[Seed, Help("Seed of the sensor's noise.")] = 0,
     atmosphere: Atmosphere = None,
 ) -> FollowedForce:
-    """Make a sliding brake's force follow a profile, and report where it cannot.
+    """Make a sliding brake's force follow a profile, and report where this is impossible.
 
     The profile varies between the forces `low` and `high` with a `period` while the brake slips at
     `speed`, or it is a file with time, force and slip.

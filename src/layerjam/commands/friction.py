@@ -32,7 +32,7 @@ ALIKE = 1.5
 
 @options
 class FrictionTest:
-    """How friction tests were done, and how they are read."""
+    """How friction tests were done, and how they are evaluated."""
 
     normal_force: Annotated[
         float | None, NORMAL_FORCE, Help("Force that presses the films together.")
@@ -108,7 +108,7 @@ class Friction(FromFiles, Judged):
             yield f"  {Path(row['file']).name}: {row['static']:.4f}, {kinetic}, {start} to {end}"
 
     def draw(self) -> Figure:
-        """Return the figure of the friction coefficient over the displacement of every repeat."""
+        """Return the figure of the friction coefficient versus displacement for every repeat."""
         from layerjam.report import figures
 
         return figures.friction(*self.record)
@@ -131,10 +131,11 @@ def friction(
 
     `files` are paths or traces, several or one. `normal_force` may come from the files' sidecars,
     or from the 200 g of the two standards; `start` and `end` bound the displacement of the kinetic
-    mean, counted from the record's first sample; `area` is that under the sled, for the pressure of
-    the test. If a record shows stick–slip, `kinetic` is None; `accept_stick_slip` uses the middle
-    of the stick–slip. With `brake` and `out` the result is written into a copy of the brake's file.
-    If a check fails, nothing is written; `accept` accepts failed checks by name, {check: reason}.
+    mean, counted from the record's first sample; `area` is the contact area of the sled, from which
+    the pressure of the test follows. If a record shows stick–slip, `kinetic` is None;
+    `accept_stick_slip` uses the mid-level of the stick–slip. With `brake` and `out` the result is
+    written into a copy of the brake's file. If a check fails, nothing is written; `accept` accepts
+    failed checks by name, {check: reason}.
     """
     from layerjam.identify.friction.reduction import GRAVITY, pool, reduce_repeat, with_friction
     from layerjam.identify.friction.standards import find_standard

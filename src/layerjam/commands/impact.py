@@ -88,7 +88,7 @@ class Stop(Reading, Heating):
     slip_at_end: float | None = number("m", "slip when `duration` is over", default=None)
     outcome_at_end: str | None = fact("outcome of the time after it", default=None)
     crash: Crash | None = None
-    """Outcome of a crash at the end of the travel, or None if it is unknown."""
+    """Outcome of an impact at the end of the travel, or None if it is unknown."""
 
     def rows(self) -> list[tuple[str, str]]:
         """Return the rows without values that were only assumed, and without an ideal sensor."""
@@ -99,7 +99,7 @@ class Stop(Reading, Heating):
         return [(name, text) for name, text in super().rows() if name not in names]
 
     def panes(self) -> "Sequence[Pane]":
-        """Return force, speed and slip over time, or the rope's force if there is no brake."""
+        """Return force, speed and slip versus time, or the rope's force if there is no brake."""
         from layerjam.report import impact_figures
 
         if isinstance(self.record, BareDrop):
@@ -109,7 +109,7 @@ class Stop(Reading, Heating):
         return impact_figures.drop(self.record, self.crash)
 
     def quiet_curves(self) -> "Sequence[Curve]":
-        """Return the main curves; for a drop without a brake, only force over time."""
+        """Return the main curves; for a drop without a brake, only force versus time."""
         return super().quiet_curves()[: 1 if isinstance(self.record, BareDrop) else None]
 
 
@@ -313,7 +313,7 @@ def _stop_with_brake(
 
 
 def _crash(record: DropRecord, g: float) -> tuple[Crash | None, dict[str, Any], list[Notice]]:
-    """Return the crash after the end of the travel, its numbers, and notices about it."""
+    """Return the impact at the end of the travel, its numbers, and notices about it."""
     if record.outcome is not Outcome.BOTTOMED_OUT:
         return None, {}, []
     crash_record = crash(record)
@@ -388,7 +388,7 @@ def observed(
     warmth: Warmth | None = None,
     accept: Mapping[str, str] | None = None,
 ) -> Stop:
-    """Return the same stop with another accelerometer's reading and another allowed rise.
+    """Return the same stop with a different accelerometer's reading and a different allowed rise.
 
     The result includes the temperature rise of the sheets; an impossible stop is unchanged.
     """

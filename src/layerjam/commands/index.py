@@ -48,7 +48,7 @@ class Entry:
 
 
 def _read_entries(path: Path) -> Iterator[Entry]:
-    """Return the entries of a file; RuntimeError if the head of a command cannot be parsed."""
+    """Return the entries of a file; RuntimeError if the header of a command cannot be parsed."""
     text = path.read_text(encoding="utf-8")
     heads, count = HEAD.findall(text), len(DECORATOR.findall(text))
     if len(heads) != count:

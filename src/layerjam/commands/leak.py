@@ -65,7 +65,7 @@ class LeakFound(Judged):
             yield f"{name}: time constant {constant}, RMSE {fit['rmse']:.3g} Pa"
 
     def draw(self) -> Figure:
-        """Return the figure of pressure over time with the laws."""
+        """Return the figure of pressure versus time with the fitted laws."""
         from layerjam.report import measurement_figures
         from layerjam.report.style import of_synthetic
 

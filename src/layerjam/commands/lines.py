@@ -1,4 +1,4 @@
-"""A vacuum line as an argument of a command, and the fluid in it."""
+"""A vacuum line as an argument of a command, and its fluid."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -267,7 +267,7 @@ def _stop_results(plan: Plan) -> tuple[Any, ...]:
 
 
 def _add_leak(line: LineFile, leak_time: Any, water: bool) -> LineFile:
-    """Return the line with a chamber leak that empties it with this time constant [s]."""
+    """Return the line with a chamber leak that has the time constant `leak_time` [s]."""
     if leak_time is None:
         return line
     if water:

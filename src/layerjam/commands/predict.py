@@ -66,7 +66,7 @@ def new(
     *,
     overwrite: Overwrite = False,
 ) -> NewBrake:
-    """Write a commented brake file to edit, starting from another brake.
+    """Write a commented brake file to edit, starting from an existing brake.
 
     Raises FileError if `out` exists and `overwrite` is not set, or if the name is not allowed.
     """
@@ -200,7 +200,7 @@ class BrakeForce(Result):
     force: float = number("N", "force of the brake, both together")
 
     def draw(self) -> Figure:
-        """Return force over slip with this slip marked; for arrays, over their first dimension."""
+        """Return force versus slip, with the slip marked; for arrays, versus dimension one."""
         from layerjam.report import figures
 
         if self.grid is not None:
@@ -284,7 +284,7 @@ class VacuumForForce(Result):
     greatest_force: float = number("N", "force at the site's full vacuum at that slip")
 
     def draw(self) -> Figure:
-        """Return force over vacuum, with the given force marked; for arrays, vacuum over force."""
+        """Return force versus vacuum, with the force marked; for arrays, vacuum versus force."""
         from layerjam.report import figures
 
         if self.grid is not None:

@@ -96,8 +96,8 @@ def publish(
     The raw files are copied unchanged, with their sidecars and all other files in the folder
     `campaign`. The dataset adds brake and line, report, results, recipe, checksums, and a
     description that repositories read (RO-Crate 1.1). A measurement that states a normal force is a
-    friction test, any other a pull; a calibrated brake in the folder states its calibration pulls;
-    otherwise `measurements` do, as in `report`. If a check fails, nothing is written; `accept`
+    friction test, any other a pull; a calibrated brake in the folder lists its calibration pulls;
+    without one, `measurements` does, as in `report`. If a check fails, nothing is written; `accept`
     accepts failed checks by name, {check: reason}, and the dataset states them. Raises FileError if
     neither the folder nor `brake` states which brake was tested, or if `out` exists and is not a
     dataset to be replaced with `overwrite`.

@@ -55,13 +55,13 @@ class Pulls(Judged):
             yield from _format_pull(row)
 
     def draw(self) -> Figure:
-        """Return the figure of force over elongation with the features of the pulls."""
+        """Return the figure of force versus elongation with the features of the pulls."""
         from layerjam.report import pull_figures
 
         return pull_figures.pulls(self.record)
 
     def quiet_curves(self) -> Sequence[Curve]:
-        """Return force [N] over elongation [mm] of all pulls from their onsets, in one series."""
+        """Return force [N] versus elongation [mm] of all pulls from their onsets, in one series."""
         import numpy as np
 
         from layerjam.report.chart import Curve
@@ -92,9 +92,9 @@ def pull(
     """Features of measured pulls: slack, preload, onset, stiffness, peak, stick–slip, unloading.
 
     `files` are paths or traces, several or one. Nothing is subtracted from a force unless `tare`
-    asks for the force before the load rises. `start` and `end` choose a part of each record by its
-    time. The spacing of stick–slip grows with its swing; teeth of equal spacing but different swing
-    in several files are a ripple of the machine.
+    asks for the force before the load rises. `start` and `end` select a part of each record by its
+    time. The spacing of stick–slip grows with its swing; teeth of the same spacing but different
+    swing in several files are a ripple of the machine.
     """
     from layerjam.identify.pull.summary import pull_summary
     from layerjam.identify.stick_slip import find_ripple

@@ -79,7 +79,7 @@ class PumpFound(Judged):
     understood: Sequence[str] = fact("how the file was read", listed=False)
 
     def draw(self) -> Figure:
-        """Return the figure of pressure over time with the fit."""
+        """Return the figure of pressure versus time with the fit."""
         from layerjam.report import measurement_figures
         from layerjam.report.style import of_synthetic
 
@@ -186,7 +186,7 @@ def _fit_shrink(
     if volume is None and flow is None:
         raise QuantityError("compliance: needs --volume or --flow, or write --compliance fit")
     fit = constant
-    for _ in range(12 if volume is None else 1):  # the volume follows from the flow, and vice versa
+    for _ in range(12 if volume is None else 1):  # the flow determines the volume, and vice versa
         fit = fit_with(relative_shrink(volume, flow, compliance, fit))
     return fit
 

@@ -165,7 +165,7 @@ TargetBrake = Annotated[
 
 
 def apply_share(file: BrakeFile, share: Any) -> BrakeFile:
-    """Return the file with a command's share of the vacuum, if one is given."""
+    """Return the file with the command's value for the share of the vacuum, if one is given."""
     if share is None:
         return file
     sources = {"vacuum_share": Source(kind="unstated", text="given with the command")}

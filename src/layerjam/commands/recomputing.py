@@ -76,7 +76,7 @@ class _Comparison:
         return differences(was, local, name)
 
     def _list_versions(self) -> str:
-        """Return the other versions that wrote the dataset, in words.
+        """Return the other versions that wrote the dataset, as text.
 
         Empty if there are none.
         """

@@ -50,7 +50,7 @@ UNSEEN = {
     "sensor-offset": "; an offset shows only if the line is vented, and here the vacuum is held",
     "sensor-stuck": "; a sensor without noise shows one constant number at the target in any case",
 }
-"""{fault: why the detector may not see it}."""
+"""{fault: why the detector may miss it}."""
 
 
 @result
@@ -104,14 +104,14 @@ class Regulation(Judged):
             yield f"  {name}: {'not detected' if time is None else f'{time:.3g} s'}"
 
     def panes(self) -> Sequence[Pane]:
-        """Return vacuum, reading and target over time, and the pump command."""
+        """Return vacuum, reading and target versus time, and the pump command."""
         from layerjam.report import control_figures
 
         regulator, loop = self.record
         return control_figures.loop(regulator, loop, self.fault_at)
 
     def quiet_curves(self) -> Sequence[Curve]:
-        """Return the curve of vacuum [kPa] over time [s]."""
+        """Return the curve of vacuum [kPa] versus time [s]."""
         return super().quiet_curves()[:1]
 
 

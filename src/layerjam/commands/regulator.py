@@ -27,7 +27,7 @@ FAR_OFF = 1.2
 FELT = 1.05
 """Ratio of the time constants with and without tube above which a step is not exponential."""
 FEWEST = 20
-"""Number of samples needed in a step."""
+"""Least number of samples in a step."""
 
 
 @options

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from layerjam.simulate.rope_alone import BareDrop
 
 LEAST_SAMPLES = 10
-"""Number of samples in a pull below which its peak may lie between samples."""
+"""Number of samples in a pull below which the peak may fall between samples."""
 ALLOWED_RISE = QuantitySpec(
     "K",
     "allowed temperature rise of the sheets above the surrounding air",
@@ -141,7 +141,7 @@ def parse_channel_class(text: str | None) -> int | None:
 def configure_sensor(
     accelerometer: str | Accelerometer, low_pass: float | None, sampling: float | None
 ) -> Accelerometer:
-    """Return a named sensor, with another low-pass or rate if given.
+    """Return a named sensor, with a different low-pass or rate if given.
 
     A low-pass is a 2-pole Butterworth filter unless the sensor has its own kind.
     """

@@ -1,4 +1,4 @@
-"""`stick-slip`: whether a brake shows stick–slip, how strong it is, and the remedies."""
+"""`stick-slip`: whether a brake shows stick–slip, how strong it is, and how to avoid it."""
 
 from __future__ import annotations
 
@@ -66,13 +66,13 @@ class StickSlip(Result):
     damping_ratio: float = number("1", "damping over the critical damping")
 
     def draw_panes(self, panes: Sequence[Pane]) -> Figure:
-        """Return force over elongation between its bounds, and the last slip in slow motion."""
+        """Return force versus elongation between its bounds, and the last slip in slow motion."""
         from layerjam.report import force_figures
 
         return force_figures.stick_slip(self.record, panes[0])
 
     def panes(self) -> Sequence[Pane]:
-        """Return force over elongation between its bounds."""
+        """Return force versus elongation between its bounds."""
         from layerjam.report import force_figures
 
         return force_figures.between_bounds(self.record)
@@ -151,7 +151,7 @@ judder = stick_slip
 
 
 def _friction_curve(brake: Brake, speed: float, static: float | None) -> Stribeck:
-    """Return the film's friction with a Stribeck speed [m/s] and perhaps other static friction."""
+    """Return the film's friction with a Stribeck speed [m/s] and, if given, a static friction."""
     from layerjam.mechanics.stick_slip.laws import of_film
 
     curve = of_film(brake, speed)
@@ -209,7 +209,7 @@ def _stick_slip_limits(slide: Slide, bounds: Bounds, ratio: float) -> dict[str, 
 
     drag = float(slide.damping) + float(slide.level) * float(slide.viscous)
     out = {"critical_speed": critical_speed_of(slide)}
-    # without damping, steady sliding is never stable; with the jump law it is only not unstable
+    # without damping, steady sliding is never stable; the jump law is at best neutrally stable
     if drag and slide.law is None:
         drop = bounds.static - bounds.kinetic
         out["stable_speed"] = float(stable_speed(drop, slide.stribeck, slide.exponent, drag))

@@ -74,7 +74,7 @@ class Tensile(Result):
 
     @classmethod
     def takes_beside(cls, kind: type[Result]) -> bool:
-        """Return whether it is another pull, computed or measured."""
+        """Return whether `kind` is also a pull, computed or measured."""
         from layerjam.commands.pull import Pulls
 
         return kind in (cls, Pulls)
@@ -117,12 +117,12 @@ def tensile(
     Takes either vacuum, speed and travel (elongation of the crosshead), or a procedure. The
     following options are for the model "stack". `static` uses static friction before an interface
     slides. With `one_by_one`, overloaded interfaces slip one at a time, the most overloaded first.
-    `interfaces` may differ, a `housing` may rub. `scatter` is the relative SD of the interfaces'
-    friction: `samples` (1000) stacks, drawn from `seed` (1), then give mean and SD of peak,
-    stiffness and onset; if interrupted, those of the stacks done so far. `vacuum_share` of the
-    gauge's reading presses the sheets. With `leak_time` the line is shut off after every evacuation
-    and the vacuum leaks away from then on, except in the model "stack", which keeps its initial
-    vacuum. Raises ProcedureError or QuantityError for contradictions.
+    `interfaces` may differ, and a `housing` may rub. `scatter` is the relative SD of the
+    interfaces' friction: `samples` (1000) stacks, drawn from `seed` (1), then give mean and SD of
+    peak, stiffness and onset; if interrupted, those of the stacks done so far. `vacuum_share` of
+    the gauge's reading presses the sheets. With `leak_time` the line is shut off after every
+    evacuation and the vacuum leaks away from then on, except in the model "stack", which keeps its
+    initial vacuum. Raises ProcedureError or QuantityError for contradictions.
     """
     brake = apply_share(brake, vacuum_share)
     steps = _pull_procedure(brake, vacuum, speed, travel, procedure)

@@ -46,14 +46,14 @@ class VacuumRise(Result):
     line: LineFile
 
     def draw_panes(self, panes: "Sequence[Pane]") -> Figure:
-        """Return vacuum over time, and ways to make the line faster."""
+        """Return vacuum versus time, and ways to make the line faster."""
         from layerjam.report import fluid_figures
 
         line, water = self.line.line, self.fluid == "water"
         return fluid_figures.rise_figure(panes[0], line, self.target, water)
 
     def panes(self) -> "Sequence[Pane]":
-        """Return vacuum over time up to the target."""
+        """Return vacuum versus time up to the target."""
         from layerjam.report import fluid_figures
 
         return fluid_figures.rising(self.line, self.target, self.record, self.rise_time)

@@ -42,9 +42,9 @@ class Runs:
     """M closed loops: arrays of shape (M,). The vacuum is the true one, not the reading."""
 
     rise_time: Any
-    """Time from 10 to 90 % of the first target [s]; NaN if it is not reached in its time."""
+    """Time from 10 to 90 % of the first target [s]; NaN if 90 % is not reached in its time."""
     overshoot: Any
-    """Greatest vacuum minus the first target, during that target [Pa]; negative if not reached."""
+    """Greatest vacuum minus the first target, while it applies [Pa]; negative if not reached."""
     steady_error: Any
     """Mean of vacuum minus target in the last part of the run [Pa]."""
     ripple: Any

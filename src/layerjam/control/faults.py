@@ -23,7 +23,7 @@ PROVOKED = {
     ),
 }
 OFFSET = 2.5
-"""Injected offset over the greatest reading that counts as zero when vented.
+"""Ratio of the injected offset to the greatest reading that counts as zero when vented.
 
 Detectors must report offsets of 2 or more."""
 

@@ -182,7 +182,7 @@ def follow(
 
 @dataclass(frozen=True, eq=False)
 class Bode:
-    """Force over target force, shape (F,) each."""
+    """Ratio of force to target force, shape (F,) each."""
 
     frequency: Array = field(repr=False)
     """Frequency [Hz]."""

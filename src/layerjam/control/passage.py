@@ -54,7 +54,7 @@ class Passage:
     volume: float
     """Gas volume of the tube relative to the chamber [1]."""
     passes: float
-    """Flow over the difference of the squared pressures [1/(s Pa)]."""
+    """Ratio of flow to the difference of the squared pressures [1/(s Pa)]."""
     atmosphere: float
     """Pressure around the line [Pa]."""
     vacuum: float

@@ -256,7 +256,7 @@ MAX_CHANCE = 0.05
 
 
 def plan_checks(plan: Plan, chance: float) -> Iterator[Check]:
-    """Return the checks of a plan; `chance` is that of needing more slip than the travel."""
+    """Return the checks of a plan; `chance` is the probability of exceeding the travel."""
     if plan.needed is not None:
         yield _knife_edge(plan, plan.needed)
     yield from _strength(plan)

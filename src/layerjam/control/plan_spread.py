@@ -1,4 +1,4 @@
-"""Full and tuned vacuum for uncertain mass and speed: expected peak, risk of a crash.
+"""Full and tuned vacuum for uncertain mass and speed: expected peak, risk of a full stroke.
 
 Mass and speed are independent and log-normal with the mean and standard deviation given. Means are
 taken over a Fibonacci lattice of quantiles, shifted at random (Cranley and Patterson 1976) `SHIFTS`
@@ -24,10 +24,10 @@ class Spread(NamedTuple):
     """Results of one vacuum over all possible arrivals; errors are standard errors."""
 
     peak_g: float
-    """Expected peak force over weight, for stops before the end of travel."""
+    """Expected ratio of peak force to weight, for stops before the end of travel."""
     peak_g_error: float
     peak_g_95: float
-    """Peak force over weight that 95 % of those stops do not exceed."""
+    """Ratio of peak force to weight that 95 % of those stops do not exceed."""
     beyond: float
     """Probability of needing more slip than the travel."""
     beyond_error: float

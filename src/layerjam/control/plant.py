@@ -26,7 +26,7 @@ class Plant:
     """Pump, volume, leak and vent as four rates; see the equation of this module."""
 
     rate: float = quantity("1/s", "rate of the full pump", hi=1e4, open_lo=True, symbol="k")
-    """Flow over volume for air, rise over `top` for water."""
+    """Ratio of flow to volume for air, of rise to `top` for water."""
     top: float = quantity("Pa", "vacuum the pump reaches without leak", lo=10, hi=1.2e5)
     leak: float = quantity("1/s", "decay of the vacuum with the pump off", hi=1e3, default=0.0)
     vent: float = quantity("1/s", "additional decay with the vent open", hi=1e5, open_lo=True)

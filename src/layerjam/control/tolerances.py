@@ -27,4 +27,4 @@ class Tolerances:
 
 
 EXACT = Tolerances(pump=0.0, vent=0.0, zero=0.0, lag=0.0, noise=1.0)
-"""Tolerances for a bench that equals its model."""
+"""Tolerances for a bench that is identical to its model."""

@@ -65,7 +65,7 @@ class Identified:
 
     plant: Plant
     rate_interval: tuple[float, float]
-    """Interval of the pole k + leak [1/s] (air), or of the rise over `top` (water)."""
+    """Interval of the pole k + leak [1/s] (air), or of the ratio of rise to `top` (water)."""
     reach_interval: tuple[float, float]
     """Interval of the vacuum at which the step would end [Pa]."""
     noise: float

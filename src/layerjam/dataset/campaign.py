@@ -30,7 +30,7 @@ class Campaign:
     pulls: tuple[str, ...]
     brakes: tuple[str, ...]
     facts: tuple[Facts, ...]
-    """Facts of the measurements."""
+    """Metadata of the measurements."""
 
     @property
     def measurements(self) -> tuple[str, ...]:
@@ -41,7 +41,7 @@ class Campaign:
 def read_campaign(folder: str | Path, options: ReadingOptions) -> Campaign:
     """Return the files of a folder; one with a normal force is a friction test, others are pulls.
 
-    A file is a measurement if it has facts next to it or a reader can open it. Hidden files and
+    A file is a measurement if it has a sidecar or a reader can open it. Hidden files and
     links are left out. Raises FileError if there is no such folder, or no measurement in it.
     """
     root = Path(folder)
@@ -68,7 +68,7 @@ def read_campaign(folder: str | Path, options: ReadingOptions) -> Campaign:
 def find_brake(tests: Campaign) -> str:
     """Return the tested brake: a path inside the folder, or a name of the catalogue.
 
-    It is the folder's only brake that was not calibrated, or else the one that all facts name.
+    It is the folder's only brake that was not calibrated, or else the one that all sidecars name.
     Raises FileError if neither determines the brake.
     """
     plain = [n for n in tests.brakes if FITTED not in load(tests.folder / n).notes]
@@ -113,7 +113,7 @@ def _is_measurement(path: Path, options: ReadingOptions) -> bool:
 
 
 def _read_facts(path: Path, options: ReadingOptions) -> Facts:
-    """Return the facts; if they are unreadable, none: the stage that uses the file reports it."""
+    """Return the metadata, or none if unreadable: the stage that uses the file reports it."""
     try:
         return conditions(path, options)
     except LayerjamError:

@@ -14,13 +14,13 @@ from pathlib import PurePosixPath
 from typing import Any
 
 SAME = 1e-6
-"""Relative difference below which two numbers count as equal, because processors and libraries
+"""Relative difference below which two numbers count as the same, because processors and libraries
 round differently, and a fit ends within its own tolerance."""
 MISSING = object()
 Number = float | int | bool | None
 Leaf = Number | str
 DRAWN = 0.01
-"""Distance below which two points of a drawing count as equal [pt]."""
+"""Distance below which two points of a drawing count as the same [pt]."""
 _SVG = re.compile(r"(<svg\b.*?</svg>)", re.DOTALL)
 _ID = re.compile(r"\b[a-zA-Z]\w*?[0-9a-f]{10}\b")
 """Names in a drawing that are digests of the named shape."""
@@ -28,7 +28,7 @@ _ID = re.compile(r"\b[a-zA-Z]\w*?[0-9a-f]{10}\b")
 
 @dataclass(frozen=True)
 class Difference:
-    """A number or word that differs; `share` is the difference over the published number.
+    """A number or word that differs; `share` is the relative difference.
 
     `number` names it inside the file. `recomputed` is None if this version has no such number,
     `share` if there is no ratio.
@@ -296,7 +296,7 @@ def _page_text(page: Any) -> str:
 
 
 def find_other_page(old: bytes, new: bytes) -> int | None:
-    """Return the first page (from 1) on which two PDFs of equal text look different, or None."""
+    """Return the first page (from 1) on which two PDFs with equal text look different, or None."""
     import numpy as np
     import pypdfium2
 

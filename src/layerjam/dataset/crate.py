@@ -65,7 +65,7 @@ def format_readme(
 
 
 def _describe_counts(recipe: Recipe) -> str:
-    """Return the number of files of each use, in words."""
+    """Return the number of files of each use, as text."""
     return (
         f"{count_noun(len(recipe.friction), 'friction test')}, "
         f"{count_noun(len(recipe.calibrate), 'calibration pull')} and "
@@ -116,7 +116,7 @@ def _make_references(names: Iterable[str]) -> list[dict[str, str]]:
 
 
 def relative_address(name: str) -> str:
-    """Return a file's path as the relative address that identifies it."""
+    """Return the relative address that identifies a file."""
     return quote(name)
 
 

@@ -1,4 +1,4 @@
-"""Force path of a chain of brakes: the stage that slips at each elongation while others relax.
+"""Force path of a chain of brakes: which stage slips at each elongation while others relax.
 
 Every brake is a polyline of force over elongation from the pull law; all later steps are exact on
 polylines. A brake's force rises to a peak and then falls, so only one stage of a series can slide
@@ -21,7 +21,7 @@ from layerjam.units import show
 KNOTS = 400
 _SAME = 1e-12
 _STOP = 1e7
-"""Force [N] up to which a stop's line extends, greater than that of any chain of brakes."""
+"""Force [N] up to which a stop's line extends, greater than the force of any chain of brakes."""
 
 
 @dataclass(frozen=True)
@@ -199,7 +199,7 @@ def _follow_rise(
 def _follow_fall(
     chain: Sequence[_Stage], weak: int, turn: tuple[float, float, float]
 ) -> tuple[float, _Block]:
-    """Return (valley force, block) of the weakest stage past its peak, while the others relax."""
+    """Return (valley force, block) of the weakest stage past its peak while the others relax."""
     stage, (_, top, valley) = chain[weak], turn
     u = stage.u[(stage.u > top) & (stage.u <= valley)]
     force = np.interp(u, stage.u, stage.f)

@@ -86,7 +86,7 @@ def single(brake: Brake, vacuum: float, **how: float | bool) -> Array:
 
 
 def grid(member: Member, *, series: int, parallel: int) -> Array:
-    """Return `parallel` equal chains in parallel, each of `series` equal brakes."""
+    """Return `parallel` identical chains in parallel, each of `series` identical brakes."""
     for count, name in ((series, "series"), (parallel, "parallel")):
         QuantitySpec("1", "brakes", lo=1, hi=MAX_MEMBERS, whole=True).check(count, name)
     return Array(chains=(((member,),) * series,) * parallel)
@@ -179,7 +179,7 @@ class ArrayLoading:
     warnings: tuple[str, ...] = ()
 
     def torque(self, lever: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return (angle [rad], torque [N m]) if the array pulls tangentially at a lever arm [m]."""
+        """Return (angle [rad], torque [N m]) for a tangential pull at a lever arm [m]."""
         LEVER.check(lever, "lever")
         return self.elongation / lever, self.force * lever
 
@@ -227,7 +227,7 @@ def pull(array: Array, until: float | None = None) -> ArrayLoading:
 
 
 def _backbones(members: Sequence[Member]) -> list[Backbone]:
-    """Return the backbone of each member; equal members are computed once."""
+    """Return the backbone of each member; identical members are computed once."""
     backbones: dict[Member, Backbone] = {}
     for index, m in enumerate(members, 1):
         plain = replace(m, slack=0.0, name="")

@@ -93,7 +93,7 @@ def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any
 
 
 def decode_block(search: Search, data: bytes | Path, mark: str, index: int) -> SweepResult | None:
-    """Return the result of a block from its file, or None if the file belongs to another block."""
+    """Return the result of a block from its file, or None if the file is of a different block."""
     pq = import_parquet()
     try:
         table = pq.read_table(io.BytesIO(data) if isinstance(data, bytes) else data)

@@ -48,13 +48,13 @@ _FOLLOWS: dict[str, tuple[str, str]] = {
     "gas_work": ("vacuum series parallel", ""),
 }
 """{merit: (variables with which it rises, those with which it falls)}; no other variable changes
-it. Free lengths change the friction only of sheets that fan out. Merits that are not listed have
+it. Free lengths change the friction only if the sheets fan out. Merits that are not listed have
 unknown directions.
 """
 
 
 def merit_direction(merit: str, variable: str, tied: bool) -> int | None:
-    """Return 1, -1 or 0 if a merit rises, falls or stays with a variable, None if unknown.
+    """Return 1, -1 or 0 if a merit rises, falls or stays constant with a variable; None if unknown.
 
     If `tied`, the usable travel follows the overlap. Otherwise the force at the end of travel of a
     weak brake, and its work, may fall with the overlap.

@@ -35,9 +35,9 @@ HOLD: Mapping[str, QuantitySpec] = MappingProxyType(
         "vacuum": VARIABLES["vacuum"],
     }
 )
-"""Quantities asked for a brake that resists a force; stress_margin or travel of 0: no limit."""
+"""Requirements of a brake that resists a force; stress_margin or travel of 0 sets no limit."""
 FORCES = MappingProxyType({"rest": "holding_force", "sliding": "max_force"})
-"""{when a brake must resist: the force in question}, before it slips or at the peak of a pull."""
+"""{when a brake must resist: name of the force}, before it slips or at the peak of a pull."""
 PREFERENCES = MappingProxyType(
     {
         "mass": Objective("mass", True),
@@ -51,7 +51,7 @@ STOP: Mapping[str, QuantitySpec] = MappingProxyType(
     | {name: HOLD[name] for name in ("stress_margin", "width", "length", "vacuum")}
     | {"own_mass": HOLD["mass"]}
 )
-"""Quantities asked for a brake that stops a mass."""
+"""Requirements of a brake that stops a mass."""
 STEPS = 20
 VACUUMS = (0.6, 0.8, 0.93)
 """Fractions of the site's atmosphere; the paper's pump reached 94.5 kPa of 101.3."""

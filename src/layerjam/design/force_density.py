@@ -26,7 +26,7 @@ def peak_force(brake: Brake, vacuum: float) -> float:
 
 
 def with_sheets(brake: Brake, count: int) -> Brake:
-    """Return the brake with another number of sheets; caps and fittings keep their mass.
+    """Return the brake with a different number of sheets; caps and fittings keep their mass.
 
     A weighed brake keeps the difference between balance and model.
     """
@@ -44,7 +44,7 @@ def one_more_sheet(brake: Brake, vacuum: float) -> tuple[float, float]:
 
 
 def sheet_line(name: str, brake: Brake, vacuum: float) -> SheetLine:
-    """Return a brake at its own count of sheets and the larger ones of SHEETS; vacuum [Pa]."""
+    """Return a brake with its own number of sheets and the larger ones of SHEETS; vacuum [Pa]."""
     count = brake.sheets.count
     counts = (count, *(n for n in SHEETS if n > count))
     variants = [with_sheets(brake, n) for n in counts]

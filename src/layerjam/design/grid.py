@@ -38,7 +38,7 @@ AXES = tuple(n for n in VARIABLES if n != "thickness")
 class Grid:
     """Values of every variable; design numbers count through them, with the last axis fastest.
 
-    `stock` and `thickness` are rows of equal length: a film and a thickness in which it is sold.
+    `stock` and `thickness` are rows of the same length: a film and a thickness in which it is sold.
     `axes` has a row for every other variable; `usable_travel` may be absent. `ranges` maps the
     continuous variables to their least and greatest values.
     """

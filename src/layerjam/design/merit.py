@@ -1,8 +1,8 @@
 """Figures of merit of buildable brakes, as one pure batch function over designs.
 
-A design is a `Point`: sheets, film, lengths, enclosure, vacuum, and how many equal brakes are in
-series and in parallel. A base brake supplies everything else. The laws of `mechanics` give all
-forces, which are shared equally among equal brakes.
+A design is a `Point`: sheets, film, lengths, enclosure, vacuum, and how many identical brakes are
+in series and in parallel. A base brake supplies everything else. The laws of `mechanics` give all
+forces; identical brakes share them equally.
 """
 
 import math
@@ -106,7 +106,7 @@ class Stock(NamedTuple):
     """NaN if unknown."""
     scale_factor: Any
     amplification_held: Any
-    """Part of the self-amplification that the scale factor already includes; NaN if none."""
+    """Factor of self-amplification that the scale factor already includes; NaN if none."""
 
 
 class Point(NamedTuple):
@@ -148,7 +148,7 @@ def make_stock(film: Film, scale_factor: Any = 1.0, amplification_held: Any = No
 
 
 def make_point(brake: Brake, vacuum: Any = None) -> Point:
-    """Return the design that equals a brake, at the site's full vacuum by default."""
+    """Return the design that is identical to a brake, at the site's full vacuum by default."""
     sheets = brake.sheets
     fittings = brake.fittings_mass
     if brake.weighed_mass is not None:
@@ -225,8 +225,8 @@ def is_buildable(point: Point, brake: Brake) -> Any:
 def merits(point: Point, base: Brake, puller: StickSlipPull | None = None) -> dict[str, Any]:
     """Return every figure of merit that depends on the brake alone, of the broadcast shape.
 
-    They are for `series` times `parallel` equal brakes that share the load equally, and all NaN if
-    the design cannot be built. `judder_margin` is included only with a stick–slip `puller`.
+    They are for `series` times `parallel` identical brakes that share the load equally, and all NaN
+    if the design cannot be built. `judder_margin` is included only with a stick–slip `puller`.
     """
     brake = make_brake(point, base)
     sheets, vacuum = brake.sheets, point.vacuum
@@ -269,7 +269,7 @@ def merits(point: Point, base: Brake, puller: StickSlipPull | None = None) -> di
 
 
 def line_merits(vacuum: float, line: Line, brakes: float) -> tuple[float, float]:
-    """Return `rise_time` [s] and `gas_work` [J] if every brake has a chamber like the line's.
+    """Return `rise_time` [s] and `gas_work` [J] if every brake has the same chamber as the line.
 
     Rise time is NaN if the line never reaches the vacuum. The closed forms assume a rigid chamber
     at one temperature and no significant tube; both results are proportional to the chamber volume.

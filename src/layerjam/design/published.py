@@ -35,7 +35,7 @@ class PublishedDevice:
     mass: float
     """Mass [kg]."""
     force: float
-    """Force [N]; for a rotary device its torque over the lever arm."""
+    """Force [N]; for a rotary device its torque divided by the lever arm."""
     torque: float | None
     """Torque [N m]; None for a linear device."""
     lever: float | None
@@ -46,7 +46,7 @@ class PublishedDevice:
 
     @property
     def density(self) -> float:
-        """Force over mass [N/kg]."""
+        """Force per mass [N/kg]."""
         return self.force / self.mass
 
     def source(self) -> str:
@@ -65,7 +65,7 @@ class PublishedDevices:
     devices: tuple[PublishedDevice, ...]
     sheet: PublishedDevice
     looked_for: Mapping[str, str]
-    """{class: search history}, for classes without a device that states both numbers."""
+    """{class: search history} of classes without a device that states both numbers."""
 
 
 @cache

@@ -22,7 +22,7 @@ NAMEABLE: Mapping[str, QuantitySpec] = MappingProxyType({**MERITS, **VARIABLES})
 
 @dataclass(frozen=True)
 class Constraint:
-    """`name` at most or at least `limit` (SI)."""
+    """Upper or lower `limit` (SI) of the quantity `name`."""
 
     name: str
     most: bool
@@ -52,7 +52,7 @@ class Constraint:
 
 
 BUILDABLE = Constraint("buildable", False, 1.0)
-"""Constraint that `build` neither rejects a design nor finds it too weak."""
+"""Constraint that `build` neither rejects a design nor computes that it is too weak."""
 DEFAULTS = ("buildable", "drawn_mass")
 """Names with which a request turns off `BUILDABLE`, and limits on the mass as drawn."""
 
@@ -142,7 +142,7 @@ def _quantity_spec(kind: str, quantity: str, text: object) -> QuantitySpec:
 
 @dataclass(frozen=True)
 class Scatter:
-    """Relative SD of static and kinetic friction, independent of each other, and its source."""
+    """Relative SD of static and of kinetic friction, which vary independently, and its source."""
 
     static: float
     kinetic: float

@@ -132,7 +132,7 @@ class Search:
         return self._keep_highlights(run)
 
     def _late_stops(self, numbers: Numbers, values: Array, drawn_rows: Array) -> Array:
-        """Return stop merits of designs that may meet all but one constraint, else NaN."""
+        """Return stop merits of designs that may meet all but one constraint, NaN for others."""
         count = self._count_broken(numbers, values)
         for c in self.spec.constraints:
             if c.name in self.spec.drawn_merits:
@@ -143,7 +143,7 @@ class Search:
         return rows
 
     def _late_drawn(self, numbers: Numbers, values: Array) -> Array:
-        """Return drawn merits of designs that may meet all but one constraint, else NaN."""
+        """Return drawn merits of designs that may meet all but one constraint, NaN for others."""
         candidates = self._count_broken(numbers, values) <= 1
         rows = np.full((len(self.spec.drawn_merits), len(numbers)), math.nan)
         rows[:, candidates] = self.drawn_merits(numbers[candidates])
@@ -206,7 +206,7 @@ class Search:
         return replace(run, numbers=run.numbers[places], asked=run.asked[:, places])
 
     def family(self, numbers: Numbers) -> Numbers:
-        """Return one number for all designs of equal film, thickness and whole numbers."""
+        """Return one number for all designs with the same film, thickness and whole numbers."""
         grid = self.spec.grid
         film, *places = grid.digits(numbers)
         out = film
@@ -286,7 +286,7 @@ def _drop_missing(places: dict[int, int | None]) -> dict[int, int]:
 def find_front(costs: Array) -> npt.NDArray[np.int64]:
     """Return indices, ascending, of the rows of (n, objectives) that no other row dominates.
 
-    Less is better. Among equal rows the first is kept. Rows with NaN are never kept.
+    Less is better. Of identical rows only the first is kept. Rows with NaN are never kept.
     """
     good = np.flatnonzero(np.isfinite(costs).all(axis=1))
     if costs.shape[1] == 1:

@@ -41,8 +41,8 @@ def gravity(need: StopRequirement, base: Brake) -> Any:
 def stops(point: Point, base: Brake, need: StopRequirement, most_in_row: int) -> dict[str, Any]:
     """Return `stop_slip` [m] and `stop_peak` [N] at each design's vacuum; NaN without a stop.
 
-    Equal brakes in parallel share mass and force. In series they slip one after another, each to
-    the end of its travel, and are assumed rigid. `most_in_row` is the greatest `series`.
+    Identical brakes in parallel share mass and force. In series they slip one after another, each
+    to the end of its travel, and are assumed rigid. `most_in_row` is the greatest `series`.
     """
     brake = make_brake(point, base)
     valid = is_buildable(point, brake)

@@ -29,7 +29,7 @@ LEAST_SHARE = 5e-5
 
 
 def describe_design(design: Mapping[str, Any]) -> str:
-    """Return a design in a few words: film, thickness, number of sheets and of brakes."""
+    """Return a short description of a design: film, thickness, number of sheets and of brakes."""
     words = [
         f"{design['count']:.0f} sheets",
         f"{show(design['thickness'], 'm')} of {design['film']}",
@@ -69,7 +69,7 @@ def explain_loss(
 
 
 def format_percent(part: float, sign: str = "+") -> str:
-    """Return a share in percent, or in words if two decimals would not show it."""
+    """Return a share in percent, or as words if two decimals would not show it."""
     return f"{part:{sign}.2%}" if abs(part) >= LEAST_SHARE else "by less than 0.01 %"
 
 

@@ -20,7 +20,7 @@ class Effect(Protocol):
     """An effect on the sheets' friction that no file states, with a `record` of its numbers."""
 
     def friction_factor(self, vacuum: Any, brake: "Brake") -> Any:
-        """Return the friction coefficient at a vacuum [Pa] over that without the effect."""
+        """Return the friction coefficient at a vacuum [Pa], relative to that without the effect."""
 
 
 @record

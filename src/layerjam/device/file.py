@@ -106,7 +106,7 @@ class BrakeFile(RecordFile[Brake]):
 
     @property
     def is_calibrated(self) -> bool:
-        """Return whether the scale factor was fitted to pulls, by anyone, instead of just set."""
+        """Return whether the scale factor was fitted to pulls by anyone, and not merely set."""
         source = self.sources.get("scale_factor")
         return source is not None and source.kind not in ("assumed", "unstated")
 

@@ -31,7 +31,7 @@ def catalogue() -> list[str]:
 
 
 def devices() -> list[str]:
-    """Names of the brakes in the catalogue, with each device once."""
+    """Names of the brakes in the catalogue, each device only once."""
     return [name for name in catalogue() if not name.endswith(READING)]
 
 

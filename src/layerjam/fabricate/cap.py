@@ -1,6 +1,6 @@
 """The cap and its clamp plate (section 2.3 of the specification) [mm].
 
-The face of the cap is at x = 0 and the sheets extend towards +x; the middle of the stack is at z =
+The face of the cap is at x = 0, and the sheets extend towards +x; the middle of the stack is at z =
 0, with the plate above.
 """
 
@@ -15,7 +15,7 @@ from layerjam.fabricate.solid import Box, Ellipse, Prism, Solid, add, cut, solid
 
 
 def screw_places(lengths: Lengths, side: Side) -> list[float]:
-    """Return y of every screw, which is that of the holes in the sheets."""
+    """Return y of every screw; the holes in the sheets have the same y."""
     row = clamp_holes(side.clamped, lengths.width, lengths.screws, lengths.hole)
     return [hole.y for hole in row]
 
@@ -98,7 +98,7 @@ def shared_volume(bore: float, port: float, length: float) -> float:
 
 
 def plate(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
-    """Return the clamp plate of one side, open at front and back above its screws."""
+    """Return the clamp plate of one side, open at the front and the back above its screws."""
     fit, thread = mm(build.fit), lengths.thread
     low, high = lengths.stack / 2, lengths.stack / 2 + lengths.plate_height
     half, depth = lengths.slot / 2 - fit, -(side.tray - fit)

@@ -83,7 +83,7 @@ def drawable_limits(build: Build, lengths: Lengths) -> Limits:
 def check_drawable(brake: Brake, build: Build, lengths: Lengths) -> None:
     """Raise QuantityError for choices that cannot be drawn together.
 
-    The error names the input that differs from its default, or the brake's own.
+    The error names the input that differs from its default, or that of the brake.
     """
     for names, value, limit, name in drawable_limits(build, lengths):
         if value < limit:
@@ -122,7 +122,7 @@ def part_checks(
 
 
 def _length_check(code: str, key: str, value: Any, need: Any, text: str, remedy: str) -> Check:
-    """Return the check of a length [mm] below which the brake cannot be drawn."""
+    """Return the check of a length [mm]; the brake cannot be drawn if it is too small."""
     return Check(
         code=code,
         key=key,

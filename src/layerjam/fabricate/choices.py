@@ -50,7 +50,7 @@ def resolve_choices(
 ) -> Choices:
     """Return the choices of the command, otherwise of the brake's file, otherwise of a workshop.
 
-    `workshop` is the path of a TOML file with a table [build]; `overrides` maps keys of [build] to
+    `workshop` is the path of a TOML file with a [build] table; `overrides` maps keys of [build] to
     SI values. Raises FileError or QuantityError for values out of bounds or in conflict.
     """
     values: dict[str, Any] = {}

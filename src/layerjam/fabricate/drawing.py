@@ -47,7 +47,7 @@ DRAWN = (
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """All data of a build of `parallel` times `series` equal brakes."""
+    """All data of a build of `parallel` times `series` identical brakes."""
 
     file: BrakeFile
     choices: Choices

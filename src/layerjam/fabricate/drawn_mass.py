@@ -22,7 +22,7 @@ from layerjam.fabricate.parts import Part, make_parts
 from layerjam.fabricate.verdicts import ROUNDING, Check
 
 FITS = ("clamp-length", "nut-width", "head-width", "least-wall")
-"""Checks that decide whether parts fit together."""
+"""Checks that determine whether parts fit together."""
 
 
 @dataclass(frozen=True)

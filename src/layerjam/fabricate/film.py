@@ -30,7 +30,7 @@ class Film:
     """Film of a build; numbers in SI, outlines in mm."""
 
     parts: Sequence[CutPart]
-    """Sheets and spacers at their nominal size; equal ones share a name."""
+    """Sheets and spacers at their nominal size; identical ones share a name."""
     pieces: Sequence[Piece]
     """The same parts on pieces of stock, kerf included."""
     checks: Sequence[Check]
@@ -145,7 +145,7 @@ def _stock_size(build: Build) -> tuple[float, float] | None:
 
 
 def _orient_bed(parts: Sequence[CutPart], bed: Sequence[float]) -> tuple[float, float]:
-    """Return the laser's bed [mm], its longer side along the film if the parts fit."""
+    """Return the laser's bed [mm], with its longer side along the film if the parts fit."""
     short, long = sorted(map(mm, bed))
     widest = max(part.outline.width for part in parts)
     longest = max(part.outline.length for part in parts)
@@ -282,7 +282,7 @@ def auxiliary_plates(
 
 
 def brake_pitch(build: Build, lengths: Lengths) -> float:
-    """Return the distance of two parallel brakes [mm], set by their enclosures or heads."""
+    """Return the distance between two parallel brakes [mm], set by their enclosures or heads."""
     return max(lengths.tray_width + 2 * lengths.wall, lengths.head) + mm(build.gap)
 
 

@@ -1,4 +1,4 @@
-"""Lengths that follow from a brake and a workshop's choices; all in mm.
+"""Lengths determined by a brake and a workshop's choices, all in mm.
 
 Geometry in this folder is in mm, as in workshop files; records and JSON stay in SI. x points along
 the pull, y across the sheets, z through the stack, whose middle is z = 0.
@@ -296,7 +296,7 @@ def _side_lengths(brake: Brake, build: Build, name: str) -> Side:
 
 
 def _neck_axes(aspect: Any, girth: Any, flattest: float) -> tuple[Any, Any]:
-    """Return half axes of an ellipse of a given girth, as flat as the cap if the seal allows it.
+    """Return half axes of an ellipse of a given girth, as flat as the cap if the seal allows this.
 
     A tie presses least at the flattest point, with its tension over its width and the radius a²/b
     there; `flattest` is the greatest such radius [mm] that seals. A flatter shape is made rounder

@@ -20,7 +20,7 @@ UNWEIGHED = ("cable ties", "tube fittings", "tube", "dowel pins")
 
 @dataclass(frozen=True)
 class MassRow:
-    """Equal parts of the brake: number, mass of each [kg] and basis."""
+    """Identical parts of the brake: number, mass of each [kg] and basis."""
 
     name: str
     count: int

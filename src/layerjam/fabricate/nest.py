@@ -12,7 +12,7 @@ SLACK = 1e-9
 
 @dataclass(frozen=True)
 class CutPart:
-    """Equal parts to cut, kerf included."""
+    """Identical parts to cut, kerf included."""
 
     name: str
     outline: Outline
@@ -82,7 +82,7 @@ def nest_smallest(
 def _row_lengths(
     steps: Mapping[float, int], start: float, least: float, longest: float, enough: int = 150
 ) -> list[float]:
-    """Return lengths of a row of some of each part, up to `longest`; the shortest ones if many."""
+    """Return lengths of rows with some of each part, up to `longest`; the shortest ones if many."""
     sums = {start}
     for step, count in steps.items():
         rows = int(min(count, (longest - start) // step))

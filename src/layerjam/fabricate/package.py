@@ -11,7 +11,7 @@ from layerjam.fabricate.mesh import Mesh
 EPOCH = (1980, 1, 1, 0, 0, 0)
 """Date of every file in a package: the earliest that the format allows."""
 SPACING = 5.0
-"""Distance of two objects on the printer's plate [mm]."""
+"""Distance between two objects on the printer's plate [mm]."""
 MODEL = "3D/3dmodel.model"
 TYPES = (
     '<?xml version="1.0" encoding="UTF-8"?>\n'

@@ -49,7 +49,7 @@ def split_mix(mix: str | None, mass: float) -> list[float] | None:
 def filling_pressure(lengths: Lengths, viscosity: float, pot_life: float) -> float:
     """Return the pressure [Pa] that fills the mould, as a flat slot, in half the pot life.
 
-    It is 12 η (V / ½ pot life) ℓ / (girth w³), Poiseuille's flow between two plates at the distance
+    It is 12 η (V / ½ pot life) ℓ / (girth w³), Poiseuille's flow between two plates at a distance
     w, as wide as the girth in the middle of the wall. The mould is just full, so its whole length
     resists. Corners count as rounded; the sharp ones of the paper's brake let 5 % more pass.
     """

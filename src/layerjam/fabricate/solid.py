@@ -59,7 +59,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Ellipse:
-    """Ellipse with half axes along those of the section; a circle if they are equal."""
+    """Ellipse with half axes along those of the section; a circle if the two are equal."""
 
     centre: Point
     first: float

@@ -13,7 +13,7 @@ from layerjam.errors import MissingExtraError
 from layerjam.fabricate.solid import PLANE, Axis, Box, Ellipse, Prism, Solid
 
 STAMP = "2000-01-01T00:00:00"
-"""Fixed time stamp, so that equal parts make equal files."""
+"""Fixed time stamp, so that identical parts produce identical files."""
 DIRECTIONS: dict[Axis, tuple[float, float, float]] = {
     "x": (1, 0, 0),
     "y": (0, 1, 0),

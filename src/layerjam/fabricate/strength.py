@@ -208,7 +208,7 @@ def _cap_text(place: str, stress: float, strength: float | None, ok: bool | None
 
 
 def tray_factor(build: Build, lengths: Lengths) -> float:
-    """Return the greatest stress in the tray over the force [1/mm²], from tension and bending.
+    """Return the ratio of the tray's greatest stress to the force [1/mm²]: tension and bending.
 
     The force acts in the middle of the stack. The section is a U without its nut pockets and with
     sharp edges, which changes it by 4 %.

@@ -19,9 +19,9 @@ ROUNDING = 1e-9
 class Check:
     """Value and limit in SI units, of one brake or arrays of many; `words` returns the sentence.
 
-    If `passes` is given it decides, otherwise the two numbers do. `applies` is False if the check
-    is not relevant. If it does not pass, geometry that cannot be drawn is `refused`. A part loaded
-    beyond its strength has `failed`, which a person may accept.
+    `passes` states the outcome if given; otherwise the two numbers determine it. `applies` is False
+    if the check is not relevant. If it does not pass, geometry that cannot be drawn is `refused`. A
+    part loaded beyond its strength has `failed`, which a person may accept.
     """
 
     code: str

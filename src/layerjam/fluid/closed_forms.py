@@ -28,7 +28,7 @@ from layerjam.fluid.pump import (
 def has_closed_form(line: Line) -> bool:
     """Return whether the closed forms apply: one rigid volume at one temperature, no orifice leaks.
 
-    Pumps with a flow curve have none against a leak.
+    Pumps with a flow curve have no closed form against a leak.
     """
     leak = line.leak
     rigid = line.tube is None and line.chamber.shrink == 0 and line.polytropic == 1
@@ -36,7 +36,7 @@ def has_closed_form(line: Line) -> bool:
 
 
 def pumps_flow(line: Line) -> float:
-    """Return the inlet flow of all pumps at no vacuum and zero ultimate pressure [m^3/s]."""
+    """Return the inlet flow of all pumps without vacuum, for zero ultimate pressure [m^3/s]."""
     return inlet_flow(line.pump) * line.pump.count
 
 
@@ -152,14 +152,14 @@ def time_constant(line: Line, water: bool = False) -> float:
 
 
 class Filling(NamedTuple):
-    """Vacuum [Pa] over time [s] in a line filled with water, shape (N,)."""
+    """Vacuum [Pa] versus time [s] in a line filled with water, shape (N,)."""
 
     time: npt.NDArray[np.float64]
     vacuum: npt.NDArray[np.float64]
 
 
 def filling(target: float, line: Line) -> Filling:
-    """Return vacuum over time in water, up to a target [Pa] or to boiling, then constant."""
+    """Return vacuum versus time in water, up to a target [Pa] or to boiling, then constant."""
     end = min(target, reachable_vacuum(line, water=True))
     duration = end / line.site.atmosphere * time_constant(line, water=True)
     return Filling(np.array([0.0, duration, 1.6 * duration]), np.array([0.0, end, end]))

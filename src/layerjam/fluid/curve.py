@@ -1,7 +1,7 @@
-"""A pump's flow curve as in data sheets: flow of free air over vacuum, point by point.
+"""A pump's flow curve as in data sheets: flow of free air versus vacuum, point by point.
 
 The flow is that of free air at the pump's atmosphere; the flow at the inlet at p is larger by
-p_atm/p. Vacuums are those below `STANDARD`. The curve is linear between points, so that it never
+p_atm/p. Vacuums are measured below `STANDARD`. The curve is linear between points, so that it never
 rises between falling points, and pumping down has a closed form.
 """
 

@@ -25,7 +25,7 @@ def emptying_work(p: float, volume: float, atmosphere: float) -> float:
 
 
 def jam_work(vacuum: float, line: Line, water: bool = False, standing: float = 0.0) -> float:
-    """Return the least work of a pump [J] from an idle vacuum [Pa] to another, without leak.
+    """Return the least work of a pump [J] from an idle vacuum [Pa] to a higher one, without leak.
 
     Air: the integral of ln(a/p) d(pV) with V = V0 - C_w vacuum; water: C P^2/2.
     """

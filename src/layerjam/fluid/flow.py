@@ -20,7 +20,7 @@ VAPOUR = 2339.0
 
 
 def choked_share(ratio: float, critical: float = CRITICAL) -> float:
-    """Return the flow over the choked flow at a ratio of absolute pressures, 0 to 1 (ISO 6358).
+    """Return the ratio of flow to choked flow at a ratio of absolute pressures, 0 to 1 (ISO 6358).
 
     It is 1 up to the critical ratio, then a quarter of an ellipse, and linear from `LAMINAR` to 0
     at equal pressures.
@@ -43,7 +43,7 @@ def valve_throughput(
 
 
 def tube_conductance(length: float, bore: float) -> float:
-    """Return the laminar throughput over the difference of squared pressures [m^3/(s Pa)]."""
+    """Return laminar throughput divided by the difference of squared pressures [m^3/(s Pa)]."""
     return math.pi * bore**4 / (256 * VISCOSITY * length)
 
 

@@ -45,7 +45,7 @@ class Chamber:
 
 @record
 class Tube:
-    """The tube between pump and brake; without cells its gas is counted on the pump's side."""
+    """The tube between pump and brake; without cells, its gas is counted on the pump's side."""
 
     length: float = quantity("m", "length of the tube", lo=1e-3, hi=100)
     bore: float = quantity("m", "inner diameter of the tube", lo=1e-4, hi=0.1)
@@ -60,7 +60,7 @@ class Tube:
 
 @record
 class Pump:
-    """One of `count` equal pumps in parallel, with a displacement or a flow curve (`pump.py`).
+    """One of `count` identical pumps in parallel, with a displacement or a flow curve (`pump.py`).
 
     A displacement gives q = flow (p - ultimate) for each pump; a curve replaces both numbers.
     """
@@ -212,7 +212,7 @@ def validate(line: Line) -> None:
 
 
 def water_compliance(line: Line) -> float:
-    """Return the water removed per vacuum [m^3/Pa]; QuantityError if it is not given."""
+    """Return the volume of water removed per vacuum [m^3/Pa]; QuantityError if it is not given."""
     if line.chamber.compliance is None:
         raise QuantityError.of(
             "chamber.compliance",

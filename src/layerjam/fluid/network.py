@@ -179,7 +179,7 @@ def advance(state: Array, drive: Drive, line: Line, dt: float, steps: int = 1) -
 
 
 def gas_imbalance(state: Array, start: Array) -> float:
-    """Return the gas that is unaccounted for, relative to the gas present or passed [1]."""
+    """Return the unaccounted gas, relative to the gas present or passed [1]."""
     total, before = float(state[3:6].sum()), float(start[3:6].sum())
     flows = state[PUMPED:SIZE] - start[PUMPED:SIZE]
     scale = max(total, before, float(np.abs(flows).sum()))

@@ -49,7 +49,7 @@ def air_fall_time(
 ) -> tuple[float | None, str | None]:
     """Return the 90 to 10 % fall time [s] from a vacuum [Pa] in air, and its method, or None.
 
-    The method is the vent valve, from its opening on, or else reversed pumps.
+    The method is the vent valve, timed from its opening, or else reversed pumps.
     """
     if line.valve is not None:
         drive, means, first = Drive(pump=0.0, vent=1.0), "valve", fall_by_valve(target, line)

@@ -1,7 +1,7 @@
 """Delay of a tube: the pressure wave, the lag of its resistance, and both in cells.
 
 A wave of small amplitude travels at c = sqrt(n R T). This is 290 m/s at constant temperature (n =
-1, narrow tubes) and 343 m/s without exchange of heat (n = 1.4). In N cells, per length,
+1, narrow tubes) and 343 m/s without exchange of heat (n = 1.4). In N cells, per unit length,
 
     A dp/dt = -n dq/dx,    dq/dt = R T (-A dp/dx - 32 mu q / (p d^2)),
 

@@ -16,7 +16,7 @@ __all__ = ["Check", "check"]
 PLAUSIBLE = (0.5, 2.0)
 """Range of plausible scale factors; the paper's are 0.875 and 1.24."""
 POSSIBLE = (0.3, 3.0)
-"""Range outside which a scale factor fails: such friction means another film or unit."""
+"""Range outside which a scale factor fails: such friction means a different film or unit."""
 SMALL = 0.05
 """Relative change or difference below which a trend passes, whatever its interval."""
 
@@ -49,7 +49,7 @@ def check_span(
 
 
 def identifiability_note(brake: Brake) -> Check:
-    """Note that peaks give the product of scale factor and friction, never one of them alone."""
+    """Note that peaks determine the product of scale factor and friction, but neither alone."""
     return check(
         "identifiable",
         True,
@@ -103,7 +103,7 @@ def check_scatter(
 ) -> Check:
     """Check that values scatter by at most `limit` (SD, relative) or three of their own errors.
 
-    A scatter above `GROSS` fails: some of the pulls have another unit, vacuum or brake.
+    A scatter above `GROSS` fails: some of the pulls have a different unit, vacuum or brake.
     """
     fine = spread <= max(limit, 3 * own_error)
     level: Level = "failed" if spread > max(GROSS, 3 * own_error) else "warning"
@@ -176,7 +176,7 @@ def check_no_trend(
 
 
 def check_curve_end(predicted_force: float, measured_force: float) -> Check:
-    """Check that the calibrated law also meets the end of the curve, not only its peak."""
+    """Check that the calibrated law also fits the end of the curve, not only its peak."""
     deviation = (
         (predicted_force - measured_force) / measured_force if measured_force > 0 else np.inf
     )

@@ -95,7 +95,7 @@ curves_of = make_curves  # former name
 
 
 def group_conditions(curves: Sequence[Curve]) -> list[tuple[int, ...]]:
-    """Return the indices of curves with equal conditions: vacuum and speed within `ALIKE`."""
+    """Return the indices of curves with the same conditions: vacuum and speed within `ALIKE`."""
     vacuums = level_numbers([c.vacuum for c in curves])
     speeds = level_numbers([c.speed or 0.0 for c in curves])
     members: dict[tuple[int, int], list[int]] = {}

@@ -15,7 +15,7 @@ from layerjam.measure.trace import Array
 FEWEST = 3
 """Fewest values in which an outlier can be identified: two values cannot show which is wrong."""
 FIRST = 0.8
-"""Share of the false alarms spent on single values; sets of several values share the remainder."""
+"""Fraction of the false alarms spent on single values; sets of several share the remainder."""
 GROSS = 1.3
 """Ratio to the median beyond which a value may be a gross outlier. The friction of a film scatters
 by 8 % (Table I), so a deviation of a third is four standard deviations."""
@@ -30,9 +30,9 @@ def find_outliers(
 ) -> tuple[int, ...]:
     """Return the indices of outliers among normal values, shape (N,), in rising order.
 
-    `alarms` bounds the share of regular sets in which any outlier is reported (Bonferroni over all
-    sets of the same size). A value within `least` of the others' mean is never an outlier; one more
-    than `limit` off the median always is.
+    `alarms` bounds the fraction of regular sets in which any outlier is reported (Bonferroni over
+    all sets of the same size). A value within `least` of the others' mean is never an outlier; one
+    more than `limit` off the median always is.
     """
     count = len(values)
     if count < FEWEST:

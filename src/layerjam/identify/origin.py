@@ -1,4 +1,4 @@
-"""Origin of a brake's numbers in one word, derived from its file."""
+"""Origin of a brake's numbers as one word, derived from its file."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -53,7 +53,8 @@ def list_inputs(file: BrakeFile, traces: "Iterable[Trace]") -> dict[str, Any]:
 def rename_files(value: Any, names: Mapping[str, str]) -> Any:
     """Return a text, or lists and tables of texts, with files (and their folder) renamed.
 
-    `names` is {name of a file: new name}, for files stored under other names than their owner's.
+    `names` is {name of a file: new name}, for files stored under names other than those that their
+    owner gave them.
     """
     if isinstance(value, Notice):
         return Notice(rename_files(str(value), names), value.key)
@@ -138,7 +139,7 @@ def calibrated_text(
 def mark_synthetic(
     changes: Mapping[str, tuple[float, Source] | None], synthetic: bool
 ) -> dict[str, tuple[float, Source] | None]:
-    """Return numbers for a brake's file, their sources marked if `synthetic`.
+    """Return numbers for a brake's file, with their sources marked if `synthetic`.
 
     The numbers carry the mark themselves, because the next command replaces [made_by].
     """

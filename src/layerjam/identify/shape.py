@@ -12,7 +12,7 @@ SHAPE = ("scale_factor", "stiffness", "enclosure_factor")
 def change_shape(brake: Brake, factor: Any, stiffness: Any, enclosure: Any) -> Brake:
     """Return the brake with a scale factor, stiffness [N/m] and factor on the enclosure's force.
 
-    A force shows only the product of the enclosure's modulus and friction. Both get the same
+    A force determines only the product of the enclosure's modulus and friction. Both get the same
     factor, so the slip at which the whole enclosure moves does not change.
     """
     return replace(

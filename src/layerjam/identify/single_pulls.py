@@ -5,8 +5,8 @@ factor after the peak with the peak's. `vacuum` and `speed` compare the scale fa
 at one vacuum or speed with the others', and the crosshead's speed with the stated one. `seating`
 states whether the rise is straight. A verdict is "ok", "odd", or "untold" if too little is known.
 
-A single pull with another friction and one with another vacuum look alike. Only the enclosure could
-distinguish them, but it carries a sixth of the force and scatters too much.
+A single pull with a different friction looks like one with a different vacuum. Only the enclosure
+could distinguish them, but it carries a sixth of the force and scatters too much.
 """
 
 from collections import defaultdict
@@ -40,10 +40,10 @@ ALARMS: Mapping[str, float] = {
     "seating of all": 0.002,
     "shape of all": 0.002,
 }
-"""{test: share of faultless campaigns that it may reject}; together below 5 %.
+"""{test: fraction of faultless campaigns that it may reject}; together below 5 %.
 
-The factor has the largest share: a film's friction scatters by some percent, so a deviation of 15 %
-needs a sharp test. Faults in the other quantities far exceed their scatter.
+The factor has the largest share: a film's friction scatters by a few percent, so a deviation of 15
+% needs a sensitive test. Faults in the other quantities far exceed their scatter.
 """
 LEAST: Mapping[str, float] = {
     "factor": 0.02,
@@ -173,7 +173,7 @@ def _compare_each(
     fewest: int = FEWEST,
     limit: float = float("inf"),
 ) -> None:
-    """Compare each pull with the others in one number; `words` contains its deviation."""
+    """Compare each pull with the others in one number; `words` describes its deviation."""
     values, indices = findings.known_values(test, pull_values, fewest)
     out = find_outliers(values, ALARMS[test], LEAST[test], limit)
     for place in out:

@@ -7,7 +7,7 @@ from layerjam.simulate.speed import follows_speed
 
 
 def friction_growth(brake: Brake, speed: float | None, path: str) -> float:
-    """Return the friction at a speed [m/s] over that at the law's test speed; 1 without a law.
+    """Return the ratio of friction at a speed [m/s] to that at the law's test speed; 1 if no law.
 
     Raises FitError if the brake has a law and the speed of the pull is unknown.
     """

@@ -25,12 +25,12 @@ LEAST_TEETH = 5
 LEAST_SWING = 0.02
 """Smallest swing reported, relative to the middle force; smaller ones remain part of the mean."""
 LEAST_SHARE = 0.6
-"""Smallest part of a tooth during which the force rises; 0.5 is a vibration."""
+"""Smallest fraction of a tooth during which the force rises; 0.5 is a vibration."""
 SUDDEN = 0.72
 """The same for fewer than MANY_TEETH or dissimilar teeth, because a rough film comes close."""
 MANY_TEETH, ALIKE = 15, 0.3
 CLEAR = 4.0
-"""Standard errors by which that part must exceed one half."""
+"""Standard errors by which that fraction must exceed one half."""
 MOST_UNLIKE = 0.5
 """Largest scatter of spacings and of rising slopes, relative to their medians."""
 STANDS_OUT = 8.0
@@ -41,7 +41,7 @@ MOST_SAMPLES = 60_000
 STUCK = 0.8
 """Smallest stiffness of a stuck tooth's rise, relative to the pull's."""
 EQUAL = 0.03
-"""Relative difference of spacings that count as equal."""
+"""Largest relative difference at which spacings count as equal."""
 GROWN = 1.5
 """Ratio of swings at which stick–slip of one stiffness has clearly different spacings."""
 REGULAR = 0.2
@@ -60,10 +60,10 @@ class SawTeeth:
 
     `upper` and `lower` are the mean forces at which the teeth end and begin [N], with standard
     errors from their scatter. `spacing` is the crosshead's travel between two slips [m], `period`
-    the time [s] or None if the record has no time. `rising_share` is the part of a tooth that
-    rises, `irregularity` the relative scatter of the spacing. `growth` is the exponent with which
-    the rises grow with their swings, 1 if the sheets stick, 0 for a machine's teeth; None if too
-    few teeth, or too equal ones, show it. `peaks` and `troughs` are indices into the stretch.
+    the time [s] or None if the record has no time. `rising_share` is the rising fraction of a
+    tooth, `irregularity` the relative scatter of the spacing. `growth` is the exponent with which
+    the rises grow with their swings, 1 if the sheets stick, 0 for a machine's teeth; None if the
+    teeth are too few or too similar to show it. `peaks` and `troughs` are indices into the stretch.
     """
 
     upper: float
@@ -206,7 +206,7 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
     """
     if len(force) < 3 * LEAST_TEETH:
         return Search(None, f"only {len(force)} samples")
-    # take single samples at regular distances, because means would cut off the tips of the teeth
+    # take single samples at regular intervals, because means would cut off the tips of the teeth
     coarse = max(1, -(-len(force) // MOST_SAMPLES))
     position, force = position[::coarse], force[::coarse]
     noise = max(noise_sd(force), _digit_step(force) / 12**0.5)
@@ -223,7 +223,7 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
         if teeth is not None and (best is None or teeth.teeth > best.teeth):
             best, reason = teeth, explanation
         elif best is None and len(peaks) > LEAST_TEETH and not has_reason:
-            reason, has_reason = explanation, True  # keep the reason of the least smoothed record
+            reason, has_reason = explanation, True  # the reason given for the least smoothed record
         if best is not None and best.upper - best.lower > 2 * STANDS_OUT * smoothed_noise:
             # with less smoothing the smallest teeth are missed, and a smoother record shows more
             # teeth
@@ -340,7 +340,7 @@ def _measure_teeth(stretch: _Stretch, turns: _Turns) -> SawTeeth:
 
 
 def _growth_exponent(rise: Array, swing: Array, noise: float) -> float | None:
-    """Return the exponent of the rises over the swings; `noise` is that of a force [N]."""
+    """Return the exponent of the rises against the swings; `noise` is that of a force [N]."""
     if len(rise) < MANY_TEETH or not (swing > 0).all():
         return None
     spread = float(np.log(swing).var(ddof=1))

@@ -14,7 +14,7 @@ from layerjam.units import quantities
 FILE = Path(__file__).parent / "c" / "fmu" / "variables.h"
 Role = Literal["independent", "input", "output", "flag", "local", "parameter"]
 TIME, FIRST_INPUT, FIRST_OUTPUT, FIRST_FLAG, TURNING, FIRST_PARAMETER = 0, 1, 10, 20, 30, 100
-"""Value references, such that a parameter that is added later does not change the others."""
+"""Value references, chosen so that a parameter added later does not change the others."""
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,7 @@ def at_start(dtype: Any = jnp.float64) -> Motion:
 def move_state(
     state: Motion, elongation: Any, vacuum: Any, numbers: Parameters, compliance: Any = 0.0
 ) -> Motion:
-    """Return the brake after it took a vacuum [Pa] and moved to an elongation [m].
+    """Return the brake after a change to a vacuum [Pa] and a move to an elongation [m].
 
     `compliance` [m/N] in series is for solvers; the elongation is then that without any force. If
     the vacuum is negative or not finite, the last vacuum is kept. A move to an elongation that is

@@ -1,4 +1,4 @@
-"""The C kernel under the name by which other programs import it."""
+"""The C kernel, under the name by which other programs import it."""
 
 from layerjam.kernel.kernel import (
     CLOSED,

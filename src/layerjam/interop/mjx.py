@@ -5,7 +5,7 @@
     d, state = mjx.step(mx, d, state, vacuum, brake)
 
 `step` replaces `mujoco.mjx.step`; it can also be jitted, scanned, batched and differentiated. MJX
-accepts plugins and plastic springs silently but computes something else, so they are rejected here.
+silently accepts plugins and plastic springs but computes something else, so they are rejected here.
 """
 
 from dataclasses import dataclass

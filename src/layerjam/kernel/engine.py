@@ -49,7 +49,7 @@ def quick_kernel(brake: Brake, vacuum: float) -> Kernel | None:
     if not all(map(math.isfinite, numbers)) or min(numbers[:6]) <= 0:
         return None
     least = numbers.contact * vacuum * (vacuum / numbers.test_pressure) ** numbers.exponent
-    # if both are equal, rounding decides whether it snaps, so use the law
+    # if both are equal, rounding determines whether it snaps, so use the law
     return kernel if numbers.stiffness > least * (1 + 1e-9) else None
 
 

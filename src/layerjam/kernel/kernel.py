@@ -22,7 +22,7 @@ REFUSED, SLACK, SEPARATED, CLOSED, SNAPPED, OVERFLOW = (1 << bit for bit in rang
 """Flags of a state, as in `layerjam.h`."""
 DEPTH = 16
 PARTED = 1e-12
-"""Share of the overlap that counts as none left, as in `brake_cycle`."""
+"""Fraction of the overlap below which none counts as left, as in `brake_cycle`."""
 _REALS: dict[Precision, Any] = {"double": ctypes.c_double, "single": ctypes.c_float}
 
 
@@ -67,7 +67,7 @@ def load_library(precision: Precision) -> tuple[Any, _Structures]:
     defines = () if precision == "double" else ("LJ_SINGLE",)
     wheel_kernel = find_shipped(CODE, defines)
     if wheel_kernel is not None:
-        with contextlib.suppress(OSError):  # it may be for a system with another C library
+        with contextlib.suppress(OSError):  # it may be for a system with a different C library
             return bound(wheel_kernel, precision)
     path = find_built(CODE, defines) or library(CODE, defines)
     try:
@@ -144,11 +144,11 @@ class Kernel:
         return force
 
     def tangent(self, compliance: float = 0.0) -> float:
-        """Return the slope of the force over the elongation [N/m], continuing the last move."""
+        """Return the slope of force versus elongation [N/m], continuing the last move."""
         return self._library.lj_tangent(self._brake, self._state, compliance)
 
     def vacuum_tangent(self, compliance: float = 0.0) -> float:
-        """Return the slope of the force over a falling vacuum [N/Pa]; a rise moves nothing."""
+        """Return the slope of force versus a falling vacuum [N/Pa]; a rise moves nothing."""
         return self._library.lj_vacuum_tangent(self._brake, self._state, compliance)
 
     @property

@@ -16,7 +16,7 @@ class Parameters(NamedTuple):
     """Fields of `lj_brake` in `layerjam.h`, in its order and under its names."""
 
     contact: float
-    """Friction of the sheets per vacuum and overlap, a mu_k (n-1) W [m]."""
+    """Friction of the sheets per unit of vacuum and overlap, a mu_k (n-1) W [m]."""
     overlap: float
     """Overlap at rest [m]."""
     stiffness: float
@@ -24,11 +24,11 @@ class Parameters(NamedTuple):
     enclosure_stiffness: float
     """EA of one face [N]."""
     enclosure_contact: float
-    """Friction of one face per vacuum and length, mu_e W [m]."""
+    """Friction of one face per unit of vacuum and length, mu_e W [m]."""
     reach: float
     """Half the free length of the enclosure [m]."""
     exponent: float
-    """Exponent of the friction over pressure; 0 if proportional."""
+    """Exponent of the friction coefficient versus pressure; 0 if friction is proportional to it."""
     test_pressure: float
     """Vacuum to which the exponent refers [Pa]."""
 

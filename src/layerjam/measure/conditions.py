@@ -84,7 +84,7 @@ def _read_list(path: Path, _time: int, _size: int) -> dict[str, dict[str, Any]]:
 
 
 def parse_list(text: str, path: str | Path) -> dict[str, dict[str, Any]]:
-    """Return {file name: {fact: SI value}} of a list's text; FileError has `path` and line."""
+    """Return {file name: {key: SI value}} of a list's text; FileError has `path` and line."""
     mark = max(",;\t", key=text.partition("\n")[0].count)
     rows = [(n, row) for n, row in enumerate(csv.reader(io.StringIO(text), delimiter=mark), 1)]
     rows = [

@@ -1,4 +1,4 @@
-"""Vacuum over time from a file, such as a pump's log or a spreadsheet."""
+"""Vacuum versus time from a file, such as a pump's log or a spreadsheet."""
 
 from pathlib import Path
 

@@ -57,7 +57,7 @@ ACCELERATION = Want(
 class Log:
     """Columns in SI units by role, shape (N,) each, and the interpretation of the file.
 
-    `head` has the lines above the table, lower-case key to the rest of the line. `taken` has each
+    `head` has the lines above the table: {lower-case key: rest of the line}. `taken` has each
     column's name and unit as written, because a unit alone may be incomplete (bar absolute or
     gauge).
     """
@@ -68,7 +68,7 @@ class Log:
     head: Mapping[str, tuple[str, ...]]
     understood: tuple[str, ...]
     synthetic: bool = False
-    """Whether a program generated the file, according to its head or its sidecar."""
+    """Whether a program generated the file, according to its header or its sidecar."""
 
     def __getitem__(self, role: str) -> Array:
         return self.columns[role]
@@ -190,8 +190,8 @@ def _convert_points(
 ) -> tuple[Rows, list[str]]:
     """Convert numbers such as 1.002.000 for 1002.000, whose last point is the decimal sign.
 
-    This requires the user's decimal sign or a column with a number such as 0.000, because a group
-    of thousands cannot follow a lone zero.
+    This requires the user's decimal sign or a column with a number such as 0.000, because a
+    thousands group cannot follow a lone zero.
     """
     source, table = rows.source, rows.table
     notes: list[str] = []

@@ -1,4 +1,4 @@
-"""A run of a bench as CSV that every command reads, and the facts for its sidecar."""
+"""A run of a bench as CSV that every command reads, and the metadata for its sidecar."""
 
 import io
 
@@ -21,7 +21,7 @@ UNITS = {
 FIRST = ("time", "elongation", "force", "vacuum", "target")
 """Columns that commands need, in front; the board's own follow unchanged."""
 LONG = 400
-"""Largest number of characters of a fact in a header."""
+"""Largest number of characters of a metadata entry in a header."""
 
 
 def ordered_columns(run: Run) -> dict[str, Array]:
@@ -32,7 +32,7 @@ def ordered_columns(run: Run) -> dict[str, Array]:
 
 
 def csv_text(run: Run) -> str:
-    """Return the whole run as text: a header with the facts, names with units, rows of samples."""
+    """Return the whole run as text: a header with metadata, names with units, rows of samples."""
     head = {"data": SYNTHETIC if run.simulated else MEASURED}
     head |= {key: text for key, text in run.meta.items() if text and key != "simulated"}
     short = {key: text for key, text in head.items() if "\n" not in text and len(text) <= LONG}
@@ -55,7 +55,7 @@ def _format_cells(name: str, values: Array) -> list[str]:
 
 
 def run_facts(run: Run) -> Facts:
-    """Return the facts of a run for its sidecar: synthetic or not, vacuum, speed, and so on.
+    """Return the metadata of a run for its sidecar: synthetic or not, vacuum, speed, ...
 
     A vacuum or a speed counts if the procedure has only one.
     """

@@ -1,4 +1,4 @@
-"""Detection of a record that was exported twice, with another sampling, unit or separator.
+"""Detection of a record exported twice, with a different sampling, unit or separator.
 
 Repeats of one brake look similar, but the load cell's noise identifies a record. The noise is
 compared by second differences, which contain almost nothing else.
@@ -17,14 +17,14 @@ ALIKE = 0.75
 """Correlation of the noise above which two records are the same. Repeats of virtual brakes reach
 0.46. Strokes of a printed actuator reach 0.84, but these differ by 1.5 times their noise."""
 CLOSE_CURVES = 1.0
-"""Median difference of the curves over that of the noise below which records may be the same."""
+"""Ratio of the curves' median difference to that of the noise below which records may match."""
 QUIET = 1e-5
 """Noise, relative to the range of forces, below which a record is considered computed, so that two
 of them may be alike without being the same."""
 SHARED = 0.5
-"""Share of the shorter record that both must have in common."""
+"""Fraction of the shorter record that both must have in common."""
 MOST_SIZE = 4.5
-"""Noise, relative to its median size, at which it is clipped, so that a jump does not decide."""
+"""Noise, relative to its median size, at which it is clipped, so that a jump does not dominate."""
 SAMPLE = 200
 """Number of points at which two curves are compared before their noise."""
 STARTS = 50

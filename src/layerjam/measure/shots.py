@@ -25,7 +25,7 @@ Array = np.ndarray[Any, np.dtype[Any]]
 class Shot:
     """One record; `counts` has shape (N,), int16, with `before` samples before the trigger.
 
-    `zero` [counts], `gain` [m/s^2 a count], `range` [m/s^2] and `rate` [Hz] are the board's own.
+    `zero` [counts], `gain` [m/s^2 per count], `range` [m/s^2] and `rate` [Hz] are the board's own.
     `number` and `boot` are those of a run file; `size` is N if nothing is missing.
     """
 
@@ -97,7 +97,7 @@ class Shot:
         )
 
     def text(self, facts: Mapping[str, str] | None = None) -> str:
-        """Return CSV for `layerjam crash`; `facts` are added to its first lines."""
+        """Return CSV for `layerjam crash`; `facts` (metadata) are added to its first lines."""
         head = {
             **(facts or {}),
             "data": SYNTHETIC if self.synthetic else MEASURED,

@@ -1,4 +1,4 @@
-"""Facts that a measurement's file lacks, stored as NAME.csv.toml next to NAME.csv."""
+"""Metadata that a measurement's file lacks, stored as NAME.csv.toml next to NAME.csv."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +15,7 @@ from layerjam.units import FlagSpec, build, like, quantity
 
 SIDECAR_ENDING = ".toml"
 FOLDER = "conditions.toml"
-"""File of facts that apply to all files of its folder, with the same keys."""
+"""File of metadata that apply to all files of its folder, with the same keys."""
 READ = "read"
 """Table of a sidecar with reading options; see `measure.options`."""
 
@@ -102,15 +102,15 @@ _FIELDS = dict(entries(Facts))
 
 
 def sidecar_path(path: str | Path) -> Path:
-    """Return the path of a data file's facts: the same name followed by .toml."""
+    """Return the path of a data file's sidecar: the same name followed by .toml."""
     path = Path(path)
     return path.parent / (path.name + SIDECAR_ENDING)  # a name may be empty: '', '.', '/'
 
 
 def read_facts(path: str | Path) -> Facts:
-    """Return the facts of the data file `path`; all unknown if there is no sidecar.
+    """Return the metadata of the data file `path`; all unknown if there is no sidecar.
 
-    Facts of all files of a folder are in its conditions.toml; a file's own sidecar has priority.
+    Metadata of all files of a folder are in its conditions.toml; a file's own sidecar has priority.
     Raises FileError, with file and line, for broken TOML, an unknown key or a bad value.
     """
     of_all, of_file = (_read_place(place) for place in fact_files(path))
@@ -118,7 +118,7 @@ def read_facts(path: str | Path) -> Facts:
 
 
 def fact_files(path: str | Path) -> tuple[Path, Path]:
-    """Return the paths of a data file's facts: its folder's and its own, which has priority."""
+    """Return the paths of a data file's metadata: its folder's, and its own, which has priority."""
     return Path(path).parent / FOLDER, sidecar_path(path)
 
 
@@ -127,14 +127,14 @@ def _read_place(place: Path) -> dict[str, Any]:
 
 
 def parse_facts(text: str, place: str | Path) -> dict[str, Any]:
-    """Return {fact: SI value} of a sidecar's text; FileError names `path` and the line."""
+    """Return {key: SI value} of a sidecar's text; FileError names `path` and the line."""
     reader = Reader(text, place, _FIELDS, words={})
     reader.take({k: v for k, v in parse_toml(text, place).items() if k != READ})
     return reader.values
 
 
 def read_text_or_empty(place: Path) -> str:
-    """Return the text of a file of facts; empty if there is none."""
+    """Return the text of a metadata file; empty if there is none."""
     try:
         exists = place.exists()
     except (OSError, ValueError):  # a name that is too long or contains a NUL has no sidecar
@@ -143,7 +143,7 @@ def read_text_or_empty(place: Path) -> str:
 
 
 def facts_text(facts: Facts) -> str:
-    """Return the sidecar's TOML; `read_facts` returns exactly these facts."""
+    """Return the sidecar's TOML; `read_facts` returns exactly these metadata."""
     lines = ["# Facts that the data file next to this one does not contain."]
     return "\n".join([*lines, *plain(_FIELDS, vars(facts)), ""])
 

@@ -22,10 +22,10 @@ _LARGEST = {"force": (1e8, "N"), "elongation": (1e3, "m"), "time": (1e11, "s")}
 class Trace:
     """One pull or friction test as recorded by a machine, in SI units.
 
-    `force` [N] and `elongation` [m] (with the machine's own origin) are float64 arrays of one
+    `force` [N] and `elongation` [m] (with the machine's own origin) are float64 arrays of the same
     length, finite throughout; `time` [s] likewise, or None. `format` names the machine's format,
     `understood` describes the interpretation of the columns, `warnings` are anomalies, `facts` are
-    those of the sidecar.
+    the metadata of the sidecar.
     """
 
     force: Array = field(repr=False)

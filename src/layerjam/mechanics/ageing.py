@@ -2,7 +2,7 @@
 
 It is included only if the brake states the growth (`film.ageing`, with the hold `film.static_hold`
 after which its static friction was measured); `layerjam ageing` fits it. The load during the hold
-is assumed to equal that of the pull, and a slip is assumed to erase the growth.
+is assumed to equal that of the pull; a slip is assumed to erase the growth.
 """
 
 from dataclasses import replace
@@ -22,7 +22,7 @@ def _aged(hold: Any, brake: Brake) -> Any:
     rested = hold > 0
     decades = jnp.log10(jnp.where(rested, hold, 1.0) / film.static_hold)
     friction = jnp.maximum(film.static + film.ageing * decades, film.kinetic)
-    # the logarithm diverges for a hold of zero, so friction is limited to the kinetic one
+    # the logarithm diverges for a hold of zero, so friction is never taken below kinetic friction
     return jnp.where(rested, friction, jnp.where(film.ageing > 0, film.kinetic, film.static))
 
 

@@ -166,7 +166,7 @@ def _spread(count: Any, pitch: Any, brake: Brake) -> Any:
 def _fan_stiffness(count: Any, brake: Brake) -> tuple[Any, Any]:
     """Return E I [N m^2], with enclosure, of sheets that fan out from t to 2 t, and their couple.
 
-    The couple is the share of the moment that axial forces carry at the cap. It doubles up to the
+    The couple is the part of the moment that axial forces carry at the cap. It doubles up to the
     overlap while the moment is constant: axial forces carry Q(1 + s/L), the sheets' own bending M -
     Q(1 + s/L). With B = own and tube and A = E W t^3 count (count^2 - 1)/12, the least energy has
     Q/M = 9 A/(14 A + 6 B) and E I = B/(1 - 27 A/(28 A + 12 B)). Forces along lines that meet in one
@@ -189,7 +189,7 @@ def _side(count: Any, brake: Brake) -> Any:
 
 
 def _lever(slip: Any, brake: Brake) -> Any:
-    """Return the slip of a fan's interfaces over that of flat sheets, once all slip [-].
+    """Return the ratio of the slip of a fan's interfaces to that of flat sheets, once all slip [-].
 
     In a free length that bends evenly, the sheets of a fan are drawn by 3/4 of the distance of flat
     ones.
@@ -251,8 +251,8 @@ def slip_moment(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Return the part of the caps' moment [N m] from friction once every interface slips.
 
     It is F_f (n - 1) t/4, with F_f the friction of flat sheets in a pull. An interface slips by its
-    distance from the middle times the angle; without spacers, by 3/4 of that for the angle of the
-    free lengths. Zero for a brake that slides along its pull.
+    distance from the middle times the angle; without spacers, by 3/4 of that, with the angle taken
+    over the free lengths. Zero for a brake that slides along its pull.
     """
     force = friction_per_contact(vacuum, flat(brake)) * (brake.sheets.overlap - slip)
     moment = force * (brake.sheets.count - 1) * brake.sheets.thickness / 4 * _lever(slip, brake)
@@ -310,9 +310,9 @@ def turning_moment(angle: Any, slip: Any, vacuum: Any, brake: Brake) -> Any:
 
 
 def _lap_joints(stretch: Any, bend: Any) -> Any:
-    """Return the share of the slip moment; `stretch` is that of the outermost fibre.
+    """Return the fraction of the slip moment; `stretch` is that of the outermost fibre.
 
-    A fibre at the share h of the height has T + b T^2 = h times `stretch`, at most T = 1.
+    A fibre at the fraction h of the height has T + b T^2 = h times `stretch`, up to T = 1.
     The moment is the integral of 2 h T over h, written in T.
     """
     safe = jnp.where(stretch > 0, stretch, 1.0)

@@ -19,7 +19,7 @@ class Cycle(NamedTuple):
     stored: Any
     """Elastic energy in enclosure, sheets and mount [J]."""
     slack: Any
-    """True if the crosshead is closer than the length of the brake."""
+    """True if the crosshead is closer than the brake is long."""
     closed: Any
     """True once the enclosure has pulled the brake back."""
     separated: Any

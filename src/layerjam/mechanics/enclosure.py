@@ -1,7 +1,7 @@
 """The enclosure: elastic strips over the stack (paper, eq. 5, with x inside the root).
 
 Two faces carry the force. A pull stretches a strip of stiffness EA against the friction q = mu_e W
-P per length. The moving parts grow from both ends until they meet in the middle (saturation).
+P per unit length. The moving parts grow from both ends until they meet in the middle (saturation).
 """
 
 from typing import Any, NamedTuple
@@ -36,7 +36,7 @@ def enclosure_at(vacuum: Any, brake: Brake) -> EnclosureLaw:
 
 
 def face_of(brake: Brake) -> tuple[Any, Any, Any]:
-    """Return EA [N], friction per vacuum and length mu_e W [m] and half the free length l [m].
+    """Return EA [N], friction per unit of vacuum and length mu_e W [m], half the free length l [m].
 
     Raises QuantityError for a hyperelastic enclosure.
     """
@@ -101,8 +101,8 @@ def backbone_stored(slip: Any, enclosure: EnclosureLaw) -> Any:
 def slipped_area(slip: Any, enclosure: EnclosureLaw) -> Any:
     """Return the integral of slip along both faces [m^2] after first loading to slip.
 
-    It is half of the work over q while part of the face rests. Beyond saturation every point moves
-    with the cap, which adds l (x - x*).
+    It is half of the work divided by q while part of the face rests. Beyond saturation every point
+    moves with the cap, which adds l (x - x*).
     """
     start = jnp.minimum(slip, enclosure.saturation)
     q = jnp.where(enclosure.friction > 0, enclosure.friction, 1.0)
@@ -124,7 +124,7 @@ def inverse_backbone(force: Any, enclosure: EnclosureLaw) -> Any:
 
 
 def first_loading(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Return the force [N] of both faces in first loading to a slip [m]; vacuum [Pa], any law."""
+    """Return the force [N] of both faces at a slip [m] of first loading; vacuum [Pa], any law."""
     if brake.hyperelastic is None:
         return backbone(slip, enclosure_at(vacuum, brake))
     return at_slip(slip, vacuum, brake)[1].force

@@ -42,5 +42,5 @@ def pull_work(elongation: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def energy_capacity(brake: Brake) -> Any:
-    """Return E over the usable travel at the site's full vacuum [J]."""
+    """Return E for the usable travel at the site's full vacuum [J]."""
     return slip_work(brake.sheets.usable_travel, brake.site.atmosphere, brake)

@@ -1,11 +1,11 @@
-"""Self-amplified friction of sheets clamped without spacers (after Alarcon et al. 2016).
+"""Self-amplified friction of a fan: sheets clamped without spacers (after Alarcon et al. 2016).
 
 A cap without spacers clamps its sheets at a pitch t, but in the overlap their pitch is 2t. Sheet i,
 counted from the middle, therefore runs to the overlap at the angle i t/L. At both ends of the
 overlap its tension T presses on all interfaces further inside. With T = 2 mu N for a sheet that
 rubs on both faces, dT/di = -2 mu T (1/L1 + 1/L3) i t. So T = T_outer exp(alpha (1 - (i/m)^2)) for
-the m = n/4 sheets of one side's half, alpha = mu t m^2 (1/L1 + 1/L3). The factor is their mean over
-T_outer.
+the m = n/4 sheets of one side's half, alpha = mu t m^2 (1/L1 + 1/L3). The factor is the ratio of
+their mean to T_outer.
 """
 
 from collections.abc import Callable
@@ -50,7 +50,7 @@ class Sheets(NamedTuple):
 
 
 def fan_of(brake: Brake, factor: Any = 1.0) -> Fan | None:
-    """Return the fan of a brake that states whether it has spacers; `factor` is (P/P_test)^m."""
+    """Return the fan of a brake, None if its spacers are unknown; `factor` is (P/P_test)^m."""
     sheets, mount = brake.sheets, brake.mount
     if mount.spacers is None:
         return None
@@ -94,7 +94,7 @@ def force_of(slip: Any, sheets: Any) -> Any:
 def scale_friction(sheets: Any, factor: Any) -> Any:
     """Return the sheets with `factor` times the friction coefficient, which their fan amplifies.
 
-    All interfaces slide at one speed, so a speed-dependent coefficient is equal for all of them,
+    All interfaces slide at the same speed, so a speed-dependent coefficient is the same for all,
     and the derivation above remains valid.
     """
     fan = sheets.fan
@@ -104,7 +104,7 @@ def scale_friction(sheets: Any, factor: Any) -> Any:
 
 
 def rise_with_friction(slip: Any, sheets: Any) -> Any:
-    """Return the slope of friction over the logarithm of its coefficient [N]."""
+    """Return the slope of friction versus the logarithm of its coefficient [N]."""
     force = force_of(slip, sheets)
     if sheets.fan is None:
         return force
@@ -195,7 +195,7 @@ def along_tangents(solve: Callable[[Any], Any], start: Any, sheets: Any) -> Any:
 
 @law
 def amplification(slip: Any, brake: Brake) -> Any:
-    """Return friction over Coulomb's for sheets that fan out [-], at a slip [m]; 1 with spacers.
+    """Return the ratio of friction to Coulomb's for sheets that fan out [-], at a slip [m].
 
     It is sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha)) with alpha = a mu_k t (n/4)^2 (1/(L1 + x) +
     1/(L3 + x)), where a is the scale factor without this amplification. NaN for a negative slip,
@@ -211,7 +211,7 @@ def amplification(slip: Any, brake: Brake) -> Any:
 def straight(brake: Brake, caller: str) -> Brake:
     """Return the brake as if without a fan, for a `caller` that needs friction linear in slip.
 
-    With spacers, the part of another brake's fan is removed from the scale factor. Raises
+    With spacers, the fan of a different brake is removed from the scale factor. Raises
     QuantityError for a brake without spacers.
     """
     mount = brake.mount
@@ -228,7 +228,7 @@ def straight(brake: Brake, caller: str) -> Brake:
 
 
 def flat(brake: Brake) -> Brake:
-    """Return the brake with flat sheets: its scale factor without the part of a fan.
+    """Return the brake with flat sheets: its scale factor without the effect of a fan.
 
     A brake that does not state whether it has spacers is unchanged.
     """
@@ -258,7 +258,7 @@ def is_flat(brake: Brake) -> Any:
 
 
 def concentration(brake: Brake) -> Any:
-    """Return the middle sheets' tension over the mean of their side [-] at rest."""
+    """Return the ratio of the middle sheets' tension to the mean of their side [-] at rest."""
     fan = fan_of(brake)
     if fan is None:
         return 1.0

@@ -14,8 +14,8 @@ from layerjam.mechanics.law import law, within
 def pressure_on_sheets(vacuum: Any, brake: Brake) -> Any:
     """Return the pressure on the sheets [Pa] if the gauge reads a vacuum [Pa].
 
-    It is lower than the vacuum if that does not reach the middle of the stack. The enclosure is
-    pressed by the full vacuum, because the atmosphere acts on its other side.
+    It is lower than the vacuum if the vacuum does not reach the middle of the stack. The enclosure
+    is pressed by the full vacuum, because the atmosphere acts on its other side.
     """
     return vacuum if brake.vacuum_share is None else brake.vacuum_share * vacuum
 
@@ -39,7 +39,7 @@ def is_proportional(brake: Brake) -> bool:
 
 
 def friction_factor(vacuum: Any, brake: Brake) -> Any:
-    """Return the friction coefficient at a vacuum [Pa] over that of the film, with all effects."""
+    """Return the friction coefficient at a vacuum [Pa] with all effects, relative to the film's."""
     factor = _friction_over_pressure(vacuum, brake)
     for effect in brake.effects:
         factor = factor * effect.friction_factor(vacuum, brake)
@@ -47,7 +47,7 @@ def friction_factor(vacuum: Any, brake: Brake) -> Any:
 
 
 def _friction_over_pressure(vacuum: Any, brake: Brake) -> Any:
-    """Return the friction coefficient at a vacuum [Pa] over that at the test pressure.
+    """Return the friction coefficient at a vacuum [Pa], relative to that at the test pressure.
 
     It is (P/P_test)^m with the pressure P on the sheets and a fitted `pressure_exponent` m (ours),
     or 1 if none was fitted. Below `lowest_pressure` it is constant.
@@ -77,7 +77,7 @@ def static_at(vacuum: Any, brake: Brake) -> Sheets:
 
 
 def growth(speed: Any, law: SpeedLaw) -> Any:
-    """Return the friction at a sliding speed [m/s] >= 0 over that at the law's `test_speed`."""
+    """Return the friction at a speed [m/s] >= 0, relative to that at the law's `test_speed`."""
     return ((law.rest_speed + speed) / (law.rest_speed + law.test_speed)) ** law.power
 
 
@@ -87,7 +87,7 @@ def growth_of(speed: Any, brake: Brake) -> Any:
 
 
 def at_speed(speed: Any, brake: Brake) -> Brake:
-    """Return the brake with the friction of sheets at a speed [m/s], which then stays constant."""
+    """Return the brake with the sheets' friction fixed at its value for a speed [m/s]."""
     if brake.speed_law is None:
         return brake
     kinetic: Any = growth(speed, brake.speed_law) * brake.film.kinetic

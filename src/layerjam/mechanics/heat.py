@@ -48,7 +48,7 @@ def temperature_rise(heat: Any, brake: Brake) -> Any:
 
 @law
 def temperature_rise_of_sheets(heat: Any, brake: Brake) -> Any:
-    """Return the mean rise [K] of whole sheets, clamped and free parts too, from a heat [J].
+    """Return the mean rise [K] of whole sheets, with clamped and free parts, from a heat [J].
 
     This is the state after the heat has spread along the sheets, before any is lost.
     """
@@ -77,7 +77,7 @@ def local_rise(slip: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def stops_per_minute(heat: Any, allowed_rise: Any, film_coefficient: Any, brake: Brake) -> Any:
-    """Return the stops per minute [1/min] of equal heat [J] for an allowed mean rise [K].
+    """Return the stops per minute [1/min], all of the same heat [J], for an allowed mean rise [K].
 
     The stops are equally spaced. A stop warms the rubbing sheets by `temperature_rise`, and between
     stops they cool with the time constant C/(h A). Here h is the `film_coefficient` [W/(m^2 K)]

@@ -1,7 +1,7 @@
 """The enclosure in first loading with a hyperelastic law instead of a single modulus (ours).
 
 Each half of a face is a strip of section A, pulled at its end against the friction q = mu_e W P per
-length. The tension falls along it, dN/ds = -q, from A sigma(e0) at the end to zero, or to A
+unit length. The tension falls along it, dN/ds = -q, from A sigma(e0) at the end to zero, or to A
 sigma(e_m) in the middle once the whole face moves. With ds = A sigma'(e) de/q the slip is
 
     x/2 = integral of e ds = A/q integral of e sigma'(e) de = W*(N)/q,
@@ -68,7 +68,7 @@ class Strip(NamedTuple):
 
 
 class FirstLoading(NamedTuple):
-    """The enclosure (both faces) or a whole brake in first loading, over a coordinate.
+    """The enclosure (both faces) or a whole brake in first loading, as a function of a coordinate.
 
     The coordinate of a hyperelastic enclosure is the strain at its ends.
     """
@@ -82,7 +82,7 @@ class FirstLoading(NamedTuple):
     heat: Any
     """Friction heat, and energy lost by softening of the rubber, since it was relaxed [J]."""
     slip_slope: Any
-    """Slope of the slip over the coordinate."""
+    """Slope of the slip versus the coordinate."""
     force_slope: Any
 
     @property
@@ -105,7 +105,7 @@ def strip_at(vacuum: Any, brake: Brake) -> Strip:
 
 
 def rubber_slope(strain: Any, rubber: Hyperelastic) -> Any:
-    """Return the slope of `rubber_stress` over the strain [Pa]."""
+    """Return the slope of `rubber_stress` versus strain [Pa]."""
     return jax.jvp(lambda e: rubber_stress(e, rubber), (strain,), (jnp.ones_like(strain),))[1]
 
 
@@ -122,7 +122,7 @@ def _middle(end: Any, strip: Strip) -> tuple[Any, Any]:
 
 
 def saturation_strain(strip: Strip) -> Any:
-    """Return the end strain [-] above which the whole enclosure moves, at most the fitted one."""
+    """Return the end strain [-], at most the fitted one, above which the whole enclosure moves."""
     rubber, full = strip.rubber, strip.friction * strip.reach / strip.section
     top = jnp.zeros_like(full) + rubber.strain
     return rising_zero(lambda e: rubber_stress(e, rubber) - full, jnp.zeros_like(full), top)
@@ -149,7 +149,7 @@ def loading_at(end: Any, strip: Strip) -> FirstLoading:
         force=2 * strip.section * pull,
         stored=volume * elastic,
         heat=volume * heat,
-        # dx = 2 A/q sigma' (e0 - e_m) de, and A/q is the length over sigma0 - sigma_m
+        # dx = 2 A/q sigma' (e0 - e_m) de, and A/q is the ratio of the length to sigma0 - sigma_m
         slip_slope=2 * length * steep / mean,
         force_slope=2 * strip.section * steep,
     )

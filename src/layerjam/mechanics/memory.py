@@ -1,6 +1,6 @@
 """The enclosure under changing slip and vacuum: piecewise tension along its strips (ours).
 
-A point at the distance s from the driven end of half a face is coupled to that end only by the
+A point at a distance s from the driven end of half a face is coupled to that end only by the
 friction in between, which carries at most q s. A move therefore clips each point's old tension to
 the range N0 - q s to N0 + q s, with N0 the tension of the end. The sliding part grows from the end,
 the rest does not change, and the tension is a chain of straight pieces. While the front crosses a
@@ -35,7 +35,7 @@ PIECES = 2 * DEPTH + 5
 """Largest number of pieces of tension that are stored, including the middle of the face."""
 CLOSE = 1e-9
 """Relative difference within which two numbers count as equal. Histories reach equalities exactly
-(a loop that closes), and rounding must not decide the next step."""
+(a loop that closes), and rounding must not set the next step."""
 CLOSE_IN_SINGLE = 1e-4
 """The same for single precision."""
 
@@ -50,7 +50,7 @@ class Memory(NamedTuple):
     first, shape (PIECES, ...). The first has no length: it is the middle of the face.
     """
     slopes: Any
-    """Slope of their tension over that distance [N/m]; -q if the strip was pulled out."""
+    """Slope of their tension versus that distance [N/m]; -q if the strip was pulled out."""
     count: Any
     stored: Any
     heat: Any
@@ -104,7 +104,7 @@ def _sum_nearer(values: Any) -> Any:
 
 
 def _with_piece(state: Memory, place: Any, end: Any, slope: Any) -> Memory:
-    """Return the state with a piece at an index, which becomes the last valid one."""
+    """Return the state with a piece stored at an index, now the index of the last valid one."""
     is_place = _places(state) == place
     return state._replace(
         ends=jnp.where(is_place, end, state.ends),
@@ -142,7 +142,7 @@ def find_path(state: Memory, direction: Any, enclosure: EnclosureLaw) -> Path:
 
 
 def sliding_share(state: Memory) -> Any:
-    """Return how far the last move reached from the driven end, over half the free length [-].
+    """Return how far the last move reached from the driven end, relative to half the length [-].
 
     The force then rises by EA over that length.
     """
@@ -267,7 +267,7 @@ def _join_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
 
 
 def at_vacuum(state: Memory, enclosure: EnclosureLaw) -> Memory:
-    """Return the state under another vacuum at the same slip; only a lower one changes it.
+    """Return the state under a different vacuum at the same slip; only a lower one changes it.
 
     Runs of pieces of one direction that are steeper than friction now allows become flatter, from
     the innermost to the driven end, until they are as steep as allowed. The stretch of the strip

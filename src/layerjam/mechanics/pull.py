@@ -180,7 +180,7 @@ def scale_factor_of_peak(force: Any, vacuum: Any, brake: Brake) -> Any:
 
 
 def _factor_by_bisection(force: Any, vacuum: Any, brake: Brake) -> Any:
-    """Return it by bisection of log a and one Newton step, as the amplification depends on it."""
+    """Return a by bisection of log a and one Newton step, as the amplification depends on a."""
     enclosure, start = enclosure_at(vacuum, brake), jnp.log(jnp.asarray(brake.scale_factor))
     force, vacuum, start = jnp.broadcast_arrays(force, vacuum, start)
 

@@ -1,6 +1,6 @@
 """The enclosure with a hyperelastic law under any slip, as a strip of cells that stick and slide.
 
-A cell at the distance s from the driven end of a half face is coupled to that end only by the
+A cell at a distance s from the driven end of a half face is coupled to that end only by the
 friction in between, which carries at most q s. Its tension is the play of the end tension N0,
 
 N(s) = the old N(s), kept between N0 - q s and N0 + q s,
@@ -210,7 +210,7 @@ def rubber_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
         sign = jnp.where(out, 1.0, -1.0)
 
         def drive(pull: Any, slip: Any) -> tuple[Any, Any, Any]:
-            # when slack, the enclosure closes the brake against its friction
+            # when the rope is slack, the enclosure closes the brake against the sheets' friction
             taut = k * (target - slip)
             residual = jnp.maximum(taut, 0.0) - 2 * pull - sign * force_of(slip, sheets)
             over_slip = sign * tangent(slip, sheets).c - jnp.where(taut > 0, k, 0.0)

@@ -21,7 +21,7 @@ def _width(peak_energy: Any, rubber: Hyperelastic) -> Any:
 
 
 def softening(energy: Any, peak_energy: Any, rubber: Hyperelastic) -> tuple[Any, Any]:
-    """Return eta [-] and its slope over the energy [1/Pa]; `peak_energy` is the greatest so far."""
+    """Return eta [-] and its slope versus energy [1/Pa]; `peak_energy` is the greatest so far."""
     if rubber.softening_r is None:
         return jnp.ones_like(energy), jnp.zeros_like(energy)
     width = _width(peak_energy, rubber)

@@ -1,4 +1,4 @@
-"""Content of a file, and the files that it cites by digests, never by similarity.
+"""Content of a file, and the files that it cites: by digests, never by similarity.
 
 A run is read from its own tables. For a file of a test machine, only its bytes are used here.
 """
@@ -172,7 +172,7 @@ def read_content(path: str | Path) -> Content:
 
 
 def _read_toml(path: str, file: Mapping[str, Any]) -> Content:
-    """Return a brake, a line, or the facts of a measurement."""
+    """Return a brake, a line, or the metadata of a measurement."""
     text = read_text(Path(path))
     tables = parse_toml(text, path)
     if "sheets" in tables:
@@ -213,7 +213,7 @@ def _read_brake(path: str, entry: Mapping[str, Any], text: str) -> Content:
             "covariance": _covariance(notes.get("covariance")),
             "checks": notes.get("verdict"),
             "result_toml": result,
-            # equal words in two brakes with different numbers mean two calibrations
+            # identical text in two brakes with different numbers means two calibrations
             "sha256": text_digest(f"{piece.columns['sha256']}\n{result}"),
             "simulated": _any_synthetic(files),
         },
@@ -326,7 +326,7 @@ def _head_comments(head: bytes) -> list[str]:
 
 
 def _brake_in_head(comments: list[str]) -> str | None:
-    """Return the text of the brake in the head of a simulated record, or None."""
+    """Return the text of the brake in the header of a simulated record, or None."""
     if "brake:" not in comments:
         return None
     lines = comments[comments.index("brake:") + 1 :]

@@ -33,7 +33,7 @@ class Piece:
 class Content:
     """A file: `file` are the columns of `files`, `piece` its record, if it is one.
 
-    `others` are independent records inside it, by the role in which it comes from them. `notes` are
+    `others` are independent records inside it, by their role as its source. `notes` are
     messages about it.
     """
 

@@ -1,6 +1,6 @@
 """The tables of the records; the database itself rejects changes and deletion of rows.
 
-`entries` holds every record of any kind, with its own facts as JSON; a view shows each kind as a
+`entries` holds every record of any kind, with its own data as JSON; a view shows each kind as a
 table. `keys` holds the keys by which others may cite a record, `cited` the sources that a record
 cites. The view `derived_from` joins these two, so that a link appears as soon as both ends exist.
 Times are text, UTC in RFC 3339 with `Z`, because SQLite loses the zone of a time. An `id` is a
@@ -175,7 +175,7 @@ KINDS = {
     "export": _FILE,
 }
 """{kind of record: definition}. The `brake` of a calibration is the calibrated brake, if it was in
-the database at that time. Data, facts and exports only have their file."""
+the database at that time. Data, metadata and exports only have their file."""
 
 
 def utc_timestamp() -> str:

@@ -104,7 +104,7 @@ def _add(db: Connection, contents: Iterable[Content], result: Additions) -> None
 
 
 def _cite_later_facts(db: Connection, content: Content) -> None:
-    """Link new facts to their measurements, if these were added before.
+    """Link new metadata to their measurements, if these were added before.
 
     The file next to them must still have the digest of the measurement in the database.
     """

@@ -182,7 +182,7 @@ def _file_state(file: Mapping[str, Any], folders: Sequence[str | Path]) -> str:
     }
     if file["sha256"] in digests.values():
         return ""
-    # the same path on another machine is another file
+    # the same path on a different machine is a different file
     is_here = file["host"] == node()
     return "changed" if is_here and digests[origin] is not None else "missing"
 

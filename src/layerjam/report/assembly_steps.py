@@ -316,7 +316,7 @@ def array(drawing: Drawing) -> list[Step]:
 
 
 def tools(drawing: Drawing) -> str:
-    """Return the required tools in one sentence."""
+    """Return the required tools as one sentence."""
     lengths, build = drawing.lengths, drawing.build
     keys = {lengths.thread.key}
     if (thread := mould_thread(drawing)) is not None:

@@ -99,7 +99,7 @@ def _levels(fit: BayesFit, curves: Sequence[Curve]) -> list[_Level]:
 
 @style.in_style
 def bands(fit: BayesFit, curves: Sequence[Curve], samples: int = 900) -> style.Figure:
-    """Draw measured curves over the prediction of the next pull, one band for each vacuum."""
+    """Draw measured curves on top of the prediction for the next pull, a band for each vacuum."""
     figure, (axes,) = style.canvas(width=7.4, height=4.8)
     ends, end = [], 0.0
     for level in _levels(fit, curves):

@@ -99,7 +99,7 @@ class BrakeReport:
 
     @property
     def stated(self) -> list[tuple[str, Facts]]:
-        """Return (file, its facts) of every file."""
+        """Return (file, its metadata) of every file."""
         return [*{f.name: f.facts for f in self.files}.items()]
 
     @property
@@ -325,7 +325,7 @@ def _notes(report: BrakeReport, stage: str) -> list[str]:
 
 
 def headline(report: BrakeReport, parts: Sequence[Part]) -> list[tuple[str, str]]:
-    """Return (value, words) of the most important results."""
+    """Return (value, description) of the most important results."""
     numbers = {n.quantity: n for n in all_numbers(parts)}
     out = []
     budgets: dict[str, Budget] = {}

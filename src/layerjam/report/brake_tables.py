@@ -321,7 +321,7 @@ def _split_cells(stem: str, split: Split | None) -> tuple[list[Cell], list[Numbe
 
 
 def condition_words(condition: ConditionError) -> str:
-    """Return a condition in words, such as "80.6 kPa, 7 mm/s"."""
+    """Return a condition as text, such as "80.6 kPa, 7 mm/s"."""
     speed = "speed unknown" if condition.speed is None else show(condition.speed, "m/s", 3)
     return f"{show(condition.vacuum, 'Pa')}, {speed}"
 

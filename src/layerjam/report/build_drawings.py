@@ -45,7 +45,7 @@ def _round(axes: Axes, center: tuple[float, float], size: float) -> None:
 def _new_figure(
     low: tuple[float, float], high: tuple[float, float], width: float
 ) -> tuple[Any, Axes]:
-    """Return a figure with equal scales on both axes and without frame; `width` in inches."""
+    """Return a figure without a frame, with the same scale on both axes; `width` in inches."""
     from matplotlib.figure import Figure
 
     wide, tall = high[0] - low[0], high[1] - low[1]

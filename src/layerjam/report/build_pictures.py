@@ -79,7 +79,7 @@ def _draw_exploded(world: Scene) -> LabelledShot:
     (tube,) = alike["enclosure"]
     points = [Label("enclosure", tube)]
     for name, bodies in alike.items():
-        # of equal parts label the first one that is clearly visible
+        # of identical parts, label the first one that is clearly visible
         if "sheet" not in name and name != "enclosure":
             areas = [int(shot.visible_mask(body).sum()) for body in bodies]
             first = next(i for i, area in enumerate(areas) if area >= 0.5 * max(areas))

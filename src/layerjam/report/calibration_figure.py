@@ -44,7 +44,7 @@ class FigureData:
 
 @style.in_style
 def calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.Figure:
-    """Draw pulls and law over elongation, whole and near the peak, and relative residuals."""
+    """Draw pulls and law versus elongation, whole and near the peak, and relative residuals."""
     data = _figure_data(result)
     figure, panels = style.canvas(
         2, 2, 9.6, 5.6, sharex="col", sharey="row", height_ratios=(2.1, 1), width_ratios=(1.25, 1)
@@ -94,7 +94,7 @@ def calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.
 def _curves(
     panels: Sequence[style.Axes], data: FigureData, colors: Sequence[str], brake: Brake
 ) -> None:
-    """Draw the pulls over elongation, and the residuals of the law in percent of the peak."""
+    """Draw the pulls versus elongation, and the residuals of the law in percent of the peak."""
     full, zoom, residuals, close = panels
     samples = reduce_curves(data.curves)
     for index, curve in enumerate(data.curves):

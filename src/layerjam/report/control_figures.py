@@ -19,7 +19,7 @@ from layerjam.units import show
 
 
 def loop(regulator: Regulator, run: ClosedLoop, fault_at: float | None = None) -> list[Pane]:
-    """Draw vacuum, reading and target over time, and the pump command; shaded after a fault."""
+    """Draw vacuum, reading and target versus time, and the pump command; shaded after a fault."""
     time, end = run.time, float(run.time[-1])
     vacuum = [
         Curve(time, run.vacuum * KPA, name="vacuum"),
@@ -51,7 +51,7 @@ def loop(regulator: Regulator, run: ClosedLoop, fault_at: float | None = None) -
 
 
 def bench_panes(time: Any, vacuum: Any, target: Any, **pane: Any) -> list[Pane]:
-    """Return the panes of a bench's vacuum and target [Pa] over time [s]; NaN marks no reading."""
+    """Return panes of a bench's vacuum and target [Pa] versus time [s]; NaN marks no reading."""
     target_kpa, vacuum_kpa = np.asarray(target, float) * KPA, np.asarray(vacuum, float) * KPA
     aim = Curve(time, target_kpa, GREEN, "target", "dashed", 1.5)
     highest = max(50.0, 1.15 * float(np.nanmax((*target_kpa, *vacuum_kpa))))
@@ -102,7 +102,7 @@ def profile(axes: style.Axes, run: Following, top: float) -> None:
 def frequency_response(
     axes: style.Axes, sweeps: list[tuple[Bode, str, str]], turn: tuple[float, float]
 ) -> None:
-    """Draw magnitude and phase over frequency of (response, colour, name), to phase `turn`."""
+    """Draw magnitude and phase versus frequency of (response, colour, name), to phase `turn`."""
     phase = axes.twinx()
     for sweep, color, _ in sweeps:
         axes.plot(sweep.frequency, sweep.magnitude, "o-", color=color, ms=3.5, lw=1.3)
@@ -120,7 +120,7 @@ STEPS = 25
 """Number of uncertainties drawn, from zero to `WIDEST` times the given one."""
 WIDEST = 2.0
 GUESS = 0.1
-"""Standard deviation of the speed over its mean, if none is given."""
+"""Ratio of the speed's standard deviation to its mean, if none is given."""
 
 
 def energy_sd(case: Arrival) -> float:

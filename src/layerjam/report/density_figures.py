@@ -1,4 +1,4 @@
-"""Force over mass, log-log, with lines of equal force per mass (paper, Fig. 12)."""
+"""Force versus mass, log-log, with lines of constant force per mass (paper, Fig. 12)."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -64,7 +64,7 @@ def fig12() -> style.Figure:
 
 
 def _equal_density(axes: style.Axes) -> None:
-    """Draw straight lines of equal force per mass, labelled at the edge of the picture."""
+    """Draw straight lines of constant force per mass, labelled at the edge of the picture."""
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     for power in range(-1, 7):
         per_gram = 10.0**power / G

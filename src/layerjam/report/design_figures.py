@@ -65,7 +65,7 @@ def front(answer: Any) -> style.Figure:
     `answer` is the result of `design` or `sweep`.
 
     With three objectives or more the front is seen from the first two; with one objective, it is
-    drawn over mass.
+    drawn versus mass.
     """
     spec, names = answer.record.spec, seen_over(answer)
     figure, (axes,) = style.canvas(width=7.4, height=4.8)

@@ -21,7 +21,7 @@ calibration = calibration_figure.calibration
 
 @style.in_style
 def force_over_slip(file: BrakeFile, vacuum: float, slip: float) -> style.Figure:
-    """Draw the force of the sliding brake over its slip at one vacuum, with its parts stacked."""
+    """Draw the force of the sliding brake versus slip at one vacuum, with its parts stacked."""
     brake = file.brake
     x = np.linspace(0, brake.sheets.overlap, 400)
     sheets, total = (np.asarray(law(x, vacuum, brake)) for law in (sheet_friction, brake_force))
@@ -41,7 +41,7 @@ def force_over_slip(file: BrakeFile, vacuum: float, slip: float) -> style.Figure
 
 @style.in_style
 def force_over_vacuum(file: BrakeFile, slip: float, target: float, vacuum: float) -> style.Figure:
-    """Draw the force at one slip over the vacuum, with the target force."""
+    """Draw the force at one slip versus vacuum, with the target force."""
     brake = file.brake
     pressure = np.linspace(0, brake.site.atmosphere, 400)
     figure, (axes,) = style.canvas()
@@ -59,7 +59,7 @@ def force_over_vacuum(file: BrakeFile, slip: float, target: float, vacuum: float
 
 @style.in_style
 def friction(traces: Sequence[Trace], result: FrictionResult) -> style.Figure:
-    """Draw the friction coefficient over slip of every repeat, with the reduced values.
+    """Draw the friction coefficient of every repeat versus slip, with the reduced values.
 
     The figure also shows the kinetic window, the point of each repeat's static friction, and the
     envelope of repeats with stick–slip, enlarged in a second panel.

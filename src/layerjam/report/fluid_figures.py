@@ -51,7 +51,7 @@ def _levels(axes: style.Axes, target: float) -> None:
 def rising(
     file: LineFile, target: float, response: Response | forms.Filling, rise: float | None
 ) -> list[Pane]:
-    """Return the pane of the vacuum over time up to a target [Pa].
+    """Return the pane of the vacuum versus time up to a target [Pa].
 
     `rise` is the rise time [s], None if the target is never reached; a Filling is a rise in water.
     """
@@ -77,7 +77,7 @@ def rising(
 
 @style.in_style
 def rise_figure(pane: Pane, line: Line, target: float, water: bool) -> style.Figure:
-    """Draw the vacuum over time up to a target [Pa], and ways to make the line faster."""
+    """Draw the vacuum versus time up to a target [Pa], and ways to make the line faster."""
     figure, (steps, bars) = style.canvas(columns=2, width=9.6, height=3.9)
     fill(steps, pane)
     _bars(bars, line, target, water)
@@ -86,7 +86,7 @@ def rise_figure(pane: Pane, line: Line, target: float, water: bool) -> style.Fig
 
 @style.in_style
 def fig5() -> style.Figure:
-    """Draw the vacuum over time in air and water, and rise times of other lines."""
+    """Draw the vacuum versus time in air and in water, and rise times of other lines."""
     line = load_line("choi2018").line
     response = respond(line, 8.0)
     flow = forms.pumps_flow(line) / (line.chamber.compliance or np.nan)

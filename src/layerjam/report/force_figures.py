@@ -22,7 +22,7 @@ from layerjam.units import show
 
 
 def pull_panes(record: Any, headline: str, detail: str, x: str = "elongation [mm]") -> list[Pane]:
-    """Return force over elongation, with its peak, of a record that has both, shape (N,)."""
+    """Return force versus elongation, with the peak, of a record that has both, shape (N,)."""
     top = int(np.argmax(record.force))
     force, elongation = float(record.force[top]), float(record.elongation[top])
     peak = elongation * MM, force, f"{show(force, 'N')} at {show(elongation, 'm')}", RED
@@ -37,14 +37,14 @@ def pull_panes(record: Any, headline: str, detail: str, x: str = "elongation [mm
 
 
 def tensile(record: TensileRecord) -> list[Pane]:
-    """Draw force over elongation of a simulated pull."""
+    """Draw force versus elongation of a simulated pull."""
     first = record.procedure if len(record.procedure) < 66 else record.procedure[:63] + "..."
     title, detail = f"{record.brake.name}: {record.outcome}", f"simulated, {record.model}; {first}"
     return pull_panes(record, title, detail, "elongation at the crosshead [mm]")
 
 
 def between_bounds(record: StickSlipRecord) -> list[Pane]:
-    """Return force over elongation between its bounds."""
+    """Return force versus elongation between its bounds."""
     static, kinetic = force_bounds(record.frozen(record.slip))
     u = record.elongation * MM
     curves = [
@@ -61,7 +61,7 @@ def between_bounds(record: StickSlipRecord) -> list[Pane]:
 
 @style.in_style
 def stick_slip(record: StickSlipRecord, pane: Pane) -> style.Figure:
-    """Draw force over elongation between its bounds, and the last slip in slow motion."""
+    """Draw force versus elongation between its bounds, and the last slip in slow motion."""
     figure, (full, zoom) = style.canvas(columns=2, width=10.4, height=3.8, width_ratios=(1.7, 1))
     fill(full, pane)
     _one_slip(zoom, record)
@@ -69,7 +69,7 @@ def stick_slip(record: StickSlipRecord, pane: Pane) -> style.Figure:
 
 
 def _one_slip(axes: style.Axes, record: StickSlipRecord) -> None:
-    """Draw the last slip over time, or how the motion settles."""
+    """Draw the last slip versus time, or how the motion settles."""
     if len(record.events):
         start, end = float(record.events.break_time[-1]), float(record.events.stick_time[-1])
         room = 0.25 * (end - start)
@@ -100,7 +100,7 @@ def _one_slip(axes: style.Axes, record: StickSlipRecord) -> None:
 def bend(
     file: BrakeFile, vacuum: float, angle: float, slip: float, radius: float | None
 ) -> style.Figure:
-    """Draw moment over angle, jammed and free, and the sheets' friction over the joint's angle."""
+    """Draw moment versus angle, jammed and free, and the sheets' friction versus joint angle."""
     columns = 1 if radius is None else 2
     figure, (turn, *pull) = style.canvas(columns=columns, width=5.6 * columns, height=3.9)
     _moment(turn, file, vacuum, angle, slip)

@@ -24,7 +24,7 @@ TIME, FORCE = "time [ms]", "force [N]"
 
 
 def drop(record: DropRecord, crash: Crash | None = None) -> list[Pane]:
-    """Draw force and speed over time, and force over the displacement of the mass.
+    """Draw force and speed versus time, and force versus the displacement of the mass.
 
     The part after the end of the travel, where the brake is rigid, is dotted.
     """
@@ -59,14 +59,14 @@ def drop(record: DropRecord, crash: Crash | None = None) -> list[Pane]:
 
 
 def _work(curves: list[Curve], high: Ends) -> Pane:
-    """Return force over displacement, with the work as the coloured area below the first curve."""
+    """Return force versus displacement; the work is the coloured area below the first curve."""
     ground = (replace(curves[0], y=0 * curves[0].y), curves[0])
     place = "displacement of the mass [mm]"
     return Pane(curves, place, FORCE, y_range=high, bands=[ground], headline="Work")
 
 
 def bare(record: BareDrop) -> list[Pane]:
-    """Draw the force of the rope over time and over displacement, for a mass without a brake."""
+    """Draw the rope's force versus time and versus displacement, for a mass without a brake."""
     taut = record.time >= 0
     time, force = record.time[taut] * MS, record.force[taut]
     top = int(np.argmax(force))
@@ -81,7 +81,7 @@ def bare(record: BareDrop) -> list[Pane]:
 
 @style.in_style
 def fig11() -> style.Figure:
-    """Draw peak acceleration over impact speed: no brake, full vacuum, tuned vacuum."""
+    """Draw peak acceleration versus impact speed: no brake, full vacuum, tuned vacuum."""
     brake = load("choi2018-kapton").brake
     rope = float(brake.rope.stiffness) if brake.rope is not None else np.inf
     g, full = brake.site.gravity, 94.5e3

@@ -50,7 +50,7 @@ def regulator(kind: str, safe_state: str = "release") -> Regulator:
 
 @style.in_style
 def regulators() -> style.Figure:
-    """Draw three regulators near their target, and a pump that fails under one of them."""
+    """Draw three regulators near their target, and one of them with a pump that fails."""
     figure, (zoom, fault) = style.canvas(columns=2, width=9.6, height=3.9)
     for kind, color in zip(KINDS, (BLUE, ORANGE, INK), strict=True):
         run = simulate_run(regulator(kind), [(25.0, HELD)])
@@ -110,7 +110,7 @@ def forces() -> style.Figure:
 
 
 def warned() -> style.Figure:
-    """Draw the plan for one collision: vacuum in time, full compared with tuned."""
+    """Draw the plan for one collision: vacuum versus time, full compared with tuned."""
     brake = load("choi2018-kapton")
     case = replace(COLLISION, gravity=brake.brake.site.gravity)
     return plan_figure(plan_stop(brake, load_line("choi2018").line, case))
@@ -118,9 +118,9 @@ def warned() -> style.Figure:
 
 @style.in_style
 def coupling(starts: Sequence[float] = STARTS) -> style.Figure:
-    """Draw the effect of the enclosure's stretching: vacuum gained and slip saved.
+    """Draw the effect of the stretching enclosure: vacuum gained and slip saved.
 
-    Both are over the initial vacuum, for 1 kg at 2 m/s and a line that is shut off.
+    Both are drawn versus the initial vacuum, for 1 kg at 2 m/s and a line that is shut off.
     """
     line, brake = load_line("choi2018").line, load("choi2018-kapton")
     start_kpa = np.array(starts) * KPA

@@ -26,7 +26,7 @@ SpecimenResult = tuple[Specimen, Moduli, Mapping[str, hyperelastic.Fit], str]
 def sleeve(
     specimens: Mapping[str, SpecimenResult], sheets: Mapping[str, float | None]
 ) -> style.Figure:
-    """Draw stress over strain of every specimen with its model, and the first 150 % enlarged.
+    """Draw stress versus strain of every specimen with its model, and the first 150 % enlarged.
 
     `sheets` is the data sheet's 100 % modulus [Pa] by file, None if it is not known.
     """
@@ -118,7 +118,7 @@ def leak(log: Leak) -> style.Figure:
 
 @style.in_style
 def ageing(fit: AgeingFit) -> style.Figure:
-    """Draw the static friction of every pull over its hold, and the line."""
+    """Draw the static friction of every pull versus its hold, and the fitted line."""
     figure, (axes,) = style.canvas()
     ends = fit.holds.min() / 1.5, fit.holds.max() * 1.5
     hold = np.geomspace(*ends, 50)

@@ -133,9 +133,9 @@ class Part:
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
-    """A page: `numbers` are (value, words) at the top, `verdicts` words with their class.
+    """A page: `numbers` are (value, text) at the top, `verdicts` are texts with their class.
 
-    `key` explains the numbers, `identity` {words: text} identifies the document. `mark` appears
+    `key` explains the numbers, `identity` {label: text} identifies the document. `mark` appears
     on every printed page.
     """
 

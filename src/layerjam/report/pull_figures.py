@@ -18,7 +18,7 @@ MAX_PULLS = 12
 
 @style.in_style
 def pulls(summaries: Sequence[tuple[Trace, PullSummary]]) -> style.Figure:
-    """Draw force over elongation of each pull from its onset, complete and around the peak.
+    """Draw force versus elongation of each pull from its onset, complete and around the peak.
 
     It marks the onset, the line of the stiffness, the peak, the plateau, the envelope of stick–slip
     and the slope of the unloading.

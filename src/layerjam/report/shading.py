@@ -37,7 +37,7 @@ class Body:
     colour: str
 
     def shift(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> "Body":
-        """Return the body at another position."""
+        """Return the body at a different position."""
         return Body(self.corners + np.array([x, y, z]), self.triangles, self.colour)
 
     def turn(self, length: float) -> "Body":

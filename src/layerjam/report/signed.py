@@ -41,13 +41,13 @@ STATED = (
     "procedure",
     "note",
 )
-"""Facts of the sidecars, in the order in which a report states them."""
+"""Metadata of the sidecars, in the order in which a report states them."""
 INSTRUMENTS = {
     "load_cell_certificate": "load cell",
     "gauge_certificate": "vacuum gauge",
     "normal_force_certificate": "normal force",
 }
-"""{fact that contains certificates: its instrument}."""
+"""{key that contains certificates: its instrument}."""
 REQUIRED = {
     "report number": "--report-number, or number in conditions.toml",
     "customer": "--customer, or customer in conditions.toml",
@@ -65,13 +65,13 @@ STATES = {
 LINES = "Name and function", "Date", "Signature"
 BLANK = "_" * 60
 FileFacts = Sequence[tuple[str, Facts]]
-"""Return (file, its facts) of every file."""
+"""Return (file, its metadata) of every file."""
 
 
 def identity(facts: FileFacts, number: str, customer: str, date: str) -> dict[str, str]:
-    """Return the identification of a report as {words: text}, each text `NOT_STATED` if missing.
+    """Return the identification of a report as {label: text}, each text `NOT_STATED` if missing.
 
-    `number` and `customer` replace those of the sidecars if not empty; `date` is a day.
+    `number` and `customer` replace those of the sidecars if not empty; `date` is a date.
     """
     return {
         "report number": number or _common(facts, "number"),
@@ -157,7 +157,7 @@ def _by_certificate(facts: FileFacts) -> dict[tuple[str, Certificate], list[tupl
 
 
 def _text(facts: Facts, name: str) -> str:
-    """Return one fact as text; empty if it is not stated."""
+    """Return one metadata entry as text; empty if it is not stated."""
     value = getattr(facts, name)
     if value is None or value == "":
         return ""
@@ -168,7 +168,7 @@ def _text(facts: Facts, name: str) -> str:
 
 
 def _common(facts: FileFacts, name: str) -> str:
-    """Return the common statement of all files on one fact, or each statement with its files."""
+    """Return the statement on one entry that all files share, or each statement with its files."""
     texts: dict[str, list[str]] = {}
     for file, fact in facts:
         texts.setdefault(_text(fact, name), []).append(file)
@@ -257,7 +257,7 @@ def _add_totals(
 
 
 def coverage_words(budget: Budget) -> str:
-    """Return coverage factor and effective degrees of freedom in words."""
+    """Return coverage factor and effective degrees of freedom as text."""
     degrees, factor = budget.degrees_of_freedom, budget.coverage_factor
     if factor is None or degrees is None:
         return NOT_STATED

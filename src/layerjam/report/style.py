@@ -249,7 +249,7 @@ def spot(
 def level(
     axes: Axes, y: float, text: str = "", color: str = RED, share: float = 0.02, below: bool = False
 ) -> None:
-    """Draw a horizontal line at a height, with its name at a share of the width."""
+    """Draw a horizontal line at a height, with its name at a fraction of the width."""
     axes.axhline(y, color=color, lw=1.1, ls=LONG)
     if text:
         _annotate(
@@ -266,7 +266,7 @@ def level(
 
 
 def upright(axes: Axes, x: float, text: str = "", color: str = GREY, share: float = 0.97) -> None:
-    """Draw a vertical line at x, with its name next to it at a share of the height."""
+    """Draw a vertical line at x, with its name next to it at a fraction of the height."""
     axes.axvline(x, color=color, lw=1.0, ls=DASHED)
     if text:
         corner = axes.transData.transform((x, axes.get_ylim()[0]))
@@ -313,7 +313,7 @@ def band(axes: Axes, x: Any, low: Any, high: Any, color: str, alpha: float = 0.2
 
 
 def bare(axes: Axes) -> None:
-    """Remove frame and axes, for a drawing to scale or a picture."""
+    """Remove the frame and the axes, for a drawing to scale or a picture."""
     axes.set_axis_off()
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_visible(False)

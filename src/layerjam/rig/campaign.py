@@ -1,7 +1,7 @@
 """Fault injection on a virtual board: time to safe outputs, and correct fault names.
 
-The plant's log of commands decides whether the outputs are safe, never the firmware's own report.
-The board's clock advances with the plant, as fast as samples are computed.
+Whether the outputs are safe is judged by the plant's log of commands, never by the firmware's own
+report. The board's clock advances with the plant, as fast as samples are computed.
 """
 
 import math
@@ -67,7 +67,7 @@ class Trial:
 
     @property
     def share(self) -> float:
-        """Return the time over its deadline; the greatest share is the worst."""
+        """Return the ratio of the time to its deadline; the greatest ratio is the worst."""
         took = max(self.safe_after or 0.0, self.named_after or 0.0)
         if self.deadline is None:
             return took

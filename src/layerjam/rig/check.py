@@ -103,8 +103,8 @@ def check_bench(
 ) -> Checked:
     """Drive pump and vent for some seconds and return the findings; the bench is SAFE afterwards.
 
-    `vent_rest` is the position of the vent valve without power, if the board does not know it.
-    `plant` is the expected line, and `lag` [s] that of its sensor. With `tune` the measured values
+    `vent_rest` is the position of the vent valve without power, if the board has no setting for it.
+    `plant` is the expected line, and `lag` [s] that of its sensor. With `tune`, the measured values
     will replace them, so differences are ignored. Raises QuantityError if the position is not known
     or the outputs cannot be driven, LockedError if another client has the lock, InstrumentError if
     the board is not in SAFE.

@@ -158,7 +158,7 @@ class Bench:
 
     @property
     def lease(self) -> float:
-        """Time [s] for which a silent host keeps the outputs on."""
+        """Time [s] for which the outputs stay on after the host falls silent."""
         return self._number("SYST:LEAS?")
 
     @lease.setter

@@ -16,20 +16,20 @@ OUTPUT, DRIVE = 2.62, 12e-3
 LEAKAGE = 1e-6
 """Greatest current into an input [A] (same source)."""
 REFERENCE = (0.971, 1.02)
-"""Ends of the converter's reference over its nominal value: ±2 % of 3.3 V (assumed), less 30 mV
-that its filter drops (Pico's datasheet, 4.3)."""
+"""Ends of the converter's reference relative to its nominal value: ±2 % of 3.3 V (assumed), less 30
+mV that its filter drops (Pico's datasheet, 4.3)."""
 CONVERTER = 10 / 4096
-"""Error of the converter over its range: 7.85 LSB were measured (pico-adc.markomo.me)."""
+"""Error of the converter relative to its range: 7.85 LSB were measured (pico-adc.markomo.me)."""
 SAMPLE = 0.01
 """Time between samples of the board [s]."""
 NOMINAL, VALVE = 12.0, 0.85
-"""Voltage of the supply [V], and its share that the valve needs (SMC: -15 %, not read)."""
+"""Voltage of the supply [V], and the fraction that the valve needs (SMC: -15 %, not read)."""
 PLATEAU = 1.5
 """Gate voltage [V] at which a transistor switches, above that of every part offered."""
 BOARD = 0.1
 """Current of board and sensors [A] from 5 V; assumed for 12 V too, where it is smaller."""
 CARRIED = 0.75
-"""Share of its rated current that a fuse carries permanently."""
+"""Fraction of its rated current that a fuse carries permanently."""
 
 
 @dataclass(frozen=True)
@@ -99,8 +99,8 @@ def _senses(circuit: Circuit) -> Iterator[Margin]:
         rail = circuit.rails[circuit.series_part(use)[1]][1]
         greatest = pin_voltage(circuit, use, rail, 1)
         yield Margin(f"greatest voltage at {use}", "V", greatest, most=least_supply)
-    # with the stop open, R7 pulls the node down, and the filter discharges through R8 and R7, and
-    # R9
+    # with the stop open, R7 pulls the node down; the filter discharges through R8 and R7, and also
+    # through R9
     upper, lower, capacitor = (part.value_at(1) for part in circuit.divider(stop))
     both = 1.0 / (1.0 / (upper + parts["R7"].value_at(1)) + 1.0 / lower)
     open_voltage, begin = LEAKAGE * both, pin_voltage(circuit, stop, high, 1)
@@ -174,7 +174,7 @@ def _power(circuit: Circuit) -> Iterator[Margin]:
 
 
 def release_time(circuit: Circuit, volts: float, release_share: float = 0.3) -> float:
-    """Return the time [s] in which the valve's current falls to its share `release_share`.
+    """Return the time [s] in which the valve's current falls to the fraction `release_share`.
 
     `volts` is the opposing voltage of its diode: 0.5 V, or more with a Zener diode.
     """

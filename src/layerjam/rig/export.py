@@ -81,7 +81,7 @@ def shot_file(out: Path, shot: Shot) -> Path:
 
 
 def facts_of_shot(shot: Shot) -> dict[str, str]:
-    """Return the facts of an accelerometer's record."""
+    """Return the metadata of an accelerometer's record."""
     return {"shot": f"{shot.number}", "range": f"{shot.range:.6g} m/s^2", "rate": f"{shot.rate} Hz"}
 
 

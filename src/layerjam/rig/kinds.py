@@ -23,7 +23,7 @@ Host = Literal["talks", "releases", "silent", "deaf"]
 ESTOP_SAMPLES, SUPPLY_SAMPLES = 2, 3
 """Number of samples in which the firmware reacts to an open emergency stop and to a low supply."""
 SENSOR_GAP = 0.05
-"""Share of the range by which two sensors may differ."""
+"""Fraction of the range by which two sensors may differ."""
 DRIFTS = (200.0, 130.0, 100.0, 50.0)
 """Drift rates of a sensor [Pa/s]."""
 STALLS = (0.12, 1.0)
@@ -45,7 +45,7 @@ class Case:
 
     @functools.cached_property
     def promised_times(self) -> Mapping[str, float]:
-        """Detection times [s] that the law promises up to this target."""
+        """Detection times [s] that the law guarantees up to this target."""
         return detection_times(self.regulator, self.target)
 
     @property
@@ -182,7 +182,7 @@ def _lease(case: Case) -> float:
 
 
 def _late(case: Case) -> float:
-    """Return the time to the first sample that arrives, which is also the last that may be late."""
+    """Return the time to the first sample that arrives; it is also the last that may be late."""
     return case.size + case.regulator.sample_time
 
 

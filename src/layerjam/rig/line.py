@@ -14,7 +14,7 @@ from layerjam.rig.frame import first, pack
 
 TRIES = 5
 WAIT = 0.5
-"""Wait for a response, each try [s]."""
+"""Waiting time for a response, for each try [s]."""
 QUIET = 0.05
 """Silence after which no more of a response is expected [s]."""
 PROMPTS = (b">>> ", b"Traceback (most recent call last)")

@@ -51,7 +51,7 @@ class SteppedBrake:
         with double_precision():
             growth = np.float64(growth_of(speed, self._brake)) if self._paced else None
             if self._state is None:
-                # plain arrays, like later states, because another type would compile again
+                # plain arrays, like later states, because another type would trigger recompilation
                 start = new_state(np.float64(vacuum), growth)
                 self._state = jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf)), start)
             self._state, point = self._step(

@@ -27,13 +27,13 @@ from layerjam.rig.uneven import draw_uneven
 SPREAD = 1.4
 """Factor by which pump, leak and vent of a line are randomly scaled up or down."""
 TARGETS = (0.25, 0.75)
-"""Random targets, as shares of the pump's greatest vacuum and of the sensor's range."""
+"""Random targets, as fractions of the pump's greatest vacuum and of the sensor's range."""
 LEVELS = (0.02, 0.6)
-"""Shares of the target at which a fault during pumping begins."""
+"""Fractions of the target at which a fault during pumping begins."""
 ROOM = 3.0
 """Decision steps of the rise in which the detectors evaluate a pump at full power."""
 FULL = 1.5
-"""Distance from the target, in saturating errors, at which a PI regulator's pump is full on."""
+"""Distance from the target, in saturating errors, at which a PI regulator's pump runs fully."""
 WAITS = (0.2, 5.0)
 """Range of times [s] for which a vacuum is held before a fault."""
 PATIENCE = 120.0
@@ -45,9 +45,9 @@ MARGIN = 2.0
 LONGEST = 600.0
 """Time [s] for which a fault without a deadline is observed."""
 TENTH = 0.1
-"""Share of the target whose loss is recorded."""
+"""Fraction of the target whose loss is recorded."""
 GONE = 0.02
-"""Share of the target below which the vacuum is considered lost."""
+"""Fraction of the target below which the vacuum is considered lost."""
 SLOW = 1e-3
 """Duration of a sample [s of the host] while the host is busy."""
 
@@ -66,7 +66,7 @@ class Plan:
     wait: float
     """Time [s] after which it begins during a hold."""
     phase: float
-    """Delay after a sample, as a share of the sample time."""
+    """Delay after a sample, as a fraction of the sample time."""
     seed: int
 
     @property

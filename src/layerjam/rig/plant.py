@@ -167,12 +167,12 @@ class VirtualPlant:
 
     `injected` breaks pump, line or sensor. `drift` [Pa/s] raises the sensor's reading. `stall` [s]
     keeps the board busy in its next sample. `estop` and `supply_low` cut the power of pump and
-    valve. In both cases the board senses no voltage after the stop, and with `supply_low` none
-    before it either. Pump and vent follow `outputs` as commanded. `trace`, if it is a list,
-    receives (time [s], pump, vent open, vacuum [Pa]) at each change of the outputs. `watch` is
-    called at each sample, `at` calls a function between two samples. `pace` [s] delays each sample
-    in the host's time. `contact` closes the contact for a trigger. `accelerometer` may receive a
-    drop (`drop.py`).
+    valve. In both cases the board measures no voltage after the emergency stop, and with
+    `supply_low` none before it either. Pump and vent follow `outputs` as commanded. `trace`, if it
+    is a list, receives (time [s], pump, vent open, vacuum [Pa]) at each change of the outputs.
+    `watch` is called at each sample, `at` calls a function between two samples. `pace` [s] delays
+    each sample in the host's time. `contact` closes the contact for a trigger. `accelerometer` may
+    receive a drop (`drop.py`).
     """
 
     def __init__(self, hardware: Hardware) -> None:
@@ -345,7 +345,7 @@ class PlantThread(threading.Thread):
         self._child = child
 
     def run(self) -> None:
-        """Move the plant to the time of each message, then set its outputs."""
+        """Advance the plant to the time of each message, then set its outputs."""
         last: int | None = None
         plant = self.plant
         try:

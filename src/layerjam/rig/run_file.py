@@ -89,7 +89,7 @@ class RunFile:
     def create(
         cls, path: str | Path, meta: Mapping[str, object], overwrite: bool = False
     ) -> "RunFile":
-        """Return a new file; FileError if it exists (unless `overwrite`) or cannot be made."""
+        """Return a new file; FileError if it exists (unless `overwrite`) or cannot be created."""
         path = Path(path)
         check_place(path)
         if overwrite:

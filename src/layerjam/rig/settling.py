@@ -18,7 +18,7 @@ SETTLED = 0.5
 
 @dataclass(frozen=True)
 class Watch:
-    """Values of the board's own law that decide when a step is done."""
+    """Values of the board's own law that determine when a step is done."""
 
     rise: float
     top: float

@@ -21,11 +21,11 @@ from layerjam.rig.telemetry import records
 PERIOD = 10_000
 """Time between two samples [us]."""
 LOWEST = 0.05
-"""Least target, as a share of the pump's greatest vacuum."""
+"""Least target, as a fraction of the pump's greatest vacuum."""
 HOLDS = (2.0, 120.0)
 """Shortest and longest time [s] at one target."""
 RELEASES = 0.25
-"""Share of the commands that release the vacuum."""
+"""Fraction of the commands that release the vacuum."""
 WARM = 60.0
 """Time [s] of the board before its memory is first read."""
 VENTED = 5.0

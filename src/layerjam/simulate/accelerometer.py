@@ -29,8 +29,8 @@ LEAST_RATE = 10
 FINE = 400
 """Sampling rate of a sensor without a given rate, in multiples of the cutoff.
 
-A peak at the cutoff frequency between two samples is then missed by at most the share (pi/400)^2/2
-= 3e-5.
+The reading of a peak at the cutoff frequency, between two samples, is then too low by at most the
+fraction (pi/400)^2/2 = 3e-5.
 """
 MOST_SAMPLES = 5_000_000
 _INSTANT = 1e-12

@@ -33,9 +33,9 @@ class Constants(NamedTuple):
     """Constants of a brake for the compiled loop, in the order of `kernel/c/stops.c`; SI."""
 
     friction: float
-    """c per vacuum [N/m/Pa]."""
+    """c per unit of vacuum [N/m/Pa]."""
     drag: float
-    """q per vacuum [N/m/Pa]."""
+    """q per unit of vacuum [N/m/Pa]."""
     overlap: float
     travel: float
     stiffness: float

@@ -1,7 +1,7 @@
 """Brake and line together in time: enclosure stretch, pump and vacuum affect one another.
 
-The method is waveform relaxation. The slip over time gives the vacuum over time (equations of the
-line), which gives the slip over time (solver of the brake in time), until neither changes. The
+The method is waveform relaxation. The history of the slip gives that of the vacuum (equations of
+the line), and the vacuum that of the slip (solver of the brake in time), until neither changes. The
 force P A_s of a volume A_s per slip is not added to the brake's law, because the calibration by a
 pull contains it (`gas_force` gives its size).
 """
@@ -73,7 +73,7 @@ class CoupledStop:
 
     @property
     def matters(self) -> bool:
-        """Return whether outcome, slip or peak (by over 1 %) differ from constant vacuum."""
+        """Return whether outcome, slip or peak (by more than 1 %) differs from constant vacuum."""
         stop, constant = self.timed, self.constant
         return (
             stop.outcome is not constant.outcome

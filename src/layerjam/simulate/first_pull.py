@@ -48,7 +48,7 @@ def first_peak(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
     """Return slip [m] and force [N] at the peak, and whether a part of the enclosure still rests.
 
     While part of a face rests, dx/dN = 2 e/q. The force then peaks when the strain at the ends
-    equals q over the fall of the sheets' friction.
+    equals q divided by the fall of the sheets' friction.
     """
     sheets, strip = sheets_at(vacuum, brake), strip_at(vacuum, brake)
     limit = strip.rubber.strain

@@ -195,7 +195,7 @@ class DropRecord(Record):
 
     @property
     def deceleration(self) -> np.ndarray:
-        """Return the deceleration [m/s^2]: force over mass minus gravity along the pull."""
+        """Return the deceleration [m/s^2]: force per mass minus gravity along the pull."""
         return self.force / self.mass - self.gravity
 
     def conditions(self) -> dict[str, str]:

@@ -24,7 +24,7 @@ class BareDrop(NamedTuple):
 
     time: Array
     acceleration: Array
-    """Specific force, force over mass [m/s^2]."""
+    """Specific force: force per mass [m/s^2]."""
     gravity: float
     """Gravity of the site [m/s^2], the unit of a reading in g."""
     travel: Array
@@ -40,7 +40,7 @@ class BareDrop(NamedTuple):
 
     @property
     def deceleration(self) -> Array:
-        """Return the deceleration [m/s^2]: force over mass minus gravity along the pull."""
+        """Return the deceleration [m/s^2]: force per mass minus gravity along the pull."""
         return self.acceleration - self.along
 
 

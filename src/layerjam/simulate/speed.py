@@ -9,7 +9,7 @@ from layerjam.errors import Notice
 from layerjam.units import show
 
 SLOW = 25e-3
-"""Speed of the paper's fastest pull [m/s]; it saw no effect of speed on dry sheets."""
+"""Speed of the paper's fastest pull [m/s]; the paper reports no effect of speed on dry sheets."""
 UNMEASURED = Notice(
     "no speed law was measured for this brake: friction is assumed equal at every "
     "sliding speed, although that of PTFE rises several times from 10 to 500 mm/s "

@@ -68,7 +68,7 @@ def _sample_path(
 
 
 def with_sliding_speed(speed: float, brake: Brake) -> Brake:
-    """Return the brake with kinetic friction at a speed [m/s], and static friction not below."""
+    """Return the brake with kinetic friction at a speed [m/s], and static friction no lower."""
     sliding = at_speed(speed, brake)
     static = max(float(brake.film.static), float(sliding.film.kinetic))
     return replace(sliding, film=replace(sliding.film, static=static))
@@ -89,9 +89,9 @@ def tensile_stack(
     Returns the record (slip is the mean over the interfaces) and the motion of every sheet and
     interface. Outcomes as for the lumped brake; CLOSED_BY_SLEEVE if every interface slides back
     when unloaded. `interfaces`, `housing`, `static` and `one_by_one` are those of `stack_of`.
-    `progress` is called with the share done. With a speed law every interface has the friction at
-    the first move's speed. Raises ProcedureError for a procedure that changes the vacuum or does
-    not pull.
+    `progress` is called with the completed fraction. With a speed law every interface has the
+    friction at the first move's speed. Raises ProcedureError for a procedure that changes the
+    vacuum or does not pull.
     """
     first_step, moves = _split_procedure(procedure)
     speeds = [step.speed for step in moves if not isinstance(step, Hold)]

@@ -23,7 +23,7 @@ class FannedFriction:
     """Friction of interfaces between sheets that fan out; arrays of shape (n - 1,).
 
     The middle interfaces have the highest pressure: each has the mean of exp(alpha (1 - s^2)) over
-    its share of the stack's half height s, so that together they have the factor of the lumped law.
+    its part of the stack's half height s, so that together they have the factor of the lumped law.
     The stack model needs friction that falls linearly with the slip. At each increment it gets the
     tangent to the interface's own friction at its present slip.
     """
@@ -33,7 +33,7 @@ class FannedFriction:
     length: Array
     """Overlap at rest [m]."""
     ratio: float
-    """Static over kinetic friction of the film."""
+    """Ratio of static to kinetic friction of the film."""
     kinetic: Fan
     static: Fan
     """The same fan under static friction."""
@@ -124,11 +124,11 @@ class Interfaces:
 
     @classmethod
     def missing_vacuum(cls, count: int, middle: float) -> "Interfaces":
-        """Return a stack of `count` sheets whose middle has only the share `middle` of the vacuum.
+        """Return a stack of `count` sheets whose middle has a fraction `middle` of the vacuum.
 
-        The share falls like a parabola from 1 at the outermost interfaces (assumed: the effect of a
-        uniform leak through sheets of equal resistance). The vacuum in an interface presses it,
-        because the pressure in the stack equals the atmosphere throughout.
+        The fraction falls like a parabola from 1 at the outermost interfaces (assumed: the effect
+        of a uniform leak through sheets of the same resistance). The vacuum in an interface presses
+        it, because the pressure in the stack equals the atmosphere throughout.
         """
         if not 0 <= middle <= 1:
             raise QuantityError(f"middle: {middle!r} is not a share; 0 to 1 is allowed")

@@ -339,7 +339,7 @@ def amplitude_map(
     slip: float = 0.0,
     swings: int = 300,
 ) -> Tooth:
-    """Return stick–slip over speed [m/s] and vacuum [Pa], which broadcast; friction at `slip`.
+    """Return stick–slip at speeds [m/s] and vacuums [Pa], which broadcast; friction at `slip`.
 
     `mass` [kg], `stiffness` [N/m] and `damping` [N s/m] may be arrays that broadcast with them.
     """

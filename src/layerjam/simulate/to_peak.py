@@ -29,8 +29,8 @@ class ToPeak:
 def vacuum_to_peak(peak_at: Callable[[float], float], force: float, limit: float) -> ToPeak:
     """Return the vacuum [Pa], from zero to `limit`, at which a pull peaks at a force [N].
 
-    `peak_at` is the rising peak [N] over the vacuum. The root is bracketed, then found by Brent's
-    method. Raises QuantityError for an invalid force.
+    `peak_at` returns the peak [N], which rises with the vacuum. The root is bracketed, then found
+    by Brent's method. Raises QuantityError for an invalid force.
     """
     from scipy.optimize import brentq
 
@@ -48,9 +48,9 @@ def vacuum_to_peak(peak_at: Callable[[float], float], force: float, limit: float
 def sheets_to_peak(peak_at: Callable[[int], float], force: float, limit: int) -> ToPeak:
     """Return the number of sheets, from two to `limit`, whose pull peaks nearest to a force [N].
 
-    `peak_at` is the rising peak [N] over the number. The value, found by bisection, is None for a
-    force below the peak of two sheets by more than half a step, or above that of `limit`. Raises
-    QuantityError for an invalid force.
+    `peak_at` returns the peak [N], which rises with the number. The value, found by bisection, is
+    None for a force below the peak of two sheets by more than half a step, or above that of
+    `limit`. Raises QuantityError for an invalid force.
     """
     _check_force(force)
     low, high = FEWEST, limit

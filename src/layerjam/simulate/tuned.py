@@ -1,7 +1,7 @@
 """Search for the vacuum that stops a mass after a travel, and advice if there is none.
 
-The function `tuned_stop` decides whether a case can be tuned. All advice is tested: a search over
-many cases finds it, and a test of the single case confirms it.
+The function `tuned_stop` determines whether a case can be tuned. All advice is tested: a search
+over many cases finds it, and a test of the single case confirms it.
 """
 
 import math
@@ -48,7 +48,7 @@ class Case:
     """Number of parallel brakes."""
 
     def with_changes(self, **changes: Any) -> "Case":
-        """Return the case with another `speed`, `travel`, `share`, or `count` of sheets."""
+        """Return the case with a different `speed`, `travel`, `share`, or `count` of sheets."""
         count = changes.pop("count", None)
         if count is not None:
             sheets = replace(self.brake.sheets, count=count)
@@ -69,7 +69,7 @@ def tuning_vacuum(case: Case) -> float | None:
 
 
 def _arguments(case: Case) -> tuple[Any, ...]:
-    """Return the arguments of `tuned_stop`, always of one shape if every stop is integrated."""
+    """Return the arguments of `tuned_stop`, all of the same shape if every stop is integrated."""
     mass, speed, travel, rope, gravity, brake = case.per_brake()
     if not follows_speed(brake):
         return mass, speed, travel, rope, gravity, without_idle_speed_law(brake)
@@ -82,7 +82,7 @@ def _batch_size(case: Case, size: int = AT_ONCE) -> int:
 
 
 def can_tune(case: Case, name: str, values: Array) -> npt.NDArray[np.bool_]:
-    """Return whether the case can be tuned with each of other values of one of its numbers."""
+    """Return whether the case can be tuned with each of several values of one of its numbers."""
     size = _batch_size(case)
     pieces = [values[i : i + size] for i in range(0, len(values), size)]
     return np.concatenate([_can_tune_batch(case, name, piece, size) for piece in pieces])

@@ -1,4 +1,4 @@
-"""Changing vacuum, as samples over time."""
+"""Changing vacuum, as samples in time."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -18,7 +18,7 @@ TIME = QuantitySpec("s", "time from the taut rope", lo=-1e9, hi=1e9)
 @explain_arguments
 @dataclass(frozen=True, eq=False)
 class History:
-    """Changing vacuum: samples [Pa] over time from the taut rope [s], interpolated linearly.
+    """Changing vacuum: samples [Pa] and times from the taut rope [s], interpolated linearly.
 
     Shape (N,) each, N >= 2, times rising. The vacuum is constant before the first and after the
     last sample. Raises QuantityError for other shapes, times that do not rise, and values that are

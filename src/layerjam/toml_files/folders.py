@@ -120,7 +120,7 @@ def _without_locks(folder: Path) -> bool:
 
 def _exchange(first: Path, second: Path) -> bool:
     """Exchange two paths in one step (renameat2 of Linux); False if the system cannot."""
-    with contextlib.suppress(OSError, AttributeError, TypeError):  # no None for CDLL on Windows
+    with contextlib.suppress(OSError, AttributeError, TypeError):  # on Windows CDLL rejects None
         library = ctypes.CDLL(None, use_errno=True)
         names = os.fsencode(first), os.fsencode(second)
         return bool(library.renameat2(AT_FDCWD, names[0], AT_FDCWD, names[1], EXCHANGE) == 0)

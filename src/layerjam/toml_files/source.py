@@ -54,7 +54,7 @@ class Source:
             object.__setattr__(self, "sd", _relative_sd(self.spread))
 
     def sentence(self) -> str:
-        """Return everything on one line."""
+        """Return the source as one line of text."""
         parts = [f"{self.kind}: {self.text}" if self.text else self.kind]
         if self.was:
             parts.append(f"was {self.was}")

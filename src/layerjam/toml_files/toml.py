@@ -10,11 +10,11 @@ from typing import Any
 from layerjam.errors import FileError
 
 MAX_NAMES = 5_000
-"""Number of names in a folder that are compared."""
+"""Number of names in a folder that are compared with a missing file's name."""
 
 
 def nearby(path: Path) -> str:
-    """Return a suggestion of the nearest name in a missing file's folder, or ""."""
+    """Return a suggestion: the nearest name in a missing file's folder, or ""."""
     try:
         if path.exists():
             return ""

@@ -28,7 +28,7 @@ ENGINE = (
 
 
 def run_in_subprocess(work: Callable[..., T], *args: Any, tell: Tell) -> T:
-    """Return `work(*given, tell)`, computed in another process.
+    """Return `work(*given, tell)`, computed in a separate process.
 
     `tell(what, share)` is called in this process repeatedly; an error that it raises ends the
     process. Raises the errors of the work, and LayerjamError if the process ends without a result.

@@ -1,7 +1,7 @@
 """Answer of a page: a call with its result, and all files derived from it.
 
 Figure, curves, copied lines, notebook and pins of a chart are made from one answer. They therefore
-belong to one computation, even if settings have changed since.
+belong to one computation, even if settings have changed since then.
 """
 
 import json

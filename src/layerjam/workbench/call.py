@@ -1,4 +1,4 @@
-"""A question of a page, as a call in Python and on the command line."""
+"""A request of a page, as a call in Python and on the command line."""
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -24,7 +24,7 @@ NOTE = (
     "save the sidecars NAME.toml in the folder of the files; "
     "the page's button 'Sidecars' downloads them"
 )
-"""Comment above the copied code if the page wrote its own facts or answers."""
+"""Comment above the copied code if the page wrote metadata or corrections of its own."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Subject:
 class DataFile:
     """A measured file: the user's name for it, the path of its bytes, and its sidecar's text.
 
-    `edited` says that the page wrote the sidecar. Two equal files give the same numbers.
+    `edited` states that the page wrote the sidecar. Two identical files give the same numbers.
     """
 
     shown: str
@@ -63,7 +63,7 @@ Options = dict[str, Value]
 class Call:
     """A command with its subjects, measured files and options.
 
-    Two equal calls give the same result.
+    Two identical calls give the same result.
 
     Options are texts with units, numbers, flags, words, or files and subjects that are not
     positional arguments. `out` is the file or folder to write, as the user would name it; copied
@@ -94,7 +94,7 @@ class Call:
 
         Raises the same LayerjamError as the command.
 
-        `function` runs instead of the command if only a part of its answer is needed.
+        `function` runs instead of the command if only a part of the result is needed.
         """
         try:
             result = (function or load_entry(self.name))(

@@ -17,7 +17,7 @@ TALL, LINE = 290.0, 15.0
 FONT = "Roboto, -apple-system, Helvetica, Arial, sans-serif"
 """Font of the page, served from this machine by NiceGUI."""
 MARKS = 40
-"""Number of marked points on a measured curve, at equal visual distances."""
+"""Number of marked points on a measured curve, equally spaced on the screen."""
 BAND = 0.22
 """Opacity of a band."""
 POINTS = 500

@@ -1,4 +1,4 @@
-"""The first rows of a file; a click on the head of a column sets its role."""
+"""The first rows of a file; a click on the header of a column sets its role."""
 
 from collections.abc import Callable
 from functools import partial
@@ -23,7 +23,7 @@ FLAT = "flat dense no-caps"
 
 
 class ColumnTable:
-    """Rows with heads to click; `said(index, role, unit)` is called with the choice.
+    """Rows with headers to click; `said(index, role, unit)` is called with the choice.
 
     The role "" means that the column is ignored; `turned(role)` is called if its sign is reversed.
     """

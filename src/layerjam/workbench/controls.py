@@ -230,7 +230,7 @@ class Slider:
 
     def _on_change(self, change: str) -> None:
         if change == "page":
-            # shared values may have been changed on another page
+            # shared values may have been changed on a different page
             if self.page == self.desk.state.page and shared_setting(self.page, self.control.key):
                 self._fill()
             return

@@ -62,7 +62,7 @@ class Desk:
         self._watching.append(callback)
 
     def files_changed(self) -> None:
-        """Notify the observers of other files or changed sidecars.
+        """Notify the observers of changed files or sidecars.
 
         Removing a file also removes its pin. This is not an undo step, because undo cannot restore
         files.
@@ -119,7 +119,7 @@ class Desk:
             self._become(state, "undo")
 
     def put_state(self, state: State) -> None:
-        """Take over another state except its page, as one undo step.
+        """Take over a different state except its page, as one undo step.
 
         Raises LayerjamError, without any change, if its brake or line cannot be read.
         """
@@ -148,11 +148,11 @@ class Desk:
         self._become(replace(self.state, **update), "line" if kind == "line" else "brake")
 
     def put_brake(self, text: str) -> None:
-        """Set another brake by a catalogue name or TOML text; raises LayerjamError."""
+        """Set a different brake by a catalogue name or TOML text; raises LayerjamError."""
         self.put_file("brake", text)
 
     def open(self, page: str) -> None:
-        """Open another page; this is not an undo step."""
+        """Open a different page; this is not an undo step."""
         self.state = replace(self.state, page=page)
         self._tell("page")
 
@@ -260,12 +260,12 @@ def forget(desk: Desk) -> None:
 
 
 def resize_stack(file: BrakeFile, count: int) -> BrakeFile:
-    """Return the same brake with another number of sheets; raises LayerjamError."""
+    """Return the same brake with a different number of sheets; raises LayerjamError."""
     name = f"{re.sub('-[0-9]+-sheets$', '', file.name)}-{count}-sheets"
     edited_file = edit(file, {"sheets.count": float(count)}, name=name, source="set on the page")
     return BrakeFile.read(edited_file.text, name)
 
 
 def with_sheets(desk: Desk, count: int) -> None:
-    """Return the desk's brake with another number of sheets; raises LayerjamError."""
+    """Return the desk's brake with a different number of sheets; raises LayerjamError."""
     desk.put_brake(resize_stack(desk.brake, count).text)

@@ -286,8 +286,9 @@ def read_list(data: bytes, name: str) -> dict[str, str]:
 def attach(uploads: Uploads) -> tuple[list[str], list[str]]:
     """Complete sidecars from the list; return (names of listed files, contradictions).
 
-    If sidecar and list state the same fact, the sidecar takes precedence and a notice reports it;
-    the commands reject this case. The content of the list is kept for files that arrive later.
+    If the sidecar and the list state the same entry, the sidecar takes precedence and a notice
+    reports this; the commands reject this case. The content of the list is kept for files that
+    arrive later.
     """
     names, notes = [], []
     for file in uploads.files:
@@ -312,10 +313,7 @@ def attach(uploads: Uploads) -> tuple[list[str], list[str]]:
 
 
 def merge_sidecars(text: str, of_all: str) -> str:
-    """Return a sidecar's text with additional facts of another one.
-
-    Its own facts take precedence.
-    """
+    """Return a sidecar's text with further metadata of another one; its own take precedence."""
     try:
         document, addition = tomlkit.parse(text), tomlkit.parse(of_all)
     except tomlkit.exceptions.TOMLKitError:

@@ -71,7 +71,7 @@ def _tops(paths: Mapping[str, object]) -> set[str]:
 
 
 def elsewhere_of(path: Path) -> str:
-    """Return the kind in ELSEWHERE of a file that is not a test of force over elongation, or ""."""
+    """Return the kind in ELSEWHERE of a file that is not a record of a pull, or ""."""
     from layerjam.identify.rubber.tensile import read_rubber
 
     if path.suffix == ENDING:

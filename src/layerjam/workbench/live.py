@@ -33,7 +33,7 @@ NEEDED = (
 
 
 def check() -> None:
-    """Raise MissingExtraError if another NiceGUI than the supported one is installed."""
+    """Raise MissingExtraError if the installed NiceGUI is not the supported version."""
     if not all(hasattr(kind, name) for kind, name in NEEDED):
         raise MissingExtraError(
             "the workbench (a nicegui of version 3.18 or later, but not 4)", "workbench"

@@ -35,7 +35,7 @@ PULLS: Mapping[str, Callable[[str], str]] = MappingProxyType(
 
 
 def of_slide(slid: Any) -> str:
-    """Return the outcome of a pull over time, which may show stick–slip."""
+    """Return the outcome of a pull in time, which may show stick–slip."""
     pace = show(slid.record.speed, "m/s")
     if slid.outcome == "JUDDERS":
         times = "once" if slid.events == 1 else f"{slid.events} times"

@@ -190,7 +190,7 @@ class Page(View):
         background_tasks.create(settle_later(self.name), name="layerjam settles")
 
     def _show_problems(self, problems: Sequence[str]) -> None:
-        """Show errors that begin with the name of a quantity at its field too."""
+        """Show errors that begin with the name of a quantity also at its field."""
         names = {text.partition(":")[0].replace(" ", "_"): text for text in problems}
         for field in self._wrong:
             field.error = None

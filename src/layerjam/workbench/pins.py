@@ -70,7 +70,7 @@ def labels(calls: Sequence[Call], current: Call) -> list[str]:
 
 
 def _difference(call: Call, from_these: Sequence[Call]) -> str:
-    """Return in words how a call differs from others: its brake or line, and its options."""
+    """Return, as text, how a call differs from others: its brake or line, and its options."""
     name, words = call.subjects[0].name.removesuffix(".toml"), []
     if any(theirs.subjects != call.subjects for theirs in from_these):
         words.append(name)
@@ -83,7 +83,7 @@ def _difference(call: Call, from_these: Sequence[Call]) -> str:
 
 
 def put_pin(desk: Desk, pin: Pin) -> None:
-    """Add a pin unless it exists; QuantityError if the page has the maximum number."""
+    """Add a pin unless it exists; QuantityError if the page already has the maximum number."""
     pins = desk.state.pins
     if pin in pins:
         return
@@ -93,7 +93,7 @@ def put_pin(desk: Desk, pin: Pin) -> None:
 
 
 def turn_file(desk: Desk, key: str) -> None:
-    """Pin a dropped file to the page Pull, or unpin it; QuantityError if there are enough pins."""
+    """Pin a dropped file to the Pull page, or unpin it; QuantityError for too many pins."""
     file_pin = Pin("pull", MEASURED, key)
     if file_pin in desk.state.pins:
         desk.put_pins(tuple(pin for pin in desk.state.pins if pin != file_pin))

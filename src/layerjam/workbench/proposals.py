@@ -27,7 +27,7 @@ FRICTION, CALIBRATE, VALIDATE, ASIDE = "friction", "calibrate", "validate", "asi
 FACTS = ("vacuum", "normal_force", "speed")
 """Conditions that are proposed for a file."""
 NEEDED = MappingProxyType({FRICTION: "normal_force", CALIBRATE: "vacuum", VALIDATE: "vacuum"})
-"""{use of a file: fact required for it}."""
+"""{use of a file: metadata required for it}."""
 CLICKS = MappingProxyType(
     {
         "columns": "Click the heads of the force column and of the elongation column",
@@ -43,7 +43,7 @@ CLICKS = MappingProxyType(
 )
 """{request of a reader: instruction on the page}."""
 NEAR_HIGHEST = 0.97
-"""Share of the highest vacuum above which a pull counts as one at the highest vacuum."""
+"""Fraction of the highest vacuum above which a pull counts as one at the highest vacuum."""
 HEAD = 4000
 """Number of bytes at the start of a file that are searched for a description of the test."""
 _FRICTION = re.compile(
@@ -89,7 +89,7 @@ class Proposal:
         return self.kind == "measurement" and not self.asks
 
     def lacks(self, role: str, facts: Mapping[str, str]) -> str:
-        """Return the fact that a use lacks; empty if none is missing."""
+        """Return the metadata entry that a use lacks; empty if none is missing."""
         due = NEEDED.get(role, "")
         return due if due and not facts.get(due) else ""
 
@@ -116,7 +116,7 @@ def from_name(name: str) -> dict[str, SourcedValue]:
 
 
 def _quantities(stem: str, friction: bool) -> Iterator[tuple[str, str, str]]:
-    """Return (fact, its text, its spelling in the name) of each quantity in a name."""
+    """Return (key, its text, its spelling in the name) of each quantity in a name."""
     pressures = {(_plain(m[1]), _UNITS[m[2].lower()]): m for m in _PRESSURE.finditer(stem)}
     if len(pressures) == 1 and not friction:
         (((number, unit), match),) = pressures.items()
@@ -181,7 +181,7 @@ def proposal(key: str, name: str, path: Path) -> Proposal:
 
 
 def _unread(draft: Proposal, path: Path, error: LayerjamError) -> Proposal:
-    """Return the proposal for an unreadable file: its reader, its missing fact, or "unknown"."""
+    """Return the proposal for an unreadable file: its reader, its missing entry, or "unknown"."""
     asks = str(getattr(error, "asks", ""))
     reason = str(getattr(error, "plain", "") or error)
     if isinstance(error, MissingExtraError):
@@ -197,7 +197,7 @@ def _unread(draft: Proposal, path: Path, error: LayerjamError) -> Proposal:
 def _conditions(
     name: str, path: Path, facts: Facts, traces: Sequence[Trace]
 ) -> tuple[SourcedValue, dict[str, SourcedValue]]:
-    """Return role and facts: from the sidecar, otherwise the file's content, otherwise its name."""
+    """Return role and metadata: from the sidecar, otherwise the file's content or its name."""
     values = from_name(name)
     facts_found = {fact: value_found for fact in FACTS if (value_found := values.get(fact))}
     facts_found |= dict(_of_content(path, traces))
@@ -246,7 +246,7 @@ def _beginning(path: Path) -> str:
 
 
 def _of_content(path: Path, traces: Sequence[Trace]) -> Iterator[tuple[str, SourcedValue]]:
-    """Yield (fact, value) from the file itself: its head, a column, or its procedure."""
+    """Yield (key, value) from the file itself: its header, a column, or its procedure."""
     vacuums = {t.facts.vacuum for t in traces} - {None}
     if len(vacuums) == 1:
         yield (

@@ -37,7 +37,7 @@ class Runner:
         self.running = self._again = False
         self.stopping = threading.Event()
         self.doing = ("", 0.0)
-        """Current phase, and its progress as a share."""
+        """Current phase, and its progress as a fraction."""
 
     async def ask(self) -> None:
         """Compute with the current inputs; return when the result is displayed or outdated."""

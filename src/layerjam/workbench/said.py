@@ -43,7 +43,7 @@ Edits = dict[str, dict[str, str]]
 
 
 def edits_of(desk: Desk) -> Edits:
-    """Return {file's key: {fact: text}}; invalid entries from a link are omitted."""
+    """Return {file's key: {entry: text}}; invalid entries from a link are omitted."""
     try:
         stored_edits = json.loads(str(desk.get(PAGE, FILES, "{}")))
     except (ValueError, RecursionError):
@@ -59,7 +59,7 @@ def edits_of(desk: Desk) -> Edits:
 
 
 def put_edits(desk: Desk, changes: Mapping[str, Mapping[str, str]]) -> None:
-    """Change the facts of files by their keys, as one step of undo; an empty text removes one."""
+    """Change the metadata of files by their keys, as one undo step; an empty text removes one."""
     edits = edits_of(desk)
     for key, change in changes.items():
         edit = {**edits.get(key, {}), **change}
@@ -69,7 +69,7 @@ def put_edits(desk: Desk, changes: Mapping[str, Mapping[str, str]]) -> None:
 
 
 def check_edit(changes: Mapping[str, str]) -> None:
-    """Raise LayerjamError for an invalid fact or answer."""
+    """Raise LayerjamError for an invalid metadata entry or reading option."""
     facts, answers = _facts_and_answers(changes)
     for name, text in facts.items():
         spec_of(Facts, name).read(text, name.replace("_", " "))

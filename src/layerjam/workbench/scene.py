@@ -57,7 +57,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Stack:
-    """Drawing of a brake, and the facts for its caption."""
+    """Drawing of a brake, and the data for its caption."""
 
     boxes: tuple[Box, ...]
     labels: tuple[tuple[str, str, Point], ...]
@@ -80,7 +80,7 @@ def exaggeration(thickness: float, count: int, width: float) -> int:
 
 
 def stack_of(brake: Brake, slip: float, share: float) -> Stack:
-    """Return the drawing at a slip [m] and a share of the full vacuum, 0 to 1.
+    """Return the drawing at a slip [m] and a fraction of the full vacuum, 0 to 1.
 
     Lengths and width are to scale, thicknesses are exaggerated. Sheets of the two ends alternate;
     if their number is odd, the left end has one more, as in eq. 1.
@@ -233,7 +233,7 @@ class CameraView:
         self._fit(0.3)
 
     def _fit(self, duration: float) -> None:
-        """Place the camera as near as all of it is seen, within `duration` [s]."""
+        """Move the camera as near as the whole brake stays visible, within `duration` [s]."""
         if self._corners is not None:
             args = json.dumps([*self._corners, self._view, duration])
             self.scene.client.run_javascript(

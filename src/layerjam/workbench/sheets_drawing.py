@@ -1,4 +1,4 @@
-"""Side view of the stack at one sample of a pull: sliding sheets, as SVG and in words."""
+"""Side view of the stack at one sample of a pull: sliding sheets, as SVG and as text."""
 
 import math
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ TALL, GAP = (9.0, 24.0), 7.0
 MAX_SHEETS = 40
 """Largest number of drawn sheets."""
 ROOM = 0.3
-"""Greatest drawn displacement before all sheets slide, as a share of the overlap."""
+"""Greatest drawn displacement before all sheets slide, as a fraction of the overlap."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def round_down(value: float) -> float:
 
 
 def runs(numbers: Sequence[int]) -> str:
-    """Return ascending whole numbers in words: 1–3, 8 and 10."""
+    """Return ascending whole numbers as text: 1–3, 8 and 10."""
     ends = [k for k, (a, b) in enumerate(pairwise(numbers), 1) if b != a + 1]
     parts = [numbers[a:b] for a, b in pairwise([0, *ends, len(numbers)])]
     words = [str(p[0]) if len(p) == 1 else f"{p[0]}–{p[-1]}" for p in parts if p]
@@ -80,7 +80,7 @@ def runs(numbers: Sequence[int]) -> str:
 
 
 def slip_sentence(view: PullView, index: int) -> str:
-    """Return the state of the stack at a sample, in a sentence."""
+    """Return the state of the stack at a sample, as a sentence."""
     motion = view.motion
     slides = motion.sliding[index]
     count, slid = len(slides), int(slides.sum())
@@ -97,7 +97,7 @@ def slip_sentence(view: PullView, index: int) -> str:
 
 
 def scale_said(view: PullView, index: int) -> str:
-    """Return the scale of the drawing, in words."""
+    """Return the scale of the drawing, as text."""
     factor, count = view.scale(index), len(view.motion.moving)
     large = "to scale" if factor == 1 else f"{factor:.6g} times larger"
     note = "" if count <= MAX_SHEETS else f" {MAX_SHEETS} of {count} sheets are drawn."

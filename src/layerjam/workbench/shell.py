@@ -78,7 +78,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
     client.on_delete(lambda: forget(desk))
 
     def turn(name: str) -> None:
-        if name in kinds:  # a session may name a page of another version
+        if name in kinds:  # a session may name a page of a different version
             panels.set_value(name)
 
     desk.turn = turn

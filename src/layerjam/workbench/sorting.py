@@ -67,7 +67,7 @@ class Sorting:
         self.desk, self.uploads, self._go = desk, desk.files, go
         self.proposals: list[Proposal] = []
         self.said: dict[str, dict[str, str]] = {}
-        """{file's key: {"role" or a fact: choice or typed text}}."""
+        """{file's key: {"role" or a metadata key: choice or typed text}}."""
         self.told: list[str] = []
         """Sentences on files that are not used here: the command that reads them, or the reason."""
         self._known: dict[tuple[str, str], Proposal] = {}
@@ -284,7 +284,7 @@ class Sorting:
         self.said.setdefault(key, {})[key_of] = text
 
     async def accept(self) -> None:
-        """Use the complete files; the others stay and show their missing facts."""
+        """Use the complete files; the others stay and show their missing metadata."""
         self._problems.clear()
         edits: dict[str, dict[str, str]] = {}
         for item in self.proposals:
@@ -327,7 +327,7 @@ class Sorting:
         return self.said.get(item.key, {}).get("role", item.role.text)
 
     def _lacking(self, item: Proposal) -> str:
-        """Return in words the fact whose absence prevents the use of a file; empty if complete."""
+        """Return, as text, the entry that a file lacks for its use; empty if it is complete."""
         role, typed_values = self._role(item), self.said.get(item.key, {})
         texts = {
             fact: typed_values.get(fact, item.facts.get(fact, SourcedValue()).text)
@@ -356,7 +356,7 @@ def _in_users_words(item: Proposal, upload: Upload) -> Proposal:
 
 
 def _of_list(item: Proposal, from_list: Mapping[str, frozenset[str]]) -> Proposal:
-    """Return a proposal that marks the facts from the list of all files."""
+    """Return a proposal that marks the metadata from the list of all files."""
     mine = from_list.get(item.name, frozenset())
     facts = {
         fact: SourcedValue(value.text, LIST) if fact in mine and value.source == SIDECAR else value

@@ -1,7 +1,7 @@
 """Messages of commands reworded for the page, with controls in place of flags.
 
 Fields of a page are named after the option without its dashes (`Parameter.label`), so most flags
-name their control. This module lists flags with another name, or without a control.
+name their control. This module lists flags with a different name, or without a control.
 """
 
 import re
@@ -25,7 +25,7 @@ OTHERWISE = MappingProxyType(
         "no-brake": "No brake",
     }
 )
-"""{option: its control, if the page uses another name}."""
+"""{option: its control, if the page uses a different name}."""
 PHRASES = (
     (r"tensile --model stack", "model 'sheet by sheet' of a pull"),
     (r"; 'layerjam pull --tare' shows its effect, depth curves can", "; whole curves can"),

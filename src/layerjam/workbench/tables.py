@@ -1,4 +1,4 @@
-"""Plain tables: a head, rows of text, numbers to the right."""
+"""Plain tables: a header, rows of text, numbers to the right."""
 
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -27,7 +27,7 @@ def html(
             text, classes = (cell, "") if isinstance(cell, str) else cell
             kind = f"{'num' if place in numbers else ''} {classes}".strip()
             text = typeset(text) if place in numbers else text
-            # an empty head is not a heading for screen readers
+            # an empty header is not a heading for screen readers
             name = "th" if tag == "th" and text else "td"
             scope = ' scope="col"' if name == "th" else ""
             markup += f"<{name}{scope}{_attribute('class', kind)}>{escape(on_page(text))}</{name}>"

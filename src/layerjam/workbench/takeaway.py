@@ -44,7 +44,7 @@ class Takeable(Protocol):
 
 
 async def give(make: Callable[[], str | bytes], name: str, kind: str = "") -> None:
-    """Download the result of `make`, which runs in another thread.
+    """Download the result of `make`, which runs in a separate thread.
 
     An error or an empty result is reported instead.
     """

@@ -72,9 +72,9 @@ class Uploads:
         self.files: list[Upload] = []
         self.sidecars: dict[str, str] = {}
         self.listed: dict[str, str] = {}
-        """{user's name of a file: facts from a list for all files, as a sidecar's text}."""
+        """{user's name of a file: metadata from a list for all files, as a sidecar's text}."""
         self.from_list: dict[str, frozenset[str]] = {}
-        """{name: facts in its sidecar that come from that list}."""
+        """{name: metadata in its sidecar that come from that list}."""
         self.waiting: set[str] = set()
         self.refused: dict[str, str] = {}
         """{user's name of a file that could not be read: the reason}."""
@@ -171,7 +171,7 @@ class Uploads:
             self.sidecars[upload.shown] = sidecar
 
     def _unused(self, name: str) -> str:
-        """Return the name, with a number if another file has it."""
+        """Return the name, with a number if a different file has it."""
         names, plain = {f.shown for f in self.files}, Path(name)
         candidates = (f"{plain.stem} ({n}){plain.suffix}" for n in itertools.count(2))
         return next(n for n in itertools.chain([name], candidates) if n not in names)
@@ -208,7 +208,7 @@ class Uploads:
             self.from_list.pop(file.shown, None)
 
     def take_over(self, source: "Uploads") -> bool:
-        """Move all files of another store here and close it; return False if it has none.
+        """Move all files of another store here and close that store; return False if it has none.
 
         Does nothing if there are already files here.
         """
@@ -262,7 +262,7 @@ def clean(name: str) -> str:
 
 
 def is_sidecar(name: str) -> bool:
-    """Return whether a file is named NAME.csv.toml, the facts of another file."""
+    """Return whether a file is named NAME.csv.toml, the sidecar of another file."""
     text = clean(name).lower()
     return text.endswith(".toml") and "." in text[: -len(".toml")]
 

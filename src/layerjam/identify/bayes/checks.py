@@ -78,7 +78,7 @@ def _is_complete(fit: BayesFit) -> Check | None:
 
 
 def _check_convergence(fit: BayesFit) -> Check:
-    # numbers used in predictions get the strict bound; among the others some exceed it by chance
+    # numbers used in predictions get the strict bound; among the others, some exceed it by chance
     hats = {n: chain_agreement(v)[0] for n, v in _stack_unknowns(fit).items()}
     worst = max((n for n in hats if "curve" not in n), key=lambda n: hats[n])
     worst_curve = max((n for n in hats if "curve" in n), key=lambda n: hats[n])

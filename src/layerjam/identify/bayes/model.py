@@ -23,13 +23,13 @@ from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.units import show
 
 RISE, SLIDE = 24, 72
-"""Numbers of bins of equal elongation over the straight rise and over the sliding part."""
+"""Numbers of bins of equal elongation in the straight rise and in the sliding part."""
 SLIDES = 1.25
 """Elongation at which sliding begins, relative to that at which the rise would reach the peak."""
 FEWEST_BINS = 12
 """Fewest bins with samples in the sliding part."""
 FLOOR = 2e-4
-"""Least residual SD over the greatest force, because no load cell of a test machine is better."""
+"""Least ratio of residual SD to greatest force; no load cell of a test machine is better."""
 RULE = (
     f"each curve is reduced to at most {RISE} means over its rise ({LINEAR[0]:.0%} to "
     f"{LINEAR[1]:.0%} of the greatest force) and {SLIDE} over its sliding part (from {SLIDES:g} "
@@ -55,7 +55,7 @@ class Prior(NamedTuple):
     log: bool = True
 
     def text(self) -> str:
-        """Return the prior in words."""
+        """Return the prior as text."""
         if not self.log:
             return f"{show(self.center, self.unit)} ± {show(self.sd, self.unit)}"
         return f"{show(self.center, self.unit)} within a factor of {np.exp(self.sd):.3g}"
@@ -209,7 +209,7 @@ class Sites(NamedTuple):
     own_slack: Any
     """Multiple of the prior's SD."""
     own_noise: Any
-    """Logarithm of the residual's SD over the greatest force."""
+    """Logarithm of the ratio of the residual's SD to the greatest force."""
     log_mounting_sd_a: Any = None
     log_mounting_sd_k: Any = None
 

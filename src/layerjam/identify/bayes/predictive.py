@@ -45,7 +45,7 @@ class Band:
     at = quantile_at  # former name
 
     def sentence(self, place: int = 0) -> str:
-        """Return the median, the outermost quantiles and every chance, in words."""
+        """Return the median, the outermost quantiles and every probability as text."""
         low, high = self.values[0, place], self.values[-1, place]
         middle = self.values[int(np.argmin(np.abs(np.array(self.levels) - 0.5))), place]
         text = f"{self.quantity} {_show_value(middle, self.unit)} ({self.levels[0]:.3g} to "
@@ -109,7 +109,7 @@ def force_band(
     """Return the force [N] of a pull at elongations [m], shape (n,), and one vacuum [Pa].
 
     `measured` adds the scatter of a measured curve about the law. A brake too soft for its friction
-    snaps instead (chance "snaps"); quantiles are over the draws that do not.
+    snaps instead (probability "snaps"); quantiles are over the draws that do not.
     """
     u, pressure = _as_row("elongation", elongation, "m"), _as_row("vacuum", vacuum, "Pa")
     force = np.asarray(law.force_at_elongation(u, pressure, draws.brakes()))
@@ -151,8 +151,9 @@ def vacuum_band(
 ) -> Band:
     """Return the vacuum [Pa] for brake forces [N], shape (n,), at one slip [m].
 
-    Chances: "too strong" means that the force needs more than the site's full vacuum (counts as
-    +infinity); "enclosure alone" means that the enclosure alone resists more (counts as -infinity).
+    Probabilities: "too strong" means that the force needs more than the site's full vacuum (counts
+    as +infinity); "enclosure alone" means that the enclosure alone resists more (counts as
+    -infinity).
     """
     forces, place = _as_row("force", force, "N"), _as_row("slip", slip, "m")
     overlap = draws.brake.sheets.overlap

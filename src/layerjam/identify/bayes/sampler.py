@@ -98,7 +98,7 @@ def find_mode(flat: Array, *case: Any) -> tuple[Array, Array]:
     """Return the most probable flat vector at its scatter, and a square root of the spread.
 
     It uses Newton's method with every curvature taken as positive. The scatter itself is fixed,
-    because in a joint mode of scatter and curves all curves are equal, which is a poor start.
+    because in a joint mode of scatter and curves all curves are identical: a poor start.
     """
     free = np.ones(len(flat), bool)
     free[scatter_indices(case[0].mounting is not None)] = False
@@ -141,7 +141,7 @@ def find_start(
         first = first._replace(log_mounting_sd_a=first.log_sd_a, log_mounting_sd_k=first.log_sd_k)
     place, root = find_mode(pack(first, guess, beliefs), guess, data, brake, beliefs)
     single = jax.tree.map(np.asarray, unpack(place, guess, beliefs))
-    # errors of the curves' own values: their change per unit of each column of the root
+    # errors of the per-curve values: their change per unit along each column of the matrix root
     tops = [unpack(place + column, guess, beliefs) for column in root.T]
     estimates = {}
     for name in ("own_a", "own_k"):

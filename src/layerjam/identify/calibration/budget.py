@@ -35,9 +35,9 @@ class Contribution:
     """One line of a budget.
 
     `standard` is the relative standard uncertainty of the input, with `degrees` of freedom; None if
-    nobody stated it and there is no default. `sensitivity` is the relative change of the scale
-    factor over that of the input. `basis` describes the origin of the number, `supply` the missing
-    statement (empty if none).
+    nobody stated it and there is no default. `sensitivity` is the ratio of the relative change of
+    the scale factor to that of the input. `basis` describes the origin of the number, `supply` the
+    missing statement (empty if none).
     """
 
     what: str
@@ -57,7 +57,7 @@ class Contribution:
 class Budget:
     """The contributions to the uncertainty of a scale factor `value`, and their combination.
 
-    Uncertainties are over the value. They are None if no contribution was stated.
+    Uncertainties are relative to the value. They are None if no contribution was stated.
     """
 
     contributions: tuple[Contribution, ...]
@@ -86,7 +86,7 @@ class Budget:
 
     @property
     def coverage_factor(self) -> float | None:
-        """Expanded over standard uncertainty: Student's quantile of 95 % (GUM, annex G.3.2)."""
+        """Ratio of expanded to standard uncertainty: Student's 95 % quantile (GUM, annex G.3.2)."""
         return coverage_factor(self._parts) if self._parts else None
 
     @property
@@ -128,7 +128,7 @@ def round_to_uncertainty(value: float, uncertainty: float) -> tuple[str, str]:
 
 
 def scatter_words(mountings: Sequence[Sequence[int]], count: int) -> str:
-    """Return the words for the basis of an interval of `count` pulls in these mountings."""
+    """Return the basis, as text, of an interval of `count` pulls in these mountings."""
     if len(mountings) == count:
         return "one pull" if count == 1 else f"the scatter between {count} pulls"
     return f"the scatter between {len(mountings)} mountings of {count} pulls"
@@ -184,10 +184,10 @@ def make_budget(
     """Return the budget of the scale factor `value` that `peaks` of `brake` gave.
 
     `fitted_lines` are those of the calibration itself: scatter between pulls, and enclosure.
-    `limits` are the limits of error of "load_cell" (over the reading) and "gauge" [Pa], taken as
-    rectangular (GUM, 4.3.7); both act on all pulls alike. `sources` are those of the brake's
-    geometry, whose `sd` counts. The friction has no line, because the budget is that of the product
-    of factor and friction; `friction_lines` adds it.
+    `limits` are the limits of error of "load_cell" (relative to the reading) and "gauge" [Pa],
+    taken as rectangular (GUM, 4.3.7); both act on all pulls alike. `sources` are those of the
+    brake's geometry; their `sd` counts. The friction has no line, because the budget is that of the
+    product of factor and friction; `friction_lines` adds it.
     """
     inverse_vacuum = float(np.mean([1 / p.vacuum for p in peaks]))
     cell, gauge = limits.get("load_cell"), limits.get("gauge")
@@ -218,9 +218,9 @@ def friction_lines(
     """Return the lines that the friction adds to the budget of the scale factor.
 
     `kinetic` is the friction of the tests. `limits` are the relative limits of error of
-    "load_cell", "normal_force" and "area" of the friction rig. The friction is force over normal
-    force, at a pressure of normal force over area. A brake presses harder: its friction is that of
-    the tests times the ratio of pressures to the power `exponent`.
+    "load_cell", "normal_force" and "area" of the friction rig. The friction is the ratio of force
+    to normal force, at a pressure of normal force per area. A brake presses harder: its friction is
+    that of the tests times the ratio of pressures to the power `exponent`.
     """
     error, place = kinetic.standard_error, "each friction test's sidecar"
     inputs = {"load cell": -1.0, "normal force": 1.0 + exponent, "area": -exponent}

@@ -20,7 +20,7 @@ from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.pull import force_at_elongation
 
 FINE, COARSE = 320, 320
-"""Numbers of sections of equal length below and above `NEAR_END` times the straight rise."""
+"""Numbers of equally long sections below and above `NEAR_END` times the straight rise."""
 NEAR_END = 2.0
 LEAST_ENCLOSURE = 1e-3
 """Least factor on the enclosure's force within a fit."""
@@ -62,7 +62,7 @@ def reduce_curves(curves: Sequence[Curve]) -> ReducedCurves:
 
 
 def _find_onset(curve: Curve) -> float:
-    """Return the elongation [m] at which a straight rise would reach the peak, or the peak's."""
+    """Return the elongation [m] at which a straight rise would reach the peak, or of the peak."""
     pull = curve.pull
     place = pull.peak_force / pull.stiffness if pull.straight else pull.peak_elongation
     return float(max(place, 1e-6))
@@ -115,7 +115,7 @@ def _compile_band() -> Any:
 def law_with_error(
     elongation: np.ndarray, vacuum: float, shape: np.ndarray, covariance: np.ndarray, brake: Brake
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the force [N] over elongation [m] and its standard deviation [N], to first order.
+    """Return the force [N] at elongations [m] and its standard deviation [N], to first order.
 
     `shape` is (a, k, enclosure's factor), `covariance` (3, 3) that of (ln a, ln k, factor).
     """

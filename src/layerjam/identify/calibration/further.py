@@ -43,7 +43,7 @@ class Further:
     one_more: Mapping[str, np.ndarray]
     """Information of one more pull of each condition, (q, q)."""
     scatter: float
-    """Relative standard deviation of the value, over the one that the weights assume."""
+    """Ratio of the value's relative standard deviation to the one that the weights assume."""
     degrees: float
     shared: float = 0.0
     """Relative standard uncertainty that further pulls do not reduce."""
@@ -53,7 +53,7 @@ class Further:
     ) -> np.ndarray:
         """Return half the relative width of the interval with `added_pulls` of a condition.
 
-        `added_pulls` broadcasts. With `chance` the width is not exceeded with that probability;
+        `added_pulls` broadcasts. With `chance`, the width is not exceeded with that probability;
         otherwise further pulls are assumed to scatter like the present ones.
         """
         count = np.asarray(added_pulls, float)
@@ -102,8 +102,8 @@ def predict_further_pulls(
     """Return the effect of further pulls on each value; None if the present ones give no interval.
 
     `groups` are the places of the curves of each condition. `sizes` {name: divisor of the
-    interval's width} is 1 for a value whose logarithm is estimated. `common` {name: standard
-    uncertainty over the value} does not change with further pulls. `units` is the population of the
+    interval's width} is 1 for a value whose logarithm is estimated. `common` {name: relative
+    standard uncertainty} does not change with further pulls. `units` is the population of the
     mountings, if pulls share one; a further pull then has a new mounting.
     """
     information = population.information

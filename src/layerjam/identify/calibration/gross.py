@@ -1,4 +1,4 @@
-"""Pulls that no plausible scatter explains: a wrong unit, another brake's file, a wrong vacuum."""
+"""Pulls that no plausible scatter explains: a wrong unit, a different brake, a wrong vacuum."""
 
 from collections.abc import Mapping, Sequence
 

@@ -18,7 +18,7 @@ RESAMPLES = 2000
 
 
 def quantile(degrees: float, level: float = LEVEL) -> float:
-    """Return Student's t for a two-sided interval that contains a share `level`."""
+    """Return Student's t of a two-sided interval that contains the fraction `level`."""
     return float(special.stdtrit(degrees, (1 + level) / 2))
 
 
@@ -38,7 +38,7 @@ def combine(parts: Iterable[tuple[float, float]]) -> tuple[float, float]:
 
 
 def coverage_factor(parts: Sequence[tuple[float, float]]) -> float:
-    """Return the expanded (95 %) over the combined standard uncertainty of `parts` (see `combine`).
+    """Return the ratio of expanded (95 %) to combined uncertainty of `parts` (see `combine`).
 
     Student's quantile for the effective degrees of freedom (GUM, annex G.4.1). The expanded
     uncertainty is never below that of one contribution alone. Otherwise, with one or two degrees of
@@ -53,7 +53,7 @@ def coverage_factor(parts: Sequence[tuple[float, float]]) -> float:
 class Interval:
     """A 95 % interval with its standard error, degrees of freedom and method.
 
-    `coverage_factor` is half of its width over the standard error, if both are small.
+    `coverage_factor` is the ratio of half its width to the standard error, if both are small.
     """
 
     low: float
@@ -159,11 +159,11 @@ class Population:
     def standard_error(self, contrast: np.ndarray) -> tuple[float, float] | None:
         """Return the standard error of a linear combination (q,), and degrees of freedom; or None.
 
-        It is the sandwich over curves with residuals scaled for their leverage (CR2), unbiased if
-        curves scatter as the weights assume. The degrees of freedom are Satterthwaite's under the
-        same assumption (Bell and McCaffrey 2002; Pustejovsky and Tipton 2018). For curves of equal
-        weight this is Student's t of their mean. None if one curve alone determines the
-        combination.
+        It is the sandwich estimator over curves, with residuals scaled for their leverage (CR2). It
+        is unbiased if curves scatter as the weights assume. The degrees of freedom are
+        Satterthwaite's under the same assumption (Bell and McCaffrey 2002; Pustejovsky and Tipton
+        2018). For curves of equal weight this is Student's t of their mean. None if one curve alone
+        determines the combination.
         """
         designs = self._adjust_design()
         if designs is None:
@@ -195,7 +195,7 @@ class Population:
     ) -> tuple[np.ndarray, int]:
         """Return estimates (resamples, q) of resampled curves, and degrees of freedom.
 
-        Within each group one curve fewer is drawn than it has, with replacement. The scatter of a
+        From each group, one curve fewer than it has is drawn with replacement. The scatter of a
         mean over n is then s^2/n, not (n-1)/n of it. If a group has one curve, all curves form one
         group.
         """

@@ -1,7 +1,7 @@
 """Least squares over all curves at once, with shared parameters and those of each curve.
 
 Every curve has its own friction, stiffness, enclosure and slack, scattered about shared values. The
-sum of squared residuals plus the squared scatter over a working variance is minimised. Each
+fit minimises the squared residuals plus the squared scatter divided by a working variance. Each
 iteration solves each curve's own parameters with the shared ones fixed (Levenberg and Marquardt),
 then the shared ones. If there is little noise, all curves have equal weight; a curve that
 determines a parameter poorly has less weight for it. A curve's misfit is estimated from that curve
@@ -37,7 +37,7 @@ LOOSE = 20.0
 MISFIT = 0.01
 """First estimate of a section's misfit, relative to the peak."""
 QUIETEST = 2e-4
-"""Least noise of a section over the peak; neither load cells nor means at a bend are better."""
+"""Least noise of a section, relative to the peak; load cells and means at a bend are no better."""
 BLOCK = 6
 """Number of curves solved at once: one shape to compile, and a short wait for the slowest."""
 ROUNDS = 12

@@ -15,9 +15,9 @@ from layerjam.identify.checks import Check, check
 from layerjam.identify.curves import Curve, group_conditions, number_repeats
 
 POOLED, POOLED_TWO = 0.25, 0.05
-"""Probability above which three and more candidate groups, or two, count as chance, so that
-intervals treat every pull as independent. It is large because a missed group makes intervals too
-narrow. It is smaller for two groups, because Student's t of two means is 12.7."""
+"""Probability above which differences between three and more candidate groups, or two, count as
+chance, so that intervals treat every pull as independent. It is large because a missed group makes
+intervals too narrow. It is smaller for two groups, because Student's t of two means is 12.7."""
 ALIKE = 0.005
 """Probability below which the pulls of one candidate group certainly belong together."""
 TINY = 1e-6

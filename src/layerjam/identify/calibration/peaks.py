@@ -50,7 +50,7 @@ WINDOW = (
     f"{LINEAR[0]:.0%} to {LINEAR[1]:.0%} of the greatest force"
 )
 AFTER = 0.1
-"""Share of the way from the peak to the end that is left out of the comparison with the peak."""
+"""Fraction of the way from peak to end that is left out of the comparison with the peak."""
 MEANS = 256
 """Number of means over the sliding part, in which the law is smooth."""
 
@@ -192,7 +192,7 @@ def calibrate(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Cali
 
 
 def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
-    """`calibrate` for pulls whose speed and specimen are known too."""
+    """Calibrate like `calibrate`, on pulls whose speed and specimen are also known."""
     if not curves:
         raise FitError("calibrate: no pull was given")
     a, k = "scale_factor", "stiffness"
@@ -258,7 +258,7 @@ def _estimate_means(
 ) -> dict[str, Any]:
     """Return the result of `estimates` for each quantity, over the pulls that determine it.
 
-    `common` {name: standard uncertainty over the value} is common to all pulls.
+    `common` {name: relative standard uncertainty} is common to all pulls.
     """
     fields: dict[str, Any] = {}
     for name, values in values_of.items():

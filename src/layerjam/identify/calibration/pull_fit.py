@@ -17,4 +17,4 @@ class PullFit:
     vacuum: float
     pull: PullFeatures
     growth: float = 1.0
-    """Friction at the pull's speed over that of the scale factor, if there is a speed law."""
+    """Ratio of friction at the pull's speed to that of the scale factor, with a speed law."""

@@ -11,7 +11,7 @@ from layerjam.identify.curves import Curve
 from layerjam.toml_files.source import Source
 
 REST_RATIO = 1e-2
-"""Rest speed over the slowest pull's speed; it changes the law among the pulls by less than 1 %."""
+"""Ratio of rest speed to slowest speed; it changes the law among the pulls by less than 1 %."""
 
 
 def make_law(slope: float, reference: float, speeds: Sequence[float]) -> SpeedLaw | None:
@@ -38,7 +38,7 @@ def speed_sources(
 ) -> dict[str, tuple[float, Source]]:
     """Return {path: (value, Source)} for a brake file; empty if no speed was fitted.
 
-    If no law can be written an `old` one loses its power, because its factor was replaced.
+    If no law can be written, an `old` one loses its exponent, because its factor was replaced.
     """
     if fit.reference_speed is None:
         return {}

@@ -55,18 +55,19 @@ MATTERS = 0.015
 """Largest consistent residual that passes, relative to the peak."""
 SURE = 0.997
 """Student's t level of a drift over slip, vacuum or speed, two-sided: 0.3 % of false alarms for
-each of the four. All checks share 5 %, of which those of single pulls take most."""
+each of the four. All checks share a significance level of 5 %, most of which goes to those of
+single pulls."""
 REFUSED = 0.1
 """Largest misfit of a curve that is still fitted, relative to its peak."""
 MISSES = 0.03
-"""Largest misfit of a curve at its own best numbers, relative to its peak."""
+"""Largest misfit of a curve with its own best numbers, relative to its peak."""
 UNLIKE = 1.5
 """Largest ratio between a curve's own scale factor or stiffness and the others'."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Identifiability:
-    """Uncertainty from noise alone: condition number, strongest pair, and errors by parameter."""
+    """Uncertainty from noise alone: condition number, most correlated pair, errors by parameter."""
 
     condition_number: float
     least_apart: tuple[str, str] | None
@@ -203,7 +204,7 @@ def curve_misfits(fit: JointFit) -> np.ndarray:
 
 
 def require_law(fit: JointFit, names: Sequence[str]) -> None:
-    """Raise FitError for a curve that the law describes with no set of numbers."""
+    """Raise FitError for a curve that the law cannot describe with any set of numbers."""
     misfits = curve_misfits(fit)
     worst = int(misfits.argmax())
     if misfits[worst] > REFUSED:
@@ -289,7 +290,7 @@ def check_drift(
 ) -> Check | None:
     """Check that a parameter's own values (relative) do not drift; None if too few values.
 
-    `free` is the number of slopes over the logarithm of this quantity that the fit removed; if
+    `free` is the number of slopes against the logarithm of this quantity that the fit removed; if
     there is one, only a bend is tested.
     """
     levels = len(np.unique(np.round(np.log(quantities), 2)))

@@ -1,6 +1,6 @@
 """Ageing of static friction, from pulls after holds of different lengths.
 
-Static friction is a straight line over the logarithm of the hold, by least squares. The pull is the
+Static friction is fitted by a straight line against the logarithm of the hold time. The pull is the
 unit. The scatter of the pulls about the line gives the intervals (Student's t, N - 2).
 """
 
@@ -49,7 +49,7 @@ def fit_ageing(
     """Fit a line through static frictions [-] after holds [s]; evaluate it at `hold` [s].
 
     `hold` is the geometric mean of the holds unless given. Raises FitError for fewer than four
-    pulls or holds of one length.
+    pulls, or if all holds have the same length.
     """
     from scipy.special import stdtrit
 

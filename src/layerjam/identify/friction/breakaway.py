@@ -9,7 +9,7 @@ from layerjam.identify.straight import straight_line
 from layerjam.measure.trace import Array
 
 FALL = 0.02
-"""Fall after a maximum that identifies it, relative to the sliding force."""
+"""Fall of the force that identifies the maximum before it, relative to the sliding force."""
 STANDS_OUT = 6.0
 """The same fall in standard deviations of the noise."""
 LEAST = 0.2
@@ -23,7 +23,7 @@ class Breakaway:
     """The first maximum of a friction record and the start of sliding, SI units.
 
     `index` and `sliding` are indices. `distinct` is False if the force runs into sliding without a
-    peak; `force` is then the sliding force where the rise ends. `noise` is one sample's [N].
+    peak; `force` is then the sliding force where the rise ends. `noise` is that of one sample [N].
     """
 
     index: int

@@ -33,7 +33,7 @@ from layerjam.verdict import Acceptance, Check
 WINDOW = PAPER.window
 GRAVITY = Site().gravity
 SHORTEST = 0.5
-"""Smallest part of a standard's travel that a record must cover (with a warning)."""
+"""Smallest fraction of a standard's travel that a record must cover (with a warning)."""
 FEWEST = 10
 """Samples needed in the window."""
 
@@ -43,7 +43,7 @@ class FrictionRepeat:
     """One repeat: coefficients [-], travel at its maximum [m], and its source.
 
     `kinetic` is None if the record shows stick–slip, unless the envelope's middle was accepted.
-    `mean` is the mean of the force over the normal force. `window` is the travel of the mean [m],
+    `mean` is the ratio of mean force to normal force. `window` is the travel of the mean [m],
     `teeth` the stick–slip in it (forces in N), `ripple` that of the machine. `distinct` states that
     a standard's first maximum is clear, `synthetic` that a program generated the file.
     """

@@ -33,7 +33,7 @@ USUAL = (0.02, 1.5)
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedPoints:
-    """Forces of a sliding brake, arrays of shape (N,); build with `speed_points`."""
+    """Forces of a sliding brake, arrays of shape (N,); build them with `speed_points`."""
 
     speed: Array
     """Sliding speeds [m/s]."""
@@ -296,7 +296,7 @@ class _Search:
         return check("bounds", not at_bound, sentence)
 
     def _check_trend(self, residuals: Array, noise: float) -> Check:
-        """Check the residuals over log speed for a slope, a bend, or correlated neighbours."""
+        """Check the residuals against log speed for a slope, a bend, or correlated neighbours."""
         moving = self.points.speed > 0
         x = np.log(self.points.speed[moving])
         worst = 0.0

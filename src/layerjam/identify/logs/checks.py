@@ -14,17 +14,17 @@ from layerjam.units import show
 from layerjam.verdict import Check, Level, check, interval_check
 
 CLEAN = 3.0
-"""Greatest RMS of the residuals, over the sensor's noise, at which a law describes a log."""
+"""Greatest ratio of residual RMS to the sensor's noise at which a law describes a log."""
 MISSES = 0.1
-"""RMS over the change of the pressure above which the law does not describe the log at all."""
+"""Ratio of RMS to pressure change above which the law does not describe the log at all."""
 FALLEN = 0.9
-"""Share of the fall to the ultimate pressure that a log of a pump-down must contain."""
+"""Fraction of the fall to the ultimate pressure that a pump-down log must contain."""
 GAS_CHANGE, ROOM_CHANGE = 10.0, 0.5
-"""Changes of temperature [K] that the log must exceed: of the gas, and of the room."""
+"""Changes of gas and of room temperature [K] whose effect the log must exceed."""
 
 
 def leak_checks(leak: Leak, best: LeakFit, logged: bool) -> Iterator[Check]:
-    """Return the checks of a hold; `logged` says whether its temperature was logged."""
+    """Return the checks of a hold; `logged` states whether its temperature was logged."""
     advice = "another effect is present (a valve, cooling, a compliant wall)"
     yield _check_law(best.series, best.curve(leak.time, leak.atmosphere), advice)
     yield interval_check("leak", best.rate, *best.rate_interval())

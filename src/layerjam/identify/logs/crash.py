@@ -20,7 +20,7 @@ from layerjam.units import show
 JITTER = 0.05
 """Largest deviation of a time stamp, relative to the sampling interval."""
 SHARE = 0.05
-"""Part of the peak that ends the quiet time before the event, and bounds the pulse."""
+"""Fraction of the peak that ends the quiet time before the event, and bounds the pulse."""
 
 
 def _span_length(ends: Sequence[float]) -> str:
@@ -248,7 +248,7 @@ def _find_saturation(
 ) -> tuple[float | None, list[str]]:
     """Return the level at which the sensor saturated, or None, and a note if it is unknown.
 
-    Saturation is at the sensor's range, or at a top flatter than chance or a smooth pulse allow.
+    Saturation is at the sensor's range, or at a top flatter than chance or a smooth pulse allows.
     """
     reach = float(np.max(np.abs(acceleration)))
     if limit is not None and reach >= limit * (1 - 1e-3):

@@ -11,7 +11,7 @@ is flatter than a smooth pulse can be with this converter: it is cut off or trul
 favourable flat top, m = M throughout, has the product p(M)^k. If this is below CHANCE, the noise
 has vanished, which only saturation explains. Otherwise the record counts as cut off if q is less
 than FINE of the pulse's height, since no force stays that constant by itself. If q is larger, the
-record does not decide.
+record is inconclusive.
 
 Correlated noise makes longer runs: if neighbours have the correlation r, k counts as k (1 - r)/(1 +
 r) samples.
@@ -25,7 +25,7 @@ import numpy as np
 from layerjam.measure.trace import Array
 
 LEAST = 3
-"""Fewest equal greatest samples in a row that are tested."""
+"""Fewest identical greatest samples in a row that are tested."""
 CHANCE = 1e-5
 """Probability below which chance does not explain a flat top."""
 FINE = 1 / 64
@@ -33,7 +33,7 @@ FINE = 1 / 64
 QUIETEST = 0.1
 """Least noise relative to the quantum; a smaller estimate is raised to it."""
 SAME = 1e-9
-"""Difference, relative to the span, below which two values count as equal despite rounding."""
+"""Difference, relative to the span, below which two values count as the same despite rounding."""
 WHOLE_STEP = 0.1
 """Largest deviation of a converter's steps from whole quanta, relative to the quantum."""
 FEWER = 10
@@ -42,7 +42,7 @@ FEWER = 10
 
 @dataclass(frozen=True)
 class FlatTop:
-    """Equal greatest samples in a row, more than chance explains.
+    """Identical greatest samples in a row, more than chance explains.
 
     `level` is their value, in the record's unit, `count` their number in a row. `certain` states
     that the sensor or converter saturated there; otherwise the pulse may be flat.
@@ -123,7 +123,7 @@ def _resolution(record: Array, still: Array, span: float) -> _Grain:
 
 
 def _noise_sd(still: Array, quantum: float) -> float:
-    """Return the standard deviation of the noise behind these codes, 0 if all are equal.
+    """Return the standard deviation of the noise behind these codes, 0 if all are the same.
 
     Fine codes get Sheppard's correction. For coarse codes it is the smallest value whose
     likelihood, at the best mean, exceeds 1/8 of the greatest.
@@ -143,7 +143,7 @@ def _noise_sd(still: Array, quantum: float) -> float:
 def _judge_run(
     record: Array, level: float, first: int, last: int, height: float, grain: _Grain
 ) -> FlatTop | None:
-    """Return the flat top of the equal samples from `first` to before `last`; None if by chance."""
+    """Return the flat top of identical samples from `first` to before `last`; None if by chance."""
     count = last - first
     share = (1 - grain.correlation) / (1 + grain.correlation)
     quantum = grain.quantum / grain.noise

@@ -68,7 +68,7 @@ def _clock_under(ratio: float) -> float:
 
 
 def _ratio_under(clock: Array) -> Array:
-    """Return the inside over the outside pressure; 1 once the pressures are equal."""
+    """Return the ratio of inside to outside pressure; 1 once the pressures are equal."""
     angle = np.minimum(clock / (1 - CRITICAL), np.pi / 2)
     return np.where(clock < 0, CRITICAL + clock, CRITICAL + (1 - CRITICAL) * np.sin(angle))
 
@@ -90,7 +90,7 @@ def _clock_over(ratio: float) -> float:
 
 
 def _ratio_over(clock: Array) -> Array:
-    """Return the outside over the inside pressure; 1 once the pressures are equal."""
+    """Return the ratio of outside to inside pressure; 1 once the pressures are equal."""
     end = (1 - CRITICAL) * (_turn_integral(1.0) - _turn_integral(0.0))
     inside = np.clip(clock, 0.0, end)
     angle = (inside / (1 - CRITICAL) + _turn_integral(0.0)) * _ROOT / 2

@@ -103,7 +103,7 @@ class PumpDown:
     def interval(self, index: int) -> tuple[float, float]:
         """Return the 95 % interval of a parameter of `series`, all of which are positive.
 
-        The ultimate pressure is at most the atmosphere, however uncertain it is.
+        The ultimate pressure never exceeds the atmosphere, however uncertain it is.
         """
         low, high = self.series.interval(lambda v: float(v[index]), LEVEL, positive=True)
         return low, (min(high, self.atmosphere) if index == 1 else high)

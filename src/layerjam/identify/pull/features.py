@@ -14,7 +14,7 @@ from layerjam.units import show
 LINEAR = (0.2, 0.8)
 """Range of the force, relative to the greatest, in which the slope before onset is fitted."""
 BENT = 0.1
-"""Largest distance of the slope's line from the first sample, over the greatest force."""
+"""Largest distance of the slope's line from the first sample, relative to the greatest force."""
 SLOPE = 5
 """Number of samples needed between these levels to fit the slope."""
 FEWEST = 10
@@ -24,7 +24,7 @@ FALL = 0.10
 ABOVE = 0.01
 """Relative excess of the fitted peak, between two samples, over the greatest sample."""
 ROUGH = 0.02
-"""Noise of one sample over the greatest force above which levels are read after smoothing."""
+"""Noise of one sample, relative to the greatest force, above which levels need smoothing."""
 SLIP = 0.2
 """Noise of one sample relative to the greatest force, above which a rise is smoothed."""
 
@@ -37,10 +37,10 @@ class PullFeatures:
     before onset meets zero force. Standard errors are from the scatter about the two fits.
     `straight` is False if no slope shows the stiffness. Either the brake slides long before its
     greatest force (low vacuum); zero elongation is then the start of the record. Or the rise has
-    fewer than `SLOPE` samples (`rise_samples`); the peak is then as accurate as ever, and
-    `stiffness` is a rough value to place it. `seating` is the logarithm of the ratio of slopes of
-    the upper and the lower half of the rise, or None. It is 0 for a straight rise, and positive if
-    the seat yields at first.
+    fewer than `SLOPE` samples (`rise_samples`); the peak is then just as accurate, and `stiffness`
+    is a rough value that locates it. `seating` is the logarithm of the ratio of slopes of the upper
+    and the lower half of the rise, or None. It is 0 for a straight rise, and positive if the seat
+    yields at first.
     """
 
     stiffness: float
@@ -162,7 +162,7 @@ def pull_features(trace: Trace) -> PullFeatures:
 def _seating_bend(
     elongation: Array, force: Array, line: StraightLine, height: float
 ) -> tuple[float, float] | None:
-    """Return the logarithm of the upper half's slope over the lower half's, and its standard error.
+    """Return the log of the ratio of the upper half's slope to the lower half's, and its error.
 
     The halves are split by elongation; a split by force would select samples by their noise.
     """

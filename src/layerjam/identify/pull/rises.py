@@ -27,9 +27,9 @@ CLEAR = 6.0
 
 @dataclass(frozen=True, kw_only=True)
 class SecondRise:
-    """Second rise of a record: its begin [m], and the forces [N] at its begin and at its top.
+    """Second rise of a record: its start [m], and the forces [N] at its start and at its top.
 
-    `index` is the sample at its begin, in the loading branch.
+    `index` is the sample at its start, in the loading branch.
     """
 
     start: float

@@ -21,7 +21,7 @@ from layerjam.measure.trace import Array, Trace
 from layerjam.units import show
 
 MARGIN = 0.05
-"""Part of the rise's length between the baseline and the onset."""
+"""Fraction of the rise's length between the baseline and the onset."""
 FEWEST = 5
 """Number of samples before the onset that are needed for a baseline."""
 LEAD = 2
@@ -89,7 +89,7 @@ class PullSummary:
 
     @property
     def preload(self) -> float:
-        """Force before the load rises [N]; a zero error of the load cell gives the same."""
+        """Force before the load rises [N]; a zero error of the load cell looks the same."""
         return self.start.baseline
 
     def thinned(self, limit: int) -> "PullSummary":

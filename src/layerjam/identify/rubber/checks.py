@@ -61,7 +61,7 @@ def specimen_checks(
 
 
 def _check_data_sheet(name: str, ratio: float, material: str) -> Check:
-    """Return the check of one specimen's modulus over that of the maker's data sheet."""
+    """Return the check of the ratio of one specimen's modulus to that in the maker's data sheet."""
     sentence = (
         f"the 100 % modulus of {name} is {ratio:.3g} times that of the data sheet of {material}"
     )

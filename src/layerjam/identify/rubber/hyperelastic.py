@@ -34,9 +34,9 @@ _LIMITS = (-15.0, 20.0)
 class Fit:
     """One model fitted to a curve.
 
-    `rmse` [Pa] is over the curve, `cv_rmse` [Pa] over blocks of strain excluded in turn (geometric
-    mean over the blocks). `stable_to` is the strain of each mode up to which Drucker's condition
-    holds in the fitted range, `error_at_100` the relative error at 100 % strain or None.
+    `rmse` [Pa] is that of the whole curve, `cv_rmse` [Pa] that of blocks of strain excluded in turn
+    (geometric mean over the blocks). `stable_to` is the strain of each mode up to which Drucker's
+    condition holds in the fitted range, `error_at_100` the relative error at 100 % strain or None.
     """
 
     model: str
@@ -231,7 +231,7 @@ def fit_model(model: str, strain: Array, stress_measured: Array) -> Fit:
     """Fit one model to a curve (shape (N,), N at least 20, rising strain), cross-validated.
 
     Raises FitError for fewer samples. The corrected Akaike criterion assumes independent residuals,
-    which those of a misfit never are. It is reported, but the excluded blocks decide.
+    which those of a misfit never are. It is reported, but the excluded blocks determine the choice.
     """
     if len(strain) < 20:
         raise FitError(f"a hyperelastic fit needs 20 samples at least, there are {len(strain)}")

@@ -54,7 +54,7 @@ def read(
 
 
 def fit_models(strain: Array, stress: Array, limit: float | None) -> dict[str, hyperelastic.Fit]:
-    """Fit every model to stress [Pa] over strain [-], shape (N,), up to the strain `limit`."""
+    """Fit every model to stress [Pa] and strain [-], shape (N,), up to the strain `limit`."""
     inside = strain <= (np.inf if limit is None else limit)
     if inside.sum() < FEWEST:
         raise FitError(

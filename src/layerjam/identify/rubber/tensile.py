@@ -1,7 +1,7 @@
 """Moduli of the enclosure's silicone from the first loading of a tensile test (ASTM D412).
 
 The "100 % modulus" of D412 and of data sheets is the engineering stress at 100 % elongation. It
-equals `enclosure.modulus`, stress over strain, because the strain is 1.
+equals `enclosure.modulus`, stress divided by strain, because the strain is 1.
 """
 
 import contextlib
@@ -88,8 +88,8 @@ def read_rubber(
 ) -> Specimen:
     """Read the first loading in a file of stress and strain, or of force and elongation.
 
-    `area` [m^2] and `gauge_length` [m] convert force and elongation; by default the file's head may
-    state them. Raises FitError or FileError if neither pair of columns exists, or if a strain
+    `area` [m^2] and `gauge_length` [m] convert force and elongation; by default the file's header
+    may state them. Raises FitError or FileError if neither pair of columns exists, or if a strain
     without unit could be percent.
     """
     entries = options.entries({w.role: w.si for w in WANTS}) if options else {}
@@ -146,7 +146,7 @@ def read_rubber(
 def _require_strain_unit(log: Log) -> None:
     """Raise FileError unless the file or the user states the unit of strain.
 
-    A column of true strain decides it, if that equals ln(1 + strain).
+    A column of true strain identifies the unit, if that column equals ln(1 + strain).
     """
     role = "strain" if "strain" in log else "true_strain"
     column = log.taken[role]
@@ -167,11 +167,11 @@ _SIZES = {
     "m^2": (r"cross.?section|\barea\b|querschnitt", "forces", "cross-section (--area)"),
     "m": (r"gau?ge length|specimen length|\blength\b", "elongations", "length (--gauge-length)"),
 }
-"""Sizes of a specimen: their words in a file's head, the quantity they divide, and their option."""
+"""Sizes of a specimen: their words in a file's header, the quantity they divide, their option."""
 
 
 def _find_size(log: Log, si: str, size: float | None) -> float:
-    """Return a size of the specimen, given or read from the head: 'Specimen Length (mm);33'."""
+    """Return a size of the specimen, given or read from the header: 'Specimen Length (mm);33'."""
     words, holds, option = _SIZES[si]
     if size:
         return size
@@ -265,7 +265,7 @@ def find_material(specimen: Specimen, names: Mapping[str, str]) -> tuple[str, st
     """Return (catalogue key, source) of the silicone that a file names; None if none is found.
 
     `names` maps the catalogue's keys to the makers' names. The links and the words of the file's
-    head have priority over the file's name. The longest matching name wins.
+    header have priority over the file's name. The longest matching name wins.
     """
     head = [text for values in specimen.head.values() for text in values]
     places = [("the file's head", t) for t in head] + [("the file's name", specimen.name)]

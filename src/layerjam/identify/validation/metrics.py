@@ -83,7 +83,7 @@ class CurveError(Errors):
 
     @property
     def residual(self) -> np.ndarray:
-        """Measured less model [N], shape (M,)."""
+        """Measured minus model force [N], shape (M,)."""
         return self.measured - self.model
 
 
@@ -214,7 +214,7 @@ def _error_fields(forces: np.ndarray, model: np.ndarray) -> dict[str, Any]:
     """Return the fields of `Errors` over some points [N]."""
     error, mean = model - forces, float(forces.mean())
     r_squared = None
-    if np.ptp(forces) > 1e-12 * abs(mean):  # rounding makes a mean of equal values differ
+    if np.ptp(forces) > 1e-12 * abs(mean):  # a mean of equal values may differ by rounding
         r_squared = 1 - float((error**2).sum() / ((forces - mean) ** 2).sum())
     return {
         "mape": float(np.mean(np.abs(error) / forces)),

@@ -70,7 +70,7 @@ def error_rows(result: Validation) -> dict[str, Any]:
 
 
 def validation_checks(result: Validation, calibrated_on: int) -> tuple[Check, ...]:
-    """Return the checks of the residuals; `calibrated_on` pulls were also calibrated on.
+    """Return the checks of the residuals; `calibrated_on` pulls also served for calibration.
 
     The unit is the pull, not the sample. Student's t compares the mean residual of each pull,
     relative to its mean force, and the drift of the residual along the pull.

@@ -42,7 +42,7 @@ class Want:
 
     @property
     def due(self) -> str:
-        """Accepted units, in words."""
+        """Accepted units, as text."""
         units = [f"'{unit}'" for unit in self.units]
         return " or ".join([", ".join(units[:-1]), units[-1]] if len(units) > 1 else units)
 

@@ -7,7 +7,7 @@ from layerjam.errors import FileError
 
 LONGEST_LINE = 20_000
 IN_CELL = "\x0b"
-"""Replacement for a line end within a quoted cell of the head."""
+"""Replacement for a line end within a quoted cell of the header."""
 
 
 @dataclass(frozen=True)

@@ -18,14 +18,14 @@ _TWO_BYTES = ("cp932", "gb18030", "big5", "cp949", "euc-jp")
 _PAGES = ("cp1252", "cp1250", "cp1251", *_TWO_BYTES, "koi8-r", "cp1253", "cp1254")
 _HEAD = 16_384
 TYPOGRAPHY = {"\u2212": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "\u2019": "'"}
-"""{minus sign, hard blank or apostrophe of typesetters: its ASCII equivalent}."""
+"""{typographic minus sign, non-breaking space or apostrophe: its ASCII equivalent}."""
 _ALLOWED = b"\t\n\r\f\x1a"
 
 
 def decode(name: str, data: bytes) -> tuple[bytes, str]:
     """Return the bytes in an encoding in which digits and separators are single ASCII bytes.
 
-    Minus signs, hard blanks and apostrophes of typesetters become ASCII. Raises FileError for
+    Typographic minus signs, non-breaking spaces and apostrophes become ASCII. Raises FileError for
     incomplete UTF-16 and for binary data.
     """
     wide = next((code for mark, code in _MARKS if data.startswith(mark)), None) or _guess_utf16(
@@ -62,7 +62,7 @@ def _replace_sign(data: bytes, mark: str, plain: str, encoding: str) -> bytes:
 
 
 def _guess_utf16(data: bytes) -> str | None:
-    """Return the kind of UTF-16 without a mark: every second byte of its head is zero."""
+    """Return the kind of UTF-16 without a mark: every second byte of its beginning is zero."""
     head = data[:4096]
     if len(head) < 20 or b"\0" not in head:
         return None
@@ -96,7 +96,7 @@ def _encoding(data: bytes) -> str:
 
 
 def _score_text(text: str) -> int:
-    """Return the number of letters in known words and units of a head decoded in one code page."""
+    """Return the number of letters in known words and units of a header in one code page."""
     units = [u for u in re.split(r"[\t;,|\"'()\[\]/\n]+", text) if u and not u.isascii()]
     unit_letters = sum(8 for u in set(units) if len(u) <= 12 and unit_role(u.strip()))
     return known_words(text[:4000]) + unit_letters

@@ -43,7 +43,7 @@ def _is_skippable(fields: Sequence[str]) -> bool:
 
 
 def _read_head(rows: Sequence[tuple[int, list[str]]], width: int) -> Header | None:
-    """Return the head whose last line is the last of `rows`."""
+    """Return the header whose last line is the last of `rows`."""
     number, last = rows[-1]
     if not 2 <= len(last) <= MOST_COLUMNS:
         return None

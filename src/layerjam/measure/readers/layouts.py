@@ -1,7 +1,7 @@
 """Layouts of particular programs, converted to plain tables.
 
 Each layout takes a file's bytes and returns the same number of lines, so that an error names the
-line of the user's file. The program's own head becomes blank; names and units are joined in one
+line of the user's file. The program's own header becomes blank; names and units are joined in one
 line.
 """
 
@@ -50,7 +50,7 @@ def _clean_serial_monitor(data: bytes) -> Layout:
 
 
 def _name_sketch_columns(data: bytes) -> Layout:
-    """Name the columns of `millis,grams,mm`, the head of a sketch that uses units as names."""
+    """Name the columns of `millis,grams,mm`, the header of a sketch that uses units as names."""
     for number, line in enumerate(data[:_HEAD].split(b"\n")[:_FEW]):
         match = _UNITS_ALONE.fullmatch(line.strip().lower())
         if match:
@@ -151,7 +151,7 @@ def _is_head(names: bytes, units: bytes) -> bool:
 
 
 def _last_row(lines: list[bytes], head: int) -> int:
-    """Return the last line of numbers above a head."""
+    """Return the last line of numbers above a header."""
     return next(
         (n for n in range(head - 1, -1, -1) if _first_number(lines[n].split(b"\t")) is not None),
         head - 1,

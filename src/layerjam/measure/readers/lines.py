@@ -56,7 +56,7 @@ def looks_numeric(field: str) -> bool:
 def find_separator(lines: Iterable[str]) -> str:
     """Return tab, semicolon or bar if most lines have it outside quotes, else blanks or comma.
 
-    If there are lines of numbers, only these decide, because words may contain any character.
+    If there are lines of numbers, only these count, because words may contain any character.
     """
     plain_lines = [re.sub(r'"[^"]*"', "0", line) for line in lines if line.strip()]
     numbers = [line for line in plain_lines if len(line) <= 2000 and _BARE_NUMBERS.fullmatch(line)]

@@ -69,7 +69,7 @@ def are_equal_columns(rows: Rows, columns: Sequence[Column], decimal: str | None
     try:
         first, *others = (v - v[0] for v in read_columns(rows, columns, decimal))
     except FileError:
-        return False  # an unreadable column has other content
+        return False  # an unreadable column contains something other than numbers
     return all(float(np.abs(v - first).max()) <= 1e-4 * float(np.ptp(first)) for v in others)
 
 

@@ -68,7 +68,7 @@ class Rows:
         return next(islice(self, row, None))[0]
 
     def tail(self) -> list[list[str]]:
-        """Return the last rows, about two hundred of common length."""
+        """Return the last rows: about two hundred of usual length."""
         end = len(self.source.data) if self.table.last is None else self.table.last
         start = max(end - _TAIL_BYTES, self.table.first)
         if start > self.table.first:
@@ -129,5 +129,5 @@ def no_row_of_numbers(path: str, parts: Sequence[str], line: int) -> FileError:
 
 
 def count_of(number: int) -> str:
-    """Return a number of values, in words."""
+    """Return a count of values as text."""
     return f"{number} value" if number == 1 else f"{number} values"

@@ -130,7 +130,7 @@ def specimens(source: Source, options: ReadingOptions) -> list[Specimen]:
 
 
 def _required_columns(source: Source, options: ReadingOptions) -> Sequence[Want]:
-    """Return the quantities required without elongation: time, if the speed is known."""
+    """Return the quantities required if there is no elongation: time, if the speed is known."""
     return PULL if conditions(source.path, options).speed is None else TIMED
 
 
@@ -253,7 +253,7 @@ def _explain_nothing(
 
 
 def _check_orphans(lines: Lines, blocks: list[Block], used: list[Block], main: Block) -> None:
-    """Reject rows of the table's width without a head: the file is damaged there."""
+    """Reject rows of the table's width without a header: the file is damaged there."""
     for k, block in enumerate(blocks):
         if block in used or not block.pure or block.width != main.width:
             continue

@@ -46,7 +46,7 @@ class Block:
 
 
 def find_headless(lines: Lines, blocks: list[Block]) -> Table | None:
-    """Return a head without numbers below it, at the end of the file."""
+    """Return a header without numbers below it, at the end of the file."""
     after = blocks[-1].last + 1 if blocks else 0
     above = _text_lines(lines, range(after, len(lines.starts)))
     head = _find_head(lines, above[-_LINES_ABOVE:], 0)
@@ -76,11 +76,11 @@ def _find_head(lines: Lines, above: Sequence[tuple[int, str]], width: int) -> He
 def find_blocks(lines: Lines) -> list[Block]:
     """Return the blocks of numbers in order; FileError if there are too many to be tables.
 
-    Only the largest two hundred are searched for a head.
+    Only the largest two hundred are searched for a header.
     """
     rows = np.flatnonzero(~lines.blank)
     number = lines.number[rows]
-    # a head may contain a number and follow rows of numbers: 2,Time,Load
+    # a header may contain a number and follow rows of numbers: 2,Time,Load
     for place in np.flatnonzero(number & ~lines.pure[rows])[: 2 * _MOST_BLOCKS]:
         _mark_header_numbers(lines, rows, number, int(place))
     if len(rows) and number[0]:
@@ -146,7 +146,7 @@ def _make_block(lines: Lines, inside: np.ndarray, above: tuple[int, ...]) -> Blo
 
 
 def _drop_empty_columns(head: Header | None, width: int) -> Header | None:
-    """Return the head without empty columns at the end, such as a comment's."""
+    """Return the header without empty columns at the end, such as that of a comment."""
     if head is None or not 2 <= width < len(head.names) or any(head.units[width:]):
         return head
     return replace(head, names=head.names[:width], units=head.units[:width])
@@ -172,7 +172,7 @@ def _any_fields(text: str, separator: str) -> list[str]:
 
 
 def share_heads(lines: Lines, blocks: list[Block]) -> Iterator[Block]:
-    """Yield the blocks; one below a title such as "Specimen 2" uses the previous block's head."""
+    """Yield the blocks; one below a title such as "Specimen 2" uses the previous block's header."""
     before: Block | None = None
     for plain_block in blocks:
         block = plain_block

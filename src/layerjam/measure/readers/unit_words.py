@@ -118,7 +118,7 @@ def convert(unit: str, si: str) -> tuple[Fraction, float] | None:
 
 
 def is_other_unit(file_unit: str, unit: str, si: str) -> bool:
-    """Return whether a file's unit is known and differs from the unit given.
+    """Return whether a file's unit is known and differs from the given one.
 
     It may differ in size or in dimension; for a force, g means gf. An unknown text never differs.
     """

@@ -53,7 +53,7 @@ class Peaks:
 
 @kernel
 def _copy(new: State, old: State) -> None:  # pragma: no cover
-    """Copy `old` into `new`, without turning points, as a pull has none."""
+    """Copy `old` into `new` without turning points, because a pull has none."""
     for i in range(len(old.past)):
         new.past[i], new.slides[i], new.moving[i] = old.past[i], old.slides[i], old.moving[i]
         new.interface[i] = old.interface[i]
@@ -180,9 +180,9 @@ def _loop() -> Any:
 def peaks_of(stack: Stack, friction: Array, length: Array, end: float) -> Peaks:
     """Pull stacks from rest to their peak, at most to the elongation `end` [m].
 
-    They equal `stack` except for `friction` [N] and `length` [m], shape (M, n - 1). Breaks of
-    static friction are located exactly. Otherwise the peak is found by increments: COARSE of them
-    up to the sum of all friction, then LEVELS x PARTS around the greatest.
+    They are identical to `stack` except for `friction` [N] and `length` [m], shape (M, n - 1).
+    Breaks of static friction are located exactly. Otherwise the peak is found by increments: COARSE
+    of them up to the sum of all friction, then LEVELS x PARTS around the greatest.
     """
     check_stack(stack)
     out = np.full((len(friction), 5), np.nan)

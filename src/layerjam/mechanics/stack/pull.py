@@ -60,7 +60,7 @@ BLOCK = 200_000
 _ROUNDS = 100
 AT_BOUND = -1e-9
 """Relative distance from its bound within which an interface counts as being at it."""
-_LEAST = 1e-12  # least increment, as a share of the elongation
+_LEAST = 1e-12  # least increment, as a fraction of the elongation
 _BREAKS = 500  # breaks in one increment, per sheet
 
 
@@ -124,7 +124,8 @@ def _accept(
     for i in range(n - 1):
         state.past[i], state.slides[i] = t.slip[i], t.slides[i]
         state.interface[i] = t.force[i]
-        # at a jump, only rounding would decide whether a sliding interface at its bound has stopped
+        # at a jump, rounding alone would determine whether a sliding interface at its bound has
+        # stopped
         least = (1.0 + AT_BOUND) * bound(i, t.slip[i], stack)
         state.moving[i] = t.slides[i] != 0 or (state.moving[i] and abs(t.force[i]) >= least)
     if values[FORCE] > values[TOP]:
@@ -213,7 +214,7 @@ def advance(
         excess = _overload(AT_BOUND, stack, state, t, marks) if brittle else -1.0
         if excess > 0.0 and jump > 0.0:
             if stack.one_by_one:
-                # other interfaces remain as this break left them; equal ones break together
+                # other interfaces remain as this break left them; identical ones break together
                 _overload(excess + AT_BOUND, stack, state, t, marks)
                 code = _accept(goal, jump, stack, state, t)
                 if code != DONE:
@@ -295,7 +296,7 @@ class StackPull(NamedTuple):
     stored: Array
     """(N,) elastic energy in sheets, mount and enclosure [J]."""
     slack: Flags
-    """(N,) True if the crosshead is closer than the length of the brake."""
+    """(N,) True if the crosshead is closer than the brake is long."""
     snapped: bool
     """True if the mount was too soft to continue; the arrays end before it."""
 
@@ -365,8 +366,8 @@ def pull_stack(
 
     `renew` is called before each increment with the slip of the interfaces [m], shape (n - 1,), and
     may change the friction in the stack's arrays; False ends the pull. `progress` is called with
-    the share done (0 to 1). Raises QuantityError for a stack whose arrays do not fit together and
-    ProcedureError for more nested turns than are remembered.
+    the completed fraction (0 to 1). Raises QuantityError for a stack whose arrays do not fit
+    together and ProcedureError for more nested turns than are remembered.
     """
     check_stack(stack)
     n, count = len(stack.springs), len(path)

@@ -8,8 +8,8 @@ min over w of 1/2 sum d_i (w_i - y_i)^2 + sum c_i |w_{i+1} - w_i - s_i|, y_i = 0
 strictly convex, so the solution is unique; no time step, no contact stiffness, no chatter. Which
 interfaces slide is found exactly in time linear in the sheets (`fused_lasso`). Then sheets, mount
 and slip-dependent bounds form one tridiagonal system, and the enclosure's faces add two unknowns
-(`respond`, `place`). The two steps alternate until the pattern does not change. This is usually at
-once, because the pattern equals that of the last increment.
+(`respond`, `place`). The two steps alternate until the pattern does not change. This usually
+happens at once, because the pattern is that of the last increment.
 """
 
 from typing import Any, NamedTuple
@@ -46,7 +46,7 @@ class Stack(NamedTuple):
     friction: Array
     """(n - 1,) kinetic friction at rest [N]."""
     ratio: Array
-    """(n - 1,) static over kinetic friction, at least 1."""
+    """(n - 1,) ratio of static to kinetic friction, at least 1."""
     length: Array
     """(n - 1,) slip at which the friction ends [m]; infinite if it is constant."""
     mount: float
@@ -56,7 +56,7 @@ class Stack(NamedTuple):
     face: Array
     """(3,) one face of the enclosure: EA [N], friction q [N/m], reach l [m]; EA = 0 for none."""
     one_by_one: bool = False
-    """Whether only the most overloaded interface breaks next when a break overloads several."""
+    """Whether only the most overloaded interface breaks next if a break overloads several."""
 
 
 class State(NamedTuple):
@@ -214,7 +214,7 @@ def place(
     """Compute cap, faces, sheets and forces of the pattern; SNAPPED if the mount is too soft."""
     n = len(stack.springs)
     respond(stack, state, t)
-    # coefficients of the force on the cap, and of the gaps, over (1, U, p0, p1)
+    # coefficients of the force on the cap, and of the gaps, for (1, U, p0, p1)
     f0, fu, fa, fb = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
         if stack.right[i]:
@@ -297,7 +297,8 @@ def solve(
             snaps += 1
             if snaps > _SNAPS:
                 return code
-            # if all slid in one direction before and in the other now, the solution is in between
+            # if all interfaces slid in one direction before and now slide in the other, the
+            # solution is between
             cap = (cap + before) / 2
             # a sliding pattern is a poor initial guess for a reversal
             for i in range(n - 1):

@@ -6,7 +6,7 @@ from layerjam.units import quantity, record
 
 @record
 class Stribeck:
-    """A friction coefficient over sliding speed; v_s of the paper's films was not measured."""
+    """A friction coefficient versus sliding speed; v_s of the paper's films was not measured."""
 
     static: Quantity[float] = quantity("1", "static friction", hi=10, symbol="mu_s")
     kinetic: Quantity[float] = quantity("1", "kinetic friction", hi=10, symbol="mu_k")

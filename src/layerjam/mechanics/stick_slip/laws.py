@@ -31,7 +31,7 @@ def of_film(brake: Brake, speed: Any = 0.0, exponent: Any = 1.0, viscous: Any = 
 
 
 def static_left(speed: Any, stribeck_speed: Any, exponent: Any) -> Any:
-    """Return the share of the static excess at a speed: exp(-(|v|/v_s)^delta), 1 at rest."""
+    """Return the fraction of the static excess at a speed: exp(-(|v|/v_s)^delta), 1 at rest."""
     weakens = (stribeck_speed > 0) & (speed != 0)
     ratio = jnp.abs(speed) / jnp.where(weakens, stribeck_speed, 1.0)
     power = jnp.where(weakens, ratio, 1.0) ** exponent

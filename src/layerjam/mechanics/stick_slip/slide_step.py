@@ -1,7 +1,7 @@
 """One step of a mass that slides on a spring: force laws, motion, and changes of state.
 
 Friction is R(x, v) = (level - fall x)(1 + rise s(v) + viscous v) + base + enclosure(x), with s the
-share of the static excess left at speed v; s = 1 gives the bound at rest. Spring and damper are
+fraction of the static excess left at speed v; s = 1 gives the bound at rest. Spring and damper are
 parallel and only pull.
 """
 
@@ -53,14 +53,14 @@ class Slide(NamedTuple):
     level: Any
     """Kinetic friction of the sheets at zero slip [N]."""
     fall: Any
-    """Decrease of the kinetic friction per slip [N/m]."""
+    """Decrease of the kinetic friction per unit of slip [N/m]."""
     rise: Any
     """(mu_s - mu_k)/mu_k."""
     stribeck: Any
     """v_s [m/s]; 0 means that the static excess vanishes immediately."""
     exponent: Any
     viscous: Any
-    """Growth with speed, as a share of kinetic friction [s/m]."""
+    """Growth with speed, as a fraction of kinetic friction [s/m]."""
     base: Any
     """Resistance without static excess [N]."""
     enclosure: EnclosureLaw | None
@@ -74,7 +74,7 @@ class Slide(NamedTuple):
     tolerance: Any
     """Relative error tolerance of a step; 0 means steps of `step`, whatever the error."""
     law: SpeedLaw | None = None
-    """Kinetic friction over speed; `level` is the value at the law's test speed."""
+    """Kinetic friction versus speed; `level` is the value at the law's test speed."""
 
 
 class State(NamedTuple):
@@ -156,7 +156,7 @@ def crosshead_speed(time: Any, case: Slide) -> Any:
 
 
 def spring_force(extension: Any, rate: Any, case: Slide) -> Any:
-    """Return the force of spring and damper together [N], which only pull."""
+    """Return the combined force of the spring and the damper [N]; both can only pull."""
     force = case.spring * extension + case.damping * rate
     return jnp.where(extension > 0, jnp.maximum(force, 0.0), 0.0)
 
@@ -187,7 +187,7 @@ def runge_kutta(state: State, h: Any, case: Slide) -> Trial:
     omega = jnp.sqrt(case.spring / case.mass)
     norm = jnp.maximum(jnp.abs(y[1]), jnp.abs(state.velocity)) + 1e-3 * slip_speed(state.slip, case)
     error = jnp.maximum(jnp.abs(difference[1]), omega * jnp.abs(difference[0])) / norm
-    # a slack spring that is still stretched relaxes into its damper
+    # a spring that transmits no force but is still stretched relaxes into its damper
     energy = jnp.maximum(e0, 0.0) ** 2 - jnp.maximum(e0 + drive * h - y[0], 0.0) ** 2
     heat = y[3] + jnp.where(taut, 0.0, case.spring / 2 * energy)
     return Trial(y[0], y[1], y[2], heat, error)

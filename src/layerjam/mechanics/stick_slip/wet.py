@@ -86,8 +86,8 @@ def wet_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, film: WetFilm) -
     stress = wet_stress(speed, vacuum, film, factor)
     force, fan = contact * stress, fan_of(brake)
     if fan is not None:
-        # the self-amplification acts on any shear stress; its friction coefficient is the stress
-        # over the pressure
+        # the self-amplification acts on any shear stress; its friction coefficient is the ratio of
+        # stress to pressure
         share = stress / pressure_on_sheets(jnp.where(jammed, vacuum, 1.0), brake)
         share = share / (brake.scale_factor * brake.film.kinetic)
         force = force * ratio_of(slip, fan._replace(strength=fan.strength * share))

@@ -166,7 +166,7 @@ def energy_at(point: FirstLoading, load: Mass) -> Any:
 
 
 def _pace(point: FirstLoading, load: Mass) -> Any:
-    """Return the displacement of the mass over the coordinate; below zero the brake snaps."""
+    """Return the slope of the mass's position versus the coordinate; below zero the brake snaps."""
     return point.slip_slope + point.force_slope / load.k
 
 

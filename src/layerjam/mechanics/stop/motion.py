@@ -37,7 +37,7 @@ MOVING, STANDSTILL, TRAVEL_USED, CLOSED, SNAPPED = 0, 1, 2, 3, 4
 NOT_A_CASE (-1) where a quantity lies outside the domain and all numbers are NaN.
 """
 LONGEST = 0.25
-"""Longest step over sqrt(M/k); longer ones would pass over a standstill."""
+"""Ratio of the longest step to sqrt(M/k); longer steps would pass over a standstill."""
 
 
 def _event(old: Motion, new: Motion, setting: Setting, travel: Any) -> Any:
@@ -115,7 +115,7 @@ def _ready(
 
 
 def _change_vacuum(changes: Any, motion: Motion, vacuum: Any, load: Load, brake: Brake) -> Motion:
-    """Apply another vacuum [Pa] to the drops for which it changes.
+    """Apply a different vacuum [Pa] to the drops for which it changes.
 
     It is a separate branch, because otherwise the compiler would repeat the computation for every
     number that depends on it, with three times the code and start-up time.

@@ -217,7 +217,7 @@ def _meet_paced(
 
 
 def _slide_to(motion: Motion, slip: Any, setting: Setting) -> Motion:
-    """Return the motion with its enclosure at another slip [m]."""
+    """Return the motion with its enclosure at a different slip [m]."""
     if motion.enclosure is None:
         return motion._replace(slip=slip)
     return motion._replace(slip=slip, enclosure=slide_to(motion.enclosure, slip, setting.enclosure))
@@ -306,7 +306,7 @@ def _pace_fields(motion: Motion, slip: Any, dt: Any) -> dict[str, Any]:
 
 
 def _until_slack(motion: Motion, dt: Any, setting: Setting, load: Load) -> Motion:
-    """Return the share of a step after which the contracting brake no longer pulls."""
+    """Return the fraction of a step after which the contracting brake no longer pulls."""
     damped = load.damping is not None
     m, v, force = load.mass, motion.speed, motion.force
     pull, shrink = load.gravity - force / (2 * m), force / setting.k
@@ -380,7 +380,7 @@ def pump(motion: Motion, vacuum: Any, setting: Setting) -> Motion:
     enclosure = at_vacuum(motion.enclosure, setting.enclosure)
     new = motion._replace(enclosure=enclosure)
     gives = motion.force > force_of(motion.slip, setting) + enclosure.force
-    if setting.law is not None:  # with a speed law it starts to slide with a delay
+    if setting.law is not None:  # with a speed law the brake starts to slide with a delay
         gives = jnp.zeros_like(gives)
     pull = _extend_brake(new, jnp.zeros_like(motion.slip), gives & ~motion.slack, setting)
     # if the spring drives the sheets harder than friction resists, the excess is heat, except for

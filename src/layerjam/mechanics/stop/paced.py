@@ -102,7 +102,7 @@ def force_of(state: Any, case: PacedProblem) -> Any:
 
 
 def _stiffening(slip: Any, enclosure: EnclosureLaw) -> Any:
-    """Return the slope of the enclosure's force over slip [N/m]."""
+    """Return the slope of the enclosure's force versus slip [N/m]."""
     spread = enclosure.root / (2 * jnp.sqrt(jnp.where(slip > 0, slip, 1.0)))
     return jnp.where(slip < enclosure.saturation, spread, enclosure.stiffness / enclosure.reach)
 
@@ -123,7 +123,7 @@ def rates_of(state: Any, case: PacedProblem) -> Any:
 def _first_moment(case: PacedProblem, arrival: Any) -> tuple[Any, Any]:
     """Return the time since the onset [s] and the state shortly after it: u = a t, x = a t^2/2.
 
-    The factor a solves S'(0) a + e sqrt(a/2) = k v, with S' the slope over the speed.
+    The factor a solves S'(0) a + e sqrt(a/2) = k v, with S' the derivative with respect to speed.
     """
     setup, law = case.setup, case.law
     rise = rise_with_friction(jnp.zeros_like(arrival), _sheets(0.0, case))
@@ -198,7 +198,7 @@ def _finish(run: Run, case: PacedProblem) -> Run:
         return rosenbrock(lambda y: rates_of(y, case), run.state, h).after
 
     def used_share(h: Any) -> Any:
-        """Return the share of speed or travel that a step has used up, minus one."""
+        """Return the fraction of speed or travel that a step has used up, minus one."""
         new = jnp.where(h > 0, after(h), run.state)
         return jnp.maximum(-new[1] / run.state[1], (new[0] - case.travel) / case.travel)
 

@@ -28,7 +28,7 @@ class Expansion(NamedTuple):
     end_energy: Any
     """Kinetic energy at the end [J]."""
     first: Any
-    """First derivative over the distance."""
+    """First derivative with respect to the distance."""
     second: Any
     energy: Callable[[Any], Any]
     """Function that returns the kinetic energy [J] at a distance."""
@@ -39,7 +39,7 @@ Expand = Callable[[Any, Any], Expansion]
 
 
 def expand_energy(energy: Callable[[Any], Any], slope: Callable[[Any], Any]) -> Expand:
-    """Return the expansion of any kinetic energy [J] over w with its derivative `slope`.
+    """Return the expansion of any kinetic energy [J] in w, given its derivative `slope`.
 
     The derivative is (weight - force) dz/dw; the second one follows by differentiation.
     """
@@ -80,10 +80,10 @@ def piece_time(
 ) -> Any:
     """Return the time [s] from w = `low` to `high`, between which the energy has one slow end.
 
-    `falls` is true if the slow end is `high`; `pace` is the displacement of the mass over w, dz/dw.
-    The nodes are w = end -+ (high - low) (sinh(a cos q)/sinh a)^2, with a from the distance of the
-    next complex root of the energy. This removes the square root at a standstill, and the sharp
-    peak next to a near standstill.
+    `falls` is true if the slow end is `high`; `pace` is the derivative of the mass's displacement
+    with respect to w, dz/dw. The nodes are w = end -+ (high - low) (sinh(a cos q)/sinh a)^2, with a
+    from the distance of the next complex root of the energy. This removes the square root at a
+    standstill, and the sharp peak next to a near standstill.
     """
     width = jnp.maximum(high - low, 0.0)
     length = jnp.where(width > 0, width, 1.0)

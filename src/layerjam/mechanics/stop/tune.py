@@ -19,7 +19,7 @@ from layerjam.mechanics.stop.paced_tune import FARTHEST, block_gradient, paced_s
 def _excess(
     vacuum: Any, mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake
 ) -> Any:
-    """Return the energy absorbed over `slip` minus that of the mass [J], both with springs."""
+    """Return the energy absorbed over `slip` minus that of the mass [J], both including springs."""
     force = brake_force(slip, vacuum, brake)
     work = slip_work(slip, vacuum, brake) + force**2 / (2 * spring)
     return work - mass * speed**2 / 2 - mass * gravity * (slip + force / spring)

@@ -98,7 +98,7 @@ def most_without_brake(cutoff: float) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class RopeStudy:
-    """Peaks [g] of the stop over the rope's stiffness [N/m], shape (N,); NaN if none.
+    """Peaks [g] of the stop at rope stiffnesses [N/m], shape (N,); NaN if none.
 
     `tuned` is at the vacuum for 40 mm of slip, if the brake slips at all, `full` at 94.5 kPa, and
     `bare` without a brake. The speed is 2.5 m/s.

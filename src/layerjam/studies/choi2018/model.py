@@ -142,7 +142,7 @@ def stiffnesses() -> list[Claim]:
 
 
 def _share_of_enclosure() -> Claim:
-    """Return the share of the enclosure in the force at the peak, by slip and by displacement."""
+    """Return the enclosure's share of the force at the peak, by slip and by displacement."""
     shares: dict[str, Any] = {}
     for name in CALIBRATED:
         brake = load(name).brake

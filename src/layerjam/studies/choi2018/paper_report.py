@@ -71,7 +71,7 @@ MARKS = {
     Verdict.OURS: "!",
 }
 LAB_SHARE = 0.2
-"""Share of the time taken by the procedures on synthetic files."""
+"""Fraction of the time that the procedures on synthetic files take."""
 Draw = Callable[[], "style.Figure"]
 MACHINES = {
     "seat-belt": page.belt_over_displacement,

@@ -72,7 +72,7 @@ def _lines(
 
 @style.in_style
 def draw_requirements() -> style.Figure:
-    """Draw peaks over the filter's cutoff and over the rope's stiffness, with the paper's peaks."""
+    """Draw peaks versus filter cutoff and versus rope stiffness, with the paper's peaks."""
     figure, (filters, ropes) = style.canvas(columns=2, width=11.5, height=4.8)
     _over_cutoff(filters)
     _over_rope(ropes)

@@ -23,7 +23,7 @@ FILMS = {"Kapton": "choi2018-kapton", "PTFE": "choi2018-ptfe"}
 STRIBECK = np.geomspace(1e-5, 1e2, 15)
 """Stribeck speeds of the study [m/s], a log-uniform prior without measurements."""
 DAMPING = np.geomspace(0.3, 300.0, 16)
-"""Damping of mount and film in the study [N s/m], equal for both films; log-uniform prior."""
+"""Damping of mount and film in the study [N s/m], the same for both films; log-uniform prior."""
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
@@ -32,7 +32,7 @@ class FilmJudder:
     """Stick–slip of one film at 94.5 kPa."""
 
     together: float
-    """Half of the saw's swing over kinetic force, from Table I alone."""
+    """Ratio of half the saw's swing to kinetic force, from Table I alone."""
     apart: float
     """The same with the staggered bound."""
     slack: bool
@@ -42,7 +42,7 @@ class FilmJudder:
     mass: float
     """Mass [kg]."""
     judders: Array
-    """Whether it sticks and slips at 1 mm/s with the staggered bound, (DAMPING, STRIBECK)."""
+    """Whether the film shows stick–slip at 1 mm/s with the staggered bound, (DAMPING, STRIBECK)."""
     settles: float
     """Least damping without stick–slip at 1 mm/s for a small v_s [N s/m]."""
 

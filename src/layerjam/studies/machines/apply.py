@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @result
 class MachineResult(Result):
-    """A machine's requirements on its brakes, and whether they meet them.
+    """A machine's requirements on its brakes, and whether the brakes meet them.
 
     `record` is the machine's own result with its scenario.
     """
@@ -101,11 +101,11 @@ def scenario(
     """Check a machine of the paper's Fig. 13 against its limits.
 
     It is a seat belt, neck guard, ankle clutch or rehabilitation orthosis with its loads and
-    limits. With `out` a page with pictures is written there (`page`). `feasible` is whether every
-    one of `limits` is met, `reason` the one that decides, and `conclusion` a summary with the
-    requirements. `brakes_needed` is None if no number of brakes is enough. `results` has the
-    machine's own keys; `units` the unit of each. Raises FileError for an invalid file,
-    QuantityError for values out of bounds.
+    limits. With `out` a page with pictures is written there (`page`). `feasible` states whether all
+    `limits` are met, `reason` names the decisive one, and `conclusion` summarises the requirements.
+    `brakes_needed` is None if no number of brakes is enough. `results` has the machine's own keys;
+    `units` the unit of each. Raises FileError for an invalid file, QuantityError for values out of
+    bounds.
     """
     from layerjam.report.folder import check_folder
     from layerjam.report.page import check_extras

@@ -15,7 +15,7 @@ Takhounts et al. 2013 (Stapp 57), as printed at elemance.com, knowledge base, "B
 HIC_WINDOW = 0.015
 """Longest window [s] of HIC15 (49 CFR 571.208: at most 700, law.cornell.edu)."""
 _AIS2 = (0.602, 2.84)
-"""Scale and shape of the risk of an AIS 2 injury over BrIC, from the same page."""
+"""Scale and shape of the risk of an AIS 2 injury as a function of BrIC, from the same page."""
 
 
 def bric(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> float:
@@ -25,7 +25,7 @@ def bric(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> float:
 
 
 def concussion_risk(value: float) -> float:
-    """Return the share of injuries of AIS 2 or more at a BrIC (Takhounts et al. 2013)."""
+    """Return the fraction of injuries of AIS 2 or more at a BrIC (Takhounts et al. 2013)."""
     scale, shape = _AIS2
     return -math.expm1(-((value / scale) ** shape))
 

@@ -80,7 +80,7 @@ class NeckGuard(Machine):
     def trial(self) -> tuple[Trial, float]:
         """Return (the head under the blow, its change of angular velocity [rad/s])."""
         blow, r = self.blow, self.guard.lever
-        # a pulse of unit change over unit time has this peak
+        # a pulse of unit velocity change in unit time has this peak
         unit = {"half-sine": math.pi / 2, "haversine": 2.0, "trapezoid": 1.25}[blow.pulse]
         change, after = blow.peak * blow.duration / unit, 4 * blow.duration
         free, dt, change = drive(blow.pulse, change, blow.duration, after, STEPS, Path())

@@ -1,6 +1,6 @@
 """A machine's result as a complete folder: report.html, results.json and figures.
 
-The pictures show the effect on the person, and the deciding quantity.
+The pictures show the effect on the person, and the decisive quantity.
 """
 
 import functools
@@ -41,7 +41,7 @@ def pictures(result: Result) -> list[Picture]:
 
 @style.in_style
 def belt_in_time(result: Result) -> style.Figure:
-    """Draw chest acceleration and displacement over time, for three kinds of restraint."""
+    """Draw chest acceleration and displacement versus time, for three kinds of restraint."""
     record: seat_belt.Record = result.record
     restraints, limits = record.held, get(result.scenario, "limits")
     figure, (left, right) = style.canvas(columns=2, width=10.6, height=4.3)
@@ -72,7 +72,7 @@ def belt_in_time(result: Result) -> style.Figure:
 
 @style.in_style
 def belt_over_displacement(result: Result) -> style.Figure:
-    """Draw the force in the belt over the chest's displacement."""
+    """Draw the force in the belt versus the chest's displacement."""
     record: seat_belt.Record = result.record
     figure, (axes,) = style.canvas(width=6.8, height=4.3)
     for curve, (color, width) in zip(record.held, _LINES, strict=True):
@@ -94,7 +94,7 @@ def belt_over_displacement(result: Result) -> style.Figure:
 
 @style.in_style
 def neck_in_time(result: Result) -> style.Figure:
-    """Draw angular acceleration and velocity over time."""
+    """Draw angular acceleration and velocity versus time."""
     record: neck_guard.Record = result.record
     bare, guard = record.turned
     time, case = bare.ride.time * MS, result.scenario
@@ -122,7 +122,7 @@ def neck_in_time(result: Result) -> style.Figure:
 
 @style.in_style
 def neck_over_count(result: Result) -> style.Figure:
-    """Draw the peak over the number of brakes."""
+    """Draw the peak versus the number of brakes."""
     record: neck_guard.Record = result.record
     have, free = result.scenario.brakes.parallel, record.turned[0].acceleration / 1e3
     limit = get(result.scenario, "limits.acceleration") / 1e3
@@ -165,7 +165,7 @@ def ankle_stride(result: Result) -> style.Figure:
 
 @style.in_style
 def ankle_rates(result: Result) -> style.Figure:
-    """Draw the slip over the stride rate."""
+    """Draw the slip versus the stride rate."""
     record: ankle_clutch.Record = result.record
     rate, fastest = result.own["stride_rate"], result.own["fastest_stride_rate"]
     figure, (axes,) = style.canvas(width=6.8, height=3.9)
@@ -186,7 +186,7 @@ def ankle_rates(result: Result) -> style.Figure:
 
 @style.in_style
 def exercise_in_time(result: Result) -> style.Figure:
-    """Draw torque and vacuum over time."""
+    """Draw torque and vacuum versus time."""
     record: rehabilitation.Record = result.record
     session, vacuum = record.session, record.followed.loop
     figure, (upper, lower) = style.canvas(
@@ -212,7 +212,7 @@ def exercise_in_time(result: Result) -> style.Figure:
 
 @style.in_style
 def exercise_over_angle(result: Result) -> style.Figure:
-    """Draw torque over angle, and the share that can be followed over speed."""
+    """Draw torque versus angle, and the fraction that can be followed versus speed."""
     record: rehabilitation.Record = result.record
     session, (grid, reach) = record.session, record.reachable
     edges = np.flatnonzero(np.diff(session.flexing.astype(int), prepend=0, append=0))

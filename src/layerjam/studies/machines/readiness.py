@@ -30,7 +30,7 @@ class Ready(NamedTuple):
 
 
 def line_for(line: Line, brakes: float) -> Line:
-    """Return the line with the gas volume of several brakes, as the file has that of one.
+    """Return the line with the gas volume of several brakes; the file has that of one.
 
     Tubes between them are ignored.
     """

@@ -30,7 +30,7 @@ from layerjam.units import show
 SPEEDS = np.radians(np.concatenate([np.arange(0.25, 10, 0.25), np.arange(10, 181, 1.0)]))
 """Mean speeds that are examined [rad/s]."""
 FINE = 512
-"""Number of samples of a flexion, for the share that can be followed."""
+"""Number of samples of a flexion, for the fraction that can be followed."""
 
 
 class Session(NamedTuple):
@@ -53,9 +53,9 @@ class Record(NamedTuple):
     given: Array
     """Torque produced in flexion [N m], NaN elsewhere."""
     shares: Array
-    """Share of a flexion that can be followed, at each of SPEEDS."""
+    """Fraction of a flexion that can be followed, at each of SPEEDS."""
     reachable: Array
-    """Torque of all brakes at full vacuum over the angle, and the angle, shape (2, M)."""
+    """Torque of all brakes at full vacuum, and the angle at which it applies, shape (2, M)."""
 
 
 @declare_fields("rehabilitation")
@@ -134,7 +134,7 @@ class Rehabilitation(Machine):
         )
 
     def followed_at(self, regulator: Regulator, speed: float) -> tuple[float, list[str]]:
-        """Return (share of a flexion at a mean speed [rad/s] that can be followed, reasons).
+        """Return (fraction of a flexion at a mean speed [rad/s] that can be followed, reasons).
 
         It uses FINE samples for every speed, so that the laws are compiled once.
         """

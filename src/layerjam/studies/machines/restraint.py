@@ -1,18 +1,18 @@
-"""Equal brakes in a strap that restrains a body, simulated in time.
+"""Identical brakes in a strap that restrains a body, simulated in time.
 
 The strap is an elastic line that slips, with the force k (u - S), where u is its payout and S the
-total slip of all brakes of a chain. The force of a brake falls after its peak. In a chain brakes
+total slip of all brakes of a chain. The force of a brake falls after its peak. In a chain, brakes
 therefore slip one after the other, each to the end of its travel, where an end stop of webbing
-takes the load. The order does not matter for equal brakes. At a payout that exceeds all earlier
+takes the load. The order does not matter for identical brakes. At a payout that exceeds all earlier
 ones, the slip is the closed form of a slow pull (mechanics, section 2). Below that payout the strap
 is elastic, and it only pulls. After the last travel, end stops hold the strap. The slip of the
 other brakes of a chain before their peak (0.19 mm each at full vacuum) is ignored.
 
-If friction grows with the sliding speed (a brake with a speed law), equal brakes of a chain share
-its slip evenly, and nothing snaps: force k (u - S) = R(S/s, S'/s). s is the number of brakes in
-series and R the sliding force of all chains at a slip and a speed. A difference in slip or friction
-between two brakes of a chain grows with the slip x of each as (L2/(L2 - x))^(1/n), with n the law's
-power.
+If friction grows with the sliding speed (a brake with a speed law), identical brakes in a chain
+share its slip evenly, and nothing snaps: force k (u - S) = R(S/s, S'/s). s is the number of brakes
+in series and R the sliding force of all chains at a slip and a speed. A difference in slip or
+friction between two brakes of a chain grows with the slip x of each as (L2/(L2 - x))^(1/n), with n
+the law's power.
 
 The same applies to rotation with a lever: payout = lever * angle, mass = inertia / lever^2.
 """
@@ -64,7 +64,7 @@ class Strap(NamedTuple):
 
 @law
 def strap_of(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Brake) -> Strap:
-    """Return `parallel` chains of `series` equal brakes at a vacuum [Pa] with webbing [N/m].
+    """Return `parallel` chains of `series` identical brakes at a vacuum [Pa] with webbing [N/m].
 
     The arguments broadcast. Valid while the strap's stiffness exceeds the fall of friction, k > N
     c; see `snaps`. A speed law of the brake is included.
@@ -134,8 +134,8 @@ def chain_slip(payout: Any, before: Any, strap: Strap) -> Any:
 def paced_slip(law: SpeedLaw, payout: Any, before: Any, pace: Any, dt: Any, strap: Strap) -> Any:
     """Return `chain_slip` if friction grows with speed: the slip [m] after a step of `dt` [s].
 
-    `pace` [m/s] is the chain's mean speed of slip in the step before, of equal length. The speed at
-    the end is that of a parabola through the two steps, which is of second order in time.
+    `pace` [m/s] is the chain's mean speed of slip in the step before, of the same length. The speed
+    at the end is that of a parabola through the two steps, which is of second order in time.
     """
     series, end = strap.series, strap.series * strap.travel
 

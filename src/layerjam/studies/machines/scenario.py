@@ -50,7 +50,7 @@ _ROW = re.compile(r"((?:[-+.\deE]+(?:\s+|$))+)(.*)")
 
 @record
 class Brakes:
-    """Equal brakes: `parallel` chains, each of `series` brakes in series."""
+    """Identical brakes: `parallel` chains, each of `series` brakes in series."""
 
     parallel: int = quantity("1", "chains of brakes in parallel", lo=1, hi=10000, whole=True)
     series: int = quantity(

@@ -2,8 +2,8 @@
 
 The part of the occupant that the shoulder belt holds is one mass. In the car's frame it is driven
 by the car's deceleration and held by the belt: m x'' = m a(t) - g T(g x - slack). T is the belt's
-tension. g is the payout per metre of chest travel, and therefore also the chest's force over T.
-Airbag, knees, pretensioner, chest compression and the lap belt's share are ignored.
+tension. g is the payout per metre of chest travel, and therefore also the ratio of the chest's
+force to T. Airbag, knees, pretensioner, chest compression and the part of the lap belt are ignored.
 """
 
 import math
@@ -68,7 +68,8 @@ class SeatBelt(Machine):
     def trial(self) -> tuple[Trial, float]:
         """Return (the held part of the occupant in the pulse, its change of velocity [m/s])."""
         crash, belt = self.crash, self.belt
-        # at constant force, stopping takes twice the space over the speed; then the rebound follows
+        # at constant force, the stopping time is twice the distance divided by the speed; the
+        # rebound follows
         after = crash.duration + 4 * self.limits.space / crash.change
         pulse = crash.pulse, crash.change, crash.duration
         push, dt, change = drive(*pulse, after, STEPS, self.folder)

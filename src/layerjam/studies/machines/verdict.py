@@ -16,7 +16,7 @@ from layerjam.units import get, record, show
 
 @dataclass(frozen=True, kw_only=True)
 class Limit:
-    """A value and its limit: at most `limit`, or at least `limit` if `least` is set.
+    """A value and its limit: an upper `limit`, or a lower `limit` if `least` is set.
 
     Both are in SI units; a `value` that is not finite means that it is never reached.
     """

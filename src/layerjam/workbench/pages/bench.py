@@ -1,4 +1,4 @@
-"""Bench: connect a board or a virtual one, hold a vacuum, run procedures and record them."""
+"""Bench: connect a real or a virtual board, hold a vacuum, run procedures and record them."""
 
 import asyncio
 import math
@@ -115,7 +115,7 @@ class Bench(Page):
         self._drawn: Any = None
         self.taken: BenchRecord | None = None
         self.required: list[tuple[Choice, str, Alert]] = []
-        """Choices without a default, the request for each, and the line that shows it."""
+        """Choices without a default, the request for each, and the line that shows the request."""
 
     def controls(self) -> Mapping[str, Control]:
         """Return the controls of target and sensor."""

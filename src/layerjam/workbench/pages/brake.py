@@ -250,7 +250,7 @@ def _percent(part: float) -> str:
 
 
 def comparison(first: Any, second: Any | None, even: bool = True) -> str:
-    """Return the brake's numbers as HTML, and the difference from a second brake in words.
+    """Return the brake's numbers as HTML, and the difference from a second brake as text.
 
     `even` is false if only one of the two is calibrated; neither is then marked as better in force.
     """

@@ -236,7 +236,7 @@ def checks_table(result: Built) -> str:
 
 
 def _number(value: float | None, unit: str) -> str:
-    """Return the value of a check as text; a number without a unit is a share."""
+    """Return the value of a check as text; a number without a unit is a fraction."""
     if value is None:
         return "–"
     return f"{round(value, 3) + 0.0:.1%}" if unit == "1" else show(value, unit, 4)

@@ -45,7 +45,7 @@ class Parts:
 
 def parts_of(drawing: "Drawing", mould: bool) -> Parts:
     """Return the separated parts of one brake, or its opened mould."""
-    # import late, because the page Brake opens before the drawing code is loaded
+    # import late, because the Brake page opens before the drawing code is loaded
     from layerjam.report import build_pictures, build_scene
 
     world = build_scene.scene(drawing.build, drawing.lengths)

@@ -58,7 +58,7 @@ class Arrays(Part):
         return by_key(rows.narrow(high=WIDE), row.narrow(high=LONG), vacuum)
 
     def build(self) -> None:
-        """Build controls and totals on the left, force over elongation on the right."""
+        """Build controls and totals on the left, force versus elongation on the right."""
         side, main = columns()
         with side:
             for key in CONTROLS:
@@ -97,7 +97,7 @@ class Arrays(Part):
 
 
 def array_chart(array: Any, single: Any, dark: bool) -> dict[str, Any]:
-    """Return the chart of force over elongation of the array and of a single brake."""
+    """Return the chart of force versus elongation of the array and of a single brake."""
     label = f"{array.parallel} × {array.series}"
     pane = array.panes()[0]
     curves = [replace(pane.curves[0], name=label, width=2.5)]

@@ -1,4 +1,4 @@
-"""Force over mass: the current brake, those of the catalogue, and published devices."""
+"""Force versus mass: the current brake, those of the catalogue, and published devices."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -98,7 +98,7 @@ class Density(Part):
 
 
 def density_chart(result: Any, dark: bool) -> dict[str, Any]:
-    """Return the chart: devices by kind, the line of more sheets, lines of equal force per mass."""
+    """Return the chart: devices by kind, the line of more sheets, lines of force per mass."""
     rows, lines, _ = result.record
     first, ink = lines[0], ink_of(dark)
     masses = [r["mass"] * GRAMS for r in rows] + [m * GRAMS for m in first.masses]
@@ -162,7 +162,7 @@ def _short_name(name: str, first: str) -> str:
 
 
 def _equal(x: tuple[float, float], y: tuple[float, float], color: str) -> list[dict[str, Any]]:
-    """Return straight lines of equal force per mass, labelled inside the chart."""
+    """Return straight lines of constant force per mass, labelled inside the chart."""
     out = []
     for density in (10.0**power for power in range(-1, 8)):
         left, right = max(x[0], y[0] * GRAMS / density), min(x[1], y[1] * GRAMS / density)

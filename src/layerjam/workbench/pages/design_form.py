@@ -1,4 +1,4 @@
-"""Form of a requirement, which stays equal to its TOML text."""
+"""Form of a requirement, kept consistent with its TOML text."""
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress

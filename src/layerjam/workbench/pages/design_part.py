@@ -1,4 +1,4 @@
-"""Common base of the parts of the page Design."""
+"""Common base of the parts of the Design page."""
 
 from typing import Any
 

@@ -72,7 +72,7 @@ HISTORY = ("vacuum_history", "reading", "columns", "decimal")
 
 
 class Drop(Page):
-    """Page to drop a mass and see it stop: without brake, at full vacuum and at a tuned vacuum."""
+    """Page to drop a mass and see it stop: without a brake, at full vacuum, at a tuned vacuum."""
 
     name, title = "drop", "Drop"
     summary = "A mass falls into the brake and is stopped"
@@ -152,7 +152,7 @@ class Drop(Page):
         return "speed" if self._flat() else self.word(ARRIVES)
 
     def columns(self) -> dict[str, Call]:
-        """Return {head of a column: drop} of the table."""
+        """Return {header of a column: drop} of the table."""
         full = self.controls()["vacuum"]
         extra = self.more.options()
         history = {key: extra.pop(key) for key in HISTORY if key in extra}

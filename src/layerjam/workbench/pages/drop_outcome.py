@@ -94,7 +94,7 @@ class Animation:
         stage = ui.html(sanitize=False).classes("w-full")
         self._client, self._root = stage.client, f"drop-animation-{stage.id}"
         page = read_asset("pages/drop_animation.html").replace("ROOT", self._root)
-        if chart is None:  # this is a second stage, in addition to that of the page Drop
+        if chart is None:  # this is a second stage, in addition to that of the Drop page
             page = page.replace('testid="drop-', 'testid="start-drop-')
         stage.set_content(page)
         self._loaded = False
@@ -116,7 +116,7 @@ class Animation:
 
 
 def verdict(stop: Any | None, refusal: str, inputs: Mapping[str, Any]) -> str:
-    """Return the outcome of a drop with these `inputs` in a sentence."""
+    """Return the outcome of a drop with these `inputs` as a sentence."""
     if stop is None:
         return f"Cannot: {refusal.rstrip('.')}."
     if not stop.feasible:
@@ -143,7 +143,7 @@ def verdict(stop: Any | None, refusal: str, inputs: Mapping[str, Any]) -> str:
 
 
 def _crash_sentence(stop: Any) -> str:
-    """Return travel, remaining speed, and force of the crash at the end of the travel."""
+    """Return travel, remaining speed, and force of the impact at the end of the travel."""
     used = f"The travel of {show(stop.slip, 'm')} is used up with the mass still at "
     used += f"{show(stop.end_speed, 'm/s')}: it crashes"
     if stop.crash_force is None:
@@ -163,7 +163,7 @@ GOOD = ("STOPPED", "NEVER_SLID")
 
 
 def heroes(stop: Any | None, is_tuned: bool = False) -> list[Hero]:
-    """Return the main numbers of a drop: first a tuned vacuum; the peak includes a crash."""
+    """Return the main numbers of a drop: first a tuned vacuum; the peak includes an impact."""
     if stop is None or not stop.feasible or stop.peak_force is None:
         return []
     crashed = stop.outcome == "BOTTOMED_OUT"

@@ -51,7 +51,7 @@ BY_FILE = (
     *("negative", "column", "columns", "decimal", "specimen", "sheet", "names", "speed"),
     *("normal_force", "vacuum", "exclude", "because"),
 )
-"""Inputs that the page has for each file separately, as its facts, corrections or role."""
+"""Inputs that the page has for each file separately: its metadata, corrections or role."""
 OWN_FRICTION = (*BY_FILE, "standard", "accept_stick_slip", "brake", "partial", "overwrite")
 OWN_CALIBRATION = (*BY_FILE, "depth", "free", "partial", "overwrite")
 OWN_REPORT = tuple(parameters("report").keys() - {"report_number", "customer"})

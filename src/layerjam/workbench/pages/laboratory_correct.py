@@ -159,7 +159,7 @@ class Correct:
             self._pins.set_text("Show on the page Pull" if free else "Remove from the page Pull")
 
     def _pin(self) -> None:
-        """Show the files on the page Pull, or remove them if all are already there."""
+        """Show the files on the Pull page, or remove them if all are already there."""
         free = self._free_keys()
         try:
             for key in free or self._keys:
@@ -184,7 +184,7 @@ class Correct:
             return str(rename_files(one_line(err), {upload.path.name: upload.shown}))
 
     def _columns(self, table: Preview | str) -> None:
-        """Show the clickable heads, and the facts that no column contains."""
+        """Show the clickable headers, and the metadata that no column contains."""
         if isinstance(table, str):
             ui.label(table).classes("text-sm")
             return
@@ -229,7 +229,7 @@ class Correct:
         self._fields[key] = dress(box, look="stack-label")
 
     def _hint(self, name: str) -> str:
-        """Return the stated value of a fact as a placeholder, or an example."""
+        """Return the stated value of a metadata entry as a placeholder, or an example."""
         values = {r.vacuum if name == "vacuum" else getattr(r.facts, name) for r in self.rows}
         value = values.pop()
         if not values and value is not None:

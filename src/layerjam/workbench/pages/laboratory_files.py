@@ -39,7 +39,7 @@ class Row:
 
     @property
     def asks(self) -> str:
-        """Return the fact that its use lacks; empty if none is missing."""
+        """Return the metadata entry that its use lacks; empty if none is missing."""
         if self.role in ("calibrate", "validate") and not self.refused:
             vacuums = [t.facts.vacuum for t in self.traces]
             return "vacuum?" if not vacuums or None in vacuums else ""
@@ -54,7 +54,7 @@ class Row:
 
     @property
     def vacuum(self) -> float | None:
-        """Vacuum stated in its sidecar or its head [Pa]."""
+        """Vacuum stated in its sidecar or its header [Pa]."""
         return self.traces[0].facts.vacuum if self.traces else self.facts.vacuum
 
     @property
@@ -93,7 +93,7 @@ def rows_of(
 
 
 OF_A_FILE = (FileError, FitError, QuantityError, MissingExtraError)
-"""Errors that reading one file may raise; any other error is not the file's fault."""
+"""Errors that reading one file may raise; any other error has a different cause."""
 
 
 def read_row(upload: Upload, role: str, standard: str) -> Row:
@@ -109,8 +109,8 @@ def read_row(upload: Upload, role: str, standard: str) -> Row:
     is_friction = role == "friction"
     inputs: Options = {"standard": standard} if is_friction else {}
     if is_friction and standard == "paper" and not facts.normal_force:
-        # the force only scales the friction, so any value gives the same traces; the page asks for
-        # it
+        # the normal force only scales the friction, so any value gives the same traces; the page
+        # asks for it
         inputs["normal_force"] = "1 N"
     call = Call("friction" if is_friction else "pull", options=inputs, files=(upload,))
     try:

@@ -182,7 +182,7 @@ REMEDIES = MappingProxyType(
         "'Friction tests read', ASTM": ("Read the tests as ASTM D1894", {"standard": "d1894"}),
     }
 )
-"""{control that a notice names: text of a button, and the settings that it makes}."""
+"""{control that a notice names: text of a button, and the settings that it applies}."""
 
 
 def numbers_of(result: Any) -> list[tuple[str, str, str]]:

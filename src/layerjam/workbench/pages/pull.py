@@ -1,4 +1,4 @@
-"""Pull: force over elongation for a vacuum, speed and model, with measured pulls."""
+"""Pull: force versus elongation for a vacuum, a speed and a model, with measured pulls."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -82,7 +82,7 @@ class SheetBySheet(ui.column):
         self.bar.on("blur", js_handler=f"() => layerjamUnmark({chart.id})")
 
     def fill(self, motion: SheetMotion | None, sheets: Sheets) -> None:
-        """Show another pull at the previous position; hide the view if the motion has no sheets."""
+        """Show a new pull at the previous position; hide the view if the motion has no sheets."""
         self.set_visibility(motion is not None)
         if motion is None or motion is self._motion:
             return

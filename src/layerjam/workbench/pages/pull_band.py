@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from layerjam.report.style import Figure
 
 ASKED = {"vacuum", "speed", "travel"}
-"""Options of a pull that the calibrated law covers; any other may require another law."""
+"""Options of a pull that the calibrated law covers; any other may require a different law."""
 POINTS = 40
 """Elongations on each of three intervals; the number is fixed, so that the law compiles once."""
 
 WORDS = 0.35
-"""Share of a figure's width that the name of a band takes."""
+"""Fraction of a figure's width that the name of a band takes."""
 
 
 class Band(NamedTuple):
@@ -44,7 +44,7 @@ class Band(NamedTuple):
 def law_error(desk: Desk, call: Call) -> "LawError | None":
     """Return the error of the law of a pull.
 
-    None if this tab did not calibrate the pulled brake, or if the pull needs another law.
+    None if this tab did not calibrate the pulled brake, or if the pull needs a different law.
     """
     spread = desk.laws.get(call.subjects[0].text)
     if spread is None or call.name != "tensile" or call.options.keys() != ASKED:

@@ -1,4 +1,4 @@
-"""The chart of the page Pull: the force, measured pulls over it, and residuals below."""
+"""The chart of the Pull page: the force with measured pulls, and residuals below."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
@@ -32,7 +32,7 @@ def pull_chart(
     files: Collection[str] = (),
     bands: Mapping[str, Band] = NONE,
 ) -> dict[str, Any]:
-    """Return force over elongation; the axes stay fixed while vacuum, speed and model change.
+    """Return force versus elongation; the axes stay fixed while vacuum, speed and model change.
 
     `pins` are other results by label, drawn faintly. `files` are measured pulls, drawn as points if
     their keys are pinned. `bands` are the 95 % bands of pins by label, and of the result itself by

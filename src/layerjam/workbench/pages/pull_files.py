@@ -1,4 +1,4 @@
-"""Measured pulls on the page Pull: dropped, interpreted, compared with the brake, and pinned."""
+"""Measured pulls on the Pull page: dropped, interpreted, compared with the brake, and pinned."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -200,7 +200,7 @@ class Editor:
             box.set_value(part if part in (box.options or ()) else CUSTOM)
 
     def take(self, table: str, part: str) -> None:
-        """Choose another part of the catalogue for a table, or none."""
+        """Choose a different part of the catalogue for a table, or none."""
         if part in (CUSTOM, self.part_of(table)):
             return
         problem = self.change({}, {table: None if part == NONE else part})

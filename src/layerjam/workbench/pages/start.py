@@ -189,7 +189,7 @@ def rounded_down(value: float, digits: int = DIGITS) -> float:
 
 
 def drop_sentence(stop: Any | None, refusal: str) -> str:
-    """Return the outcome of the drop in a sentence."""
+    """Return the outcome of the drop as a sentence."""
     begins = f"{FALL['mass']} falls {FALL['height']}"
     if stop is None:
         return f"{begins}: {refusal}"
@@ -209,7 +209,7 @@ def drop_sentence(stop: Any | None, refusal: str) -> str:
 
 
 def force_chart(pull: Any, full: Any, dark: bool) -> dict[str, Any]:
-    """Return force over elongation, with a thin line for full vacuum; its axes stay fixed."""
+    """Return force versus elongation, with a thin line for full vacuum; the axes stay fixed."""
     pane, full_curve = pull.panes()[0], full.panes()[0].curves[0]
     quiet = replace(full_curve, color=GREY, name="full", dash="dashed", width=1.2)
     curves = [replace(pane.curves[0], width=3.5), quiet]

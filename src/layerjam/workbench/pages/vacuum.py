@@ -272,7 +272,7 @@ class Vacuum(Page):
     def _draw_loop(self, answer: Answer) -> None:
         result = answer.result
         self.loop.show(answer, self.dark)
-        # error and ripple refer to the target, which the safe state gives up
+        # error and ripple refer to the target, which the safe state abandons
         given_up = () if result.outcome == "HEALTHY" else ("steady_error", "ripple")
         self.loop_figures.fill(result, but=given_up)
         self.verdict.set_text(verdict(result))
@@ -281,7 +281,7 @@ class Vacuum(Page):
 
 
 def verdict(result: Any) -> str:
-    """Return the reported fault, its time, and the effect of the safe state, in words."""
+    """Return the reported fault, its time, and the effect of the safe state, as text."""
     target, end = show(result.target, "Pa"), float(result.record[1].vacuum[-1])
     ending = f"at the end the vacuum is {show(end, 'Pa', 3) if end >= 1 else 'gone'}"
     if result.fault is None and result.outcome == "HEALTHY":
