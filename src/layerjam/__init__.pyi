@@ -785,8 +785,8 @@ def ageing(
     """Fit the growth of static friction while the films rest under load, from pulls after holds.
 
     Each file is a friction test whose sidecar states its `hold`; static friction is read as
-    `friction` reads it. With `brake` and `out` static friction at `hold` (the geometric mean of all
-    holds unless given) and its growth are written into a copy of the brake's file.
+    `friction` reads it. With `brake` and `out`, static friction at `hold` (the geometric mean of
+    all holds unless given) and its growth are written into a copy of the brake's file.
     """
 
 def array(
@@ -798,7 +798,7 @@ def array(
     until: float | str | _HasUnit | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _ArrayPullResult:
-    """Pull equal brakes, in parallel and in series, once and slowly.
+    """Pull identical brakes, in parallel and in series, once and slowly.
 
     The default is the site's full vacuum. The pull ends at the elongation `until`, or at the end of
     the travel. `outcome` is FINISHED, BOTTOMED_OUT, or SNAPS if the force of a slipping brake falls
@@ -876,8 +876,8 @@ def bench_check(
     """Check the wiring of a bench, and measure pump, leak, vent and the sensor's lag.
 
     Pump and vent are driven for ten seconds; the brake must carry no load. The regulator of `bench
-    run` is tuned for the values of `line`. `tune` writes that line with the measured values. Raises
-    QuantityError if the valve's rest position is unknown or a value for `tune` is missing,
+    run` is tuned for the values of `line`. `tune` is a file for this line with the measured values.
+    Raises QuantityError if the valve's rest position is unknown or a value for `tune` is missing,
     LockedError if another client has the lock, InstrumentError for a bench that is not in SAFE.
     """
 
@@ -903,7 +903,7 @@ def bench_faults(
     mismatch: bool = ...,
     progress: _Callable[[str, float], None] = ...,
 ) -> _FaultCampaign:
-    """Inject every fault into a virtual board many times, and time how it becomes safe.
+    """Inject every fault into a virtual board many times, and measure the time until it is safe.
 
     For each run, the seed determines a line near that of the address, a regulator, a target and a
     time. With `mismatch`, pump, vent, zero, lag and noise of the line differ from the model. Leak
@@ -1054,7 +1054,7 @@ def calibrate(
     does not state it. With `out` the calibrated brake is written. `exclude` leaves out files or
     specimens, each with its reason in `because` (in Python also {file: reason}). Both are stored in
     the result and in the brake. `within` requests how many more pulls, at which conditions, narrow
-    each interval to plus or minus this share of its value. If a check fails, nothing is written;
+    each interval to plus or minus this fraction of its value. If a check fails, nothing is written;
     `accept` accepts failed checks by name, {check: reason}.
     """
 
@@ -1063,13 +1063,13 @@ def compare(
     vacuum: float | str | _HasUnit | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _Comparison:
-    """Compare force over mass of brakes with published devices.
+    """Compare force per mass of brakes with published devices.
 
     Every row names its source. If no brakes are given, those of the catalogue are compared (paper,
-    III-F). The first brake is also shown at lower vacuums, in parallel with equal brakes, and with
-    more sheets. `devices` is a list of rows; `computed` is True for our brakes. `sheet` compares
-    the effect of one more sheet with the paper's statement. `none_found` maps a class without a
-    sourced device to the sources searched.
+    III-F). The first brake is also shown at lower vacuums, in parallel with identical brakes, and
+    with more sheets. `devices` is a list of rows; `computed` is True for our brakes. `sheet`
+    compares the effect of one more sheet with the paper's statement. `none_found` maps a class
+    without a sourced device to the sources searched.
     """
 
 def crash(
@@ -1129,8 +1129,8 @@ def enclosure(
 
     `start` and `end` bound the strain of the initial slope, `fit_to` is the greatest strain that is
     fitted. Each file is one specimen; specimens of one material are pooled. `material` names the
-    silicone of the catalogue to compare with, if the files do not. With `brake` and `out` the mean
-    100 % modulus is written into a copy of the brake, and with `hyperelastic` also the model.
+    silicone of the catalogue to compare with, if the files do not. With `brake` and `out`, the mean
+    100 % modulus is written into a copy of the brake, and with `hyperelastic`, so is the model.
     """
 
 def export_c(
@@ -1202,7 +1202,7 @@ def follow(
     seed: int | str | _HasUnit = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _FollowedForceResult:
-    """Make a sliding brake's force follow a profile, and report where it cannot.
+    """Make a sliding brake's force follow a profile, and report where this is impossible.
 
     The profile varies between the forces `low` and `high` with a `period` while the brake slips at
     `speed`, or it is a file with time, force and slip.
@@ -1224,10 +1224,11 @@ def friction(
 
     `files` are paths or traces, several or one. `normal_force` may come from the files' sidecars,
     or from the 200 g of the two standards; `start` and `end` bound the displacement of the kinetic
-    mean, counted from the record's first sample; `area` is that under the sled, for the pressure of
-    the test. If a record shows stick–slip, `kinetic` is None; `accept_stick_slip` uses the middle
-    of the stick–slip. With `brake` and `out` the result is written into a copy of the brake's file.
-    If a check fails, nothing is written; `accept` accepts failed checks by name, {check: reason}.
+    mean, counted from the record's first sample; `area` is the contact area of the sled, which sets
+    the pressure. If a record shows stick–slip, `kinetic` is None; `accept_stick_slip` uses the
+    mid-level of the stick–slip. With `brake` and `out` the result is written into a copy of the
+    brake's file. If a check fails, nothing is written; `accept` accepts failed checks by name,
+    {check: reason}.
     """
 
 def drop(
@@ -1391,7 +1392,7 @@ def new(
     *,
     overwrite: bool = ...,
 ) -> _NewBrake:
-    """Write a commented brake file to edit, starting from another brake.
+    """Write a commented brake file to edit, starting from an existing brake.
 
     Raises FileError if `out` exists and `overwrite` is not set, or if the name is not allowed.
     """
@@ -1423,10 +1424,9 @@ def vacuum(
 ) -> _VacuumForForceArray:
     """Vacuum at which the sliding brake resists with a force at a slip.
 
-    `feasible` is False, with a `reason`, for a force below the enclosure's own or above that at
-    the site's full vacuum. Arrays of slip and force broadcast; the vacuum is NaN for elements
-    without one. Without a `sliding_speed` the force is that at the speed at which friction was
-    measured.
+    `feasible` is False, with a `reason`, for a force below the enclosure's own or above that at the
+    site's full vacuum. Arrays of slip and force broadcast; the vacuum is NaN for elements without
+    one. Without a `sliding_speed` the force is that at the speed at which friction was measured.
     """
 
 def publish(
@@ -1454,8 +1454,8 @@ def publish(
     The raw files are copied unchanged, with their sidecars and all other files in the folder
     `campaign`. The dataset adds brake and line, report, results, recipe, checksums, and a
     description that repositories read (RO-Crate 1.1). A measurement that states a normal force is a
-    friction test, any other a pull; a calibrated brake in the folder states its calibration pulls;
-    otherwise `measurements` do, as in `report`. If a check fails, nothing is written; `accept`
+    friction test, any other a pull; a calibrated brake in the folder lists its calibration pulls;
+    without one, `measurements` does, as in `report`. If a check fails, nothing is written; `accept`
     accepts failed checks by name, {check: reason}, and the dataset states them. Raises FileError if
     neither the folder nor `brake` states which brake was tested, or if `out` exists and is not a
     dataset to be replaced with `overwrite`.
@@ -1489,9 +1489,9 @@ def pull(
     """Features of measured pulls: slack, preload, onset, stiffness, peak, stick–slip, unloading.
 
     `files` are paths or traces, several or one. Nothing is subtracted from a force unless `tare`
-    asks for the force before the load rises. `start` and `end` choose a part of each record by its
-    time. The spacing of stick–slip grows with its swing; teeth of equal spacing but different swing
-    in several files are a ripple of the machine.
+    asks for the force before the load rises. `start` and `end` select a part of each record by its
+    time. The spacing of stick–slip grows with its swing; teeth of the same spacing but different
+    swing in several files are a ripple of the machine.
     """
 
 def pump_down(
@@ -1733,12 +1733,12 @@ def tensile(
     Takes either vacuum, speed and travel (elongation of the crosshead), or a procedure. The
     following options are for the model "stack". `static` uses static friction before an interface
     slides. With `one_by_one`, overloaded interfaces slip one at a time, the most overloaded first.
-    `interfaces` may differ, a `housing` may rub. `scatter` is the relative SD of the interfaces'
-    friction: `samples` (1000) stacks, drawn from `seed` (1), then give mean and SD of peak,
-    stiffness and onset; if interrupted, those of the stacks done so far. `vacuum_share` of the
-    gauge's reading presses the sheets. With `leak_time` the line is shut off after every evacuation
-    and the vacuum leaks away from then on, except in the model "stack", which keeps its initial
-    vacuum. Raises ProcedureError or QuantityError for contradictions.
+    `interfaces` may differ, and a `housing` may rub. `scatter` is the relative SD of the
+    interfaces' friction: `samples` (1000) stacks, drawn from `seed` (1), then give mean and SD of
+    peak, stiffness and onset; if interrupted, those of the stacks done so far. `vacuum_share` of
+    the gauge's reading presses the sheets. With `leak_time` the line is shut off after every
+    evacuation and the vacuum leaks away from then on, except in the model "stack", which keeps its
+    initial vacuum. Raises ProcedureError or QuantityError for contradictions.
     """
 
 def tune(
@@ -1755,9 +1755,9 @@ def tune(
     """Vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
 
     The mass arrives with `speed` or falls from `height`. If there is no such vacuum, `reason`
-    explains why and lists alternatives: the speeds that can be stopped, another travel, another
-    number of sheets, or more brakes in parallel, each as the only change. Each alternative has been
-    checked by tuning it.
+    explains why and lists alternatives: the speeds that can be stopped, a different travel, a
+    different number of sheets, or more brakes in parallel, each as the only change. Each
+    alternative has been checked by tuning it.
     """
 
 def rise(
@@ -1820,11 +1820,11 @@ def scenario(
     """Check a machine of the paper's Fig. 13 against its limits.
 
     It is a seat belt, neck guard, ankle clutch or rehabilitation orthosis with its loads and
-    limits. With `out` a page with pictures is written there (`page`). `feasible` is whether every
-    one of `limits` is met, `reason` the one that decides, and `conclusion` a summary with the
-    requirements. `brakes_needed` is None if no number of brakes is enough. `results` has the
-    machine's own keys; `units` the unit of each. Raises FileError for an invalid file,
-    QuantityError for values out of bounds.
+    limits. With `out` a page with pictures is written there (`page`). `feasible` states whether all
+    `limits` are met, `reason` names the decisive one, and `conclusion` summarises the requirements.
+    `brakes_needed` is None if no number of brakes is enough. `results` has the machine's own keys;
+    `units` the unit of each. Raises FileError for an invalid file, QuantityError for values out of
+    bounds.
     """
 
 (design := design_brake)  # noqa: PLW0131

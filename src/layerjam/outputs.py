@@ -73,8 +73,7 @@ def declare(cls: type[T]) -> type[T]:
     """Return a decorator that completes the fields of a class before `dataclass` processes it.
 
     A field that is named again without a value keeps the unit and text of the base class's field,
-    and its key is moved to this place. For a quantity with an interval, the interval's ends come
-    after the value.
+    and its key is moved to this place. The ends of an interval come after its quantity.
     """
     bases = [base for base in reversed(cls.__mro__[1:]) if is_dataclass(base)]
     inherited = {f.name: f for base in bases for f in fields(base)}

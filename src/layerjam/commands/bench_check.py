@@ -114,10 +114,9 @@ def bench_check(
     """Check the wiring of a bench, and measure pump, leak, vent and the sensor's lag.
 
     Pump and vent are driven for ten seconds; the brake must carry no load. The regulator of `bench
-    run` is tuned for the values of `line`. `tune` writes this line to a file, with the measured
-    values. Raises QuantityError if the valve's rest position is unknown or a value for `tune` is
-    missing, LockedError if another client has the lock, InstrumentError for a bench that is not in
-    SAFE.
+    run` is tuned for the values of `line`. `tune` is a file for this line with the measured values.
+    Raises QuantityError if the valve's rest position is unknown or a value for `tune` is missing,
+    LockedError if another client has the lock, InstrumentError for a bench that is not in SAFE.
     """
     from layerjam.control.plant import linearise_line
     from layerjam.rig.check import check_bench, limit_speed

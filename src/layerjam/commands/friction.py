@@ -131,11 +131,11 @@ def friction(
 
     `files` are paths or traces, several or one. `normal_force` may come from the files' sidecars,
     or from the 200 g of the two standards; `start` and `end` bound the displacement of the kinetic
-    mean, counted from the record's first sample; `area` is the contact area of the sled, from which
-    the pressure of the test follows. If a record shows stick–slip, `kinetic` is None;
-    `accept_stick_slip` uses the mid-level of the stick–slip. With `brake` and `out` the result is
-    written into a copy of the brake's file. If a check fails, nothing is written; `accept` accepts
-    failed checks by name, {check: reason}.
+    mean, counted from the record's first sample; `area` is the contact area of the sled, which sets
+    the pressure. If a record shows stick–slip, `kinetic` is None; `accept_stick_slip` uses the
+    mid-level of the stick–slip. With `brake` and `out` the result is written into a copy of the
+    brake's file. If a check fails, nothing is written; `accept` accepts failed checks by name,
+    {check: reason}.
     """
     from layerjam.identify.friction.reduction import GRAVITY, pool, reduce_repeat, with_friction
     from layerjam.identify.friction.standards import find_standard

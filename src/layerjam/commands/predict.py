@@ -304,10 +304,9 @@ def vacuum(
 ) -> VacuumForForce:
     """Vacuum at which the sliding brake resists with a force at a slip.
 
-    `feasible` is False, with a `reason`, for a force below the enclosure's own or above that at
-    the site's full vacuum. Arrays of slip and force broadcast; the vacuum is NaN for elements
-    without one. Without a `sliding_speed` the force is that at the speed at which friction was
-    measured.
+    `feasible` is False, with a `reason`, for a force below the enclosure's own or above that at the
+    site's full vacuum. Arrays of slip and force broadcast; the vacuum is NaN for elements without
+    one. Without a `sliding_speed` the force is that at the speed at which friction was measured.
     """
     import numpy as np
 

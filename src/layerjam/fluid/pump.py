@@ -2,9 +2,8 @@
 
 With a displacement, q = flow (p - ultimate), for a pump that displaces a constant volume and
 retains some gas. With a flow curve, the throughput depends on the ratio of p to the atmosphere,
-because a pump moves volumes; the curve's free air is counted at that atmosphere. At STANDARD this
-agrees with the data sheet. At altitude the greatest vacuum is smaller in proportion to the
-atmosphere.
+because a pump moves volumes; the curve's free air is that at this atmosphere. At STANDARD this
+agrees with the data sheet. At altitude the greatest vacuum falls in proportion to the atmosphere.
 """
 
 from layerjam.errors import QuantityError

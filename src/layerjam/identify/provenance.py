@@ -53,8 +53,8 @@ def list_inputs(file: BrakeFile, traces: "Iterable[Trace]") -> dict[str, Any]:
 def rename_files(value: Any, names: Mapping[str, str]) -> Any:
     """Return a text, or lists and tables of texts, with files (and their folder) renamed.
 
-    `names` is {name of a file: new name}, for files stored under names other than those that their
-    owner gave them.
+    `names` is {name of a file: new name}, for files stored under names that differ from their
+    owner's.
     """
     if isinstance(value, Notice):
         return Notice(rename_files(str(value), names), value.key)

@@ -1,12 +1,11 @@
 """The brake pulled while it is bent over a joint: tension presses the sheets together.
 
 Over an arc of radius R an interface carries the vacuum and the tension C of all layers outside it,
-P W + C/R per unit length. Interleaved sheets pull alternately to the left and to the right. So C
-follows a separate capstan equation on every interface. It grows by exp(a mu_k phi) on each,
+P W + C/R per unit length. Interleaved sheets pull alternately to the left and to the right. C
+therefore follows a capstan equation on every interface. It grows by exp(a mu_k phi) on each,
 starting with the end value of the next outer interface. All sheets are assumed to have the same
 radius (the stack is thin), and the arc to be in the middle of the overlap. Sheets without spacers
-also press on each other at the ends of the overlap; this would add to the friction and is not
-included.
+also press on each other at the ends of the overlap; this extra friction is not included.
 """
 
 from typing import Any, NamedTuple

@@ -45,7 +45,7 @@ class Case:
 
     @functools.cached_property
     def promised_times(self) -> Mapping[str, float]:
-        """Detection times [s] that the law guarantees up to this target."""
+        """Detection times [s] that the law promises up to this target."""
         return detection_times(self.regulator, self.target)
 
     @property

@@ -151,9 +151,8 @@ def vacuum_band(
 ) -> Band:
     """Return the vacuum [Pa] for brake forces [N], shape (n,), at one slip [m].
 
-    Probabilities: "too strong" means that the force needs more than the site's full vacuum (counts
-    as +infinity); "enclosure alone" means that the enclosure alone resists more (counts as
-    -infinity).
+    Probabilities: "too strong" if the force needs more than the site's full vacuum (counts as
+    +infinity); "enclosure alone" if the enclosure alone resists more (counts as -infinity).
     """
     forces, place = _as_row("force", force, "N"), _as_row("slip", slip, "m")
     overlap = draws.brake.sheets.overlap

@@ -55,8 +55,7 @@ MATTERS = 0.015
 """Largest consistent residual that passes, relative to the peak."""
 SURE = 0.997
 """Student's t level of a drift over slip, vacuum or speed, two-sided: 0.3 % of false alarms for
-each of the four. All checks share a significance level of 5 %, most of which goes to those of
-single pulls."""
+each of the four. All checks share a level of 5 %, most of it for those of single pulls."""
 REFUSED = 0.1
 """Largest misfit of a curve that is still fitted, relative to its peak."""
 MISSES = 0.03

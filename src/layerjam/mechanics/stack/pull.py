@@ -124,8 +124,7 @@ def _accept(
     for i in range(n - 1):
         state.past[i], state.slides[i] = t.slip[i], t.slides[i]
         state.interface[i] = t.force[i]
-        # at a jump, rounding alone would determine whether a sliding interface at its bound has
-        # stopped
+        # at a jump, rounding alone would determine whether an interface at its bound has stopped
         least = (1.0 + AT_BOUND) * bound(i, t.slip[i], stack)
         state.moving[i] = t.slides[i] != 0 or (state.moving[i] and abs(t.force[i]) >= least)
     if values[FORCE] > values[TOP]:

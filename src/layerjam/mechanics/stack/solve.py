@@ -297,8 +297,7 @@ def solve(
             snaps += 1
             if snaps > _SNAPS:
                 return code
-            # if all interfaces slid in one direction before and now slide in the other, the
-            # solution is between
+            # if all slid one way before and slide the other way now, the solution is in between
             cap = (cap + before) / 2
             # a sliding pattern is a poor initial guess for a reversal
             for i in range(n - 1):

@@ -1,8 +1,7 @@
 """Claims about procedures (friction tests, calibration, validation), tested on synthetic files.
 
 The paper's raw curves are not published. This module runs its procedure on files of a virtual test
-machine whose true values are the paper's results, and checks that the procedure recovers those
-results.
+machine whose true values are the paper's results, and checks that it recovers them.
 """
 
 from dataclasses import dataclass, replace

@@ -3,7 +3,7 @@
 The part of the occupant that the shoulder belt holds is one mass. In the car's frame it is driven
 by the car's deceleration and held by the belt: m x'' = m a(t) - g T(g x - slack). T is the belt's
 tension. g is the payout per metre of chest travel, and therefore also the ratio of the chest's
-force to T. Airbag, knees, pretensioner, chest compression and the part of the lap belt are ignored.
+force to T. Airbag, knees, pretensioner, chest compression and the lap belt's part are ignored.
 """
 
 import math
@@ -68,8 +68,8 @@ class SeatBelt(Machine):
     def trial(self) -> tuple[Trial, float]:
         """Return (the held part of the occupant in the pulse, its change of velocity [m/s])."""
         crash, belt = self.crash, self.belt
-        # at constant force, the stopping time is twice the distance divided by the speed; the
-        # rebound follows
+        # the stopping time at constant force is twice the space divided by the speed; then it
+        # rebounds
         after = crash.duration + 4 * self.limits.space / crash.change
         pulse = crash.pulse, crash.change, crash.duration
         push, dt, change = drive(*pulse, after, STEPS, self.folder)
