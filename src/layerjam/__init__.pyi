@@ -1755,9 +1755,9 @@ def tune(
     """Vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
 
     The mass arrives with `speed` or falls from `height`. If there is no such vacuum, `reason`
-    explains why and lists alternatives: the speeds that can be stopped, a different travel, a
-    different number of sheets, or more brakes in parallel, each as the only change. Each
-    alternative has been checked by tuning it.
+    explains why and lists alternatives: the speeds that can be stopped, or a different travel,
+    number of sheets or number of parallel brakes, each as the only change. Each alternative has
+    been checked by tuning it.
     """
 
 def rise(

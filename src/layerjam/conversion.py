@@ -86,7 +86,7 @@ def _unit_registry() -> Any:
 
 @functools.lru_cache(maxsize=512)
 def unit_factor(unit: str, si: str) -> Fraction | None:
-    """Return the factor from `unit` to the SI unit `si`, or None for another dimension or unit.
+    """Return the factor from `unit` to the SI unit `si`, or None if no factor exists.
 
     The factor is the decimal that pint prints, so "mm" is exactly 1/1000.
     """
@@ -114,7 +114,7 @@ def factor_by_pint(unit: str, si: str) -> Fraction | None:
     if not isinstance(factor, int | float) or not math.isfinite(factor) or factor <= 0:
         return None
     if registry.Quantity(0, registry.parse_units(text)).to(_to_pint_name(si)).magnitude != 0:
-        return None  # a scale with another zero, such as °C, has no factor
+        return None  # a scale with a different zero, such as °C, has no factor
     # pint multiplies floats: 14 digits undo its rounding (g/cm^3 comes as 999.9999999999999)
     return Fraction(f"{factor:.14g}") if isinstance(factor, float) else Fraction(factor)
 
@@ -132,8 +132,8 @@ def strip_unit(value: Any, si: str, name: str) -> Any:
     """Return the SI number or array of a value that has its unit; other values are unchanged.
 
     Units are read from pint and astropy quantities, and from a DataArray or Series whose
-    `attrs["units"]` names its unit. A DataArray remains one. Raises QuantityError for a unit of
-    another dimension, for an unknown unit, and for a table.
+    `attrs["units"]` names its unit. A DataArray remains one. Raises QuantityError for a unit of the
+    wrong dimension, for an unknown unit, and for a table.
     """
     if hasattr(value, "columns") or hasattr(value, "data_vars"):
         kind = type(value).__name__
@@ -168,7 +168,7 @@ def _convert_object(value: Any, number: str, si: str, name: str) -> Any:
 
 
 def _convert_labelled(value: Any, si: str, name: str) -> Any:
-    """Return a labelled array in SI if its attribute `units` names another unit."""
+    """Return a labelled array in SI if its attribute `units` names a different unit."""
     unit = value.attrs.get("units") if si else None
     if isinstance(unit, Mapping):
         unit = unit.get(value.name)

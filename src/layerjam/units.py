@@ -326,7 +326,7 @@ def quantity(
 
 
 def like(spec: QuantitySpec, text: str = "", *, default: Any = MISSING) -> Any:
-    """Return a field of a quantity that is defined elsewhere, with another description."""
+    """Return a field of a quantity that is defined elsewhere, with a different description."""
     return field(default=default, metadata={"quantity": replace(spec, text=text or spec.text)})
 
 

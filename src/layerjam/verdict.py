@@ -85,7 +85,7 @@ class Acceptance:
 
     @classmethod
     def read(cls, row: Any) -> Self:
-        """Return the acceptance in one [[accepted]] table; raises QuantityError for another."""
+        """Return the acceptance in an [[accepted]] table; QuantityError if the table is invalid."""
         texts = ("check", "reason", "date")
         numbers = row.get("numbers", []) if isinstance(row, dict) else None
         if (

@@ -33,13 +33,12 @@ ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "latin-1", "cp1252", "cp932")
 class Layout:
     """Layout of a software: the lines above its numbers, its columns, and its defaults.
 
-    `head` contains the lines above the numbers: "|" marks a new cell, and words in braces are
-    replaced in each file (see `_header_values`). `columns` contains the format of each column: t,
-    time [s]; x, travel [mm]; m, travel [m]; f, force [N]. testXpert also has c, the absolute
-    crosshead [mm], X and F, its travel and force. `name` and `unit` are the formats of a cell
-    with a name or a unit, `second` is the unit of time. `english` are the names of time, travel and
-    force if they differ from `LANGUAGES`. `fixed` means that encoding, decimal
-    sign and language cannot change.
+    `head` contains the header lines: "|" marks a new cell, and words in braces are replaced in each
+    file (see `_header_values`). `columns` contains the format of each column: t, time [s]; x,
+    travel [mm]; m, travel [m]; f, force [N]. testXpert also has c, the absolute crosshead [mm], X
+    and F, its travel and force. `name` and `unit` are the formats of a cell with a name or a unit,
+    `second` is the unit of time. `english` are the names of time, travel and force if they differ
+    from `LANGUAGES`. `fixed` means that encoding, decimal sign and language cannot change.
     """
 
     about: str

@@ -36,7 +36,7 @@ def read_spec(path: str | Path) -> Spec:
     """Return the campaign in a TOML file; paths of brakes are relative to its folder.
 
     Raises FileError, with file and line, if the text is not TOML, a key is unknown, or a value
-    lacks a unit, is out of bounds or contradicts another.
+    lacks a unit, is out of bounds or contradicts another value.
     """
     path = Path(path)
     return parse_spec(read_text(path), path, path.parent)

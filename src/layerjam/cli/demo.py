@@ -51,8 +51,8 @@ MARKER = ".made-by-layerjam-demo"
 def _prepare_folder(out: Path) -> None:
     """Make an empty folder `out` with the demo's marker.
 
-    Removes the files of an earlier demo. Raises FileError, and changes nothing, if another folder
-    or file is there.
+    Removes the files of an earlier demo. Raises FileError, and changes nothing, if a different
+    folder or file is there.
     """
     check_name(out)
     if out.is_symlink() or (out.exists() and not out.is_dir()):

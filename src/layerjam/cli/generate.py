@@ -29,7 +29,7 @@ from layerjam.errors import FileError, QuantityError
 from layerjam.system import check_name, is_reader_gone, report_failure, typed_line
 
 TYPED: ContextVar[tuple[str, ...]] = ContextVar("TYPED", default=())
-"""The typed words, set by `main`, because a program may call it with another `sys.argv`."""
+"""The typed words, set by `main`, because a program may call it with a different `sys.argv`."""
 
 
 def print_result(result: Any, as_json: bool) -> int:
@@ -80,7 +80,7 @@ def check_figure(path: Path | None, overwrite: bool) -> None:
 
 
 def check_target(path: Path | None, overwrite: bool, endings: tuple[str, ...]) -> None:
-    """Reject an output file of another kind, or one that exists unless `overwrite`."""
+    """Reject an output file of the wrong kind, or one that exists unless `overwrite`."""
     if path is None:
         return
     if path.suffix.lower() not in endings:

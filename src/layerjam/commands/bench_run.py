@@ -282,7 +282,7 @@ def _open_crosshead(
 def _resolve_address(address: str, steps: Procedure) -> Address:
     """Return the address, with the vacuum at which a virtual line is linearised.
 
-    That is the regulator's vacuum, unless the address states another.
+    That is the regulator's vacuum, unless the address states a different one.
     """
     target = address_of(address)
     highest = steps.highest_vacuum()

@@ -45,7 +45,7 @@ def edit(
     kind: str = "assumed",
     source: str = "",
 ) -> EditedFile:
-    """Return a brake with another name and other numbers.
+    """Return a brake with a different name and different numbers.
 
     `changes` maps a dotted path to text with a unit, an SI number or None. None means unknown, or
     the value of the material or the default. `kind` and `source` state the source of the new

@@ -38,7 +38,7 @@ FREQUENCIES = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 
 @options
 class ScheduledSettings(RegulatorSettings):
-    """Settings of the regulator; its gain follows the vacuum unless another law is chosen."""
+    """Settings of the regulator; its gain follows the vacuum unless a different law is chosen."""
 
     kind: Annotated[Literal["bang-bang", "pi", "scheduled"], Help("The control law.")] = "scheduled"
 

@@ -105,7 +105,7 @@ class Grid:
             yield "  ".join(f"{cell:>{width}}" for cell, width in zip(row, wide, strict=True))
 
     def panes(self, name: str, value: Any, unit: str) -> "list[Pane]":
-        """Return panes of a number versus the first dimension, with a curve for each other case."""
+        """Return panes of a number versus the first dimension, with one curve for each case."""
         from layerjam.report.chart import Curve, Pane
         from layerjam.report.style import CYCLE
 

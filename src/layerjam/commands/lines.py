@@ -27,7 +27,7 @@ def line_file(line: AnyLine, atmosphere: float | str | None = None) -> LineFile:
 
 
 def convert_line(value: AnyLine, arguments: Mapping[str, Any]) -> LineFile:
-    """Return the line of an argument, at the atmosphere that another argument gives."""
+    """Return the line of an argument, at the atmosphere that a second argument gives."""
     return line_file(value, arguments.get("atmosphere"))
 
 

@@ -200,7 +200,7 @@ class BrakeForce(Result):
     force: float = number("N", "force of the brake, both together")
 
     def draw(self) -> Figure:
-        """Return force versus slip, with the slip marked; for arrays, versus dimension one."""
+        """Return force versus slip, with the slip marked; for arrays, versus their first axis."""
         from layerjam.report import figures
 
         if self.grid is not None:

@@ -190,7 +190,7 @@ class Result:
 
     @classmethod
     def takes_beside(cls, kind: type[Result]) -> bool:
-        """Return whether curves of another kind of result can be added to those of this one."""
+        """Return whether curves of a different kind of result can be added to those of this one."""
         return kind is cls
 
     @accept_force

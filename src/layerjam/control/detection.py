@@ -26,7 +26,7 @@ from layerjam.mechanics.threads import cache_threadsafe
 IN_NOISE = 5.0
 """Number of standard deviations by which noise may mislead a detector."""
 WINDOW = 200
-"""Number of trial steps that a healthy pump must need at least for one decision step."""
+"""Number of trial steps in one decision step of a healthy pump; fewer if samples are longer."""
 SURE = 0.02
 """Relative margin on a block's limit in its trial, and on the time of another fault."""
 FINE = 0.01

@@ -23,7 +23,7 @@ _S30, _S27, _S31, _S11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(
 _LAYER = np.uint64(255)
 LAYERS = 256
 EDGE = 3.6541528853610088
-"""End of the lowest layer and start of the tail, such that the 256 layers have equal area."""
+"""End of the lowest layer and start of the tail, such that the 256 layers have the same area."""
 
 
 def _layers() -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:

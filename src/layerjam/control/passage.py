@@ -5,8 +5,8 @@ With p = atmosphere - v of chamber and side (the tube's gas, where pump and vent
     v' = passes (p^2 - s^2) - leak v,
     volume w' = -passes (p^2 - s^2) + u k (top - w) - vent w,    s = atmosphere - w,
 
-all rates over the chamber's volume. The rise that the law expects is proportional to the pump
-command and falls linearly with the vacuum; behind a tube it is at most a parabola (`owed_rise`).
+all rates per chamber volume. The rise that the law expects is proportional to the pump command and
+falls linearly with the vacuum; behind a tube it is at most a parabola (`owed_rise`).
 """
 
 import functools

@@ -1,4 +1,4 @@
-"""Full and tuned vacuum for uncertain mass and speed: expected peak, risk of a full stroke.
+"""Full and tuned vacuum for uncertain mass and speed: expected peak and probabilities.
 
 Mass and speed are independent and log-normal with the mean and standard deviation given. Means are
 taken over a Fibonacci lattice of quantiles, shifted at random (Cranley and Patterson 1976) `SHIFTS`

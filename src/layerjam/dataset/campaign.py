@@ -41,8 +41,8 @@ class Campaign:
 def read_campaign(folder: str | Path, options: ReadingOptions) -> Campaign:
     """Return the files of a folder; one with a normal force is a friction test, others are pulls.
 
-    A file is a measurement if it has a sidecar or a reader can open it. Hidden files and
-    links are left out. Raises FileError if there is no such folder, or no measurement in it.
+    A file is a measurement if it has a sidecar or a reader can open it. Hidden files and links are
+    left out. Raises FileError if there is no such folder, or no measurement in it.
     """
     root = Path(folder)
     if not root.is_dir():

@@ -296,7 +296,7 @@ def _page_text(page: Any) -> str:
 
 
 def find_other_page(old: bytes, new: bytes) -> int | None:
-    """Return the first page (from 1) on which two PDFs with equal text look different, or None."""
+    """Return the first page (from 1) on which two PDFs of the same text look different, or None."""
     import numpy as np
     import pypdfium2
 

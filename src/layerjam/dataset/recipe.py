@@ -86,7 +86,7 @@ def read_recipe(folder: Path) -> Recipe:
 
 
 def _check_value(path: Path, name: str, value: Any) -> Any:
-    """Return a value of the type of its field; FileError for another type."""
+    """Return a value of the type of its field; FileError for any other type."""
     if name == "stated":
         try:
             return value and Details.read(value)

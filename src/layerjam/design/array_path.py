@@ -1,6 +1,6 @@
 """Force path of a chain of brakes: which stage slips at each elongation while others relax.
 
-Every brake is a polyline of force over elongation from the pull law; all later steps are exact on
+Every brake is a polyline of force versus elongation from the pull law; all later steps are exact on
 polylines. A brake's force rises to a peak and then falls, so only one stage of a series can slide
 downhill at a time: the weakest. The path alternates between rising to the lowest next peak and
 falling to the valley after it, until every stage is at its end.

@@ -17,7 +17,7 @@ from layerjam.units import get, quantities
 from layerjam.verdict import Acceptance, remaining
 
 CARRIED = (*OF_A_FIT, "stiffness_measured", "fittings_mass")
-"""Numbers of one built brake that another brake need not share."""
+"""Numbers of one built brake that may differ for another brake."""
 
 
 def design_file(

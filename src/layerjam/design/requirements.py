@@ -52,7 +52,7 @@ class Constraint:
 
 
 BUILDABLE = Constraint("buildable", False, 1.0)
-"""Constraint that `build` neither rejects a design nor computes that it is too weak."""
+"""Constraint that `build` neither rejects a design nor fails it as too weak."""
 DEFAULTS = ("buildable", "drawn_mass")
 """Names with which a request turns off `BUILDABLE`, and limits on the mass as drawn."""
 
@@ -124,7 +124,7 @@ class ObjectiveSpec(AsItIs):
 
 
 def _match_form(pattern: str, text: object, name: str, kind: str, form: str) -> tuple[str, ...]:
-    """Return the parts of a sentence; raises QuantityError if it has another form."""
+    """Return the parts of a sentence; raises QuantityError if it has a different form."""
     if not isinstance(text, str):
         raise QuantityError.of(name, "must be a list of texts in quotes")
     match = re.fullmatch(pattern, text)

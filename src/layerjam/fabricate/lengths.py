@@ -298,9 +298,9 @@ def _side_lengths(brake: Brake, build: Build, name: str) -> Side:
 def _neck_axes(aspect: Any, girth: Any, flattest: float) -> tuple[Any, Any]:
     """Return half axes of an ellipse of a given girth, as flat as the cap if the seal allows this.
 
-    A tie presses least at the flattest point, with its tension over its width and the radius a²/b
-    there; `flattest` is the greatest such radius [mm] that seals. A flatter shape is made rounder
-    until it seals, and circular below `ROUND_BELOW`.
+    A tie presses least at the flattest point, with its tension divided by its width and the radius
+    a²/b there; `flattest` is the greatest such radius [mm] that seals. A flatter shape is made
+    rounder until it seals, and circular below `ROUND_BELOW`.
     """
     shape = np.clip(aspect, 1.0, FLATTEST)
     shape = np.minimum(shape, flattest * ellipse_girth(1.0, 1 / shape) / girth)

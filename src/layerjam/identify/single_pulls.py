@@ -69,7 +69,7 @@ class SinglePull:
 
     `factor` and `stiffness` are from its peak and its slope. `shape` is the relative deviation of
     the scale factor after the peak from the peak's. `seating` is the relative excess of the slope
-    in the rise's upper half over the lower. `recorded_speed` is from its time column. At
+    in the rise's upper half over that in the lower. `recorded_speed` is from its time column. At
     `vacuum_of_peak` its peak would give the others' scale factor. `verdicts` has all of `TESTS`.
     """
 

@@ -86,7 +86,7 @@ def cache() -> Path:
 
 
 def cross_compiler(target: str) -> tuple[str, ...]:
-    """Return the command that compiles for another machine, such as "aarch64-macos".
+    """Return the command that compiles for a different machine, such as "aarch64-macos".
 
     Raises CompilerError if the Python package ziglang, the only cross-compiler, is missing.
     """
@@ -111,8 +111,8 @@ def library(
     """Return the path of a shared library of C sources; compile it unless it is in the cache.
 
     A change of a file in the folders of the sources or in `includes`, or of the compiler, compiles
-    it again. `target` names another machine, as in `cross_compiler`. Raises CompilerError with the
-    compiler's message, or if it takes longer than `limit` [s].
+    it again. `target` names a different machine, as in `cross_compiler`. Raises CompilerError with
+    the compiler's message, or if it takes longer than `limit` [s].
     """
     command = compiler() if target is None else cross_compiler(target)
     options = [*FLAGS, *flags, *(f"-D{name}" for name in defines)]

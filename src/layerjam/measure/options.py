@@ -34,7 +34,7 @@ class ColumnEntry:
 @explain_arguments
 @dataclass(frozen=True, kw_only=True)
 class ReadingOptions:
-    """Options for ambiguities of a file; with an empty one or None the file decides.
+    """Options for ambiguities of a file; with an empty option or None, the file determines it.
 
     `negative` lists those of "force" and "elongation" that the machine counts with the opposite
     sign. `columns` assigns the columns, in order (``time:ms,skip,force:N``) or by name
@@ -84,7 +84,7 @@ class ReadingOptions:
     def entries(self, roles: Mapping[str, str]) -> dict[str, ColumnEntry]:
         """Return {role: entry of its column} for the required `roles` {role: SI unit}.
 
-        Raises QuantityError for an invalid entry, for a unit of another role, and for a role that
+        Raises QuantityError for an invalid entry, for a unit of the wrong role, and for a role that
         appears twice.
         """
         order, out = self.by_order, {}

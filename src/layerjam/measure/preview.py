@@ -80,7 +80,7 @@ def read_column(
 ) -> Array:
     """Return the numbers of one column of a file's largest table, in SI units.
 
-    Raises FileError if they are not numbers, or the unit has another dimension.
+    Raises FileError if they are not numbers, or the unit has the wrong dimension.
     """
     source = max(load_sources(path), key=lambda s: len(s.data))
     lines, block = _largest_block(source)

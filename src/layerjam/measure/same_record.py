@@ -50,7 +50,7 @@ class Records:
 
 
 def is_same_record(first: Trace, second: Trace) -> bool:
-    """Return whether two traces are the same record: equal up to noise, with the same noise."""
+    """Return whether two traces are the same record: the same up to noise, with the same noise."""
     return noise_correlation(first, second) >= ALIKE
 
 
@@ -84,7 +84,7 @@ def _rising_part(trace: Trace, clock: str) -> tuple[Array, Array] | None:
 def _correlations(curve: tuple[Array, Array], other_curve: tuple[Array, Array]) -> Iterator[float]:
     """Yield the correlations of the noise with the same clock origin, and with the same start.
 
-    A record of which every n-th sample was stored may start with another sample.
+    A record of which every n-th sample was stored may start with a different sample.
     """
     yield 0.0
     dense, sparse = sorted((curve, other_curve), key=lambda pair: _clock_step(pair[0]))

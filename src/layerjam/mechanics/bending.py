@@ -102,7 +102,7 @@ def _shear_force(bend: Any, flow: Any, brake: Brake) -> Any:
 def shear_at_first_slip(vacuum: Any, brake: Brake) -> Any:
     """Return the transverse force [N] at which the innermost interfaces slip; vacuum [Pa].
 
-    It is (2/3) a mu_k P W n t, over 1 - 1/n^2 for odd n: the parabolic shear stress in a beam
+    It is (2/3) a mu_k P W n t, divided by 1 - 1/n^2 for odd n: the parabolic shear stress in a beam
     reaches the friction in the middle. The enclosure bends with the sheets and carries its share.
     """
     bend = _first_slip(_shear_flow(vacuum, brake), brake)
@@ -312,8 +312,8 @@ def turning_moment(angle: Any, slip: Any, vacuum: Any, brake: Brake) -> Any:
 def _lap_joints(stretch: Any, bend: Any) -> Any:
     """Return the fraction of the slip moment; `stretch` is that of the outermost fibre.
 
-    A fibre at the fraction h of the height has T + b T^2 = h times `stretch`, up to T = 1.
-    The moment is the integral of 2 h T over h, written in T.
+    A fibre at the fraction h of the height has T + b T^2 = h times `stretch`, up to T = 1. The
+    moment is the integral of 2 h T over h, written in T.
     """
     safe = jnp.where(stretch > 0, stretch, 1.0)
     pull = jnp.minimum(safe, 1 + bend)

@@ -24,7 +24,7 @@ def friction_per_contact(vacuum: Any, brake: Brake) -> Any:
     """Return the friction per metre of overlap c [N/m] of all interfaces together.
 
     It includes the calibration factor and `friction_factor`. With a `speed_law` the value applies
-    at its `test_speed`; multiply it by `growth` for another speed.
+    at its `test_speed`; multiply it by `growth` for a different speed.
     """
     c = brake.scale_factor * brake.film.kinetic * (brake.sheets.count - 1)
     c = c * brake.sheets.width * pressure_on_sheets(vacuum, brake)

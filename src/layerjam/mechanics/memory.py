@@ -35,7 +35,7 @@ PIECES = 2 * DEPTH + 5
 """Largest number of pieces of tension that are stored, including the middle of the face."""
 CLOSE = 1e-9
 """Relative difference within which two numbers count as equal. Histories reach equalities exactly
-(a loop that closes), and rounding must not set the next step."""
+(a loop that closes), and rounding must not affect the next step."""
 CLOSE_IN_SINGLE = 1e-4
 """The same for single precision."""
 
@@ -104,7 +104,7 @@ def _sum_nearer(values: Any) -> Any:
 
 
 def _with_piece(state: Memory, place: Any, end: Any, slope: Any) -> Memory:
-    """Return the state with a piece stored at an index, now the index of the last valid one."""
+    """Return the state with a piece at an index; that index becomes the last valid one."""
     is_place = _places(state) == place
     return state._replace(
         ends=jnp.where(is_place, end, state.ends),

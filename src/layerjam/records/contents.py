@@ -48,7 +48,7 @@ BOARD = {"serial": "board", "model": "model", "firmware": "firmware"}
 
 
 def check_whole(path: str) -> None:
-    """Raise FileError for a run of which a part is in another file."""
+    """Raise FileError for a run of which a part is in a separate file."""
     log = Path(f"{path}-wal")
     if log.exists() and log.stat().st_size:
         close = ("sqlite3", Path(path).name, "PRAGMA journal_mode = DELETE")

@@ -109,7 +109,7 @@ def default_file() -> Path:
 def database_url(db: str | Path | None) -> URL:
     """Return the database of a URL or of a path to a SQLite file.
 
-    Raises RecordsError for a URL of another kind, MissingExtraError if psycopg is not installed.
+    Raises RecordsError for an unsupported URL, MissingExtraError if psycopg is not installed.
     """
     if db is None:
         return URL.create("sqlite", database=str(default_file()))

@@ -33,8 +33,8 @@ class Piece:
 class Content:
     """A file: `file` are the columns of `files`, `piece` its record, if it is one.
 
-    `others` are independent records inside it, by their role as its source. `notes` are
-    messages about it.
+    `others` are independent records inside it, by their role as its source. `notes` are messages
+    about it.
     """
 
     path: str

@@ -135,8 +135,8 @@ class Part:
 class Page:
     """A page: `numbers` are (value, text) at the top, `verdicts` are texts with their class.
 
-    `key` explains the numbers, `identity` {label: text} identifies the document. `mark` appears
-    on every printed page.
+    `key` explains the numbers, `identity` {label: text} identifies the document. `mark` appears on
+    every printed page.
     """
 
     title: str

@@ -35,7 +35,7 @@ class Link(Protocol):
 
 
 def parse_check(answer: bytes) -> tuple[int, str]:
-    """Return number and text in the response to CHECK; LineError for another response."""
+    """Return number and text in the response to CHECK; LineError for any other response."""
     match = CHECKED.fullmatch(answer)
     if match is None:
         raise LineError(f"expected an error's number, got {answer[:60]!r}")
@@ -89,7 +89,7 @@ class SocketLink:
             self._authorise(read_token(address.options["token"]))
 
     def _authorise(self, token: str) -> None:
-        """Send the gateway's token; raises FileError if the gateway has another."""
+        """Send the gateway's token; raises FileError if the gateway has a different one."""
         self._socket.sendall(f'SYST:PASS:CEN "{token}"\nSYST:PASS:CEN:STAT?\n'.encode("ascii"))
         if self._answer() != b"1":
             self.close()

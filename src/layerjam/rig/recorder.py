@@ -282,7 +282,7 @@ def _ask_or_empty(bench: Bench, query: str) -> str:
 
 
 def check_board(bench: Bench, file: RunFile) -> None:
-    """Raise FileError if a file belongs to another board."""
+    """Raise FileError if a file belongs to a different board."""
     serial, actual = file.meta.get("board", ""), _identity(bench)[2]
     if serial != actual:
         raise FileError(file.path, f"is of the board {serial}, and {bench.address} is {actual}")
@@ -302,7 +302,7 @@ def log(
     """Record a bench that another client commands, until `duration` [s of the board] or a signal.
 
     SIGINT and SIGTERM end it. It tries for `patience` [s] to restore a lost connection, and rejects
-    another board at the address. Raises FileError if the file or the bench is not available.
+    a different board at the address. Raises FileError if the file or the bench is not available.
     """
     with Stop() as stop:
         bench = open_bench(address)

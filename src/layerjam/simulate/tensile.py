@@ -153,7 +153,7 @@ def tensile(
     CLOSED_BY_SLEEVE (unloaded, the enclosure pulled the brake back) or SNAPS (the brake's force
     falls faster than the rig relaxes; the record ends before it). Raises QuantityError for a vacuum
     above the site's atmosphere, and ProcedureError if nested turns exceed the memory of the
-    enclosure. With a hyperelastic enclosure, raises an error if the vacuum falls.
+    enclosure. With a hyperelastic enclosure, a falling vacuum also raises ProcedureError.
     """
     brake = file.brake
     highest, atmosphere = procedure.highest_vacuum(), brake.site.atmosphere

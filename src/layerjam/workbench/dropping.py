@@ -1,4 +1,4 @@
-"""Files dropped anywhere in the window, on any tab; the content decides where each belongs."""
+"""Files dropped anywhere in the window, on any tab; the content determines where each belongs."""
 
 import asyncio
 from collections.abc import Callable

@@ -32,7 +32,7 @@ class Runner:
         show: Callable[[Any, str], None],
         in_thread: Callable[[Callable[[], Any]], Awaitable[Any]],
     ) -> None:
-        """`in_thread` awaits a function in another thread."""
+        """`in_thread` awaits a function in a separate thread."""
         self._compute, self._show, self._elsewhere = compute, show, in_thread
         self.running = self._again = False
         self.stopping = threading.Event()

@@ -233,7 +233,7 @@ class CameraView:
         self._fit(0.3)
 
     def _fit(self, duration: float) -> None:
-        """Move the camera as near as the whole brake stays visible, within `duration` [s]."""
+        """Move the camera as close as the whole brake allows, within `duration` [s]."""
         if self._corners is not None:
             args = json.dumps([*self._corners, self._view, duration])
             self.scene.client.run_javascript(

@@ -51,8 +51,8 @@ def make_estimates(
     `scatter` is the standard error from the scatter between curves alone, with its degrees of
     freedom. `groups` are the places of the curves of each condition, `mountings` those of each
     mounting, on which intervals are based. For `logarithmic` values the logarithm is estimated.
-    `common_errors` {name: relative standard uncertainty} is common to all curves, so that
-    their scatter does not contain it.
+    `common_errors` {name: relative standard uncertainty} is common to all curves, so that their
+    scatter does not contain it.
     """
     common_errors = common_errors or {}
     values: dict[str, float] = {}
@@ -118,8 +118,8 @@ def make_interval(
 ) -> Interval | None:
     """Return the interval of a value from its standard error and degrees of freedom.
 
-    `common` is the relative standard uncertainty that the scatter does not contain. It
-    counts as known exactly.
+    `common` is the relative standard uncertainty that the scatter does not contain. It counts as
+    known exactly.
     """
     if error is None:
         return None

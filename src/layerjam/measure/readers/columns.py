@@ -1,8 +1,8 @@
 """Assignment of columns to quantities, by units first, then by names in several languages.
 
 A unit has priority over a name: a column in s is the time, whatever its name. Among several columns
-of one dimension the name decides (standard travel before the absolute crosshead), and the trace
-states the choice. If neither decides, the reader asks the user and never guesses.
+of one dimension, the name determines the choice (standard travel before the absolute crosshead),
+and the trace states the choice. If neither decides, the reader asks the user and never guesses.
 """
 
 import re
@@ -29,8 +29,8 @@ from layerjam.measure.trace import Array
 class Want:
     """A required quantity: its SI unit, possible units, and names of its column.
 
-    `words` is a pattern for names in lower case without accents, `avoid` one for names with another
-    meaning. An `optional` one may be missing. A pure number (SI unit "1") needs no unit.
+    `words` is a pattern for names in lower case without accents, `avoid` one for names with a
+    different meaning. An `optional` one may be missing. A pure number (SI unit "1") needs no unit.
     """
 
     role: str
@@ -51,7 +51,7 @@ class Want:
         return re.search(self.words, plain_words(name)) is not None
 
     def rank(self, name: str) -> int | None:
-        """Return the rank of a name, 0 for the best; None if it has another meaning."""
+        """Return the rank of a name, 0 for the best; None if it has a different meaning."""
         if self.avoid and re.search(self.avoid, plain_words(name)):
             return None
         return int(not self.named(name))
@@ -71,7 +71,7 @@ class MachineWant(Want):
         return role_of_name(name) == self.role
 
     def rank(self, name: str) -> int | None:
-        """Return the rank of a name, 0 for the best; None if it has another meaning."""
+        """Return the rank of a name, 0 for the best; None if it has a different meaning."""
         return _rank(self.role, name)
 
 
@@ -397,7 +397,7 @@ def role_of_name(name: str) -> str | None:
 
 
 def _rank(role: str, name: str) -> int | None:
-    """Return the rank of a name for a role, 0 for the best; None if it has another meaning."""
+    """Return the rank of a name for a role, 0 for the best; None if it has a different meaning."""
     text = _strip_origin(normalise_name(name))
     if role == "time":
         if re.fullmatch(r"(time|zeit|temps|tiempo|tempo|prufzeit|testzeit|temps d'essai)", text):

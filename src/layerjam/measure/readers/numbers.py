@@ -65,7 +65,7 @@ def _read_written(
 
 
 def are_equal_columns(rows: Rows, columns: Sequence[Column], decimal: str | None) -> bool:
-    """Return whether columns are equal to a ten-thousandth, apart from their origins."""
+    """Return whether columns agree to a ten-thousandth, apart from their origins."""
     try:
         first, *others = (v - v[0] for v in read_columns(rows, columns, decimal))
     except FileError:
@@ -165,7 +165,7 @@ def _read_cells(rows: Rows, columns: Sequence[Column], style: Style) -> list[Arr
 
 
 def clock_seconds(cell: str) -> float | None:
-    """Return a clock time such as 00:53:18.250 [s]; None for another text."""
+    """Return a clock time such as 00:53:18.250 [s]; None for any other text."""
     match = _CLOCK.fullmatch(cell)
     if match is None:
         return None

@@ -132,7 +132,7 @@ def _read_sheets(sources: list[Source], options: ReadingOptions) -> list[Specime
 def read_own(source: Source, options: ReadingOptions) -> Trace:
     """Return the measurement of this program's own file, with exact names (`force`).
 
-    Raises FileError if a column is missing or its unit has another dimension.
+    Raises FileError if a column is missing or its unit has the wrong dimension.
     """
     table = _read_head(source)
     names, entries = table.header.names, options.entries(ROLES)

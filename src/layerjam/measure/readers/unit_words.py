@@ -93,7 +93,7 @@ PRESSURE = re.compile(
 
 @lru_cache(maxsize=4096)
 def convert(unit: str, si: str) -> tuple[Fraction, float] | None:
-    """Return (factor, offset) with SI value = factor * value + offset; None if another dimension.
+    """Return (factor, offset) with SI value = factor * value + offset, or None.
 
     In addition to all units it accepts machines' spellings of time, length and force, °C and °F, g
     as an acceleration, bara and barg.

@@ -3,7 +3,7 @@
 A face is an elastic strip between the sheet it touches and the opposite cap. Over its gap x it
 carries f(x) in first loading (half of `enclosure.backbone`). After a turn at (x_r, F_r) it carries
 F_r -/+ 2 f(|x - x_r|/2), until it meets an older loop, which then continues. The kernels use the
-inverse, gap over force, which is smooth where the square root is not.
+inverse, gap versus force, which is smooth where the square root is not.
 """
 
 from typing import Any, NamedTuple

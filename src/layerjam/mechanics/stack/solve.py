@@ -27,7 +27,7 @@ CAP, FORCE, ELONGATION, WORK, HEAT, STORED, SLACK, TOP, TOP_ELONGATION, TOP_SLIP
 """Places in `State.values`; the first two also in `Trial.values`."""
 _ROUNDS = 150
 _SNAPS = 40
-"""Number of attempts to find another pattern before the mount counts as too soft."""
+"""Number of attempts to find a different pattern before the mount counts as too soft."""
 # tolerances against rounding, relative to the friction and to spring times cap
 _TIGHT, _ROUNDED = 1e-11, 4e-16
 

@@ -1,8 +1,8 @@
 """Motion in time of a mass on rope and brake: any vacuum, damping, rebound, slack rope (ours).
 
 The brake's force depends only on its path. A step finds the elongation at which its mean force
-(work over distance) equals the force that slows the mass. Work and heat are exact along the path,
-so that energy is conserved to rounding with any step; the error of time is of second order.
+(work per distance) equals the force that slows the mass. Work and heat are exact along the path, so
+that energy is conserved to rounding with any step; the error of time is of second order.
 
 Without rope damping, rope and brake are one spring, as in the exact stop. With it, the rope is a
 parallel spring and damper (it only pulls) in series with the brake.

@@ -11,7 +11,7 @@ from layerjam.measure.log import ACCELERATION, TIME, read_log
 Array = npt.NDArray[np.float64]
 SHAPES = ("half-sine", "haversine", "trapezoid")
 RAMP = 0.2
-"""Fraction of a trapezoid's duration in which it rises; it falls for as long (assumed)."""
+"""Fraction of a trapezoid's duration in which it rises; it falls for the same time (assumed)."""
 
 
 def pulse(shape: str, change: float, duration: float, time: Array) -> Array:

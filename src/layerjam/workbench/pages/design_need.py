@@ -294,7 +294,7 @@ class NeedPart(Part):
         ui.download.content(text.encode(), f"{name}.toml", "application/toml")
 
     def pick(self, number: int) -> None:
-        """Select another design."""
+        """Select a different design."""
         self.desk.put(PAGE, "picked", float(number))
 
     def _on_click(self, event: events.EChartPointClickEventArguments) -> None:
