@@ -88,7 +88,7 @@ def _split_holdout(
         try:
             trace = source if isinstance(source, Trace) else read_trace(source, reading)
         except LayerjamError:
-            kept_pulls.append(source)  # it is rejected later, with a reason, when it is used
+            kept_pulls.append(source)  # the file is rejected later, with a reason, when it is used
             continue
         facts = asdict(replace(trace.facts, speed=crosshead_speed(trace)))
         if facts["vacuum"] is not None:

@@ -41,7 +41,7 @@ class Bill(NamedTuple):
     tools: Any
     """Volume of mould and core, which serve any number of brakes [m³]."""
     mass: Any
-    """Mass as drawn, over parts of known mass [kg]."""
+    """Mass as drawn, of the parts with known mass [kg]."""
     margin: Any
     """Smallest margin of all checks of `build`; below 1 a check fails or the brake is rejected."""
 

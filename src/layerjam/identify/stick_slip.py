@@ -62,8 +62,8 @@ class SawTeeth:
     errors from their scatter. `spacing` is the crosshead's travel between two slips [m], `period`
     the time [s] or None if the record has no time. `rising_share` is the rising fraction of a
     tooth, `irregularity` the relative scatter of the spacing. `growth` is the exponent with which
-    the rises grow with their swings, 1 if the sheets stick, 0 for a machine's teeth; None if the
-    teeth are too few or too similar to show it. `peaks` and `troughs` are indices into the stretch.
+    the rises grow with their swings: 1 if the sheets stick, 0 for a machine's teeth, None if too
+    few or too similar teeth show it. `peaks` and `troughs` are indices into the stretch.
     """
 
     upper: float

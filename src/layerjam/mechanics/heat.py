@@ -1,6 +1,6 @@
 """Heat of a stop in the sheets: temperature rise, and allowed stops per minute.
 
-The rise is adiabatic: a stop lasts tens of milliseconds, and heat takes some ten seconds through
+The rise is adiabatic: a stop lasts tens of milliseconds, and heat takes about ten seconds through
 stack and enclosure, so it stays where it is generated. All of it is assigned to the sheets, even
 the part that warms the enclosure, so the mean is slightly high. Between stops the enclosure
 releases the heat to the air.
@@ -62,7 +62,7 @@ def local_rise(slip: Any, vacuum: Any, brake: Brake) -> Any:
 
     This is the hottest place: both faces take half of the friction's work per area, a mu_k P d, and
     no heat is conducted along the film. Slip and vacuum [Pa] broadcast. The surface itself is
-    warmer for some milliseconds, and the contact spots warmer still; neither is modelled.
+    warmer for a few milliseconds, and the contact spots warmer still; neither is modelled.
     """
     sheets = brake.sheets
     # the friction law includes the pressure exponent

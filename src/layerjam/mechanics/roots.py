@@ -86,7 +86,7 @@ def newton_root(
 
 
 class Bracket(NamedTuple):
-    """State of a search by false position; arrays of one shape."""
+    """State of a search by false position; arrays of the same shape."""
 
     turn: Any
     low: Any

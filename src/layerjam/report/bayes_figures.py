@@ -122,7 +122,7 @@ def bands(fit: BayesFit, curves: Sequence[Curve], samples: int = 900) -> style.F
 def deviations(fit: BayesFit, curves: Sequence[Curve], samples: int = 400) -> style.Figure:
     """Draw the deviation of measured curves from the next pull's median, a panel per vacuum.
 
-    Deviations are in percent of the greatest force; curves are means over some tens of samples.
+    Deviations are in percent of the greatest force; curves are means over a few tens of samples.
     """
     shown_levels = _levels(fit, curves)[:4]
     figure, panels = style.canvas(

@@ -157,7 +157,7 @@ class _Pen:
         self.tag(right, use)
 
     def power(self, x: float, y: float) -> None:
-        """Draw 12 V, fuse, emergency stop, the converter, pump and valve with their switches."""
+        """Draw the 12 V supply, fuse, emergency stop, converter, pump and valve with switches."""
         self.text(
             x, y + 1.6, ("Power: the emergency stop disconnects pump and valve, not the board"), 13
         )

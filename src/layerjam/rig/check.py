@@ -101,7 +101,7 @@ def check_bench(
     lag: float = 0.0,
     tune: bool = False,
 ) -> Checked:
-    """Drive pump and vent for some seconds and return the findings; the bench is SAFE afterwards.
+    """Drive pump and vent for a few seconds and return the findings; the bench is SAFE afterwards.
 
     `vent_rest` is the position of the vent valve without power, if the board has no setting for it.
     `plant` is the expected line, and `lag` [s] that of its sensor. With `tune`, the measured values

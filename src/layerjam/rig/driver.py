@@ -234,7 +234,7 @@ class Bench:
         self.tell("SYST:LOCK:REL")
 
     def wait(self, seconds: float, *, until: float | None = None) -> float:
-        """Keep the lease alive for some seconds of the host's clock; return the last vacuum [Pa].
+        """Keep the lease alive for a time [s] of the host's clock; return the last vacuum [Pa].
 
         The wait ends as soon as the vacuum rises to `until` [Pa]. Raises TrippedError if a fault
         puts the bench into its safe state.

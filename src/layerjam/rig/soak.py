@@ -93,7 +93,7 @@ def soak(
     seed: int = 0,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> Soaked:
-    """Run a board for some hours of its time under one regulator; no fault is expected.
+    """Run a board for a number of hours of its time under one regulator; no fault is expected.
 
     An interrupt from the keyboard returns the results so far. Raises QuantityError for an address
     that is not a virtual board, FileError and LineError.

@@ -53,7 +53,7 @@ def crash(record: DropRecord) -> Crash | None:
     brake_stretch = float(record.force[-1]) / float(working_stiffness(record.brake.brake))
     stretch = float(record.travel[-1] - record.slip[-1]) - brake_stretch
     speed = float(record.speed_of_mass[-1])
-    # the weight minus the force in the rope, in whose equilibrium the mass is `sag - stretch` lower
+    # the weight minus the rope's force; in equilibrium the mass is `sag - stretch` lower
     left = system.stiff * (sag - stretch)
     if system.square <= 0:  # there is no swing, so sample densely within the damper's response time
         slow = system.stiff / (system.decay + math.sqrt(-system.square))

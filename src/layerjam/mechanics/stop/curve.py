@@ -171,7 +171,7 @@ def _pace(point: FirstLoading, load: Mass) -> Any:
 
 
 def stop_along(vacuum: Any, brake: Brake, load: Mass) -> Stop:
-    """Return the outcome at a vacuum [Pa]; all of one shape except the numbers of the brake.
+    """Return the outcome at a vacuum [Pa]; all of the same shape except the numbers of the brake.
 
     NOT_A_CASE if the mass would stretch the enclosure beyond the strain that was fitted.
     """

@@ -41,7 +41,7 @@ class Load(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """State between two steps; arrays of one shape."""
+    """State between two steps; arrays of the same shape."""
 
     time: Any
     place: Any

@@ -59,7 +59,7 @@ COLUMNS = 6
 
 
 class PacedProblem(NamedTuple):
-    """Constants of one stop; arrays of one shape."""
+    """Constants of one stop; arrays of the same shape."""
 
     setup: Setup
     """Setup with the friction c [N/m] at the law's test speed, and the onset at rest."""
@@ -298,7 +298,7 @@ def paced_course(case: PacedProblem, speed: Any) -> Course:
 def paced_of(
     setup: Setup, gravity: Any, fan: Fan | None, brake: Brake, law: SpeedLaw
 ) -> PacedProblem:
-    """Return the constants of a stop, all of one shape; `setup` has the onset at rest."""
+    """Return the constants of a stop, all of the same shape; `setup` has the onset at rest."""
     shape = jnp.shape(setup.kinetic)
     safe = SpeedLaw(
         power=jnp.where(law.power > 0, law.power, 1.0),  # type: ignore[arg-type]

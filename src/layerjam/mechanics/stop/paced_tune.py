@@ -69,7 +69,7 @@ def _root(
 ) -> Any:
     """Return the point at which the distance [m] beyond a slip crosses zero.
 
-    It is NaN if it does not come close enough to zero.
+    It is NaN if the distance does not come close enough to zero.
 
     The result is `already` if the distance is positive at the lower end, and NaN if it jumps over
     zero.
@@ -80,7 +80,7 @@ def _root(
 
 
 def paced_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) -> Any:
-    """Return the vacuum [Pa] at which the mass stops after a slip [m]; arrays of one shape.
+    """Return the vacuum [Pa] at which the mass stops after a slip [m]; arrays of the same shape.
 
     NaN if full vacuum does not stop the mass that soon, or if the least vacuum stops it sooner.
     Also NaN if friction at rest does not hold the weight there, so that it would slide on.
