@@ -1020,11 +1020,11 @@ def build(
 ) -> _BuiltResult:
     """Write everything a workshop needs to build a brake: patterns, parts, mould, instructions.
 
-    The folder appears whole or not at all, and the same brake gives the same bytes. `feasible` is
-    False if the brake cannot be drawn (exit code 1), or if a part is loaded beyond its strength or
-    a seal leaks (exit code 4); `reason` names the checks, and nothing is written. `accept` accepts
-    failed checks by their code, {code: reason}; the folder then states them. We have not cut,
-    printed or cast any of it. Raises FileError, QuantityError, MissingExtraError.
+    The folder is written completely or not at all, and the same brake gives the same bytes.
+    `feasible` is False if the brake cannot be drawn (exit code 1), or if a part is loaded beyond
+    its strength or a seal leaks (exit code 4); `reason` names the checks, and nothing is written.
+    `accept` accepts failed checks by their code, {code: reason}; the folder then states them. We
+    have not cut, printed or cast any of it. Raises FileError, QuantityError, MissingExtraError.
     """
 
 def calibrate(
@@ -1731,13 +1731,13 @@ def tensile(
     """Pull a brake in a simulated test machine.
 
     Takes either vacuum, speed and travel (elongation of the crosshead), or a procedure. The
-    following options are for the model "stack". `static` uses static friction before an interface
+    following options are for the "stack" model. `static` uses static friction before an interface
     slides. With `one_by_one`, overloaded interfaces slip one at a time, the most overloaded first.
     `interfaces` may differ, and a `housing` may rub. `scatter` is the relative SD of the
     interfaces' friction: `samples` (1000) stacks, drawn from `seed` (1), then give mean and SD of
     peak, stiffness and onset; if interrupted, those of the stacks done so far. `vacuum_share` of
     the gauge's reading presses the sheets. With `leak_time` the line is shut off after every
-    evacuation and the vacuum leaks away from then on, except in the model "stack", which keeps its
+    evacuation and the vacuum leaks away from then on, except in the "stack" model, which keeps its
     initial vacuum. Raises ProcedureError or QuantityError for contradictions.
     """
 

@@ -343,7 +343,7 @@ def record(cls: type[T]) -> type[T]:
     Its constructor reads text and quantity objects, and raises QuantityError for a number that
     would be invalid in a file. An array may hold any numbers, with NaN for a case without a value.
     Values traced by JAX are not checked, nor are numbers from layerjam's own code, such as a step
-    of a fit. The method `validate` of the class finds fields that contradict each other.
+    of a fit. The `validate` method of the class finds fields that contradict each other.
     """
     cls.__post_init__ = _take_quantities  # type: ignore[attr-defined]
     dataclass_type = explain_arguments(dataclass(frozen=True, kw_only=True)(cls))

@@ -12,7 +12,7 @@ class _PrefixedRecords:
 
 
 def add_prefix(prefix: str, *records: object) -> object:
-    """Return records whose fields get a prefix: with "tuned_", `slip` is the key `tuned_slip`."""
+    """Return records whose fields get a prefix: with "tuned_", `slip` is the `tuned_slip` key."""
     return _PrefixedRecords(prefix, records)
 
 

@@ -40,7 +40,7 @@ def write_dataset(
     overwrite: bool,
     tell: Progress,
 ) -> tuple[BrakeFile, dict[str, Any]]:
-    """Write a dataset, whole or not at all, unless a check fails.
+    """Write a dataset, completely or not at all, unless a check fails.
 
     Returns the brake that was tested and the values of the result's keys.
     """

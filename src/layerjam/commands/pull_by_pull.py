@@ -16,7 +16,7 @@ NONE = "-"
 
 
 def pull_rows(pulls: "Sequence[SinglePull]") -> list[dict[str, Any]]:
-    """Return the rows in the form of the key `pulls`, SI."""
+    """Return the rows in the form of the `pulls` key, SI."""
     return [{**asdict(pull), "odd": pull.is_outlier} for pull in pulls]
 
 

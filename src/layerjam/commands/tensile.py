@@ -43,7 +43,7 @@ STACK = "belongs to the model 'stack'; the lumped brake has one friction"
 class Tensile(Result):
     """Simulated pull; `record` is the TensileRecord.
 
-    For the model "stack", `motion` states which sheets move and which interfaces slide, at a few
+    For the "stack" model, `motion` states which sheets move and which interfaces slide, at a few
     hundred elongations. It is None for the lumped brake, which has a single friction.
     """
 
@@ -115,13 +115,13 @@ def tensile(
     """Pull a brake in a simulated test machine.
 
     Takes either vacuum, speed and travel (elongation of the crosshead), or a procedure. The
-    following options are for the model "stack". `static` uses static friction before an interface
+    following options are for the "stack" model. `static` uses static friction before an interface
     slides. With `one_by_one`, overloaded interfaces slip one at a time, the most overloaded first.
     `interfaces` may differ, and a `housing` may rub. `scatter` is the relative SD of the
     interfaces' friction: `samples` (1000) stacks, drawn from `seed` (1), then give mean and SD of
     peak, stiffness and onset; if interrupted, those of the stacks done so far. `vacuum_share` of
     the gauge's reading presses the sheets. With `leak_time` the line is shut off after every
-    evacuation and the vacuum leaks away from then on, except in the model "stack", which keeps its
+    evacuation and the vacuum leaks away from then on, except in the "stack" model, which keeps its
     initial vacuum. Raises ProcedureError or QuantityError for contradictions.
     """
     brake = apply_share(brake, vacuum_share)

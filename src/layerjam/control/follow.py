@@ -66,7 +66,7 @@ class Following:
 
 
 def _pad_values(values: Array) -> Array:
-    """Return the values padded to one of few lengths, because the laws compile for each length.
+    """Return the values padded to one of a few lengths, because the laws compile for each length.
 
     The laws take 0.2 ms for 4,096 values; compiling them takes a hundred times longer.
     """

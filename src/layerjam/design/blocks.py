@@ -183,7 +183,7 @@ class Store:
         return [i for i in range(total) if self.read(i) is None]
 
     def write_block(self, index: int, data: "bytes") -> None:
-        """Write a block, complete or not at all."""
+        """Write a block, completely or not at all."""
         write_block(self.path(index), data)
 
     def blocks(self, total: int) -> Iterator[SweepResult]:
@@ -240,7 +240,7 @@ class Store:
 
 
 def write_block(path: Path, data: bytes) -> None:
-    """Write a file that appears complete or not at all and survives a loss of power."""
+    """Write a file that appears completely or not at all and survives a loss of power."""
 
     def write_content(temporary: Path) -> None:
         with temporary.open("wb") as handle:

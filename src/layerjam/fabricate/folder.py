@@ -84,7 +84,7 @@ def write_folder(out: Path, content: Mapping[str, str | bytes], overwrite: bool 
 
 
 def require_extra() -> None:
-    """Raise MissingExtraError if the extra `build` is not installed."""
+    """Raise MissingExtraError if the `build` extra is not installed."""
     with MissingExtraError.raise_if_missing("building a brake (ezdxf, manifold3d, typst)", "build"):
         import ezdxf  # noqa: F401
         import manifold3d  # noqa: F401
@@ -95,7 +95,7 @@ def require_extra() -> None:
 def build_files(drawing: Drawing, *, with_step: bool, coupons: bool) -> dict[str, str | bytes]:
     """Return {path: content} of film patterns, printed parts, CAD and parts list.
 
-    Raises MissingExtraError if the extra `build` is not installed, or `step` if STEP is requested.
+    Raises MissingExtraError if the `build` extra is not installed, or `step` if STEP is requested.
     """
     content: dict[str, str | bytes] = {**drawing.film.files()}
     content |= more_files(drawing.build, drawing.lengths, drawing.parallel, drawing.series, coupons)

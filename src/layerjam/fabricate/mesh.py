@@ -40,7 +40,7 @@ class Mesh:
 def mesh(part: Solid) -> Mesh:
     """Return a part's mesh, which is always the same for the same part.
 
-    Raises MissingExtraError if the extra `build` is not installed, and RuntimeError for a mesh that
+    Raises MissingExtraError if the `build` extra is not installed, and RuntimeError for a mesh that
     is not closed, which would be a bug.
     """
     with MissingExtraError.raise_if_missing("the mesh of a printed part (manifold3d)", "build"):

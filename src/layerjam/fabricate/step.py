@@ -33,7 +33,7 @@ def is_available() -> bool:
 def write_step(part: Solid, version: str = "") -> bytes:
     """Return a part's STEP file; `version` names this program in its header.
 
-    Raises MissingExtraError if the extra `step` is not installed, and RuntimeError if the library
+    Raises MissingExtraError if the `step` extra is not installed, and RuntimeError if the library
     fails, which would be a bug.
     """
     with MissingExtraError.raise_if_missing("a STEP file (Open CASCADE)", "step"):

@@ -6,7 +6,7 @@ are regularly spaced, they rise for longer than they fall, and all rise equally 
 film and a vibration rise and fall for equal times.
 
 A machine may also cause regular teeth, by motor steps, a screw or an alternating drive. Their
-spacing does not depend on the swing; that of stick–slip is swing over stiffness.
+spacing does not depend on the swing; that of stick–slip is the swing divided by the stiffness.
 """
 
 from collections.abc import Sequence

@@ -40,7 +40,7 @@ class Preview:
     ours: bool = False
 
     def columns(self, index: int, role: str, unit: str) -> str:
-        """Return the option `columns` that makes column `index` a `role` in `unit`, or ignores it.
+        """Return the `columns` option that makes column `index` a `role` in `unit`, or ignores it.
 
         Another column with the role loses it. The option is empty if no column is left.
         """

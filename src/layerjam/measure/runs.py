@@ -27,7 +27,7 @@ ENDING = ".ljrun"
 COLUMNS = tuple(
     "boot seq board_us vacuum target raw temperature pump flags state fault".split()  # noqa: SIM905
 )
-"""Columns of the table `samples`, in its order; see runs.sql for their units."""
+"""Columns of the `samples` table, in its order; see runs.sql for their units."""
 SCHEMA = Path(__file__).with_name("runs.sql").read_text(encoding="utf-8")
 """Tables of the file and what their columns hold."""
 

@@ -72,9 +72,9 @@ def write(
     overwrite: bool = False,
     say: Callable[[str], None] | None = None,
 ) -> ReportFiles:
-    """Write the report into the folder `out`, whole or not at all.
+    """Write the report into the folder `out`, completely or not at all.
 
-    Without the extra `pdf` there is no PDF, and a warning states it. Raises FileError if a report
+    Without the `pdf` extra there is no PDF, and a warning states this. Raises FileError if a report
     exists and `overwrite` is not set.
     """
     say = say or (lambda _: None)

@@ -1,4 +1,4 @@
-"""Figures of single results, drawn by the option `--figure` of each command."""
+"""Figures of single results, drawn by the `--figure` option of each command."""
 
 from collections.abc import Sequence
 

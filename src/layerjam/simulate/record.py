@@ -172,9 +172,9 @@ class DropRecord(Record):
     """Simulated stop of a mass; arrays have shape (N,), SI units; time counts from the taut rope.
 
     `mass`, `speed` (on arrival), `vacuum` (at the taut rope), `rope_stiffness` (None without a
-    rope), `rope_damping` and `gravity` (along the pull) allow it to be repeated. The column
-    `vacuum_in_time` holds a changing vacuum. `step` [s] is that of the solver in time, None for the
-    exact one.
+    rope), `rope_damping` and `gravity` (along the pull) allow it to be repeated. The
+    `vacuum_in_time` column holds a changing vacuum. `step` [s] is that of the solver in time, None
+    for the exact one.
     """
 
     command: ClassVar[str] = "drop"

@@ -19,8 +19,8 @@ DESCRIBING = {word: Entry(TextSpec()) for word in ("name", "title", "note")}
 class Reader:
     """Collects SI values and sources by dotted path.
 
-    `values` contains the entries of `fields`, `words` the descriptive texts, `notes` the table
-    [made_by], `accepted` the tables [[accepted]].
+    `values` contains the entries of `fields`, `words` the descriptive texts, `notes` the [made_by]
+    table, `accepted` the [[accepted]] tables.
     """
 
     def __init__(

@@ -6,7 +6,7 @@ move bypasses it, in one message per drawing. The server's elements are kept up 
 or a later update shows the same.
 
 This file, and the boxes of `scene`, are the only code that uses undocumented parts of NiceGUI. The
-extra `workbench` therefore limits its version, and `check` reports a wrong one before the server
+`workbench` extra therefore limits its version, and `check` reports a wrong one before the server
 starts.
 """
 

@@ -1,4 +1,4 @@
-"""The dialog "Dropped files": one row per file with its proposal, accepted with one click."""
+"""The "Dropped files" dialog: one row per file with its proposal, accepted with one click."""
 
 import asyncio
 from collections.abc import Callable, Mapping, Sequence

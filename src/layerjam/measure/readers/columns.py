@@ -2,7 +2,8 @@
 
 A unit has priority over a name: a column in s is the time, whatever its name. Among several columns
 of one dimension, the name determines the choice (standard travel before the absolute crosshead),
-and the trace states the choice. If neither decides, the reader asks the user and never guesses.
+and the trace states the choice. If neither identifies the column, the reader asks the user and
+never guesses.
 """
 
 import re

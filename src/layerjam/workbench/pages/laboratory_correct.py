@@ -113,7 +113,7 @@ class Correct:
         self._curve.set_visibility(bool(curves))
         ends = (None, None), (None, None)
         chart = options([Pane(curves, "elongation [mm]", "force [N]", *ends)], dark)
-        # the command `pull` draws these files when its figure is requested
+        # the `pull` command draws these files when its figure is requested
         files = tuple(r.upload for r in self.rows[:SHOWN] if r.traces)
         name = Path(files[0].shown).stem if len(files) == 1 else "records"
         answer = Answer(Call("pull", files=files), title=name) if files else None
