@@ -52,6 +52,11 @@ class QuantityError(LayerjamError, ValueError):
         return cls(f"{quantity}: {reason}", quantity=quantity)
 
 
+def quantity_of(error: LayerjamError | None) -> str | None:
+    """Return the name of the quantity that an error is about, or None."""
+    return error.quantity if isinstance(error, QuantityError) else None
+
+
 class FileError(LayerjamError):
     """A file that cannot be read or written; names the file and, if known, the line."""
 

@@ -10,6 +10,7 @@ import socket
 import subprocess
 import sys
 import zlib
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given
@@ -18,6 +19,7 @@ from hypothesis import strategies as st
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.units import QuantitySpec
 from layerjam.workbench import live
+from layerjam.workbench.answer import try_call
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import POINTS, thin
 from layerjam.workbench.controls import Control, number
@@ -310,3 +312,25 @@ def test_problems_are_words_and_a_stopped_run_says_so():
     runner.stop()
     with pytest.raises(ComputationStopped):
         runner.tell("fit", 0.6)
+
+
+def test_an_error_stands_at_the_field_of_its_quantity():
+    page = next(tab for tab in TABS if tab.name == "drop").load()(Desk(State(page="drop")))
+    page.fields = {key: SimpleNamespace(error=None) for key in ("speed", "rope_stiffness")}
+    answer = try_call(
+        Call("drop", (Subject("choi2018-kapton"),), {"mass": 1.0, "speed": -1.0, "vacuum": 9e4})
+    )
+    page._show_problems([(answer.quantity, answer.refusal)])
+    assert "-1" in page.fields["speed"].error and page.fields["rope_stiffness"].error is None
+    page._show_problems([("rope stiffness", "rope stiffness: missing"), (None, "speed: quoted")])
+    assert page.fields["speed"].error is None
+    assert page.fields["rope_stiffness"].error == "rope stiffness: missing"
+
+
+@given(st.floats(-1e4, 1e4))
+def test_the_remedy_is_the_nearest_allowed_value(value):
+    spec = QuantitySpec("m", "length", 0.002, 0.05)
+    control = Control("length", spec, 0.01, 0.005, 0.04, "mm")
+    nearest = control.nearest(f"{value:.6f} mm")
+    assert nearest == pytest.approx(min(max(value * 1e-3, 0.002), 0.05), abs=1e-9)
+    assert control.nearest("rubbish") is None

@@ -112,7 +112,7 @@ def bend(
     check_vacuum(vacuum, device)
     notices = [*brake.warnings(), *slip_notices(slip, device)]
     if slip >= device.sheets.overlap:
-        raise QuantityError(f"slip: {show(slip, 'm')} leaves no overlap to bend")
+        raise QuantityError.of("slip", f"{show(slip, 'm')} leaves no overlap to bend")
     if limb_friction is not None and radius is None:
         raise QuantityError("limb friction: it acts on a joint; give --radius too")
     if device.mount.spacers is False:

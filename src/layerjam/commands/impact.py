@@ -225,13 +225,13 @@ def _check_options(
         )
     if history is not None:
         if vacuum is not None or travel is not None:
-            raise QuantityError("vacuum: a history is given; leave vacuum and travel out")
+            raise QuantityError.of("vacuum", "a history is given; leave vacuum and travel out")
     elif vacuum is None:
-        raise QuantityError("vacuum: missing; give one, or 'tuned' together with travel")
+        raise QuantityError.of("vacuum", "missing; give one, or 'tuned' together with travel")
     elif vacuum == "tuned" and travel is None:
-        raise QuantityError("travel: missing; a tuned vacuum needs the slip to stop within")
+        raise QuantityError.of("travel", "missing; a tuned vacuum needs the slip to stop within")
     elif vacuum != "tuned" and travel is not None:
-        raise QuantityError("travel: only valid with a tuned vacuum")
+        raise QuantityError.of("travel", "only valid with a tuned vacuum")
 
 
 def _check_leak(values: tuple[Any, Any, Any], history: Any, no_brake: bool) -> None:
@@ -347,9 +347,10 @@ def _drop_without_brake(case: dict[str, Any], damping: float, g: float) -> Stop:
 
     mass, speed, rope, gravity = (case[k] for k in ("mass", "speed", "rope_stiffness", "gravity"))
     if rope is None:
-        raise QuantityError(
-            "rope stiffness: missing; without a brake the mass hangs on the rope, and the command "
-            "takes its stiffness (--rope-stiffness), not the brake's file"
+        raise QuantityError.of(
+            "rope stiffness",
+            "missing; without a brake the mass hangs on the rope, and the command "
+            "takes its stiffness (--rope-stiffness), not the brake's file",
         )
     force, time, heat = damped_rope_only(mass, speed, rope, damping, gravity)
     stands = math.isfinite(time)

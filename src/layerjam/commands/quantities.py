@@ -205,9 +205,10 @@ def slip_notices(value: Any, brake: Brake) -> list[Notice]:
 
     greatest, sheets = float(np.max(value)) if np.size(value) else 0.0, brake.sheets
     if greatest > sheets.overlap:
-        raise QuantityError(
-            f"slip: {show(greatest, 'm')} is beyond the overlap of {show(sheets.overlap, 'm')}; "
-            "the sheets would have separated"
+        raise QuantityError.of(
+            "slip",
+            f"{show(greatest, 'm')} is beyond the overlap of {show(sheets.overlap, 'm')}; "
+            "the sheets would have separated",
         )
     if greatest > sheets.usable_travel:
         return [

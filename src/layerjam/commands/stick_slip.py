@@ -169,11 +169,12 @@ def _check_travel(slip: float, travel: float | None, brake: Brake) -> None:
     """Raise QuantityError if the overlap leaves no room for a pull, or if it is too long."""
     room = brake.sheets.overlap - slip
     if room <= 0:
-        raise QuantityError(f"slip: {show(slip, 'm')} leaves no overlap to pull on")
+        raise QuantityError.of("slip", f"{show(slip, 'm')} leaves no overlap to pull on")
     if travel is not None and travel > room:
-        raise QuantityError(
-            f"travel: {show(travel, 'm')} from a slip of {show(slip, 'm')} is beyond the overlap "
-            f"of {show(brake.sheets.overlap, 'm')}"
+        raise QuantityError.of(
+            "travel",
+            f"{show(travel, 'm')} from a slip of {show(slip, 'm')} is beyond the overlap "
+            f"of {show(brake.sheets.overlap, 'm')}",
         )
 
 

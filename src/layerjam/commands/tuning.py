@@ -128,9 +128,10 @@ def tuning_case(
     device = brake.brake
     usable = device.sheets.usable_travel
     if travel > usable:
-        raise QuantityError(
-            f"travel: {format_distinct(travel, usable, 'm')} is beyond the usable travel of "
-            f"{show(usable, 'm')}"
+        raise QuantityError.of(
+            "travel",
+            f"{format_distinct(travel, usable, 'm')} is beyond the usable travel of "
+            f"{show(usable, 'm')}",
         )
     gravity = 0.0 if horizontal else device.site.gravity
     return Case(

@@ -291,7 +291,7 @@ def _check_inputs(inputs: Mapping[str, float | None], step: float | None, brake:
     if inputs["rope_damping"] and inputs["rope_stiffness"] is None:
         raise QuantityError("rope damping: there is no rope; give its stiffness too")
     if not (inputs["speed"] or inputs["gravity"]):
-        raise QuantityError("speed: 0 m/s without gravity along the pull is not a drop")
+        raise QuantityError.of("speed", "0 m/s without gravity along the pull is not a drop")
     if step is not None:
         spring = float(series_of(inputs["rope_stiffness"], brake))
         longest = LONGEST * math.sqrt((inputs["mass"] or 0.0) / spring)

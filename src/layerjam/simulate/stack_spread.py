@@ -71,9 +71,9 @@ def peak_spread(
     if samples < 1 or chunk < 1 or seed < 0:
         raise QuantityError("samples and chunk must be at least 1, seed at least 0")
     if not vacuum > 0:
-        raise QuantityError(
-            f"vacuum: at {vacuum!r} Pa the sheets do not rub, so nothing scatters; use a "
-            "higher vacuum"
+        raise QuantityError.of(
+            "vacuum",
+            f"at {vacuum!r} Pa the sheets do not rub, so nothing scatters; use a higher vacuum",
         )
     brake = file.brake
     layout: Any = {"interfaces": interfaces, "housing": housing, "static": static}

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any
 
 from layerjam.commands.results import Result
-from layerjam.errors import LayerjamError
+from layerjam.errors import LayerjamError, quantity_of
 from layerjam.report.style import Figure, save
 from layerjam.verdict import failures_of
 from layerjam.workbench.call import Call, CallExport, as_python, disambiguate, python_parts
@@ -31,6 +31,8 @@ class Answer:
     call: Call
     result: Any = None
     refusal: str = ""
+    quantity: str | None = None
+    """Name of the quantity that the error is about, if it is about one."""
     pins: "tuple[Pinned, ...]" = ()
     title: str = ""
     """Name of the files, without an ending, if the call does not give it."""
@@ -100,7 +102,7 @@ def try_call(call: Call, **more: Any) -> Answer:
     try:
         return Answer(call, call.run(**more))
     except LayerjamError as err:
-        return Answer(call, refusal=one_line(err))
+        return Answer(call, refusal=one_line(err), quantity=quantity_of(err))
 
 
 def answers_in(result: Any) -> list[Answer]:

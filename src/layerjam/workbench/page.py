@@ -9,6 +9,7 @@ from nicegui import Client, background_tasks, run, ui
 
 from layerjam.commands.pull_by_pull import HEADS, TITLE, format_cells
 from layerjam.commands.wording import format_words
+from layerjam.errors import quantity_of
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, answers_in
 from layerjam.workbench.call import Call, Options, result_fields
@@ -180,7 +181,8 @@ class Page(View):
     def _show(self, result: Any, problem: str) -> None:
         if self.client is None or self.client.is_deleted:  # the tab was closed in the meantime
             return
-        self._show_problems([problem] if problem else [a.refusal for a in answers_in(result)])
+        refusals = [] if problem else [(a.quantity, a.refusal) for a in answers_in(result)]
+        self._show_problems([*refusals, (quantity_of(self.runner.error), problem)])
         if self.problem is not None:
             self.problem.say(problem)
         if not problem:
@@ -189,14 +191,16 @@ class Page(View):
                 self.draw(result)
         background_tasks.create(settle_later(self.name), name="layerjam settles")
 
-    def _show_problems(self, problems: Sequence[str]) -> None:
-        """Show errors that begin with the name of a quantity also at its field."""
-        names = {text.partition(":")[0].replace(" ", "_"): text for text in problems}
+    def _show_problems(self, problems: Sequence[tuple[str | None, str]]) -> None:
+        """Show errors, given as (quantity, sentence), also at the field of their quantity."""
         for field in self._wrong:
             field.error = None
-        self._wrong = [self.fields[name] for name in names if name in self.fields]
-        for name in names.keys() & self.fields.keys():
-            self.fields[name].error = in_print(names[name])
+        self._wrong = []
+        for quantity, sentence in problems:
+            key = (quantity or "").replace(" ", "_")
+            if key in self.fields:
+                self.fields[key].error = in_print(sentence)
+                self._wrong.append(self.fields[key])
 
     def problem_line(self) -> None:
         """Create the line that shows why inputs are rejected."""

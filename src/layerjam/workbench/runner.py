@@ -38,6 +38,8 @@ class Runner:
         self.stopping = threading.Event()
         self.doing = ("", 0.0)
         """Current phase, and its progress as a fraction."""
+        self.error: LayerjamError | None = None
+        """Error of the last computation."""
 
     async def ask(self) -> None:
         """Compute with the current inputs; return when the result is displayed or outdated."""
@@ -50,11 +52,11 @@ class Runner:
                 self._again = False
                 self.stopping.clear()
                 self.doing = ("", 0.0)
-                result, problem = None, ""
+                result, problem, self.error = None, "", None
                 try:
                     result = await self._elsewhere(self._compute)
                 except LayerjamError as err:
-                    problem = one_line(err)
+                    problem, self.error = one_line(err), err
                 except ComputationStopped:
                     problem = "stopped"
                 except (MemoryError, RecursionError):
