@@ -139,8 +139,8 @@ def test_brakes_have_their_own_errors(tmp_path: Path) -> None:
             parse_spec(text + pulls, "x")
     for wrong, words in (
         ((Truth(brake="kapton"),), "did you mean choi2018-kapton"),
-        ((Truth(brake="choi2018-kapton"), Truth(brake="choi2018-kapton")), "its own label"),
-        ((Truth(brake="choi2018-kapton", kinetic=0.4),), "at most the static one"),
+        ((Truth(brake="choi2018-kapton"), Truth(brake="choi2018-kapton")), "use different labels"),
+        ((Truth(brake="choi2018-kapton", kinetic=0.4),), "cannot exceed static friction"),
         ((Truth(brake="choi2018-kapton", stiffness=200.0),), "snaps on its mount"),
     ):
         with pytest.raises(LayerjamError, match=words):
@@ -370,7 +370,7 @@ def test_the_truth_comes_back(layout: str, brake: str, tmp_path: Path) -> None:
 FOUND: dict[str, Callable[[str], bool]] = {
     "cut_off": lambda why: "the last line is cut off" in why,
     "header_only": lambda why: len(why) > 20,  # which words depends on the layout's reader
-    "negative_force": lambda why: "the force is negative where it is largest" in why,
+    "negative_force": lambda why: "the force of largest magnitude is negative" in why,
     "saturated": lambda why: "the load cell was saturated" in why,
     "no_sidecar": lambda why: "its vacuum is not stated" in why,
 }

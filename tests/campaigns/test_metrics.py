@@ -98,7 +98,7 @@ def test_a_low_peak_starts_the_window_and_the_record_the_origin() -> None:
 
 def test_a_record_that_ends_at_its_peak_is_refused() -> None:
     straight = pull_features(curve(KAPTON, travel=0.0013))
-    with pytest.raises(FileError, match="no part of the sliding brake to compare"):
+    with pytest.raises(FileError, match="no sliding part to compare"):
         compare_pull(straight, FULL, KAPTON)
 
 

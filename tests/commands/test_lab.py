@@ -126,7 +126,7 @@ def test_files_that_will_be_refused_are_announced(tmp_path: Path) -> None:
     spec = replace(SPEC, practice=Practice(cut_off=2, saturated=1))
     answer = lab(spec, out=tmp_path / "d")
     assert answer.faulty == 3
-    assert "3 of the pulls' files have a fault" in (tmp_path / "d" / "README.txt").read_text()
+    assert "3 of the pull files have a fault" in (tmp_path / "d" / "README.txt").read_text()
 
 
 def test_the_example_teaches(tmp_path: Path) -> None:

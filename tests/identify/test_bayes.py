@@ -216,7 +216,7 @@ def test_figures_say_what_they_show(fit: BayesFit) -> None:
         )
     assert "prior" in texts["posterior"] and "kN/m" in texts["posterior"]
     assert "80 kPa, 3 curves" in texts["bands"] and "elongation [mm]" in texts["bands"]
-    assert "% of the greatest force" in texts["deviations"]
+    assert "% of the maximum force" in texts["deviations"]
     answer = vacuum_band(fit.next_pull(), 60.0, 0.02).quantile_at(0.5)[0] / 1e3
     assert f"60 N: {answer:.4g} kPa" in texts["vacuum"]
 
@@ -363,7 +363,7 @@ def test_priors_allow_what_brakes_do_and_not_much_else(brake: Brake) -> None:
 def test_bad_curves_are_named() -> None:
     with pytest.raises(FitError, match="no curve"):
         fit_bayes([], KAPTON)
-    with pytest.raises(FitError, match="no sheet is jammed"):
+    with pytest.raises(FitError, match="jams no sheet"):
         fit_bayes([replace(CURVES[0], vacuum=0.0)], KAPTON)
     with pytest.raises(FitError, match="chains: 0"):
         fit_bayes(CURVES, KAPTON, chains=0)

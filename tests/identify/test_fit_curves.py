@@ -152,9 +152,9 @@ def test_what_cannot_be_told_is_refused() -> None:
         ((), (), "no pull was given"),
         (two, ("pressure_exponent",), "vacuums at least 10 % apart"),
         (two, ("speed",), "speeds at least 20 % apart"),
-        (two, ("inertia",), "'inertia' is not known; there are pressure_exponent"),
+        (two, ("inertia",), "'inertia' is unknown; choose from pressure_exponent"),
         ((*slow, *fast), ("speed", "pressure_exponent"), "vacuum and speed change together"),
-        ((unknown, two[1]), ("speed",), "x.csv states no speed"),
+        ((unknown, two[1]), ("speed",), "x.csv has neither a speed"),
     ):
         with pytest.raises(FitError, match=words):
             calibrate_curves(curves, BLANK, free)
@@ -162,10 +162,10 @@ def test_what_cannot_be_told_is_refused() -> None:
 
 def test_pulls_that_cannot_be_used() -> None:
     pull = pull_features(curve(KAPTON))
-    with pytest.raises(FitError, match="no sheet is jammed"):
+    with pytest.raises(FitError, match="jams no sheet"):
         require_usable(pull, 0.0)
     few = replace(pull, force=pull.force[::200], elongation=pull.elongation[::200])
-    with pytest.raises(FitError, match="samples above 20% of its greatest force"):
+    with pytest.raises(FitError, match="samples above 20% of its maximum force"):
         require_usable(few, FULL)
 
 

@@ -25,7 +25,7 @@ WRONG = {
     "inches": (1.0, 1 / 25.4),
     "millimetres in a column of inches": (1.0, 25.4),
 }
-NAMED = {"newtons in a column of lbf": "in N, read as lbf", "gram-force": "in gram-force"}
+NAMED = {"newtons in a column of lbf": "in N but read as lbf", "gram-force": "in gram-force"}
 
 
 def scaled(pulls: list[Trace], index: int, force: float, elongation: float) -> list[Trace]:

@@ -87,7 +87,7 @@ def test_tare_subtracts_on_request_only_and_says_so(brake) -> None:
     assert tared.features.peak_force == pytest.approx(clean.features.peak_force, rel=1e-9)
     assert tared.tared == pytest.approx(2.0, abs=0.01)
     assert any("was subtracted" in n for n in tared.notes) and abs(tared.preload) < 1e-9
-    with pytest.raises(FileError, match="starts on its rise"):
+    with pytest.raises(FileError, match="starts during its rise"):
         pull_summary(curve(brake), tare=True)
 
 
@@ -98,7 +98,7 @@ def test_a_record_that_begins_on_its_rise_has_no_slack() -> None:
     assert not found.start.seen and found.start.slack == 0.0
     assert found.preload == pytest.approx(131e3 * float(loaded.elongation[0]), rel=1e-9)
     assert found.start.onset == float(loaded.elongation[0])
-    assert any("at the first sample already" in n for n in found.notes)
+    assert any("already at the first sample" in n for n in found.notes)
 
 
 def test_a_rest_before_the_pull_is_a_baseline() -> None:
@@ -274,7 +274,7 @@ def test_what_follows_the_greatest_travel_is_said() -> None:
     out = np.linspace(0, 0.02, 1001)
     force = np.minimum(1e5 * out, 150 - 500 * out)
     for back, text in (
-        (np.full(40, 0.0199), "40 samples after its greatest elongation, 20 mm, are not used"),
+        (np.full(40, 0.0199), "40 samples after its maximum elongation, 20 mm, are not used"),
         (np.r_[out[::-1][1:800], out[201:900]], "699 samples after the first return"),
     ):
         u = np.r_[out, back]

@@ -103,7 +103,7 @@ def test_a_law_of_the_file_is_held_in_later_calibrations_and_validations() -> No
     )
     assert validate_curves(curves, whole).mape < 0.01
     assert validate_curves(curves, replace(whole, speed_law=None)).mape > 0.05
-    with pytest.raises(FitError, match="states no speed"):
+    with pytest.raises(FitError, match="has neither a speed"):
         calibrate_peaks([replace(curves[0], speed=None)], brake)
 
 

@@ -110,7 +110,7 @@ def test_a_law_that_does_not_fit_shows_in_the_residuals() -> None:
     ("given", "word"),
     [
         ({"force": [1.0, 2.0]}, "3 speeds do not match 2 forces"),
-        ({"slip": [0.0, 0.1]}, "lists of one length"),
+        ({"slip": [0.0, 0.1]}, "lists of the same length"),
         ({"speed": [1e-3, -1e-3, 1e-2]}, "zero or more"),
         ({"force": [1.0, np.nan, 3.0]}, "point 2"),
         ({"slip": 0.07}, "beyond the overlap"),

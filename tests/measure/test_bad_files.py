@@ -44,7 +44,7 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
     "a long row": (with_row(7, "1,2,3,4"), "has 4 values instead of 3", 9),
     "decimal commas between commas": (
         table(*("0,1,0,2,3,4" for _ in range(20))),
-        "decimal commas need another separator",
+        "decimal commas need a column separator",
         2,
     ),
     "two specimens": (table(*rows(), "", HEAD, *rows()), "contains 2 specimens", None),
@@ -55,7 +55,7 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
     ),
     "names among the numbers": (
         "\n".join([*rows(), HEAD, *rows(), ""]),
-        "holds 60 rows of numbers above its column names",
+        "has 60 rows of numbers above its column names",
         1,
     ),
     "two specimens side by side": (
@@ -63,7 +63,7 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
         "contains 2 specimens ('1', '2'); choose one (--specimen 1)",
         None,
     ),
-    "no known format": ("hello\nworld\n", "is in no known format; tried layerjam CSV (", None),
+    "no known format": ("hello\nworld\n", "is not in a known format; tried layerjam CSV (", None),
     "numbers without header": (
         table(*rows(), head=""),
         "3 columns of numbers without names; state each one, in order, such as --columns time:s,",
@@ -134,7 +134,7 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
         "time runs backwards",
         33,
     ),
-    "too short": (table(*rows(9)), "holds 9 rows of numbers, at least 10 are needed", None),
+    "too short": (table(*rows(9)), "contains 9 rows of numbers; at least 10 are needed", None),
     "force never changes": (
         table(*(f"{i},{i},5.0" for i in range(50))),
         "the force is 5 N in every row",
@@ -180,7 +180,7 @@ def test_no_file_at_all(tmp_path: Path) -> None:
     for folder in (tmp_path, ".", "..", "/"):
         with pytest.raises(FileError, match="is a folder"):
             read_trace(folder)
-    with pytest.raises(FileError, match="is an empty name; give the name of a file"):
+    with pytest.raises(FileError, match="is an empty name; specify a file"):
         read_trace("")
     for odd in ("a\0b", "x" * 5000):
         with pytest.raises(FileError):
@@ -191,7 +191,7 @@ def test_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "large.csv"
     with path.open("wb") as handle:
         handle.truncate(source.MAX_BYTES + 1)  # a hole, it takes no room
-    with pytest.raises(FileError, match="1.0 GB large, more than 1 GB is not read"):
+    with pytest.raises(FileError, match="has 1.0 GB; at most 1 GB can be read"):
         read_trace(path)
 
 

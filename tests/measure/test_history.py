@@ -44,7 +44,7 @@ def test_units_say_which_column_is_which(tmp_path, text):
         ("time [s],vacuum [kPa]\n0,0\n1,x\n", "'x' in column 'vacuum' is not a finite number"),
         ("time [s],vacuum [kPa]\n0,0\n1\n", "1 value instead of 2"),
         ("time [s],vacuum [kPa]\n0,0\n1,nan\n", "'nan' in column 'vacuum' is not a finite number"),
-        ("time [s],vacuum [kPa]\n0,0\n1,1\n1,2\n", "time does not rise"),
+        ("time [s],vacuum [kPa]\n0,0\n1,1\n1,2\n", "time does not increase"),
         ("time [s],vacuum [kPa]\n0,0\n1,120\n", "vacuum 120 kPa at 1 s is not allowed"),
         ("time [s],vacuum [kPa]\n0,-1\n1,20\n", "vacuum -1 kPa at 0 s is not allowed"),
     ],

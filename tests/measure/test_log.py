@@ -74,7 +74,7 @@ def test_a_point_that_groups_and_divides(tmp_path, cells, factor):
     log = read_log(path, WANTS, ReadingOptions(columns="time:ms,pressure:bar"))
     due = [float(c.replace(".", "", c.count(".") - 1)) / 1e3 for c in cells]
     np.testing.assert_allclose(log["time"], due)
-    assert any("the last point is the decimal one" in s for s in log.understood)
+    assert any("the last point is the decimal sign" in s for s in log.understood)
 
 
 def test_points_that_could_be_either_are_asked_for(tmp_path):
@@ -98,8 +98,8 @@ def test_points_that_could_be_either_are_asked_for(tmp_path):
         ("time (s),pressure (kPa)\n1,1\n1,2\n1,3\n", None, "does not advance"),
         ("time (s),pressure (kPa)\n1,1\n2,x\n3,3\n", None, "'x'"),
         ("time (s),pressure (kPa)\n1,1\n2,nan\n3,3\n", None, "not a finite number"),
-        ("0;1;2\n1;2;3\n2;3;4\n", "time:s,pressure:bar", "has 3 columns, --columns lists 2"),
-        ("0;1\n1;2\n2;3\n", "time:s,skip", "hold no pressure"),
+        ("0;1;2\n1;2;3\n2;3;4\n", "time:s,pressure:bar", "has 3 columns, but --columns lists 2"),
+        ("0;1\n1;2\n2;3\n", "time:s,skip", "lack pressure"),
         ("words only here\n", "time:s,pressure:bar", "no row of numbers"),
     ],
 )
@@ -115,7 +115,7 @@ def test_what_is_refused_and_how(tmp_path, text, columns, words):
         ("time:s,pressure", "pressure has no unit"),
         ("time:s,pressure:mm", "'mm' is not a unit of pressure"),
         ("time:s,time:s", "given twice"),
-        ("skip,skip", "names no column"),
+        ("skip,skip", "does not name a column"),
         ("pressure:kPa=", "not of the form"),
         ("", "not of the form"),
     ],

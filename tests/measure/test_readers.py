@@ -180,10 +180,10 @@ def test_ambiguous_signs_are_asked_for(tmp_path: Path) -> None:
 def test_sign_is_asked_for_and_turned(tmp_path: Path) -> None:
     text = "\n".join(["Extension (mm),Load (N)"]
                      + [f"{x},{-f}" for _, x, f in zip(*curve(), strict=True)] + [""])  # fmt: skip
-    with pytest.raises(FileError, match="negative where it is largest"):
+    with pytest.raises(FileError, match="of largest magnitude is negative"):
         read(tmp_path, text)
     trace = read(tmp_path, text, negative=("force",))
-    assert trace.force.max() > 99 and "the sign of the force was changed" in (trace.understood)
+    assert trace.force.max() > 99 and "the sign of the force was reversed" in (trace.understood)
     rows_down = [f"{-x},{f}" for _, x, f in zip(*curve(), strict=True)]
     falling = "\n".join(["Extension (mm),Load (N)", *rows_down, ""])
     with pytest.raises(FileError, match="elongation falls by 7.67 mm"):
@@ -281,12 +281,12 @@ class TestRealFiles:
     @pytest.mark.parametrize(
         ("name", "sentence"),
         [
-            ("bluehill_like/sample_bluehill.csv", "the force is negative where it is largest"),
+            ("bluehill_like/sample_bluehill.csv", "the force of largest magnitude is negative"),
             ("bluehill_like/sample_wavematrix_torsion.csv", "no column with a unit of elongation"),
             ("silicone_tensile/Ecoflex_00-10.csv", "no column with a unit of elongation"),
             ("silicone_tensile/Dragon_Skin_30.csv", "'Engineering Stress' [MPa]"),
-            ("pneumatic_friction_leak/friction_Circle_1bar.csv", "is in no known format"),
-            ("pneumatic_friction_leak/airchamber_Prusa.csv", "is in no known format"),
+            ("pneumatic_friction_leak/friction_Circle_1bar.csv", "is not in a known format"),
+            ("pneumatic_friction_leak/airchamber_Prusa.csv", "is not in a known format"),
         ],
     )
     def test_others_are_refused_in_a_sentence(self, name: str, sentence: str) -> None:

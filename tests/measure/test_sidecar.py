@@ -39,8 +39,8 @@ def test_read(tmp_path: Path) -> None:
         ("vacuum = ", 1, "is not TOML"),
         ("[vacuum]\nx = 1", 1, "does not know x"),
         ('load_cell_certificate = "K1"', 1, "must be a table with number, date, laboratory"),
-        ('[gauge_certificate]\nnumber = "P"', 1, "date, laboratory missing"),
-        ('[gauge_certificate]\nnumbr = "P"', 1, "does not know numbr"),
+        ('[gauge_certificate]\nnumber = "P"', 1, "lacks date, laboratory"),
+        ('[gauge_certificate]\nnumbr = "P"', 1, "has unknown keys: numbr"),
         (
             '[gauge_certificate]\nnumber = "P"\nlaboratory = "L"\ndate = "1 March"',
             4,

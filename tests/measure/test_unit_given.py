@@ -61,7 +61,7 @@ def test_a_unit_that_gainsays_the_file_is_refused(written: str, said: str, tmp_p
         read_trace(path, ReadingOptions(column=[f"force:{said}=Load"]))
     # whoever lists the columns says that the file is wrong, and is told so
     trace = read_trace(path, ReadingOptions(columns=f"time:s,elongation:mm,force:{said}"))
-    assert any("the given one takes precedence" in w for w in trace.warnings)
+    assert any("the given unit takes precedence" in w for w in trace.warnings)
 
 
 @pytest.mark.parametrize(("written", "said"), [("N", "newton"), ("lb", "lbf"), ("raw", "kN")])
@@ -71,7 +71,7 @@ def test_a_unit_that_agrees_or_that_nobody_knows_is_taken(
     path = write(tmp_path, f"Time (s),Extension (mm),Load ({written})", *rows())
     read_trace(path, ReadingOptions(column=[f"force:{said}=Load"]))
     if written == "raw":
-        with pytest.raises(FileError, match=r"\(say which it is: --columns force:UNIT='Load'\)"):
+        with pytest.raises(FileError, match=r"\(state it: --columns force:UNIT='Load'\)"):
             read_trace(path)
 
 

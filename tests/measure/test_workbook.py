@@ -62,7 +62,7 @@ def test_a_small_workbook_with_one_value_far_out_is_refused_before_it_is_read(
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as book:
         book.writestr(name, content)
     assert path.stat().st_size < 1500
-    with pytest.raises(FileError, match="has a sheet of .* cells from its first to its last"):
+    with pytest.raises(FileError, match="has a sheet of .* cells"):
         read_trace(path)
 
 

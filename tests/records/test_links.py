@@ -230,12 +230,12 @@ def test_a_run_that_is_not_whole_is_refused(tmp_path: Path) -> None:
     with contextlib.closing(sqlite3.connect(other)) as base:
         base.execute("CREATE TABLE t (x)")
     made = lj.records_add([path, other], db=tmp_path / "lab.db")
-    assert "is not closed" in made.refused[str(path)] and "not a run" in made.refused[str(other)]
+    assert "is not closed" in made.refused[str(path)] and "bench run" in made.refused[str(other)]
     assert not (tmp_path / "lab.db").exists()
     Path(f"{path}-wal").unlink()
     assert lj.records_add(path, db=tmp_path / "lab.db").ids
     later = run_file(tmp_path / "later.ljrun", note="the same run, resumed")
     why = lj.records_add(later, db=tmp_path / "lab.db").refused[str(later)]
-    assert "another state" in why
+    assert "a different state" in why
     lj.records_withdraw("a.ljrun", why="resumed", db=tmp_path / "lab.db")
     assert lj.records_add(later, db=tmp_path / "lab.db").ids

@@ -162,7 +162,7 @@ def test_nothing_is_half_added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 
 @pytest.mark.parametrize(("found", "known", "why"), [(3, 2, "update layerjam"),
-                                                     (2, 4, "no step leads")])  # fmt: skip
+                                                     (2, 4, "cannot be migrated")])  # fmt: skip
 def test_other_versions_are_refused(
     found: int, known: int, why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -238,7 +238,7 @@ def test_other_databases_are_left_alone(tmp_path: Path) -> None:
     (tmp_path / "text.db").write_text("no database at all, but long enough to be looked at" * 30)
     for db, why in (
         (run, "contains other tables"),
-        (tmp_path / "text.db", "the database says"),
+        (tmp_path / "text.db", "the database reports"),
         ("mysql://me:secret@host/x", "cannot be used"),
         ("sqlite://", "cannot be used"),
         ("://", "not the URL"),

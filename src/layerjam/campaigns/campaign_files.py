@@ -261,14 +261,14 @@ def format_readme(campaign: Campaign, folder: Path) -> str:
         "",
         f"{count_noun(sleds, 'friction test')} and {count_noun(len(tests) - sleds, 'pull')}, in "
         f"these layouts: {', '.join(spec.files.layouts)}.",
-        "Each file NAME has a NAME.toml with the facts that the file lacks: vacuum, speed,",
+        "Each file NAME has a NAME.toml with metadata that the file lacks: vacuum, speed,",
         "repeat, brake.",
-        "spec.toml is the campaign; layerjam lab spec.toml --out ANOTHER writes it again.",
-        "truth.toml holds the true values. Solve the exercise first, then look.",
+        "spec.toml is the campaign; layerjam lab spec.toml --out FOLDER writes it again.",
+        "truth.toml contains the true values. Solve the exercise first, then look.",
     ]
     if faulty:
         lines += [
-            f"{faulty} of the pulls' files have a fault that you should find. Files that are",
+            f"{faulty} of the pull files have a fault for you to find. Files that are",
             "rejected are listed; --partial writes the brake from the others.",
         ]
     lines += ["", "To try:", *(f"  {c}" for c in suggest_commands(campaign, folder)), ""]

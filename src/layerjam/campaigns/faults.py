@@ -40,7 +40,7 @@ class LoadCell:
     """A load cell and its recording; by default without any fault."""
 
     sampling_rate: float = quantity("Hz", "samples per second", lo=0.1, hi=1e6, default=1000.0)
-    force_noise: float = fault("N", "white noise of the load cell, standard deviation", 1e4)
+    force_noise: float = fault("N", "standard deviation of the load cell's white noise", 1e4)
     force_offset: float = fault("N", "load cell's reading at no load", 1e4, lo=-1e4)
     load_cell_range: float | None = quantity(
         "N", "force at which the load cell saturates", lo=1e-3, hi=1e7, default=None
@@ -61,12 +61,12 @@ class Faults(LoadCell):
     crosshead_start: float = fault("m", "travel shown by the first sample", 2, lo=-2)
     compliance: float = fault("m/N", "compliance of frame and grips included in the travel", 1e-3)
     lag: float = fault("s", "delay of the force", 10)
-    jitter: float = fault("s", "jitter of the sampling time, standard deviation", 1)
-    dropped: float = fault("1", "share of samples that are lost", 0.5)
-    repeated_stamps: float = fault("1", "share of samples that repeat the previous time stamp", 0.5)
-    stick_slip: float = fault("N", "stick-slip while sliding, from top to bottom", 1e4)
+    jitter: float = fault("s", "standard deviation of the sampling jitter", 1)
+    dropped: float = fault("1", "fraction of samples that are lost", 0.5)
+    repeated_stamps: float = fault("1", "fraction of samples with a repeated time stamp", 0.5)
+    stick_slip: float = fault("N", "stick–slip while sliding, peak to peak", 1e4)
     overshoot: float = fault(
-        "1", "excess of the sheets' static friction over the kinetic, relative", 1
+        "1", "relative excess of static over kinetic friction of the sheets", 1
     )
     overshoot_slip: float = quantity(
         "m", "slip over which that excess falls to 1/e", lo=1e-5, hi=0.1, default=1e-3
@@ -80,12 +80,12 @@ class Faults(LoadCell):
     warming: float = fault(
         "K", "rise of the temperature from the first test to the last", 30, lo=-30
     )
-    zero_per_kelvin: float = fault("N", "load cell's zero, change for each kelvin", 100, lo=-100)
+    zero_per_kelvin: float = fault("N", "change of the load cell's zero per kelvin", 100, lo=-100)
     span_per_kelvin: float = fault(
-        "1", "load cell's span, relative change for each kelvin", 0.01, lo=-0.01
+        "1", "relative change of the load cell's span per kelvin", 0.01, lo=-0.01
     )
     friction_per_kelvin: float = fault(
-        "1", "sheets' friction, relative change for each kelvin", 0.02, lo=-0.02
+        "1", "relative change of the sheets' friction per kelvin", 0.02, lo=-0.02
     )
 
 
@@ -95,12 +95,12 @@ def check_consistency(machine: Faults) -> None:
         raise QuantityError.of(
             "machine.slack",
             f"{machine.slack * 1e3:g} mm is not allowed together with a preload of "
-            f"{machine.preload:g} N, which takes the slack out; give one of them",
+            f"{machine.preload:g} N, which removes the slack; state only one of them",
         )
     if machine.jitter * machine.sampling_rate > 0.2:
         raise QuantityError.of(
             "machine.jitter",
-            f"{machine.jitter:.4g} s is not allowed; it is at most 0.2 of the "
+            f"{machine.jitter:.4g} s is not allowed; it must be at most 0.2 of the "
             f"sampling period, {0.2 / machine.sampling_rate:.4g} s",
         )
 

@@ -76,7 +76,7 @@ def plan_tests(spec: Spec) -> tuple[tuple[Subject, ...], tuple[Trial, ...]]:
     if len(set(labels)) < len(labels):
         twice = next(label for label in labels if labels.count(label) > 1)
         raise QuantityError.of(
-            "brakes.label", f"'{twice}' names two brakes; give each its own label"
+            "brakes.label", f"two brakes have the label '{twice}'; use different labels"
         )
     for subject, vacuum in itertools.product(subjects, spec.pulls.vacuums):
         _check_vacuum(subject, vacuum, spec.machine)
@@ -105,8 +105,8 @@ def _build_subject(truth: Truth) -> Subject:
     if kinetic > static:
         raise QuantityError.of(
             "brakes.kinetic",
-            f"{kinetic:g} is more than the static friction, {static:g}; kinetic "
-            "friction is at most the static one",
+            f"{kinetic:g} exceeds the static friction, {static:g}; kinetic "
+            "friction cannot exceed static friction",
         )
     stiffness = truth.stiffness or float(working_stiffness(brake))
     factor = truth.scale_factor or brake.scale_factor
@@ -137,7 +137,7 @@ def _check_vacuum(subject: Subject, vacuum: float, machine: Faults) -> None:
     if not 0 <= true <= atmosphere or vacuum > atmosphere:
         raise QuantityError.of(
             "pulls.vacuums",
-            f"{show(vacuum, 'Pa', 6)} shown is {show(true, 'Pa', 6)} in the brake "
+            f"{show(vacuum, 'Pa', 6)} on the gauge is {show(true, 'Pa', 6)} in "
             f"{subject.label}; it must be between zero and the atmosphere, "
             f"{show(atmosphere, 'Pa', 6)}",
         )
@@ -258,7 +258,7 @@ def _make_outlier(spec: Spec, test: Trial) -> Trial:
         raise QuantityError.of(
             "odd.vacuum_change",
             f"{odd.vacuum_change:g} changes {show(test.vacuum or 0.0, 'Pa', 6)} to "
-            f"{show(vacuum, 'Pa', 6)}; a vacuum is at most the atmosphere, "
+            f"{show(vacuum, 'Pa', 6)}; a vacuum cannot exceed the atmosphere, "
             f"{show(atmosphere, 'Pa', 6)}",
         )
     return replace(

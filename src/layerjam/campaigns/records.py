@@ -125,7 +125,7 @@ def _pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Array:
     if not np.isfinite(slip).all():
         raise QuantityError.of(
             "pulls.vacuums",
-            f"a pull of {subject.label} is impossible; the vacuum must stay zero or more "
+            f"a pull of {subject.label} is impossible; the vacuum must be zero or more "
             "and below the value at which the brake snaps on its mount",
         )
     return_travel = speed * np.maximum(time - turn, 0.0)

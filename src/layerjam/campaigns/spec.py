@@ -27,7 +27,7 @@ def _list_field(unit: str, text: str, default: tuple[float, ...], **bounds: Any)
 
 
 def _scatter_field(name: str) -> Any:
-    return fault("1", f"{name}: standard deviation from repeat to repeat, part of the mean", 0.5)
+    return fault("1", f"{name}: relative standard deviation between repeats", 0.5)
 
 
 def _fault_field(fault_text: str) -> Any:
@@ -47,7 +47,7 @@ class Truth:
     """
 
     brake: str | BrakeFile = _word_field("catalogue name or path of a brake file", MISSING)
-    label: str = _word_field("short name for its files; by default the name of the brake", "")
+    label: str = _word_field("short name for its files; default: the name of the brake", "")
     scale_factor: float | None = quantity(
         "1", "true scale factor on the sheets' friction", lo=1e-3, hi=100, default=None
     )
@@ -99,7 +99,7 @@ class Pulls:
         "1", "repeats at each vacuum and speed", lo=1, hi=1000, whole=True, default=3
     )
     travel: float = quantity(
-        "m", "travel of the crosshead from where the brake is taut", lo=1e-4, hi=5, default=0.04
+        "m", "crosshead travel after the brake becomes taut", lo=1e-4, hi=5, default=0.04
     )
     unload: float = quantity("m", "return at the end, at the same speed", hi=5, default=0.0)
 
@@ -122,7 +122,7 @@ class FrictionTests(LoadCell):
         "s", "holds under load before the pulls, each repeated", (), lo=1e-3, hi=1e8
     )
     texture: float = quantity(
-        "1", "scatter of the friction along the film, part of the mean", hi=0.3, default=0.01
+        "1", "scatter of friction along the film, as a fraction of the mean", hi=0.3, default=0.01
     )
     static_scatter: float = _scatter_field("static friction")
     kinetic_scatter: float = _scatter_field("kinetic friction")
@@ -149,7 +149,7 @@ class Files:
     """Formats of the files; if there are several layouts, the files alternate between them."""
 
     layouts: tuple[str, ...] = value(
-        ListSpec(each=TextSpec(text="layouts, taken in turn", choices=tuple(LAYOUTS))), ("own",)
+        ListSpec(each=TextSpec(text="layouts, used in turn", choices=tuple(LAYOUTS))), ("own",)
     )
     encoding: str = _word_field(
         "encoding; 'usual' is the default of each layout", "usual", ("usual", *ENCODINGS)
@@ -157,7 +157,7 @@ class Files:
     decimal: str = _word_field(
         "decimal sign; 'usual' is the default of each layout", "usual", ("usual", ".", ",")
     )
-    language: str = _word_field("language of the columns' names", "en", tuple(LANGUAGES))
+    language: str = _word_field("language of the column names", "en", tuple(LANGUAGES))
 
     def list_forms(self) -> list[Form]:
         """Return the forms that files take in turn."""
@@ -179,7 +179,7 @@ class Practice:
 
 def _outlier_field(name: str, lo: float = -0.9) -> Any:
     """Return a field for a change in the outlying pulls."""
-    return quantity("1", f"{name}, as a share", lo=lo, hi=1, default=0.0)
+    return quantity("1", f"{name}, as a fraction", lo=lo, hi=1, default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -234,11 +234,10 @@ def check_spec(spec: Spec) -> Spec:
     if spec.pulls.unload > spec.pulls.travel:
         raise QuantityError.of(
             "pulls.unload",
-            f"{show(spec.pulls.unload, 'm')} is more than the travel, "
-            f"{show(spec.pulls.travel, 'm')}",
+            f"{show(spec.pulls.unload, 'm')} exceeds the travel, {show(spec.pulls.travel, 'm')}",
         )
     if not spec.files.layouts:
-        raise QuantityError.of("files.layouts", "none is given; name at least one")
+        raise QuantityError.of("files.layouts", "none is stated; state at least one")
     for form in spec.files.list_forms():
         form.check_encoding()
     pulls = len(spec.brakes) * len(spec.pulls.vacuums) * len(spec.pulls.speeds)

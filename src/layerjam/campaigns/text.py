@@ -16,12 +16,12 @@ _HEADINGS = {
         "One [[brakes]] table for each brake, with the true values that differ from its file."
     ),
     "pulls": "Pulls of each brake: every vacuum at every speed.",
-    "friction": "Friction tests of each brake's film: a sled drawn over it by a string.",
+    "friction": "Friction tests of each brake's film: a sled pulled over it by a string.",
     "scatter": "Scatter of the brake from pull to pull.",
     "machine": "The test machine and its faults; 0 for none.",
     "files": "Layout of the files.",
     "practice": "Number of pull files with each fault.",
-    "odd": "Outlying pulls, and their changes.",
+    "odd": "Outliers, and how they differ.",
 }
 _FIELDS = dict(entries(Spec))
 

@@ -46,10 +46,10 @@ def read_campaign(folder: str | Path, options: ReadingOptions) -> Campaign:
     """
     root = Path(folder)
     if not root.is_dir():
-        raise FileError(folder, "is not a folder; choose the one that contains the measurements")
+        raise FileError(folder, "is not a folder; choose the folder of the measurements")
     names = [n for n in checksums.list_files(root) if not any(p[0] == "." for p in n.split("/"))]
     if len(names) > LIMIT:
-        raise FileError(folder, f"holds {len(names)} files; at most {LIMIT} are published at once")
+        raise FileError(folder, f"contains {len(names)} files; at most {LIMIT} can be published")
     friction: list[str] = []
     pulls: list[str] = []
     facts: list[Facts] = []
@@ -60,7 +60,7 @@ def read_campaign(folder: str | Path, options: ReadingOptions) -> Campaign:
         facts.append(entry)
         (friction if entry.normal_force else pulls).append(name)
     if not facts:
-        raise FileError(folder, "holds no measurement that could be read")
+        raise FileError(folder, "contains no readable measurement")
     brakes = [n for n in names if n.endswith(".toml") and _read_brake(root / n) is not None]
     return Campaign(root, tuple(names), tuple(friction), tuple(pulls), tuple(brakes), tuple(facts))
 
@@ -81,8 +81,8 @@ def find_brake(tests: Campaign) -> str:
     matches = [n for n in plain if load(tests.folder / n).name == name]
     if len(matches) == 1:
         return matches[0]
-    brakes = ", ".join(plain[:4]) if plain else "no brake's file"
-    raise FileError(tests.folder, f"holds {brakes}; state which one was tested (--brake)")
+    brakes = ", ".join(plain[:4]) if plain else "no brake file"
+    raise FileError(tests.folder, f"contains {brakes}; specify the tested brake (--brake)")
 
 
 def split_calibration_pulls(tests: Campaign) -> tuple[list[str], list[str]]:

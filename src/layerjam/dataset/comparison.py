@@ -252,7 +252,7 @@ def _pdf_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
     texts = list(_text_differences(file, "\n".join(before), "\n".join(after)))
     yield from texts
     if not texts and (page := find_other_page(old, new)):
-        yield Difference(f"looks of page {page}", file, None, None)
+        yield Difference(f"appearance of page {page}", file, None, None)
 
 
 NUMBER = re.compile(r"(?<![\w.])([-−]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?!\w|\.\w)")

@@ -40,7 +40,7 @@ def format_readme(
     """Return README.md for a reader who does not know the dataset; `brake` is the brake's name."""
     lines = [f"# {details.name}", ""]
     if synthetic:
-        lines += ["**Synthetic**: files here were written by a program, not measured.", ""]
+        lines += ["**Synthetic**: a program wrote these files; nothing was measured.", ""]
     for entry in entries:
         lines += [f"**Accepted**: {entry.notice()}", ""]
     lines += [
@@ -53,7 +53,7 @@ def format_readme(
         f"- `{RECIPE}`: use of each file, and the settings",
         f"- `{checksums.NAME}`: `sha256sum --check {checksums.NAME}` finds changed files",
         "",
-        "To compute every number again:",
+        "To recompute every number:",
         "",
         f'    pip install "layerjam[publish]=={recipe.versions["layerjam"]}"',
         "    layerjam recompute .",
@@ -153,7 +153,7 @@ def _computation_entry(
         "name": "layerjam",
         "version": recipe.versions.get("layerjam", __version__),
         "softwareRequirements": others,
-        "description": "computes soft layer-jamming brakes; `layerjam recompute` checks this",
+        "description": "models soft layer-jamming brakes; `layerjam recompute` checks this dataset",
     }
     results = [relative_address(n) for n in names if n == FITTED or n.startswith(f"{REPORT}/")]
     action = {

@@ -56,7 +56,7 @@ class Details:
         authors = [Author(**a) for a in row["authors"]]
         texts = [row["name"], row["date"], *(t for a in authors for t in vars(a).values())]
         if not all(isinstance(text, str) for text in texts):
-            raise TypeError("a text is expected")
+            raise TypeError("expected text")
         date.fromisoformat(row["date"])
         licence_notices(row["licence"], authors)
         return cls(name=row["name"], licence=row["licence"], authors=authors, date=row["date"])
@@ -80,7 +80,7 @@ def parse_author(text: str) -> Author:
     if number and not _is_orcid(number):
         raise QuantityError.of(
             "author",
-            f"'{orcid[:60]}' is not an ORCID iD (16 digits, the last one a check); "
+            f"'{orcid[:60]}' is not an ORCID iD (16 characters, the last a check digit); "
             "write it as in 0000-0002-1825-0097",
         )
     return Author(name, number)
@@ -104,7 +104,7 @@ def licence_notices(licence: str | None, authors: Sequence[Author]) -> list[Noti
     """
     notices = []
     if licence is None:
-        text = "no licence is stated, so others may not use the data; give one: --licence CC-BY-4.0"
+        text = "no licence is stated, so others may not use the data; add one: --licence CC-BY-4.0"
         notices.append(Notice(text, "no-licence"))
     elif not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.+-]{1,60}", licence):
         usual = ", ".join(USUAL[:4])
@@ -113,11 +113,10 @@ def licence_notices(licence: str | None, authors: Sequence[Author]) -> list[Noti
         )
     elif licence not in USUAL:
         text = (
-            f"the licence {licence} is unknown to layerjam; check that {SPDX}{licence}.html "
-            "is there"
+            f"the licence {licence} is unknown to layerjam; check that {SPDX}{licence}.html exists"
         )
         notices.append(Notice(text, "unknown-licence"))
     if not authors:
-        text = "no author is stated; give each: --author 'NAME,ORCID'"
+        text = "no author is stated; name each: --author 'NAME,ORCID'"
         notices.append(Notice(text, "no-author"))
     return notices

@@ -37,7 +37,7 @@ def open_root(source: str | Path) -> Iterator[Path]:
             with zipfile.ZipFile(path) as archive:
                 _unpack(archive, folder, path)
         except (zipfile.BadZipFile, OSError, NotImplementedError, RuntimeError, EOFError) as err:
-            raise FileError(path, f"is not a zip file that can be read: {err}") from None
+            raise FileError(path, f"is not a readable zip file: {err}") from None
         yield _find_root(folder, path)
 
 
@@ -53,18 +53,18 @@ def _find_root(folder: Path, source: Path) -> Path:
 def _unpack(archive: zipfile.ZipFile, folder: Path, source: Path) -> None:
     entries = [e for e in archive.infolist() if not e.is_dir()]
     if len(entries) > MOST_FILES:
-        raise FileError(source, f"holds {len(entries)} files; at most {MOST_FILES} are read")
+        raise FileError(source, f"contains {len(entries)} files; at most {MOST_FILES} can be read")
     if sum(e.file_size for e in entries) > LARGEST:
         raise FileError(source, f"unpacks to more than {LARGEST // 2**30} GB")
     [(name, times)] = Counter(entry.filename for entry in entries).most_common(1) or [("", 0)]
     if times > 1:
-        raise FileError(source, f"holds {name[:80]!r} twice; programs differ in which they show")
+        raise FileError(source, f"contains {name[:80]!r} twice; which copy is read is ambiguous")
     for entry in entries:
         inside = PurePosixPath(entry.filename.replace("\\", "/"))
         if inside.is_absolute() or ".." in inside.parts or ":" in entry.filename:
             raise FileError(source, f"would write outside its folder: {entry.filename[:80]!r}")
         if stat.S_ISLNK(entry.external_attr >> 16):
-            raise FileError(source, f"holds a link: {entry.filename[:80]!r}")
+            raise FileError(source, f"contains a link: {entry.filename[:80]!r}")
         if entry.file_size > RATIO * max(entry.compress_size, 1_000):
             raise FileError(
                 source, (f"has an implausible compression ratio: {entry.filename[:80]!r}")

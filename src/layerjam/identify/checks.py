@@ -53,8 +53,8 @@ def identifiability_note(brake: Brake) -> Check:
     return check(
         "identifiable",
         True,
-        "a peak fixes only the product of scale factor and kinetic friction; the factor holds "
-        f"together with the friction it was fitted with, {brake.film.kinetic:.4g}",
+        "a peak determines only the product of scale factor and kinetic friction; use the factor "
+        f"only with the friction it was fitted with, {brake.film.kinetic:.4g}",
     )
 
 
@@ -181,7 +181,7 @@ def check_curve_end(predicted_force: float, measured_force: float) -> Check:
         (predicted_force - measured_force) / measured_force if measured_force > 0 else np.inf
     )
     sentence = (
-        f"at the end of the pulls the calibrated law is {deviation:+.1%} off the measured force"
+        f"at the end of the pulls the calibrated law is {deviation:+.1%} from the measured force"
     )
     return check("shape", abs(deviation) <= 0.15, sentence)
 
@@ -222,12 +222,12 @@ def check_shape(
         limit = min(max(limit, half_interval), max(least, certain_limit))
     fine = abs(mean) <= limit
     sentence = (
-        f"after the peak the curves have a scale factor {format_percent(mean)} from the peaks' "
+        f"after the peak the scale factor deviates by {format_percent(mean)} from that of the peak "
         f"(up to ±{limit:.1%} passes)"
     )
     if end is not None:
         sentence = f"{end.sentence}; {sentence}"
-    explanation = ": the law does not explain the peaks, as with static friction or stick-slip" * (
+    explanation = ": the law does not explain the peaks, as with static friction or stick–slip" * (
         not fine
     )
     return check("shape", fine and (end is None or end.passed), sentence, explanation)

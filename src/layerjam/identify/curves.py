@@ -142,11 +142,11 @@ def fitted_part(curve: Curve) -> slice:
 def require_usable(pull: PullFeatures, vacuum: float) -> None:
     """Raise FitError if least squares over whole curves cannot use a pull."""
     if vacuum <= 0:
-        raise FitError.of(pull.path, f"at {show(vacuum, 'Pa')} of vacuum no sheet is jammed")
+        raise FitError.of(pull.path, f"a vacuum of {show(vacuum, 'Pa')} jams no sheet")
     above = int((pull.force > LINEAR[0] * pull.peak_force).sum())
     if above < SHORTEST:
         raise FitError.of(
             pull.path,
-            f"has {above} samples above {LINEAR[0]:.0%} of its greatest force; at "
+            f"has {above} samples above {LINEAR[0]:.0%} of its maximum force; at "
             f"least {SHORTEST} are needed to fit its curve",
         )

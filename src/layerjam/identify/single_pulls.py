@@ -137,7 +137,7 @@ def single_pulls(
     shifts = _compare_groups(findings, factors, curves)
     _compare_factors(findings, factors, shifts, [c.vacuum for c in curves])
     _compare_each(
-        findings, "slope", _logs(springs), "stiffness {} from the others'", limit=DEVIATION_LIMIT
+        findings, "slope", _logs(springs), "stiffness {} vs. the others", limit=DEVIATION_LIMIT
     )
     _compare_shapes(findings, shapes)
     _compare_speeds(findings, curves)
@@ -194,13 +194,13 @@ def _compare_factors(
     for place in out:
         deviation = float(np.expm1(logs[place] - mean_of_others(logs, out)))
         vacuum = show(vacuums[indices[place]] * (1 + deviation), "Pa", 3)
-        words = f"scale factor {format_percent(deviation)} from the others', as at {vacuum}"
+        words = f"scale factor {format_percent(deviation)} vs. the others, as if at {vacuum}"
         findings.odd("factor", indices[place], words)
 
 
 def _compare_shapes(findings: _Findings, shapes: Sequence[float | None]) -> None:
     """Find curves after the peak that differ from the others', or too far from their own peak."""
-    words = "after the peak {} from its own peak, unlike the others"
+    words = "after the peak {} vs. its own peak, unlike the others"
     logs = [None if s is None else float(np.log1p(max(s, -0.99))) for s in shapes]
     _compare_each(findings, "shape", logs, words, fewest=1)
     for place, deviation in enumerate(shapes):
@@ -208,7 +208,7 @@ def _compare_shapes(findings: _Findings, shapes: Sequence[float | None]) -> None
             findings.verdicts[place]["shape"] = "odd"
             if not any(text.startswith("after the peak") for text in findings.sentences[place]):
                 findings.odd(
-                    "shape", place, f"after the peak {format_percent(deviation)} from its own peak"
+                    "shape", place, f"after the peak {format_percent(deviation)} vs. its own peak"
                 )
 
 
@@ -239,9 +239,9 @@ def _compare_groups(
             continue
         group, shift = result
         level = show(float(np.mean([levels_of_pulls[i] for i in group])), unit, 3)
-        both = " (or those are wrong)" if len(groups) == 2 else ""
+        both = " (or the others are wrong)" if len(groups) == 2 else ""
         change = format_percent(float(np.expm1(shift)))
-        words = f"at {level} scale factors are {change} from the others'{both}"
+        words = f"at {level} scale factors differ by {change} from the others{both}"
         for place in group:
             findings.odd(test, indices[place], words)
             shifts[indices[place]] += shift
@@ -264,7 +264,7 @@ def _compare_speeds(findings: _Findings, curves: Sequence[Curve]) -> None:
             continue
         if abs(recorded_speed / stated_speed - 1) > ALIKE:
             stated_text, moved_text = (show(v, "m/s", 3) for v in (stated_speed, recorded_speed))
-            words = f"moved at {moved_text}, but {stated_text} is stated"
+            words = f"moved at {moved_text}; the stated speed is {stated_text}"
             findings.odd("speed", place, words)
         elif findings.verdicts[place]["speed"] == "untold":
             findings.verdicts[place]["speed"] = "ok"
@@ -311,7 +311,7 @@ def pull_checks(
     odd = [f"{row.file}: {row.sentence}" for row in rows if row.is_outlier]
     fine = f"none of {len(rows)} pulls differs from the others"
     if len(rows) < 3:
-        fine = "too few pulls to tell which one differs: three are needed"
+        fine = "too few pulls to identify one that differs: three are needed"
     shapes = [row.shape for row in rows if row.shape is not None]
     alarms, least = ALARMS["shape of all"], LEAST["shape"]
     checks: list[Check | None] = [

@@ -16,7 +16,7 @@ def friction_growth(brake: Brake, speed: float | None, path: str) -> float:
     if speed is None:
         raise FitError.of(
             path,
-            "states no speed and has no time, but the friction of this brake depends on "
+            "has neither a speed nor a time, but the friction of this brake depends on "
             "speed ([speed_law]); state the speed in a sidecar, or use the brake without "
             "that table",
         )

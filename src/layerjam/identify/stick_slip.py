@@ -264,7 +264,7 @@ def _judge_turns(stretch: _Stretch, smooth: Array, peaks: Indices, troughs: Indi
         peaks = peaks[1:]
     count = min(len(peaks), len(troughs) - 1)
     if count < 3:
-        return Search(None, f"only {max(count, 0)} clear swings, too few to decide")
+        return Search(None, f"only {max(count, 0)} clear swings: too few to decide")
     peaks, starts, ends = peaks[:count], troughs[:count], troughs[1 : count + 1]
     rise, length = position[peaks] - position[starts], position[ends] - position[starts]
     if not (length > 0).all() or not (rise > 0).all():
@@ -279,16 +279,16 @@ def _judge_turns(stretch: _Stretch, smooth: Array, peaks: Indices, troughs: Indi
     clear = swing > 20 * stretch.noise / samples**0.5 and swing > 0.05 * abs(middle)
     large = clear and mean_share > 0.75 and slopes < 0.25
     if count < LEAST_TEETH and not large:
-        return Search(None, f"only {count} clear swings, too few to decide")
+        return Search(None, f"only {count} clear swings: too few to decide")
     if np.median(np.diff(peaks)) < 4 * samples and samples > 1:
-        return Search(None, "swings as short as the smoothing")
+        return Search(None, "swings no longer than the smoothing")
     alike = count >= MANY_TEETH and max(irregular, slopes) <= ALIKE
     least = LEAST_SHARE if alike else SUDDEN
     if mean_share < least or mean_share - 0.5 < CLEAR * spread:
         return Search(
             None,
             f"the force swings {count} times but rises for {mean_share:.0%} of a swing: a "
-            "vibration or a rough film, no stick-slip",
+            "vibration or a rough film, not stick–slip",
         )
     if irregular > MOST_UNLIKE or slopes > MOST_UNLIKE:
         return Search(None, f"{count} swings without a regular spacing or slope: a rough film")

@@ -44,11 +44,11 @@ class CertificateSpec(AsItIs):
             raise QuantityError.of(name, f"must be {self.limits()}")
         unknown = ", ".join(sorted(set(text) - set(KEYS)))[:60]
         if unknown:
-            raise QuantityError.of(name, f"does not know {unknown}; it must be {self.limits()}")
+            raise QuantityError.of(name, f"has unknown keys: {unknown}; it must be {self.limits()}")
         texts = {key: _text(text.get(key, ""), f"{name}.{key}", key) for key in KEYS}
         empty = [key for key in KEYS if key != "due" and not texts[key]]
         if empty:
-            raise QuantityError.of(name, f"{', '.join(empty)} missing; it must be {self.limits()}")
+            raise QuantityError.of(name, f"lacks {', '.join(empty)}; it must be {self.limits()}")
         if texts["due"] and texts["due"] < texts["date"]:
             raise QuantityError.of(
                 f"{name}.due", f"{texts['due']} is before the calibration of {texts['date']}"
@@ -70,5 +70,5 @@ def _text(value: object, name: str, key: str) -> str:
                 name, f"'{str(value)[:40]}' is not a date such as 2026-03-01"
             ) from None
     if not isinstance(value, str):
-        raise QuantityError.of(name, "must be a text in quotes")
+        raise QuantityError.of(name, "must be text in quotes")
     return value.strip()

@@ -100,13 +100,13 @@ def parse_list(text: str, path: str | Path) -> dict[str, dict[str, Any]]:
         if name not in (FILE, *_FIELDS):
             raise FileError(path, str(UnknownNameError("column", name, [FILE, *_FIELDS])), 1)
     if FILE not in names or len(set(names)) < len(names):
-        raise FileError(path, f"needs one column '{FILE}' with the names of the files", 1)
+        raise FileError(path, f"needs one column '{FILE}' with the file names", 1)
     out: dict[str, dict[str, Any]] = {}
     for number, row in rows[1:]:
         cells = dict(zip(names, zip(row, (u for _, u in heads), strict=False), strict=False))
         file = cells.pop(FILE, ("", None))[0]
         if not file or file in out:
-            fault = f"lists '{file}' twice" if file else "has a row without a file's name"
+            fault = f"lists '{file}' twice" if file else "has a row without a file name"
             raise FileError(path, fault, number)
         try:
             out[file] = {
@@ -133,7 +133,7 @@ def _values_in_name(path: Path, names: str) -> dict[str, Any]:
     )
     match, units = next((pair for pair in matches if pair[0] is not None), (None, {}))
     if match is None:
-        hint = "" if "|" in names else "; for files of two kinds, two patterns with | between them"
+        hint = "" if "|" in names else "; for two kinds of names, put | between two patterns"
         fault = f"its name does not follow the pattern '{names}'"
         raise FileError(path, fault, how=f" (--names{hint})")
     try:
@@ -142,7 +142,7 @@ def _values_in_name(path: Path, names: str) -> dict[str, Any]:
             for name, text in match.groupdict().items()
         }
     except QuantityError as err:
-        raise FileError(path, f"its name after the pattern '{names}': {err}") from None
+        raise FileError(path, f"its name, by the pattern '{names}': {err}") from None
 
 
 @lru_cache(maxsize=64)
@@ -171,7 +171,7 @@ def _compile_pattern(names: str) -> tuple[re.Pattern[str], dict[str, str | None]
 
 def _quantity_group(name: str, unit: str, units: dict[str, str | None]) -> str:
     if name not in _IN_NAMES:
-        raise UnknownNameError("quantity of a file's name", name, _IN_NAMES)
+        raise UnknownNameError("quantity in a file name", name, _IN_NAMES)
     if name in units:
         raise QuantityError(f"names: {{{name}}} appears twice")
     si = _IN_NAMES[name].unit
@@ -184,6 +184,6 @@ def _quantity_group(name: str, unit: str, units: dict[str, str | None]) -> str:
 
 def _pattern_form(quantities: Sequence[str] = tuple(_IN_NAMES)) -> str:
     return (
-        f"write such as 'pull_{{vacuum}}_{{speed:mm/s}}_*' with {', '.join(quantities)}; a unit "
-        "within the braces if the name has none, * for anything"
+        f"use a pattern such as 'pull_{{vacuum}}_{{speed:mm/s}}_*' with {', '.join(quantities)}; "
+        "put a unit inside the braces if the name has none, and * for any text"
     )

@@ -28,7 +28,7 @@ def read_history(
     if (step <= 0).any():
         bad = int(np.argmax(step <= 0)) + 1
         raise FileError(
-            path, f"time does not rise: {show(time[bad], 's')} after {show(time[bad - 1], 's')}"
+            path, f"time does not increase: {show(time[bad], 's')} after {show(time[bad - 1], 's')}"
         )
     wrong = (vacuum < 0) | (vacuum > atmosphere)
     if wrong.any():
@@ -36,7 +36,7 @@ def read_history(
         raise FileError(
             path,
             f"vacuum {show(float(vacuum[bad]), 'Pa')} at {show(time[bad], 's')} is not allowed; it "
-            f"lies between 0 and the atmosphere of {show(atmosphere, 'Pa')}"
+            f"must be between 0 and the atmosphere of {show(atmosphere, 'Pa')}"
             + ("" if kind == "vacuum" else f" (its pressure is read as {kind})"),
         )
     return History(time, vacuum)

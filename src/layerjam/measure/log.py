@@ -100,7 +100,7 @@ class Log:
                     f"does not state the pressure reference of '{column.name[:60]}': name the "
                     "column vacuum"
                 ),
-                how=", or give --reading absolute, gauge (over the atmosphere) or "
+                how=", or give --reading absolute, gauge (above the atmosphere) or "
                 "vacuum (below it)",
                 asks="reading",
             )
@@ -156,13 +156,13 @@ def _largest_table(source: Source, wants: Sequence[Want], listed: bool) -> Table
     lines = read_lines(source)
     blocks = find_blocks(lines)
     if listed and not blocks:
-        raise FileError(source.path, "holds no row of numbers")
+        raise FileError(source.path, "contains no row of numbers")
     if listed:
         return replace(bare_table(lines, blocks[0]), last=None)
     best = max((b for b in blocks if b.table), key=lambda b: (b.styled, b.rows), default=None)
     table = best.table if best else find_headless(lines, blocks)
     if table is None:
-        fault = "has no row of column names; state its columns"
+        fault = "has no header row; state its columns"
         raise FileError(source.path, fault, how=f": {columns_hint(wants)}", asks="columns")
     return table
 
@@ -212,7 +212,7 @@ def _convert_points(
             )
         number = twice.replace(".", "", twice.count(".") - 1)
         notes.append(
-            f"in {column.name} {twice} is read as {number}: the last point is the decimal one"
+            f"in {column.name}, {twice} is read as {number}: the last point is the decimal sign"
         )
     if not notes:
         return rows, notes

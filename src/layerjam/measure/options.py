@@ -50,7 +50,7 @@ class ReadingOptions:
     column: Sequence[str] | Mapping[str, str] = value(ListSpec(each=TextSpec(), single=True), ())
     columns: str | None = value(TextSpec(), None)
     decimal: str | None = value(TextSpec(choices=(".", ",")), None)
-    specimen: int | None = quantity("1", "number of the specimen", lo=1, whole=True, default=None)
+    specimen: int | None = quantity("1", "specimen number", lo=1, whole=True, default=None)
     sheet: str | None = value(TextSpec(), None)
     names: str | None = value(TextSpec(), None)
     speed: float | None = like(CROSSHEAD_SPEED, default=None)
@@ -100,7 +100,7 @@ class ReadingOptions:
             out[entry.role] = entry
         if self.columns is not None and not out:
             raise QuantityError(
-                f"columns: '{self.columns[:40]}' names no column; {_list_roles(roles)}"
+                f"columns: '{self.columns[:40]}' does not name a column; {_list_roles(roles)}"
             )
         return out
 
@@ -134,7 +134,7 @@ def _parse_entry(text: str, index: int | None, roles: Mapping[str, str]) -> Colu
 
 
 def _list_roles(roles: Mapping[str, str]) -> str:
-    return f"roles are {', '.join(roles)}"
+    return f"the roles are {', '.join(roles)}"
 
 
 KEYS = tuple(f.name for f in fields(ReadingOptions))

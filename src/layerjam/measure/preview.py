@@ -107,7 +107,7 @@ def _largest_block(source: Source) -> tuple[Lines, Block]:
     lines = read_lines(source)
     blocks = list(share_heads(lines, find_blocks(lines)))
     if not blocks:
-        raise FileError(source.path, "holds no row of numbers")
+        raise FileError(source.path, "contains no row of numbers")
     return lines, max(blocks, key=lambda b: (b.width >= 2, b.rows))
 
 

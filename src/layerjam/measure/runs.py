@@ -153,10 +153,10 @@ def _check_kind(base: sqlite3.Connection, name: str) -> None:
         version = base.execute("PRAGMA user_version").fetchone()[0]
     except sqlite3.DatabaseError as error:
         if error.sqlite_errorcode == sqlite3.SQLITE_NOTADB:
-            raise FileError(name, f"is not a run of a bench ({ENDING})") from None
+            raise FileError(name, f"is not a bench run ({ENDING})") from None
         raise FileError(name, _describe_error(error)) from None
     if kind != APPLICATION_ID:
-        raise FileError(name, "is a database, but not a run of a bench")
+        raise FileError(name, "is a database, but not a bench run")
     if version > FORMAT:
         raise FileError(
             name, f"has format {version}; this version reads up to {FORMAT}, so update layerjam"

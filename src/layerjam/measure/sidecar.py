@@ -32,9 +32,7 @@ def _certificate_field(instrument: str) -> Any:
 
 
 def _limit_field(quantity_name: str) -> Any:
-    return quantity(
-        "1", f"limit of error of the {quantity_name}, over its value", hi=0.2, default=None
-    )
+    return quantity("1", f"relative limit of error of the {quantity_name}", hi=0.2, default=None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,10 +45,10 @@ class Facts:
 
     vacuum: float | None = like(VACUUM, "vacuum in the brake during the test", default=None)
     speed: float | None = like(CROSSHEAD_SPEED, default=None)
-    repeat: int | None = quantity("1", "number of the repeat", whole=True, default=None)
+    repeat: int | None = quantity("1", "repeat number", whole=True, default=None)
     mounting: int | None = quantity(
         "1",
-        "number of the mounting that the brake was pulled in; default: the number of the repeat",
+        "number of the mounting in which the brake was pulled; default: the repeat number",
         whole=True,
         default=None,
     )
@@ -59,15 +57,13 @@ class Facts:
     hold: float | None = quantity(
         "s", "hold under load before the pull of a friction test", lo=1e-3, hi=1e8, default=None
     )
-    procedure: str | None = value(
-        TextSpec(text="what was done, in the words of a procedure"), default=None
-    )
+    procedure: str | None = value(TextSpec(text="test procedure, as free text"), default=None)
     synthetic: bool = value(FlagSpec(text="the numbers were computed, not measured"), default=False)
     seed: int | None = like(SEED, "seed of a synthetic file", default=None)
     note: str = value(TextSpec(text="anything else"), default="")
     number: str = _text_field("number of the test or of its report")
-    customer: str = _text_field("who ordered the test, with the address")
-    date: str = _text_field("day of the test")
+    customer: str = _text_field("customer of the test, with its address")
+    date: str = _text_field("date of the test")
     operator: str = _text_field("operator")
     laboratory: str = _text_field("laboratory, with its address")
     machine: str = _text_field("test machine, with its serial number")
@@ -86,10 +82,12 @@ class Facts:
     )
     area: float | None = like(AREA, "area under the sled of a friction test", default=None)
     area_limit: float | None = _limit_field("area under the sled")
-    film_maker: str = _text_field("maker and product of the film")
+    film_maker: str = _text_field("manufacturer and product name of the film")
     film_lot: str = _text_field("lot of the film")
-    film_direction: str = _text_field("direction of the film's roll in the test")
-    conditioning: str = _text_field("conditioning of the specimens: duration and climate")
+    film_direction: str = _text_field("roll direction of the film in the test")
+    conditioning: str = _text_field(
+        "conditioning of the specimens: duration, temperature and humidity"
+    )
     climate: str = _text_field("temperature and humidity during the test")
 
     @property
@@ -144,7 +142,7 @@ def read_text_or_empty(place: Path) -> str:
 
 def facts_text(facts: Facts) -> str:
     """Return the sidecar's TOML; `read_facts` returns exactly these metadata."""
-    lines = ["# Facts that the data file next to this one does not contain."]
+    lines = ["# Metadata that the data file next to this one does not contain."]
     return "\n".join([*lines, *plain(_FIELDS, vars(facts)), ""])
 
 

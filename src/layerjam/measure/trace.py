@@ -63,7 +63,7 @@ class Trace:
             raise UnknownNameError("over", over, ("time", "elongation"))
         clock = getattr(self, over)
         if clock is None:
-            raise QuantityError(f"between: {self.path} holds no time; cut it over 'elongation'")
+            raise QuantityError(f"between: {self.path} contains no time; cut it by 'elongation'")
         unit = "s" if over == "time" else "m"
         low, high = -np.inf if start is None else start, np.inf if end is None else end
         inside = (clock >= low) & (clock <= high)
@@ -111,7 +111,7 @@ def check_trace(trace: Trace, line: Callable[[int], int | None], *, turned: bool
     rows = len(trace)
     if rows < FEWEST_ROWS:
         raise FileError(
-            trace.path, f"holds {rows} rows of numbers, at least {FEWEST_ROWS} are needed"
+            trace.path, f"contains {rows} rows of numbers; at least {FEWEST_ROWS} are needed"
         )
     for name, (largest, unit) in _LARGEST.items():
         values = getattr(trace, name)
@@ -143,9 +143,9 @@ def _check_time(trace: Trace, line: Callable[[int], int | None]) -> list[str]:
         )
     repeats = int((step == 0).sum())
     if repeats == len(step):
-        return [f"the time never changes, it stays at {float(trace.time[0]):.9g} s"]
+        return [f"the time never changes; it stays at {float(trace.time[0]):.9g} s"]
     if repeats:
-        return [f"{repeats} of {len(trace)} time stamps repeat the one before"]
+        return [f"{repeats} of {len(trace)} time stamps repeat the previous one"]
     return []
 
 
@@ -161,7 +161,7 @@ def _check_signs(trace: Trace, turned: bool) -> list[str]:
                 " (--negative force)",
             )
         )
-        largest = f"the force is negative where it is largest ({show(low, 'N')})"
+        largest = f"the force of largest magnitude is negative ({show(low, 'N')})"
         raise FileError(trace.path, largest + reason, how=hint, asks="force-sign")
     farthest, lowest = float(travel.max()), -float(travel.min())
     if lowest > 0 and farthest < 0.1 * lowest:

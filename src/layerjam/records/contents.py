@@ -54,7 +54,7 @@ def check_whole(path: str) -> None:
         close = ("sqlite3", Path(path).name, "PRAGMA journal_mode = DELETE")
         raise FileError(
             path,
-            f"is not closed: {log.name} next to it contains a part of the run. If the recording "
+            f"is not closed: {log.name} next to it contains part of the run. If the recording "
             f"has ended, close it with: {typed_line(close)}",
         )
 
@@ -186,7 +186,7 @@ def _read_toml(path: str, file: Mapping[str, Any]) -> Content:
     if name != FOLDER and not Path(name).stem.count("."):
         raise FileError(
             path,
-            "is not a brake ([sheets]), a line, or the facts of a measurement (NAME.csv.toml)",
+            "is not a brake ([sheets]), a line, or the metadata of a measurement (NAME.csv.toml)",
         )
     measurement = Path(path).with_name("x") if name == FOLDER else Path(path).with_suffix("")
     facts = read_facts(measurement)
@@ -285,7 +285,7 @@ def _read_json(path: str, file: Mapping[str, Any]) -> Content:
         },
         cited=tuple(cited),
     )
-    notes = () if cited else ("it names its sources without digests, so it cannot be linked",)
+    notes = () if cited else ("it lists its sources without digests, so it cannot be linked",)
     return Content(path=path, file={**file, "kind": "calibration"}, piece=piece, notes=notes)
 
 
@@ -297,7 +297,7 @@ def _read_data(path: str, entry: Mapping[str, Any], head: bytes) -> Content:
     try:
         with_facts = read_facts(path).synthetic
     except LayerjamError as error:
-        raise FileError(path, f"its facts cannot be read: {error}") from None
+        raise FileError(path, f"its metadata cannot be read: {error}") from None
     file = {**entry, "kind": "data", "simulated": True if synthetic or with_facts else None}
     fields = dict(line.split(": ", 1) for line in comments if ": " in line)
     cited = [
@@ -310,7 +310,7 @@ def _read_data(path: str, entry: Mapping[str, Any], head: bytes) -> Content:
         run_id = strip_invalid(fields["run_id"].strip())
         cited.append(Cited(run_id, "run", "the run that was exported"))
     if (brake := _brake_in_head(comments)) is not None:
-        cited.append(Cited(text_digest(brake), "brake", "the brake in its head"))
+        cited.append(Cited(text_digest(brake), "brake", "the brake in its header"))
     return Content(path=path, file=file, cited=tuple(cited))
 
 

@@ -180,7 +180,7 @@ class Database:
             yield
         except DBAPIError as error:
             reason = " ".join(str(error.orig).split())[:300]
-            raise RecordsError(f"{self.where}: the database says: {reason}") from None
+            raise RecordsError(f"{self.where}: the database reports: {reason}") from None
         except OSError as error:
             raise RecordsError(f"{self.where}: cannot be written: {error.strerror}") from None
 
@@ -210,7 +210,7 @@ def _table_version(db: Connection, place: str) -> int | None:
     missing = [version for version in range(current, VERSION) if version not in STEPS]
     if missing:
         raise RecordsError(
-            f"{place}: its tables have version {current}, and no step leads from version "
+            f"{place}: its tables have version {current}, and cannot be migrated from version "
             f"{missing[0]} to {VERSION}; use the version of layerjam that created them"
         )
     return int(current)

@@ -19,12 +19,12 @@ def resolve_record_id(db: Connection | None, text: str, place: str) -> str:
     ids = [] if db is None else _find_by_id(db, text.strip().lower()) or _find_by_name(db, text)
     if not ids:
         raise RecordsError(
-            f"{place}: contains no record '{text[:80]}'; give a name, an id, or the first "
-            f"{SHORTEST} characters of one or more, as 'layerjam records list' shows them"
+            f"{place}: contains no record '{text[:80]}'; use a name, an id, or at least the first "
+            f"{SHORTEST} characters of an id, as listed by 'layerjam records list'"
         )
     if len(ids) > 1:
         raise RecordsError(
-            f"'{text[:80]}' names several records ({', '.join(ids[:3])}); give the id of one"
+            f"'{text[:80]}' matches several records ({', '.join(ids[:3])}); use the id of one"
         )
     return ids[0]
 

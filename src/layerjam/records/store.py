@@ -154,7 +154,7 @@ def refusal_reason(db: Connection, content: Content) -> str | None:
         ).first()
         if run is not None:
             return (
-                f"is another state of a run that is already in the records: {run.name} as "
+                f"is a different state of a run that is already in the records: {run.name} as "
                 f"{run.id}; withdraw that one first"
             )
     return None
@@ -236,7 +236,7 @@ def withdraw(database: Database, ident: str, reason: str) -> tuple[str, list[str
         full_id = resolve_record_id(db, ident, database.where)
         before = _withdrawal_reason(db, full_id)
         if before is not None:
-            raise RecordsError(f"{full_id}: was already withdrawn, because: {before}")
+            raise RecordsError(f"{full_id}: was already withdrawn; reason: {before}")
         text = strip_invalid(reason.strip())
         entry = {"id": full_id, "when": utc_timestamp(), "why": text, "by": user_name()}
         db.execute(WITHDRAWN.insert().values(**entry))

@@ -101,7 +101,7 @@ def _check_divergences(fit: BayesFit) -> Check:
 def _check_draws(fit: BayesFit) -> Check:
     sizes = {n: chain_agreement(getattr(fit, n))[1] for n in (*SHAPE, "scale_factor_sd")}
     least = min(sizes, key=lambda n: sizes[n])
-    sentence = f"the draws are worth at least {sizes[least]:.0f} independent ones"
+    sentence = f"the effective sample size is at least {sizes[least]:.0f}"
     due = f" ({least.replace('_', ' ')}); an interval needs {ESS}, so use more draws"
     return check("draws", sizes[least] >= ESS, sentence, due)
 
@@ -117,7 +117,7 @@ def _check_repeats(fit: BayesFit) -> Check:
         )
         return check("repeats", False, sentence)
     sentence = f"scale factors of {count} curves scatter by {scatter:.1%}"
-    cause = ": more than films usually do; one of the curves may be from another brake or vacuum"
+    cause = ": more than films usually do; one curve may be from a different brake or vacuum"
     level: Level = "failed" if scatter > GROSS else "warning"
     return check("repeats", scatter < 0.15, sentence, cause, level)
 
@@ -129,8 +129,8 @@ def _check_identifiability(fit: BayesFit) -> Check:
     vague = [n.replace("_", " ") for n in SHAPE if widths[n] > NARROWED]
     parts = ", ".join(f"{n.replace('_', ' ')} {widths[n]:.1%}" for n in SHAPE)
     sentence = (
-        f"posterior width relative to the prior: {parts}; scale factor and enclosure are "
-        f"correlated by {together:+.2f}; only the products of scale factor and kinetic "
+        f"posterior width relative to the prior: {parts}; scale factor and enclosure have "
+        f"a correlation of {together:+.2f}; only the products of scale factor and kinetic "
         f"friction ({fit.brake.film.kinetic:.4g}) and of the enclosure's modulus and "
         "friction are determined"
     )
@@ -145,9 +145,9 @@ def _check_prior(fit: BayesFit) -> Check:
     }
     worst = max(distance, key=lambda n: abs(distance[n]))
     sentence = (
-        f"{worst.replace('_', ' ')} lies {distance[worst]:+.2g} prior SDs off its prior's middle"
+        f"{worst.replace('_', ' ')} is {distance[worst]:+.2g} prior SDs from its prior's centre"
     )
-    cause = ": the brake in the file and the one pulled differ; check film, sheets and vacuum"
+    cause = ": the brake pulled is not the one in the file; check film, sheets and vacuum"
     return check("prior", abs(distance[worst]) <= PRIOR_DISTANCE, sentence, cause)
 
 
@@ -178,6 +178,6 @@ def _check_slip_residuals(fit: BayesFit, data: Data) -> Check:
         inside = data.real & (part >= low) & (part < (0.25 if low == 0.05 else low + 0.2501))
         parts.append(float(residuals[inside].mean()) if inside.any() else 0.0)
     percents = ", ".join(f"{p:+.2%}" for p in parts)
-    sentence = f"mean residual over the four quarters of the slip: {percents} of the greatest force"
-    effect = ": the force falls differently from the law, so intervals are too narrow"
+    sentence = f"mean residual in the quarters of the slip: {percents} of the maximum force"
+    effect = ": the force does not fall as the law predicts, so intervals are too narrow"
     return check("trend over slip", max(abs(p) for p in parts) <= BENT, sentence, effect)

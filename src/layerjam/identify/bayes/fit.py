@@ -73,7 +73,7 @@ def fit_bayes(
         raise FitError("fit_bayes: no curve was given")
     for name, value, least in (("draws", draws, 4), ("chains", chains, 1)):
         if value < least:
-            raise FitError(f"{name}: {value} is not allowed; it is at least {least}")
+            raise FitError(f"{name}: {value} is not allowed; it must be at least {least}")
     mounting = _mounting_matrix(mountings, len(curves))
     data, beliefs = reduce_curves(curves), prior_moments(brake, mounting is not None)
     sites, divergent = sample(

@@ -32,11 +32,11 @@ FLOOR = 2e-4
 """Least ratio of residual SD to greatest force; no load cell of a test machine is better."""
 RULE = (
     f"each curve is reduced to at most {RISE} means over its rise ({LINEAR[0]:.0%} to "
-    f"{LINEAR[1]:.0%} of the greatest force) and {SLIDE} over its sliding part (from {SLIDES:g} "
-    "times the elongation at which the rise would reach the greatest force). The part between, "
+    f"{LINEAR[1]:.0%} of the maximum force) and {SLIDE} over its sliding part (from {SLIDES:g} "
+    "times the elongation at which the rise would reach the maximum force). The part between, "
     "where the sheets slip one after another, is excluded. Residuals of neighbouring means are "
     "correlated (first-order autoregressive, one coefficient for all curves); each curve has its "
-    f"own SD of them, not less than {FLOOR:.2%} of its greatest force"
+    f"own SD of them, at least {FLOOR:.2%} of its maximum force"
 )
 Array = np.ndarray[Any, Any]
 PriorNumbers = Mapping[str, tuple[Any, Any]]
@@ -77,7 +77,7 @@ def priors(brake: Brake, mounted: bool = False) -> dict[str, Prior]:
         spring = Prior(
             stiffness / 2,
             1.2,
-            ("half of the sheets' own stiffness, because rigs are softer"),
+            ("half the sheets' own stiffness, because rigs are compliant"),
             "N/m",
         )
     moduli = (
@@ -89,8 +89,8 @@ def priors(brake: Brake, mounted: bool = False) -> dict[str, Prior]:
         "films repeat within 3 to 8 % (paper, table I); wide enough that three repeats "
         "give about Student's interval"
     )
-    slack = "a curve's zero is already where its rise begins"
-    law = "part of the greatest force: from a good load cell to a law that is 10 % off"
+    slack = "the zero of a curve is already at the start of its rise"
+    law = "fraction of the maximum force: from a good load cell to a law with a 10 % error"
     alike = "the logit of the correlation of neighbouring means: 0.05 to 0.95"
     mounting_prior = Prior(
         0.05, 2.0, "as between repeats: each mounting has its own grips and friction"
@@ -151,7 +151,7 @@ def reduce_curves(curves: Sequence[Curve]) -> Data:
 def _split_curve(curve: Curve) -> list[tuple[Array, Array, Array]]:
     """Return rise and sliding part as means over bins; only one piece if no rise is straight."""
     if curve.vacuum <= 0:
-        raise FitError.of(curve.path, f"at {show(curve.vacuum, 'Pa')} of vacuum no sheet is jammed")
+        raise FitError.of(curve.path, f"a vacuum of {show(curve.vacuum, 'Pa')} jams no sheet")
     pull, u, force = curve.pull, curve.elongation, curve.force
     part = fitted_part(curve)
     if pull.straight:
@@ -169,8 +169,8 @@ def _split_curve(curve: Curve) -> list[tuple[Array, Array, Array]]:
     if stretches < FEWEST_BINS:
         raise FitError.of(
             curve.path,
-            f"has {stretches} of {SLIDE} stretches with samples after it began to "
-            f"slide; at least {FEWEST_BINS} are needed (pull further, or sample faster)",
+            f"has samples in only {stretches} of {SLIDE} intervals of sliding"
+            f"; at least {FEWEST_BINS} are needed (pull further, or sample faster)",
         )
     return [p for p in pieces if len(p[0])]
 

@@ -34,7 +34,7 @@ class Population:
     scale_factor: Array = column("1", "scale factor")
     stiffness: Array = column("N/m", "stiffness of brake and rig")
     enclosure_factor: Array = column("1", "factor on the enclosure's force")
-    residual: Array = column("1", "SD of a measured curve about the law, over its greatest force")
+    residual: Array = column("1", "SD of a measured curve about the law / its maximum force")
 
     def __len__(self) -> int:
         return len(self.scale_factor)
@@ -91,7 +91,7 @@ class BayesFit:
     curve_scale_factor: Array = column("1", "scale factor of each curve")
     curve_stiffness: Array = column("N/m", "stiffness of each curve")
     slack: Array = column("m", "elongation of each curve before its rise begins")
-    residual: Array = column("1", "SD of each curve's residual over its greatest force")
+    residual: Array = column("1", "SD of each curve's residual / its maximum force")
     scale_factor_mounting_sd: Array | None = column(
         "1", "scatter of the scale factor between mountings, relative"
     )
@@ -133,7 +133,7 @@ class BayesFit:
         )
 
     def next_pull(self) -> Population:
-        """Return draws of one more pull with the scatter between repeats; always the same draws."""
+        """Return draws of a further pull, with the scatter between repeats; always the same."""
         random = np.random.default_rng([self.seed, 1])
         brakes = self.population()
         z = random.standard_normal((2, len(brakes)))
@@ -161,7 +161,7 @@ class BayesFit:
         out = {n: self._row(n, v, m) for n, (v, m) in self.columns().items() if v.ndim == 2}
         after = self.next_pull()
         for name in ("scale_factor", "stiffness"):
-            spec = QuantitySpec(out[name].unit, f"{name.replace('_', ' ')} of one more pull")
+            spec = QuantitySpec(out[name].unit, f"{name.replace('_', ' ')} of a further pull")
             prior = "the brake's value, with the scatter between repeats"
             out[f"next_{name}"] = _summarise_draws(getattr(after, name), spec, None, None, prior)
         return out

@@ -39,7 +39,7 @@ class Band:
     def quantile_at(self, level: float) -> Array:
         """Return one of the quantiles, shape (n,); KeyError for a level that was not requested."""
         if level not in self.levels:
-            raise KeyError(f"no quantile at {level:g}; there are {self.levels}")
+            raise KeyError(f"no quantile at {level:g}; available: {self.levels}")
         return np.asarray(self.values[self.levels.index(level)])
 
     at = quantile_at  # former name
@@ -79,7 +79,7 @@ def _make_band(
 ) -> Band:
     for level in levels:
         if not 0 < level < 1:
-            raise QuantityError(f"levels: {level:g} is not allowed; it lies between 0 and 1")
+            raise QuantityError(f"levels: {level:g} is not allowed; it must be between 0 and 1")
     quantiles = _draw_quantiles(values, levels)
     return Band(
         quantity=quantity, unit=unit, levels=tuple(levels), values=quantiles, chances=chances
@@ -93,7 +93,7 @@ def _as_row(name: str, values: Any, unit: str, open_low: bool = False) -> Array:
     if row.ndim != 1 or wrong.any():
         value = show(float(row[wrong].ravel()[0]), unit) if wrong.any() else "a table"
         expectation = "more than zero" if open_low else "zero or more"
-        raise QuantityError(f"{name}: {value} is not allowed; it is {expectation}")
+        raise QuantityError(f"{name}: {value} is not allowed; it must be {expectation}")
     return row[None]
 
 
@@ -158,8 +158,8 @@ def vacuum_band(
     overlap = draws.brake.sheets.overlap
     if place.max() > overlap:
         raise QuantityError(
-            f"slip: {show(float(place.max()), 'm')} is not allowed; it is at most the overlap, "
-            f"{show(float(overlap), 'm')}"
+            f"slip: {show(float(place.max()), 'm')} is not allowed; it must be at most the "
+            f"overlap, {show(float(overlap), 'm')}"
         )
     brakes = draws.brakes()
     least, greatest = (np.asarray(x) for x in law.force_limits(place, brakes))

@@ -149,7 +149,7 @@ def scatter_line(
         standard=None if error is None else error / value,
         sensitivity=1.0,
         degrees=degrees,
-        supply="pulls that repeat each other (repeats)" if error is None else "",
+        supply="repeated pulls (repeats)" if error is None else "",
     )
 
 
@@ -157,13 +157,13 @@ def enclosure_line(peaks: Sequence[Peak], brake: Brake) -> Contribution:
     """Return the line of the enclosure's force, which `peaks` take from the brake's file."""
     stronger = change_shape(brake, brake.scale_factor, brake.stiffness_measured, 1 + STEP)
     stated = brake.enclosure.force_uncertainty is not None
-    words = "as the brake's file states" if stated else "default: the brake's file states none"
+    words = "as stated in the brake file" if stated else "default: none in the brake file"
     return Contribution(
         what="enclosure's force",
-        basis=f"SD {brake.enclosure.force_sd:.2g} of it ({words})",
+        basis=f"relative SD {brake.enclosure.force_sd:.2g} ({words})",
         standard=brake.enclosure.force_sd,
         sensitivity=_factor_change(peaks, brake, variant=stronger),
-        supply="" if stated else f"{ENCLOSURE} in the brake's file, with its source (enclosure)",
+        supply="" if stated else f"{ENCLOSURE} in the brake file, with its source (enclosure)",
     )
 
 
@@ -279,10 +279,10 @@ def _geometry_lines(
         sd = sources[path].sd if path in sources else None
         yield Contribution(
             what=words,
-            basis="not stated" if sd is None else f"SD {sd:.2g} of it, from the brake's file",
+            basis="not stated" if sd is None else f"relative SD {sd:.2g}, from the brake file",
             standard=sd,
             sensitivity=_factor_change(peaks, brake, variant=longer),
-            supply=f"sd of {path} in the brake's file" if sd is None else "",
+            supply=f"sd of {path} in the brake file" if sd is None else "",
         )
 
 

@@ -10,20 +10,20 @@ from layerjam.identify.pull.features import PullFeatures
 
 CONVERSIONS: Mapping[str, Mapping[str, float]] = {
     "scale factor": {
-        "its force is in kN, read as N": 1e-3,
-        "its force is in N, read as kN": 1e3,
-        "its force is in lbf, read as N": 1 / 4.4482216,
-        "its force is in N, read as lbf": 4.4482216,
-        "its force is in gram-force, read as N": 1000 / 9.80665,
-        "its force is in kgf, read as N": 1 / 9.80665,
-        "its force is in N, read as kgf": 9.80665,
+        "its force were in kN but read as N": 1e-3,
+        "its force were in N but read as kN": 1e3,
+        "its force were in lbf but read as N": 1 / 4.4482216,
+        "its force were in N but read as lbf": 4.4482216,
+        "its force were in gram-force but read as N": 1000 / 9.80665,
+        "its force were in kgf but read as N": 1 / 9.80665,
+        "its force were in N but read as kgf": 9.80665,
     },
     "stiffness": {
-        "its elongation is in inches, read as mm": 25.4,
-        "its elongation is in mm, read as inches": 1 / 25.4,
-        "its elongation is in mm, read as cm": 0.1,
-        "its elongation is in cm, read as mm": 10.0,
-        "its elongation is in mm, read as m": 1e-3,
+        "its elongation were in inches but read as mm": 25.4,
+        "its elongation were in mm but read as inches": 1 / 25.4,
+        "its elongation were in mm but read as cm": 0.1,
+        "its elongation were in cm but read as mm": 10.0,
+        "its elongation were in mm but read as m": 1e-3,
     },
 }
 """{likely cause: factor by which it changes the quantity}."""

@@ -129,7 +129,7 @@ def fit_jointly(
             break
         estimate = estimate + step
     if not np.isfinite(estimate).all():
-        raise FitError("calibrate: least squares over the curves found no finite answer")
+        raise FitError("calibrate: least squares over the curves found no finite solution")
     return JointFit(
         names=names,
         population=Population(estimate=estimate, design=seen_design, residual=residuals),
@@ -184,9 +184,8 @@ def _make_design(
     if "pressure_exponent" in free:
         if np.ptp(vacuums) < 0.1 * vacuums.max():
             raise FitError(
-                "pressure_exponent: cannot be fitted, all pulls were at about "
-                f"{show(float(vacuums.mean()), 'Pa')}; vacuums at least 10 % apart are "
-                "needed"
+                "pressure_exponent: cannot be fitted because all pulls were at about "
+                f"{show(float(vacuums.mean()), 'Pa')}; vacuums at least 10 % apart are needed"
             )
         names.append("pressure_exponent")
         design = _add_column(design, np.log(vacuums / pressure))
@@ -199,13 +198,12 @@ def _make_design(
         if np.isnan(speeds).any():
             missing = next(c.name for c, s in zip(curves, known_speeds, strict=True) if s is None)
             raise FitError(
-                f"speed: {missing} states no speed and has no time; name it in a sidecar"
+                f"speed: {missing} has neither a speed nor a time; state the speed in a sidecar"
             )
         if speeds.max() < 1.2 * speeds.min():
             raise FitError(
-                "speed: no law can be fitted, all pulls were at about "
-                f"{show(float(speeds.mean()), 'm/s')}; speeds at least 20 % apart are "
-                "needed"
+                "speed: no law can be fitted because all pulls were at about "
+                f"{show(float(speeds.mean()), 'm/s')}; speeds at least 20 % apart are needed"
             )
         speed = float(np.exp(np.log(speeds).mean()))
         names.append("speed_slope")

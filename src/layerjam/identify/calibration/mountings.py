@@ -46,7 +46,7 @@ def find_mountings(curves: Sequence[Curve], logs: np.ndarray) -> Mountings:
             if len(groups) == len(curves)
             else ("pulls of one mounting share it")
         )
-        sentence = f"{len(groups)} mountings, as the sidecars state them; {ending}"
+        sentence = f"{len(groups)} mountings, as stated in the sidecars; {ending}"
         return Mountings(groups, check("mountings", True, sentence))
     start = "no mounting is stated"
     if labels.count(None) < len(labels):
@@ -57,7 +57,7 @@ def find_mountings(curves: Sequence[Curve], logs: np.ndarray) -> Mountings:
     advice = "; state mounting or repeat in the sidecars"
     groups = _label_indices(order)
     if chance is None or chance > (POOLED if len(groups) > 2 else POOLED_TWO):
-        reason = "" if chance is None else f": the pulls' scatter shows none (p = {chance:.2g})"
+        reason = "" if chance is None else f": their scatter shows no groups (p = {chance:.2g})"
         sentence = f"{start}{reason}; intervals treat every pull as a separate mounting"
         return Mountings(singles, check("mountings", True, sentence))
     sentence = (

@@ -47,7 +47,7 @@ from layerjam.units import show
 
 WINDOW = (
     f"peak fitted from onset until the force has fallen by {FALL:.0%}; slope over "
-    f"{LINEAR[0]:.0%} to {LINEAR[1]:.0%} of the greatest force"
+    f"{LINEAR[0]:.0%} to {LINEAR[1]:.0%} of the maximum force"
 )
 AFTER = 0.1
 """Fraction of the way from peak to end that is left out of the comparison with the peak."""
@@ -62,19 +62,19 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     long before it. A pull that rises within a few samples gives only a scale factor.
     """
     if vacuum <= 0:
-        raise FitError.of(pull.path, f"at {show(vacuum, 'Pa')} of vacuum no sheet is jammed")
+        raise FitError.of(pull.path, f"a vacuum of {show(vacuum, 'Pa')} jams no sheet")
     if not pull.has_peak:
         least = show(float(peak_vacuum(brake)), "Pa")
         raise FitError.of(
             pull.path,
-            f"the force rises to the end, there is no peak to calibrate on (this "
-            f"brake peaks above {least} of vacuum; was the travel long enough?)",
+            f"the force rises to the end: there is no peak to calibrate on (this "
+            f"brake peaks above a vacuum of {least}; was the travel long enough?)",
         )
     if not pull.straight and not pull.is_sparse:
         raise FitError.of(
             pull.path,
-            "the force bends long before its peak, so no straight rise shows the "
-            "stiffness (pull at more vacuum)",
+            "the curve bends long before its peak, so it has no straight rise for "
+            "the stiffness (pull at a higher vacuum)",
         )
     if pull.peak_samples < FEWEST:
         raise FitError.of(
@@ -88,7 +88,7 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
         least = show(root * brake.sheets.overlap**0.5, "N")
         raise FitError.of(
             pull.path,
-            f"a peak of {show(pull.peak_force, 'N')} is below {least}, the least that "
+            f"a peak of {show(pull.peak_force, 'N')} is below {least}, the minimum that "
             "the enclosure's law allows at this vacuum",
         )
     step = pull.peak_force * 1e-6
@@ -225,7 +225,7 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
     repeats = scatter_line(scatter, values[a], scatter_words(mounting.groups, count))
     peak = f"peak of {files}, with kinetic friction {brake.film.kinetic:.4g}"
     if follows_speed(brake) and brake.speed_law is not None:
-        peak += f", at {show(brake.speed_law.test_speed, 'm/s')} by the file's [speed_law]"
+        peak += f", at {show(brake.speed_law.test_speed, 'm/s')} (brake's [speed_law])"
     rises = ", ".join(Path(f.pull.path).name for f in fits if f.stiffness is not None)
     slope = f"slope before onset of {rises}"
     pulls = pull_table(curves, fits, brake)
@@ -265,9 +265,9 @@ def _estimate_means(
         places = [place for place, v in enumerate(values) if v is not None]
         if not places:
             raise FitError(
-                f"{name}: no pull determines it, each has fewer than {SLOPE} samples between "
-                f"{LINEAR[0]:.0%} and {LINEAR[1]:.0%} of its greatest force; add a pull at a lower "
-                "speed, or one that is sampled faster"
+                f"{name}: no pull determines it; each has fewer than {SLOPE} samples between "
+                f"{LINEAR[0]:.0%} and {LINEAR[1]:.0%} of its maximum force. Add a pull at a lower "
+                "speed or a higher sampling rate"
             )
         used = [curves[place] for place in places]
         number = {place: n for n, place in enumerate(places)}

@@ -54,7 +54,7 @@ def speed_sources(
         return {"speed_law.power": make_source(0.0, f"{text}: {none}", None, "1")}
     error = errors["speed_slope"]
     spread = None if error is None else error * law.power / values["speed_slope"]
-    basis = "speed at which the scale factor holds: mean of the pulls"
+    basis = "speed at which the scale factor applies: mean of the pulls"
     below = "a hundredth of the slowest pull's speed; nothing was measured below it"
     return {
         "speed_law.power": make_source(law.power, text, spread, "1"),
@@ -71,8 +71,8 @@ def speed_notices(calibration: Calibration) -> list[Notice]:
     power = calibration.sources.get("speed_law.power")
     if power is None or power[0] == 0:
         words = (
-            "the fitted friction falls with speed, or grows faster than it; no "
-            "[speed_law] can express that, so the brake's friction is that at the "
+            "the fitted friction falls with speed, or grows more than in proportion to it; a "
+            "[speed_law] cannot express that, so the brake has the friction at the "
             "reference speed"
         )
         return [Notice(words, "speed-law-not-fitted")]

@@ -104,9 +104,9 @@ def product_note(brake: Brake) -> Check:
     return check(
         "identifiable",
         True,
-        "force curves fix the product of scale factor and kinetic friction (held at "
-        f"{brake.film.kinetic:.4g}) and that of the enclosure's modulus and friction, never a "
-        "factor of either",
+        "force curves determine only two products, scale factor × kinetic friction (held at "
+        f"{brake.film.kinetic:.4g}) and enclosure modulus × friction, not the individual "
+        "factors",
     )
 
 
@@ -121,7 +121,7 @@ def check_parameters(limits: Identifiability) -> Check:
             f"{first} and {second} are hardest to distinguish (correlation "
             f"{limits.correlation:+.3f}, condition number {limits.condition_number:.3g})"
         )
-    advice = "only a combination is known, pull further or at another vacuum"
+    advice = "only a combination is known; pull further, or at a different vacuum"
     return check("told apart", not poor, sentence, f"; noise alone leaves {errors}: {advice}")
 
 
@@ -147,7 +147,7 @@ def check_catalogue(product: float) -> Check:
     """Check that friction times scale factor is similar to that of the catalogue's films."""
     brakes = [load(name).brake for name in devices()]
     values = [b.scale_factor * b.film.kinetic for b in brakes]
-    advice = "half the least and twice the greatest of the catalogue"
+    advice = "half the lowest and twice the highest in the catalogue"
     span = (min(values) / 2, max(values) * 2)
     return check_span("catalogue", product, span, "friction times scale factor", advice)
 
@@ -209,9 +209,9 @@ def require_law(fit: JointFit, names: Sequence[str]) -> None:
     if misfits[worst] > REFUSED:
         raise FitError.of(
             names[worst],
-            f"its curve deviates from the law by {misfits[worst]:.0%} of its peak, "
-            "whatever scale factor, stiffness and enclosure it is given; at most "
-            f"{REFUSED:.0%} can be fitted. Check the units of force and elongation and "
+            f"its curve deviates from the law by {misfits[worst]:.0%} of its peak "
+            "at best, whatever the scale factor, stiffness and enclosure; at most "
+            f"{REFUSED:.0%} is allowed. Check the units of force and elongation and "
             "the sheets' overlap, or leave the file out",
         )
 
@@ -232,12 +232,12 @@ def check_single_curves(fit: JointFit, names: Sequence[str]) -> Check:
     if not follows:
         sentence = f"{names[worst]} deviates from the law by {misfits[worst]:.1%} of its peak"
     elif not alike:
-        sentence = f"the {word} of {names[int(odd)]} is {np.exp(farthest):.3g} times the others'"
+        sentence = f"{word} of {names[int(odd)]} is {np.exp(farthest):.3g} times that of the others"
     else:
         sentence = (
-            f"every curve follows the law to {misfits[worst]:.1%} of its peak, and none "
-            f"has a scale factor or stiffness more than {abs(farthest):.1%} from the "
-            "others'"
+            f"every curve follows the law within {misfits[worst]:.1%} of its peak, and none "
+            f"has a scale factor or stiffness that differs by more than "
+            f"{abs(farthest):.1%} from the others"
         )
     return check("single curves", follows and alike, sentence, f": {advice}")
 
@@ -259,7 +259,7 @@ def check_slip_residuals(fit: JointFit) -> Check:
         f"from {part} the curves deviate by {middle[worst]:+.2%} of the peak from their own fit"
     )
     if not bad.any():
-        sentence = f"no trend over slip: at most {abs(middle[worst]):.2%} of the peak is left"
+        sentence = f"no trend over slip: at most {abs(middle[worst]):.2%} of the peak remains"
     return check("residuals over slip", not bad.any(), sentence)
 
 
@@ -326,8 +326,8 @@ def check_single_file(
         return None
     worst = max(parts, key=lambda n: parts[n])
     sentence = (
-        f"leaving out {influence[worst].most_influential} moves the {WORDS[worst]} most, by "
-        f"{parts[worst]:.2g} of its interval's half width"
+        f"leaving out {influence[worst].most_influential} changes the {WORDS[worst]} most, by "
+        f"{parts[worst]:.2g} of the half-width of its interval"
     )
     return check("leave one out", parts[worst] <= 1, sentence)
 

@@ -36,8 +36,8 @@ from layerjam.toml_files.source import Source
 from layerjam.units import show
 
 WINDOW = (
-    f"whole loading branch from {LINEAR[0]:.0%} of the greatest force on, least squares over all "
-    "curves, slack of each curve free"
+    f"whole loading branch above {LINEAR[0]:.0%} of the maximum force; least squares over all "
+    "curves, with the slack of each curve free"
 )
 LOGARITHMIC = SHAPE[:2]
 """Parameters that are estimated by their logarithm."""
@@ -56,7 +56,7 @@ def calibrate_curves(
     """
     unknown = [name for name in free if name not in FREE]
     if unknown:
-        raise FitError(f"free: '{unknown[0]}' is not known; there are {', '.join(FREE)}")
+        raise FitError(f"free: '{unknown[0]}' is unknown; choose from {', '.join(FREE)}")
     old = brake.speed_law
     if "speed" in free:
         brake = replace(brake, speed_law=None)
@@ -140,18 +140,18 @@ def _brake_sources(
             f"{values['speed_slope']:+.3g} per decade of speed"
         )
     elif follows_speed(brake) and brake.speed_law is not None:
-        condition = f", at {show(brake.speed_law.test_speed, 'm/s')} by the file's [speed_law]"
+        condition = f", at {show(brake.speed_law.test_speed, 'm/s')} (brake's [speed_law])"
     sources = shape_sources(brake, values, errors, text, condition=condition)
     if "pressure_exponent" in values:
         exponent, error = values["pressure_exponent"], errors["pressure_exponent"]
         sources["pressure_exponent"] = make_source(exponent, text, error, "1")
         if brake.test_pressure is None:
-            basis = "where the scale factor holds: mean vacuum of the pulls, no friction test"
+            basis = "mean vacuum of the pulls, to which the scale factor refers; no friction test"
             sources["test_pressure"] = make_source(fit.reference_pressure, basis, None, "Pa")
         if brake.mount.spacers is False:
             share = brake.vacuum_share or 1.0
             lowest = share * float(np.min(fit.reduced.vacuum))
-            sources["lowest_pressure"] = make_source(lowest, "least of the pulls", None, "Pa")
+            sources["lowest_pressure"] = make_source(lowest, "lowest of the pulls", None, "Pa")
     return sources
 
 

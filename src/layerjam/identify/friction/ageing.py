@@ -57,7 +57,7 @@ def fit_ageing(
     if len(lengths) < FEWEST:
         raise FitError(f"ageing: {len(lengths)} pulls; at least {FEWEST} are needed")
     if not (lengths > 0).all():
-        raise FitError("ageing: a hold is longer than zero")
+        raise FitError("ageing: holds must be longer than zero")
     decades = np.log10(lengths)
     line = straight_line(decades, values)
     if line is None:
@@ -98,8 +98,8 @@ def _line_notices(fit: AgeingFit, decades: Array) -> list[Notice]:
     if fit.holds.max() < NARROW * fit.holds.min():
         out.append(
             Notice(
-                f"the holds reach from {show(float(fit.holds.min()), 's')} to "
-                f"{show(float(fit.holds.max()), 's')} only; also use holds ten times "
+                f"the holds cover only {show(float(fit.holds.min()), 's')} to "
+                f"{show(float(fit.holds.max()), 's')}; also use holds ten times "
                 "longer",
                 "narrow-holds",
             )
@@ -107,7 +107,7 @@ def _line_notices(fit: AgeingFit, decades: Array) -> list[Notice]:
     if not fit.holds.min() <= fit.hold <= fit.holds.max():
         out.append(
             Notice(
-                f"static friction at {show(fit.hold, 's')} lies outside the holds measured",
+                f"static friction at {show(fit.hold, 's')} lies outside the measured holds",
                 "hold-outside",
             )
         )
@@ -115,7 +115,7 @@ def _line_notices(fit: AgeingFit, decades: Array) -> list[Notice]:
         out.append(
             Notice(
                 "static friction is not linear in the logarithm of the hold; the line is "
-                "a mean between the measured holds and a guess beyond them",
+                "an average within the measured holds and a guess outside them",
                 "not-logarithmic",
             )
         )

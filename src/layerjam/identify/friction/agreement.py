@@ -101,7 +101,7 @@ def check_repeats(
                 f"{quantity} of {numbers[place][1]} is {ratio:.3g} times that of the others"
             )
     if len(names) < 2:
-        return check("repeats", False, "one repeat only: nothing shows how well it repeats")
+        return check("repeats", False, "only one repeat: its repeatability is unknown")
     fine = f"no repeat of {len(names)} differs from the others by more than {scatter}"
     otherwise = f": {advice}, or leave the file out"
     return check(
@@ -121,7 +121,7 @@ def _check_ratio(ratios: Mapping[str, float]) -> Check:
     low, high = RATIO
     outside = [f"{name} {ratio:.3g}" for name, ratio in ratios.items() if not low <= ratio <= high]
     least, greatest = min(ratios.values()), max(ratios.values())
-    sentence = f"static over kinetic friction is {least:.3g} to {greatest:.3g}"
+    sentence = f"the ratio of static to kinetic friction is {least:.3g} to {greatest:.3g}"
     wrong = f", outside {low:g} to {high:g} in {', '.join(outside)}: check the window and the zero"
     return check("static over kinetic", not outside, sentence, wrong, "failed")
 

@@ -214,15 +214,15 @@ def _mean_window(
         if last - begin < SHORTEST * run:
             raise FileError(
                 trace.path,
-                f"the films slide over {show(last - begin, 'm')} only; {standard.title} "
-                f"defines kinetic friction over {show(run, 'm')} (another travel: --from, "
-                "--to)",
+                f"the films slide over only {show(last - begin, 'm')}; {standard.title} "
+                f"defines kinetic friction over {show(run, 'm')} (change the travel with "
+                "--from and --to)",
             )
         if last - begin >= 0.99 * run:
             return (begin, min(begin + run, last)), []
         note = (
-            f"the kinetic mean covers {show(last - begin, 'm')} of sliding, "
-            f"{standard.title} asks for {show(run, 'm')}"
+            f"the kinetic mean covers {show(last - begin, 'm')} of sliding; "
+            f"{standard.title} requires {show(run, 'm')}"
         )
         # the rise is part of the machine's stated travel, so a full test ends slightly early
         return (begin, last), [note] if last < 0.99 * run else []
@@ -230,7 +230,7 @@ def _mean_window(
         raise FileError(
             trace.path,
             f"travel ends at {show(last, 'm')}; the kinetic window is {show(start, 'm')} to "
-            f"{show(end, 'm')} (another one: --from, --to)",
+            f"{show(end, 'm')} (change it with --from and --to)",
         )
     return (start, end), []
 
@@ -249,7 +249,7 @@ def _breakaway_warnings(
     return [
         f"the sled's inertia may lift the first maximum by up to {show(inertia.bound, 'N', 2)} "
         f"({inertia.bound / normal_force:.2g} in the static "
-        "coefficient): V sqrt(k m); pull slower or through a softer spring"
+        "coefficient): V sqrt(k m); pull more slowly, or through a softer spring"
     ]
 
 
@@ -338,7 +338,7 @@ def pool(
 
 def _without_ripple(repeat: FrictionRepeat) -> FrictionRepeat:
     """Return the repeat without stick–slip; other repeats show that the machine causes it."""
-    note = f"teeth with the same spacing at any swing are not stick–slip; likely cause: {CAUSE}"
+    note = f"saw teeth of equal spacing at every force are not stick–slip; likely cause: {CAUSE}"
     return replace(
         repeat,
         kinetic=repeat.mean,
@@ -370,7 +370,7 @@ def _peak_warning(repeat: FrictionRepeat) -> list[str]:
     if repeat.static_at <= repeat.window[0] or repeat.teeth is not None:
         return []
     return [
-        f"{repeat.path}: the greatest force lies at {show(repeat.static_at, 'm')} of travel, "
+        f"{repeat.path}: the maximum force lies at {show(repeat.static_at, 'm')} of travel, "
         "inside the kinetic window; it may not be the static peak"
     ]
 
@@ -386,10 +386,10 @@ def with_friction(
     """
     if result.kinetic is None:
         raise FitError(
-            "friction: the films stick and slip, so that there is no kinetic friction to "
+            "friction: the films stick and slip, so there is no kinetic friction to "
             "write into the brake (--accept-stick-slip uses the middle of the stick–slip)"
         )
-    blank = Source(kind="assumed", text="not calibrated with this friction yet")
+    blank = Source(kind="assumed", text="not yet calibrated with this friction")
     changes = {**result.sources(), "scale_factor": (1.0, blank)}
     warnings = []
     if file.brake.scale_factor != 1.0:

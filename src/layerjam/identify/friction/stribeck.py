@@ -87,7 +87,7 @@ def speed_points(
         )
     except ValueError:
         raise FitError(
-            "points: speed, force, slip and vacuum must be lists of one length"
+            "points: speed, force, slip and vacuum must be lists of the same length"
         ) from None
     if len(forces) != len(speeds):
         raise FitError(f"points: {len(speeds)} speeds do not match {len(forces)} forces")
@@ -96,8 +96,8 @@ def speed_points(
         bad = np.flatnonzero(~np.isfinite(values) | (values < 0))
         if len(bad):
             raise FitError(
-                f"points: {name} {values[bad[0]]} of point {bad[0] + 1} is not allowed; it is zero "
-                "or more"
+                f"points: {name} {values[bad[0]]} of point {bad[0] + 1} is not allowed; it must "
+                "be zero or more"
             )
     if len(slips) and slips.max() >= brake.sheets.overlap:
         raise FitError(
@@ -163,7 +163,7 @@ def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> Spee
 
 def _friction_lever(points: SpeedPoints, brake: Brake) -> tuple[Array, Array]:
     """Return (force per unit of friction coefficient, enclosure's force) [N]."""
-    brake = straight(brake, "the fit of friction over speed")
+    brake = straight(brake, "the fit of friction versus speed")
     contact = brake.sheets.overlap - points.slip
     per_metre = np.asarray(friction_per_contact(points.vacuum, brake)) / brake.film.kinetic
     return per_metre * contact, np.asarray(
@@ -190,9 +190,9 @@ class _Search:
         self.speed = 0.0
         unknowns = len(names) + 1
         if len(target) <= unknowns:
-            raise FitError(f"points: {len(target)} are too few to fit {unknowns} numbers")
+            raise FitError(f"points: {len(target)} are too few to fit {unknowns} parameters")
         if len(np.unique(points.speed)) < 3:
-            raise FitError("points: forces at three speeds or more are needed")
+            raise FitError("points: forces at a minimum of three speeds are needed")
 
     def solve_at(self, logarithm: float) -> tuple[Array, float]:
         """Return (values, sum of squares) of bounded least squares at one ln v_s."""
@@ -281,7 +281,7 @@ class _Search:
         return check(
             "identifiable",
             log_error < 0.25 * PRIOR[1] and condition < _WORST_CONDITION,
-            f"v_s is known within a factor of {factor:.3g} (the prior: {np.exp(PRIOR[1]):.3g}); "
+            f"v_s is known to within a factor of {factor:.3g} (prior: {np.exp(PRIOR[1]):.3g}); "
             f"condition number {condition:.3g}",
             ": the points do not distinguish the parameters; measure at more speeds",
         )
@@ -292,7 +292,7 @@ class _Search:
         at_bound += ["v_s"] * (not low + 0.1 < self.logarithm < high - 0.1)
         sentence = "no parameter lies at its bound"
         if at_bound:
-            sentence = f"{', '.join(at_bound)} at the bound: these points do not need it"
+            sentence = f"{', '.join(at_bound)} at the bound: these points do not require the term"
         return check("bounds", not at_bound, sentence)
 
     def _check_trend(self, residuals: Array, noise: float) -> Check:
@@ -316,7 +316,7 @@ class _Search:
         low, high = float(moving.min()), float(moving.max())
         fine, shown_speed = low / 2 <= self.speed <= high, show(self.speed, "m/s")
         sentence = (
-            f"v_s = {shown_speed} lies {'within' if fine else 'outside'} the speeds measured, "
+            f"v_s = {shown_speed} lies {'within' if fine else 'outside'} the measured speeds, "
             f"{show(low, 'm/s')} to {show(high, 'm/s')}"
         )
         return check("span", fine, sentence)

@@ -45,7 +45,7 @@ def pump_down_checks(
     logs: Iterable[PumpDown], intervals: Mapping[str, tuple[float, float, float]]
 ) -> Iterator[Check]:
     """Return the checks of pump-downs; `intervals` is {quantity: (value, low, high)}."""
-    advice = "the volume or the flow changes with vacuum (try --compliance fit for the first)"
+    advice = "the volume or the flow changes with vacuum (for the volume, try --compliance fit)"
     for log in logs:
         yield _check_law(log.series, log.curve(log.time), advice)
         fall_share = (log.start - float(log.pressure[-1])) / (log.start - log.ultimate)
@@ -82,6 +82,6 @@ def _check_law(series: Series, curve: Array, cause: str) -> Check:
         times <= CLEAN,
         f"the best law deviates from the log by {show(series.rmse, 'Pa')} (RMSE), "
         f"{times:.2g} times the sensor's noise and {share:.2g} of the log's change",
-        f": {cause}; try a part of the log: --from, --to",
+        f": {cause}; try part of the log (--from, --to)",
         level,
     )

@@ -103,7 +103,7 @@ def fit_series(
     if the model has no finite value.
     """
     if len(log_values) < LEAST:
-        raise FitError(f"a fit needs {LEAST} samples at least, there are {len(log_values)}")
+        raise FitError(f"a fit needs at least {LEAST} samples; there are {len(log_values)}")
     bins = average_bins(log_values)
     size = max(float(np.ptp(bins)), 1e-9 * float(np.max(np.abs(bins))), 1e-300)
     values, jacobian = _solve_bins(model, bins, np.array(start, float), scale, bounds, size)

@@ -35,22 +35,22 @@ class Pulse:
     velocity change is the integral of the unfiltered signal over the same pulse down to zero.
     """
 
-    peak: float = number("m/s^2", "greatest acceleration")
-    peak_g: float = number("1", "the same in g")
+    peak: float = number("m/s^2", "maximum acceleration")
+    peak_g: float = number("1", "maximum acceleration in g")
     peak_time: float = number("s", "time of the peak")
-    filtered_peak: float = number("m/s^2", "greatest acceleration behind the filter")
-    filtered_peak_g: float = number("1", "the same in g")
+    filtered_peak: float = number("m/s^2", "maximum filtered acceleration")
+    filtered_peak_g: float = number("1", "maximum acceleration in g")
     filtered_peak_time: float = number("s", "time of the filtered peak")
-    filter: str = fact("class of the filter")
-    velocity_change: float = number("m/s", "change of velocity over the pulse")
+    filter: str = fact("filter class")
+    velocity_change: float = number("m/s", "velocity change over the pulse")
     velocity_change_se: float = number("m/s", "its standard error")
     duration: float = number("s", "duration of the pulse")
     pulse: Sequence[float] = number("s", "start and end of the pulse", shown=_span_length)
     hic: float | None = number("1", "head injury criterion")
-    hic_window: Sequence[float] | None = number("s", "its window", shown=_span_length)
+    hic_window: Sequence[float] | None = number("s", "window of the criterion", shown=_span_length)
     offset: float = number("m/s^2", "offset of the sensor, from the quiet part")
     offset_se: float = number("m/s^2", "its standard error")
-    quiet: Sequence[float] = number("s", "the quiet part", shown=_span_length)
+    quiet: Sequence[float] = number("s", "start and end of the quiet part", shown=_span_length)
     sampling: float = number("Hz", "sampling rate")
     saturated: bool = fact("whether the sensor saturated")
     samples: int = number("1", "samples of the log", listed=False)
@@ -87,7 +87,7 @@ def sampling_rate(time: Array) -> tuple[float, list[str]]:
     """
     count = len(time)
     if count < 20:
-        raise FitError(f"a pulse needs 20 samples at least, there are {count}")
+        raise FitError(f"a pulse needs at least 20 samples; there are {count}")
     step = float(time[-1] - time[0]) / (count - 1)
     places = time[0] + step * np.arange(count)
     deviation = float(np.max(np.abs(time - places)))
@@ -99,7 +99,7 @@ def sampling_rate(time: Array) -> tuple[float, list[str]]:
         raise FitError(
             f"its samples are not evenly spaced: steps from {show(float(gaps.min()), 's')} to "
             f"{show(float(gaps.max()), 's')}, the longest at {show(gap_time, 's')}; resample it "
-            "or give the rate if the stamps are wrong (--sampling)"
+            "or state the rate if the time stamps are wrong (--sampling)"
         )
     notes = []
     if deviation > JITTER * step:
@@ -182,11 +182,11 @@ def reduce_crash(
 def _check_class(cfc: int | None, rate: float) -> None:
     if cfc is not None and cfc not in CLASSES:
         classes = ", ".join(map(str, CLASSES))
-        raise QuantityError(f"filter: CFC {cfc} is not a class of SAE J211-1; there are {classes}")
+        raise QuantityError(f"filter: CFC {cfc} is not a class of SAE J211-1: {classes}")
     if cfc is not None and rate < LEAST_RATE * cfc * (1 - 1e-9):
         raise QuantityError(
-            f"sampling: {show(rate, 'Hz')} is too slow for CFC {cfc}; SAE J211-1 asks for at least "
-            f"ten times the class, {show(float(LEAST_RATE * cfc), 'Hz')} (another class: --filter)"
+            f"sampling: {show(rate, 'Hz')} is too slow for CFC {cfc}; SAE J211-1 requires at least "
+            f"ten times the class, {show(float(LEAST_RATE * cfc), 'Hz')} (change it with --filter)"
         )
 
 
@@ -199,7 +199,7 @@ def _quiet_samples(
         if not 5 <= count < len(time):
             raise FitError(
                 f"{count} samples lie in the first {show(before, 's')}; the part before the event "
-                "needs 5 at least, and the event must follow"
+                "needs at least 5, and the event must follow"
             )
         return count, []
     first = acceleration[: max(len(time) // 50, 5)]

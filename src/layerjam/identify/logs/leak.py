@@ -169,8 +169,8 @@ def fit_leak(
     last = float(time[-1]) if window[1] is None else window[1]
     if window[0] is None and first > time[0] + 0.05 * (time[-1] - time[0]):
         warnings.append(
-            f"the pressure is farthest from the atmosphere at {show(first, 's')}; earlier samples "
-            "are not used (another start: --from)"
+            f"the pressure differs most from the atmosphere at {show(first, 's')}; earlier samples "
+            "are not used (change the start with --from)"
         )
     inside = (time >= first) & (time <= last)
     warm = np.broadcast_to(np.asarray(temperature, float), time.shape)[inside]
@@ -193,8 +193,8 @@ def fit_leak(
     distinct = all(fits[m].series.worse_by(best.series) > CLEAR for m in order[1:])
     if settled:
         warnings.append(
-            "the record reaches its end level, so the sensor's zero is fitted too: "
-            f"{show(best.zero, 'Pa')} at the atmosphere"
+            "the record reaches its final level, so the sensor's zero is fitted too: "
+            f"{show(best.zero, 'Pa')} at atmospheric pressure"
         )
     return Leak(
         fits=fits,
@@ -214,11 +214,11 @@ def _check_hold(gauge: Array, difference: float, atmosphere: float) -> None:
     """Raise FitError if the pressure is not held above or below the atmosphere."""
     if abs(difference) < 1e-4 * atmosphere:
         raise FitError(
-            f"the window begins {show(abs(difference), 'Pa')} from the atmosphere: no "
-            "pressure is held, or the pressure reference is wrong (--reading)"
+            f"the window begins {show(abs(difference), 'Pa')} from atmospheric pressure: the "
+            "chamber is vented, or the pressure reference is wrong (--reading)"
         )
     if (gauge * difference < -0.1 * difference**2).any():
-        raise FitError("the pressure crosses the atmosphere: this is not a hold (check --reading)")
+        raise FitError("the log crosses atmospheric pressure: this is not a hold (check --reading)")
 
 
 def _end_mean(values: Array, count: int) -> float:

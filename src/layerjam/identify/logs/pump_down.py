@@ -163,12 +163,12 @@ def fit_pump_down(
     """
     inside = pump_down_window(time, absolute, window)
     if inside.sum() < 20:
-        raise FitError(f"the pump-down has {int(inside.sum())} samples, 20 are needed")
+        raise FitError(f"the pump-down has {int(inside.sum())} samples; 20 are needed")
     window_time, p = time[inside], absolute[inside]
     t, low = window_time - window_time[0], float(p.min())
     fall = float(p[:3].mean() - p[-max(len(p) // 50, 3) :].mean())
     if low <= 0 or fall < 0.05 * atmosphere:
-        explanation = f"the pressure falls by {show(fall, 'Pa')}: no pump-down"
+        explanation = f"the pressure falls by only {show(fall, 'Pa')}: not a pump-down"
         if low <= 0:
             explanation = f"{show(low, 'Pa')} is not an absolute pressure"
         raise FitError(f"{explanation}, or the pressure reference is wrong (--reading)")
@@ -211,7 +211,7 @@ def relative_shrink(volume: float | None, flow: float | None, loss: float, fit: 
     if base <= loss * fit.atmosphere:
         raise FitError(
             f"compliance: {show(loss * 1e9, '1')} mL/kPa would reduce a volume of "
-            f"{base * 1e6:.4g} mL to zero at {show(base / loss, 'Pa')} of vacuum"
+            f"{base * 1e6:.4g} mL to zero at a vacuum of {show(base / loss, 'Pa')}"
         )
     return loss / base
 
@@ -250,8 +250,8 @@ def combine_logs(
     quantile = float(t.ppf(0.5 + LEVEL / 2, max(freedom, 1.0)))
     if k1 - k2 <= quantile * np.hypot(s1, s2):
         raise FitError(
-            f"added volume: the rates {show(k1, '1/s')} alone and {show(k2, '1/s')} with it do not "
-            "differ by more than their uncertainty; add a larger volume, or swap the logs"
+            f"added volume: the rates {show(k1, '1/s')} without it and {show(k2, '1/s')} with it "
+            "do not differ by more than their uncertainty; add a larger volume, or swap the logs"
         )
     gap = k1 - k2
     inside, flow = volume * k2 / gap, volume * k1 * k2 / gap

@@ -127,7 +127,7 @@ def pull_features(trace: Trace) -> PullFeatures:
         raise FileError(
             trace.path,
             f"has {max(high - low, 0)} samples between {LINEAR[0]:.0%} and "
-            f"{LINEAR[1]:.0%} of its greatest force, {show(height, 'N')}; at least "
+            f"{LINEAR[1]:.0%} of its maximum force, {show(height, 'N')}; at least "
             f"{SLOPE} are needed to find the stiffness, and without a peak the scale "
             "factor cannot be determined either",
         )

@@ -116,7 +116,7 @@ def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
             if not begin.seen:
                 raise FileError(
                     trace.path,
-                    "starts on its rise: it has no force before the load to subtract (tare)",
+                    "starts during its rise: there is no earlier force to subtract (tare)",
                 )
             tare_force = begin.baseline
         trace = replace(trace, force=trace.force - tare_force)
@@ -326,16 +326,16 @@ def _summary_notes(
     if tare_force is not None:
         out.append(f"{show(tare_force, 'N')} was subtracted from the force (tare)")
     if is_off_zero(start, features):
-        moment = "before the load rises" if start.seen else "at the first sample already"
+        moment = "before the load rises" if start.seen else "already at the first sample"
         ask = "; a preload, or the load cell's zero (--tare subtracts it)" if start.seen else ""
         out.append(f"the force is {show(start.baseline, 'N')} {moment}{ask}")
     if features.is_sparse:
         out.append(
             f"{features.rise_samples} samples between {LINEAR[0]:.0%} and {LINEAR[1]:.0%} of the "
-            "greatest force are too few for a stiffness: pull more slowly, or sample faster"
+            "maximum force are too few for a stiffness: pull more slowly, or sample faster"
         )
     elif not features.straight:
-        out.append("the force bends long before its greatest value: no straight rise")
+        out.append("the force curve bends long before its maximum: no straight rise")
     if not features.has_peak:
         out.append("the force rises to the end: there is no peak and no part after it")
     if teeth is not None:
@@ -347,7 +347,7 @@ def _summary_notes(
         out.append(
             f"a ripple of {show(ripple.amplitude, 'N')} about its middle every "
             f"{show(ripple.spacing, 'm', 3)} is not stick–slip, whose spacing is its "
-            f"swing over the stiffness; likely cause: {CAUSE}"
+            f"swing divided by the stiffness; likely cause: {CAUSE}"
         )
     return out
 
@@ -359,6 +359,6 @@ def _unused_notice(trace: Trace, unloading: Unloading | None) -> list[str]:
     unused = len(trace) - used
     if unused < FEWEST:
         return []
-    after = "its greatest elongation" if unloading is None else "the first return"
+    after = "its maximum elongation" if unloading is None else "the first return"
     last_elongation = show(float(trace.elongation[used - 1]), "m")
     return [f"{unused} samples after {after}, {last_elongation}, are not used"]

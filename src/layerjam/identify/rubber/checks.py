@@ -54,9 +54,9 @@ def specimen_checks(
             yield interval_check("100 % modulus", mean.mean, mean.low, mean.high)
     if (error := totals.get("error_at_100")) is not None:
         level: Level = "failed" if writes_model else "warning"
-        label = "error of the model at 100 % strain"
+        label = "model error at 100 % strain"
         yield check_span(
-            "model", error, (-MEETS, MEETS), label, ("fit a smaller part (--fit-to)"), level
+            "model", error, (-MEETS, MEETS), label, ("fit a smaller range (--fit-to)"), level
         )
 
 

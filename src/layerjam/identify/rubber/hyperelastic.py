@@ -234,7 +234,7 @@ def fit_model(model: str, strain: Array, stress_measured: Array) -> Fit:
     which those of a misfit never are. It is reported, but the excluded blocks determine the choice.
     """
     if len(strain) < 20:
-        raise FitError(f"a hyperelastic fit needs 20 samples at least, there are {len(strain)}")
+        raise FitError(f"a hyperelastic fit needs at least 20 samples; there are {len(strain)}")
     x, y = bin_by_strain(strain, stress_measured)
     parameters = least_squares(model, x, y)
     residuals = stress(model, parameters, x) - y
@@ -289,13 +289,13 @@ def choose_model(fits: Mapping[str, Fit]) -> tuple[str, str]:
             break
     unstable = [m for m, f in fits.items() if not f.stable]
     reason = (
-        f"{model} has the least error on {FOLDS} blocks of strain left out in turn"
+        f"{model} has the lowest error on {FOLDS} blocks of strain left out in turn"
         if model == best
         else f"{model} is the simplest whose error on {FOLDS} blocks of strain left out in turn is "
-        f"within two standard errors of the least, that of {best}"
+        f"within two standard errors of the lowest, that of {best}"
     )
     if unstable and len(unstable) < len(fits):
-        reason += f"; excluded, not stable in tension over the curve: {', '.join(unstable)}"
+        reason += f"; excluded because unstable in tension over the curve: {', '.join(unstable)}"
     elif unstable:
         reason += "; no model is stable in tension over the whole curve"
     return model, reason

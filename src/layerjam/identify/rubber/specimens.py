@@ -58,7 +58,7 @@ def fit_models(strain: Array, stress: Array, limit: float | None) -> dict[str, h
     inside = strain <= (np.inf if limit is None else limit)
     if inside.sum() < FEWEST:
         raise FitError(
-            f"fit to: {int(inside.sum())} samples are below that strain, {FEWEST} are needed"
+            f"fit to: {int(inside.sum())} samples are below that strain; {FEWEST} are needed"
         )
     return hyperelastic.fit_models(strain[inside], stress[inside])
 

@@ -99,7 +99,7 @@ def read_rubber(
         strain, stress = log["strain"], log["stress"]
         _require_strain_unit(log)
         if area is not None:
-            notes.append(f"{log.name}: it holds stress, so the area given is not used")
+            notes.append(f"{log.name}: it contains stress, so the given area is not used")
     elif "true_strain" in log and "true_stress" in log:
         strain = np.expm1(log["true_strain"])
         stress = log["true_stress"] / (1 + strain)
@@ -117,18 +117,18 @@ def read_rubber(
     else:
         raise FileError(
             log.path,
-            "holds neither stress and strain nor force and elongation in units that are known; "
-            f"say what its columns are, as in --columns strain:%,stress:MPa ({SKIP}: not used)",
+            "contains neither stress and strain nor force and elongation in known units; "
+            f"state its columns, as in --columns strain:%,stress:MPa ({SKIP}: not used)",
         )
     if "time" in log and (np.diff(log["time"]) <= 0).any():
-        notes.append(f"{log.name}: its time does not rise throughout; it is not used")
+        notes.append(f"{log.name}: its time does not always increase; it is not used")
     start, end, notes_of_loading = first_loading(strain, stress)
     rising = np.concatenate(
         [[True], strain[start + 1 : end] > np.maximum.accumulate(strain[start:end])[:-1]]
     )
     rows = np.flatnonzero(rising) + start
     if len(rows) < 20 or stress[rows].max() <= 0:
-        reason = f"its first loading has {len(rows)} samples, 20 are needed"
+        reason = f"its first loading has {len(rows)} samples; 20 are needed"
         if len(rows) >= 20:
             reason = "its stress is never above zero: check whether tension is counted as negative"
         raise FileError(log.path, reason)
@@ -158,7 +158,7 @@ def _require_strain_unit(log: Log) -> None:
             return
     raise FileError(
         log.path,
-        f"column '{column.name[:40]}' does not say whether it is a number or percent; write "
+        f"column '{column.name[:40]}' does not show whether it is a ratio or in percent; write "
         f"--columns '{role}:1={column.name[:40]},...' or {role}:%, and the stress likewise",
     )
 
@@ -180,7 +180,7 @@ def _find_size(log: Log, si: str, size: float | None) -> float:
         if match and re.search(words, match[1]) and (unit := convert(match[2], si)):
             with contextlib.suppress(ValueError):
                 return float(values[0].replace(",", ".")) * float(unit[0])
-    raise FileError(log.path, f"contains {holds}; give the specimen's {option}")
+    raise FileError(log.path, f"contains {holds}; state the specimen's {option}")
 
 
 def first_loading(strain: Array, stress: Array) -> tuple[int, int, list[str]]:
@@ -196,14 +196,14 @@ def first_loading(strain: Array, stress: Array) -> tuple[int, int, list[str]]:
     if turns.size:
         end = int(np.argmax(strain[: turns[0]])) + 1
         notes.append(
-            f"only the first loading is used, to {strain[end - 1]:.3g} of strain; "
+            f"only the first loading is used, up to a strain of {strain[end - 1]:.3g}; "
             f"{len(strain) - end} later samples are cycles or unloading"
         )
     top = int(np.argmax(stress[:end]))
     low = np.flatnonzero(stress[top:end] < 0.5 * stress[top])
     if low.size and stress[top] > 0 and (stress[top + low[0] : end] < 0.5 * stress[top]).all():
         end = top + 1
-        notes.append(f"it breaks at {strain[top]:.3g} of strain; later samples are not used")
+        notes.append(f"it breaks at a strain of {strain[top]:.3g}; later samples are not used")
     return 0, end, notes
 
 
@@ -227,7 +227,7 @@ def specimen_moduli(specimen: Specimen, window: tuple[float, float] = WINDOW) ->
     else:
         warnings.append(
             f"{specimen.name}: {int(inside.sum())} samples lie between {low:.0%} and {high:.0%} of "
-            "strain, 4 are needed for the initial modulus"
+            "strain; 4 are needed for the initial modulus"
         )
     at_100, se_100 = _stress_at(x, y, 1.0)
     if at_100 is None:
@@ -268,7 +268,7 @@ def find_material(specimen: Specimen, names: Mapping[str, str]) -> tuple[str, st
     header have priority over the file's name. The longest matching name wins.
     """
     head = [text for values in specimen.head.values() for text in values]
-    places = [("the file's head", t) for t in head] + [("the file's name", specimen.name)]
+    places = [("the file's header", t) for t in head] + [("the file name", specimen.name)]
     for place, text in places:
         letters = re.sub(r"[^a-z0-9]+", "", normalise_name(re.sub(r"\.csv$", "", text)))
         fits = []

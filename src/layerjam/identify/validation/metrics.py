@@ -206,7 +206,7 @@ def _comparison_window(pull: PullFeatures, vacuum: float) -> tuple[float, float,
         note = "no peak: the window starts where the force leaves its straight rise"
     end = float(pull.elongation[-1])
     if not end - start > 1e-6:
-        raise FileError(pull.path, "ends at its peak: no part of the sliding brake to compare")
+        raise FileError(pull.path, "ends at its peak: no sliding part to compare")
     return start, end, note
 
 

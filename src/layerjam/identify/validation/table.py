@@ -77,7 +77,7 @@ def validation_checks(result: Validation, calibrated_on: int) -> tuple[Check, ..
     """
     count = len(result.curves)
     fresh = "none of these pulls was used to calibrate the brake"
-    stale = f"{calibrated_on} of {count} pulls were also calibrated on: this is a fit, not a test"
+    stale = f"{calibrated_on} of {count} pulls were also used for calibration: a fit, not a test"
     relative = np.array([c.bias / float(c.measured.mean()) for c in result.curves])
     drifts = [_residual_drift(c) for c in result.curves]
     vacuums = np.array([c.vacuum for c in result.curves])

@@ -183,7 +183,7 @@ def columns_by_order(
     if count != len(header.names):
         raise header.fail(
             f"has {len(header.names)} columns",
-            f", --columns lists {count}; write one entry for each, '{SKIP}' for those not used",
+            f", but --columns lists {count}; write one entry per column, '{SKIP}' for unused ones",
         )
     columns = {}
     for want in wants:
@@ -192,7 +192,7 @@ def columns_by_order(
             name = header.names[entry.index]
             columns[want.role] = Column(want.role, entry.index, name, entry.unit, *known, True)
         elif not want.optional:
-            raise header.fail(f"the columns given hold no {want.role}", f": {columns_hint(wants)}")
+            raise header.fail(f"the given columns lack {want.role}", f": {columns_hint(wants)}")
     return columns, [column.sentence() for column in columns.values()]
 
 
@@ -274,7 +274,7 @@ def _missing_reason(header: Header, want: Want, entry: ColumnEntry | None) -> tu
         return f"has no column '{name}' with a unit of {want.role}; {header.describe()}", ""
     return (
         f"has no column with a unit of {want.role} ({want.due}); {header.describe()}",
-        f" (say which: --columns {want.role}:{want.units[0]}=NAME)",
+        f" (state it: --columns {want.role}:{want.units[0]}=NAME)",
     )
 
 
@@ -307,26 +307,26 @@ def unit_conflicts(
 ) -> list[str]:
     """Return the conflicts between the file's units and the user's, who lists the columns."""
     conflicts = [_unit_conflict(header, columns[w.role], w.si) for w in wants if w.role in columns]
-    return [f"{conflict}; the given one takes precedence" for conflict in conflicts if conflict]
+    return [f"{conflict}; the given unit takes precedence" for conflict in conflicts if conflict]
 
 
 def _unit_reason(want: Want, name: str, unit: str | None) -> tuple[str, str]:
     role, label = want.role, shorten(name)
     if not unit:
-        say = f" (say which: --columns {role}:{want.units[0]}='{label}')"
+        say = f" (state it: --columns {role}:{want.units[0]}='{label}')"
         return f"column '{label}' has no unit; {role} needs one such as {want.due}", say
     text = f"column '{label}' is in '{shorten(unit)}', which is not a unit of {role}"
     weight = weight_unit(unit) if want.si == "N" else None
     if weight:
         return (
             f"{text}, a unit of mass; if its weight is meant, that is {weight}",
-            f" (say so: --columns {role}:{weight}='{label}')",
+            f" (state this: --columns {role}:{weight}='{label}')",
         )
     if is_other_unit(unit, want.units[0], want.si):
         return f"{text}; name another column", f" (--columns {role}:{want.units[0]}=NAME)"
     return (
         f"{text}; it needs one such as {want.due}",
-        f" (say which it is: --columns {role}:UNIT='{label}')",
+        f" (state it: --columns {role}:UNIT='{label}')",
     )
 
 

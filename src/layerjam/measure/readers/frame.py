@@ -35,13 +35,13 @@ def read_frame(frame: Any, options: ReadingOptions, number: int = 1) -> Trace:
         raise FileError(
             path,
             f"has the columns {', '.join(names)[:200]}; name force and elongation with their "
-            "units, such as 'Force [N]' and 'Elongation [mm]', or say which they are",
+            "units, such as 'Force [N]' and 'Elongation [mm]', or specify them",
             how=", such as column={'force:N': NAME, 'elongation:mm': NAME}",
             asks="columns",
         ) from None
     if len(specimens_read) > 1:
         raise FileError(
-            path, f"holds {len(specimens_read)} specimens; give a DataFrame for each of them"
+            path, f"contains {len(specimens_read)} specimens; pass a separate DataFrame for each"
         )
     trace = specimens_read[0].read(options)
     stated_facts = {

@@ -95,8 +95,8 @@ def _styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> list[Sty
         if signs and {(".", ","), (",", ".")} <= set(fits):
             raise FileError(
                 rows.source.path,
-                f"does not show whether '{min(signs)}' is the decimal sign or groups "
-                "thousands; state the decimal sign",
+                f"does not show whether '{min(signs)}' is the decimal sign or the "
+                "thousands separator; state the decimal sign",
                 how=" (--decimal)",
                 asks="decimal",
             )

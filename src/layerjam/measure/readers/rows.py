@@ -114,7 +114,7 @@ class Rows:
         if not any(map(looks_numeric, fields)):
             raise no_row_of_numbers(path, fields, line)
         if missing < 0 and line == self.source.line_number(self.table.first):
-            due += "; decimal commas need another separator than the comma"
+            due += "; decimal commas need a column separator other than a comma"
         raise FileError(path, f"has {due}", line)
 
 

@@ -40,7 +40,7 @@ def load_sources(path: str | Path, sheet: str | None = None) -> list[Source]:
     """
     name = str(path)
     if not name:
-        raise FileError("''", "is an empty name; give the name of a file")
+        raise FileError("''", "is an empty name; specify a file")
     if Path(name).suffix == ENDING:
         return [Source(name, csv_text(read_run(path)).encode(), "utf-8")]
     data = _read_text(name, path)
@@ -73,7 +73,7 @@ def _read_text(name: str, path: str | Path) -> bytes:
             raise FileError(name, "is not a regular file")
         size = place.stat().st_size
         if size > MAX_BYTES:
-            raise FileError(name, f"is {size / 1e9:.1f} GB large, more than 1 GB is not read")
+            raise FileError(name, f"has {size / 1e9:.1f} GB; at most 1 GB can be read")
         return place.read_bytes()
 
 

@@ -75,11 +75,11 @@ class Specimen:
         if "elongation" not in values and facts.speed is not None:
             values["elongation"] = facts.speed * (values["time"] - values["time"][0])
             speed = show(facts.speed, "m/s")
-            notes.append(f"the elongation is the time times the crosshead's speed, {speed}")
+            notes.append(f"the elongation is the time times the crosshead speed, {speed}")
         for role in ("force", "elongation"):
             if role in options.negative:
                 values[role] = -values[role]
-                notes.append(f"the sign of the {role} was changed")
+                notes.append(f"the sign of the {role} was reversed")
         warnings = unit_conflicts(self.written, columns, self.wants) if self.written else []
         if facts.synthetic or says_synthetic(source.data[: rows.table.first]):
             facts = replace(facts, synthetic=True)
@@ -161,7 +161,7 @@ def _select_by_order(lines: Lines, blocks: list[Block], count: int) -> list[Spec
     """Return the blocks with as many columns as the user lists."""
     fit = [b for b in blocks if b.width == count] or blocks
     if not fit:
-        raise FileError(lines.source.path, "holds no row of numbers")
+        raise FileError(lines.source.path, "contains no row of numbers")
     main = max(fit, key=lambda b: b.rows)
     used = [b for b in fit if b is main or (b.pure and b.rows >= FEWEST_ROWS)]
     warnings, result = _unread_note(lines, blocks, used), []
@@ -223,7 +223,7 @@ def _explain_nothing(
             entries = ",".join([*due, *["skip"] * (bare.width - len(due))])
             return FileError(
                 path,
-                f"is in no known format: {bare.width} columns of numbers without names; "
+                f"is not in a known format: {bare.width} columns of numbers without names; "
                 "state each one",
                 how=f", in order, such as --columns {entries}",
                 asks="columns",
@@ -232,17 +232,17 @@ def _explain_nothing(
     if best is None or not (best.header.style or any(map(role_of_name, best.header.names))):
         return FileError(
             path,
-            "is in no known format; tried layerjam CSV (first line '# layerjam'), Instron Bluehill,"
-            " Zwick testXpert, MTS TestSuite, Shimadzu Trapezium and tables of numbers below "
-            "column names",
+            "is not in a known format; tried layerjam CSV (first line '# layerjam'), "
+            "Instron Bluehill, Zwick testXpert, MTS TestSuite, Shimadzu Trapezium and tables of "
+            "numbers below column names",
         )
     if best.rows == 0:
         return best.header.fail("contains column names but no rows of numbers")
     if "elongation" not in given_entries and _is_over_time(best.header, given_entries):
         return best.header.fail(
-            f"contains force and time but no elongation; {best.header.describe()}; give "
-            "the crosshead's speed",
-            " (--speed 10mm/min), or say which column it is (--columns elongation:mm=NAME)",
+            f"contains force and time but no elongation; {best.header.describe()}; state "
+            "the crosshead speed",
+            " (--speed 10mm/min), or specify its column (--columns elongation:mm=NAME)",
             "speed",
         )
     try:
@@ -266,7 +266,7 @@ def _check_orphans(lines: Lines, blocks: list[Block], used: list[Block], main: B
         if block.rows >= 2:
             raise FileError(
                 lines.source.path,
-                f"holds {block.rows} rows of numbers above its column names; is it damaged there?",
+                f"has {block.rows} rows of numbers above its column names; is it damaged there?",
                 block.first + 1,
             )
 
@@ -280,7 +280,7 @@ def _unread_note(lines: Lines, blocks: list[Block], used: list[Block]) -> tuple[
     count = int((~lines.blank[end:]).sum())
     line_count = f"{count} lines" if count > 1 else "1 line"
     text = shorten(lines.text(below[0]))
-    return (f"{line_count} below the numbers ignored, from line {below[0] + 1}: '{text}'",)
+    return (f"{line_count} below the numbers ignored from line {below[0] + 1}: '{text}'",)
 
 
 def _split_side_by_side(
@@ -306,7 +306,7 @@ def _split_side_by_side(
     for k, header in enumerate(groups, 1):
         labels = [c for c, (n, u) in zip(head.label, header.columns, strict=False) if n or u]
         label = next(filter(None, labels), str(k))
-        note = f"specimen {k} of {len(groups)} next to each other"
+        note = f"specimen {k} of {len(groups)} side by side"
         result.append(Specimen(rows, header, form, label, (note,)))
     return result
 

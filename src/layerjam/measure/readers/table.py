@@ -91,7 +91,7 @@ def find_blocks(lines: Lines) -> list[Block]:
     spans = [(a, b) for a, b in pairwise(bounds) if a < b and number[a]]
     if len(spans) > _MOST_BLOCKS:
         raise FileError(
-            lines.source.path, f"has {len(spans)} blocks of numbers between words, no table"
+            lines.source.path, f"has {len(spans)} blocks of numbers separated by text; not a table"
         )
     sizes = sorted((b - a for a, b in spans), reverse=True)
     least = sizes[_MOST_HEADS] if len(sizes) > _MOST_HEADS else 0

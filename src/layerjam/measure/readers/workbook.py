@@ -54,7 +54,7 @@ def read_sheets(path: str, data: bytes, sheet: str | None) -> list[Source]:
         ) from None
     sources = [_make_source(path, name, cells) for name, cells in rows.items() if cells]
     if not sources:
-        raise FileError(path, "is a workbook without any filled cell")
+        raise FileError(path, "is an empty workbook")
     return sources
 
 
@@ -67,8 +67,8 @@ def _check_size(path: str, data: bytes) -> None:
         if size > MAX_UNPACKED:
             raise FileError(
                 path,
-                f"unpacks to {size / 1e6:.0f} MB, more than {MAX_UNPACKED / 1e6:.0f} MB is not "
-                "read; export it as CSV",
+                f"unpacks to {size / 1e6:.0f} MB; at most {MAX_UNPACKED / 1e6:.0f} MB can be "
+                "read. Export it as CSV",
             )
         for part in book.infolist():
             for cells, count in _cells_of(part.filename.lower(), book.read(part)):
@@ -80,14 +80,14 @@ def _check_cells(path: str, cells: int, count: int) -> None:
     if cells > MOST_CELLS:
         raise FileError(
             path,
-            f"has a sheet of {cells:.3g} cells from its first to its last, more than "
-            f"{MOST_CELLS:.0e} are not read; export the columns needed as CSV",
+            f"has a sheet of {cells:.3g} cells between its first and last filled cell; at most "
+            f"{MOST_CELLS:.0e} can be read. Export the required columns as CSV",
         )
     if cells > max(FEW_CELLS, SPARSE * count):
         raise FileError(
             path,
-            f"has a sheet of {cells:.3g} cells from its first to its last, but only {count} are "
-            "filled; delete cells far from its table, or export the columns needed as CSV",
+            f"has a sheet of {cells:.3g} cells, but only {count} are filled; delete the "
+            "cells far from its table, or export the required columns as CSV",
         )
 
 

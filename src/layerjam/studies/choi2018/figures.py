@@ -124,7 +124,7 @@ def eq5() -> style.Figure:
     figure, (axes, low) = style.canvas(columns=2, width=9.6, height=3.7)
     axes.plot(x * MM, right, color=BLUE, label="x inside the root [N]")
     axes.plot(x * MM, printed_force, color=RED, ls=style.DASHED, label="as printed [N·√m]")
-    axes.set(xlabel="slip [mm]", ylabel="enclosure's force [N or N·√m]", xlim=(0, None))
+    axes.set(xlabel="slip [mm]", ylabel="enclosure force [N or N·√m]", xlim=(0, None))
     axes.set_ylim(0, None)
     style.key(axes)
     detail = "the printed form has no unit of force"
@@ -153,7 +153,7 @@ def sheets_and_mass() -> style.Figure:
     figure, (axes,) = style.canvas(width=6.4, height=3.8)
     ours = "ours: the enclosure grows too"
     axes.plot(weight, force, "o-", color=BLUE, ms=3.5, lw=1.2, label=ours)
-    label = "+17.5 N, +0.4 g a sheet (paper)"
+    label = "+17.5 N, +0.4 g per sheet (paper)"
     axes.plot(*paper, color=ORANGE, lw=1.2, ls=style.DASHED, label=label)
     axes.set(xlabel="mass of the brake [g]", ylabel="peak force at 94.5 kPa [N]")
     style.spot(axes, weight[place], force[place], label="the paper's brake, 11 sheets", ms=7)

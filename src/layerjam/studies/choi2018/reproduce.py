@@ -20,9 +20,7 @@ class Reproduction(Result):
         "claims that agree because the printed value is an input", key="by construction"
     )
     differs: int = fact("claims that other words and numbers of the paper contradict")
-    not_reproducible: int = fact(
-        "claims that rest on data nobody published", key="not reproducible"
-    )
+    not_reproducible: int = fact("claims that rest on unpublished data", key="not reproducible")
     ours_to_explain: int = fact(
         "differences that our reading or our assumptions may cause", key="ours to explain"
     )

@@ -52,7 +52,7 @@ def readings() -> style.Figure:
             words = f"{chain}  {reading.peak / G:.2f} g ({-reading.loss:+.1%})"
             peaks.append((words, COLORS[chain]))
         style.key(close, *peaks, loc="upper right")
-        style.title(close, "The peak, close up")
+        style.title(close, "Close-up of the peak")
     return figure
 
 
@@ -66,7 +66,7 @@ def _lines(
         inside = (reading.time * MS > first) & (reading.time * MS < last)
         height = reading.acceleration[inside] / G
         axes.plot(reading.time[inside] * MS, height, color=COLORS[chain], lw=1.3)
-    axes.set(xlim=(first, last), xlabel="time from the taut rope [ms]")
+    axes.set(xlim=(first, last), xlabel="time since the rope became taut [ms]")
     axes.set_ylabel("specific force shown [g]")
 
 
@@ -104,7 +104,7 @@ def _over_cutoff(axes: style.Axes) -> None:
     for text, f in [("ADXL193", 400.0), *((f"CFC {c}", c / 0.6) for c in CLASSES)]:
         axes.axvline(f, color=GREY, lw=0.7, ls=style.DOTTED)
         axes.text(f, 1.06, f" {text}", rotation=90, fontsize=7.5, color=GREY, ha="right")
-    detail = "4 poles, no phase (shape of SAE J211-1), any cutoff"
+    detail = "4 poles, zero phase (shape of SAE J211-1), any cutoff"
     headline = "Required filter"
     style.panel(axes, headline, detail, xlabel="−3 dB frequency of the filter [Hz]")
 

@@ -56,7 +56,7 @@ def amplitude() -> style.Figure:
         style.label(axes, 12, 12, "slides\nsteadily", GREY, ha="right")
         style.key(axes, loc="upper right")
         style.title(axes, film, f"model; jump law, damping ratio {RATIO:g} (assumed)")
-    figure.colorbar(contours, ax=maps[1], label="half of the force's swing [N]", pad=0.02)
+    figure.colorbar(contours, ax=maps[1], label="half the force swing [N]", pad=0.02)
     _mount(design)
     return figure
 
@@ -78,7 +78,7 @@ def _mount(axes: style.Axes) -> None:
     axes.set(ylabel="critical speed [m/s]", xlim=(5, 2e3), ylim=(0.02, 40))
     style.key(axes, *zip(FILMS, (BLUE, ORANGE), strict=True))
     detail = f"94.5 kPa; damping ratio {RATIO:g} (solid), 0.5 (dashed); dots: as measured"
-    style.title(axes, "How fast, how stiff", detail)
+    style.title(axes, "Critical speed versus stiffness", detail)
 
 
 @style.in_style
@@ -95,9 +95,9 @@ def fig4_judder() -> style.Figure:
             style.label(bars, place + shift, value * 100 + 4, f"{value:.0%}", ha="center")
     bars.set_xticks([0, 1], ["Kapton", "PTFE"])
     bars.tick_params(axis="x", length=0)
-    bars.set(ylabel="half of the swing over kinetic force [%]", ylim=(0, 150))
+    bars.set(ylabel="half the swing / kinetic force [%]", ylim=(0, 150))
     bars.grid(axis="x", visible=False)
-    words = "left: table I, all sheets at once", "right: sheets let go one by one"
+    words = "left: table I, all sheets at once", "right: sheets start to slip one by one"
     style.key(bars, *((text, INK) for text in words), loc="upper left", handlelength=0)
     style.title(bars, "Slow pull, 94.5 kPa", "model; Fig. 4 shows the opposite order")
     code = kapton.judders.astype(int) + 2 * ptfe.judders.astype(int)

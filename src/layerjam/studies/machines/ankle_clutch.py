@@ -73,7 +73,7 @@ class AnkleClutch(Machine):
             raise QuantityError.of(
                 "gait.part",
                 f"{len(part)} values, {len(angle)} of gait.angle and {len(moment)} of "
-                "gait.moment; they are rows of one length",
+                "gait.moment; they must have the same length",
             )
         if part[0] != 0 or part[-1] != 1 or (np.diff(part) <= 0).any():
             raise QuantityError.of("gait.part", "must rise from 0 to 100 % of the stride")
@@ -166,7 +166,7 @@ class AnkleClutch(Machine):
         """Describe the requirements in sentences."""
         fastest, rate = numbers["fastest_stride_rate"], numbers["stride_rate"]
         words = (
-            f"Holding the spring takes {brakes} brakes ({show(brakes * self.mass, 'kg')}) once the "
+            f"Holding the spring needs {brakes} brakes ({show(brakes * self.mass, 'kg')}) once the "
             f"vacuum is present; with this line the clutch follows up to {show(fastest, 'Hz', 3)}."
         )
         if fastest < rate:
@@ -178,7 +178,7 @@ class AnkleClutch(Machine):
             )
         if numbers["release_time"] > numbers["swing_time"]:
             words += (
-                f" It lets go in {show(numbers['release_time'], 's', 3)} and has "
+                f" It releases in {show(numbers['release_time'], 's', 3)}, but the swing lasts "
                 f"{show(numbers['swing_time'], 's', 3)}: it needs a vent valve."
             )
         return words

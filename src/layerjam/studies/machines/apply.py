@@ -26,22 +26,20 @@ class MachineResult(Result):
     machine: str | None = fact("kind of machine", default=None)
     scenario: str | None = fact("name of the scenario", default=None)
     feasible: bool | None = fact("whether every limit is met", default=None)
-    reason: str | None = fact("the limit that decides", default=None, listed=False)
+    reason: str | None = fact("the deciding limit", default=None, listed=False)
     conclusion: str | None = fact(
         ("the conclusion, with the requirements"), default=None, listed=False
     )
     brakes_needed: int | None = fact("brakes required; null if no number is enough", default=None)
     mass: float | None = number("kg", "mass of all brakes of the scenario", default=None)
     limits: Sequence[Mapping[str, Any]] | None = fact(
-        "every limit: its value, what is allowed, whether it is met", default=None, listed=False
+        "every limit: actual value, allowed value, whether it is met", default=None, listed=False
     )
     page: str | None = fact("path of the page that was written", default=None)
     results: Mapping[str, Any] | None = fact(
-        "the machine's own numbers", default=None, listed=False
+        "results specific to the machine", default=None, listed=False
     )
-    scenarios: Sequence[str] | None = fact(
-        "scenarios that come with the program", default=None, listed=False
-    )
+    scenarios: Sequence[str] | None = fact("built-in scenarios", default=None, listed=False)
     titles: Mapping[str, str] | None = None
     """{scenario: title} of the listed scenarios."""
 
@@ -92,9 +90,7 @@ def scenario(
     out: Annotated[
         str | Path | None, Help("Folder for a page with pictures.", metavar="DIR")
     ] = None,
-    names: Annotated[
-        bool, Help("List the scenarios that come with the program.", option="--list")
-    ] = False,
+    names: Annotated[bool, Help("List the built-in scenarios.", option="--list")] = False,
     overwrite: Overwrite = False,
     progress: Progress | None = None,
 ) -> MachineResult:

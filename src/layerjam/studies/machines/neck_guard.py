@@ -169,7 +169,7 @@ class NeckGuard(Machine):
         ready = (
             "If pumped at the moment of the blow, the vacuum would have to be present "
             f"within a fraction of its {show(self.blow.duration, 's')}; this line takes "
-            f"{show(time, 's', 3) if math.isfinite(time) else 'for ever'}."
+            f"{show(time, 's', 3) if math.isfinite(time) else 'forever'}."
         )
         if not best:
             words = (
@@ -177,8 +177,8 @@ class NeckGuard(Machine):
             )
             return f"{words} {ready}"
         words = (
-            f"It takes {best['count']} brakes ({show(best['mass'], 'kg')}) to keep the "
-            f"head below {limit}"
+            f"Keeping the head below {limit} requires {best['count']} brakes "
+            f"({show(best['mass'], 'kg')})"
         )
         if not best["as_built"]:
             words += (

@@ -59,14 +59,14 @@ def belt_in_time(result: Result) -> style.Figure:
         top, detail = max(top, limit), "grey: deceleration of the vehicle itself"
         style.level(left, limit, "allowed")
     left.set(xlim=(0, end), ylim=(0, 1.45 * top))
-    left.set(xlabel="time [ms]", ylabel="acceleration of the chest [g]")
+    left.set(xlabel="time [ms]", ylabel="chest acceleration [g]")
     style.key(left, loc="upper right")
     style.title(left, "Load on the chest", detail)
     longest = max(*(float(curve.ride.way.max()) for curve in restraints), limits.space)
     right.set(xlim=(0, end), ylim=(0, 1.25 * MM * longest))
-    right.set(xlabel="time [ms]", ylabel="displacement of the chest in the vehicle [mm]")
+    right.set(xlabel="time [ms]", ylabel="chest displacement in the vehicle [mm]")
     style.level(right, limits.space * MM, "available space")
-    style.title(right, "Displacement", "in the vehicle, from the first instant")
+    style.title(right, "Displacement", "in the vehicle, from the start of the crash")
     return figure
 
 
@@ -83,12 +83,12 @@ def belt_over_displacement(result: Result) -> style.Figure:
     force = max(float(curve.ride.force.max()) for curve in record.held)
     limits = get(result.scenario, "limits")
     axes.set(xlim=(0, 1.15 * MM * max(longest, limits.space)), ylim=(0, 1.35 * KN * force))
-    axes.set(xlabel="displacement of the chest in the vehicle [mm]")
-    axes.set_ylabel("force in the belt [kN]")
+    axes.set(xlabel="chest displacement in the vehicle [mm]")
+    axes.set_ylabel("belt force [kN]")
     style.level(axes, limits.belt * KN, "allowed", share=0.5)
     style.upright(axes, limits.space * MM, "space", RED, share=0.03)
     style.key(axes, loc="upper left")
-    style.title(axes, "Force over displacement", "up to the furthest point; not filtered")
+    style.title(axes, "Force versus displacement", "up to the maximum displacement; unfiltered")
     return figure
 
 
@@ -114,9 +114,9 @@ def neck_in_time(result: Result) -> style.Figure:
     detail = (
         f"peak {bare.acceleration:.0f} rad/s² free, {guard.acceleration:.0f} rad/s² with brakes"
     )
-    style.title(left, "The blow turns the head", detail)
+    style.title(left, "Acceleration of the head", detail)
     detail = f"BrIC {bare.bric:.2f} free, {guard.bric:.2f} with brakes"
-    style.title(right, "How fast it turns", detail)
+    style.title(right, "Velocity of the head", detail)
     return figure
 
 
@@ -131,8 +131,8 @@ def neck_over_count(result: Result) -> style.Figure:
     axes.plot(counts, turns, color=BLUE)
     style.plain(axes)
     axes.set(xlim=(1, float(counts[-1])), ylim=(0, 1.25 * max(free, limit)))
-    axes.set(xlabel="number of brakes side by side")
-    axes.set_ylabel(f"greatest angular acceleration {RADIANS}")
+    axes.set(xlabel="number of brakes in parallel")
+    axes.set_ylabel(f"maximum angular acceleration {RADIANS}")
     style.level(axes, free, "free", GREY, share=0.99)
     style.level(axes, limit, "allowed", below=True)
     style.spot(axes, have, turns[have - 1], "this guard", BLUE)
@@ -153,12 +153,12 @@ def ankle_stride(result: Result) -> style.Figure:
     upper.set_ylabel("ankle [degrees]")
     for axes in (upper, lower):
         axes.axvspan(record.window[0] * 100, record.window[1] * 100, color=FAINT, alpha=0.3)
-    style.title(upper, "One stride", "shaded: the clutch ought to hold; dorsiflexion above zero")
+    style.title(upper, "One stride", "shaded: the clutch must hold; dorsiflexion is positive")
     lower.plot(part, ready.force, color=GREEN, ls=style.DASHED, label="vacuum present")
     lower.plot(part, stride.hold, color=ORANGE, lw=1.6, label="holding capacity")
     lower.plot(part, stride.force, color=BLUE, lw=2.2, label="given")
     lower.set(ylim=(0, 1.35 * top), xlim=(float(part[0]), float(part[-1])), ylabel="force [N]")
-    lower.set_xlabel("part of the stride, from heel strike on [%]")
+    lower.set_xlabel("fraction of the stride after heel strike [%]")
     style.key(lower, loc="upper left")
     return figure
 
@@ -171,16 +171,16 @@ def ankle_rates(result: Result) -> style.Figure:
     figure, (axes,) = style.canvas(width=6.8, height=3.9)
     axes.plot(RATES, record.slips * MM, color=BLUE)
     style.plain(axes)
-    axes.set(xlabel="stride rate [Hz]", ylabel="slip in a stride [mm]")
+    axes.set(xlabel="stride rate [Hz]", ylabel="slip per stride [mm]")
     axes.set(xlim=(RATES[0], RATES[-1]), ylim=(0, 1.2 * MM * record.slips.max()))
     style.level(axes, get(result.scenario, "limits.slip") * MM, "allowed")
     style.upright(axes, rate, "walking")
     detail = (
-        f"holds up to {fastest:.3g} strides a second"
+        f"holds up to {fastest:.3g} strides per second"
         if fastest
         else ("holds at none of the rates tried")
     )
-    style.title(axes, "How fast the vacuum follows", detail)
+    style.title(axes, "Stride rate that the vacuum follows", detail)
     return figure
 
 
@@ -227,17 +227,17 @@ def exercise_over_angle(result: Result) -> style.Figure:
     left.set(xlim=(angle[0], angle[-1]), ylim=(0, top))
     left.set(xlabel="flexion [degrees]", ylabel="torque [N m]")
     style.key(left)
-    style.title(left, "Over the angle", "first flexion; red: more than full vacuum gives")
+    style.title(left, "Torque versus angle", "first flexion; red: beyond full vacuum")
     speeds = np.degrees(SPEEDS)
     right.plot(speeds, record.shares * 100, color=BLUE)
     style.plain(right)
     right.set(ylim=(0, 108), xlabel="mean speed of flexion [degrees/s]")
-    right.set_ylabel("can be followed [% of the flexion]")
+    right.set_ylabel("part followed [% of the flexion]")
     right.set_xlim(float(speeds[0]), float(speeds[-1]))
-    style.level(right, get(result.scenario, "limits.followed") * 100, "least allowed", below=True)
+    style.level(right, get(result.scenario, "limits.followed") * 100, "minimum", below=True)
     style.upright(right, math.degrees(get(result.scenario, "exercise.speed")), "asked", share=0.03)
     fastest = math.degrees(result.own["fastest_speed"])
-    style.title(right, "Over the speed", f"up to {show(fastest, '1', 3)} degrees a second")
+    style.title(right, "Coverage versus speed", f"up to {show(fastest, '1', 3)} degrees per second")
     return figure
 
 

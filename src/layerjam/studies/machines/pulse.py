@@ -38,7 +38,7 @@ def read_record(path: Path) -> tuple[Array, Array]:
     log = read_log(path, (TIME, ACCELERATION))
     time, value = log["time"] - log["time"][0], log["acceleration"]
     if len(time) < 5 or (np.diff(time) <= 0).any():
-        raise FileError(path, "its time must rise from row to row, over five samples or more")
+        raise FileError(path, "its time must increase from row to row over at least five samples")
     return time, value if np.trapezoid(value, time) >= 0 else -value
 
 

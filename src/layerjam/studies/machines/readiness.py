@@ -16,7 +16,7 @@ class VacuumSupply:
     """Mode of the vacuum supply, and the time available."""
 
     mode: str = word(
-        "whether the vacuum is always present or made on a warning", "standing", "triggered"
+        "whether the vacuum is always present or built up after a warning", "standing", "triggered"
     )
     warning: float = quantity("s", "time from the warning to the impact", hi=1e5, default=0.0)
 
@@ -61,8 +61,8 @@ def readiness(
     """Return the limit on the time for the vacuum, if it must be built up, and the notes."""
     line, brakes = scenario.line, scenario.brakes.count
     time = vacuum_time(vacuum, line_for(line.line, brakes))
-    words = show(time, "s", 3) if math.isfinite(time) else "for ever"
-    note = f"{line.name} takes {words} to {show(vacuum, 'Pa')} in {brakes} brakes"
+    words = show(time, "s", 3) if math.isfinite(time) else "forever"
+    note = f"{line.name} takes {words} to reach {show(vacuum, 'Pa')} in {brakes} brakes"
     if supply.mode == "standing" and not tuned:
         return Ready(time, [], [f"the vacuum is always present; from zero, {note}"])
     limit = Limit(name="time to reach the vacuum", value=time, limit=supply.warning, unit="s")

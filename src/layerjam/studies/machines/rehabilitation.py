@@ -69,13 +69,13 @@ class Rehabilitation(Machine):
         if len(angle) != len(torque) or (np.diff(angle) <= 0).any():
             raise QuantityError.of(
                 "resistance.angle",
-                f"{len(angle)} angles and {len(torque)} torques; they are rows of "
-                "one length, and the angles rise",
+                f"{len(angle)} angles and {len(torque)} torques; they must "
+                "have the same length, and the angles must increase",
             )
         if exercise.end <= exercise.start:
             raise QuantityError.of(
                 "exercise.end",
-                f"{show(exercise.end, 'rad')} is not above exercise.start, "
+                f"{show(exercise.end, 'rad')} does not exceed exercise.start, "
                 f"{show(exercise.start, 'rad')}",
             )
         if angle[0] > exercise.start + 1e-9 or angle[-1] < exercise.end - 1e-9:
@@ -89,8 +89,8 @@ class Rehabilitation(Machine):
         if cord_length >= overlap:
             raise QuantityError.of(
                 "orthosis.pulley",
-                f"the cord runs {show(cord_length, 'm')}, and the sheets of the brakes "
-                f"overlap by {show(overlap, 'm')}; use a smaller pulley or angle",
+                f"the cord travels {show(cord_length, 'm')}, but the sheets of the brakes "
+                f"overlap by only {show(overlap, 'm')}; use a smaller pulley or angle",
             )
         if self.brakes.series != 1:
             raise QuantityError.of(
@@ -214,15 +214,15 @@ class Rehabilitation(Machine):
     def describe_need(self, brakes: int, numbers: dict[str, Any]) -> str:
         """Describe the requirements in sentences."""
         words = (
-            f"The torque needs {count_noun(brakes, 'brake')} at full vacuum; there "
-            f"{'is one' if self.brakes.parallel == 1 else f'are {self.brakes.parallel}'}. "
+            f"The torque needs {count_noun(brakes, 'brake')} at full vacuum; the "
+            f"device has {'one' if self.brakes.parallel == 1 else self.brakes.parallel}. "
         )
         if numbers["fastest_speed"] == 0:
-            words += "This line cannot follow the profile at any speed tried."
+            words += "This line cannot follow the profile at any tested speed."
         else:
             words += (
                 f"This line follows it up to {math.degrees(numbers['fastest_speed']):.3g} degrees "
-                f"a second; {math.degrees(self.exercise.speed):.3g} are required."
+                f"per second; {math.degrees(self.exercise.speed):.3g} are required."
             )
         if numbers["release_time"] > self.limits.release:
             words += " A vent valve would release it in time."

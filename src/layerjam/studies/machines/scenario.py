@@ -56,7 +56,7 @@ class Brakes:
     series: int = quantity(
         "1", "brakes end to end in a chain", lo=1, hi=1000, whole=True, default=1
     )
-    vacuum: float = quantity("Pa", "vacuum the brakes are used at", lo=1, hi=1.2e5)
+    vacuum: float = quantity("Pa", "operating vacuum of the brakes", lo=1, hi=1.2e5)
 
     if TYPE_CHECKING:
 
@@ -83,7 +83,7 @@ class Curve(QuantitySpec):
         row = _ROW.fullmatch(text.strip()) if isinstance(text, str) and len(text) < 20_000 else None
         words, unit = (row.group(1).split(), row.group(2)) if row else ([], "")
         if len(words) < 2:
-            raise QuantityError.of(name, "must be numbers and a unit in one text, '0 2.5 4 deg'")
+            raise QuantityError.of(name, "must be numbers and a unit in one string, '0 2.5 4 deg'")
         return self.check(np.array([parse(f"{w} {unit}", self.unit, name) for w in words]), name)
 
     def check(self, value: Any, name: str) -> Any:
@@ -119,8 +119,8 @@ class Scenario:
         if vacuum > atmosphere:
             raise QuantityError.of(
                 "brakes.vacuum",
-                f"{show(vacuum, 'Pa', 6)} is more than the atmosphere, "
-                f"{show(atmosphere, 'Pa', 6)}; a vacuum is at most that",
+                f"{show(vacuum, 'Pa', 6)} exceeds the atmosphere, "
+                f"{show(atmosphere, 'Pa', 6)}, the highest possible vacuum",
             )
 
     def warnings(self) -> list[str]:

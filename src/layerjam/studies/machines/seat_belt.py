@@ -216,21 +216,21 @@ class SeatBelt(Machine):
                 f"occupant within {show(self.limits.space, 'm')}."
             )
         words = (
-            f"It takes {best['count']} brakes ({best['parallel']} in parallel, "
-            f"{best['series']} in series, {show(best['mass'], 'kg')}) to stop in the "
-            f"available space, with {show(best['belt_force'], 'N')} in the belt and "
-            f"{show(best['chest_acceleration'], 'm/s^2')} of the chest"
+            f"Stopping in the available space requires {best['count']} brakes ({best['parallel']} "
+            f"in parallel, {best['series']} in series, {show(best['mass'], 'kg')}), with "
+            f"{show(best['belt_force'], 'N')} in the belt and a chest acceleration of "
+            f"{show(best['chest_acceleration'], 'm/s^2')}"
         )
         if not best["as_built"]:
             steady = self.belt.stiffness * self.brake.brake.sheets.overlap
             words += (
                 f", and webbing of {show(best['stiffness'], 'N/m')}: behind webbing of "
-                f"{show(self.belt.stiffness, 'N/m')} brakes of this overlap slide steadily up to "
-                f"{show(steady, 'N')} only, and snap beyond"
+                f"{show(self.belt.stiffness, 'N/m')}, brakes of this overlap slide steadily up to "
+                f"only {show(steady, 'N')}, and snap above that"
             )
         if not best["meets_loads"]:
             words += (
-                ". No number of these brakes also meets the load limits: the least force "
+                ". No number of these brakes also meets the load limits: the lowest force "
                 f"in the belt is {show(least['belt_force'], 'N')}, with {least['count']} "
                 "of them"
             )

@@ -52,7 +52,7 @@ class Limit:
         """Return value, limit and factor as a sentence."""
         value = show(self.value, self.unit) if math.isfinite(self.value) else "never reached"
         side = "at least" if self.least else "at most"
-        sentence = f"{self.name} is {value}, {side} {show(self.limit, self.unit)} is allowed"
+        sentence = f"{self.name} is {value}; {side} {show(self.limit, self.unit)} is allowed"
         if self.met or not math.isfinite(self.factor):
             return sentence
         return f"{sentence} (missed by a factor of {self.factor:.3g})"
@@ -167,9 +167,9 @@ class Machine(Scenario):
         if series > 1:
             times = difference_growth(law, slip, series, brake)
             words = (
-                f"the {series} equal brakes of a chain are assumed to share its slip equally, as "
-                f"friction grows with speed. A difference between two of them grows {times:.3g} "
-                "times by the end. If it becomes large, they slip one after the other, and the "
+                f"the {series} identical brakes of a chain are assumed to share its slip equally, "
+                f"as friction grows with speed. A difference between two of them grows {times:.3g} "
+                "times by the end. If it becomes large, they slip one after another, and the "
                 "force falls in between"
             )
             notices.append(Notice(words, "speed-law-chain"))
