@@ -199,7 +199,7 @@ class Slider:
             return
         with self._box:
             text, ident = (
-                f"Use {show(nearest_value, self.control.spec.unit)}",
+                f"Use {show(nearest_value, self.control.spec.unit, 6)}",
                 self.field.props["data-testid"],
             )
             act = partial(self._put, nearest_value)
