@@ -183,6 +183,8 @@ class FitError(LayerjamError, ValueError):
     key = "fit"
     path: str = ""
     reason: str = ""
+    notice: str = ""
+    """Key of the notice whose remedy also helps here."""
 
     @classmethod
     def of(cls, path: object, reason: str) -> Self:

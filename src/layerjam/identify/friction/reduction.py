@@ -385,10 +385,12 @@ def with_friction(
     Raises FitError if stick–slip leaves the kinetic friction unknown.
     """
     if result.kinetic is None:
-        raise FitError(
+        error = FitError(
             "friction: the films stick and slip, so there is no kinetic friction to "
             "write into the brake (--accept-stick-slip uses the middle of the stick–slip)"
         )
+        error.notice = "stick-slip"
+        raise error
     blank = Source(kind="assumed", text="not yet calibrated with this friction")
     changes = {**result.sources(), "scale_factor": (1.0, blank)}
     warnings = []

@@ -40,6 +40,8 @@ class StepResult:
     brake: BrakeFile | None = None
     picture: str = ""
     problem: str = ""
+    notice: str = ""
+    """Key of the notice whose remedy helps against the problem."""
     pages: Mapping[str, bytes] = field(default_factory=dict)
     """Files of a report, if the step is a report."""
 
@@ -192,7 +194,7 @@ def carried_out(call: Call, folder: Path, tell: Progress) -> StepResult:
             return StepResult(call, result, BrakeFile.read(text, call.out))
         return StepResult(call, result, pages=pages_of(place) if call.out else {})
     except LayerjamError as err:
-        return StepResult(call, problem=one_line(err))
+        return StepResult(call, problem=one_line(err), notice=getattr(err, "notice", ""))
     finally:
         if call.name == "report":
             shutil.rmtree(place, ignore_errors=True)

@@ -169,20 +169,21 @@ class Card:
             dress(label, f"{ident}-problem", "text-negative", role="alert")
         else:
             self._show_done(content)
-        notices = [content.problem] if content.result is None else content.result.warnings
-        for control, (text, settings) in REMEDIES.items():
-            if any(control in on_page(notice) for notice in notices):
+        warnings = () if content.result is None else content.result.warnings
+        keys = {content.notice, *(getattr(warning, "key", "") for warning in warnings)}
+        for key, (text, settings) in REMEDIES.items():
+            if key in keys:
                 act = partial(self.desk.put_all, "laboratory", settings)
                 button(text, act, f"{ident}-remedy", "build")
 
 
 REMEDIES = MappingProxyType(
     {
-        "'Stick–slip'": ("Use the middle of the stick–slip", {"judder": "yes"}),
-        "'Friction tests read', ASTM": ("Read the tests as ASTM D1894", {"standard": "d1894"}),
+        "stick-slip": ("Use the middle of the stick–slip", {"judder": "yes"}),
+        "static-of-teeth": ("Read the tests as ASTM D1894", {"standard": "d1894"}),
     }
 )
-"""{control that a notice names: text of a button, and the settings that it applies}."""
+"""{key of a notice: text of a button, and the settings that it applies}."""
 
 
 def numbers_of(result: Any) -> list[tuple[str, str, str]]:
