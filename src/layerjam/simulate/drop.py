@@ -183,7 +183,8 @@ def _drop_columns(
     """
     case = (mass, speed, vacuum, spring, gravity, brake)
     law = brake.speed_law if follows_speed(brake) else None
-    slid = _slip_samples(end, vacuum, brake) if end > 0 and not law else np.empty(0)
+    slides = end > 0 and law is None
+    slid = _slip_samples(end, vacuum, brake) if slides else np.zeros(SAMPLES)
     if law is not None and end > 0:
         first = float(course_of(law, *case)[0])
     else:
@@ -196,7 +197,7 @@ def _drop_columns(
     moving = sag * omega * np.sin(omega * time) + speed * np.cos(omega * time)
     slip = np.zeros_like(time)
     force, heat = spring * travel, np.zeros_like(time)
-    if slid.size:
+    if slides:
         time, moving = np.append(time, times[1:]), np.append(moving, speeds[1:])
         travel = np.append(travel, slid + forces[1:] / spring)
         slip, force = np.append(slip, slid), np.append(force, forces[1:])
@@ -255,7 +256,7 @@ def _append_slide(
 def _slip_samples(end: float, vacuum: float, brake: Brake) -> Array:
     """Return slips [m] up to `end`, dense at both ends, where the force bends and the speed drops.
 
-    They include that of the greatest force. Their number is always the same, so that the laws
+    They include that of the greatest force. Their number is always SAMPLES, so that the laws
     compile once.
     """
     if brake.hyperelastic is not None:
