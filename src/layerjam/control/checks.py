@@ -1,4 +1,4 @@
-"""Checks of a regulator in closed loop: whether it holds the vacuum, and the reason if not."""
+"""Checks of a regulator in closed loop: whether it holds the vacuum and, if not, why."""
 
 import math
 from collections.abc import Iterator
@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     from layerjam.control.closed_loop import ClosedLoop
 
 RIPPLE = 2.0
-"""Multiple of the regulator's own band (`idle_band`) up to which the vacuum counts as held."""
+"""Multiple of the regulator's own band (`idle_band`) that the ripple of a held vacuum may have."""
 SWING = 0.25
-"""Share of the target above which a ripple fails, whatever the band."""
+"""Fraction of the target above which a ripple fails the check, whatever the band."""
 
 
 def idle_band(regulator: Regulator) -> float:
-    """Return the width [Pa] of the errors at which neither pump nor vent acts."""
+    """Return the width [Pa] of the range of errors in which neither pump nor vent acts."""
     if regulator.kind == "bang-bang":
         return 2 * regulator.half_band
     return regulator.half_band + regulator.vent_threshold
@@ -28,7 +28,7 @@ def idle_band(regulator: Regulator) -> float:
 def shortest_moves(regulator: Regulator, vacuum: float) -> dict[str, float]:
     """Return {cause: change of the vacuum [Pa]} for the shortest runs of the pump and of the vent.
 
-    A bang-bang regulator runs its pump at full command, others at their least command.
+    A bang-bang regulator runs its pump at full command, other regulators at their minimum command.
     """
     plant, sample = regulator.plant, regulator.sample_time
     share = 1.0 if regulator.kind == "bang-bang" else regulator.least_command
@@ -47,7 +47,7 @@ def _sampled_time(actor: str, time: float, sample: float) -> str:
 
 
 def step_check(regulator: Regulator, target: float) -> Check:
-    """Return the check that the pump's shortest run changes the vacuum by less than its band."""
+    """Return the check that the pump's shortest run changes the vacuum by less than the band."""
     cause, move = next(
         item for item in shortest_moves(regulator, target).items() if "pump" in item[0]
     )
@@ -62,8 +62,8 @@ def step_check(regulator: Regulator, target: float) -> Check:
 def regulation_checks(regulator: Regulator, target: float, loop: "ClosedLoop") -> Iterator[Check]:
     """Return the checks of a closed loop without an injected fault that should hold `target` [Pa].
 
-    A vacuum that is reached and held passes. A false fault, a missed target, or a ripple above a
-    multiple of the regulator's own band fails.
+    The check passes if the vacuum is reached and held. It fails on a false fault, a missed target,
+    or a ripple above a multiple of the regulator's own band.
     """
     sentence = f"the detectors report {loop.outcome}"
     wrong = f" after {show(loop.fault_time, 's')}, although nothing is broken"
@@ -100,7 +100,7 @@ def _ripple(regulator: Regulator, target: float, ripple: float) -> Check:
 
 
 def _remedy(regulator: Regulator, move: float, target: float) -> str:
-    """Return the changes that reduce a move of the vacuum [Pa] to the allowed size."""
+    """Return the changes of settings that reduce a step of the vacuum [Pa] to the allowed size."""
     sample, limit = regulator.sample_time, min(idle_band(regulator), 0.5 * SWING * target)
     changes = "kind pi instead of bang-bang, " if regulator.kind == "bang-bang" else ""
     if max(regulator.minimum_on, regulator.minimum_vent) > sample:

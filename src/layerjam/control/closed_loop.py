@@ -2,7 +2,7 @@
 
 Between samples the plant and the sensor's lag are exact (`plant.py`; the lag to 1e-11 of a sample's
 rise); behind a tube they are integrated (`through_tube.py`). With the noise of `noise.py` the
-result of a run depends only on its seed and number, not on other runs or the core.
+result of a run depends only on its seed and number, not on other runs or on the core.
 """
 
 import functools
@@ -42,19 +42,19 @@ class Runs:
     """M closed loops: arrays of shape (M,). The vacuum is the true one, not the reading."""
 
     rise_time: Any
-    """Time from 10 to 90 % of the first target [s]; NaN if 90 % is not reached in its time."""
+    """Time from 10 to 90 % of the first target [s]; NaN if 90 % is not reached while it applies."""
     overshoot: Any
-    """Greatest vacuum minus the first target, while it applies [Pa]; negative if not reached."""
+    """Maximum vacuum minus the first target, while it applies [Pa]; negative if not reached."""
     steady_error: Any
     """Mean of vacuum minus target in the last part of the run [Pa]."""
     ripple: Any
-    """Highest minus lowest vacuum in that part [Pa]."""
+    """Highest minus lowest vacuum in the last part of the run [Pa]."""
     pump_on: Any
-    """Integral of the pump's command [s]."""
+    """Time integral of the pump command [s]."""
     pump_switches: Any
     vent_switches: Any
     fault: Any
-    """Code of the first fault, 0 if healthy; names are in `settings.FAULTS`."""
+    """Code of the first fault, or 0 if healthy; the names are in `settings.FAULTS`."""
     fault_time: Any
     """Detection time of that fault [s]; NaN if there is none."""
 
@@ -64,20 +64,20 @@ COLUMNS = tuple(Runs.__dataclass_fields__)
 
 @dataclass(frozen=True, kw_only=True)
 class ClosedLoop(Runs):
-    """One closed loop: the numbers of `Runs`, and arrays of shape (N,) at the samples."""
+    """One closed loop: the values of `Runs`, and arrays of shape (N,) with one entry per sample."""
 
     time: Array = field(repr=False)
     vacuum: Array = field(repr=False)
     """True vacuum [Pa]."""
     measured: Array = field(repr=False)
-    """Reading of the sensor [Pa]; NaN if it gave none."""
+    """Reading of the sensor [Pa]; NaN if there is none."""
     target: Array = field(repr=False)
     pump: Array = field(repr=False)
     vent: Array = field(repr=False)
     fault: Array = field(repr=False)
     """Fault code at each sample."""
     outcome: str
-    """HEALTHY or the name of the fault."""
+    """HEALTHY, or the name of the fault."""
 
 
 def simulate_run(
@@ -91,11 +91,11 @@ def simulate_run(
     seed: int = 0,
     steady: float = 0.25,
 ) -> ClosedLoop:
-    """Simulate one run from zero vacuum, with its history.
+    """Simulate one run from zero vacuum, and keep its history.
 
     `targets` are pairs (duration [s], vacuum [Pa]), repeated if `duration` is longer. `plant` and
-    `sensor` are the true ones if they differ from the regulator's settings. `steady` is the last
-    part of the run, from which steady error and ripple are computed. Raises QuantityError for
+    `sensor` are the true ones if they differ from the regulator's settings. The steady error and
+    the ripple are computed from the last part of the run, `steady`. Raises QuantityError for
     settings that `settings.validate` rejects.
     """
     loop_of = _Loop(regulator, plant, sensor, injected or FaultInjection())
@@ -143,7 +143,7 @@ def simulate_runs(
 
 @dataclass(frozen=True)
 class _Loop:
-    """A regulator with the true plant and sensor, and the injected fault."""
+    """A regulator with the true plant, the true sensor and the injected fault."""
 
     regulator: Regulator
     plant: Plant | None
@@ -175,7 +175,7 @@ class _Loop:
         )
 
     def run(self, course: Course, seed: int, number: int, out: Array, history: Array) -> None:
-        """Write one run to `out` and, if it has room, to `history`."""
+        """Write one run to `out` and, if `history` is not empty, its samples to `history`."""
         plant, sensor = self.plant or self.regulator.plant, self.sensor or self.regulator.sensor
         lowest = float(self.regulator.lowest_reading)
         sound = Chain(

@@ -1,8 +1,8 @@
 """The compiled closed loop: one run of regulator, sensor and plant, sample by sample.
 
-The regulator is the law's own text, compiled. Between samples plant and sensor are exact. With the
-slope a - b v of the vacuum, a sample of length T adds slope (1 - exp(-b T))/b, of which a
-first-order sensor shows the part that its lag transmits. A plant with a tube is integrated.
+The regulator is the law's own source text, compiled. Between samples, plant and sensor are exact.
+If the vacuum has the slope a - b v, a sample of length T adds slope (1 - exp(-b T))/b, and a
+first-order sensor shows the part that its lag lets through. A plant with a tube is integrated.
 """
 
 import math
@@ -20,7 +20,7 @@ from layerjam.mechanics.compilation import compile_loop, stamp_of
 from layerjam.mechanics.threads import cache_threadsafe
 
 READS, STANDS, SHOWS = 0, 1, 2
-"""States of the sensor: it reads, keeps its last number, or shows a fixed number."""
+"""States of the sensor: it works, repeats its last value, or shows a fixed value."""
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
@@ -35,29 +35,29 @@ class Chain(NamedTuple):
 
 
 class Course(NamedTuple):
-    """Schedule of a run; counts are numbers of samples."""
+    """Schedule of a run; counts are in samples."""
 
     dt: float
-    """Length of a sample [s]."""
+    """Duration of a sample [s]."""
     lag: float
     """Lag of the sensor [s]."""
     samples: int
     ends: Array
-    """Sample at which each target ends; the targets then repeat."""
+    """Sample at which each target ends; after the last one the targets repeat."""
     levels: Array
     """Targets [Pa]."""
     onset: int
-    """Sample from which on plant and sensor are broken."""
+    """Sample from which the plant and the sensor have the injected fault."""
     sensor: int
     """State of the broken sensor."""
     shown: float
-    """Number that a broken sensor shows [Pa]."""
+    """Value that a broken sensor shows [Pa]."""
     steady: int
-    """First sample for steady error and ripple."""
+    """First sample that counts for the steady error and the ripple."""
 
 
 def _compile_law() -> dict[str, Any]:
-    """Return the compiled functions of the law, by name; rounding is unchanged."""
+    """Return the compiled functions of the law, by name, without any change of rounding."""
     names: dict[str, Any] = {k: v for k, v in vars(law).items() if isinstance(v, int | float)}
     helpers = (
         "move_drive",
@@ -96,7 +96,7 @@ def _read_sensor(value, noise, chain):  # type: ignore[no-untyped-def]  # pragma
 
 @cache_threadsafe
 def compile_loop_of_runs() -> Any:
-    """Return the loop; it is compiled in a few seconds if the law has changed, otherwise cached."""
+    """Return the compiled loop; a changed law takes a few seconds to compile, then it is cached."""
     folder = Path(__file__).parent
     names = ("law.py", "noise.py", "exact.py", "closed_loop_run.py", "through_tube.py")
     stamp = stamp_of(folder / name for name in names)

@@ -1,8 +1,8 @@
-"""Longest detection times, from trials of the law's detectors on a broken plant without noise.
+"""Longest detection times, from trials of the law's detectors on a faulty plant without noise.
 
 The pump runs at full command, and the fault begins at a given vacuum. The trials combine both ends
-of the tolerances of pump, zero and lag; the longest time is used. The limits are raised by the
-noise beforehand.
+of the tolerances of the pump, the zero and the lag, and the longest time counts. To allow for
+noise, the limits are raised beforehand.
 """
 
 import functools
@@ -26,9 +26,9 @@ from layerjam.mechanics.threads import cache_threadsafe
 IN_NOISE = 5.0
 """Number of standard deviations by which noise may mislead a detector."""
 WINDOW = 200
-"""Number of trial steps in one decision step of a healthy pump; fewer if samples are longer."""
+"""Number of trial steps per decision step of a healthy pump; fewer if samples are longer."""
 SURE = 0.02
-"""Relative margin on a block's limit in its trial, and on the time of another fault."""
+"""Relative margin on the limit for a block in its trial, and on the times of other faults."""
 FINE = 0.01
 """Duration of a trial step, relative to the blocked line's time constant, if that exceeds a sample.
 """
@@ -42,17 +42,17 @@ LONGEST = 20_000
 
 
 def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
-    """Return {fault: longest time [s] until it is reported} at a vacuum [Pa] or below.
+    """Return {fault: longest time [s] until it is reported} up to a vacuum [Pa].
 
-    Times apply to every bench within the regulator's tolerances; inf means not detected at this
-    vacuum. Those of NO_VACUUM, WEAK_PUMP (half of `weak_ratio` of the flow or less) and
-    LINE_BLOCKED (at most 1/(2 blocked_ratio) of the chamber's volume) count from the fault. They
-    require uninterrupted pumping at full command, even if the vent has just closed. Detecting a
-    block needs a further rise, so its time is inf near the pump's limit. SENSOR_OFFSET, of at least
-    twice the limit, counts with the vent open, from its opening or from the fault. VACUUM_LOST
-    counts from the moment the vacuum leaves the band below a target that it had reached.
-    SENSOR_STUCK applies to a noisy sensor at any time, and to one without noise only during full
-    pumping.
+    The times apply to every bench within the regulator's tolerances; inf means that the fault is
+    not detected at this vacuum. Those of NO_VACUUM, WEAK_PUMP (half of `weak_ratio` of the flow or
+    less) and LINE_BLOCKED (at most 1/(2 blocked_ratio) of the chamber's volume) count from the
+    onset of the fault. They require uninterrupted pumping at full command, even if the vent has
+    just closed. A block is detected only by a further rise, so its time is inf near the pump's
+    limit. The time of SENSOR_OFFSET, for at least twice the limit, counts from the opening of the
+    vent, or from the fault if the vent is already open. That of VACUUM_LOST counts from the moment
+    when the vacuum leaves the band below a target that it had reached. That of SENSOR_STUCK applies
+    at any time to a noisy sensor, but only during full pumping to one without noise.
     """
     dt, lag = regulator.sample_time, regulator.longest_lag
     trials = _Trials(regulator)
@@ -76,7 +76,7 @@ def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
 
 
 class _Trials:
-    """Trials of one regulator; its settings are packed once, and once for each longer step."""
+    """Trials of one regulator; the settings are packed once, and once more for each longer step."""
 
     def __init__(self, regulator: Regulator) -> None:
         self.regulator = regulator
@@ -84,7 +84,7 @@ class _Trials:
         self.strict = functools.cache(partial(_tighten_limits, regulator))
 
     def longest_time(self, vacuum: float, fault: FaultInjection) -> float:
-        """Return the longest detection time [s] of a fault at readings up to a vacuum [Pa]."""
+        """Return the longest detection time [s] of a fault at any reading up to a vacuum."""
         regulator = self.regulator
         starts = np.linspace(0.0, vacuum, STARTS).tolist()
         pump, zero = regulator.tolerances.pump, regulator.zero
@@ -104,7 +104,7 @@ class _Trials:
 
         `ran` states whether the pump was running.
 
-        `end` is the error of the pump, the sensor's zero [Pa] and its lag [s].
+        `end` holds the pump's relative error, the sensor's zero [Pa] and its lag [s].
         """
         regulator, watch = self.regulator, self.watch
         dt, zero_error, (pump, zero, lag) = regulator.sample_time, regulator.zero, end
@@ -145,7 +145,7 @@ class _Trials:
 
 
 def _tighten_limits(regulator: Regulator, step: float) -> tuple[float, ...]:
-    """Return the detectors' settings at a sample of `step` [s], with limits raised by the noise."""
+    """Return the detectors' settings for samples of `step` [s], with noise added to the limits."""
     settings: LawSettings = replace(regulator, sample_time=step).pack()
     watch = list(settings[1])
     noise = IN_NOISE * regulator.greatest_noise + regulator.sensor.resolution
@@ -157,7 +157,7 @@ def _tighten_limits(regulator: Regulator, step: float) -> tuple[float, ...]:
 
 @cache_threadsafe
 def _compile_trial() -> Any:
-    """Return the compiled trial: full pump on the broken plant, number of steps until a fault."""
+    """Return the compiled trial, which runs the pump fully and counts the steps until a fault."""
     folder = Path(__file__).parent
     names = ("law.py", "detection.py", "exact.py", "closed_loop_run.py", "through_tube.py")
     stamp = stamp_of(folder / name for name in names)

@@ -1,4 +1,4 @@
-"""Exact plant between two samples.
+"""Exact solution of the plant between two samples.
 
 The compiled loop and a virtual board use the same source text.
 """
@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 
 class Rates(NamedTuple):
-    """The plant's numbers for the loop; see `plant`."""
+    """Parameters of the plant for the loop; see `plant`."""
 
     rate: float
     top: float
@@ -25,14 +25,14 @@ class Rates(NamedTuple):
 def step_factors(
     plant: Rates, pump: float, vent: float, dt: float, lag: float, left: float
 ) -> tuple[float, float, float, float]:
-    """Return (a, b, effect of a sample's first slope a - b v on v, and on the sensor).
+    """Return (a, b, factors from a sample's first slope a - b v to the changes of v and sensor).
 
     `left` is 1 - exp(-dt/lag).
     """
     a = plant.rate * pump * plant.top if pump > 0.0 else plant.backwards * pump
     b = plant.leak + plant.rate * plant.weight * max(pump, 0.0) + plant.vent * vent
     x = b * dt
-    # (1 - exp(-x))/x; with the vent closed, a series is exact to the last digit
+    # (1 - exp(-x))/x; with the vent closed, the series is exact to the last digit
     series = 1.0 / 24.0 - x * (1.0 / 120.0 - x * (1.0 / 720.0))
     series = 1.0 - x * (1.0 / 2.0 - x * (1.0 / 6.0 - x * series))
     gain = dt * (series if x < 0.01 else -math.expm1(-x) / x)
@@ -42,6 +42,6 @@ def step_factors(
     d = ratio - x
     if abs(d) > 1e-3:
         return a, b, gain, (ratio * gain - dt * left) / d
-    # if the rates of plant and sensor are equal, the singularity is removable
+    # if plant and sensor have the same rate, the singularity is removable
     phi = (1.0 - left) * ratio * (1.0 + d * (0.5 + d * (1.0 / 6.0 + d * (1.0 / 24.0))))
     return a, b, gain, (left - phi) / b if b > 0.0 else dt - lag * left

@@ -23,18 +23,16 @@ PROVOKED = {
     ),
 }
 OFFSET = 2.5
-"""Ratio of the injected offset to the greatest reading that counts as zero when vented.
-
-Detectors must report offsets of 2 or more."""
+"""Ratio of the injected offset to the highest zero reading; detectors must report 2 or more."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FaultInjection:
-    """Fault that begins at the time `at` [s]: factors on the plant, or the sensor.
+    """Fault that begins at the time `at` [s]: factors for the plant, or a state of the sensor.
 
-    `pump` multiplies the pump's flow, `leak` [1/s] adds to the leak, `volume` multiplies the volume
-    (a blocked line leaves a small one), `vent` multiplies the vent's flow. `sensor` is one of
-    "nan", "stuck", "rail" (it shows `value`), "offset" (it shows `value` too much) [Pa].
+    `pump` multiplies the pump's flow, `leak` [1/s] is added to the leak, `volume` multiplies the
+    volume (a blocked line leaves a small one), `vent` multiplies the vent's flow. `sensor` is one
+    of "nan", "stuck", "rail" (it shows `value`), "offset" (it reads `value` too high) [Pa].
     """
 
     at: float = math.inf
@@ -46,7 +44,7 @@ class FaultInjection:
     value: float = 0.0
 
     def break_plant(self, plant: Plant) -> Rates:
-        """Return the broken plant for the loop."""
+        """Return the plant with the fault, for the loop."""
         tube = plant.passage
         return Rates(
             rate=plant.rate * self.pump / self.volume,
@@ -64,10 +62,10 @@ class FaultInjection:
 def make_injection(
     fault: str, start: float, regulator: Regulator, target: float
 ) -> tuple[FaultInjection, str]:
-    """Return the fault to inject from `start` [s] on at a held `target` [Pa], with a description.
+    """Return the fault to inject from `start` [s] while `target` [Pa] is held, and its description.
 
-    Sizes are the smallest that the regulator's detectors are sure to report (`detection_times`).
-    The leak is laminar, against a target above zero. Raises UnknownNameError.
+    Sizes are the smallest that the regulator's detectors are sure to report (`detection_times`). An
+    injected leak is laminar and needs a target above zero. Raises UnknownNameError.
     """
     if fault not in PROVOKED:
         raise UnknownNameError("fault", fault, PROVOKED)

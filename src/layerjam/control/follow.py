@@ -1,11 +1,11 @@
-"""Control of force: from target force and measured slip to a vacuum, and the resulting force.
+"""Force control: from the target force and the measured slip to a vacuum and the resulting force.
 
-The brake slides along a given slip (a turning joint, a rope running out). Its force is that of the
-law at the current vacuum and, with a speed law, at the current speed. Target force and measured
-slip give the target vacuum by the inverse law of the brake that the controller assumes (`model`).
-The true brake may differ, and the measured slip is noisy. Parts that cannot be followed are
-reported beforehand: forces outside the brake's range, and vacuums that change faster than pump and
-vent allow.
+The slip is given (a turning joint, a rope running out). The law gives the brake's force at the
+current vacuum and, with a speed law, at the current speed. Target force and measured slip give the
+target vacuum by the inverse law of the brake that the controller assumes (`model`). The true brake
+may differ, and the measured slip is noisy. Parts that cannot be followed are reported beforehand:
+forces outside the brake's range, and vacuums that would have to change faster than pump and vent
+allow.
 """
 
 from collections.abc import Sequence
@@ -29,29 +29,27 @@ Mask = npt.NDArray[np.bool_]
 LEAST = 1.0
 """Target vacuum [Pa] for a force that needs none, because a target of zero would open the vent."""
 MARGIN = 0.98
-"""Greatest target, relative to the pump's greatest vacuum."""
+"""Highest target, relative to the pump's maximum vacuum."""
 CYCLES = 6
-"""Number of sine cycles to follow, of which the last half is fitted."""
+"""Number of sine cycles to follow; the second half of them is fitted."""
 
 
 @dataclass(frozen=True, eq=False)
 class Following:
-    """One run at the regulator's samples; arrays of shape (N,), SI units."""
+    """One run, in SI; the arrays have one entry per sample of the regulator, shape (N,)."""
 
     loop: ClosedLoop
     wanted: Array = field(repr=False)
     force: Array = field(repr=False)
     slip: Array = field(repr=False)
     possible: Mask
-    """Whether the brake can give the force at this slip, and pump or vent can change it fast
-    enough.
-    """
+    """Whether the brake can produce the force here, and pump or vent can reach it fast enough."""
     reasons: tuple[str, ...]
-    """Reasons for impossible samples."""
+    """Reasons why some samples cannot be followed."""
 
     @property
     def time(self) -> Array:
-        """Times of the samples [s]."""
+        """Sample times [s]."""
         return self.loop.time
 
     @property
@@ -66,7 +64,7 @@ class Following:
 
 
 def _pad_values(values: Array) -> Array:
-    """Return the values padded to one of a few lengths, because the laws compile for each length.
+    """Return the values padded to one of a few lengths, because each length needs a compilation.
 
     The laws take 0.2 ms for 4,096 values; compiling them takes a hundred times longer.
     """
@@ -79,10 +77,10 @@ def _pad_values(values: Array) -> Array:
 def target_vacuums(
     forces: Array, slip: Array, brake: Brake, highest: float, pace: Array | None = None
 ) -> tuple[Array, Mask, list[str]]:
-    """Return the vacuum [Pa] for each target force [N] at a slip [m], whether it exists, reasons.
+    """Return the vacuum [Pa] for each force [N] at a slip [m], whether it exists, and the reasons.
 
-    Targets below the enclosure's own force get the least vacuum, those above the greatest force get
-    `highest` [Pa]. `pace` [m/s] is the sliding speed, if friction depends on it; None means
+    Targets below the enclosure's own force get the vacuum `LEAST`, those above the maximum force
+    get `highest` [Pa]. `pace` [m/s] is the sliding speed, if friction depends on it; None means
     quasi-static.
     """
     count = len(slip)
@@ -141,11 +139,11 @@ def follow(
     seed: int = 0,
     pace: float | None = None,
 ) -> Following:
-    """Follow forces [N] at slips [m], one for each sample of the regulator, shape (N,).
+    """Follow forces [N] at slips [m], one of each per sample of the regulator, shape (N,).
 
     `brake` is the true brake if it differs from `model`; `slip_noise` [m] is the standard deviation
-    of a measured slip. `pace` [m/s] is the speed for the friction, if it is not that of the slip.
-    Raises QuantityError for profiles that do not fit together or a slip beyond the overlap.
+    of the measured slip. `pace` [m/s] sets the friction, if it differs from the speed of the slip.
+    Raises QuantityError for profiles of different lengths or a slip beyond the overlap.
     """
     wanted, slip = np.asarray(wanted, float), np.asarray(slip, float)
     if wanted.ndim != 1 or wanted.shape != slip.shape or len(wanted) < 2:
@@ -192,7 +190,7 @@ class Bode:
 
     @property
     def bandwidth(self) -> float | None:
-        """Return the frequency [Hz] at which the magnitude falls to 1/sqrt 2, or None."""
+        """Return the frequency [Hz] at which the magnitude falls to 1/sqrt(2), or None."""
         below = np.flatnonzero(self.magnitude < 2**-0.5)
         if not len(below):
             return None
@@ -215,10 +213,10 @@ def bode_response(
     frequencies: Sequence[float],
     **how: Any,
 ) -> Bode:
-    """Return the response to a sine of force [N] about a mean at one slip [m].
+    """Return the response to a sinusoidal target force [N] about a mean, at one slip [m].
 
-    It is fitted over the last cycles, and valid for this amplitude only, because a pump works in
-    one direction and is limited. `how` is passed to `follow`.
+    It is fitted over the last cycles and is valid for this amplitude only, because a pump works in
+    one direction and is limited. The options `how` are passed to `follow`.
     """
     ratios = []
     dt = regulator.sample_time
@@ -238,9 +236,9 @@ def bode_response(
 
 
 def rehabilitation(time: Any, *, low: float, high: float, period: float) -> Any:
-    """Return a profile of resistance [N]: rise, hold, fall and rest, each for a quarter.
+    """Return a profile of resistance [N]: rise, hold, fall and rest, each a quarter of the time.
 
-    The shape is invented for tests and not clinical.
+    The shape is made up for tests and has no clinical basis.
     """
     phase = (time / period) % 1.0
     rise = 0.5 - 0.5 * np.cos(np.pi * np.clip(4 * phase, 0, 1))

@@ -1,7 +1,7 @@
 """The control law of a brake's vacuum: one step of a regulator with its fault detectors.
 
-This file imports nothing and uses floats and tuples of floats only, so that the same text runs in
-CPython, on a microcontroller under MicroPython, and compiled in batches. `settings.py` makes the
+This file imports nothing and uses only floats and tuples of floats, so that the same text runs in
+CPython, on a microcontroller under MicroPython, and compiled in batches. `settings.py` builds the
 tuples; `docs/control.md` states the rules. Vacuum is in pascals, time in samples.
 
 settings = (regulator, watch), state = (drive, seen); the layouts are those unpacked below.
@@ -11,13 +11,13 @@ BANG_BANG, PI, SCHEDULED = 0, 1, 2
 HEALTHY, NOT_A_NUMBER, OUT_OF_RANGE, STUCK, OFFSET = 0, 1, 2, 3, 4
 NO_VACUUM, WEAK_PUMP, BLOCKED, LOST = 5, 6, 7, 8
 CLOSE = 0.01
-"""Share of a target within which a reading always counts as having reached it."""
+"""Fraction of a target within which a reading always counts as having reached it."""
 LEAST_ROOM = 0.05
-"""Least share of the pump's vacuum by which gain schedule and feed-forward divide."""
+"""Smallest fraction of the pump's vacuum by which the gain schedule and the feed-forward divide."""
 
 
 def fresh() -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the state at power-up: pump off, vent closed, no history. It also clears a fault."""
+    """Return the state at power-up: pump off, vent closed, no history, no fault."""
     long_ago = 1e9
     drive = (0.0, 0.0, 0.0, long_ago, long_ago, 0.0, 0.0, 0.0)
     return drive, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -32,7 +32,7 @@ def step(
     """Return (state, pump command, vent command, fault code) from a reading and a target [Pa].
 
     The pump command is 0 to 1 (-1 to 1 with a reversible pump), the vent 1 = open. A target of zero
-    or less releases. A fault stays until the state is replaced by `fresh()`.
+    or less releases the vacuum. A fault stays until the state is replaced by `fresh()`.
     """
     regulator, watch = settings
     drive, memory = state
@@ -47,7 +47,7 @@ def step(
 def command(
     regulator: tuple[float, ...], drive: tuple[float, ...], reading: float, target: float
 ) -> tuple[float, ...]:
-    """Return the drive of the next sample, from a healthy reading."""
+    """Return the drive for the next sample, from a healthy reading."""
     (
         kind, gain, integral_gain, band, vent_band, lowest, least, on_steps, off_steps, vent_steps,
         hold, climb, top, fall, _release,
@@ -78,7 +78,7 @@ def command(
                 error *= top / (room if room > LEAST_ROOM * top else LEAST_ROOM * top)
             new_integral = integral + integral_gain * error
             effort = feedforward + gain * error + new_integral
-            # conditional integration: the integral stops if it would increase saturation
+            # conditional integration: the integral is frozen if it would increase saturation
             if effort > 1.0:
                 effort = 1.0
                 if error < 0.0:
@@ -91,7 +91,7 @@ def command(
                 integral = new_integral
             size = effort if effort > 0.0 else -effort
             if size < least:
-                # the pump stops at half the least command, so that it does not chatter near that
+                # the pump stops at half the minimum command, so that it does not chatter near that
                 # command
                 still = pump * effort > 0.0 and size > 0.5 * least
                 effort = 0.0 if not still else (least if effort > 0.0 else -least)
@@ -105,7 +105,7 @@ def command(
 
 
 def reached(regulator: tuple[float, ...], reading: float, target: float, noise: float) -> bool:
-    """Return whether a reading is as near to its target as the law can bring it, but for noise.
+    """Return whether a reading is as near to its target as the law can bring it, apart from noise.
 
     In that range pump and vent rest: the law does not pump within its band below the target, and
     vents only beyond its vent band above it.
@@ -117,7 +117,7 @@ def reached(regulator: tuple[float, ...], reading: float, target: float, noise: 
 
 
 def switch_pump(pump: float, error: float, band: float, vent_band: float, lowest: float) -> float:
-    """Return the bang-bang command: on below target - band, off above target + band."""
+    """Return the bang-bang command: on below (target - band), off above (target + band)."""
     if error > band:
         return 1.0
     if error < -vent_band and lowest < 0.0:
@@ -128,14 +128,14 @@ def switch_pump(pump: float, error: float, band: float, vent_band: float, lowest
 
 
 def safe(regulator: tuple[float, ...], drive: tuple[float, ...]) -> tuple[float, ...]:
-    """Return pump off, and vent open for `release` or closed for `hold`."""
+    """Return the safe drive: pump off, and vent open for `release` or closed for `hold`."""
     return move_drive(drive, 0.0, 0.0, regulator[14], drive[7])
 
 
 def move_drive(
     drive: tuple[float, ...], integral: float, pump: float, vent: float, target: float
 ) -> tuple[float, ...]:
-    """Return the drive with new commands; ages and switches are counted here."""
+    """Return the drive with new commands; ages and switchings are counted here."""
     _integral, was, open_, pump_age, vent_age, pump_switches, vent_switches, _last = drive
     if (was == 0.0) != (pump == 0.0):
         pump_age, pump_switches = 0.0, pump_switches + 1.0
@@ -182,7 +182,7 @@ def detect(
         least, largest, rate = healthy_rises(
             pump, value, zero, rate, lag, rise, top, fall, flow_limit, flow_slope, bend
         )
-        # an orifice leaks equally at a low vacuum
+        # an orifice leaks as much at a low vacuum
         loss = leak * (value if value > 0.5 * top else 0.5 * top)
         # a vent that has just closed still affects a slow sensor
         pumping = pump > 0.0 and vent == 0.0 and drive[4] > fade_steps
@@ -230,11 +230,11 @@ def healthy_rises(
     flow_slope: float,
     bend: float,
 ) -> tuple[float, float, float]:
-    """Return (least, largest rise per sample of a healthy line, the largest delayed by the lag)."""
-    # a zero error hides how close the pump's limit is
+    """Return (least, largest rise of a healthy line per sample, largest delayed by the lag)."""
+    # a zero error of the sensor hides how close the pump is to its limit
     high = healthy_rise(pump, vacuum - zero, rise, top, fall, flow_limit, flow_slope, bend)
     low = healthy_rise(pump, vacuum + zero, rise, top, fall, flow_limit, flow_slope, bend)
-    # a sensor may be fast or slow: the smaller of both rises is expected, the greater is allowed
+    # a sensor may be fast or slow: the smaller of the two rises is expected, the larger allowed
     rate += lag * (high - rate)
     least, largest = (rate, high) if rate < high else (high, rate)
     return least - (high - low), largest, rate
@@ -250,16 +250,16 @@ def healthy_rise(
     flow_slope: float,
     bend: float,
 ) -> float:
-    """Return the rise of the vacuum by a healthy pump in a sample, limited by a tube's flow."""
+    """Return the rise of the vacuum that a healthy pump produces in a sample through the tube."""
     gives = rise * pump * (top - fall * vacuum)
     through = flow_limit - (flow_slope - bend * vacuum) * vacuum
     return gives if gives < through else through
 
 
 def excess(surplus: float, rate: float, loss: float, fast: float, sound: float) -> float:
-    """Return the greatest rise since an earlier sample beyond that of a sound line, at least 0.
+    """Return the largest rise since an earlier sample in excess of a sound line's, at least 0.
 
-    The history before a block therefore does not hide it. A sound line may have no leak at all.
+    This way, the history before a block does not hide it. A sound line may have no leak at all.
     """
     allowance = fast * (rate - loss)
     if allowance < sound * rate:
@@ -280,7 +280,7 @@ def pump_fault(
     if weak * (owed - clear) <= risen:
         return 0.0, owed, risen, quiet
     fault = 1.0 * (NO_VACUUM if risen < none * owed else WEAK_PUMP)
-    # a reading that never moved is a fault of the sensor, but at zero it may be one of the pump
+    # a reading that never changed means a sensor fault, but at zero it may be the pump's
     if off_zero and quiet > 0.5 * owed:
         fault = 1.0 * STUCK
     return fault, owed, risen, quiet
@@ -295,7 +295,7 @@ def watch_vent(
     offset: float,
     confirm: float,
 ) -> tuple[float, float, float, float]:
-    """Return (fault code, samples with open vent, those with a reading, reading at its opening)."""
+    """Return (fault code, samples with the vent open, those with an offset, reading at opening)."""
     if vent_count == 0.0:
         opening = value
     vent_count += 1.0
@@ -310,7 +310,7 @@ def watch_vent(
 def watch_target(
     target: float, last: float, is_close: bool, at_target: float, missing: float
 ) -> tuple[float, float]:
-    """Return whether the target has been reached, and for how many samples it has been left."""
+    """Return whether the target has been reached, and the number of samples since it was lost."""
     if target <= 0.0:
         return 0.0, 0.0
     if is_close:

@@ -1,12 +1,12 @@
 """Counter-based normal noise: the n-th number of a stream depends only on (seed, stream, n).
 
-A 64-bit counter times the golden ratio is mixed by SplitMix64's finaliser (Steele, Lea and Flood
-2014). One word gives one number by the ziggurat of 256 layers (Marsaglia and Tsang 2000, in the
-form of Doornik 2005). 8 bits choose the layer and 53 others the place in it. The ziggurat rejects
-one word in a hundred, which is mixed again. The distribution is therefore exactly the standard
-normal one, including its tails. Streams are sections of one sequence of period 2^64 that start at
-scattered positions: for 10,000 streams of 3.6e5 numbers the probability that any two overlap is
-2e-6.
+A 64-bit counter, multiplied by the golden ratio, is mixed by the finaliser of SplitMix64 (Steele,
+Lea and Flood 2014). One word gives one number by the ziggurat method with 256 layers (Marsaglia and
+Tsang 2000, in the form of Doornik 2005). Of its bits, 8 choose the layer and 53 others the position
+in it. One word in a hundred is rejected and mixed again. The distribution is therefore exactly the
+standard normal distribution, including its tails. Streams are sections of one sequence of period
+2^64 that start at scattered positions: for 10,000 streams of 3.6e5 numbers the probability that any
+two overlap is 2e-6.
 """
 
 import math
@@ -23,11 +23,11 @@ _S30, _S27, _S31, _S11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(
 _LAYER = np.uint64(255)
 LAYERS = 256
 EDGE = 3.6541528853610088
-"""End of the lowest layer and start of the tail, such that the 256 layers have the same area."""
+"""Edge of the lowest layer, where the tail begins; it gives all 256 layers the same area."""
 
 
 def _layers() -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """Return (right edge of each layer, ratio of the next edge to it)."""
+    """Return (right edge of each layer, ratio of the next edge to this one)."""
     foot = math.exp(-0.5 * EDGE * EDGE)
     area = EDGE * foot + math.sqrt(math.pi / 2) * math.erfc(EDGE / math.sqrt(2))
     x = np.zeros(LAYERS + 1)
@@ -42,7 +42,7 @@ EDGES, INNER = _layers()
 
 @numba.njit(**_INLINE)  # type: ignore[untyped-decorator]
 def mix(word: np.uint64) -> np.uint64:  # pragma: no cover
-    """Return a word mixed by SplitMix64's finaliser."""
+    """Return a word mixed by the finaliser of SplitMix64."""
     word = (word ^ (word >> _S30)) * _FIRST
     word = (word ^ (word >> _S27)) * _SECOND
     return word ^ (word >> _S31)
@@ -50,13 +50,13 @@ def mix(word: np.uint64) -> np.uint64:  # pragma: no cover
 
 @numba.njit(**_INLINE)  # type: ignore[untyped-decorator]
 def key_of(seed: int, stream: int) -> np.uint64:  # pragma: no cover
-    """Return the start of a stream."""
+    """Return the position at which a stream starts."""
     return mix(mix(np.uint64(seed) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
 
 
 @numba.njit(**_INLINE)  # type: ignore[untyped-decorator]
 def uniform(word: np.uint64) -> float:  # pragma: no cover
-    """Return a uniform number in (0, 1), from the upper 53 bits."""
+    """Return a uniformly distributed number in (0, 1), from the upper 53 bits of a word."""
     return (np.float64(np.int64(word >> _S11)) + 0.5) * 2.0**-53
 
 
@@ -73,7 +73,7 @@ def normal(key: np.uint64, count: int) -> float:  # pragma: no cover
 
 @numba.njit(**_LOOP)  # type: ignore[untyped-decorator]
 def _rare(word: np.uint64) -> float:  # pragma: no cover
-    """Return a number from the tail or the edge of a layer, or from another word."""
+    """Return a number from the tail or the edge of a layer, or from a new word."""
     while True:
         layer = np.int64(word & _LAYER)
         place = 2.0 * uniform(word) - 1.0

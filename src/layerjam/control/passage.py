@@ -5,8 +5,8 @@ With p = atmosphere - v of chamber and side (the tube's gas, where pump and vent
     v' = passes (p^2 - s^2) - leak v,
     volume w' = -passes (p^2 - s^2) + u k (top - w) - vent w,    s = atmosphere - w,
 
-all rates per chamber volume. The rise that the law expects is proportional to the pump command and
-falls linearly with the vacuum; behind a tube it is at most a parabola (`owed_rise`).
+all rates relative to the chamber. The rise that the law expects is proportional to the pump command
+and falls linearly with the vacuum; behind a tube it is at most a parabola (`owed_rise`).
 """
 
 import functools
@@ -17,19 +17,19 @@ import numpy as np
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 DEEPEST = 0.05
-"""Share of the atmosphere up to which the expected rise is exact, even for a deeper target."""
+"""Fraction of the atmosphere down to which the expected rise is exact, even for a deeper target."""
 GRID = 400
 
 
 UNBOUNDED = 1e15
-"""Rise [Pa/s] without a tube."""
+"""Rise [Pa/s] that stands for "not limited by a tube"."""
 
 
 class Owed(NamedTuple):
-    """The rise that is expected of a healthy pump, never above the true one.
+    """Rise that is expected of a healthy pump, never more than the true one.
 
     At a command u and a vacuum v it is the smaller of u rate (top - weight v) and most - less v +
-    bend v^2. The latter is a parabola that the full pump follows behind a tube.
+    bend v^2. The latter is a parabola that the vacuum follows at full pump power behind a tube.
     """
 
     rate: float
@@ -58,10 +58,10 @@ class Passage:
     atmosphere: float
     """Pressure around the line [Pa]."""
     vacuum: float
-    """Greatest vacuum for which the detectors are tuned [Pa]."""
+    """Highest vacuum for which the detectors are tuned [Pa]."""
 
     def pump_pressure(self, p: Any, rate: Any, lowest: float) -> Any:
-        """Return the pressure at the pump [Pa] if it takes in as much as the tube passes from p."""
+        """Return the pressure at the pump [Pa] at which intake and flow from p are equal."""
         half = rate / (2 * self.passes)
         square = p * p + 2 * half * lowest + half * half
         return (p * p + 2 * half * lowest) / (np.sqrt(square) + half)
@@ -70,7 +70,7 @@ class Passage:
         """Return the rise of the chamber's vacuum [Pa/s] with a running pump of this rate."""
         p, low = self.atmosphere - np.asarray(vacuum, float), self.atmosphere - top
         s = self.pump_pressure(p, rate, low)
-        # the gas of the tube is also pumped, to the extent that its pressure follows the chamber's
+        # the gas in the tube is also pumped out, as far as its pressure follows the chamber's
         follows = p / (s + rate / (2 * self.passes))
         return rate * (s - low) / (1 + self.volume * follows)
 
@@ -80,7 +80,7 @@ class Passage:
         return self.volume / (1 + self.volume) / (2 * self.passes * p)
 
     def lag(self, rate: Any, p: Any) -> Any:
-        """Return the time constant [s] after which a pump draws on a chamber at p [Pa absolute]."""
+        """Return the time constant [s] after which a pump acts on a chamber at p [Pa absolute]."""
         return self.volume / (rate + 2 * self.passes * p * (1 + self.volume))
 
     def missing(self, rate: float, owed: Owed, switched: bool = False) -> float:
@@ -97,14 +97,14 @@ class Passage:
         return float((owed.rise_at(vacuum, command) * late).max())
 
     def filling(self, vacuum: float) -> float:
-        """Return the time constant [s] with which the chamber fills or empties through the tube."""
+        """Return the time constant [s] of the chamber filling or emptying through the tube."""
         p = max(self.atmosphere - vacuum, DEEPEST * self.atmosphere)
         return 1 / (2 * self.passes * p)
 
     def rise_after_stop(self, vacuum: float, rate: float, top: float) -> float:
-        """Return the rise of the vacuum after a full pump stops [Pa].
+        """Return the further rise of the vacuum [Pa] after a pump at full power stops.
 
-        A vent is a pump that reaches only the atmosphere, with `top` zero; the rise is then
+        A vent counts as a pump that reaches only the atmosphere (`top` zero); the rise is then
         negative.
         """
         p = self.atmosphere - vacuum
@@ -115,17 +115,17 @@ class Passage:
 def _pump_commands(switched: bool) -> Array:
     """Return the commands of a running pump, shape (C, 1).
 
-    If the pump can only be switched on and off, this is only full command.
+    If the pump can only be switched on and off, the only command is full power.
     """
     return np.ones((1, 1)) if switched else np.linspace(0.05, 1.0, 20)[:, None]
 
 
 @functools.lru_cache(maxsize=64)
 def owed_rise(passage: Passage, rate: float, top: float, switched: bool = False) -> Owed:
-    """Return the rise that is expected of a healthy pump behind a tube, up to the passage's vacuum.
+    """Return the rise expected of a healthy pump behind a tube, up to the vacuum of the passage.
 
-    The parabola is fitted to the relative rise of the full pump; the tube does not limit a slow
-    pump. Both are then reduced equally until no true rise is below the smaller of the two.
+    The parabola is fitted to the relative rise at full pump; the tube does not limit a slow pump.
+    Both limits are then reduced by one factor until no true rise is below the smaller one.
     """
     deepest = min(passage.vacuum, (1 - DEEPEST) * top)
     vacuum = np.linspace(0.0, deepest, GRID)
@@ -135,7 +135,7 @@ def owed_rise(passage: Passage, rate: float, top: float, switched: bool = False)
     commands = _pump_commands(switched)
     ratio = passage.rise(vacuum, commands * rate, top) / fit.rise_at(vacuum, commands)
     low, high = float(ratio.min()), float(ratio.max())
-    if not switched:  # the slowest pump rises along the straight line
+    if not switched:  # with the slowest pump, the vacuum rises along the line
         high = max(high, 1.0)
     return Owed(
         rate=low * unheld,
@@ -148,7 +148,7 @@ def owed_rise(passage: Passage, rate: float, top: float, switched: bool = False)
 
 
 def balance_vacuum(passage: Passage, rate: float, top: float, leak: float) -> float:
-    """Return the vacuum [Pa] at which full pump and leak balance through the tube."""
+    """Return the vacuum [Pa] at which the full pump and the leak balance through the tube."""
     a = passage.atmosphere
     low, high = 0.0, top
     while high - low > 1e-12 * top:

@@ -2,8 +2,8 @@
 
 The line waits at its idle vacuum (`standby`); the rope is taut at the end of the warning. There are
 the paper's two modes. `full` uses all the vacuum that is reached in time. `tuned` is the vacuum
-that just stops the estimated mass within the travel, limited to the vacuum reached in time; the
-line is then shut off.
+that just stops the estimated mass within the travel, limited to the vacuum reached in time; after
+which the line is shut off.
 """
 
 import math
@@ -33,22 +33,22 @@ from layerjam.verdict import Check, check
 Array = npt.NDArray[np.float64]
 STOPS = (Outcome.STOPPED, Outcome.NEVER_SLID)
 MARGIN = 0.02
-"""Relative error of mass, speed and vacuum that the safe vacuum must tolerate at a knife edge."""
+"""Relative error of mass, speed and vacuum that the safe vacuum must tolerate."""
 LEVELS, GRID = 7, 65
-"""Rounds of a search for the least vacuum, and number of vacuums tried in each: accurate to 2e-13
-of the range.
+"""Rounds of the search for the smallest vacuum, and vacuums tried in each: accurate to 2e-13 of the
+range.
 """
 NUMBERS = ("slip", "peak_force", "heat", "end_speed")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Arrival:
-    """Expected collision, in SI; standard deviations are zero if it is certain."""
+    """Expected collision, in SI; the standard deviations are zero for certain values."""
 
     mass: float
     speed: float
     warning: float
-    """Time from the warning to the taut rope [s]."""
+    """Time from the warning until the rope is taut [s]."""
     travel: float
     """Slip within which the mass should stop [m]."""
     mass_sd: float = 0.0
@@ -62,21 +62,21 @@ class Arrival:
 
 @dataclass(frozen=True, kw_only=True)
 class Mode:
-    """One way to use the warning: vacuum at the taut rope, and stop of the estimated mass.
+    """One way to use the warning: vacuum when the rope is taut, and stop of the estimated mass.
 
     Slip, forces, heat and speed are NaN if the brake snaps.
     """
 
     vacuum: float
-    """Vacuum at the taut rope [Pa]."""
+    """Vacuum when the rope becomes taut [Pa]."""
     slip: float
-    """Slip at the standstill or the end of travel [m]."""
+    """Slip at standstill or at the end of travel [m]."""
     peak_force: float
-    """Greatest force [N]."""
+    """Maximum force [N]."""
     peak_g: float
-    """The same relative to the weight at the site; NaN without gravity."""
+    """Peak force relative to the weight at the site; NaN without gravity."""
     heat: float
-    """Dissipated energy [J]."""
+    """Energy dissipated [J]."""
     end_speed: float
     """Remaining speed at the end of travel [m/s]."""
     outcome: Outcome
@@ -84,12 +84,12 @@ class Mode:
     """Stop with the line's dynamics; None if the volume does not depend on slip."""
 
     def stops_within(self, travel: float) -> bool:
-        """Return whether it stopped after at most this slip [m]."""
+        """Return whether the mass stopped within this slip [m]."""
         return self.outcome in STOPS and self.slip <= travel * (1 + 1e-9)
 
 
 def needed_vacuum(brake: Brake, case: Arrival) -> float | None:
-    """Return the least vacuum [Pa] that stops the estimate within the travel, or None.
+    """Return the lowest vacuum [Pa] that stops the estimated mass within the travel, or None.
 
     This is the tuned vacuum if there is one, or the vacuum that holds the mass if that is higher.
     """
@@ -100,7 +100,7 @@ def needed_vacuum(brake: Brake, case: Arrival) -> float | None:
 
 
 def safe_vacuum(brake: Brake, case: Arrival) -> float | None:
-    """Return the least vacuum [Pa] for the estimate with mass, speed and vacuum off by `MARGIN`.
+    """Return the lowest vacuum [Pa] that suffices if mass, speed and vacuum are off by `MARGIN`.
 
     It is None if no vacuum at the site is sufficient.
     """
@@ -113,7 +113,7 @@ def safe_vacuum(brake: Brake, case: Arrival) -> float | None:
 
 
 def _stops_within(vacuums: Array, case: Arrival, spring: float, brake: Brake) -> Any:
-    """Return whether the estimate stops within the travel at each of several vacuums [Pa]."""
+    """Return whether the estimated mass stops within the travel at each of several vacuums [Pa]."""
     result = stop(case.mass, case.speed, vacuums, spring, case.gravity, brake)
     outcome, slip = np.asarray(result.outcome), np.asarray(result.slip)
     good = ((outcome == STOPPED) | (outcome == NEVER_SLID)) & (slip <= case.travel)
@@ -139,7 +139,7 @@ def _least_vacuum(stops: Callable[[Array], Any], atmosphere: float) -> float | N
 
 
 def _is_on_knife_edge(file: BrakeFile, case: Arrival, vacuum: float) -> bool:
-    """Return whether the slip jumps to the end of travel just below the needed vacuum."""
+    """Return whether the slip jumps to the end of travel just below the required vacuum."""
     mode, below = (predict_stop(file, case, vacuum * share) for share in (1.0, 1 - 1e-6))
     return mode.slip < case.travel * (1 - 1e-3) and not below.stops_within(case.travel)
 
@@ -151,7 +151,7 @@ def predict_stop(
     during: "During | None" = None,
     water: bool = False,
 ) -> Mode:
-    """Return the stop of the estimated mass at a vacuum [Pa], coupled to a changing line."""
+    """Return the stop of the estimated mass at a vacuum [Pa], which the line may change."""
     spring = series_spring(file.brake, case.rope_stiffness)
     result: Stop | TimedStop = stop(case.mass, case.speed, vacuum, spring, case.gravity, file.brake)
     coupling = None
@@ -181,22 +181,22 @@ class During(NamedTuple):
     line: Line
     drive: Drive
     state: Array | None = None
-    """State at the taut rope; None if the whole line is at the chamber's vacuum."""
+    """State when the rope becomes taut; None if the whole line is at the chamber's vacuum."""
     leaks: bool = False
-    """Whether the leak continues during the stop; it is otherwise ignored without a volume per
-    slip.
+    """Whether the leak continues during the stop; without a volume per slip it is otherwise
+    ignored.
     """
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Plan:
-    """The vacuum reached in time, the stop in both modes, and sufficient sizes."""
+    """Vacuum reached in time, stop in both modes, and sufficient sizes of the remedies."""
 
     case: Arrival
     brake: BrakeFile
     standby: Standby
     rising: Response
-    """The line during the warning."""
+    """Response of the line during the warning."""
     reached: float
     needed: float | None
     full: Mode
@@ -204,9 +204,9 @@ class Plan:
     capped: bool
     """Whether the tuned vacuum exceeds the vacuum reached in time, or does not exist."""
     knife_edge: bool
-    """Whether 1 ppm less than the needed vacuum lets the mass use up its travel."""
+    """Whether the mass uses up its travel at 1 ppm less than the required vacuum."""
     safe_vacuum: float | None
-    """Vacuum [Pa] that leaves a margin at a knife edge; otherwise None."""
+    """Vacuum [Pa] with a margin, if the stop is on a knife edge; otherwise None."""
 
 
 def plan_stop(
@@ -218,7 +218,7 @@ def plan_stop(
     water: bool = False,
     leaks: bool = False,
 ) -> Plan:
-    """Plan one collision; all in SI, checked by the caller.
+    """Plan for one collision; all values are in SI and checked by the caller.
 
     With `leaks` the line continues to leak during the stop, even without a volume per slip.
     """
@@ -252,7 +252,7 @@ def plan_stop(
 
 
 MAX_CHANCE = 0.05
-"""Probability of needing more slip than the travel above which a notice is given."""
+"""Highest probability of needing more slip than the travel for which no notice is given."""
 
 
 def plan_checks(plan: Plan, chance: float) -> Iterator[Check]:
@@ -266,7 +266,7 @@ def plan_checks(plan: Plan, chance: float) -> Iterator[Check]:
 
 
 def _knife_edge(plan: Plan, least: float) -> Check:
-    """Return the check that a little less than the vacuum needed still stops the mass."""
+    """Return the check that slightly less than the planned vacuum still stops the mass."""
     atmosphere = plan.brake.brake.site.atmosphere
     vacuum = show_at_least(least, "Pa", atmosphere)
     if not plan.knife_edge:
@@ -281,7 +281,7 @@ def _knife_edge(plan: Plan, least: float) -> Check:
 
 
 def _strength(plan: Plan) -> Iterator[Check]:
-    """Return the check of the sheets' stress at the peak force, if the film's strength is known."""
+    """Yield the check of the sheets' stress at the peak force, if the film's strength is known."""
     brake, forces = plan.brake.brake, (plan.full.peak_force, plan.tuned.peak_force)
     peak = max((force for force in forces if math.isfinite(force)), default=None)
     if peak is None or brake.film.strength is None:

@@ -1,7 +1,7 @@
-"""Remedies if the vacuum is not reached in time: reservoir, its valve, idle vacuum.
+"""Remedies if the vacuum is not reached in time: a reservoir, its valve, an idle vacuum.
 
-Every size is a bracketed root of the same model of the line. The vacuum is assumed constant during
-the stop; a stretched enclosure increases it slightly, which is on the safe side.
+Every size is found as a bracketed root of the same line model. The vacuum is assumed constant
+during the stop; a stretched enclosure increases it slightly, which is on the safe side.
 """
 
 import math
@@ -14,15 +14,15 @@ from layerjam.fluid.line import Reservoir
 from layerjam.units import show, spec_of
 
 CV = 4.0
-"""Sonic conductance in L/(s bar) of a valve with a flow coefficient Cv of 1, approximate."""
+"""Approximate sonic conductance in L/(s bar) of a valve with a flow coefficient Cv of 1."""
 ASSUMED_CONDUCTANCE = 2e-9
 ASSUMED_DELAY = 0.01
 ASSUMED_RATIO = 20.0
-"""Assumed reservoir if the line has none: 0.2 L/(s bar), 10 ms, 20 times the chamber's volume."""
+"""Reservoir assumed if the line has none: 0.2 L/(s bar), 10 ms, 20 times the chamber's volume."""
 CLOSE = 1e-6
-"""Relative error of a size."""
+"""Relative error allowed for a size."""
 LONGEST = 1e5
-"""Warning time after which the search ends [s]."""
+"""Longest warning time that the search tries [s]."""
 LARGEST = {"volume": 1.0, "conductance": 1e-6}
 """Limits of the search: 1 m^3, and 100 L/(s bar), which is a Cv of about 25."""
 
@@ -59,9 +59,9 @@ def valve_cv(conductance: float) -> float:
 
 
 def least_root(excess: Callable[[float], float], low: float, high: float) -> float | None:
-    """Return the least x in [low, high] from which `excess` is not negative.
+    """Return the smallest x in [low, high] from which `excess` is no longer negative.
 
-    It is None if `excess` is negative up to `high`.
+    Return None if `excess` is negative up to `high`.
 
     The search quadruples x from `low`, then uses Brent's method on log x.
     """
@@ -117,7 +117,7 @@ def suggest_sizes(standby: Standby, vacuum: float, warning: float) -> Build:
 def _size_tank(
     standby: Standby, tank: Reservoir, vacuum: float, warning: float, name: str, phrase: str
 ) -> Size:
-    """Return the least volume or conductance of a reservoir, with everything else unchanged."""
+    """Return the smallest volume or conductance of a reservoir, with everything else unchanged."""
 
     def pressure_excess(value: float) -> float:
         line = replace(standby.line, reservoir=replace(tank, **{name: value}))
@@ -157,7 +157,7 @@ def _size_standby(standby: Standby, target: float, warning: float) -> Size:
         return Size(None, _is_unreachable(standby, target))
     if excess(top) <= 0:
         return Size(top)
-    # add half of the tolerance, so that the size is sufficient
+    # add half of the tolerance, so that the size is certainly sufficient
     root = float(brentq(excess, 0.0, top, xtol=CLOSE * target / 4))
     return Size(min(root + CLOSE * target / 2, top))
 

@@ -2,7 +2,7 @@
 
 Mass and speed are independent and log-normal with the mean and standard deviation given. Means are
 taken over a Fibonacci lattice of quantiles, shifted at random (Cranley and Patterson 1976) `SHIFTS`
-times; the standard error is from the shifts. Every stop is the exact one at constant vacuum.
+times; the shifts give the standard error. Every stop is the exact one at constant vacuum.
 """
 
 from typing import NamedTuple
@@ -21,7 +21,7 @@ SAMPLES, SEED = 40_000, 1
 
 
 class Spread(NamedTuple):
-    """Results of one vacuum over all possible arrivals; errors are standard errors."""
+    """Results for one vacuum over all possible arrivals; errors are standard errors."""
 
     peak_g: float
     """Expected ratio of peak force to weight, for stops before the end of travel."""
@@ -29,19 +29,19 @@ class Spread(NamedTuple):
     peak_g_95: float
     """Ratio of peak force to weight that 95 % of those stops do not exceed."""
     beyond: float
-    """Probability of needing more slip than the travel."""
+    """Probability that more slip than the travel is needed."""
     beyond_error: float
     out: float
-    """Probability of using up the brake's usable travel (or of a snap)."""
+    """Probability that the brake's usable travel is used up (or the brake snaps)."""
     out_error: float
     end_speed: float
-    """Mean speed at the end of travel of those that use it up [m/s]; 0 if none does."""
+    """Mean speed at the end of travel [m/s] of the arrivals that use it up; 0 if none does."""
     tried: int
-    """Number of masses and speeds tried."""
+    """Number of pairs of mass and speed tried."""
 
 
 def lattice_points(samples: int, seed: int) -> Array:
-    """Return quantiles, shape (SHIFTS, n, 2), n a Fibonacci number for `samples` in all."""
+    """Return quantiles, shape (SHIFTS, n, 2), n a Fibonacci number for about `samples` in total."""
     before, n = 1, 2
     while n * SHIFTS < samples:
         before, n = n, before + n
@@ -73,7 +73,7 @@ def draw_arrivals(case: Arrival, samples: int = SAMPLES, seed: int = SEED) -> tu
 def predict_spread(
     vacuum: float, brake: Brake, case: Arrival, samples: int = SAMPLES, seed: int = SEED
 ) -> Spread:
-    """Return peak and probabilities at one vacuum [Pa]."""
+    """Return the expected peak and the probabilities at one vacuum [Pa]."""
     mass, speed = draw_arrivals(case, samples, seed)
     result = stop(
         mass, speed, vacuum, series_spring(brake, case.rope_stiffness), case.gravity, brake
@@ -97,7 +97,7 @@ def predict_spread(
 
 
 def _mean_and_error(values: Array, least: float) -> tuple[float, float]:
-    """Return the mean over the shifts and its standard error, at least one point's weight."""
+    """Return the mean over the shifts and its standard error, which is at least `least`."""
     if not np.isfinite(values).all():
         return float("nan"), float("nan")
     return float(values.mean()), max(float(values.std(ddof=1)) / SHIFTS**0.5, least)

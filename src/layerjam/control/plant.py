@@ -4,8 +4,8 @@
 
 with v the vacuum and u the pump command, held between samples. For air in a constant volume V with
 the exponent n, k = n Q/V and top = atmosphere - ultimate pressure (mechanics, section 5; leak and
-vent are laminar, with throughputs in proportion to v). For water with compliance C, k top = Q/C,
-and the vacuum ends at top. For air a tube between pump and chamber makes two volumes
+vent are laminar, and their throughputs are proportional to v). For water with compliance C, k top =
+Q/C, and the vacuum ends at top. For air, a tube between pump and chamber adds a second volume
 (`passage.py`).
 """
 
@@ -26,7 +26,7 @@ class Plant:
     """Pump, volume, leak and vent as four rates; see the equation of this module."""
 
     rate: float = quantity("1/s", "rate of the full pump", hi=1e4, open_lo=True, symbol="k")
-    """Ratio of flow to volume for air, of rise to `top` for water."""
+    """Ratio of flow to volume for air, of the rise to `top` for water."""
     top: float = quantity("Pa", "vacuum the pump reaches without leak", lo=10, hi=1.2e5)
     leak: float = quantity("1/s", "decay of the vacuum with the pump off", hi=1e3, default=0.0)
     vent: float = quantity("1/s", "additional decay with the vent open", hi=1e5, open_lo=True)
@@ -37,18 +37,18 @@ class Plant:
         default=0.0,
     )
     water: bool = False
-    """Whether it is filled with water, so that the pump's rate does not fall with vacuum."""
+    """Whether the volume is filled with water: the pump's rate then does not fall with vacuum."""
     passage: Passage | None = None
-    """The tube between chamber and the side of pump and vent."""
+    """Tube between the chamber and the side with pump and vent."""
 
     @property
     def weight(self) -> float:
-        """Return w of the equation."""
+        """Return w in the equation of this module."""
         return 0.0 if self.water else 1.0
 
     @property
     def reach(self) -> float:
-        """Return the vacuum at which full pump and leak balance [Pa]."""
+        """Return the vacuum [Pa] at which the pump at full power and the leak balance."""
         if self.passage is not None:
             return balance_vacuum(self.passage, self.rate, self.top, self.leak)
         if not self.water:
@@ -57,7 +57,7 @@ class Plant:
 
     @property
     def joined(self) -> "Plant":
-        """Return the plant with the tube's gas added to the chamber: its slow behaviour."""
+        """Return the plant with the tube's gas added to the chamber, for slow changes."""
         if self.passage is None:
             return self
         gas = 1 + self.passage.volume
@@ -72,7 +72,7 @@ class Plant:
 
     @property
     def tube_lag(self) -> float:
-        """Return the time constant [s] after which a full pump draws on an unevacuated chamber."""
+        """Return the time constant [s] after which a full pump acts on an unevacuated chamber."""
         tube = self.passage
         return 0.0 if tube is None else float(tube.lag(self.rate, tube.atmosphere))
 
@@ -95,7 +95,7 @@ class Plant:
         """Return the fall of the vacuum [Pa/s] with the vent open, after its delay."""
         if self.passage is None:
             return (self.vent + self.leak) * vacuum
-        # an open vent acts on the tube like a pump that reaches only the atmosphere
+        # an open vent acts on the tube like a pump whose lowest pressure is the atmosphere
         return self.leak * vacuum - self.passage.rise(vacuum, self.vent, 0.0)
 
     def time_constant(self, vacuum: float) -> float:
@@ -110,12 +110,12 @@ def linearise_line(line: Line, *, vacuum: float, water: bool = False) -> Plant:
     """Return the plant of a fluid line, with leak and valve linearised at `vacuum` [Pa].
 
     A pump with a flow curve is linearised too. The plant is exact for a pump with a displacement,
-    without leak. The choked flow of a valve replaces its whole curve, so the plant is too fast late
-    in a release. Without a valve, the vent command means running the pump backwards, which a driver
-    must then do. A pump fault leaves such a line without release. In air, a tube is included
-    without pressure waves, and the detectors are tuned to it up to `vacuum`. The reservoir's valve
-    stays closed; slip and shrinking are ignored; a water line is assumed to be tight. Raises
-    QuantityError without any way to vent.
+    without leak. The choked flow of a valve is used for its whole curve, so the plant is too fast
+    late in a release. Without a valve, the vent command means that the driver must run the pump
+    backwards. Such a line cannot be released after a pump fault. In air, a tube is included without
+    pressure waves, and the detectors are tuned to it up to `vacuum`. The reservoir's valve stays
+    closed; slip and shrinking are ignored; a water line is assumed to be leak-free. Raises
+    QuantityError if the line has no means of venting.
     """
     pump, chamber, atmosphere = line.pump, line.chamber, line.site.atmosphere
     passage, n = None, line.polytropic
@@ -162,15 +162,15 @@ def linearise_line(line: Line, *, vacuum: float, water: bool = False) -> Plant:
 
 
 def match_line(line: Line, plant: Plant, *, vacuum: float) -> Line:
-    """Return the line with other parts whose `linearise_line` at `vacuum` [Pa] is `plant`, in air.
+    """Return the line with other parts, whose `linearise_line` at `vacuum` [Pa] is `plant`, in air.
 
     `plant` has no passage: a tube's gas counts as in `Plant.joined`. The new pump has a
-    displacement, and the leak is laminar. Raises QuantityError if no parts give such a plant.
+    displacement, and the leak is laminar. Raises QuantityError if there are no such parts.
     """
     site, chamber, tube = line.site.atmosphere, line.chamber.volume, 0.0
     if line.tube is not None:
         tube = tube_area(line.tube) * line.tube.length
-    # throughput [Pa m^3/s] per rate [1/s] and pressure [Pa]
+    # throughput [Pa m^3/s] per unit of rate [1/s] and pressure [Pa]
     volume = (chamber + tube) / line.polytropic
     pressure = site - vacuum
     laminar = plant.leak * volume * vacuum / leak_throughput(pressure, site, 1.0, 0.0)
@@ -187,7 +187,7 @@ def match_line(line: Line, plant: Plant, *, vacuum: float) -> Line:
 
 
 def check_target(plant: Plant, target: float, name: str = "target") -> None:
-    """Raise QuantityError, with the vacuum that the pump reaches, if `target` [Pa] is above it."""
+    """Raise QuantityError if `target` [Pa] is above the vacuum that the pump reaches."""
     if not 0.0 <= target < plant.reach:
         note = f" against its leak (without, {show(plant.top, 'Pa')})" if plant.leak else ""
         raise QuantityError(

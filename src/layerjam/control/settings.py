@@ -1,4 +1,4 @@
-"""Settings of a regulator: quantities with units and bounds, and the tuples for the law."""
+"""Settings of a regulator: quantities with units and bounds, packed into tuples for the law."""
 
 import math
 from dataclasses import dataclass, replace
@@ -34,17 +34,17 @@ FAULTS = {
     law.LOST: "VACUUM_LOST",
 }
 SLOWEST = 0.1
-"""Largest duration of a sample, relative to the line's time constant."""
+"""Longest duration of a sample, relative to the line's time constant."""
 CLEAR_OF_NOISE = 20.0
-"""Least decision step of a detector, in standard deviations of a reading."""
+"""Smallest decision step of a detector, in standard deviations of a reading."""
 CLEAR_OF_ZERO = 5.0
-"""Distance between the largest zero and the offset limit, in standard deviations of a reading."""
+"""Distance from the largest zero error to the offset limit, in standard deviations of a reading."""
 FADES = 6.0
-"""Number of lags after which a closed vent no longer affects the reading."""
+"""Number of sensor lags after which a closed vent no longer affects the reading."""
 AT_START = 2.5
-"""Least ratio of a decision step to the rise that a tube delays."""
+"""Smallest ratio of a decision step to the part of the rise that a tube delays."""
 SAFELY = 1.3
-"""Least ratio of a blocked line's rise to that of any healthy one."""
+"""Smallest ratio of a blocked line's rise to that of any healthy line."""
 _NEVER = 1e15
 
 LawSettings = tuple[tuple[float, ...], tuple[float, ...]]
@@ -157,7 +157,7 @@ class Regulator:
 
     @property
     def half_band(self) -> float:
-        """Half of the hysteresis, or the dead band [Pa]."""
+        """Half of the hysteresis of a bang-bang regulator [Pa], otherwise the dead band."""
         if self.kind != "bang-bang":
             return self.sensor.resolution if self.dead_band is None else self.dead_band
         least = 0.5 * CLEAR_OF_NOISE * self.sensor.noise + self.sensor.resolution
@@ -175,7 +175,7 @@ class Regulator:
 
     @property
     def decision(self) -> float:
-        """Return the rise that a dead pump owes when it is detected [Pa]."""
+        """Return the expected rise [Pa] that must be missing before a dead pump is detected."""
         least = CLEAR_OF_NOISE * self.greatest_noise + 2 * self.sensor.resolution
         wide, tube = max(0.02 * self.plant.top, least), self.plant.passage
         if tube is not None:
@@ -185,12 +185,12 @@ class Regulator:
 
     @property
     def greatest_noise(self) -> float:
-        """Return the standard deviation of a reading at the upper end of its tolerance [Pa]."""
+        """Return the standard deviation of a reading [Pa] at the upper limit of its tolerance."""
         return self.tolerances.noise * self.sensor.noise
 
     @property
     def zero(self) -> float:
-        """Return the greatest error of the sensor's zero, of either sign [Pa]."""
+        """Return the largest zero error of the sensor, of either sign [Pa]."""
         return self.tolerances.zero * self.sensor.range
 
     @property
@@ -218,7 +218,7 @@ class Regulator:
     def loss_time(self) -> float:
         """Time for which a vacuum must be lost [s].
 
-        Longer with a tube, whose gas must be pumped out.
+        It is longer with a tube, because the gas in the tube must be pumped out.
         """
         plant, tube = self.plant, self.plant.passage
         if tube is None:
@@ -240,7 +240,7 @@ class Regulator:
     def blocked_limit(self) -> float:
         """Return the multiple of the expected rise that indicates a blocked line.
 
-        With a tube, whose gas remains, it is half of the ratio by which a block increases the rise
+        With a tube, whose gas remains, it is half of the factor by which a block increases the rise
         at full command.
         """
         plant, tube = self.plant, self.plant.passage
@@ -254,7 +254,7 @@ class Regulator:
 
     @property
     def healthy_ratio(self) -> float:
-        """Return the greatest ratio of a healthy line's rise to the expected one, plus a margin."""
+        """Return the largest ratio of a healthy line's rise to the expected rise, plus a margin."""
         return max(SAFELY, 1.05 * (1 + self.tolerances.pump)) * self.owed_rise.ratio
 
     @property
@@ -277,7 +277,7 @@ class Regulator:
 
     @property
     def largest_zero(self) -> float:
-        """Greatest reading accepted as zero when vented [Pa]."""
+        """Highest reading accepted as zero when vented [Pa]."""
         noise = CLEAR_OF_ZERO * self.greatest_noise + self.sensor.resolution
         least = self.zero + max(0.01 * self.plant.top, noise)
         return least if self.offset_limit is None else self.offset_limit
@@ -286,7 +286,7 @@ class Regulator:
     def settling_time(self) -> float:
         """Time after which an open vent leaves little of the vacuum [s].
 
-        That is less than half of the distance between the sensor's zero and `largest_zero`.
+        Less than half of the distance from the sensor's zero to `largest_zero` then remains.
         """
         if self.settle_time is not None:
             return self.settle_time
@@ -294,7 +294,7 @@ class Regulator:
         slow, tube = 1 - self.tolerances.vent, self.plant.passage
         decay, left = slow * plant.vent + plant.leak, max(self.largest_zero - self.zero, 1.0)
         lasting = max(math.log(2 * plant.top / left), 0.0)
-        # through a tube the rise ends as an exponential of twice the vacuum
+        # through a tube, the decay ends as an exponential that starts at twice the vacuum
         through = 0.0 if tube is None else (lasting + math.log(2)) * tube.filling(0.0)
         return lasting / decay + through + 8 * self.longest_lag + self.sample_time
 
@@ -309,7 +309,7 @@ class Regulator:
         return -0.05 * self.sensor.range if self.floor is None else self.floor
 
     def gains(self) -> Gains:
-        """Return gains: at zero vacuum for `scheduled`, at `tuned_at` (default half) for `pi`."""
+        """Return the gains: at zero vacuum for `scheduled`, at `tuned_at` (or half) for `pi`."""
         half = 0.5 * self.plant.top if self.tuned_at is None else self.tuned_at
         vacuum = half if self.kind == "pi" else 0.0
         tube = self.plant.passage
@@ -317,7 +317,7 @@ class Regulator:
         return simc_gains(self.plant.joined, sample_time=self.sample_time, lag=lag, vacuum=vacuum)
 
     def samples(self, time: float) -> float:
-        """Return the number of whole samples that last at least `time` [s]."""
+        """Return the number of whole samples that together last at least `time` [s]."""
         return float(math.ceil(time / self.sample_time - 1e-9))
 
     def pack(self) -> LawSettings:
@@ -394,7 +394,7 @@ def validate(regulator: Regulator, target: float) -> None:
 
 
 def _check_noise(regulator: Regulator) -> None:
-    """Raise QuantityError if noise or zero alone would switch the pump or look like a fault."""
+    """Raise QuantityError if noise or a zero error alone would switch the pump or cause a fault."""
     sensor, noise_sd, zero = regulator.sensor, regulator.greatest_noise, regulator.zero
     nominal = f"noise of {show(sensor.noise, 'Pa')}"
     worst = f"noise of up to {show(noise_sd, 'Pa')} and a zero of up to {show(zero, 'Pa')}"

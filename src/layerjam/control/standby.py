@@ -1,6 +1,6 @@
-"""A line that waits for a warning: rise and fall of its vacuum.
+"""Rise and fall of the vacuum in a line that waits for a warning.
 
-At the warning the pump switches to full power and, after its delay, the reservoir's valve opens.
+At the warning the pump switches to full power, and, after its delay, the reservoir's valve opens.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from layerjam.simulate.coupled import integrate_line_along
 
 SAMPLES = 401
 SHORTEST = 1e-9
-"""Time [s] treated as zero: the line's integrator cannot take much smaller steps."""
+"""Time [s] treated as zero: the line's integrator cannot resolve much shorter times."""
 
 
 @dataclass(frozen=True)
@@ -25,11 +25,11 @@ class Standby:
     vacuum: float = 0.0
     """Idle vacuum [Pa]."""
     stored: float | None = None
-    """Pressure in the reservoir [Pa absolute]; None means the balance of pump and leak."""
+    """Pressure in the reservoir [Pa absolute]; None means that pump and leak are in balance."""
     water: bool = False
 
     def respond(self, duration: float, samples: int = SAMPLES) -> Response:
-        """Return the response of the line from the warning on, for a duration [s]."""
+        """Return the response of the line for a duration [s] after the warning."""
         line, a = self.line, self.line.site.atmosphere
         if self.water:
             time = np.linspace(0.0, duration, samples if duration else 1)
@@ -55,10 +55,10 @@ class Standby:
         return float(self.respond(duration, samples=2).vacuum[-1])
 
     def vacuum_after_venting(self, duration: float) -> float:
-        """Return the least vacuum [Pa] that remains after venting for a time [s].
+        """Return the lowest vacuum [Pa] to which venting for a time [s] can reduce the line.
 
         It falls through the vent valve after its delay, or by running the pumps backwards; without
-        either it is constant.
+        either, it stays constant.
         """
         line = self.line
         reverse_flow = line.pump.backwards * line.pump.count

@@ -1,4 +1,4 @@
-"""The plant behind a tube between two samples, compiled: two vacuums with adaptive steps.
+"""The compiled plant behind a tube, between two samples: two vacuums, with adaptive steps.
 
 The equations are stiff if the tube is short and wide. They are solved by a Rosenbrock method of
 order two with an error estimate (Shampine and Reichelt, SIAM Journal on Scientific Computing 18,
@@ -17,7 +17,6 @@ CLOSE = 1e-7
 
 @numba.njit(error_model="numpy", forceinline=True)  # type: ignore[untyped-decorator]
 def _slopes(v, w, a, b, plant):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Return the slopes of the vacuums in chamber and side [Pa/s]."""
     p, s = plant.atmosphere - v, plant.atmosphere - w
     flow = plant.passes * (p * p - s * s)
     return flow - plant.leak * v, (a - b * w - flow) / plant.side
@@ -29,7 +28,7 @@ def advance(  # type: ignore[no-untyped-def]
 ):  # pragma: no cover
     """Return (vacuum of chamber, vacuum of side, sensor reading) after a time `dt` [s].
 
-    The side is pumped at a - b w, relative to the chamber's volume [Pa/s].
+    The side is pumped at a - b w, in Pa/s relative to the chamber's volume.
     """
     left, h, side = dt, dt, plant.side
     while left > 0.0:
@@ -54,7 +53,7 @@ def advance(  # type: ignore[no-untyped-def]
         error /= CLOSE * plant.atmosphere
         if not error > 1.0 or h <= 1e-9 * dt:  # pass on NaN
             if lag > 0.0:
-                # within such a short step the chamber's vacuum is nearly linear
+                # the chamber's vacuum is nearly linear within such a short step
                 delay, fades = (v1 - v) / h * lag, math.exp(-h / lag)
                 display = v1 - delay + (display - v + delay) * fades
             else:

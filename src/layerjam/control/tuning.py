@@ -8,8 +8,8 @@ gain = 1/((K/tau) (T_c + theta)), integral time = min(tau, 4 (T_c + theta)).
 The dead time theta is half a sample (for a held command) plus the sensor's full lag. The paper's
 half rule would use half of the lag, with a phase margin of 34 degrees on an integrating line; the
 full lag leaves at least 40 degrees. T_c is the closed loop's time constant. The rule's tight choice
-is T_c = theta. Here it is at least four samples and a twentieth of the pump's 1/k, so that noise
-does not drive the pump.
+is T_c = theta. Here it is at least four samples and a twentieth of the pump's 1/k, so that the pump
+does not follow noise.
 """
 
 from dataclasses import dataclass
@@ -24,12 +24,12 @@ from layerjam.verdict import Check, interval_check
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 LEAST_ROOM = 0.05
-"""Least share of the pump's vacuum in the gain schedule, as in the law."""
+"""Smallest fraction of the pump's vacuum in the gain schedule, as in the law."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Gains:
-    """Gains of the rule, applied at `vacuum` [Pa]."""
+    """Gains from the rule, applied at `vacuum` [Pa]."""
 
     gain: float
     """Pump command per pascal of error [1/Pa]."""
@@ -67,7 +67,7 @@ class Identified:
     rate_interval: tuple[float, float]
     """Interval of the pole k + leak [1/s] (air), or of the ratio of rise to `top` (water)."""
     reach_interval: tuple[float, float]
-    """Interval of the vacuum at which the step would end [Pa]."""
+    """Interval of the final vacuum of the step [Pa]."""
     noise: float
     """Standard deviation of a reading, from the fit's residuals [Pa]."""
     checks: tuple[Check, ...]
@@ -76,7 +76,7 @@ class Identified:
 def identify_air(
     time: Array, vacuum: Array, *, vent: float, leak: float = 0.0, atmosphere: float = 101325.0
 ) -> Identified:
-    """Return the plant from time [s] and vacuum [Pa], shape (N,), at full pump power from rest.
+    """Return the plant from times [s] and vacuums [Pa], shape (N,), at full pump from zero vacuum.
 
     One step determines the pole k + leak and the final vacuum; `leak` [1/s] (from a hold log)
     separates pump and leak, and `vent` [1/s] is assumed. Raises FitError if there is no pump-down
@@ -102,9 +102,9 @@ def identify_air(
 def identify_water(
     time: Array, vacuum: Array, *, vent: float, top: float, leak: float = 0.0
 ) -> Identified:
-    """Return the same for water, from a straight line through 5 to 90 % of the rise to `top` [Pa].
+    """Return the plant for water, from a straight-line fit to 5 to 90 % of the rise to `top` [Pa].
 
-    Raises FitError with fewer than 20 samples there, or if the line does not rise.
+    Raises FitError for fewer than 20 samples in this range, or if the fitted line does not rise.
     """
     time, vacuum = np.asarray(time, float), np.asarray(vacuum, float)
     high = float(vacuum.max())
