@@ -1,4 +1,4 @@
-"""Benches: firmware and line of real hardware, their virtual twin, gateway, driver.
+"""Benches: firmware and serial line of real hardware, their virtual twin, gateway and driver.
 
 `layerjam.rig.open("sim:choi2018")` returns a bench.
 """

@@ -1,6 +1,6 @@
 """Addresses of benches: `serial:PORT`, `tcp:host:5025`, `visa:RESOURCE`, `sim:choi2018?speed=10`.
 
-`tcp:host:5025?token=FILE` names the file of the gateway's token.
+In `tcp:host:5025?token=FILE`, FILE holds the gateway's token.
 """
 
 from collections.abc import Mapping
@@ -14,9 +14,9 @@ KINDS = {
     "visa": "visa:TCPIP::127.0.0.1::5025::SOCKET",
     "sim": "sim:choi2018",
 }
-"""{kind: example}."""
+"""{kind of address: example}."""
 VIRTUAL = "sim:choi2018?noise=50Pa&leak=500s&vent=0.2s"
-"""The paper's line with an assumed leak, vent valve and noisy sensor, for campaigns."""
+"""The paper's line with an assumed leak, vent valve and noisy sensor, used for campaigns."""
 SIMULATED = (
     "speed",
     "rest",
@@ -31,7 +31,7 @@ SIMULATED = (
     "store",
 )
 OPTIONS = {"sim": SIMULATED, "tcp": ("token",)}
-"""{kind of address: options that may follow its question mark}."""
+"""{kind of address: options that may follow the question mark}."""
 
 
 @dataclass(frozen=True)

@@ -27,9 +27,9 @@ PATIENCE = 15.0
 
 
 def parts(board: str = "") -> dict[str, str]:
-    """Return {file name: text} of everything that runs on a board, with the law of `control/`.
+    """Return {file name: text} of everything that runs on a board, including the control law.
 
-    `board` names a real board, whose pins are added.
+    If `board` names a real board, its pins are added.
     """
     files = {
         path.name: path.read_text("utf-8") for path in sorted((FOLDER / "firmware").glob("*.py"))
@@ -50,18 +50,18 @@ def parts(board: str = "") -> dict[str, str]:
 
 
 def law_hash() -> str:
-    """Return the SHA-256 of the law's text; a board reports its first eight digits."""
+    """Return the SHA-256 of the law's text; a board reports the first eight digits."""
     return hashlib.sha256(Path(law.__file__).read_bytes()).hexdigest()
 
 
 def stage(folder: Path) -> None:
-    """Write the firmware's files into one folder, as they are on a board."""
+    """Write the firmware's files to one folder, laid out as on a board."""
     for name, text in parts().items():
         (folder / name).write_text(text, encoding="utf-8")
 
 
 def interpreter(python: str = "") -> list[str]:
-    """Return the command for the firmware: MicroPython if installed, else this Python.
+    """Return the command that runs the firmware: MicroPython if installed, otherwise this Python.
 
     `python` selects one: "micropython" or "cpython".
     """
@@ -79,9 +79,9 @@ def interpreter(python: str = "") -> list[str]:
 
 
 class VirtualBoard:
-    """Runs the firmware in a subprocess, with its plant in a thread and a line to it.
+    """A board whose firmware runs in a subprocess and its plant in a thread, with a line to it.
 
-    `name` is its interpreter. Raises MissingExtraError if MicroPython is requested but missing.
+    `name` is the interpreter. Raises MissingExtraError if MicroPython is requested but missing.
     """
 
     def __init__(self, address: Address) -> None:
@@ -108,12 +108,12 @@ class VirtualBoard:
 
     @property
     def ends(self) -> tuple[int, int]:
-        """Descriptors of the line: the board's output and input."""
+        """File descriptors of the line: the board's output and input."""
         return self._child.ends
 
     @property
     def pid(self) -> int:
-        """Process number of the child."""
+        """Process ID of the child."""
         return self._child.process.pid
 
     def close(self) -> None:
@@ -132,7 +132,7 @@ class VirtualBoard:
 
 
 def connect(address: str | Address) -> tuple[Line, VirtualBoard | None]:
-    """Return the line at a board's address; a virtual board is started.
+    """Return the line to the board at an address; a virtual board is started.
 
     Raises LineError if nobody responds, FileError if the port is not available.
     """

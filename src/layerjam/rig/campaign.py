@@ -1,7 +1,7 @@
 """Fault injection on a virtual board: time to safe outputs, and correct fault names.
 
-Whether the outputs are safe is judged by the plant's log of commands, never by the firmware's own
-report. The board's clock advances with the plant, as fast as samples are computed.
+Whether the outputs are safe is judged from the plant's log of commands, never from the firmware's
+own report. The board's clock advances with the plant, as fast as samples are computed.
 """
 
 import math
@@ -26,11 +26,11 @@ EMPTY = 50.0
 """Vacuum [Pa] below which a run may start."""
 LONG_LEASE = 600.0
 FLOOD = 2000
-"""Number of queries of a host that reads no responses, to fill the pipe and the board's 4 kB."""
+"""Queries sent by a host that reads no responses, which fill the pipe and the board's 4 kB."""
 VENTS, VENT_WINDOW = 3, 60.0
-"""Openings of the vent within a time [s] after which the board suspects its sensor."""
+"""Number of vent openings within a time [s] after which the board suspects its sensor."""
 HEALTHY_RUNS = 10
-"""Number of healthy runs for one run of each fault."""
+"""Number of healthy runs per run of each fault."""
 CLOCK = 2e-6
 """Allowed difference between two times [s], because the board's clock counts microseconds."""
 
@@ -41,11 +41,11 @@ class Trial:
 
     plan: Plan
     onset: float | None
-    """Time from the pump's first run to the fault, or None if the fault did not occur."""
+    """Time from the first start of the pump to the fault, or None if the fault did not occur."""
     named: str | None
     safe_after: float | None
     named_after: float | None
-    """Time until the fault is named; set only if the outputs were safe earlier."""
+    """Time until the fault is named; set only if the outputs were safe before that."""
     deadline: float | None
     vacuum_after: float
     doubted_after: float | None
@@ -57,7 +57,7 @@ class Trial:
 
     @property
     def met(self) -> bool:
-        """Whether the deadline was met; None without a deadline."""
+        """Whether the deadline was met; without a deadline, whether the run finished."""
         if self.deadline is None:
             return not self.trouble
         if not self.plan.kind.called(self.named, self.plan.case) or self.safe_after is None:
@@ -67,7 +67,7 @@ class Trial:
 
     @property
     def share(self) -> float:
-        """Return the ratio of the time to its deadline; the greatest ratio is the worst."""
+        """Return the ratio of the time to its deadline; the largest ratio is the worst."""
         took = max(self.safe_after or 0.0, self.named_after or 0.0)
         if self.deadline is None:
             return took
@@ -85,7 +85,7 @@ class Campaign:
 
 
 def select_faults(names_wanted: Sequence[str]) -> list[str]:
-    """Return the names of the faults to inject, by default all; raises UnknownNameError."""
+    """Return the names of the faults to inject, all by default; raises UnknownNameError."""
     for name in names_wanted:
         if name not in KINDS and name not in NOT_HERE:
             raise UnknownNameError("fault", name, [*KINDS, *NOT_HERE], quantity="only")
@@ -119,7 +119,7 @@ class Bed:
         self.drop()
 
     def drop(self) -> None:
-        """End the board."""
+        """Stop the board."""
         if self._bench is not None:
             self._bench.close()
         self._bench = self.board = None
@@ -137,18 +137,17 @@ class Bed:
         return self._bench, self.board
 
     def begin(self, plan: Plan) -> tuple[Bench, VirtualBoard, Observer]:
-        """Prepare a healthy, vented line and the regulator, and start the pump."""
+        """Prepare a healthy, vented line and its regulator, and start the pump."""
         bench, board = self.bench()
         plant = board.plant
         plant.heal()
         bench.off()
         bench.clear()
         plant.behind = plan.behind
-        while plant.vacuum > EMPTY:  # a valve that is closed at rest keeps the vacuum
+        while plant.vacuum > EMPTY:  # a normally closed valve keeps the vacuum
             plant.vacuum = plant.side = plant.shown = 0.0
             time.sleep(1e-3)
-        # the board must have read the repaired sensor: the response to a sample precedes the next
-        # one
+        # the board must have read the repaired sensor: it gets each response before the next sample
         fresh = plant.asked + 2
         while plant.asked < fresh:
             bench.ask("*OPC?")
@@ -182,7 +181,7 @@ def run_trial(bed: Bed, plan: Plan) -> Trial:
         plan=plan,
         onset=observer.struck - observer.began if has_struck else None,  # type: ignore[union-attr,operator]
         named=fault,
-        # outputs that are safe without a latched fault are safe by chance
+        # outputs that are safe without a latched fault are safe only by chance
         safe_after=observer.safe_after if observer and fault else None,
         named_after=named_after,
         deadline=deadline if math.isfinite(deadline) else None,
@@ -198,9 +197,9 @@ def _after(time: float | None, event: float | None) -> float | None:
 
 
 def _through(bench: Bench, board: VirtualBoard, observer: Observer) -> int | None:
-    """Run to the start of the fault, act as the host of that fault, and wait for the end.
+    """Run to the start of the fault, act as the host that the fault requires, and wait for the end.
 
-    Returns the number of the sample at which the board took the host's last command.
+    Returns the number of the sample at which the board received the host's last command.
     """
     host, plant, case = observer.plan.kind.host, board.plant, observer.plan.case
     while not observer.done.is_set() and (host == "talks" or observer.struck is None):
@@ -231,7 +230,7 @@ def _through(bench: Bench, board: VirtualBoard, observer: Observer) -> int | Non
 
 
 def _until_done(observer: Observer) -> None:
-    """Wait for the plant, which continues while the board takes samples."""
+    """Wait until the observer is done; the plant continues while the board takes samples."""
     count = -1
     while not observer.done.wait(5.0):
         if observer.plant.asked == count:
@@ -240,7 +239,7 @@ def _until_done(observer: Observer) -> None:
 
 
 def _named_after(board: VirtualBoard, observer: Observer, seq: int) -> float:
-    """Return the time [s] from the event to the first record with a fault, or infinity."""
+    """Return the time [s] from the event to the first record that names a fault, or infinity."""
     line, event = board.line, observer.event
     line.ask(SESSION, b"STR:ACK %d" % max(seq - 1, 0))
     while event is not None:
@@ -269,8 +268,8 @@ def campaign(
     With `mismatch` the real lines differ from those of their regulators within the tolerances, and
     each round includes ten healthy runs.
 
-    An interrupt from the keyboard returns the runs so far. Raises UnknownNameError, QuantityError
-    for an address that is not a virtual board, FileError and LineError.
+    After a keyboard interrupt, return the runs so far. Raises UnknownNameError, QuantityError for
+    an address that is not a virtual board, FileError and LineError.
     """
     names = [*select_faults(only), *([NOTHING] * HEALTHY_RUNS if mismatch else [])]
     trials: list[Trial] = []

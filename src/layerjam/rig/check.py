@@ -2,7 +2,7 @@
 
 Pump and vent are driven directly (`DIAG:DRIV`) for at most 5 s, without the control law. The fits
 follow `control/plant.py`: with the pump on, v = reach (1 - d), and with the vent open v is
-proportional to d. Here d decays with the rate of the pump or the vent, behind a first-order lag.
+proportional to d. Here d decays at the rate of the pump or the vent, behind a first-order lag.
 """
 
 import contextlib
@@ -25,21 +25,21 @@ from layerjam.rig.telemetry import PERIOD, RECORD, unwrap_clock
 from layerjam.units import parse, show
 
 VENTED, PUMPED, HELD = 1.5, 2.5, 1.5
-"""Durations [s of the board]: vent open, pump on, both closed."""
+"""Durations [s of the board's clock]: vent open, pump on, pump off with the vent closed."""
 EVEN = 0.3
-"""Time [s] with both closed, after which sensor and chamber agree before the vent opens."""
+"""Time [s] with the pump off and the vent closed, until the sensor shows the chamber's vacuum."""
 BEGUN = 0.15
 """Time [s] after a change of the outputs that the fit of the leak ignores."""
 ONSET = 0.6
-"""Duration [s] of the pump's start in which the lag is visible."""
+"""Time [s] after the pump's start in which the lag is visible."""
 SURE = 5e-3
-"""Largest standard error [s] of a lag."""
+"""Largest acceptable standard error [s] of a lag."""
 MOVED = 300.0
 """Smallest change [Pa] treated as motion; ten times the noise if that is larger."""
 RELEASED = 0.5
-"""Largest share of the vacuum that may remain when the vent is open."""
+"""Largest fraction of the vacuum that may remain when the vent is open."""
 LEFT = 0.1
-"""Share of the vacuum at which the fit of the vent ends."""
+"""Fraction of the vacuum at which the fit of the vent ends."""
 ALLOWED = Tolerances()
 LEAKY = 2.0
 """Multiple of the line's leak above which a bench is reported to differ from the line."""
@@ -48,16 +48,16 @@ TIGHT = 1e-3
 ZEROED = 4.5
 """Time [s] for which the vent is open before and during the measurement of the zero."""
 STEADY = 20.0
-"""Largest change [Pa] of the mean in half a second; the scatter if that is larger."""
+"""Largest change [Pa] of the half-second mean of a steady reading, or the scatter if larger."""
 FARTHEST = 0.05
-"""Largest zero, relative to the sensor's range."""
+"""Largest acceptable zero, relative to the sensor's range."""
 ATMOSPHERE = 101325.0
-"""Range [Pa] assumed if the board has no regulator."""
+"""Sensor range [Pa] assumed if the board has no regulator."""
 PAUSE = 0.005
 FASTEST = 20.0
-"""Greatest speed of a virtual board that the check can follow."""
+"""Highest speed of a virtual board that the check can follow."""
 LONGEST = 1000
-"""Number of samples within which driving begins and ends."""
+"""Number of samples within which driving must begin and end."""
 DRIVE = 3
 """State of a sample during which the outputs are driven."""
 FAULTS = {
@@ -86,7 +86,7 @@ class LockedError(LayerjamError):
 
 
 def limit_speed(text: str | Address) -> Address:
-    """Return an address; a virtual board's speed is limited to one that the check can follow."""
+    """Return the address, with a virtual board's speed limited to what the check can follow."""
     address = address_of(text)
     if not address.simulated or 0 < parse(address.options.get("speed", "1"), "1", "") <= FASTEST:
         return address
@@ -101,13 +101,13 @@ def check_bench(
     lag: float = 0.0,
     tune: bool = False,
 ) -> Checked:
-    """Drive pump and vent for a few seconds and return the findings; the bench is SAFE afterwards.
+    """Drive pump and vent for a few seconds and return the findings; afterwards the bench is SAFE.
 
     `vent_rest` is the position of the vent valve without power, if the board has no setting for it.
     `plant` is the expected line, and `lag` [s] that of its sensor. With `tune`, the measured values
-    will replace them, so differences are ignored. Raises QuantityError if the position is not known
-    or the outputs cannot be driven, LockedError if another client has the lock, InstrumentError if
-    the board is not in SAFE.
+    will replace these, so differences are ignored. Raises QuantityError if the valve's position is
+    not known or the outputs cannot be driven, LockedError if another client has the lock,
+    InstrumentError if the board is not in SAFE.
     """
     with _lock_bench(bench, vent_rest):
         result = _inspect(bench)
@@ -116,7 +116,7 @@ def check_bench(
 
 @contextlib.contextmanager
 def _lock_bench(bench: Bench, vent_rest: str | None) -> Iterator[None]:
-    """Lock the bench, declare the valve's rest if given, and switch the outputs off at the end."""
+    """Lock the bench, set the valve's rest position if given, and leave the outputs off."""
     if limit_speed(bench.address) != bench.address:
         raise QuantityError.of(
             "address",
@@ -145,11 +145,11 @@ def _lock_bench(bench: Bench, vent_rest: str | None) -> Iterator[None]:
 
 
 def measure_zero(bench: Bench, *, vent_rest: str | None = None) -> Zero:
-    """Open the vent for 4.5 s, take the mean of the last second as zero, and store it.
+    """Open the vent for 4.5 s, use the mean of the last second as the zero, and store it.
 
-    The calibration's name gets the date. Raises QuantityError if the valve's rest is not known, or
-    if the reading is not steady or exceeds 5 % of the sensor's range. Raises LockedError if another
-    client has the lock, InstrumentError if the board is not in SAFE.
+    The date is added to the calibration's name. Raises QuantityError if the valve's rest position
+    is not known, or if the reading is not steady or exceeds 5 % of the sensor's range. Raises
+    LockedError if another client has the lock, InstrumentError if the board is not in SAFE.
     """
     with _lock_bench(bench, vent_rest):
         times, readings = _drive(bench, 0.0, 1, ZEROED)
@@ -211,7 +211,7 @@ def _inspect(bench: Bench) -> Checked:
     if fall[-1] < RELEASED * height:
         values["vent"] = _fit_vent(times, fall, height, values["leak"], values["lag"])
         return Checked(**values, wiring=())
-    # a strong pump may keep part of the vacuum while the vent is open
+    # a strong pump may maintain part of the vacuum while the vent is open
     height, _, fall = _release(bench, zero, 0)
     is_inverted = fall[-1] < RELEASED * height
     return Checked(**values, wiring=("vent-inverted" if is_inverted else "vent-does-nothing",))
@@ -220,10 +220,10 @@ def _inspect(bench: Bench) -> Checked:
 def _drive(
     bench: Bench, pump: float, vent: int, seconds: float, *, limit: float | None = None
 ) -> tuple[Array, Array]:
-    """Return times [s] from the change of the outputs, and readings [Pa], of every sample.
+    """Return the time [s] since the change of the outputs and the reading [Pa] of every sample.
 
-    The board drives the outputs for at most `limit` [s]. Raises QuantityError if it stops earlier
-    than after `seconds`, or if samples are missing.
+    The board drives the outputs for at most `limit` [s]. Raises QuantityError if it stops before
+    `seconds` have passed, or if samples are missing.
     """
     last = int(bench.ask("FETC:ALL?").split(",")[0])
     bench.tell(f"DIAG:DRIV {pump:g},{vent},{limit or seconds + 10 * PERIOD * 1e-6:g}")
@@ -242,7 +242,7 @@ def _drive(
                     break
             time.sleep(PAUSE)
     except InstrumentError:
-        count = 0  # the records to acknowledge are already overwritten
+        count = 0  # the records to acknowledge have already been overwritten
     rows = np.concatenate(blocks) if blocks else np.empty(0, RECORD)
     if count < seconds * 1e6 / PERIOD or (np.diff(rows["seq"].astype(int)) != 1).any():
         raise QuantityError.of(
@@ -256,20 +256,20 @@ def _drive(
 
 
 def _pump(bench: Bench, vent: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Return the readings while the pump runs, and those with both closed afterwards."""
+    """Return the readings while the pump runs, and those after it stops with the vent closed."""
     bench.off()
     rise = _drive(bench, 1.0, vent, PUMPED, limit=5.0)
     return rise, _drive(bench, 0.0, 0, HELD)
 
 
 def _rise_with_vent(bench: Bench, zero: float) -> float:
-    """Return the vacuum [Pa] that the pump reaches with the vent commanded to open."""
+    """Return the vacuum [Pa] that the pump reaches while the vent is commanded to open."""
     (_, readings), _ = _pump(bench, 1)
     return float(np.max(readings)) - zero
 
 
 def decay(time: Array, rate: float, lag: float) -> Array:
-    """Return exp(-rate time) behind a first-order lag [s] that begins at 1."""
+    """Return exp(-rate time), which begins at 1, as seen through a first-order lag [s]."""
     x = rate * lag
     if x < 1e-9:
         return np.exp(-rate * time)
@@ -279,9 +279,9 @@ def decay(time: Array, rate: float, lag: float) -> Array:
 
 
 def _fit_pump(rise: tuple[Array, Array], after: tuple[Array, Array]) -> dict[str, float | None]:
-    """Return the leak after the pump stops, and rate, end and lag of the rise.
+    """Return the leak after the pump stops, and the rate, final vacuum and lag of the rise.
 
-    The lag is fitted to the start of the rise alone, where the pump's curve matters least. Values
+    The lag is fitted only to the start of the rise, where the pump's curve matters least. Values
     that cannot be fitted are None.
     """
     late = after[0] > BEGUN
@@ -309,10 +309,10 @@ def _fit_pump(rise: tuple[Array, Array], after: tuple[Array, Array]) -> dict[str
 
 
 def _release(bench: Bench, zero: float, vent: int) -> tuple[float, Array, Array]:
-    """Return the pump's vacuum [Pa], then times [s] and vacuums after the vent's command.
+    """Return the pump's vacuum [Pa], and the times [s] and vacuums [Pa] after the vent command.
 
-    If `vent` is 1 it is commanded to open, if 0 to close; during pumping it had the opposite
-    command.
+    The vent is commanded to open if `vent` is 1, to close if it is 0; while pumping it has the
+    opposite command.
     """
     bench.off()
     _drive(bench, 1.0, 1 - vent, 0.5 * PUMPED, limit=5.0)
@@ -324,7 +324,7 @@ def _release(bench: Bench, zero: float, vent: int) -> tuple[float, Array, Array]
 def _fit_vent(
     times: Array, fall: Array, level: float, leak: float | None, lag: float | None
 ) -> float | None:
-    """Return the decay [1/s] that the open vent adds; None if it is too fast for the samples."""
+    """Return the decay rate [1/s] that the open vent adds; None if too fast for the samples."""
     shows = int(np.argmax(fall < LEFT * level)) or len(fall)
     fit = _fit(
         lambda t, size, pole: size * decay(t, pole, lag or 0.0),
@@ -336,7 +336,7 @@ def _fit_vent(
 def _fit(
     curve: Callable[..., Array], times: Array, values: Array, guess: tuple[float, ...]
 ) -> tuple[list[float], list[float]] | None:
-    """Return positive parameters of a curve and their standard errors; None if it does not fit."""
+    """Return positive parameters of a curve and their standard errors; None if the fit fails."""
     from scipy.optimize import curve_fit
 
     if len(times) <= len(guess):
@@ -373,7 +373,7 @@ def _judge(data: Checked, plant: Plant | None, lag: float, tune: bool) -> Checke
 
 
 def _differences(data: Checked, line_values: dict[str, float]) -> Iterator[str]:
-    """Yield each value that differs from the line's by more than the detectors tolerate."""
+    """Yield each value that differs from that of the line by more than the detectors tolerate."""
     for name, value, share in (
         ("pump's rate", "rate", ALLOWED.pump),
         ("vent's rate", "vent", ALLOWED.vent),

@@ -1,6 +1,6 @@
 """The firmware in a separate process, connected by pipes, or by sockets on Windows.
 
-On Windows a child inherits only the first three descriptors, and `select` accepts only sockets.
+On Windows a child inherits only three file descriptors, and `select` accepts only sockets.
 """
 
 import os
@@ -21,7 +21,7 @@ PATIENCE = 15.0
 
 @dataclass(frozen=True)
 class Child:
-    """The subprocess, its line's two descriptors, the plant's end, and how to disconnect."""
+    """The subprocess, its line's two descriptors, the plant's end, and functions to disconnect."""
 
     process: subprocess.Popen[bytes]
     line: Ends
@@ -40,7 +40,7 @@ def has_pipes() -> bool:
 
 
 def start(command: Sequence[str], words: Sequence[str], closing: Callable[[], None]) -> Child:
-    """Run `command` with two arguments about the plant's end, followed by `words`.
+    """Run `command` with two arguments that name the plant's end, followed by `words`.
 
     `closing` is called when the line is closed. Raises LineError if the child does not connect.
     """
@@ -50,7 +50,7 @@ def start(command: Sequence[str], words: Sequence[str], closing: Callable[[], No
 
 def _by_pipes(command: Sequence[str], words: Sequence[str], closing: Callable[[], None]) -> Child:
     from_board, to_board, line_in, line_out = os.pipe(), os.pipe(), os.pipe(), os.pipe()
-    # the firmware processes waiting data and goes on with its samples
+    # the firmware handles the data that is waiting, then continues sampling
     os.set_blocking(line_in[0], False)
     process = subprocess.Popen(
         [*command, str(to_board[0]), str(from_board[1]), *words],
@@ -87,7 +87,7 @@ def _by_sockets(command: Sequence[str], words: Sequence[str], closing: Callable[
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            # an interrupt typed in this terminal must not reach the board
+            # a keyboard interrupt in this terminal must not reach the board
             creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
         )
         try:

@@ -1,4 +1,4 @@
-"""Circuit around a board: socket, wires, components, parts to order, and contradictions."""
+"""Circuit around a board: socket, wires, components, parts to order, and conflicts."""
 
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -10,40 +10,40 @@ from layerjam.rig.wiring import WiringFile, load_wiring
 
 PICO = Path(__file__).parent / "circuits" / "pico.toml"
 PULL_DOWN = 8.2e3
-"""Greatest pull-down [ohm] that keeps a gate at GND while its pin floats (RP2350's erratum E9)."""
+"""Largest pull-down [ohm] that keeps a gate at GND while its pin floats (RP2350 erratum E9)."""
 GATES = ("pump_gate", "vent_gate")
-"""Outputs that must be off while the board is in reset."""
+"""Outputs that must be off while the board is held in reset."""
 INSIDE = ("led_out",)
 """Pins inside the board, which need no wire."""
 SPI = {"spi_miso": 0, "spi_cs": 1, "spi_sck": 2, "spi_mosi": 3}
-"""Index of a use among four pins in a row; GP n is on SPI (n // 8) mod 2 (RP2040's datasheet)."""
+"""Index of a function within four consecutive pins; GP n is on SPI (n // 8) mod 2 (datasheet)."""
 UNITS = {"resistor": "Ω", "capacitor": "F"}
 PREFIXES = {6: "M", 3: "k", 0: "", -6: "µ", -9: "n", -12: "p"}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Wire:
-    """One wire of the board, from a pin of its socket through parts to an end."""
+    """One wire of the board, from a pin of its socket through parts to its end."""
 
     pin: int | None
     """Pin of the socket, the first of several with the same name, or None."""
     label: str
     """Label of the pin: GP16, GND, VSYS."""
     use: str | None
-    """Name of the use in the board's file, None for a supply."""
+    """Name of the pin's use in the board file, None for a supply."""
     name: str
     to: str
     series: str | None
     shunt: str | None
     """Parts from the line to GND: after `series` at a gate, otherwise at the pin."""
     volts: float | None
-    """Greatest voltage at its end [V]."""
+    """Highest voltage at its end [V]."""
     source: str
 
 
 @dataclass(frozen=True, kw_only=True)
 class Component:
-    """One component: its nodes in the order of SPICE, its value and its limits, in SI."""
+    """One component: its nodes in SPICE order, its value and its limits, in SI."""
 
     ref: str
     kind: str
@@ -57,7 +57,7 @@ class Component:
             raise AttributeError(f"{self.ref} has no {name}") from None
 
     def value_at(self, sign: int) -> float:
-        """Return the value at the end of its tolerance: sign -1, 0 or 1."""
+        """Return the value at a limit of its tolerance (sign -1 or 1) or its nominal value (0)."""
         return self.value * (1.0 + sign * self.tolerance)
 
     @property
@@ -72,7 +72,7 @@ class Component:
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """One part to order: its number, alternatives, data sheet limits and computed values."""
+    """One part to order: its number, alternatives, limits (data sheet) and computed values."""
 
     refs: str
     name: str
@@ -81,12 +81,12 @@ class Part:
     sheet: str
     ours: str
     read: str
-    """Numbers that were read in a copy of the data sheet."""
+    """Values that were read in a copy of the data sheet."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Circuit:
-    """A board with all connected parts."""
+    """A board with all parts connected to it."""
 
     file: WiringFile
     pins: int
@@ -94,7 +94,7 @@ class Circuit:
     """{label: pin of the socket}, the first if several have the same label."""
     grounds: tuple[int, ...]
     rails: Mapping[str, tuple[float, float]]
-    """{node: least and greatest voltage [V]}."""
+    """{node: lowest and highest voltage [V]}."""
     declared: tuple[Mapping[str, str], ...]
     """Wires as declared in the file."""
     components: Mapping[str, Component]
@@ -111,7 +111,7 @@ class Circuit:
         return tuple(_wire(self, entry) for entry in self.declared)
 
     def parts_between(self, first: str, *others: str) -> list[Component]:
-        """Return the components with two nodes: `first`, and one of `others`."""
+        """Return the components between the node `first` and one of `others`."""
         pairs = [{first, node} for node in others]
         return [c for c in self.components.values() if len(c.nodes) == 2 and set(c.nodes) in pairs]
 
@@ -131,7 +131,7 @@ class Circuit:
         return upper, lower, capacitor
 
     def conflicts(self) -> tuple[str, ...]:
-        """Return each contradiction of pins and parts as a sentence."""
+        """Return each conflict between pins and parts as a sentence."""
         rules = (_sockets, _channels, _bus, _gates, _ratio)
         return tuple(text for rule in rules for text in rule(self))
 
@@ -175,7 +175,7 @@ def _wire(circuit: Circuit, entry: Mapping[str, str]) -> Wire:
     node = use or entry["pin"]
     series, end = (None, node) if node in ("GND", *circuit.rails) else circuit.series_part(node)
     rail = circuit.rails.get(end) if use else None
-    # a divider leads to a rail, and at a gate the pull-down is after the series resistor
+    # a divider ends at a rail, and at a gate the pull-down comes after the series resistor
     shunts = circuit.parts_between(node if end in circuit.rails else end, "GND")
     label = entry["pin"] if use is None else f"GP{getattr(circuit.file.wiring.pins, use)}"
     return Wire(
@@ -199,7 +199,7 @@ def _sockets(circuit: Circuit) -> Iterator[str]:
 
 
 def _channels(circuit: Circuit) -> Iterator[str]:
-    """Yield a conflict if both sides of the pump share a PWM slice."""
+    """Yield a conflict if the two inputs of the pump driver share a PWM slice."""
     pins = circuit.file.wiring.pins
     pump, reverse = pins.pump_gate, pins.pump_back_gate
     if pump % 16 == reverse % 16:
@@ -207,7 +207,7 @@ def _channels(circuit: Circuit) -> Iterator[str]:
 
 
 def _bus(circuit: Circuit) -> Iterator[str]:
-    """Yield SPI pins that are not on the same port, or not in their positions."""
+    """Yield a conflict for SPI pins on different ports or in wrong positions."""
     if circuit.file.wiring.sensor_kind != "hsc":
         return
     numbers, ports = asdict(circuit.file.wiring.pins), set()
@@ -223,7 +223,7 @@ def _bus(circuit: Circuit) -> Iterator[str]:
 
 
 def _gates(circuit: Circuit) -> Iterator[str]:
-    """Yield gates that float in reset because they have no small pull-down."""
+    """Yield a conflict for gates that float in reset because no pull-down is small enough."""
     for wire in circuit.wires:
         if wire.use not in GATES:
             continue
@@ -236,7 +236,7 @@ def _gates(circuit: Circuit) -> Iterator[str]:
 
 
 def _ratio(circuit: Circuit) -> Iterator[str]:
-    """Yield a conflict if the board's file and the divider of the supply differ."""
+    """Yield a conflict if the board file and the circuit differ about the supply's divider."""
     upper, lower, _ = circuit.divider("supply_adc")
     ratio, in_file = 1.0 + upper.value / lower.value, circuit.file.wiring.supply_ratio
     if abs(ratio / in_file - 1.0) > 1e-3:

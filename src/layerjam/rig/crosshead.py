@@ -1,7 +1,7 @@
-"""Crosshead of a bench: a person, a machine's contact, or the virtual machine.
+"""Crosshead of a bench: moved by a person, by a machine with a contact, or by the virtual machine.
 
-It has three methods: `begin` starts a move, `done` checks whether it is over, and `end` always
-cleans up.
+It has three methods: `begin` starts a move, `done` checks whether the move is over, and `end`
+always cleans up.
 """
 
 import importlib
@@ -19,7 +19,7 @@ from layerjam.rig.recorder import Block
 from layerjam.simulate.procedure import Pull, Return
 
 Note = Callable[[str, str], None]
-"""Function that stores an event: its kind, its text."""
+"""Function that stores an event, given its kind and text."""
 EXTERNAL = 16
 """Flag of a sample: the machine's contact is closed."""
 WAITS = 600.0
@@ -27,21 +27,21 @@ WAITS = 600.0
 
 
 class CrossheadLostError(LayerjamError):
-    """A crosshead that did not report its arrival."""
+    """Raised if a crosshead does not report its arrival."""
 
     key = "crosshead"
 
 
 class Crosshead(Protocol):
-    """Anything that moves the brake's end."""
+    """Anything that moves the end of the brake."""
 
     def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
         """Start a move."""
 
     def done(self, elapsed_time: float) -> bool:
-        """Return whether the move is over, `elapsed_time` [s] of the board's clock after its start.
+        """Return whether the move is over, `elapsed_time` [s] after its start by the board's clock.
 
-        Raises CrossheadLostError if it is long overdue.
+        Raises CrossheadLostError if the move is long overdue.
         """
 
     def end(self, bench: Bench) -> None:
@@ -55,8 +55,8 @@ class Manual:
     """A person at a machine, who receives instructions and presses Enter twice per move.
 
     The board's marker (`OUTP:SYNC`) is on from the first Enter to the second, for the machine's
-    analogue input. `pressed` returns whether Enter was pressed since the last call; `say` shows a
-    text.
+    analogue input. `pressed` returns whether Enter has been pressed since the last call; `say`
+    shows a text.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class Manual:
         self._ask(f"Ready to {step.text()}: press Enter and start the machine.")
 
     def done(self, elapsed_time: float) -> bool:
-        """Return whether Enter was pressed a second time."""
+        """Return whether Enter has been pressed a second time."""
         if elapsed_time > WAITS:
             raise CrossheadLostError(f"nobody pressed Enter for {WAITS:g} s")
         if not self._pressed():
@@ -104,9 +104,9 @@ class Manual:
 
 
 class Trigger:
-    """A machine with two contacts: `OUTP:SYNC` starts it, and its own contact reports the end.
+    """Machine with two contacts: `OUTP:SYNC` starts it, the machine's own contact reports the end.
 
-    The board reports the machine's contact in every sample. The contact closes when the machine's
+    The board reports the machine's contact in every sample. This contact closes when the machine's
     method is over; it must be open at the start.
     """
 
@@ -138,13 +138,13 @@ class Trigger:
             bench.tell("OUTP:SYNC OFF")
 
     def positions(self, block: Block) -> list[tuple[int, float, float]]:
-        """Return nothing: the machine stores the positions, the samples show the contact."""
+        """Return nothing: the machine stores the positions; the samples show only the contact."""
         self._closed = bool(block.rows["flags"][-1] & EXTERNAL)
         return []
 
 
 class Virtual:
-    """Machine in the plant of a virtual board; raises QuantityError for any other bench."""
+    """The machine in the plant of a virtual board; raises QuantityError for any other bench."""
 
     def __init__(self, bench: Bench, brake: Brake, line: Line) -> None:
         plant = bench.plant

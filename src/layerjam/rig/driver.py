@@ -1,4 +1,4 @@
-"""A bench in Python: properties in SI units; every write checks the instrument's error queue."""
+"""A bench in Python: properties in SI units; each write checks the instrument's error queue."""
 
 import math
 import struct
@@ -22,13 +22,13 @@ from layerjam.units import QuantitySpec, check, parse
 SAFE_STATES = {"release": "REL", "hold": "HOLD"}
 VENT_RESTS = {"open": "OPEN", "closed": "CLOS"}
 NO_NUMBER = 9.9e37
-"""Number with which SCPI represents NaN."""
+"""Number that represents NaN in SCPI."""
 LEASE = QuantitySpec("s", "time for which a silent host keeps the outputs on", lo=0.2, hi=600)
 TARGET = QuantitySpec("Pa", "vacuum to hold", lo=0.0, hi=1.2e5)
 
 
 class InstrumentError(LayerjamError):
-    """A command that the instrument rejected; `code` is SCPI's number, below zero."""
+    """Raised if the instrument rejects a command; `code` is the SCPI number, below zero."""
 
     key = "instrument"
     code: int
@@ -52,10 +52,10 @@ class TrippedError(LayerjamError):
 
 
 class Bench:
-    """One instrument, opened by `layerjam.rig.open` and closed like a file.
+    """An instrument, opened by `layerjam.rig.open` and closed like a file.
 
     Outputs stay on only while a client communicates within the `lease`, as `wait` does. `events`
-    stores device errors from the queue.
+    collects the device errors from the queue.
     """
 
     def __init__(self, link: Link, address: Address) -> None:
@@ -65,7 +65,7 @@ class Bench:
         self._commanded = False
         answer, code, text = link.exchange("*IDN?")
         self.identity = answer.decode("ascii", "replace")
-        while code:  # these errors come from the board's start, not from a command
+        while code:  # these errors are from the board's start, not from a command
             self.events.append(text)
             _, code, text = link.exchange("*OPT?")
 
@@ -101,28 +101,28 @@ class Bench:
 
     @property
     def plant(self) -> VirtualPlant | None:
-        """Plant of a virtual board started by this program, for fault injection; else None."""
+        """Plant of a virtual board that this program started, for fault injection; else None."""
         link = self._link
         return link.board.plant if isinstance(link, BoardLink) and link.board else None
 
     @property
     def simulated(self) -> bool:
-        """Whether a virtual board responds."""
+        """Whether the board is a virtual one."""
         return ",virtual bench," in self.identity
 
     @property
     def vacuum(self) -> float:
-        """Last reading [Pa]; NaN if the sensor gives none."""
+        """Last reading [Pa]; NaN if the sensor gives no reading."""
         return self._number("MEAS:VAC?")
 
     @property
     def reach(self) -> float:
-        """Greatest target [Pa] that the regulator's plant can hold; 0 without a regulator."""
+        """Highest target [Pa] that the regulator's plant can hold; 0 without a regulator."""
         return self._number("SOUR:VAC? MAX")
 
     @property
     def target(self) -> float:
-        """Target vacuum [Pa], a number or a text with a unit; 0 releases the brake."""
+        """Target vacuum: a number in Pa or text with a unit; 0 releases the brake."""
         return self._number("SOUR:VAC?")
 
     @target.setter
@@ -158,7 +158,7 @@ class Bench:
 
     @property
     def lease(self) -> float:
-        """Time [s] for which the outputs stay on after the host falls silent."""
+        """Time [s] for which the outputs stay on without a message from the host."""
         return self._number("SYST:LEAS?")
 
     @lease.setter
@@ -167,7 +167,7 @@ class Bench:
 
     @property
     def regulator(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Settings of the control law in the board; a Regulator sets them exactly.
+        """Settings of the control law on the board; assigning a Regulator sets all of them.
 
         Raises InstrumentError (-221) if the board has none.
         """
@@ -184,7 +184,7 @@ class Bench:
 
     @property
     def calibration(self) -> tuple[float, float, str]:
-        """Offset [Pa] and gain of the sensor, and the calibration's name; kept until a reset.
+        """Offset [Pa] and gain of the sensor, and the calibration's name, until the board is reset.
 
         A reading is (raw - offset) * gain. `SYST:SETT:STOR` stores them permanently.
         """
@@ -199,7 +199,7 @@ class Bench:
 
     @property
     def sensor_range(self) -> float | None:
-        """Greatest vacuum [Pa] of the regulator's sensor; None without a regulator."""
+        """Highest vacuum [Pa] that the regulator's sensor can measure; None without a regulator."""
         return self.regulator[1][6] if self.reach else None
 
     @property
@@ -214,19 +214,19 @@ class Bench:
         return name.strip('"') if int(code) else None
 
     def clear(self) -> None:
-        """Clear a latched fault, the error queue and the registers; starts nothing."""
+        """Clear a latched fault, the error queue and the registers; this starts nothing."""
         self.tell("*CLS;:OUTP:PROT:CLE")
         self.events.clear()
 
     def off(self) -> None:
         """Turn the pump off and set the vent to the safe state.
 
-        Accepted from any client, even without the lock.
+        Any client may do this, even without the lock.
         """
         self.tell("OUTP OFF")
 
     def lock(self) -> bool:
-        """Prevent other clients from commanding; return False if another client has the lock."""
+        """Prevent other clients from sending commands; return False if one of them has the lock."""
         return self.ask("SYST:LOCK:REQ?") == "1"
 
     def unlock(self) -> None:
@@ -236,7 +236,7 @@ class Bench:
     def wait(self, seconds: float, *, until: float | None = None) -> float:
         """Keep the lease alive for a time [s] of the host's clock; return the last vacuum [Pa].
 
-        The wait ends as soon as the vacuum rises to `until` [Pa]. Raises TrippedError if a fault
+        The wait ends early once the vacuum rises to `until` [Pa]. Raises TrippedError if a fault
         puts the bench into its safe state.
         """
         end = time.monotonic() + seconds
@@ -252,7 +252,7 @@ class Bench:
             time.sleep(min(pause, left))
 
     def samples(self, count: int = 100) -> np.ndarray[Any, Any]:
-        """Return the oldest unacknowledged records, at most 200; see `telemetry.RECORD`."""
+        """Return the oldest unacknowledged records, at most `count`; see `telemetry.RECORD`."""
         return records(self._exchange(f"FETC:STR? {count}"))
 
     def stream(self, count: int = 200) -> tuple[np.ndarray[Any, Any], int]:
@@ -303,7 +303,7 @@ class Bench:
             if self._commanded:
                 self.off()
         except LayerjamError:
-            pass  # if the line is down, the expired lease switches them off
+            pass  # if the line is down, the outputs go off when the lease expires
         finally:
             self._link.close()
 
@@ -340,7 +340,7 @@ def open_as(address: str | Address, kind: type[B]) -> B:
 
 
 def _si(value: float | str, spec: QuantitySpec, name: str) -> float:
-    """Return an SI number from a number or a text with a unit; QuantityError otherwise."""
+    """Return the SI value of a number or of text with a unit; QuantityError for anything else."""
     number = parse(value, spec.unit, name) if isinstance(value, str) else float(value)
     if not math.isfinite(number):
         raise QuantityError.of(name, f"{number} is not a finite number")

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from layerjam.simulate.drop import TimedStop
 
 PAUSE = 0.02
-"""Time between two queries of the capture [s]."""
+"""Time between two queries of the capture's state [s]."""
 REST_TIME, FINE = 0.05, 40e3
 """Rest before a virtual fall [s], and sampling rate of its signal [Hz]."""
 DELAY = 0.5
@@ -39,7 +39,7 @@ class CaptureError(LayerjamError):
 
 @dataclass(frozen=True, kw_only=True)
 class Capture:
-    """State of a record (IDLE, WAITING, RUNNING or DONE) and the values known in that state."""
+    """State of a record (IDLE, WAITING, RUNNING or DONE), with the values known in that state."""
 
     state: str
     size: int
@@ -58,10 +58,10 @@ def prepare(
     level: float = 5.0,
     fall: float | str = 0.03,
 ) -> None:
-    """Set up a capture in the state SAFE; settings that already agree are not sent.
+    """Set up a capture in the state SAFE; settings that the board already has are not sent.
 
-    `rate` [Hz]; times [s] before and after the trigger; trigger `level` [g] relative to the reading
-    during the fall; `fall` [s] of free fall that arms the trigger. Raises QuantityError and
+    `rate` [Hz]; times [s] before and after the trigger; the trigger `level` [g], relative to the
+    reading during the fall; `fall` [s] of free fall that arms the trigger. Raises QuantityError and
     InstrumentError.
     """
     if source not in SOURCES:
@@ -92,7 +92,7 @@ def capture_of(bench: Bench) -> Capture:
 
 
 def coming(bench: Bench, state: Capture) -> Shot:
-    """Return a DONE record without its samples."""
+    """Return a complete (DONE) record without its samples."""
     scale = bytes.fromhex(bench.ask("FETC:ACC:SCAL?").strip('"'))
     zero, gain, reach, rate = struct.unpack("<4d", scale)
     return Shot(
@@ -109,15 +109,15 @@ def coming(bench: Bench, state: Capture) -> Shot:
 
 
 def piece(bench: Bench, first: int, size: int) -> bytes:
-    """Return at most PIECE samples of a record of `size` samples, from number `first` on."""
+    """Return at most PIECE samples of a record of `size` samples, starting with number `first`."""
     return bench.block(f"FETC:ACC:DATA? {first},{min(PIECE, size - first)}")
 
 
 def collect(bench: Bench, patience: float = 60.0) -> Shot:
     """Return the record when it is complete; the queries keep the lease alive.
 
-    Raises CaptureError if none is complete after `patience` [s] of the host, or if no capture
-    waits.
+    Raises CaptureError if none is complete after `patience` [s] of the host's clock, or if no
+    capture is waiting.
     """
     end = time.monotonic() + patience
     while (state := capture_of(bench)).state != "DONE":
@@ -144,7 +144,7 @@ def capture(
     ready: Callable[[], None] | None = None,
     **settings: Any,
 ) -> Shot:
-    """Set up a capture and return its record; `ready` is called once it waits for the trigger.
+    """Set up a capture and return its record; `ready` is called once it waits for a trigger.
 
     `settings` are the arguments of `prepare`. Raises the errors of `prepare`, `arm` and `collect`.
     """
@@ -166,7 +166,7 @@ def fall(
 ) -> "TimedStop":
     """Drop a mass [kg] on a virtual board's brake, arriving with `speed` [m/s]; return its stop.
 
-    The vacuum is constant at the plant's present value. The mass is at rest for `delay` [s] of the
+    The vacuum stays at the plant's present value. The mass is at rest for `delay` [s] of the
     board's time, falls freely for speed/g, and stops as `layerjam drop` computes it. The board's
     accelerometer, an ADXL193 with its low-pass, measures the motion. The board's clock stops during
     the computation. Raises QuantityError if the bench is not a virtual board of this program.

@@ -1,6 +1,6 @@
-"""Worst case of the bench's electronics: voltages, currents, times and heat, and their limits.
+"""Worst case of the bench's electronics: voltages, currents, times and heat, with their limits.
 
-Formulas and sources are in docs/electronics.md. All tolerances act against a limit at once.
+Formulas and sources are in docs/electronics.md. All tolerances take their worst values at once.
 """
 
 import math
@@ -10,26 +10,26 @@ from dataclasses import dataclass
 from layerjam.rig.circuit import GATES, Circuit
 
 HIGH, LOW = 2.0, 0.8
-"""The RP2040 reads high above the first voltage [V] and low below the second (datasheet, 5.2.3)."""
+"""RP2040 inputs are high above the first voltage [V], low below the second (datasheet, 5.2.3)."""
 OUTPUT, DRIVE = 2.62, 12e-3
-"""Least voltage [V] of a high output, and its greatest rated current [A] (same source)."""
+"""Lowest voltage [V] of a high output, and its maximum rated current [A] (same source)."""
 LEAKAGE = 1e-6
-"""Greatest current into an input [A] (same source)."""
+"""Maximum current into an input [A] (same source)."""
 REFERENCE = (0.971, 1.02)
-"""Ends of the converter's reference relative to its nominal value: ±2 % of 3.3 V (assumed), less 30
-mV that its filter drops (Pico's datasheet, 4.3)."""
+"""Limits of the converter's reference relative to its nominal value: ±2 % of 3.3 V (assumed), less
+30 mV across its filter (Pico datasheet, 4.3)."""
 CONVERTER = 10 / 4096
 """Error of the converter relative to its range: 7.85 LSB were measured (pico-adc.markomo.me)."""
 SAMPLE = 0.01
 """Time between samples of the board [s]."""
 NOMINAL, VALVE = 12.0, 0.85
-"""Voltage of the supply [V], and the fraction that the valve needs (SMC: -15 %, not read)."""
+"""Supply voltage [V], and the fraction of it that the valve needs (SMC: -15 %, source not read)."""
 PLATEAU = 1.5
-"""Gate voltage [V] at which a transistor switches, above that of every part offered."""
+"""Gate voltage [V] at which a transistor switches, above that of every part in the list."""
 BOARD = 0.1
-"""Current of board and sensors [A] from 5 V; assumed for 12 V too, where it is smaller."""
+"""Current of board and sensors [A] from 5 V; also assumed for 12 V, where it is smaller."""
 CARRIED = 0.75
-"""Fraction of its rated current that a fuse carries permanently."""
+"""Fraction of its rated current that a fuse can carry continuously."""
 
 
 @dataclass(frozen=True)
@@ -48,12 +48,12 @@ class Margin:
 
     @property
     def kept(self) -> bool:
-        """Whether the value is within its limits."""
+        """Whether the value is within the limits."""
         return self.least <= self.value <= self.most
 
     @property
     def sentence(self) -> str:
-        """Return the value and its limit as a sentence."""
+        """Return a sentence with the value and its limit."""
         limit = (
             f"at most {self.most:.3g}" if math.isfinite(self.most) else f"at least {self.least:.3g}"
         )
@@ -66,12 +66,12 @@ def margins(circuit: Circuit) -> tuple[Margin, ...]:
 
 
 def find_conflicts(circuit: Circuit) -> tuple[str, ...]:
-    """Return the contradictions of a circuit; if there are none, the limits that it violates."""
+    """Return the conflicts of a circuit or, if there are none, the limits that it violates."""
     return circuit.conflicts() or tuple(m.sentence for m in margins(circuit) if not m.kept)
 
 
 def trip_voltages(circuit: Circuit) -> tuple[float, float]:
-    """Return the least and greatest supply [V] at which the board may report low supply."""
+    """Return the lowest and highest supply [V] at which the board may report a low supply."""
     upper, lower, _ = circuit.divider("supply_adc")
     wiring, ends = circuit.file.wiring, []
     for sign, reference in zip((-1, 1), REFERENCE, strict=True):
@@ -83,7 +83,7 @@ def trip_voltages(circuit: Circuit) -> tuple[float, float]:
 
 
 def pin_voltage(circuit: Circuit, use: str, volts: float, sign: int) -> float:
-    """Return the voltage at a divider's pin [V], least (sign -1) or greatest (1)."""
+    """Return the lowest (sign -1) or highest (1) voltage [V] at the pin of a divider."""
     upper, lower = (
         part.value_at(s) for part, s in zip(circuit.divider(use), (-sign, sign), strict=False)
     )
@@ -99,8 +99,8 @@ def _senses(circuit: Circuit) -> Iterator[Margin]:
         rail = circuit.rails[circuit.series_part(use)[1]][1]
         greatest = pin_voltage(circuit, use, rail, 1)
         yield Margin(f"greatest voltage at {use}", "V", greatest, most=least_supply)
-    # with the stop open, R7 pulls the node down; the filter discharges through R8 and R7, and also
-    # through R9
+    # with the stop open, R7 pulls the node down; the filter discharges through R8 and R7, and R9 as
+    # well
     upper, lower, capacitor = (part.value_at(1) for part in circuit.divider(stop))
     both = 1.0 / (1.0 / (upper + parts["R7"].value_at(1)) + 1.0 / lower)
     open_voltage, begin = LEAKAGE * both, pin_voltage(circuit, stop, high, 1)
@@ -140,7 +140,7 @@ def _gates(circuit: Circuit) -> Iterator[Margin]:
 
 
 def switching_heat(circuit: Circuit) -> float:
-    """Return the heat of Q1 from switching the running pump [W]; an edge lasts Q_gd / I_gate."""
+    """Return the switching loss of Q1 while the pump runs [W]; an edge lasts Q_gd / I_gate."""
     parts = circuit.components
     edges = 2.0 * parts["Q1"].miller * parts["R1"].value_at(1) / (OUTPUT - PLATEAU)
     energy = 0.5 * circuit.rails["12V"][1] * parts["M1"].running * edges
@@ -156,7 +156,7 @@ def _power(circuit: Circuit) -> Iterator[Margin]:
         yield Margin(f"{switch.ref}, drain to source", "V", drain, most=switch.voltage)
         heat = heats[switch.ref] + load.running**2 * switch.value
         yield Margin(f"heat of {switch.ref}", "W", heat, most=switch.power)
-        # heat of a stalled load at half power, at which a diode and C1 carry most current
+        # heat with a stalled load at half power, where the diode and C1 carry the most current
         half = 0.5 * high / load.value
         yield Margin(f"{diode.ref}, mean current", "A", half, most=diode.current)
         yield Margin(f"{diode.ref}, reverse voltage", "V", clamp, most=diode.voltage)
@@ -174,9 +174,9 @@ def _power(circuit: Circuit) -> Iterator[Margin]:
 
 
 def release_time(circuit: Circuit, volts: float, release_share: float = 0.3) -> float:
-    """Return the time [s] in which the valve's current falls to the fraction `release_share`.
+    """Return the time [s] for the valve's current to fall to the fraction `release_share`.
 
-    `volts` is the opposing voltage of its diode: 0.5 V, or more with a Zener diode.
+    `volts` is the opposing voltage of the diode: 0.5 V, or more with a Zener diode.
     """
     coil = circuit.components["Y1"]
     ratio = (NOMINAL + volts) / (release_share * NOMINAL + volts)

@@ -1,6 +1,6 @@
-"""Runs a procedure on a bench: carries out the simulator's steps and records them.
+"""Running a procedure on a bench: the simulator's steps are carried out and recorded.
 
-In every case the last actions are safe outputs and a closed file.
+In every case, the run ends with safe outputs and a closed file.
 """
 
 import contextlib
@@ -47,7 +47,7 @@ from layerjam.units import show
 NOT_REACHED, NOT_VENTED = "NOT_REACHED", "NOT_VENTED"
 CROSSHEAD_LOST, FAULT = "CROSSHEAD_LOST", "FAULT"
 EXTRA, TIMES = 10.0, 3.0
-"""A vacuum is abandoned after EXTRA [s] plus TIMES the predicted rise."""
+"""A vacuum not reached within EXTRA [s] plus TIMES the predicted rise time is abandoned."""
 AT_REST = 0.3
 """Duration of the samples before the start, which show the sensor's noise [s]."""
 LAST = 0.5
@@ -56,7 +56,7 @@ STATES = {"SAFE": 0, "RUN": 1, "FAULT": 2}
 LEASE = 2.0
 """Silence of this program after which the board switches to its safe state [s]."""
 QUICK = 600.0
-"""The same for a virtual board faster than its host, by the board's clock [s]."""
+"""The same for a virtual board that runs faster than its host, by the board's clock [s]."""
 
 
 class EndedError(Exception):
@@ -69,7 +69,7 @@ class EndedError(Exception):
 
 @dataclass(frozen=True, kw_only=True)
 class StepResult:
-    """One step; times [s] on the file's clock, None if it did not begin or end."""
+    """One step; times [s] on the file's clock, None if the step did not begin or end."""
 
     text: str
     started: float | None = None
@@ -94,11 +94,11 @@ class RunResult:
     file: Path
     simulated: bool
     shots: tuple[ShotSummary, ...] | None = None
-    """Records of the accelerometer, None if it was not used."""
+    """Records of the accelerometer, or None if it was not used."""
 
 
 class Execution:
-    """One procedure on one bench, recorded into one file."""
+    """One procedure on one bench, recorded in one file."""
 
     def __init__(
         self,
@@ -123,7 +123,7 @@ class Execution:
         self._running = False
 
     def run(self) -> tuple[str, str | None]:
-        """Return the outcome, and the reason unless it is a success; the outputs are then off."""
+        """Return the outcome and, unless it is a success, the reason; the outputs are then off."""
         try:
             try:
                 self._begin()
@@ -177,7 +177,7 @@ class Execution:
         self.done[place] = replace(self.done[place], reached=True)
 
     def _evacuate(self, step: Evacuate) -> None:
-        """Wait until the vacuum has been near its target for half a second, then hold."""
+        """Wait until the vacuum has been near its target for half a second, then hold it."""
         close = max(CLOSE * step.to, self.watch.regulator[3])
         limit = TIMES * self.watch.rise_time(self._vacuum, step.to - close) + EXTRA
         self.bench.target = step.to
@@ -211,7 +211,7 @@ class Execution:
                 self._next()
             self.shots.let_fall()
             while self.recorder.is_behind(self._next()):
-                pass  # the hold begins at the board's current sample
+                pass  # the hold begins with the board's current sample
         self._until(lambda block: False, duration)
 
     def _move(self, step: Pull | Return) -> None:
@@ -227,13 +227,13 @@ class Execution:
             crosshead.end(self.bench)
 
     def _last_sample(self) -> int:
-        """Return the number of the last sample before the board follows the last command."""
+        """Return the number of the last sample before the last command takes effect."""
         return int(self.bench.ask("FETC:ALL?").split(",")[0])
 
     def _until(self, is_done: Callable[[Block], bool], limit: float, after: int = -1) -> bool:
         """Record until `is_done`; return False after `limit` [s] of the board's clock.
 
-        The time starts at sample `after`, because a delayed host first reads samples from before
+        The time counts from sample `after`, because a delayed host first reads samples that precede
         the command.
         """
         start = self.recorder.now
@@ -247,7 +247,7 @@ class Execution:
                 return False
 
     def _next(self) -> Block:
-        """Record one block, and end the run if a sample requires it."""
+        """Record one block, and end the run if one of its samples requires that."""
         if self.stop.asked:
             raise EndedError(STOPPED, "the operator stopped it")
         recorder, boot = self.recorder, self.recorder.boot
@@ -291,7 +291,7 @@ class Execution:
         return None if self.first_us is None else (self.recorder.now - self.first_us) * 1e-6
 
     def _make_safe(self) -> None:
-        """Turn the outputs off, then record for half a second if line and disk allow it."""
+        """Turn the outputs off, then record for half a second if the line and the disk allow it."""
         try:
             self.bench.off()
             self.bench.target = 0.0
@@ -305,8 +305,8 @@ class Execution:
                 if shots is not None:
                     shots.look(self.recorder)
         except LayerjamError:
-            # the lease acts if the connection is lost; nothing more can be stored if the disk is
-            # full
+            # if the connection is lost, the lease acts; if the disk is full, nothing more can be
+            # stored
             pass
 
 
@@ -338,14 +338,14 @@ def execute(
     rig: DropRig | None = None,
     say: Callable[[str], None] = lambda sentence: None,
 ) -> RunResult:
-    """Carry out a procedure on a bench with regulator and safe state, and record it.
+    """Carry out a procedure on a bench that has a regulator and a safe state, and record it.
 
     `meta` are further entries of the file (brake_toml, line_toml). Raises QuantityError or
     ProcedureError for an impossible procedure, InstrumentError if the bench refuses to start,
-    FileError for the file. After an error no file is left. Ctrl-C, SIGTERM and `stop` end it with
-    OPERATOR_STOPPED. `watch` receives every block of samples after it is on disk. With a `rig` the
-    accelerometer's records of drops go into the file. `say` receives the first line of a run, which
-    states its lease.
+    FileError for the file. After an error no file is left. Ctrl-C, SIGTERM and `stop` end the run
+    with OPERATOR_STOPPED. `watch` receives every block of samples after it is on disk. With a
+    `rig`, the accelerometer's records of drops are stored in the file. `say` receives the first
+    line of a run, which states the lease.
     """
     steps = parse_procedure(procedure) if isinstance(procedure, str) else procedure
     check(bench, steps, crosshead)
@@ -383,7 +383,7 @@ def _run_and_close(bench: Bench, file: RunFile, running: Execution) -> RunResult
         outcome, reason = running.run()
     except LayerjamError:
         if running.done[0].started is None:
-            file.discard()  # rejected before anything was done
+            file.discard()  # rejected before anything has been done
         raise
     if reason is not None:
         file.note("note", reason, running.recorder.now)
@@ -408,7 +408,7 @@ def _run_and_close(bench: Bench, file: RunFile, running: Execution) -> RunResult
 
 
 def _unlock(bench: Bench, lease: float) -> None:
-    """Release lock and lease [s] if the connection still works."""
+    """Release the lock and restore the lease [s] if the connection still works."""
     with contextlib.suppress(LayerjamError):
         bench.lease = lease
         bench.unlock()

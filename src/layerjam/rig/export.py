@@ -1,4 +1,4 @@
-"""Export of a run as CSV with a sidecar, Parquet or NetCDF, each with its metadata."""
+"""Export of a run as CSV with a sidecar file, Parquet or NetCDF, each with its metadata."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,13 +20,13 @@ INT32 = 1 << 31
 
 @dataclass(frozen=True, kw_only=True)
 class ExportedRun:
-    """Written files."""
+    """Files that were written."""
 
     run: Run
     file: Path
     sidecar: Path | None
     shots: tuple[Path, ...] = ()
-    """Files of the accelerometer's records; NetCDF contains them."""
+    """Files with the accelerometer's records; a NetCDF file contains them itself."""
 
 
 @accept_force
@@ -38,12 +38,12 @@ def export(
     end: float | None = None,
     overwrite: bool = False,
 ) -> ExportedRun:
-    """Write a run, or its part from `start` to `end` [s], in the format of `out`'s ending.
+    """Write a run, or the part from `start` to `end` [s], in the format of `out`'s extension.
 
-    The accelerometer's records go into files next to it, NAME-shot1.csv.
+    The accelerometer's records are written to files next to it, NAME-shot1.csv.
 
     Raises FileError for a file that is not a run or cannot be written, QuantityError if no sample
-    is left, MissingExtraError if Parquet's pyarrow is not installed.
+    is left, MissingExtraError if pyarrow (for Parquet) is not installed.
     """
     out = Path(out)
     ending = out.suffix.lower()
@@ -106,7 +106,7 @@ def _table(
 
 
 def _netcdf(run: Run, out: Path, overwrite: bool) -> None:
-    """Write NetCDF 3; it lacks 64-bit integers, so longer numbers become exact doubles."""
+    """Write NetCDF 3; it has no 64-bit integers, so long ones are stored as exact doubles."""
     from scipy.io import netcdf_file
 
     def fill(path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Firmware and wiring of a board: an image by its boot loader, or files by its prompt.
+"""Writing firmware and wiring to a board: an image by its boot loader, or files by its prompt.
 
 The prompt is MicroPython's raw mode: Ctrl-A begins it and Ctrl-D runs the program. The board
 returns "OK", the output, Ctrl-D, the traceback and Ctrl-D (MicroPython's documentation, "The
@@ -26,14 +26,14 @@ from layerjam.system import report_failure
 RAW, RUN, STOP, LEAVE = b"\x01", b"\x04", b"\x03", b"\x02"
 READY = b"raw REPL; CTRL-B to exit\r\n>"
 CHUNK = 128
-"""Number of bytes sent at once; a board's own buffer takes 512."""
+"""Number of bytes sent at a time; a board's own buffer holds 512."""
 WAIT = 10.0
 PIECE = 512
-"""Number of bytes of a file in one program for the prompt."""
+"""Number of bytes of a file that one program for the prompt writes."""
 
 
 class Prompt:
-    """A board at its prompt; raises LineError if none responds or a program fails."""
+    """A board at its prompt; raises LineError if no board responds or a program fails."""
 
     def __init__(self, ends: Ends, name: str) -> None:
         self._ends, self._name, self._buffer = ends, name, b""
@@ -103,7 +103,7 @@ def firmware_hash(board: str) -> str:
 
 
 def image_of(path: Path, board: str) -> bytes:
-    """Return an image that fits the board; FileError or ImageError for any other file."""
+    """Return the image in a file; FileError or ImageError if it does not fit the board."""
     with report_failure(path, "cannot be read"):
         image = path.read_bytes()
     program = uf2.decode_uf2(image, uf2.RP2040, str(path))
@@ -119,9 +119,9 @@ def flash(
 ) -> Flashed:
     """Write firmware and wiring to a board; `port` is a serial port, or the boot loader's drive.
 
-    The boot loader accepts an image. Without an image, a board with plain MicroPython gets the
-    firmware's files. `settings` is a wiring's TOML file. Raises FileError, ImageError, LineError
-    and QuantityError.
+    The boot loader accepts an image. Without an image, the firmware's files are written to a board
+    with plain MicroPython. `settings` is the TOML file of a wiring. Raises FileError, ImageError,
+    LineError and QuantityError.
     """
     # check all arguments before anything is sent
     load_wiring(board)
@@ -195,7 +195,7 @@ def greeting(port: str) -> str:
 
 
 def to_prompt(port: str) -> None:
-    """Switch running firmware to the prompt; LineError if it refuses."""
+    """Switch from running firmware to the prompt; LineError if this fails."""
     line = Line(Serial(port), port)
     try:
         line.ask(1, b"SYST:MAIN", tries=1)
@@ -208,7 +208,7 @@ def to_prompt(port: str) -> None:
 
 
 def check_identity(port: str, board: str) -> tuple[str, bool]:
-    """Return the identity of a started board, and whether its firmware is this package's."""
+    """Return the identity of a started board, and whether its firmware matches this package."""
     line = Line(Serial(port), port)
     try:
         identity = line.greet(2.0)
@@ -240,7 +240,7 @@ def drive() -> Path | None:
 
 
 def wait_for(look: Callable[[], Path | None], otherwise: str) -> Path:
-    """Return the path that `look` finds within PATIENCE."""
+    """Return the path that `look` finds, waiting for up to PATIENCE."""
     end = time.monotonic() + PATIENCE
     while (place := look()) is None:
         if time.monotonic() > end:

@@ -2,23 +2,23 @@
 
     @ S NN LLLL CCCCCCCC <space> payload LF
 
-without spaces except the one named: S session, NN number, L length of the payload, C the CRC-32 of
-"SNNLLLL" and the payload, all in upper-case hexadecimal. Each frame gets exactly one response, with
-the same S and NN. An empty payload to the board ends the session.
+with no spaces except the one shown: S is the session, NN the number, L the length of the payload, C
+the CRC-32 of "SNNLLLL" and the payload, all in upper-case hexadecimal. Each frame gets exactly one
+response, with the same S and NN. An empty payload to the board ends the session.
 """
 
 import binascii
 
 HEAD = 17
-"""Bytes before the payload."""
+"""Number of bytes before the payload."""
 LONGEST = 0xFFFF
 PENDING = b"\x05"
-"""Response to a line that waits for a capture to end (*OPC?, *WAI); as a line it asks again."""
+"""Response to a line that waits for a capture (*OPC?, *WAI); sent as a line, it asks again."""
 _HEX = b"0123456789ABCDEF"
 
 
 def pack(session: int, number: int, payload: bytes) -> bytes:
-    """Return the frame of a payload of at most 65,535 bytes; session 0 to 15, number 0 to 255."""
+    """Return the frame of a payload of at most 65,535 bytes, session 0 to 15, number 0 to 255."""
     head = b"%X%02X%04X" % (session, number, len(payload))
     check = binascii.crc32(payload, binascii.crc32(head))
     return b"".join((b"@", head, b"%08X " % check, payload, b"\n"))

@@ -1,7 +1,7 @@
 """Faults of a campaign: their times, the names that the board may report, and deadlines.
 
 A deadline runs from the event to safe outputs. The deadlines of the law's own faults are its
-`detection_times`; the others follow from the regulator's settings.
+`detection_times`; those of the others follow from the regulator's settings.
 """
 
 import functools
@@ -21,7 +21,7 @@ from layerjam.rig.plant import COUNTS, VirtualPlant
 Moment = Literal["pumping", "holding"]
 Host = Literal["talks", "releases", "silent", "deaf"]
 ESTOP_SAMPLES, SUPPLY_SAMPLES = 2, 3
-"""Number of samples in which the firmware reacts to an open emergency stop and to a low supply."""
+"""Samples after which the firmware reacts to an open emergency stop and to a low supply."""
 SENSOR_GAP = 0.05
 """Fraction of the range by which two sensors may differ."""
 DRIFTS = (200.0, 130.0, 100.0, 50.0)
@@ -45,31 +45,31 @@ class Case:
 
     @functools.cached_property
     def promised_times(self) -> Mapping[str, float]:
-        """Detection times [s] that the law promises up to this target."""
+        """Detection times [s] that the law guarantees up to this target."""
         return detection_times(self.regulator, self.target)
 
     @property
     def lowest(self) -> float:
-        """Vacuum [Pa] below which a loss is visible in every reading, despite noise and zero."""
+        """Vacuum [Pa] below which every reading shows a loss, despite noise and zero error."""
         regulator = self.regulator
         noise = IN_NOISE * regulator.greatest_noise + regulator.sensor.resolution
         return self.target - regulator.loss_margin - noise - regulator.zero
 
     @property
     def highest(self) -> float:
-        """Vacuum [Pa] at which the regulator has opened the vent."""
+        """Vacuum [Pa] by which the regulator has opened the vent."""
         return self.target + self.regulator.vent_threshold + self.regulator.zero
 
     @functools.cached_property
     def strongest(self) -> Plant:
-        """Plant with the strongest pump and the weakest vent within the tolerances."""
+        """Return the plant with the strongest pump and the weakest vent within the tolerances."""
         plant, tolerances = self.regulator.plant.joined, self.regulator.tolerances
         return replace(
             plant, rate=plant.rate * (1 + tolerances.pump), vent=plant.vent * (1 - tolerances.vent)
         )
 
     def falls(self, rate: float, end: float) -> float:
-        """Return the time [s] to leave the band when falling to `end` [Pa] at a rate [1/s]."""
+        """Return the time [s] for a fall towards `end` [Pa] at a rate [1/s] to leave the band."""
         if not rate > 0 or not self.lowest > end:
             return math.inf
         return math.log((self.highest - end) / (self.lowest - end)) / rate
@@ -80,8 +80,8 @@ class FaultKind:
     """A fault: its description (`text`), its possible moments, and its required result.
 
     `breaks` applies it to the plant. `host` is the host's action; the deadline runs from the host's
-    release command, or from the last line that the board received. `answers` names the law's own
-    promise for the fault; if there is none, `promise` gives the deadline. The board may report it
+    release command, or from the last line that the board received. `answers` names the fault whose
+    guaranteed time applies; if there is none, `promise` gives the deadline. The board may report it
     by any of `names`.
     """
 
@@ -94,17 +94,17 @@ class FaultKind:
     host: Host
 
     def deadline(self, case: Case) -> float:
-        """Return the time [s] to safe outputs, infinite if nothing is promised."""
+        """Return the time [s] to safe outputs, infinite if nothing is guaranteed."""
         return case.promised_times[self.answers] if self.promise is None else self.promise(case)
 
     def called(self, name: str | None, case: Case) -> bool:
-        """Return whether the board may report this name; a second sensor may react first."""
+        """Return whether the board may report this name; a second sensor may be faster."""
         disagree = case.second and name == "SENSORS_DISAGREE" and "SENSOR" in str(self.names)
         return name in self.names or disagree
 
 
 def _inject(name: str) -> Callable[[Case, VirtualPlant], None]:
-    """Return an injection of the size that the detectors cover (`control/faults.py`)."""
+    """Return an injection of a size that the detectors can detect (`control/faults.py`)."""
 
     def breaks(case: Case, plant: VirtualPlant) -> None:
         plant.injected = make_injection(name, 0.0, case.regulator, case.target)[0]
@@ -113,7 +113,7 @@ def _inject(name: str) -> Callable[[Case, VirtualPlant], None]:
 
 
 def _set(**changes: object) -> Callable[[Case, VirtualPlant], None]:
-    """Return a function that sets attributes of the plant; with none, only the host fails."""
+    """Return a function that sets attributes of the plant; without any, only the host fails."""
 
     def breaks(_: Case, plant: VirtualPlant) -> None:
         for name, value in changes.items():
@@ -128,7 +128,7 @@ def _rail(case: Case, plant: VirtualPlant) -> None:
 
 
 def _disconnect(case: Case, plant: VirtualPlant) -> None:
-    share = -COUNTS[0] / COUNTS[1]  # the sensor gives no counts
+    share = -COUNTS[0] / COUNTS[1]  # the sensor reads zero counts
     value = (2 * share - 1) * case.regulator.sensor.range
     plant.injected = FaultInjection(sensor="rail", value=value)
 
@@ -155,7 +155,7 @@ def _leak_shows(case: Case) -> float:
 
 
 def _leaks_out(case: Case) -> float:
-    """Return the time until a loss is visible against a pump at full power."""
+    """Return the time until a loss is visible although the pump runs at full power."""
     plant, pump = case.regulator.plant.joined, case.strongest.rate
     half = case.target / 2
     inflow = max(plant.rate * (plant.top - plant.weight * half) / half, plant.leak)
@@ -166,7 +166,7 @@ def _leaks_out(case: Case) -> float:
 def _open_shows(case: Case) -> float:
     """Return the time until the open vent limits the rise to that of a weak pump.
 
-    Near zero vacuum the open vent has little flow, and the pump works normally.
+    Near zero vacuum, little air flows through the open vent, and the pump seems to work normally.
     """
     regulator = case.regulator
     plant, left = case.strongest, 1 - regulator.weak_ratio / 2
@@ -182,7 +182,7 @@ def _lease(case: Case) -> float:
 
 
 def _late(case: Case) -> float:
-    """Return the time to the first sample that arrives; it is also the last that may be late."""
+    """Return the time to the first sample that arrives, which is also the last that may be late."""
     return case.size + case.regulator.sample_time
 
 
@@ -209,7 +209,7 @@ _BREAKS: dict[str, Callable[[Case, VirtualPlant], None]] = {
     "e-stop": _set(estop=True),
     "supply-low": _set(supply_low=True),
 }
-"""{fault: change of the plant}, unless the law has a fault of that name."""
+"""{fault: change of the plant}, for faults that the law does not have under the same name."""
 _PROMISES: dict[str, Callable[[Case], float]] = {
     "sensor-drift": _disagree,
     "pump-dead-holding": _leak_shows,
@@ -221,7 +221,7 @@ _PROMISES: dict[str, Callable[[Case], float]] = {
     "e-stop": _samples(ESTOP_SAMPLES),
     "supply-low": _samples(SUPPLY_SAMPLES),
 }
-"""{fault: deadline} of faults for which the law promises nothing."""
+"""{fault: deadline}, for faults whose time the law does not guarantee."""
 
 
 def _kinds() -> Iterator[tuple[str, FaultKind]]:
@@ -257,4 +257,4 @@ HEALTHY = FaultKind(
 NOT_HERE = {
     "core-locked": "a virtual board has no watchdog; the emulated board has one",
 }
-"""{fault of the specification that a virtual board cannot show: reason}."""
+"""{fault in the specification that a virtual board cannot have: reason}."""

@@ -1,4 +1,4 @@
-"""One serial line to a board: framed queries and responses, repeated if lost."""
+"""One serial line to a board: queries and responses in frames, repeated if lost."""
 
 import os
 import re
@@ -14,9 +14,9 @@ from layerjam.rig.frame import first, pack
 
 TRIES = 5
 WAIT = 0.5
-"""Waiting time for a response, for each try [s]."""
+"""Time to wait for a response in each attempt [s]."""
 QUIET = 0.05
-"""Silence after which no more of a response is expected [s]."""
+"""Silence after which a response is considered complete [s]."""
 PROMPTS = (b">>> ", b"Traceback (most recent call last)")
 """Texts that a board sends if its firmware is not running."""
 
@@ -28,7 +28,7 @@ class LineError(LayerjamError):
 
 
 class SpoiltError(LineError):
-    """Raised if responses arrive on a line, but none of them complete."""
+    """Raised if responses arrive on a line, but none of them is complete."""
 
     key = "line-spoilt"
 
@@ -47,7 +47,7 @@ class Ends(Protocol):
 
 
 class Pipes:
-    """A line with two descriptors; `closing` ends the process behind it."""
+    """A line with two file descriptors; `closing` ends the process behind it."""
 
     def __init__(self, incoming: int, outgoing: int, closing: Callable[[], None]) -> None:
         self._in, self._out, self._closing = incoming, outgoing, closing
@@ -106,7 +106,7 @@ class Sockets:
 def _system_message(error: OSError) -> str:
     """Return the system's message about a port, without pyserial's additions.
 
-    On POSIX pyserial keeps the system's number; on Windows it prints the system's error as code:
+    On POSIX, pyserial keeps the system's error number; on Windows it prints the error as code:
     could not open port 'COM3': PermissionError(13, 'Access is denied.', None, 5).
     """
     if error.errno is not None and error.errno > 0:
@@ -148,7 +148,7 @@ class Serial:
 
 
 class Line:
-    """Queries of up to 15 sessions, one at a time; it can be used from any thread."""
+    """Queries of up to 15 sessions, one at a time; usable from any thread."""
 
     def __init__(self, ends: Ends, name: str) -> None:
         self.name = name
@@ -161,10 +161,10 @@ class Line:
         self._spoilt = False
 
     def ask(self, session: int, text: bytes, *, tries: int = TRIES) -> bytes:
-        """Return the response to one line, which is executed once however often it is sent.
+        """Return the response to one line, which is executed once, however often it is sent.
 
-        A damaged response is requested again at once. Raises LineError after `tries` times 0.5 s,
-        SpoiltError if damaged responses came, and LineError if a Python prompt responds.
+        A damaged response is requested again immediately. Raises LineError after `tries` times 0.5
+        s, SpoiltError if damaged responses arrived, and LineError if a Python prompt responds.
         """
         with self._lock:
             number = self._numbers[session] = (self._numbers[session] + 1) % 256
@@ -172,7 +172,7 @@ class Line:
             for attempt in range(tries):
                 end, repeat = time.monotonic() + WAIT, attempt > 0
                 while time.monotonic() < end:
-                    # an LF ends the rest of a torn frame before the next one
+                    # an LF ends the rest of a broken frame before the next one
                     self._ends.write(b"\n" + frame if repeat else frame)
                     self.tries += 1
                     answer = self._answer(session, number, end)
@@ -190,7 +190,7 @@ class Line:
             self.tries += 1
 
     def waiting_responses(self) -> list[bytes]:
-        """Return all waiting responses, until none arrives for 0.5 s."""
+        """Return all pending responses, until none arrives for 0.5 s."""
         payloads: list[bytes] = []
         with self._lock:
             while data := self._ends.read(WAIT):
@@ -203,7 +203,7 @@ class Line:
         return payloads
 
     def _answer(self, session: int, number: int, end: float) -> bytes | None:
-        """Return the payload of the requested frame, or None if it is damaged or late."""
+        """Return the payload of the requested frame, or None if it is damaged or too late."""
         while True:
             frame, size = first(self._buffer)
             if frame is None and any(prompt in self._buffer for prompt in PROMPTS):

@@ -1,4 +1,4 @@
-"""A driver's access to its instrument, as owner of the line or as a client of a gateway."""
+"""Access of a driver to its instrument, as owner of the line or as a client of a gateway."""
 
 import re
 import socket
@@ -21,21 +21,21 @@ CHECK = "*OPT?;:SYST:ERR?"
 """Query whose response always begins with 0, so that it marks the end of earlier responses."""
 CHECKED = re.compile(rb'0;([+-]?\d+),"(.*)"')
 POLL = 0.02
-"""Time between two queries of whether a line is still waiting [s]."""
+"""Time between two queries that ask whether a line is still waiting [s]."""
 
 
 class Link(Protocol):
     """One client's side of an instrument."""
 
     def exchange(self, text: str) -> tuple[bytes, int, str]:
-        """Return the response to a SCPI line, and number (or 0) and text of the oldest error."""
+        """Return the response to a SCPI line, and the number (or 0) and text of the first error."""
 
     def close(self) -> None:
         """Disconnect; the session ends."""
 
 
 def parse_check(answer: bytes) -> tuple[int, str]:
-    """Return number and text in the response to CHECK; LineError for any other response."""
+    """Return the number and text in the response to CHECK; LineError for any other response."""
     match = CHECKED.fullmatch(answer)
     if match is None:
         raise LineError(f"expected an error's number, got {answer[:60]!r}")
@@ -79,7 +79,7 @@ def connect_socket(address: Address) -> socket.socket:
 
 
 class SocketLink:
-    """A client of a gateway, in plain SCPI, over a socket or VISA."""
+    """A client of a gateway that uses plain SCPI over a socket or VISA."""
 
     def __init__(self, address: Address) -> None:
         self._socket = VisaEnds(address) if address.kind == "visa" else connect_socket(address)
@@ -96,7 +96,7 @@ class SocketLink:
             raise FileError(self._name, "the gateway has a different token; copy its --token-file")
 
     def exchange(self, text: str) -> tuple[bytes, int, str]:
-        """Send the line and CHECK in one packet; a rejected line has no response of its own."""
+        """Send the line and CHECK in one packet; a rejected line would have no response."""
         self._socket.settimeout(None if WAITS.search(text) else PATIENCE)
         try:
             self._socket.sendall(text.encode("ascii") + b"\n" + CHECK.encode() + b"\n")
@@ -109,7 +109,7 @@ class SocketLink:
         return first, *parse_check(self._answer())
 
     def _answer(self) -> bytes:
-        """Return one response: a block by its length, else up to the LF."""
+        """Return one response: a block by its length, anything else up to the LF."""
         while True:
             end = self._end()
             if end and len(self._buffer) >= end:
@@ -135,7 +135,7 @@ class SocketLink:
         return self._buffer.find(b"\n") + 1
 
     def close(self) -> None:
-        """Leave."""
+        """Disconnect."""
         self._socket.close()
 
 
@@ -172,7 +172,7 @@ class VisaEnds:
             raise FileError(str(address), f"no response: {error}") from None
 
     def settimeout(self, seconds: float | None) -> None:
-        """Limit the wait for a response [s], or not."""
+        """Limit the wait for a response [s], or remove the limit."""
         self._resource.timeout = None if seconds is None else 1e3 * seconds
 
     def sendall(self, data: bytes) -> None:
@@ -190,6 +190,6 @@ class VisaEnds:
             raise OSError(str(error)) from None
 
     def close(self) -> None:
-        """Leave."""
+        """Close the resource."""
         self._resource.close()
         self._manager.close()

@@ -1,4 +1,4 @@
-"""A virtual test machine in the plant of a virtual board, moving in the board's time."""
+"""A virtual test machine in the plant of a virtual board, which moves in the board's time."""
 
 import functools
 import math
@@ -21,10 +21,10 @@ from layerjam.simulate.speed import follows_speed, without_idle_speed_law
 
 
 class SteppedBrake:
-    """A brake with its memory; each call gives one point of a history of `brake_cycle`.
+    """A brake with its memory; each call returns one point of a `brake_cycle` history.
 
-    The kernel steps it if possible, otherwise the law, whose first call compiles. Raises
-    QuantityError for a hyperelastic enclosure, whose history cannot be stepped.
+    The kernel steps the brake if it can, otherwise the law, which is compiled on the first call.
+    Raises QuantityError for a hyperelastic enclosure, whose history cannot be stepped.
     """
 
     def __init__(self, brake: Brake) -> None:
@@ -61,7 +61,7 @@ class SteppedBrake:
 
 
 class VirtualMachine:
-    """A crosshead with a brake whose chamber belongs to the line.
+    """A crosshead with a brake whose chamber is part of the vacuum line.
 
     The force follows from the brake's law at the true vacuum. Slip enlarges the chamber by
     `volume_per_slip`, so that its gas expands.
@@ -76,7 +76,7 @@ class VirtualMachine:
         self._larger = chamber.volume_per_slip / chamber.volume
         self._exponent, self._atmosphere = line.polytropic, line.site.atmosphere
         self._shown: dict[int, tuple[float, float]] = {}
-        self._pulled.step_to(0.0, 0.0)  # compile before the board waits for it
+        self._pulled.step_to(0.0, 0.0)  # compile now, before the board has to wait for it
 
     @property
     def swell(self) -> float:
@@ -108,16 +108,16 @@ class VirtualMachine:
         return self._atmosphere - absolute if self.swell != was else vacuum
 
     def sample(self, number: int) -> None:
-        """Store the readings at the board's sample of this number."""
+        """Store the readings at the board's sample with this number."""
         self._shown[number] = (self.elongation, self.force)
 
     def take_sample(self, number: int) -> tuple[float, float]:
-        """Return elongation [m] and force [N] at a sample; 0 before the first."""
+        """Return elongation [m] and force [N] at a sample; 0 before the first sample."""
         return self._shown.pop(number, (0.0, 0.0))
 
 
 def check_brake(brake: Brake, end: float) -> None:
-    """Raise QuantityError for a move [m] that would separate the sheets."""
+    """Raise QuantityError for a move to `end` [m] that would separate the sheets."""
     if end >= brake.sheets.overlap:
         raise QuantityError.of(
             "procedure",

@@ -27,19 +27,19 @@ from layerjam.rig.uneven import draw_uneven
 SPREAD = 1.4
 """Factor by which pump, leak and vent of a line are randomly scaled up or down."""
 TARGETS = (0.25, 0.75)
-"""Random targets, as fractions of the pump's greatest vacuum and of the sensor's range."""
+"""Range of random targets, as fractions of the pump's highest vacuum and of the sensor's range."""
 LEVELS = (0.02, 0.6)
-"""Fractions of the target at which a fault during pumping begins."""
+"""Range of the fractions of the target at which a fault during pumping begins."""
 ROOM = 3.0
-"""Decision steps of the rise in which the detectors evaluate a pump at full power."""
+"""Number of decision steps of rise over which the detectors evaluate a pump at full power."""
 FULL = 1.5
-"""Distance from the target, in saturating errors, at which a PI regulator's pump runs fully."""
+"""Distance from the target, in saturating errors, at which a PI regulator runs the pump fully."""
 WAITS = (0.2, 5.0)
 """Range of times [s] for which a vacuum is held before a fault."""
 PATIENCE = 120.0
-"""Time [s] of the plant after which an event or a host's command is no longer expected."""
+"""Plant time [s] after which an event or a command from the host is no longer expected."""
 FLOODED = 15.0
-"""Time [s] in which a board reads the queries of a host that does not read, until 4 kB wait."""
+"""Time [s] for which a board reads from a host that does not read, until 4 kB are unsent."""
 MARGIN = 2.0
 """Time [s], after twice the deadline, for which a fault is still observed."""
 LONGEST = 600.0
@@ -49,12 +49,12 @@ TENTH = 0.1
 GONE = 0.02
 """Fraction of the target below which the vacuum is considered lost."""
 SLOW = 1e-3
-"""Duration of a sample [s of the host] while the host is busy."""
+"""Duration of a sample [s of the host's clock] while the host is busy."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Random plan of a fault: its kind, line and moment."""
+    """Random plan of one fault: its kind, line and moment."""
 
     name: str
     number: int
@@ -62,9 +62,9 @@ class Plan:
     case: Case
     moment: Moment
     level: float
-    """Vacuum [Pa] at which it begins during pumping."""
+    """Vacuum [Pa] at which the fault begins during pumping."""
     wait: float
-    """Time [s] after which it begins during a hold."""
+    """Time [s] after which the fault begins during a hold."""
     phase: float
     """Delay after a sample, as a fraction of the sample time."""
     seed: int
@@ -93,7 +93,7 @@ def draw_plan(
     """Return the plan of run `number` of a fault; it depends on the seed, not on other runs.
 
     The line is a random variation of the board's line, and the regulator is designed for it. With
-    `mismatch` the real line differs from it within the tolerances. `size` is that of the fault,
+    `mismatch` the real line differs from it within the tolerances. `size` is the size of the fault,
     random by default.
     """
     draw = random.Random(f"{seed} {name} {number}")
@@ -131,7 +131,7 @@ def draw_plan(
     )
     real = replace(hardware, plant=plant)
     if mismatch:
-        # a deadline that depends on the leak uses the declared leak
+        # a deadline that depends on the leak must use the declared leak
         leak = draw.random() if name == NOTHING else 1.0
         real = draw_mismatch(real, case, leak, draw)
     return Plan(
@@ -150,7 +150,7 @@ def draw_plan(
 def draw_mismatch(hardware: Hardware, case: Case, leak: float, draw: random.Random) -> Hardware:
     """Return random hardware within the tolerances of a regulator designed for it.
 
-    `leak` is the leak relative to the greatest healthy leak.
+    `leak` is the leak relative to the largest healthy leak.
     """
     regulator, plant, sensor = case.regulator, hardware.plant, hardware.sensor
     tolerances, zero = regulator.tolerances, regulator.zero
@@ -173,9 +173,9 @@ def draw_mismatch(hardware: Hardware, case: Case, leak: float, draw: random.Rand
 
 
 class Observer:
-    """Injects a fault and watches the outputs; called in the plant's thread.
+    """Observer that injects a fault and watches the outputs; called in the plant's thread.
 
-    `done` is set once the outputs have been safe for long enough, or when the time is over.
+    `done` is set once the outputs have been safe for long enough, or when its time is over.
     """
 
     def __init__(self, plant: VirtualPlant, plan: Plan) -> None:
@@ -186,7 +186,7 @@ class Observer:
         self.event: float | None = None
         """Time from which the deadline counts [s]."""
         self.since: float | None = None
-        """Time since which the outputs are safe [s]."""
+        """Time since which the outputs have been safe [s]."""
         self.lost: float | None = None
         """Time at which a tenth of the target was lost [s]."""
         self.vacuum = math.nan
@@ -267,7 +267,7 @@ class Observer:
 
     @property
     def _known(self) -> bool:
-        """Return whether the event is known, or will be once the host reads its responses."""
+        """Return whether the event is known, or will be once the host has read its responses."""
         return self.event is not None or self.plan.kind.host == "deaf"
 
     def _end(self) -> None:
@@ -290,7 +290,7 @@ class Observer:
         return max(self.since - self.event, 0.0)
 
     def openings(self, count: int, window: float) -> float | None:
-        """Return the time [s] to `count` openings of the vent within `window` [s], or None."""
+        """Return the time [s] of the last of `count` vent openings within `window` [s], or None."""
         if self.struck is None or self.plant.trace is None:
             return None
         rows = self.plant.trace

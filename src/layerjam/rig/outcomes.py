@@ -1,6 +1,6 @@
 """Results of operations on a bench: state, check, zero, log, soak test, flashed board.
 
-The results of the commands inherit the unit and the description of each quantity.
+The results of the commands inherit the unit and description of each quantity.
 """
 
 from layerjam.outputs import fact, number, outputs
@@ -59,7 +59,7 @@ class Checked:
 
 @outputs
 class Zero:
-    """The zero of a bench's sensor."""
+    """Zero of the sensor of a bench."""
 
     zero: float = number("Pa", "reading with the vent open, before")
     zero_scatter: float = number("Pa", "standard deviation of the readings")
@@ -70,7 +70,7 @@ class Zero:
 
 @outputs
 class Flashed:
-    """Content of a board after flashing, and its response."""
+    """Content of a board after flashing, and the identity that it reports."""
 
     board: str = fact("kind of board")
     image_sha256: str | None = fact("SHA-256 of the image; null unless an image is given")
@@ -81,7 +81,7 @@ class Flashed:
 
 @outputs
 class Logged:
-    """Result of a log."""
+    """Result of logging a bench."""
 
     outcome: str = fact("FINISHED, or the reason for its end")
     reason: str | None = fact("why it ended early")

@@ -1,4 +1,4 @@
-"""Surroundings of a virtual board: the plant of the line and a sensor, served by a thread."""
+"""Surroundings of a virtual board: a thread simulates the plant of the line and a sensor."""
 
 import math
 import random
@@ -31,7 +31,7 @@ from layerjam.simulate.accelerometer import ADXL193, STANDARD_GRAVITY
 TOLD = struct.Struct("<dIBBH")
 """Message from the board: pump, board's clock [us, 30 bits], power of the vent, request, count."""
 READING, SAMPLES, START = 1, 2, 3
-"""Requests: a reading, accelerometer samples, or their scale, which starts the samples."""
+"""Requests: a reading, accelerometer samples, or their scale, which starts the sampling."""
 SHOWN = struct.Struct("<dHhBBHd")
 """Message to the board: vacuum [Pa], raw counts, temperature [0.01 degC], flags, unused, time for
 which the sample keeps the board busy [ms], reading of a second sensor [Pa]."""
@@ -40,7 +40,7 @@ ESTOP, SUPPLY_LOW, DIAGNOSTIC, SECOND, CONTACT = 1, 2, 4, 8, 16
 RANGE = 103421.0
 """Default range of the sensor [Pa]: 15 psi, Honeywell HSC 015PD."""
 COUNTS = (1638, 13108)
-"""Counts at the lowest reading of such a sensor, and the span above them."""
+"""Counts at the lowest reading of such a sensor, and the span above that."""
 LINEAR_AT = 60e3
 """Vacuum [Pa] at which a line's leak and valve are linearised, unless the address states `at`."""
 ROOM_TEMPERATURE = 2300
@@ -61,7 +61,7 @@ Array = np.ndarray[Any, Any]
 
 
 class VirtualAccelerometer:
-    """An ADXL193 behind a divider on a 12-bit converter; it gives specific force in counts.
+    """An ADXL193 behind a divider on a 12-bit converter; it measures specific force in counts.
 
     At rest it shows 1 g; `play` applies a signal.
     """
@@ -72,10 +72,10 @@ class VirtualAccelerometer:
         self._signal: tuple[float, Array, Array] | None = None
 
     def play(self, start: float, time: Array, force: Array) -> None:
-        """Apply a specific force [m/s^2] at ascending times from `start` [s] on; shapes (N,).
+        """Apply a specific force [m/s^2] at ascending times [s] after `start` [s]; shapes (N,).
 
-        `start` is a time of the plant. Before it the sensor is at rest; after the signal its last
-        value stays.
+        `start` is a plant time. Before it the sensor is at rest; after the signal the last value is
+        kept.
         """
         self._signal = (start, np.asarray(time, float), np.asarray(force, float))
 
@@ -110,13 +110,13 @@ class Hardware:
     """Speed of the board's clock relative to the host's; 0: as fast as samples are computed."""
     seed: int
     second: bool = False
-    """Whether a second sensor of the same kind measures the same chamber."""
+    """Whether a second sensor of the same kind measures the vacuum of the same chamber."""
     uneven: Uneven | None = None
     """Flows that differ from those of the linear plant, if any."""
 
 
 def read_hardware(address: Address) -> Hardware:
-    """Return the line, the sensor and the valve in a `sim:` address.
+    """Return the line, the sensor and the valve that a `sim:` address describes.
 
     Raises UnknownNameError for an unknown line, QuantityError for impossible values.
     """
@@ -155,7 +155,7 @@ behind = read_hardware  # former name
 
 
 def _rate(options: Mapping[str, str], name: str) -> float:
-    """Return the rate [1/s], the inverse of a time constant in an address."""
+    """Return the rate [1/s]: the inverse of a time constant in an address."""
     lasting = parse(options[name], "s", f"address: {name}")
     if not lasting > 0:
         raise QuantityError.of("address", f"{name}={options[name][:40]} is not above zero")
@@ -163,16 +163,16 @@ def _rate(options: Mapping[str, str], name: str) -> float:
 
 
 class VirtualPlant:
-    """Vacuum and sensor in the board's time, with injected faults.
+    """Plant of a virtual board: vacuum and sensor in the board's time, with injected faults.
 
-    `injected` breaks pump, line or sensor. `drift` [Pa/s] raises the sensor's reading. `stall` [s]
-    keeps the board busy in its next sample. `estop` and `supply_low` cut the power of pump and
-    valve. In both cases the board measures no voltage after the emergency stop, and with
-    `supply_low` none before it either. Pump and vent follow `outputs` as commanded. `trace`, if it
-    is a list, receives (time [s], pump, vent open, vacuum [Pa]) at each change of the outputs.
-    `watch` is called at each sample, `at` calls a function between two samples. `pace` [s] delays
-    each sample in the host's time. `contact` closes the contact for a trigger. `accelerometer` may
-    receive a drop (`drop.py`).
+    `injected` is a fault in the pump, line or sensor. `drift` [Pa/s] raises the sensor's reading.
+    `stall` [s] keeps the board busy in its next sample. `estop` and `supply_low` cut the power of
+    pump and valve. In both cases the board measures no voltage downstream of the emergency stop,
+    and with `supply_low` none upstream either. Pump and vent follow the commanded `outputs`.
+    `trace`, if it is a list, receives (time [s], pump, vent open, vacuum [Pa]) at each change of
+    the outputs. `watch` is called at each sample; `at` has a function called between two samples.
+    `pace` [s] delays each sample in the host's time. `contact` closes the trigger contact.
+    `accelerometer` may receive a drop (`drop.py`).
     """
 
     def __init__(self, hardware: Hardware) -> None:
@@ -184,12 +184,12 @@ class VirtualPlant:
         self.machine: VirtualMachine | None = None
         """Machine that pulls the brake of this chamber."""
         self.recorded: Callable[[], object] | None = None
-        """Function of the recorder, called before each sample: the board waits for it."""
+        """Function of the recorder that is called before each sample: the board waits for it."""
         self.accelerometer = VirtualAccelerometer(hardware.seed)
         self.vacuum = self.side = self.shown = 0.0
         self.time = 0.0
         self.asked = self.wraps = 0
-        """Number of samples that the board took, and of overflows of its 30-bit clock."""
+        """Number of samples that the board has taken, and of overflows of its 30-bit clock."""
         self.outputs = (0.0, hardware.normally_open)
         self.trace: list[tuple[float, float, bool, float]] | None = None
         self._last = self._climbed = 0.0
@@ -198,30 +198,30 @@ class VirtualPlant:
         self.reseed(hardware.seed)
 
     def reseed(self, seed: int) -> None:
-        """Restart the sensors' noise."""
+        """Restart the noise of the sensors with this seed."""
         self._draw = random.Random(seed)
         self._other = random.Random(seed + 1)
 
     def heal(self) -> None:
-        """Remove all faults and waiting actions."""
+        """Remove all faults and pending actions."""
         self.watch = self._due = None
         self.injected = HEALTHY
         self.estop = self.supply_low = self.contact = False
         self.drift = self.stall = self.pace = self._climbed = 0.0
 
     def at(self, time: float, act: Callable[[], None]) -> None:
-        """Call a function at a time [s] of the plant, in its thread; only one can wait."""
+        """Call a function at a plant time [s], in the plant's thread; only one can be pending."""
         self._due = time, act
 
     def set_outputs(self, pump: float, power: bool) -> None:
-        """Set the pump, -1 to 1, and whether the vent has power."""
+        """Set the pump (-1 to 1), and whether the vent valve has power."""
         outputs = (pump, self.behind.normally_open != power)
         if outputs != self.outputs and self.trace is not None:
             self.trace.append((self.time, *outputs, self.vacuum))
         self.outputs = outputs
 
     def advance(self, dt: float) -> None:
-        """Advance by `dt` [s], and call the waiting function if its time comes."""
+        """Advance by `dt` [s], and call the pending function if its time has come."""
         due = self._due
         if due is not None and self.time + dt >= due[0]:
             self._due = None
@@ -256,18 +256,18 @@ class VirtualPlant:
             self._move_evenly(dt / count, real)
 
     def _move_evenly(self, dt: float, rates: Rates) -> None:
-        """Advance by `dt` [s], exact for constant outputs (see `control/exact.py`)."""
+        """Advance by `dt` [s]; this is exact for constant outputs (see `control/exact.py`)."""
         if dt <= 0.0:
             return
         pump, vent = self.outputs
-        if self.estop or self.supply_low:  # without power the valve takes its rest position
+        if self.estop or self.supply_low:  # without power, the valve goes to its rest position
             pump, vent = 0.0, self.behind.normally_open
         self._climbed += self.drift * dt
         lag = self.behind.sensor.lag
         left = -math.expm1(-dt / lag) if lag > 0.0 else 1.0
         a, b, gain, sensor_gain = step_factors(rates, pump, float(vent), dt, lag, left)
         if rates.side > 0.0:
-            from layerjam.control.through_tube import advance  # numba takes half a second to import
+            from layerjam.control.through_tube import advance  # importing numba takes half a second
 
             self.vacuum, self.side, self.shown = advance(
                 self.vacuum, self.side, self.shown, a, b - rates.leak, rates, dt, lag
@@ -300,7 +300,7 @@ class VirtualPlant:
         return self._last, round(COUNTS[0] + share * COUNTS[1])
 
     def second_reading(self) -> float:
-        """Return the reading of the second sensor [Pa]; it has no faults."""
+        """Return the reading of the second sensor [Pa]; it never has a fault."""
         return self._measure(self.shown, self._other) if self.behind.second else 0.0
 
     def _measure(self, y: float, draw: random.Random) -> float:
@@ -312,7 +312,7 @@ class VirtualPlant:
         return min(max(y, -sensor.range), sensor.range)
 
     def answer(self, asks: int = READING, count: int = 0) -> bytes:
-        """Return the data for the board: at a sample, or samples of its accelerometer."""
+        """Return the data for the board: a reading, or samples of its accelerometer."""
         if asks == START:
             return self.accelerometer.start(count, self.time)
         if asks == SAMPLES:
@@ -327,7 +327,7 @@ class VirtualPlant:
         if self.pace:
             time.sleep(self.pace)
         vacuum, raw = self.reading()
-        # without supply there is no voltage after the emergency stop either
+        # without a supply, there is no voltage downstream of the emergency stop either
         flags = ESTOP | SUPPLY_LOW if self.supply_low else ESTOP if self.estop else 0
         flags |= (DIAGNOSTIC if vacuum != vacuum else 0) | (SECOND if self.behind.second else 0)
         flags |= CONTACT if self.contact else 0
@@ -337,7 +337,7 @@ class VirtualPlant:
 
 
 class PlantThread(threading.Thread):
-    """Thread that answers a virtual board until its end of the line is closed."""
+    """Thread that serves a virtual board until the board's end of the line is closed."""
 
     def __init__(self, plant: VirtualPlant, child: "Child") -> None:
         super().__init__(name="plant", daemon=True)
@@ -365,7 +365,7 @@ class PlantThread(threading.Thread):
 
 
 def _exactly(receive: Callable[[int], bytes], size: int) -> bytes:
-    """Return `size` bytes, or fewer at the end."""
+    """Return `size` bytes, or fewer at the end of the stream."""
     data = b""
     while len(data) < size:
         data_ = receive(size - len(data))

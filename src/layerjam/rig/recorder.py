@@ -1,8 +1,8 @@
-"""Records a board's samples into a run file: fetch, commit, then acknowledge.
+"""Recording of a board's samples in a run file: fetch, commit, then acknowledge.
 
-A board sends every sample at least once. The file holds each exactly once, identified by the
-numbers of the board's start and of the sample. A killed recorder loses no acknowledged sample, and
-the board keeps the others for ten seconds.
+A board sends every sample at least once. The file contains each sample exactly once, identified by
+the number of the board's start and its own. If the recorder is killed, no acknowledged sample is
+lost, and the board keeps the others for ten seconds.
 """
 
 import contextlib
@@ -30,38 +30,38 @@ from layerjam.rig.stop import Stop
 from layerjam.rig.telemetry import PERIOD, unwrap_clock
 
 PACE = 0.05
-"""Time between two blocks [s of the host]."""
+"""Time between two blocks [s of the host's clock]."""
 FULL = 200
 """Largest number of records in one block."""
 FEW = 25
 """Number of records in a block if the line damages longer ones."""
 SLOW = 0.1
-"""Duration of a block above which the next one is shortened [s of the host]."""
+"""Time for one block above which the next one is shortened [s of the host's clock]."""
 CREDIT = 300
-"""Number of samples that a board at full speed takes before it waits for its recorder."""
+"""Number of samples that a board at full speed may take before it waits for its recorder."""
 SLOWLY = 0.0005
 PATIENCE = 60.0
 """Longest time spent on restoring a lost connection [s]."""
 JUMP = 1_000_000_000
-"""Smallest jump between the host's calendar and its clock that is reported [ns]."""
+"""Smallest jump between the host's calendar time and its clock that is reported [ns]."""
 FINISHED, STOPPED = "FINISHED", "OPERATOR_STOPPED"
 LINE_LOST, DISK_FULL = "LINE_LOST", "DISK_FULL"
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Samples that are on disk: the board's records, and `us` without overflow."""
+    """Samples that are on disk: the board's records, and their times `us` without overflow."""
 
     rows: np.ndarray[Any, Any]
     us: np.ndarray[Any, Any]
 
 
 Moves = Callable[[Block], list[tuple[int, float, float]]]
-"""Rows of a crosshead for a block: board's clock [us], elongation [m], force [N]."""
+"""Crosshead's rows for a block: board's clock [us], elongation [m], force [N]."""
 
 
 class Recorder:
-    """Recorder of one board into one file; call `pump` about every 50 ms.
+    """Recorder of one board in one file; call `pump` about every 50 ms.
 
     `clocks` returns the host's (monotonic ns, calendar ns).
     """
@@ -93,8 +93,8 @@ class Recorder:
     def pump(self, moves: Moves | None = None) -> Block:
         """Fetch, store and acknowledge one block.
 
-        `moves` gives the crosshead's rows that belong to it. Raises LineError, or RecordingError if
-        the disk is full; then nothing is acknowledged.
+        `moves` returns the crosshead's rows for this block. Raises LineError, or RecordingError if
+        the disk is full; in that case nothing is acknowledged.
         """
         rows, boot = self._fetch()
         mono, calendar = self._clocks()
@@ -120,7 +120,7 @@ class Recorder:
         return block
 
     def _fetch(self) -> tuple[np.ndarray[Any, Any], int]:
-        """Return one block and the board's start; short blocks if the line damages long ones."""
+        """Return one block and the board's start; short blocks if long ones are damaged."""
         start, self._asked = time.monotonic(), self._most
         try:
             block = self.bench.stream(self._asked)
@@ -134,11 +134,11 @@ class Recorder:
         return block
 
     def is_behind(self, block: Block) -> bool:
-        """Whether the board had more samples than a block contained."""
+        """Return whether the board had more samples than a block contained."""
         return len(block.rows) >= self._asked
 
     def begin(self, moves: Moves | None = None) -> None:
-        """Record the samples that the board still has; time starts at the last of them."""
+        """Record the samples that the board still has; time counts from the last of them."""
         block = self.pump(moves)
         while self.is_behind(block):
             self.pause(block)
@@ -172,7 +172,7 @@ class Recorder:
         self.boot, self._last = boot, self.file.last(boot)
 
     def _watch_calendar(self, offset: int) -> None:
-        """Note a change of the host's calendar; the samples' time does not depend on it."""
+        """Note a change of the host's calendar time, on which the samples' times do not depend."""
         was, self._calendar = self._calendar, offset
         if was is not None and abs(offset - was) > JUMP:
             direction = "back" if offset < was else "forward"
@@ -183,7 +183,7 @@ class Recorder:
 
     @contextlib.contextmanager
     def _hold_board(self) -> Iterator[None]:
-        """Pause a board at full speed during a write, because its buffer fills in 45 ms."""
+        """Pause a board at full speed during a write, because its buffer is full after 45 ms."""
         if self._throttle is None:
             yield
             return
@@ -203,7 +203,7 @@ class Recorder:
 
 
 class Throttle:
-    """Limits the speed of a virtual board at full speed.
+    """Limiter for a virtual board that runs at full speed.
 
     The board's clock stops unless `going` is set; after `credit` samples, each takes half a
     millisecond.
@@ -215,7 +215,7 @@ class Throttle:
         self.credit = CREDIT
 
     def __call__(self) -> None:
-        """Wait, before each sample."""
+        """Wait before each sample."""
         self.going.wait()
         self.credit -= 1
         if self.credit < 0:
@@ -223,7 +223,7 @@ class Throttle:
 
 
 def _throttle(bench: Bench) -> Throttle | None:
-    """Return the throttle of a local board at full speed, or None for any other."""
+    """Return the throttle of a local board that runs at full speed, or None for any other board."""
     plant = bench.plant
     if plant is None or plant.behind.speed:
         return None
@@ -299,10 +299,10 @@ def log(
     patience: float = PATIENCE,
     say: Callable[[str], None] = lambda sentence: None,
 ) -> Logged:
-    """Record a bench that another client commands, until `duration` [s of the board] or a signal.
+    """Record a bench that another client commands, for `duration` [s of the board] or to a signal.
 
-    SIGINT and SIGTERM end it. It tries for `patience` [s] to restore a lost connection, and rejects
-    a different board at the address. Raises FileError if the file or the bench is not available.
+    SIGINT and SIGTERM end it. A lost connection is retried for `patience` [s]; a different board at
+    the address is rejected. Raises FileError if the file or the bench is not available.
     """
     with Stop() as stop:
         bench = open_bench(address)
@@ -364,7 +364,7 @@ class _Log:
         self._patience, self._stop, self._say = patience, stop, say
 
     def run(self) -> tuple[str, str | None]:
-        """Return (outcome, reason unless it is a success)."""
+        """Return (outcome, reason); the reason is empty after a success."""
         begun = False
         while True:
             try:
@@ -393,7 +393,7 @@ class _Log:
         with contextlib.suppress(LayerjamError):
             bench.close()
         if bench.address.simulated:
-            return LINE_LOST, reason  # a virtual board ends with its line
+            return LINE_LOST, reason  # a virtual board ends when its line closes
         while time.monotonic() < end and not self._stop.asked:
             try:
                 bench_ = open_bench(bench.address)

@@ -1,4 +1,4 @@
-"""A run file during writing: every block is on disk before the board may discard it.
+"""A run file that is being written: every block is on disk before the board may discard it.
 
 `measure/runs.py` describes the file's content and reads it. Other programs may read it at any time.
 """
@@ -17,23 +17,23 @@ from layerjam.measure.runs import APPLICATION_ID, COLUMNS, ENDING, FORMAT, SCHEM
 from layerjam.system import check_name, lock_file, report_failure
 
 ROOM = 10e6
-"""Free space that a run needs at its start [bytes]: twice ten minutes of samples, and the log of 4
-MB."""
+"""Free space that a run needs at its start [bytes]: twice ten minutes of samples, and a 4 MB log.
+"""
 FAR_AWAY = frozenset(
     "9p afs ceph cifs fuse.sshfs glusterfs lustre ncpfs nfs nfs4 smb3 smbfs".split()  # noqa: SIM905
 )
-"""Network file systems, whose locks and write-ahead log are not reliable."""
+"""Network file systems, on which locks and the write-ahead log are not reliable."""
 MOUNTS = Path("/proc/self/mountinfo")
 
 
 class RecordingError(LayerjamError):
-    """Raised if a run file cannot store more data; the last data are missing in it."""
+    """Raised if a run file cannot store more data; the last data are then missing from it."""
 
     key = "recording"
 
 
 def file_system(path: Path, mounts: str) -> str:
-    """Return the type of a path's file system, or "" if the list of mounts lacks it."""
+    """Return the type of a path's file system, or "" if it is not in the list of mounts."""
     best, kind = "", ""
     for line in mounts.splitlines():
         before, _, after = line.partition(" - ")
@@ -48,7 +48,7 @@ def file_system(path: Path, mounts: str) -> str:
 
 
 def check_place(path: Path) -> None:
-    """Raise FileError if a run cannot be written safely: no folder, no space, a network disk."""
+    """Raise FileError if a run cannot be stored safely: no folder, no space, a network disk."""
     if path.suffix != ENDING:
         raise FileError(path, f"extension '{path.suffix}' is unknown; use {ENDING}")
     check_name(path)
@@ -73,7 +73,7 @@ def check_place(path: Path) -> None:
 
 
 class RunFile:
-    """One run, open for writing; nobody else can write to it.
+    """One run, open for writing; no other program can write to it.
 
     Every method raises RecordingError if the disk is full.
     """
@@ -89,7 +89,7 @@ class RunFile:
     def create(
         cls, path: str | Path, meta: Mapping[str, object], overwrite: bool = False
     ) -> "RunFile":
-        """Return a new file; FileError if it exists (unless `overwrite`) or cannot be created."""
+        """Return a new file; FileError if it exists (unless `overwrite`) or cannot be written."""
         path = Path(path)
         check_place(path)
         if overwrite:
@@ -151,7 +151,7 @@ class RunFile:
         return {key: value or "" for key, value in rows}
 
     def last(self, boot: int) -> tuple[int, int] | None:
-        """Return (seq, board_us) of a boot's last sample, or None."""
+        """Return (seq, board_us) of the last sample since a start of the board, or None."""
         row = self._base.execute(
             "SELECT seq, board_us FROM samples WHERE boot = ? ORDER BY seq DESC LIMIT 1", (boot,)
         ).fetchone()
@@ -166,7 +166,7 @@ class RunFile:
         return total, sum(row[1] for row in rows) - total, len(rows)
 
     def note(self, kind: str, text: str, board_us: int | None = None) -> None:
-        """Add one event; it is written with the next block."""
+        """Add one event, which is written with the next block."""
         self._pending.append((time.time_ns(), board_us, kind, text))
 
     def add(
@@ -201,7 +201,7 @@ class RunFile:
             base.execute("INSERT INTO shot_data VALUES (?, ?, ?, ?)", row)
 
     def state(self, meta: Mapping[str, object]) -> None:
-        """Set entries of the file's meta table."""
+        """Set entries in the meta table of the file."""
         pairs = [(key, str(value)) for key, value in meta.items()]
         with self._transaction() as base:
             base.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", pairs)
@@ -218,9 +218,9 @@ class RunFile:
             raise RecordingError(f"{self.path}: cannot store more samples: {error}") from None
 
     def close(self, outcome: str = "") -> None:
-        """State the outcome and leave one read-only file, as far as the disk allows.
+        """Store the outcome and leave one read-only file, as far as the disk allows.
 
-        Without an outcome the file looks like that of a killed recorder.
+        Without an outcome, the file looks like one whose recorder was killed.
         """
         if not self._open:
             return
@@ -231,7 +231,7 @@ class RunFile:
                     self.add()
                 with contextlib.suppress(RecordingError):
                     self.state({"outcome": outcome, "ended_utc": utc()})
-                # another program has it open, or the disk is full
+                # another program has the file open, or the disk is full
                 with contextlib.suppress(sqlite3.Error):
                     self._base.execute("PRAGMA wal_checkpoint(TRUNCATE)")
                     self._base.execute("PRAGMA journal_mode = DELETE")
@@ -250,7 +250,7 @@ class RunFile:
 
 
 def utc(ns: int | None = None) -> str:
-    """Return a moment of the host's calendar, by default now: 2026-11-23T03:00:00.123Z."""
+    """Return a moment of the host's calendar time, by default now: 2026-11-23T03:00:00.123Z."""
     ns = time.time_ns() if ns is None else ns
     seconds = time.strftime("%Y-%m-%dT%H:%M:%S", time.gmtime(ns // 10**9))
     return f"{seconds}.{ns // 10**6 % 1000:03d}Z"

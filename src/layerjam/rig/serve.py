@@ -3,7 +3,7 @@
 Each client that may command has its own session on the board. All others share one session, which
 accepts only `OUTP OFF`, `ABOR`, `*IDN?`, `*OPC?`, `*OPT?` and `SYST:ERR?`. Lines are plain SCPI.
 The gateway does not keep the outputs on for a client: if the client is silent, the board's lease
-ends.
+expires.
 """
 
 import asyncio
@@ -32,15 +32,15 @@ SESSIONS = 14
 GUEST = 15
 """Session of the board that all other clients share."""
 GUESTS = 64
-"""Largest number of such clients; one more closes the oldest."""
+"""Largest number of such clients; one more disconnects the oldest."""
 WAITING = 1024
-"""Largest number of lines after one that waits; a socket with more is closed."""
+"""Largest number of lines kept after one that waits; a socket with more is closed."""
 LONGEST = 1024
-"""Longest line [bytes]; the board rejects a longer one, -363."""
+"""Longest line [bytes]; the board rejects a longer one with error -363."""
 ENDLESS = 65536
-"""Number of bytes without an LF after which a client is closed."""
+"""Number of bytes without an LF after which a client is disconnected."""
 IDLE = 3600.0
-"""Silence after which a client is closed [s]."""
+"""Silence after which a client is disconnected [s]."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +56,8 @@ class Listening:
 
     @property
     def visa(self) -> str:
-        """Return PyVISA code that opens it; without the terminations every query times out."""
-        # a gateway on all addresses can be reached by this machine's name
+        """Return PyVISA code that opens it; without the terminations, every query times out."""
+        # a gateway on all addresses can be reached under this machine's name
         host = socket.gethostname() if self.host in ("0.0.0.0", "::", "") else self.host
         return (
             f'rm.open_resource("TCPIP::{host}::{self.port}::SOCKET", '
@@ -93,7 +93,7 @@ class Splitter:
 
     @property
     def endless(self) -> bool:
-        """Whether a line without LF is far too long."""
+        """Whether a line without an LF is far too long."""
         return self._skipped > ENDLESS
 
 
@@ -135,10 +135,10 @@ class Gateway:
         later: list[bytes],
         more_lines: Callable[[int], Awaitable[list[bytes]]],
     ) -> bytes:
-        """Return the board's response, including to a line that waits for a capture to end.
+        """Return the board's response, even to a line that waits for a capture to end.
 
-        Meanwhile the client's lines from `more_lines` go to `later`, unless they stop something;
-        `more_lines` gets their number.
+        Meanwhile, the client's lines from `more_lines` are put in `later`, unless they stop
+        something; `more_lines` receives their number.
         """
         answer = await self.ask(session, line)
         while answer == PENDING:
@@ -175,7 +175,7 @@ class Gateway:
             await self._leave(client.session)
 
     async def _leave(self, session: int) -> None:
-        """End a client's session: lock, lease, registers and queue."""
+        """End a client's session with its lock, lease, registers and queue."""
         if session != GUEST:
             with contextlib.suppress(LineError):
                 await asyncio.shield(self.ask(session, b""))
@@ -188,7 +188,7 @@ class Gateway:
             self._guests.pop(client, None)
 
     async def _serve(self, client: Client, reader: asyncio.StreamReader) -> None:
-        """Read lines and write responses, one at a time; HTTP in the first line ends it."""
+        """Read lines and write responses one by one; HTTP in the first line ends the session."""
         door, writer = client.door, client.writer
         sock = writer.get_extra_info("socket")
         if sock is not None:
@@ -210,11 +210,10 @@ class Gateway:
             if not data:
                 return
             if sock is not None and hasattr(socket, "TCP_QUICKACK"):
-                # the response to the first of two lines must be acknowledged before the second is
-                # read
+                # the response to one line must be acknowledged before the next line is read
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
             lines = splitter.feed(data)
-            for line in lines:  # the queue grows while a line waits
+            for line in lines:  # the queue becomes longer while a line waits
                 if not is_greeted and not is_message(line):
                     return
                 is_greeted = True
@@ -243,7 +242,7 @@ class Gateway:
 
         async def more_lines(count: int) -> list[bytes]:
             await asyncio.sleep(POLL)
-            if count <= WAITING:  # the terminal keeps the rest
+            if count <= WAITING:  # the rest stays in the terminal
                 with contextlib.suppress(BlockingIOError):
                     return splitter.feed(os.read(master, 4096))
             return []
@@ -262,7 +261,7 @@ class Gateway:
             loop.remove_reader(master)
 
     async def end(self) -> None:
-        """Close clients, switch outputs off, release the line."""
+        """Disconnect the clients, switch the outputs off and release the line."""
         for task in list(self._tasks):
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -288,7 +287,7 @@ async def _write(loop: asyncio.AbstractEventLoop, descriptor: int, data: bytes) 
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether only this machine can reach the address."""
+    """Return whether the address can be reached only from this machine."""
     with contextlib.suppress(ValueError):
         return ipaddress.ip_address(host).is_loopback
     return host == "localhost"
@@ -307,7 +306,7 @@ def serve(
 
     `announce` is called once, when clients can connect; port 0 chooses a free one. `pty` is the
     path of a new link to a serial port. Raises LineError if the board stops responding, FileError
-    if port or link is not available, QuantityError for another host without a token.
+    if the port or link is not available, QuantityError for access from outside without a token.
     """
     if not is_loopback(host) and token_file is None:
         raise QuantityError.of(
@@ -342,7 +341,7 @@ async def _run(
     for number in (signal.SIGTERM, signal.SIGINT):
         try:
             loop.add_signal_handler(number, end.set)
-        except NotImplementedError:  # the Windows event loop does not support it
+        except NotImplementedError:  # the Windows event loop does not support signal handlers
             signal.signal(number, lambda *_: loop.call_soon_threadsafe(end.set))
     try:
         server = await asyncio.start_server(gateway.client, host, port)

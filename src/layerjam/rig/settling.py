@@ -1,4 +1,4 @@
-"""End of a procedure's step, from the board's own law and from its samples."""
+"""Detection of the end of a procedure's step, from the board's own law and its samples."""
 
 import math
 from collections.abc import Callable
@@ -18,7 +18,7 @@ SETTLED = 0.5
 
 @dataclass(frozen=True)
 class Watch:
-    """Values of the board's own law that determine when a step is done."""
+    """Values in the board's own law that determine when a step is done."""
 
     rise: float
     top: float
@@ -45,7 +45,7 @@ class Watch:
         )
 
     def rise_time(self, begin: float, end: float) -> float:
-        """Return the time [s] from one vacuum [Pa] to another at full pump; infinite if never."""
+        """Return the time [s] from one vacuum [Pa] to another at full pump; inf if impossible."""
         vacuum, count = begin, 0
         while vacuum < end:
             gives = law.healthy_rise(1.0, vacuum, self.rise, self.top, self.fall, *self.tube)
@@ -74,7 +74,7 @@ def last(block: Block) -> float:
 
 
 def stays(watch: Watch, target: float, noise: float, start: int) -> Callable[[Block], bool]:
-    """Return a test whether every reading of the last half second has reached the target [Pa]."""
+    """Return a test that every reading of the last half second has reached the target [Pa]."""
     outside = start
 
     def done(block: Block) -> bool:

@@ -1,7 +1,7 @@
-"""Drop rig of a run: the accelerometer waits from the first hold on, and its records are stored.
+"""Drop rig of a run: the accelerometer waits for drops from the first hold on.
 
-A complete record is written to the run's file at once. Meanwhile the board's samples wait in its
-ring, for at most one of its ten seconds.
+Each record is written to the run's file as soon as it is complete. Meanwhile, the board's samples
+wait in its ring for at most one second, of ten that fit.
 """
 
 from collections.abc import Callable, Mapping
@@ -24,7 +24,7 @@ from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS
 from layerjam.units import exact_text, show
 
 WRAP = 1 << 32
-"""Overflow of the clock on which a board states a trigger [us]."""
+"""Overflow of the clock in which a board states the time of a trigger [us]."""
 READY = "The accelerometer waits: let the mass fall."
 
 
@@ -32,9 +32,9 @@ READY = "The accelerometer waits: let the mass fall."
 class DropRig:
     """A mass dropped on the brake, and the settings of its accelerometer.
 
-    `capture` are settings of `drop.prepare`. On a virtual board a mass [kg] falls on the brake
-    `file` at the start of each hold and arrives with `speed` [m/s]. For a real board both are only
-    stored, as stated by the user. `say` tells a person when the mass may fall.
+    `capture` contains settings of `drop.prepare`. On a virtual board, a mass [kg] falls on the
+    brake `file` at the start of each hold and arrives with `speed` [m/s]. For a real board, both
+    are only stored, as stated by the user. `say` tells a person when to drop the mass.
     """
 
     capture: Mapping[str, Any] = field(default_factory=dict)
@@ -57,7 +57,7 @@ class DropRig:
 
 @dataclass(frozen=True, kw_only=True)
 class ShotSummary:
-    """One record in the file: its size and the time of its trigger [s]."""
+    """One record in the file: its size, and the time of its trigger [s]."""
 
     shot: int
     time: float
@@ -67,7 +67,7 @@ class ShotSummary:
 
 
 def check_rig(rig: DropRig, bench: Bench, procedure: Procedure) -> None:
-    """Raise QuantityError if a procedure has no hold for a drop, or if nothing can fall."""
+    """Raise QuantityError if a procedure has no hold for a drop, or if there is no mass to fall."""
     holds = {step.text(): _hold(step) for step in procedure.steps if _hold(step) > 0.0}
     if not holds:
         raise QuantityError.of(
@@ -108,7 +108,7 @@ def _hold(step: object) -> float:
 
 
 class Shots:
-    """The accelerometer of one run."""
+    """Accelerometer of one run."""
 
     def __init__(self, bench: Bench, file: RunFile, rig: DropRig) -> None:
         self._bench, self._file, self._rig = bench, file, rig
@@ -129,7 +129,7 @@ class Shots:
 
     @property
     def waiting(self) -> bool:
-        """Return whether it waits."""
+        """Return whether the accelerometer waits for a drop."""
         return self._state == "WAITING"
 
     @property
@@ -158,7 +158,7 @@ class Shots:
         self._file.note("note", f"a virtual mass falls; computed: {stop.outcome.name}")
 
     def look(self, recorder: Recorder) -> None:
-        """Query the accelerometer once for each block; fetch and store a complete record."""
+        """Query the accelerometer once per block of samples; fetch and store a complete record."""
         if self._state == "IDLE":
             if self._wanted:
                 self._arm()
@@ -197,7 +197,7 @@ class Shots:
     def last(self, recorder: Recorder) -> None:
         """Finish when no more drops are expected and the outputs are off.
 
-        A running record is kept.
+        A record that has started is kept.
         """
         self._wanted = False
         if self.waiting:
@@ -207,7 +207,7 @@ class Shots:
             self._state = "IDLE"
 
     def summary(self, first_us: int | None) -> tuple[ShotSummary, ...]:
-        """Return the records in the file, with times [s] from a moment of the board's clock."""
+        """Return the records in the file, with times [s] since a moment of the board's clock."""
         return tuple(
             ShotSummary(
                 shot=shot.number,

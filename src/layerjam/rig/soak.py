@@ -1,4 +1,4 @@
-"""Soak test of a virtual board: random targets, releases and holds, without a lost sample."""
+"""Soak test of a virtual board: random targets, releases and holds, with no sample lost."""
 
 import random
 import time
@@ -21,31 +21,31 @@ from layerjam.rig.telemetry import records
 PERIOD = 10_000
 """Time between two samples [us]."""
 LOWEST = 0.05
-"""Least target, as a fraction of the pump's greatest vacuum."""
+"""Lowest target, as a fraction of the pump's highest vacuum."""
 HOLDS = (2.0, 120.0)
 """Shortest and longest time [s] at one target."""
 RELEASES = 0.25
 """Fraction of the commands that release the vacuum."""
 WARM = 60.0
-"""Time [s] of the board before its memory is first read."""
+"""Board time [s] before its memory use is first read."""
 VENTED = 5.0
 """Time [s] before the first command, in which the board records the zero of its sensor."""
 LOOKS = 6
-"""Number of memory readings, of which the smallest is used."""
+"""Number of readings of memory use, of which the smallest is used."""
 ROUNDS = 5
-"""Most rounds of these readings at the end. MicroPython's collector keeps a block if an old word on
-its stack seems to point to it; a real leak shows in every reading.
+"""Maximum number of rounds of these readings at the end. MicroPython's collector keeps a block if
+an old word on its stack seems to point to it; a real leak shows in every reading.
 """
 BLOCK = 200
 """Number of records fetched at once."""
 HELD_BACK = ((950, 5e-3), (500, 1e-3))
 """(records that wait in the board's ring, delay of each sample [s])."""
 PAUSE = 4e-3
-"""Time [s] until a block is worth fetching."""
+"""Time [s] after which a block is worth fetching."""
 
 
 class Log:
-    """Reads the board's records and detects missing ones."""
+    """Log of the board's records that detects missing ones."""
 
     def __init__(self, board: VirtualBoard) -> None:
         self.board = board
@@ -61,11 +61,11 @@ class Log:
         plant.pace = next((pause for count, pause in HELD_BACK if waiting > count), 0.0)
 
     def take(self) -> bool:
-        """Read one block and acknowledge the previous one; return whether it has a new fault."""
+        """Read one block and acknowledge the previous one; return whether there is a new fault."""
         line = self.board.line
         given_up = b"STR:ACK %d;:" % self.seq if self.seq >= 0 else b""
         response = line.ask(SESSION, given_up + b"FETC:STR? %d" % BLOCK)
-        if not response:  # the ring has overwritten records
+        if not response:  # records in the ring have been overwritten
             response = line.ask(SESSION, b"*CLS;:FETC:STR? %d" % BLOCK)
         rows = records(response)
         if not len(rows):
@@ -76,7 +76,7 @@ class Log:
         return bool(np.any(rows["fault"][rows["seq"] > self.cleared]))
 
     def look(self, seqs: np.ndarray, micros: np.ndarray) -> None:  # type: ignore[type-arg]
-        """Count the gaps in the samples."""
+        """Count the gaps between samples."""
         if self.seq >= 0:
             seqs = np.concatenate(([self.seq], seqs))
             micros = np.concatenate(([self.micros], micros))
@@ -93,10 +93,10 @@ def soak(
     seed: int = 0,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> Soaked:
-    """Run a board for a number of hours of its time under one regulator; no fault is expected.
+    """Run a board for a number of hours of its time under one regulator; there should be no fault.
 
-    An interrupt from the keyboard returns the results so far. Raises QuantityError for an address
-    that is not a virtual board, FileError and LineError.
+    After a keyboard interrupt, return the results so far. Raises QuantityError for an address that
+    is not a virtual board, FileError and LineError.
     """
     target = accelerate(address)
     line, board = connect(target)
@@ -109,7 +109,7 @@ def soak(
 
 
 def _ready(bench: Bench, board: VirtualBoard, kind: str) -> float:
-    """Give the board its regulator; return the highest target [Pa]."""
+    """Set the board's regulator; return the highest target [Pa]."""
     hardware = board.plant.behind
     safe = "release" if hardware.normally_open else "hold"
     regulator = Regulator(plant=hardware.plant, sensor=hardware.sensor, kind=kind, safe_state=safe)
@@ -182,7 +182,7 @@ def _clear_fault(bench: Bench, log: Log, faults: list[str]) -> None:
 
 
 def _used(bench: Bench, log: Log, faults: list[str]) -> int | None:
-    """Return the bytes in use on the board with its law as at power-up; None if not counted."""
+    """Return the bytes in use on the board with the law as at power-up; None if not counted."""
     bench.off()
     _clear_fault(bench, log, faults)
     bench.tell("VAC 0;:OUTP ON;:OUTP OFF")

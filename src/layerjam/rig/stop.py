@@ -1,4 +1,4 @@
-"""Stop request of an operator: Ctrl-C or SIGTERM, recorded instead of raised.
+"""Stop request from an operator: Ctrl-C or SIGTERM, recorded instead of raised.
 
 A program that holds a brake must first make it safe; a second Ctrl-C must not interrupt this.
 """
@@ -11,7 +11,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Stop:
-    """`asked` is True once a stop is requested; signals are handled inside a `with` block."""
+    """Stop request; `asked` is True once it is made. Signals are handled inside a `with` block."""
 
     def __init__(self) -> None:
         self.asked = False

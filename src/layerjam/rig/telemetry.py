@@ -1,4 +1,4 @@
-"""Samples from a board: blocks of packed records, and the board's clock in them."""
+"""Samples from a board: blocks of packed records, with the board's clock."""
 
 from typing import Any
 
@@ -20,7 +20,7 @@ RECORD = np.dtype(
         ("fault", "u1"),
     ]
 )
-"""One record of 24 bytes: vacuum and target [Pa], temperature [0.01 degC], |pump| as 0 to 255."""
+"""One record of 24 bytes: vacuum and target [Pa], temperature [0.01 degC], |pump| from 0 to 255."""
 PERIOD = 10_000
 """Nominal time between two samples [us]."""
 COUNT = 1 << 32
@@ -51,8 +51,8 @@ def unwrap_clock(
     """Return the board's clock [us] without overflows, int64 of shape (N,).
 
     `last` is (seq, unwrapped us) of an earlier sample; without one, the first value is unchanged.
-    It is correct across any gap, because the samples' numbers give the number of overflows. The
-    board's clock must be within 35 minutes of one sample every 10 ms.
+    The result is correct across any gap, because the samples' numbers give the number of overflows.
+    The board's clock must stay within 35 minutes of one sample every 10 ms.
     """
     counts, numbers = board_us.astype(np.int64), seq.astype(np.int64)
     if not len(counts):

@@ -13,17 +13,17 @@ STOP = re.compile(rb":?(OUTP(UT)?(:STAT(E)?)?[ \t]+(OFF|0)|ABOR(T)?)[ \t]*", re.
 """Lines that are accepted at any time."""
 ERRORS = re.compile(rb"(\*OPT\?;)?:?SYST(EM)?:ERR(OR)?(:NEXT)?\?[ \t]*", re.IGNORECASE)
 FREE = re.compile(rb"\*(IDN|OPT)\?[ \t]*|" + ERRORS.pattern + rb"|" + STOP.pattern, re.IGNORECASE)
-"""Lines that the board serves without a token: identity, options, errors and off."""
+"""Lines that the board accepts without a token: identity, options, errors and off."""
 COMPLETE = re.compile(rb"\*OPC\?[ \t]*", re.IGNORECASE)
-"""Query that returns 1 at once to a client without a token, because it has nothing pending."""
+"""Query that returns 1 immediately to a client without a token, as nothing of it can be pending."""
 GIVEN = re.compile(
     rb":?SYST(?:EM)?:PASS(?:WORD)?:CEN(?:ABLE)?[ \t]+(['\"])(.{0,200})\1[ \t]*", re.IGNORECASE
 )
 ASKED = re.compile(rb":?SYST(EM)?:PASS(WORD)?(:CEN(ABLE)?)?:STAT(E)?\?[ \t]*", re.IGNORECASE)
 TRIES = 5
-"""Number of wrong tokens after which a client is closed."""
+"""Number of wrong tokens after which a client is disconnected."""
 DELAY = 0.2
-"""Delay after a client's first wrong token [s]; it doubles each time."""
+"""Delay after a client's first wrong token [s]; it doubles with each further one."""
 QUEUE = 16
 """Number of denials stored for one client."""
 DENIED = (
@@ -38,10 +38,10 @@ MESSAGE = re.compile(rb"[ \t;]*(\*[A-Za-z]|:?[A-Za-z])[\t -~]*")
 
 
 def is_message(line: bytes) -> bool:
-    """Return whether a first line can be a message to an instrument that no HTTP client sends.
+    """Return whether a first line is a message to an instrument that no HTTP client would send.
 
-    A web page can make a browser connect to any port of this machine. Requests of a browser start
-    with a request line (RFC 9112, section 3), with HTTP/2's preface or with a TLS record.
+    A web page can make a browser connect to any port on this machine. A browser's requests start
+    with a request line (RFC 9112, section 3), with the HTTP/2 preface or with a TLS record.
     """
     return MESSAGE.fullmatch(line) is not None and HTTP.fullmatch(line) is None
 
@@ -72,7 +72,7 @@ def read_token(file: str | Path) -> str:
         text, mode = path.read_text("utf-8").strip(), path.stat().st_mode
     except (OSError, UnicodeDecodeError):
         raise FileError(path, "cannot be read as a token") from None
-    # on other systems these bits do not show who may read the file
+    # on other systems, these bits do not show who may read the file
     if os.name == "posix" and mode & 0o077:
         raise FileError(path, "others can read the token; protect it with chmod 600")
     if not re.fullmatch(r"[0-9a-zA-Z]{16,128}", text):
@@ -91,7 +91,7 @@ class Door:
         self._denied: list[bytes] = []
 
     def through(self, line: bytes, has_session: bool = True) -> tuple[bool, bytes]:
-        """Return (whether the board receives the line, else its response, which may be empty)."""
+        """Return (whether the board receives the line, otherwise the response, perhaps empty)."""
         token_line = GIVEN.fullmatch(line)
         if token_line is not None:
             if not self._token or hmac.compare_digest(token_line.group(2), self._token.encode()):

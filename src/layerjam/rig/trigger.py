@@ -3,7 +3,7 @@
 from layerjam.units import QuantitySpec
 
 SOURCES = {"immediate": "IMM", "bus": "BUS", "acceleration": "ACC", "external": "EXT"}
-"""{trigger: the instrument's word for it}."""
+"""{trigger: its SCPI keyword}."""
 RATE = QuantitySpec("Hz", "samples of the accelerometer a second", lo=500, hi=20000, whole=True)
 BEFORE = QuantitySpec("s", "time kept before the trigger", lo=0, hi=0.5)
 AFTER = QuantitySpec("s", "time kept after the trigger", lo=0.01, hi=1.5)

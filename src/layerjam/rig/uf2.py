@@ -17,13 +17,13 @@ HAS_FAMILY = 0x2000
 
 
 class ImageError(LayerjamError):
-    """A file that is not an image for this board."""
+    """Raised if a file is not an image for this board."""
 
     key = "image"
 
 
 def encode_uf2(program: bytes, family: int) -> bytes:
-    """Return the UF2 file of a program at the start of the flash."""
+    """Return the UF2 file of a program at the start of flash memory."""
     count = -(-len(program) // PAYLOAD)
     out = []
     for number in range(count):
@@ -44,7 +44,7 @@ def encode_uf2(program: bytes, family: int) -> bytes:
 
 
 def decode_uf2(image: bytes, family: int, name: str) -> bytes:
-    """Return the program of a UF2 file; ImageError if it does not fit this board."""
+    """Return the program in a UF2 file; ImageError if it does not fit this board."""
     if not image or len(image) % BLOCK:
         raise ImageError(f"{name} is not a UF2 image: {len(image)} bytes are not blocks of {BLOCK}")
     count = len(image) // BLOCK

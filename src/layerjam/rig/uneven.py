@@ -8,15 +8,15 @@ from layerjam.device.mount import Site
 from layerjam.fluid.flow import choked_share
 
 RIPPLE = (2.0, 20.0)
-"""Frequencies of a pump's strokes [Hz]."""
+"""Range of stroke frequencies of a pump [Hz]."""
 SWING = 0.3
-"""Greatest ripple of a pump's flow relative to its mean."""
+"""Largest ripple of a pump's flow, relative to its mean."""
 DIP = (0.02, 0.1)
-"""Range of durations of a dip in the supply [s]."""
+"""Range of the duration of a dip in the supply [s]."""
 EVERY = 1.0
-"""Range of times between two dips [s]."""
+"""Time between the starts of two dips [s]."""
 SUPPLY = 0.5
-"""Smallest share of the pump's flow during a dip."""
+"""Smallest fraction of the pump's flow during a dip."""
 SUBSTEP = 2e-3
 """Longest time [s] for which flows are assumed constant."""
 ATMOSPHERE = Site().atmosphere
@@ -26,7 +26,7 @@ ATMOSPHERE = Site().atmosphere
 class Uneven:
     """A pump whose flow ripples and dips, and orifices as leak and vent.
 
-    At the vacuum `right_at` [Pa] an orifice passes as much flow as the linear plant.
+    At the vacuum `right_at` [Pa], the flow through an orifice equals that of the linear plant.
     """
 
     right_at: float
@@ -37,12 +37,12 @@ class Uneven:
     lasting: float
 
     def pump(self, time: float) -> float:
-        """Return the flow of the pump relative to its mean at a time [s]."""
+        """Return the pump's flow at a time [s], relative to its mean."""
         share = 1 + self.ripple * math.sin(2 * math.pi * self.frequency * time + self.phase)
         return share * (self.dip if time % EVERY < self.lasting else 1.0)
 
     def orifice(self, vacuum: float) -> float:
-        """Return the flow through an orifice relative to the linear plant at a vacuum [Pa]."""
+        """Return the flow through an orifice at a vacuum [Pa], relative to the linear plant."""
         if vacuum <= 0.0:
             return 1.0
         return self._flow_per_vacuum(vacuum) / self._flow_per_vacuum(self.right_at)

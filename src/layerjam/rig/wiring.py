@@ -1,4 +1,4 @@
-"""Wiring of a board: a TOML file of its pins and devices, and the firmware's table."""
+"""Wiring of a board: a TOML file of its pins and devices, and the table for the firmware."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -75,7 +75,7 @@ class Wiring:
 
 
 def validate(wiring: Wiring) -> None:
-    """Raise QuantityError for a number out of bounds, a pin used twice or an incomplete sensor."""
+    """Raise QuantityError for a value out of bounds, a pin used twice or an incomplete sensor."""
     bounded(wiring)
     used_pins: dict[int, str] = {}
     for f in fields(Pins):
@@ -128,7 +128,7 @@ class WiringFile(RecordFile[Wiring]):
 
 
 def boards() -> list[str]:
-    """Return the names of the boards whose wiring comes with the program."""
+    """Return the names of the boards whose wiring is part of the package."""
     return list(shipped_files("layerjam.rig", "boards"))
 
 

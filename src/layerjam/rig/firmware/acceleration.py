@@ -8,7 +8,7 @@ from scpi import Choice, Number, Rule
 
 
 def capture_setting(header: str, number: Number, name: str, flags: str) -> tuple:
-    """Return the header of a number of the capture; it cannot be set while a capture runs."""
+    """Return the header of a numeric capture setting, which cannot be set while a capture runs."""
 
     def put(bench, session, value) -> None:
         bench.capture.at_rest()

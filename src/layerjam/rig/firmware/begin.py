@@ -1,13 +1,13 @@
-"""First file that runs on a board, before any other is read.
+"""First file that runs on a board, before any other file is read.
 
-From here on Ctrl-C is an ordinary byte on a real board, and a file on the flash cannot replace one
-that is frozen into the image.
+From here on, Ctrl-C is an ordinary byte on a real board, and a file in flash memory cannot replace
+one that is frozen into the image.
 """
 
 import sys
 
 ASKED = 0x4C4A4D54
-"""Value of a watchdog's scratch register that requests the prompt at the next start."""
+"""Value of a watchdog scratch register that requests the prompt at the next start."""
 SCRATCH = 0x4005800C
 
 

@@ -1,6 +1,6 @@
 """The instrument: its states, its safe state, and the work of each 10 ms sample.
 
-The host is never trusted: if it is silent for longer than its lease, the outputs become safe.
+The host is never trusted: if it is silent for longer than the lease, the outputs become safe.
 """
 
 import math
@@ -23,21 +23,21 @@ RELEASE, HOLD = 1, 2
 OPEN, CLOSED = 1, 2
 SESSIONS = 16
 LEASE = 2.0
-"""Default time [s] for which the outputs of a silent host stay on."""
+"""Default time [s] for which the outputs stay on while the host is silent."""
 OVERRUN = 100000
 """Delay of a sample [us] that counts as a fault."""
 SUPPLY_SAMPLES = 3
 SENSOR_TOLERANCE = 0.05
-"""Share of the range by which two sensors may differ."""
+"""Fraction of the range by which two sensors may differ."""
 DRIVEN = 5000000
 """Total time [us] for which outputs may be driven by hand before a return to SAFE."""
 DAY = 8640000
-"""Number of samples after which a zero is out of date."""
+"""Number of samples after which a zero measurement is out of date."""
 NEVER = 1 << 40
 VENTS, VENT_WINDOW = 3, 6000
-"""Number of openings of the vent within a number of samples that makes the sensor doubtful."""
+"""Number of vent openings, within a number of samples, that makes the sensor doubtful."""
 HALVINGS = 36
-"""Number of bisections in the search for the reach; it is small because samples wait."""
+"""Number of bisections in the search for the reach, kept small because samples wait."""
 STEPS = 100
 """Samples per second."""
 SELF_TEST = (
@@ -48,16 +48,16 @@ SELF_TEST = (
     ),
 )  # fmt: skip
 TESTED, DIES = 45, 30
-"""Steps of the law's self-test, few because a sample waits for it, and its step without a pump."""
+"""Steps of the law's self-test, few because a sample waits, and the step at which its pump dies."""
 """Settings of the law's self-test."""
 
 
 class Bench:
-    """One board: a HAL, the law and its state, settings, sessions and a ring of samples."""
+    """One board: a HAL, the law with its state, settings, sessions and a ring of samples."""
 
     def __init__(self, hal) -> None:
         self.hal = hal
-        # memory outside the garbage collector, if the board has some
+        # memory that the garbage collector does not search, if the board has some
         self.ring = Ring(getattr(hal, "ring_store", None), SESSIONS)
         hal.ring = self.ring
         self.capture = capture.Capture(hal)
@@ -73,10 +73,10 @@ class Bench:
         self.trouble = trouble
         self.operation = self.questionable = 0
         self.owner = -1
-        # session that commanded last: its lines renew the lease, those of others do not
+        # session that sent the last command: its lines renew the lease, those of others do not
         self.keeper = -1
         self.lease, self.left = LEASE, 0
-        # session that requested a lease other than the default
+        # session that requested a lease different from the default
         self.lessee = -1
         self.state, self.fault = SAFE, 0
         self.target, self.state_of_law = 0.0, law.fresh()
@@ -111,7 +111,7 @@ class Bench:
             session.push(code, detail)
 
     def learn(self) -> None:
-        """Calculate the greatest vacuum [Pa] of the law's own plant: full pump against leak."""
+        """Calculate the highest vacuum [Pa] of the law's own plant: full pump against the leak."""
         self.reach = 0.0
         if self.settings.law is None:
             return
@@ -128,7 +128,7 @@ class Bench:
         self.reach = lo
 
     def may(self, session, flags: str) -> None:
-        """Raise an error if another session holds the lock, or if the state forbids the command."""
+        """Raise an error if another session has the lock, or if the state forbids the command."""
         if "L" in flags and self.owner >= 0 and self.owner != session.number:
             raise ScpiError(-203, "locked by session %d" % self.owner)
         if "S" in flags:
@@ -141,10 +141,10 @@ class Bench:
             raise ScpiError(-221, "only in SAFE, and this is " + STATES[self.state] + hint)
 
     def renew(self, session, commands: bool) -> None:
-        """Restart the lease after a line of the commanding client.
+        """Restart the lease after a line from the commanding client.
 
         This is the owner of the lock, otherwise the client of the last command (`commands`).
-        Queries of other clients do not renew the lease.
+        Queries from other clients do not renew the lease.
         """
         if self.owner >= 0 and self.owner != session.number:
             return
@@ -154,12 +154,12 @@ class Bench:
             self.left = int(self.lease * 1e6)
 
     def set_lease(self, time: float, number: int = -1) -> None:
-        """Set the lease [s] for a session, until that session ends; number -1 means no session."""
+        """Set the lease [s] for a session, until it ends; the number -1 means no session."""
         self.lease, self.lessee = time, number
         self.left = min(self.left, int(time * 1e6))
 
     def leave(self, number: int) -> None:
-        """Remove a client's lock, lease, registers and queue; outputs stay on for the lease."""
+        """Remove a client's lock, lease, registers and queue; the outputs stay on for the lease."""
         if self.owner == number:
             self.owner = -1
         if self.keeper == number:
@@ -171,14 +171,14 @@ class Bench:
         fresh.operation.condition = self.operation
         fresh.questionable.condition = self.questionable
         self.sessions[number] = fresh
-        # every session reports the errors of the start until settings are stored or outputs are on
+        # every session reports start-up errors until settings are stored or outputs are on
         for code in (self.trouble, 124 if self.cause == "WATCHDOG" and not self.ran else 0):
             if code:
                 fresh.push(code)
         fresh.standard = 0
 
     def set_output(self, pump: float, vent: int) -> None:
-        """Set the pump, -1 to 1, and the vent, 1 for open; power the valve if its rest differs."""
+        """Set pump (-1 to 1) and vent (1: open); power the valve if its rest position differs."""
         rest_state = self.settings.rest
         self.pump, self.vent = pump, vent
         self.hal.output(pump, 0 if rest_state == 0 or vent == (rest_state == OPEN) else 1)
@@ -188,7 +188,7 @@ class Bench:
         self.set_output(0.0, 1 if self.settings.rest == OPEN else 0)
 
     def trip(self, code: int) -> None:
-        """Latch a fault, make the outputs safe at once, and report it to all clients."""
+        """Latch a fault, make the outputs safe immediately, and report it to all clients."""
         self.rest_outputs()
         self.state, self.fault = FAULT, code
         self.tell(code if code >= 100 else 100 + code)
@@ -246,7 +246,7 @@ class Bench:
         self.state = RUN
 
     def drive(self, pump: float, vent: int, time: float) -> None:
-        """Drive the outputs by hand, to check the wiring: at most 5 s in all, then SAFE."""
+        """Drive the outputs by hand to check the wiring: for at most 5 s in total, then SAFE."""
         if self.state != DRIVE:
             self.only_in_safe()
             self.allowed = DRIVEN
@@ -275,7 +275,7 @@ class Bench:
         self.reading = (reading - self.settings.offset) * self.settings.gain
         is_stopped = self.hal.estop()
         self.low_supply = 0 if self.hal.supply() else self.low_supply + 1
-        # the stop is sensed after the supply, so its state is unknown without supply
+        # the stop is sensed downstream of the supply: without a supply its state is unknown
         is_stopped = is_stopped and not self.low_supply
         if self.state == RUN:
             self.regulate(late, is_stopped, diagnostic)
@@ -304,7 +304,7 @@ class Bench:
         self.slowest = max(self.slowest, ticks.diff(self.hal.ticks_us(), start))
 
     def regulate(self, late: int, stopped: bool, diagnostic: int) -> None:
-        """Handle a sample in RUN: faults first, then the law."""
+        """Process a sample in RUN: first the faults, then the law."""
         if stopped:
             self.trip(123)
         elif self.low_supply >= SUPPLY_SAMPLES:
@@ -319,7 +319,7 @@ class Bench:
                 self.settings.law, self.state_of_law, self.reading, self.target
             )
             if fault:
-                # a pump without supply makes no vacuum, so the supply is the cause
+                # a pump without power produces no vacuum, so the supply is the cause
                 self.trip(122 if self.low_supply else fault)
                 if diagnostic:
                     self.tell(129)
@@ -341,7 +341,7 @@ class Bench:
         return self.apart >= watch[7]
 
     def watch_zero(self) -> None:
-        """Take the sensor's reading as zero after the vent has been open for long enough."""
+        """Use the sensor's reading as its zero once the vent has been open for long enough."""
         self.vented = self.vented + 1 if self.vent and self.pump == 0.0 else 0
         self.zeroed = min(self.zeroed + 1, NEVER)
         law = self.settings.law
@@ -349,7 +349,7 @@ class Bench:
             self.zero, self.zeroed = self.reading, 0
 
     def complete(self) -> None:
-        """Set bit 0 of the event register for `*OPC`, once no capture waits or runs."""
+        """Set bit 0 of the event register for `*OPC` once no capture is waiting or running."""
         self.completing = self.capture.busy()
         if self.completing:
             return
@@ -359,7 +359,7 @@ class Bench:
                 session.completes = False
 
     def conditions(self, late: int) -> None:
-        """Set the registers' conditions of this sample; `late` is its delay [us]."""
+        """Set the conditions of the registers for this sample; `late` is its delay [us]."""
         place = 0 if late <= 100 else 1 if late <= 1000 else 2 if late <= 10000 else 3
         self.lateness[place if late <= OVERRUN else 4] += 1
         self.late += late > 1000
@@ -392,7 +392,7 @@ class Bench:
             doubt |= status.LOST
         if self.cause == "WATCHDOG":
             doubt |= status.BY_WATCHDOG
-        # update each only on change: sixteen registers take the chip long, and changes are rare
+        # update each only on change: all sixteen take the chip a long time, and changes are rare
         if operation != self.operation:
             self.operation = operation
             for session in self.sessions:
@@ -403,7 +403,7 @@ class Bench:
                 session.questionable.follow(doubt)
 
     def self_test(self) -> int:
-        """Return the sum of codes: 1 sensor, 2 settings, 4 law, 8 supply, 16 e-stop, 32 flash."""
+        """Return the sum of codes: 1 sensor, 2 settings, 4 law, 8 supply, 16 stop, 32 flash."""
         code = 0 if self.reading == self.reading else 1
         code |= 32 if self.trouble == -314 else 2 if self.trouble else 0
         code |= 0 if law_is_sound() else 4
@@ -417,7 +417,7 @@ class Bench:
 
 
 def law_is_sound() -> bool:
-    """Return whether the law regulates a simulated plant and then detects its dead pump."""
+    """Return whether the law regulates a simulated plant and detects that its pump has died."""
     state, vacuum, code, pump, n = law.fresh(), 0.0, 0, 0.0, 0
     for n in range(TESTED):
         state, pump, _vent, code = law.step(SELF_TEST, state, vacuum, 60000.0)

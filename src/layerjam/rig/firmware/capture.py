@@ -1,9 +1,9 @@
 """The accelerometer's record: the HAL samples it into a ring, and a trigger selects the record.
 
 A HAL with an accelerometer has `capture_start(rate)`, `capture_scale()`, `capture_stop()`, and
-`external()` for the contact. `capture_count()` returns the samples since the start, or -1 if some
-were lost. `capture_part(first, last)` returns int16 counts of its ring of length ROOM, sample n at
-n % ROOM.
+`external()` for the contact. `capture_count()` returns the number of samples since the start, or -1
+if some were lost. `capture_part(first, last)` returns int16 counts of its ring of length ROOM,
+sample n at n % ROOM.
 """
 
 import struct
@@ -16,11 +16,11 @@ IMMEDIATE, BUS, ACCELERATION, EXTERNAL = 0, 1, 2, 3
 ROOM = 16384
 """Number of samples in the ring."""
 SPARE = 0.02
-"""Time [s] of the ring that may be overwritten before a late `tick`."""
+"""Part of the ring [s] that may be overwritten before a late `tick`."""
 STILL = 10
-"""Number of first ticks whose mean is the level at rest."""
+"""Number of initial ticks whose mean reading is the level at rest."""
 LEAST, GREATEST = 0.7, 1.3
-"""Change of the reading [g], of either sign, that counts as free fall."""
+"""Range of changes of the reading [g], of either sign, that count as free fall."""
 GRAVITY = 9.80665
 READ = 2000
 """Largest number of samples in one response."""
@@ -28,7 +28,7 @@ NOTHING = (0.0, 1.0, 0.0, 0.0)
 
 
 class Capture:
-    """Settings and state of one record of samples `first` to `end`; `at` is the trigger."""
+    """Settings and state of one record, samples `first` to `end`; `at` is the trigger sample."""
 
     def __init__(self, hal) -> None:
         self.hal = hal
@@ -36,7 +36,7 @@ class Capture:
         self.reset()
 
     def reset(self) -> None:
-        """Set the defaults of power-up, and discard any record."""
+        """Set the power-up defaults, and discard any record."""
         self.stop()
         self.state = IDLE
         self.scale = NOTHING
@@ -46,17 +46,17 @@ class Capture:
         self.micros = 0
 
     def busy(self) -> bool:
-        """Return whether a capture waits or runs; it is the only overlapped operation."""
+        """Return whether a capture is waiting or running; this is the only overlapped operation."""
         return self.state in (WAITING, RUNNING)
 
     def stop(self) -> None:
-        """Stop a capture that waits or runs; a complete record is kept."""
+        """Stop a capture that is waiting or running; a complete record is kept."""
         if self.busy():
             self.hal.capture_stop()
             self.state = IDLE
 
     def at_rest(self) -> None:
-        """Raise an error if a capture waits or runs, because the command would change it."""
+        """Raise an error during a capture, because the command would change it."""
         if self.busy():
             raise ScpiError(-221, "a capture waits or runs; ABOR")
 
@@ -85,7 +85,7 @@ class Capture:
     def tick(self, micros: int) -> bool:
         """Process new samples, 100 times a second; `micros` is the board's time.
 
-        Return True if samples were lost; the record is then discarded.
+        Return True if samples have been lost; the record is then discarded.
         """
         if not self.busy():
             return False
@@ -120,7 +120,7 @@ class Capture:
         return self.hit(self.looked, count)
 
     def hit(self, begin: int, end: int) -> int:
-        """Return the first sample beyond the level, after rest and any required fall; or -1."""
+        """Return the first sample beyond the level, after rest and any required fall, or -1."""
         if begin == end:
             return -1
         parts = self.parts(begin, end)
@@ -151,7 +151,7 @@ class Capture:
         return -1
 
     def parts(self, begin: int, end: int) -> list:
-        """Return samples of the ring, in one or two non-empty parts."""
+        """Return samples from the ring, in one or two non-empty parts."""
         part = self.hal.capture_part
         first, last = begin % ROOM, end % ROOM
         if first < last:
@@ -159,7 +159,7 @@ class Capture:
         return [part(first, ROOM), part(0, last)] if last else [part(first, ROOM)]
 
     def data(self, first: int, count: int) -> bytes:
-        """Return `count` samples of the record from `first` on, int16, little-endian."""
+        """Return `count` samples of the record starting with `first`, int16, little-endian."""
         if self.state != DONE:
             raise ScpiError(-230, "no record; this is " + STATES[self.state])
         size = self.end - self.first
@@ -169,7 +169,7 @@ class Capture:
         return b"".join([bytes(part) for part in self.parts(begin, begin + count)])
 
     def state_text(self) -> str:
-        """Return state, number of samples, samples before the trigger, board's time of it [us]."""
+        """Return state, number of samples, samples before the trigger, time of the trigger [us]."""
         known = self.state in (RUNNING, DONE)
         size = self.end - self.first if known else 0
         before = self.at - self.first if known else 0

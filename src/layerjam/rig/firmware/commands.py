@@ -1,6 +1,6 @@
-"""Headers of this instrument: vacuum, outputs, the law, the sensor, the ring of samples.
+"""Headers of this instrument: vacuum, outputs, law, sensor, and ring of samples.
 
-The flags are those of `common.py`; C marks a command that a lock does not forbid to others.
+The flags are those of `common.py`; C marks a command that other clients may send despite a lock.
 """
 
 import binascii
@@ -18,7 +18,7 @@ SWITCH = "OFF|ON"
 
 
 def bytes_of(text: str) -> "bytes | None":
-    """Return the bytes of hexadecimal digits; None if they are not hexadecimal."""
+    """Return the bytes that hexadecimal digits represent; None if the text is not hexadecimal."""
     try:
         return binascii.unhexlify(text)
     except ValueError:

@@ -1,7 +1,7 @@
 """Headers that every instrument has (IEEE 488.2, SCPI-99), as a table with their functions.
 
-Flags: L is rejected for others while the instrument is locked, S is allowed only in SAFE, W waits
-until no capture waits or runs.
+Flags: L is rejected from other clients while the instrument is locked, S is allowed only in SAFE, W
+waits until no capture is waiting or running.
 """
 
 import gc
@@ -16,12 +16,12 @@ NO_NUMBER = "9.91E37"
 
 
 def format_number(value: float) -> str:
-    """Return a number in SCPI's format."""
+    """Return a number in SCPI format."""
     return "%.9g" % value if value == value else NO_NUMBER
 
 
 def quote(text: str) -> str:
-    """Return a string in SCPI's format, with inner quotes doubled."""
+    """Return a string in SCPI format, with the quotes inside it doubled."""
     return '"' + text.replace('"', '""') + '"'
 
 
@@ -32,7 +32,7 @@ def block(data: bytes) -> bytes:
 
 
 def call(path: str):
-    """Return the value or the method of `bench` or `session` that a full header names."""
+    """Return the action that returns the value, or calls the method, at a dotted path."""
     root, *names = path.split(".")
 
     def do(bench, session, *values):
@@ -136,7 +136,7 @@ def timing(bench, session) -> str:
 
 
 def memory(bench, session) -> str:
-    """Return the bytes in use after a collection and the bytes left; NaN if not counted."""
+    """Return the bytes in use after a garbage collection and the bytes left; NaN if not counted."""
     gc.collect()
     used, left = getattr(gc, "mem_alloc", None), getattr(gc, "mem_free", None)
     if used is None or left is None:
@@ -195,7 +195,7 @@ def register(name: str) -> list:
 
 
 def setting(header: str, param: Number, take, read_value, flags: str) -> tuple:
-    """Return a header that sets a number and queries it; the query also takes MIN, MAX and DEF."""
+    """Return a header that sets and queries a number; the query also accepts MIN, MAX and DEF."""
 
     def ask(bench, session, word=None) -> str:
         return format_number(read_value(bench) if word is None else word)
@@ -204,7 +204,7 @@ def setting(header: str, param: Number, take, read_value, flags: str) -> tuple:
 
 
 class Bound:
-    """Parameter MIN, MAX or DEF of a setting's query."""
+    """Parameter MIN, MAX or DEF of the query of a setting."""
 
     def __init__(self, param: Number) -> None:
         self.param, self.name = param, param.name

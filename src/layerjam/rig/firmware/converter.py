@@ -1,7 +1,7 @@
-"""The RP2040's converter, for single readings or for the accelerometer's record by DMA.
+"""The RP2040's converter, for single readings or for an accelerometer record by DMA.
 
 During a record the converter runs freely and alternates between the accelerometer and the other
-voltages that a sample needs. One DMA channel writes the accelerometer's number to the record's
+voltages that a sample needs. One DMA channel writes the accelerometer's counts to the record's
 ring, and a second one stores the other voltages; each channel starts the other.
 """
 
@@ -13,12 +13,12 @@ from capture import NOTHING, ROOM
 
 CONTROL, QUEUE, TAKEN, DIVIDER = 0x4004C000, 0x4004C008, 0x4004C00C, 0x4004C010
 ENABLED, START_MANY, READY, INPUT, TURNS = 1, 8, 1 << 8, 12, 16
-"""Bits of the register CONTROL; the last two are positions of numbers."""
+"""Bits of the register CONTROL; the last two are bit positions of numbers."""
 QUEUED, ASKS, EMPTY, SPILT, LEVEL = 1, 1 << 3, 1 << 8, 1 << 11, 1 << 24
-"""Bits of the register QUEUE: queue on, DMA request, empty, overflow; and a threshold of one."""
+"""Bits of the register QUEUE: queue on, DMA request, empty, overflow, and a threshold of one."""
 CLOCK = 48000000
 PACE = 36
-"""Number of the converter among the requests that DMA can wait for."""
+"""Number of the converter's request in the list of DMA requests."""
 FIRST, CHANNELS = 26, 5
 CODES, FULL = 4096, 65535
 ASIDE, ASIDE_BITS = 16, 5
@@ -47,7 +47,7 @@ class Voltage:
 
 
 class Converter:
-    """The chip's only converter; `running` during a record."""
+    """The chip's only converter; `running` is true during a record."""
 
     def __init__(self, pins: dict) -> None:
         self.running = False
@@ -69,13 +69,13 @@ class Converter:
             self.gain = self.range / (full * CODES)
 
     def voltage(self, number: int) -> Voltage:
-        """Return a pin that samples can read, also during a record."""
+        """Return a pin that can be read at each sample, even during a record."""
         voltage = Voltage(self, number)
         self.voltages.append(voltage)
         return voltage
 
     def start(self, rate: int) -> None:
-        """Start sampling the accelerometer at the nearest rate of the divider."""
+        """Start sampling the accelerometer at the nearest rate that the divider allows."""
         import rp2
         import uctypes
 
@@ -86,7 +86,7 @@ class Converter:
         address = uctypes.addressof(self.spare)
         padding = -address % (2 * ASIDE)
         self.aside = memoryview(self.spare)[padding // 2 : padding // 2 + ASIDE]
-        for place in range(ASIDE):  # a sample may be read before the first rounds of conversions
+        for place in range(ASIDE):  # a sample may be read before the first rounds are over
             channel = self.others[place % len(self.others)]
             self.aside[place] = by_channel[channel].adc.read_u16() >> 4
         self.empty()
@@ -105,7 +105,7 @@ class Converter:
         machine.mem32[CONTROL] = ENABLED | first << INPUT | turns << TURNS | START_MANY
 
     def lay(self, channel, address: int, count: int, bits: int, after) -> None:
-        """Make a DMA channel write `count` numbers to a ring, then start the channel `after`."""
+        """Make a DMA channel write `count` values to a ring and then start the channel `after`."""
         control = channel.pack_ctrl(
             size=1, inc_read=0, inc_write=1, ring_sel=1, ring_size=bits, treq_sel=PACE,
             chain_to=after.channel, high_pri=1,
@@ -113,9 +113,9 @@ class Converter:
         channel.config(read=TAKEN, write=address, count=count, ctrl=control)
 
     def count(self) -> int:
-        """Return the number of samples since the start; call it more often than the ring fills.
+        """Return the number of samples since the start; call this more often than the ring fills.
 
-        Return -1 if the queue has overflowed, because the numbers can then no longer be assigned.
+        Return -1 if the queue has overflowed, because the values' inputs are then unknown.
         """
         if self.running:
             if machine.mem32[QUEUE] & SPILT:

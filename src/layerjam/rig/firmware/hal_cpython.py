@@ -9,7 +9,7 @@ import hal_pipe
 
 
 def hal(words: list, reset):
-    """Return the board of sockets if the first word names their port, otherwise that of pipes."""
+    """Return the HAL with sockets if the first word names their port, otherwise that with pipes."""
     return (SocketHal if words[0].startswith("tcp:") else Hal)(words, reset)
 
 
@@ -19,7 +19,7 @@ class Hal(hal_pipe.Hal):
     collects = False
 
     def open(self) -> None:
-        """Keep the descriptors' numbers."""
+        """Store the numbers of the descriptors."""
         self.plant_in: int = int(self.plant_in)
         self.plant_out: int = int(self.plant_out)
 
@@ -28,7 +28,7 @@ class Hal(hal_pipe.Hal):
         return time.perf_counter_ns() // 1000
 
     def readable(self, us: int, sending: bool) -> bool:
-        """Wait up to `us` for bytes, or until some can be sent; return whether bytes arrived."""
+        """Wait up to `us` until bytes arrive or some can be sent; return whether bytes arrived."""
         return bool(select.select([0], [1] if sending else [], [], us * 1e-6)[0])
 
     def read_line(self) -> bytes:
@@ -36,7 +36,7 @@ class Hal(hal_pipe.Hal):
         return os.read(0, 1024)
 
     def send(self, data: bytes) -> int:
-        """Send as many bytes as the line takes at once; return their number."""
+        """Send as many bytes as the line accepts without waiting; return their number."""
         if not select.select([], [1], [], 0)[1]:
             return 0
         return os.write(1, data[: hal_pipe.PIECE])
@@ -56,7 +56,7 @@ class Hal(hal_pipe.Hal):
         os.write(self.plant_out, data)
 
     def keep(self, path: str, data: bytes) -> None:
-        """Write a file and synchronise it to disk."""
+        """Write a file and flush it to disk."""
         with open(path, "wb") as file:
             file.write(data)
             file.flush()
@@ -81,12 +81,12 @@ class SocketHal(Hal):
         return connection
 
     def readable(self, us: int, sending: bool) -> bool:
-        """Wait up to `us` for bytes, or until some can be sent; return whether bytes arrived."""
+        """Wait up to `us` until bytes arrive or some can be sent; return whether bytes arrived."""
         line = [self.line]
         return bool(select.select(line, line if sending else [], [], us * 1e-6)[0])
 
     def read_line(self):
-        """Return the bytes that have arrived, or None; without a host the board ends."""
+        """Return the bytes that have arrived, or None; if the host is gone, the board ends."""
         try:
             return self.line.recv(1024)
         except BlockingIOError:
@@ -95,7 +95,7 @@ class SocketHal(Hal):
             return b""
 
     def send(self, data: bytes) -> int:
-        """Send as many bytes as the line takes at once; return their number."""
+        """Send as many bytes as the line accepts without waiting; return their number."""
         try:
             return self.line.send(data[: hal_pipe.PIECE])
         except (BlockingIOError, ConnectionError):
@@ -115,7 +115,7 @@ class SocketHal(Hal):
         return data
 
     def write_plant(self, data: bytes) -> None:
-        """Send data to the plant; without a plant the board ends."""
+        """Send data to the plant; if the plant is gone, the board ends."""
         try:
             self.plant.sendall(data)
         except ConnectionError:

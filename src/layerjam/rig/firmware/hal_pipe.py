@@ -1,9 +1,9 @@
 """HAL of the virtual board under MicroPython's unix port: stdin, stdout and two pipes.
 
 The clock has 30 bits and starts five seconds before it wraps. It runs `speed` times as fast as the
-host's; with 0, as fast as samples are computed and fetched. While the host suspends this process or
-its plant, the clock stops 2 ms after the time of the next sample. The law therefore receives evenly
-spaced samples, as on a board.
+host's or, if `speed` is 0, as fast as samples are computed and fetched. While the host suspends
+this process or its plant, the clock stops 2 ms after the time of the next sample. The law therefore
+receives evenly spaced samples, as on a board.
 """
 
 import array
@@ -21,12 +21,12 @@ LEAP = 2000
 """Longest time [us] that the clock may advance beyond the time of the next sample."""
 LONGEST_STEP = 10000000
 SERVED = 20
-"""Number of samples between two reads of the line at speed 0."""
+"""Number of samples between two readings of the line at speed 0."""
 PATIENCE = 1000000
-"""Longest wait [us of the host] at speed 0 for a client that fetches samples slowly."""
+"""Longest wait [us of the host's clock] at speed 0 for a client that fetches samples slowly."""
 PIECE = 4096
 TOLD, ASKED, SAMPLED, STARTED = 0, 1, 2, 3
-"""Kinds of messages to the plant: outputs only, a reading, samples, a scale that starts samples."""
+"""Kinds of messages to the plant: outputs only, a reading, samples, a scale (starts sampling)."""
 OUT = "<dIBBH"
 IN = "<dHhBBHd"
 SIZE = 24
@@ -82,7 +82,7 @@ class Hal:
         return time.ticks_us()
 
     def readable(self, us: int, sending: bool) -> bool:
-        """Wait up to `us` for bytes, or until some can be sent; return whether bytes arrived."""
+        """Wait up to `us` until bytes arrive or some can be sent; return whether bytes arrived."""
         for file, event in (self.both if sending else self.reading).poll(us // 1000):
             if file is self.line_in and event:
                 return True
@@ -95,7 +95,7 @@ class Hal:
         return self.line_in.read(1024)
 
     def send(self, data: bytes) -> int:
-        """Send as many bytes as the line takes at once; return their number."""
+        """Send as many bytes as the line accepts without waiting; return their number."""
         if not self.writing.poll(0):
             return 0
         return self.line_out.write(data[:PIECE]) or 0
@@ -122,7 +122,7 @@ class Hal:
         return self.now
 
     def wait(self, due: int, reading: bool, sending: bool) -> bytes:
-        """Return bytes of the line, or none once the time has come or something can be sent."""
+        """Return bytes from the line, or none once `due` is reached or something can be sent."""
         self.due = due
         if self.speed == 0.0:
             if reading and not sending and self.ring.presses():
@@ -149,7 +149,7 @@ class Hal:
         return b""
 
     def patience(self) -> int:
-        """Return the time [us of the host] left for a client to fetch its samples."""
+        """Return the time [us of the host's clock] left for a client to fetch its samples."""
         host_time = self.host_us()
         if self.ring.fetched != self.fetched:
             self.fetched, self.pressed = self.ring.fetched, host_time
@@ -163,11 +163,11 @@ class Hal:
         return data or b""
 
     def tell(self, kind: int, count: int = 0) -> None:
-        """Send time and outputs to the plant."""
+        """Send the time and the outputs to the plant."""
         self.write_plant(struct.pack(OUT, self.pump, self.ticks_us(), self.power, kind, count))
 
     def query_plant(self, kind: int, size: int, count: int = 0) -> bytes:
-        """Return the plant's response; without a response the board ends."""
+        """Return the plant's response; if there is none, the board ends."""
         self.tell(kind, count)
         data = self.read_plant(size)
         if data is None or len(data) != size:
@@ -182,7 +182,7 @@ class Hal:
         self.supply_low = bool(flags & SUPPLY_LOW)
         self.contact = bool(flags & CONTACT)
         self.second = second if flags & SECOND else None
-        if busy:  # a simulated task keeps the core busy for so long [ms]
+        if busy:  # a simulated task keeps the core busy for this long [ms]
             self.leap = LEAP + 1000 * busy
             self.now = ticks.add(self.now, 1000 * busy)
         return vacuum, raw, warmth, flags & DIAGNOSTIC
@@ -192,13 +192,13 @@ class Hal:
         return self.second
 
     def output(self, pump: float, power: int) -> None:
-        """Set the pump, -1 to 1, and whether the vent valve is powered."""
+        """Set the pump (-1 to 1), and whether the vent valve is powered."""
         if pump != self.pump or power != self.power:
             self.pump, self.power = pump, power
             self.tell(TOLD)
 
     def estop(self) -> bool:
-        """Return whether the emergency stop was open at the last sample."""
+        """Return whether the emergency stop was open (pressed) at the last sample."""
         return self.estop_open
 
     def supply(self) -> bool:
@@ -209,13 +209,13 @@ class Hal:
         """Do nothing: the virtual board has neither a lamp nor a marker."""
 
     def arm(self) -> None:
-        """Do nothing: the virtual board does not test hanging processes, so it has no watchdog."""
+        """Do nothing: the virtual board is not for testing hangs, so it has no watchdog."""
 
     def feed(self) -> None:
         """Do nothing: there is no watchdog."""
 
     def load(self, slot: int):
-        """Return the settings in a slot, or None; without a file, those of the process."""
+        """Return the settings in a slot, or None; without a file, those stored in this process."""
         if not self.store:
             return self.slots[slot]
         try:
@@ -232,17 +232,17 @@ class Hal:
         self.saved = self.host_us()
 
     def keep(self, path: str, data: bytes) -> None:
-        """Write a file and synchronise it to disk, which MicroPython's `flush` does."""
+        """Write a file and flush it to disk, which MicroPython's `flush` does."""
         with open(path, "wb") as file:
             file.write(data)
             file.flush()
 
     def since_save(self) -> int:
-        """Return the host's time [us] since settings were stored."""
+        """Return the host's time [us] since settings were last stored."""
         return 1 << 40 if self.saved is None else self.host_us() - self.saved
 
     def external(self) -> bool:
-        """Return whether the contact for a trigger was closed at the last sample."""
+        """Return whether the trigger contact was closed at the last sample."""
         return self.contact
 
     def capture_start(self, rate: int) -> None:
@@ -254,7 +254,7 @@ class Hal:
         self.captures = True
 
     def capture_count(self) -> int:
-        """Return the number of samples since then, after storing new ones in the ring."""
+        """Return the number of samples since the start, after storing new ones in the ring."""
         if not self.captures:
             return self.sampled
         board_time = self.ticks_us()
@@ -298,5 +298,5 @@ class Hal:
         raise ScpiError(-241, "a virtual board has no prompt " + sys.platform)
 
     def crash(self, error) -> None:
-        """End the process with the error."""
+        """End the process with this error."""
         raise error

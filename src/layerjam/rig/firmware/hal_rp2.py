@@ -1,4 +1,4 @@
-"""The HAL of a Raspberry Pi Pico (RP2040): its pins, its converter, its watchdog, its flash."""
+"""The HAL of a Raspberry Pi Pico (RP2040): its pins, converter, watchdog and flash memory."""
 
 import json
 import os
@@ -15,21 +15,21 @@ import ticks
 import wired
 
 PIECE = 64
-"""Bytes written between two checks of the time: one USB packet, which takes 0.6 ms. More would wait
-for a host that does not read, or delay a sample for one that does."""
+"""Bytes written between two checks of the time: one USB packet, which takes 0.6 ms. More bytes
+would wait for a host that does not read, or delay a sample for one that does."""
 READ = 64
-"""Largest number of bytes read before the loop checks the time: 32 lines of a millisecond each."""
+"""Largest number of bytes read before the loop checks the time: 32 lines of 1 ms each."""
 HEARD = 4
 """Number of bytes read even if a sample is late, so that a slow board still receives commands."""
 EARLY = 2000
 """Time [us] before a sample in which the loop no longer sleeps."""
 SHARP = 300
-"""Time [us] before a sample in which only the clock is read, because reading the line takes up to
-200 us."""
+"""Time [us] before a sample in which only the clock is read: reading the line takes up to 200 us.
+"""
 BITE, SAVING = 100, 3000
-"""Normal timeout of the watchdog [ms], and that for erasing a sector, which stops the chip."""
+"""Normal timeout of the watchdog [ms], and that while a sector is erased, which stops the chip."""
 REASON, TIMER = 0x40058008, 1
-"""Register with the watchdog's reason for a reset; bit 0 is its timeout."""
+"""Register with the reason for a watchdog reset; bit 0 means its timeout."""
 FILE = "settings%d.bin"
 WIRED = "wired.json"
 CRASHED = "crash.txt"
@@ -37,7 +37,7 @@ FULL = 65535
 
 
 def wiring() -> dict:
-    """Return the image's pins, replaced by those in the file on this board's flash."""
+    """Return the pins in the image, or those in the file in this board's flash memory, if any."""
     pins = dict(wired.WIRED)
     try:
         with open(WIRED) as file:
@@ -105,7 +105,7 @@ class Hal:
         return time.ticks_us()
 
     def wait(self, due: int, reading: bool, sending: bool) -> bytearray:
-        """Return bytes of the line, or none once the time has come or something can be sent."""
+        """Return bytes from the line, or none once `due` is reached or something can be sent."""
         data = bytearray()
         poll = self.both if reading and sending else self.writing if sending else self.poll
         late, has_polled = 0, False
@@ -134,7 +134,7 @@ class Hal:
                 return data
 
     def send(self, data: bytes) -> int:
-        """Send a piece if the line takes one; return its number of bytes."""
+        """Send a piece if the line accepts one; return its number of bytes."""
         if not self.writing.poll(0):
             return 0
         return self.stdout.write(data[:PIECE]) or 0
@@ -148,21 +148,21 @@ class Hal:
         return None if self.other is None else self.other.read()[0]
 
     def output(self, pump: float, power: int) -> None:
-        """Set the pump, -1 to 1, and whether the vent valve is powered."""
+        """Set the pump (-1 to 1), and whether the vent valve is powered."""
         self.pump.duty_u16(int(FULL * pump + 0.5) if pump > 0.0 else 0)
         self.back.duty_u16(int(FULL * -pump + 0.5) if pump < 0.0 else 0)
         self.vent.value(power)
 
     def estop(self) -> bool:
-        """Return whether 12 V are missing after the emergency stop, so that the pin is low."""
+        """Return whether 12 V are missing downstream of the emergency stop: the pin is low."""
         return not self.closed.value()
 
     def supply(self) -> bool:
-        """Return whether the 12 V before the emergency stop are in order."""
+        """Return whether the 12 V upstream of the emergency stop are present."""
         return self.volts.mean(1) >= self.least
 
     def external(self) -> bool:
-        """Return whether the contact for a trigger is closed to ground."""
+        """Return whether the trigger contact is closed to ground."""
         return not self.trigger.value()
 
     def show(self, state: int, sync: int) -> None:
@@ -196,7 +196,7 @@ class Hal:
         self.saved = time.ticks_ms()
 
     def write(self, name: str, data: bytes) -> None:
-        """Write a file to the flash, with a longer timeout of the watchdog."""
+        """Write a file to flash memory, with a longer timeout of the watchdog."""
         if self.dog is not None:
             self.dog = machine.WDT(timeout=SAVING)
         try:
@@ -207,7 +207,7 @@ class Hal:
                 self.dog = machine.WDT(timeout=BITE)
 
     def since_save(self) -> int:
-        """Return the time [us] since settings were stored; large if beyond the clock's range."""
+        """Return the time [us] since settings were last stored; large beyond the clock's range."""
         milliseconds = -1 if self.saved is None else time.ticks_diff(time.ticks_ms(), self.saved)
         return 1 << 40 if milliseconds < 0 else milliseconds * 1000
 
@@ -224,7 +224,7 @@ class Hal:
         machine.reset()
 
     def maintenance(self) -> None:
-        """Restart to the prompt without a watchdog, which would reset the board there."""
+        """Restart to the prompt without the watchdog, which would reset the board there."""
         machine.mem32[begin.SCRATCH] = begin.ASKED
         machine.reset()
 

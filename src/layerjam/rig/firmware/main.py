@@ -1,4 +1,4 @@
-"""The board's loop: a sample every 10 ms at absolute deadlines, and the line in between."""
+"""The board's loop: a sample every 10 ms at absolute deadlines, and the serial line in between."""
 
 import gc
 import sys
@@ -11,8 +11,8 @@ from port import Port
 COLLECT = 50
 """Number of samples between two garbage collections."""
 ANSWERED, PATIENT = 5, 100
-"""Least and greatest number of samples from a request for a reset to the reset: the board first
-sends its response, or gives up if nobody reads."""
+"""Smallest and largest number of samples from the request to the reset: the board first sends its
+response, or gives up if nobody reads."""
 
 
 class Reset(Exception):
@@ -24,7 +24,7 @@ def loop(hal) -> None:
     bench = Bench(hal)
     port = Port(bench)
     if hal.collects:
-        # collect the garbage of the start now, not in the middle of a sample
+        # collect the garbage from start-up now, not in the middle of a sample
         gc.collect()
     due = hal.ticks_us()
     while True:
@@ -67,7 +67,7 @@ def hal_of(words: list):
 
 
 def main(words: list) -> None:
-    """Run until the line closes; a reset creates everything again."""
+    """Run until the line closes; after a reset, create everything again."""
     hal = hal_of(words)
     while True:
         try:

@@ -2,7 +2,7 @@
 
 
 def place(name: str) -> int:
-    """Return the address of a reserved area; 0 if the image reserves none."""
+    """Return the address of a reserved memory area; 0 if the image reserves none."""
     try:
         import reserved
     except ImportError:
@@ -11,7 +11,7 @@ def place(name: str) -> int:
 
 
 def piece(begin: int, size: int):
-    """Return `size` bytes of memory from an address on."""
+    """Return `size` bytes of memory starting at an address."""
     import uctypes
 
     return uctypes.bytearray_at(begin, size)

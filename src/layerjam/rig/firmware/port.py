@@ -8,15 +8,15 @@ from commands import tree
 LONGEST = 1024
 """Largest number of bytes in a line."""
 PLAIN = 0
-"""Session of lines without frames."""
+"""Session to which lines without frames belong."""
 QUIET = 200
-"""Samples after a frame in which a plain line counts as the rest of a torn frame."""
+"""Number of samples after a frame in which a plain line counts as the rest of a broken frame."""
 FULL = 4096
-"""Number of bytes waiting to be sent at which reading stops."""
+"""Number of unsent bytes at which the board stops reading."""
 LATER = 16
-"""Largest number of lines after one that waits."""
+"""Largest number of lines kept after one that waits."""
 STOPS = (b"OUTP OFF", b"OUTP 0", b"OUTPUT OFF", b"ABOR", b"ABORT")
-"""Lines that are executed even then."""
+"""Lines that are executed even while another one waits."""
 CORRUPT, CORRUPT_WINDOW = 10, 1000
 """Number of bad frames within a number of samples that causes an error."""
 
@@ -39,7 +39,7 @@ class Port:
         self.later: list[bytes] = []
 
     def full(self) -> bool:
-        """Return whether so many bytes wait to be sent that reading should stop."""
+        """Return whether so many bytes are unsent that reading should stop."""
         return len(self.outbox) - self.taken >= FULL
 
     def waiting(self) -> memoryview:
@@ -47,13 +47,13 @@ class Port:
         return memoryview(self.outbox)[self.taken :]
 
     def took(self, count: int) -> None:
-        """Note that `count` of these bytes are sent."""
+        """Record that `count` of these bytes have been sent."""
         self.taken += count
         if self.taken == len(self.outbox):
             self.outbox, self.taken = b"", 0
 
     def put(self, data: bytes) -> None:
-        """Add data to be sent."""
+        """Queue data for sending."""
         if self.taken:
             self.outbox, self.taken = self.outbox[self.taken :], 0
         self.outbox += data
@@ -91,7 +91,7 @@ class Port:
                 self.framed = self.bench.count
                 self.frame(*parts)
         elif self.bench.count - self.framed < QUIET:
-            if line:  # usually empty: a repeating host first ends any torn frame
+            if line:  # usually empty: a host that repeats a frame first ends any broken one
                 self.spoilt()
         elif len(line) > LONGEST:
             self.too_long(False)
@@ -99,7 +99,7 @@ class Port:
             self.plain(line[:-1] if line[-1:] == b"\r" else line)
 
     def plain(self, line: bytes) -> None:
-        """Answer a plain line; after a waiting line it waits too, unless it stops something."""
+        """Execute a plain line; behind a waiting line it waits too, unless it stops something."""
         waits = self.bench.sessions[PLAIN].held is not None and line != frame.PENDING
         if waits and line.strip().upper() not in STOPS:
             if len(self.later) < LATER:
@@ -150,14 +150,14 @@ class Port:
         return answer if session.held is None else frame.PENDING
 
     def too_long(self, framed: bool) -> None:
-        """Discard an endless line up to its LF."""
+        """Discard an overlong line up to its LF."""
         if framed:
             self.spoilt()
         else:
             self.bench.sessions[PLAIN].push(-363, "a line has at most %d bytes" % LONGEST)
 
     def spoilt(self) -> None:
-        """Ignore a damaged frame; ten of them in ten seconds are reported."""
+        """Ignore a damaged frame; ten of them within ten seconds are reported."""
         sample = self.bench.count
         self.bad = self.bad[1 - CORRUPT :] + [sample]
         if len(self.bad) == CORRUPT and sample - self.bad[0] <= CORRUPT_WINDOW:

@@ -1,4 +1,4 @@
-"""The last ten seconds of samples, kept until they are stored: a ring of packed records."""
+"""A ring of packed records: the last ten seconds of samples, kept until clients store them."""
 
 import struct
 
@@ -12,13 +12,13 @@ BLOCK = 200
 
 
 class Ring:
-    """Records by their number `seq`, and the first unacknowledged one of each session."""
+    """Records by their number `seq`, and the first unacknowledged record of each session."""
 
     def __init__(self, store=None, sessions: int = 16) -> None:
         self.store = bytearray(ROOM * SIZE) if store is None else store
         self.next = 0
         self.lost = 0
-        """Number of records overwritten before a session that acknowledges received them."""
+        """Number of records overwritten before an acknowledging session received them."""
         self.places = [-1] * sessions
         """First record that a session has not acknowledged; -1 before its first fetch."""
         self.recorders: list[int] = []
@@ -26,14 +26,14 @@ class Ring:
         self.begin = 0
         """First record that no session has acknowledged, where a new session begins."""
         self.slowest = 0
-        """Smallest of the recorders' places."""
+        """Smallest of the recorders' positions."""
         self.reader = -1
-        """Session that fetched last."""
+        """Session that last fetched records."""
         self.fetched = 0
-        """Number of fetches of all sessions."""
+        """Number of fetches by all sessions."""
 
     def put(self, *fields: object) -> bool:
-        """Store one record after its number; return True if a recorder lost an old one."""
+        """Store one record by its number; return True if a recorder lost an old one."""
         struct.pack_into(LAYOUT, self.store, (self.next % ROOM) * SIZE, self.next, *fields)
         self.next += 1
         if not self.recorders or self.next - self.slowest <= ROOM:
@@ -60,7 +60,7 @@ class Ring:
         return out + bytes(records[: (count - head) * SIZE]) if head < count else out
 
     def acknowledge(self, seq: int, session: int) -> bool:
-        """Move a session past the record `seq`; return False if it has no such record left."""
+        """Move a session past the record `seq`; return False if the session has no such record."""
         if not self.place(session) <= seq < self.next:
             return False
         self.places[session] = seq + 1
@@ -84,5 +84,5 @@ class Ring:
             self.reader = -1
 
     def presses(self) -> bool:
-        """Return whether the last reader's next records will soon be overwritten."""
+        """Return whether the next records for the last reader will soon be overwritten."""
         return self.reader >= 0 and self.next - self.place(self.reader) > ROOM - BLOCK

@@ -1,13 +1,13 @@
 """SCPI: a tree of headers, their parameters, and the parser of one line.
 
 The nodes of the tree hold the names; the actions are stored outside the namespace of the mnemonics.
-Errors carry the standard's numbers. After an error the rest of a line is dropped.
+Errors have the numbers of the standard. After an error, the rest of the line is dropped.
 """
 
 DIGITS = "0123456789"
 HEXADECIMAL = "0123456789ABCDEF"
 BASES = {"H": 16, "Q": 8, "B": 2}
-"""{letter after # of a non-decimal number: its base} (IEEE 488.2, 7.7.4)."""
+"""{letter after the # of a non-decimal number: base} (IEEE 488.2, 7.7.4)."""
 HEADER = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_:*"
 SPACE = " \t"
 SUFFIXES = {
@@ -19,7 +19,7 @@ SUFFIXES = {
     "Hz": {"HZ": 1.0, "KHZ": 1e3},
     "g": {"G": 1.0},
 }  # fmt: skip
-"""{unit: {suffix in capitals: factor}}."""
+"""{SI unit: {suffix in capitals: factor}}."""
 TEXTS = {
     0: "No error",
     -101: "Invalid character",
@@ -47,7 +47,7 @@ TEXTS = {
 
 
 class ScpiError(Exception):
-    """Raised if a line is rejected; holds (number, additional text)."""
+    """Raised if a line is rejected; its arguments are (number, additional text)."""
 
     def __init__(self, code: int, detail: str = "") -> None:
         super().__init__(code, detail)
@@ -65,7 +65,7 @@ class Node:
 
 
 class Rule:
-    """Action of a header: `do(bench, session, *values)`, its parameters, and allowed states."""
+    """Action of a header: `do(bench, session, *values)`, its parameters and the allowed states."""
 
     def __init__(self, do, params: tuple = (), least: int = -1, flags: str = "") -> None:
         self.do = do
@@ -112,12 +112,12 @@ def non_decimal(text: str) -> "int | None":
 
 
 def limit(value, bench) -> float:
-    """Return a bound, which may be a function of the bench."""
+    """Return a bound; `value` is a number or a function of the bench."""
     return value(bench) if callable(value) else value
 
 
 class Number:
-    """A number from `lo` to `hi` in `unit` ("" takes no suffix); MIN, MAX and DEF name values.
+    """A number from `lo` to `hi` in `unit` ("" means no suffix); MIN, MAX and DEF name values.
 
     `empty` is the message of error -221 if there is no range yet.
     """
@@ -166,7 +166,7 @@ class Number:
 
 
 class Choice:
-    """One of some words, long or short (`RELease`), as its index; `ON|OFF` also as 1|0."""
+    """One word of a list, long or short (`RELease`), as its index; `ON|OFF` also as 1|0."""
 
     def __init__(self, name: str, words: str) -> None:
         self.name = name
@@ -193,7 +193,7 @@ class Text:
         self.name, self.most = name, limit
 
     def read(self, text: str, bench) -> object:
-        """Return the text between the quotes, with doubled quotes made single."""
+        """Return the text between the quotes, with doubled quotes reduced to single ones."""
         if text[:1] not in ("'", '"'):
             raise ScpiError(-104, self.name + " is a quoted string")
         if len(text) < 2 or text[-1] != text[0]:
@@ -210,7 +210,7 @@ def short(word: str) -> str:
 
 
 def grow(root: Node, header: str, command, query) -> None:
-    """Add a header such as `[SOURce]:VACuum[:LEVel]` to the tree in all its spellings."""
+    """Add a header such as `[SOURce]:VACuum[:LEVel]` to the tree in all of its spellings."""
     nodes = [root]
     for piece in header.replace("[:", ":[").split(":"):
         word = piece.strip("[]")
@@ -225,9 +225,9 @@ def grow(root: Node, header: str, command, query) -> None:
 
 
 def end_of(line: str, begin: int, mark: str) -> int:
-    """Return the first position of a mark outside quotes from `begin` on, or the line's end.
+    """Return the first position, from `begin`, of a mark outside quotes, or the line's end.
 
-    It uses `find`, because a loop over the law's 528 digits would delay a sample.
+    It uses `find`, because a loop over the 528 digits of the law's settings would delay a sample.
     """
     while True:
         end = line.find(mark, begin)
@@ -246,7 +246,7 @@ def end_of(line: str, begin: int, mark: str) -> int:
 
 
 def arguments(text: str) -> list:
-    """Return the texts between the commas outside quotes."""
+    """Return the texts separated by commas that are outside quotes."""
     if not text:
         return []
     out, begin = [], 0
@@ -260,7 +260,7 @@ def arguments(text: str) -> list:
 
 
 def header_of(unit: str) -> tuple:
-    """Return (header, whether it is a query, the rest) of one unit."""
+    """Return (header, whether it is a query, the rest) of one message unit."""
     length = 0
     while length < len(unit) and unit[length] in HEADER:
         length += 1
@@ -273,7 +273,7 @@ def header_of(unit: str) -> tuple:
 
 
 def find_node(root: Node, path: Node, head: str) -> tuple:
-    """Return (node, node above it) that a header names, from the root or along the path."""
+    """Return (node, its parent) that a header names, searched from the root or along the path."""
     if head[0] == "*":
         if ":" in head:
             raise ScpiError(-101, head)
@@ -290,7 +290,7 @@ def find_node(root: Node, path: Node, head: str) -> tuple:
     for word in words:
         if not word:
             raise ScpiError(-101, head)
-        # each item exists once, so the suffix 1 equals no suffix (SCPI-99, 6.2.5.2)
+        # each item exists once, so the suffix 1 means the same as no suffix (SCPI-99, 6.2.5.2)
         plain = word.rstrip(DIGITS)
         above, node = node, node.below.get(word) or node.below.get(plain)
         if node is None:
@@ -310,7 +310,7 @@ def values(rule: Rule, texts: list, bench) -> list:
 
 
 def run(root: Node, line: bytes, bench, session, pending=None) -> tuple:
-    """Return (response, error or None, whether it commanded) of a line, or a `pending` rest.
+    """Return (response, error or None, whether it had a command) of a line or a `pending` rest.
 
     The response is that of the units before the error. A unit with the flag L or C is a command. A
     unit with the flag W that must wait is stored in `session.held`, with the rest of its line.

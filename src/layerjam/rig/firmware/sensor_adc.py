@@ -1,13 +1,13 @@
-"""A sensor with a voltage output, amplified or divided, on the board's own converter."""
+"""A sensor with a voltage output, amplified or divided, read by the board's own converter."""
 
 READS = 8
 """Number of conversions averaged for one reading."""
 WIRE = 0.01
-"""Share of the converter's range, at either end, that only a broken wire reaches."""
+"""Fraction of the converter's range, at either end, that is reached only with a broken wire."""
 
 
 class Sensor:
-    """`sensor_zero` and `sensor_full`: shares of the range at no vacuum and at `sensor_range`."""
+    """`sensor_zero` and `sensor_full`: fractions of the range at zero and at `sensor_range`."""
 
     def __init__(self, pins: dict, converter) -> None:
         self.zero = pins["sensor_zero"]

@@ -1,6 +1,6 @@
-"""Honeywell HSC and SSC sensors with SPI: 14 bits of pressure, 11 of temperature, two of diagnosis.
+"""Honeywell HSC and SSC sensors on SPI: 14 bits of pressure, 11 of temperature, two of diagnostics.
 
-Counts 1638 and 14746 mean the least and the greatest pressure of the part (Linux driver
+The counts 1638 and 14746 mean the lowest and the highest pressure of the part (Linux driver
 hsc030pa.c); the clock is at most 800 kHz.
 """
 
@@ -12,7 +12,7 @@ STALE, BROKEN = 2, 3
 
 
 class Sensor:
-    """`range` is the greatest pressure between the ports; the brake is at port 1."""
+    """`range` is the highest pressure difference between the ports; the brake is at port 1."""
 
     def __init__(self, pins: dict) -> None:
         self.range = pins["sensor_range"]

@@ -3,7 +3,7 @@
 from scpi import TEXTS
 
 DEEP = 16
-"""Largest number of errors in a queue; the last one becomes "queue overflow"."""
+"""Largest number of errors in a queue; the last one is then "queue overflow"."""
 DEVICE = {
     120: "LEASE_EXPIRED",
     121: "TICK_OVERRUN",
@@ -27,7 +27,7 @@ COMPLETE, QUERY, DEVICE_ERROR, EXECUTION, COMMAND, POWER_ON = 1, 4, 8, 16, 32, 1
 
 
 class Register:
-    """Condition, event and enable; the event stores every rise of a condition."""
+    """Condition, event and enable; the event part stores every rise of a condition."""
 
     def __init__(self) -> None:
         self.condition = 0
@@ -59,10 +59,10 @@ class Session:
         self.completes = False
         """Whether `*OPC` waits for the end of a capture."""
         self.held = None
-        """Line that waits for it: its remaining text, the path, and the responses so far."""
+        """Line that waits for this end: its remaining text, the path, and the responses so far."""
 
     def push(self, code: int, detail: str = "") -> None:
-        """Add an error; its class appears in the standard event register."""
+        """Add an error; its class is set in the standard event register."""
         if code > 0 or -399 <= code <= -300:
             self.standard |= DEVICE_ERROR
         elif -299 <= code <= -200:
@@ -100,7 +100,7 @@ class Session:
 
 
 def format_error(code: int, detail: str, names: dict) -> str:
-    """Return an error in SCPI's format; `names` are those of the law's faults."""
+    """Return an error in SCPI format; `names` are those of the law's faults."""
     text = names.get(code - 100) or DEVICE.get(code) if code > 0 else TEXTS.get(code)
     text = text or "Error"
     if detail:

@@ -17,19 +17,19 @@ LIMITS = (
     (1e-9, 1e6), (0, 1), (0, 1), (1, 1e3), (1e-9, 1e6), (0, 1e9), (1, BIG), (0, 1e9),
     (1e-9, 1e5), (0, 1e9), (-BIG, BIG), (-BIG, BIG), (-BIG, BIG), (0, 1e3), (1e-12, 1e7), (0, 1e5),
 )  # fmt: skip
-"""Least and greatest value of each number of the law's settings, in their order."""
+"""Smallest and largest value of each number in the law's settings, in their order."""
 INTEGER_PLACES = (0, 5, 14)
-"""Indices of the numbers that are integers: a kind, or yes and no."""
+"""Indices of the numbers that are integers: a kind, or yes or no."""
 
 
 class Settings:
-    """Declared settings of a board; those that could be unsafe have no default."""
+    """Declared settings of a board; settings that could be unsafe have no default."""
 
     def __init__(self) -> None:
         self.safe = 0
         """Safe state: 1 release, 2 hold, 0 not declared."""
         self.rest = 0
-        """Vent without power: 1 open, 2 closed, 0 not declared."""
+        """Position of the vent without power: 1 open, 2 closed, 0 not declared."""
         self.law = None
         self.offset = 0.0
         self.gain = 1.0
@@ -54,7 +54,7 @@ def flat(law: tuple) -> bytes:
 
 
 def law_of(raw: bytes) -> tuple:
-    """Return (law's settings, "") from their doubles, or (None, invalid number and limits)."""
+    """Return (law's settings, "") from their doubles, or (None, the invalid number and limits)."""
     numbers = struct.unpack("<%dd" % LAW, raw)
     for place, value in enumerate(numbers):
         lo, hi = LIMITS[place]
@@ -85,7 +85,7 @@ def unpack_settings(raw: bytes) -> "Settings | None":
 
 
 def load(hal) -> tuple:
-    """Return (settings, error or 0) of the newer of two slots; -314 if no slot is intact."""
+    """Return (settings, error or 0) of the newer of two slots; error -314 if no slot is intact."""
     raw = [hal.load(0), hal.load(1)]
     good = [s for s in [unpack_settings(slot) for slot in raw if slot is not None] if s]
     if not good:
@@ -99,6 +99,6 @@ def load(hal) -> tuple:
 
 
 def save(hal, settings: Settings) -> None:
-    """Write the slot that does not hold the newest."""
+    """Write the settings to the slot that does not hold the newest ones."""
     settings.generation += 1
     hal.save(settings.generation % 2, settings.pack())

@@ -6,10 +6,10 @@ PERIOD = 10000
 
 
 def diff(later: int, earlier: int) -> int:
-    """Return the microseconds between two counts, correct across a wrap, up to 8.9 minutes."""
+    """Return the microseconds between two counts, also across a wrap, for up to 8.9 minutes."""
     return ((later - earlier + (WRAP >> 1)) & (WRAP - 1)) - (WRAP >> 1)
 
 
 def add(count: int, us: int) -> int:
-    """Return the count `us` microseconds later."""
+    """Return the clock count `us` microseconds later."""
     return (count + us) & (WRAP - 1)

@@ -1,7 +1,7 @@
 """Builds a board's image from Debian's packages alone: `make firmware`.
 
-MicroPython's source, the chip maker's library and the USB stack come from Debian 13. They are
-fetched from this machine's mirror with apt's signature check, and compiled by the machine's own
+MicroPython's source code, the chip maker's library and the USB stack are from Debian 13. They are
+fetched from this machine's mirror with apt's signature check, and compiled with the machine's own
 compiler. Our files and the control law are frozen into the image.
 """
 
@@ -35,8 +35,8 @@ NEEDED = (
 BOARD = "LAYERJAM_PICO"
 RAM_END = 0x20040000
 RING_SIZE, FAST_SIZE = 24 << 10, 32 << 10
-"""Bytes at the end of memory that the collector does not search: for the samples, and for the
-accelerometer's, which DMA requires at a multiple of their size."""
+"""Bytes at the end of memory that the collector does not search: for the samples, and for those of
+the accelerometer, which DMA needs at a multiple of their size."""
 CHANGES = {
     "micropython/ports/rp2/CMakeLists.txt": [
         (r"(set\(MICROPY_SSL_MBEDTLS )ON", r"\1OFF"),
@@ -63,9 +63,9 @@ CHANGES = {
 """{unpacked file: replacements in it}.
 
 TLS, SHA-1 and AES are removed, because Debian's source lacks their dependencies. With double
-precision the law gives exactly the results of CPython. A host that does not read does not delay a
-sample. The collector is compiled for speed, like the interpreter. The heap ends where the reserved
-memory begins. Without an unused file in C++, 1.5 GB of C++ library need not be installed.
+precision the law gives exactly the same results as in CPython. A host that does not read does not
+delay a sample. The collector is compiled for speed, like the interpreter. The heap ends where the
+reserved memory begins. An unused C++ file is left out: it needs 1.5 GB of libraries.
 """
 RESERVED = f"RING, FAST = {RAM_END - FAST_SIZE - RING_SIZE}, {RAM_END - FAST_SIZE}\n"
 MANIFEST = 'freeze("$(PORT_DIR)/modules")\nfreeze({folder!r})\n'
@@ -78,7 +78,7 @@ def recipe_hash() -> str:
 
 
 def sources() -> dict[str, str]:
-    """Return the sources of an image; an image with the same facts is current."""
+    """Return the sources of an image; an image with the same hashes is up to date."""
     return {
         "law_sha256": law_hash(),
         "firmware_sha256": re.findall("FIRMWARE = '(.*)'", parts("pico")["built.py"])[0],
@@ -87,7 +87,7 @@ def sources() -> dict[str, str]:
 
 
 def current(out: Path) -> bool:
-    """Return whether a folder holds the image of these sources."""
+    """Return whether a folder contains the image built from these sources."""
     image, facts = out / "layerjam-pico.uf2", out / "layerjam-pico.json"
     if not image.exists() or not facts.exists():
         return False
@@ -101,7 +101,7 @@ class BuildError(Exception):
 
 
 def run(command: Sequence[str], folder: Path, log: Path, **more: str) -> str:
-    """Return the output of a command; BuildError with its last lines if it fails."""
+    """Return the output of a command; BuildError with the last lines of output if it fails."""
     process = subprocess.run(
         command, cwd=folder, capture_output=True, text=True, check=False, env={**os.environ, **more}
     )
@@ -129,7 +129,7 @@ def mirrors(log: Path) -> list[str]:
 
 
 def fetch(work: Path, log: Path) -> Path:
-    """Return a folder with Debian 13's packages, fetched once; the machine's apt is not changed."""
+    """Return a folder with Debian 13's packages, fetched once; this machine's apt is unchanged."""
     versions = {**SOURCES, **BINARIES}
     packages, marker = work / "debian", work / "debian" / "fetched.json"
     if marker.exists() and json.loads(marker.read_text()) == versions:
@@ -161,7 +161,7 @@ def fetch(work: Path, log: Path) -> Path:
 
 
 def unpack(packages: Path, work: Path, log: Path) -> tuple[Path, Path]:
-    """Return (MicroPython's tree, the maker's library) as in Debian, except for CHANGES."""
+    """Return the folders of MicroPython and the maker's library, changed only by CHANGES."""
     tree, library = work / "micropython", work / "library"
     for folder in (tree, library):
         shutil.rmtree(folder, ignore_errors=True)
@@ -181,7 +181,7 @@ def unpack(packages: Path, work: Path, log: Path) -> tuple[Path, Path]:
 
 
 def compile_program(tree: Path, library: Path, work: Path, log: Path, jobs: int) -> Path:
-    """Return the program as it is in the flash, with firmware and law frozen in."""
+    """Return the program for the flash memory, with firmware and law frozen into it."""
     frozen, board = work / "frozen", work / BOARD
     for folder in (frozen, board):
         shutil.rmtree(folder, ignore_errors=True)
@@ -225,7 +225,7 @@ def find_file(folder: Path, name: str) -> Path:
 
 
 def main() -> int:
-    """Build the image and print its facts."""
+    """Build the image and print its metadata."""
     words = argparse.ArgumentParser(description="Build the image of a Raspberry Pi Pico.")
     words.add_argument("--out", type=Path, default=Path("out/firmware"), help="folder")
     words.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
