@@ -1,8 +1,8 @@
 """layerjam: design, predict, test, calibrate and drive soft layer-jamming brakes.
 
-The commands are functions (`layerjam.force`, `layerjam.drop`, ...) that take text with units or SI
-numbers and return results that print, plot and save themselves; the equations are in
-`layerjam.laws`. Every name is imported when it is first used, so that ``import layerjam`` is fast.
+The commands are functions (`layerjam.force`, `layerjam.drop`, ...) that accept text with units or
+SI numbers and return results that can be printed, plotted and saved; the equations are in
+`layerjam.laws`. Each name is imported when it is first used, so that ``import layerjam`` is fast.
 """
 
 import ast
@@ -38,9 +38,9 @@ _FORMER = {
     "layerjam.simulate.stick_slip": "JudderRecord:StickSlipRecord amplitude_map",
     "layerjam.studies.machines.apply": "apply:scenario machines",
 }
-"""Former names of the package, {module: names, `old:new` if renamed}; they still work."""
+"""Former names in the package, {module: names, `old:new` if renamed}; they still work."""
 _FOLDERS = {"design": "design_brake", "report": "write_report"}
-"""Subpackages with the name of a command; calling such a module runs the command."""
+"""Subpackages that share the name of a command; calling such a module runs the command."""
 
 
 def _names(file: str) -> dict[str, tuple[str, str]]:

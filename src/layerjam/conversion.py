@@ -1,4 +1,4 @@
-"""Factors between units, and numbers from the quantity objects of other packages."""
+"""Conversion factors between units, and numbers from the quantity objects of other packages."""
 
 import functools
 import math
@@ -13,7 +13,7 @@ T = TypeVar("T")
 
 
 class HasUnit(Protocol):
-    """A quantity object of pint."""
+    """A pint quantity object."""
 
     @property
     def magnitude(self) -> Any:
@@ -69,7 +69,7 @@ FACTORS = {
 }
 """{SI unit: {unit: factor}}, as in pint (a test compares them); importing pint takes 0.5 s.
 
-Values are shown in these units except _TYPED; the usual unit comes first.
+Values are shown in these units, except for _TYPED; the usual unit comes first.
 """
 _TYPED = {"cm", "mbar", "bar", "N/mm", "cm/s", "mm/min", "h", "kJ", "L/min", "mL/min"}
 
@@ -80,7 +80,7 @@ def _unit_registry() -> Any:
 
     try:
         return pint.UnitRegistry(cache_folder=":auto:")
-    except Exception:  # no writable cache, or another process is writing it: continue more slowly
+    except Exception:  # the cache is read-only, or another process writes it: continue, but slowly
         return pint.UnitRegistry()
 
 
@@ -97,7 +97,7 @@ def unit_factor(unit: str, si: str) -> Fraction | None:
 
 
 def factor_by_pint(unit: str, si: str) -> Fraction | None:
-    """Return the factor from pint, which knows far more units and takes half a second to load."""
+    """Return the factor from pint, which knows far more units but takes half a second to load."""
     text = unit.strip().replace("−", "-").replace("μ", "µ").replace('"', "inch")
     if not text or not _UNIT.fullmatch(text) or re.search(r"\d{2}|\*\*|\^\s*\(", text):
         return None
@@ -129,18 +129,18 @@ def shown_units(si: str) -> tuple[str, ...]:
 
 
 def strip_unit(value: Any, si: str, name: str) -> Any:
-    """Return the SI number or array of a value that has its unit; other values are unchanged.
+    """Return the SI number or array of a value that has a unit; other values are unchanged.
 
     Units are read from pint and astropy quantities, and from a DataArray or Series whose
-    `attrs["units"]` names its unit. A DataArray remains one. Raises QuantityError for a unit of the
-    wrong dimension, for an unknown unit, and for a table.
+    `attrs["units"]` names its unit. A DataArray remains one. Raises QuantityError for a unit with
+    the wrong dimension, for an unknown unit, and for a table.
     """
     if hasattr(value, "columns") or hasattr(value, "data_vars"):
         kind = type(value).__name__
         raise QuantityError.of(name, f"a {kind} holds several quantities; give one of its columns")
     if hasattr(value, "magnitude") and hasattr(value, "units"):  # a pint quantity from any registry
         return _convert_object(value, "magnitude", si, name)
-    if hasattr(value, "to_value") and hasattr(value, "unit"):  # a quantity of astropy
+    if hasattr(value, "to_value") and hasattr(value, "unit"):  # an astropy Quantity
         return _convert_object(value, "value", si, name)
     if hasattr(value, "dims") and hasattr(value, "copy"):
         data = strip_unit(value.data, si, name)
@@ -168,7 +168,7 @@ def _convert_object(value: Any, number: str, si: str, name: str) -> Any:
 
 
 def _convert_labelled(value: Any, si: str, name: str) -> Any:
-    """Return a labelled array in SI if its attribute `units` names a different unit."""
+    """Return a labelled array, converted to SI if its attribute `units` names a different unit."""
     unit = value.attrs.get("units") if si else None
     if isinstance(unit, Mapping):
         unit = unit.get(value.name)

@@ -14,12 +14,12 @@ T = TypeVar("T")
 
 
 class Notice(str):
-    """A warning next to a result: a sentence for people, and a key for programs."""
+    """A warning that accompanies a result: a sentence for people, and a key for programs."""
 
     key: str
 
     def __new__(cls, sentence: str, key: str = "note") -> "Notice":
-        """Return a notice; programs use `key` and never parse the sentence."""
+        """Return a notice; programs should use `key` and never parse the sentence."""
         notice = super().__new__(cls, sentence)
         notice.key = key
         return notice
@@ -29,16 +29,16 @@ class Notice(str):
 
 
 class LayerjamError(Exception):
-    """Base of all errors of this package; the command line then exits with code 2."""
+    """Base of all errors of this package; they make the command line exit with code 2."""
 
     key: ClassVar[str] = "error"
-    """Kind of error, for programs; the message is for people."""
+    """Kind of error, for use by programs; the message is for people."""
     quantity: str | None = None
     """Dotted path or name of the quantity that the error concerns, or None."""
 
 
 class QuantityError(LayerjamError, ValueError):
-    """A value without unit, of the wrong dimension, not a number, or outside its bounds."""
+    """A value without a unit, with the wrong dimension, not a number, or out of bounds."""
 
     key = "quantity"
 
@@ -58,7 +58,7 @@ def quantity_of(error: LayerjamError | None) -> str | None:
 
 
 class FileError(LayerjamError):
-    """A file that cannot be read or written; names the file and, if known, the line."""
+    """A file that cannot be read or written; the message names the file and, if known, the line."""
 
     key = "file"
 
@@ -71,11 +71,11 @@ class FileError(LayerjamError):
         how: str = "",
         asks: str = "",
     ) -> None:
-        """Build the message; `how` ends it with the option that helps.
+        """Build the message; `how` is its ending, which names the option that helps.
 
         `asks` names the missing choice: "columns", "force-sign", "elongation-sign", "decimal",
-        "specimen", "sheet", "speed" or "reading". A page offers this choice in its own way, after
-        `plain`.
+        "specimen", "sheet", "speed" or "reading". A page offers this choice in its own way, below
+        the text `plain`.
         """
         place = f"{path}, line {line}" if line else f"{path}"
         super().__init__(f"{place}: {reason}{how}")
@@ -106,13 +106,13 @@ class UnknownNameError(LayerjamError, KeyError):
 
 
 class ArgumentError(LayerjamError, TypeError):
-    """An argument of a function that is missing, or that the function does not have."""
+    """A missing argument of a function, or one that the function does not have."""
 
     key = "argument"
 
 
 def explain_arguments(target: T) -> T:
-    """Make a function or a dataclass raise ArgumentError for arguments that it does not accept."""
+    """Make a function or a dataclass raise ArgumentError for arguments it does not accept."""
     is_class = isinstance(target, type)
     call: Any = target.__init__ if is_class else target  # type: ignore[misc]
 
@@ -154,13 +154,13 @@ def _explain_call(
 
 
 class NotKnownError(LayerjamError, ValueError):
-    """A required number that is unknown, or a result that is infeasible."""
+    """A required value that is unknown, or a result that is infeasible."""
 
     key = "not-known"
 
 
 class PrecisionError(LayerjamError):
-    """A law was called while JAX works in single precision."""
+    """A call of a law while JAX works in single precision."""
 
     key = "precision"
 
@@ -172,7 +172,7 @@ class PrecisionError(LayerjamError):
 
 
 class ProcedureError(LayerjamError, ValueError):
-    """A test procedure that cannot be read or contradicts itself."""
+    """A test procedure that cannot be read or that contradicts itself."""
 
     key = "procedure"
 
@@ -195,7 +195,7 @@ class FitError(LayerjamError, ValueError):
 
 
 class MissingExtraError(LayerjamError, ImportError):
-    """An optional package that is not installed."""
+    """A required optional package that is not installed."""
 
     key = "missing-extra"
 
@@ -220,7 +220,7 @@ class CompilerError(LayerjamError):
 
 
 def abbreviate(value: object) -> str:
-    """Return a value as one short line for an error message."""
+    """Return a value as text on one short line, for an error message."""
     if shape := getattr(value, "shape", None):
         return f"{type(value).__name__} of the shape {shape}"
     try:

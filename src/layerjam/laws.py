@@ -1,8 +1,8 @@
-"""The laws: pure array functions of SI quantities and a brake, one equation each.
+"""The laws: pure array functions of SI quantities and a brake, one for each equation.
 
-They broadcast, trace, differentiate and batch with JAX, and take a Brake or a BrakeFile. Called
-with numbers they compute in double precision, whatever the process has set. Traced, they need
-``jax.config.update("jax_enable_x64", True)``.
+They can be broadcast, traced, differentiated and batched by JAX, and accept a Brake or a BrakeFile.
+When called with numbers, they compute in double precision, whatever the process has set. When
+traced, they need ``jax.config.update("jax_enable_x64", True)``.
 """
 
 from layerjam.device.brake import enclosure_mass as enclosure_mass

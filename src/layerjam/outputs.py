@@ -1,4 +1,4 @@
-"""Output quantities: unit and text of each computed value, declared once on its record."""
+"""Output quantities: unit and description of each computed value, declared once on its record."""
 
 import math
 from collections.abc import Callable
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     Axes = axes.Axes
     Figure = figure.Figure
-else:  # annotations use these names before Matplotlib is loaded
+else:  # annotations need these names before Matplotlib is loaded
     Axes = Figure = Any
 
 T = TypeVar("T")
@@ -34,8 +34,8 @@ def number(
     """Return a field for a quantity in SI, an array or a list of them; None means unknown.
 
     `shown` formats it if the usual text is unsuitable; a field that is not `listed` is in the JSON
-    but not in the table. With an `interval`, the fields NAME_low and NAME_high follow: the ends of
-    its 95 % interval; None marks an open end.
+    but not in the table. With an `interval`, it is followed by the fields NAME_low and NAME_high,
+    the ends of its 95 % interval; None marks an open end.
     """
     spec = QuantitySpec(unit, text, lo=-math.inf)
     return _field(spec, text, default, shown, listed, interval=interval)
@@ -49,9 +49,9 @@ def fact(
     listed: bool = True,
     key: str = "",
 ) -> Any:
-    """Return a field without a unit: a word, a flag, a table, a file's name.
+    """Return a field without a unit: a word, a flag, a table or a file's name.
 
-    `key` is its key in the JSON if no field can have that name.
+    `key` is its key in the JSON, for a key that cannot be the name of a field.
     """
     return _field(None, text, default, shown, listed, key=key)
 
@@ -72,8 +72,8 @@ def _field(
 def declare(cls: type[T]) -> type[T]:
     """Return a decorator that completes the fields of a class before `dataclass` processes it.
 
-    A field that is named again without a value keeps the unit and text of the base class's field,
-    and its key is moved to this place. The ends of an interval come after its quantity.
+    A field that is named again without a value keeps the unit and the text of the field in the base
+    class, and its key moves to this position. The ends of an interval come after its quantity.
     """
     bases = [base for base in reversed(cls.__mro__[1:]) if is_dataclass(base)]
     inherited = {f.name: f for base in bases for f in fields(base)}

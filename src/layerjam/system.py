@@ -1,4 +1,4 @@
-"""Differences between operating systems: file names, locks, typed commands, file errors."""
+"""Differences between operating systems: file names, locks, commands as typed, file errors."""
 
 import contextlib
 import errno
@@ -20,9 +20,9 @@ LONGEST = 260
 """Longest path that Windows accepts by default, including its terminator [characters]."""
 LOCKED = 0x4000_0400
 """Position of the byte to lock. Windows does not let other programs read a locked byte. SQLite
-neither locks this byte nor stores data in its page."""
+neither locks this byte nor stores data in the page around it."""
 _PLAIN = re.compile(r"[\w.:/\\*?=+~-]+")
-"""Words that need no quotes in cmd.exe and PowerShell."""
+"""Pattern of words that need no quotes in cmd.exe and PowerShell."""
 
 
 def is_windows() -> bool:
@@ -31,9 +31,9 @@ def is_windows() -> bool:
 
 
 def check_name(path: PurePath) -> None:
-    """Raise FileError for a path with the name of a file or folder that Windows rejects.
+    """Raise FileError for a path with a file or folder name that Windows rejects.
 
-    Check it first, because for Windows a device's name exists already.
+    Call this first, because for Windows the name of a device already exists.
     """
     for name in path.parts[bool(path.anchor) :] if WINDOWS else ():
         if name != ".." and (problem := _refusal(name)):
@@ -56,7 +56,7 @@ def _refusal(name: str) -> str | None:
 
 @contextlib.contextmanager
 def report_failure(path: str | PurePath, problem: str) -> Iterator[None]:
-    """Turn a system error inside the block into a FileError: `path`: `problem`, and the reason."""
+    """Turn a system error inside the block into a FileError: `path`: `problem` and the reason."""
     try:
         yield
     except (OSError, ValueError) as error:
@@ -68,7 +68,7 @@ def report_failure(path: str | PurePath, problem: str) -> Iterator[None]:
 
 
 def _reason(error: Exception, path: PurePath) -> str:
-    """Return the system's message, with advice on Windows."""
+    """Return the system's message, with a hint if the system is Windows."""
     message = getattr(error, "strerror", None) or str(error)
     if not WINDOWS:
         return message
@@ -80,9 +80,9 @@ def _reason(error: Exception, path: PurePath) -> str:
 
 
 def is_reader_gone(error: OSError) -> bool:
-    """Whether a reader such as `head` has read enough: not an error of the result.
+    """Return whether a reader such as `head` has read enough, which is not an error.
 
-    Windows reports a pipe without a reader as an invalid argument.
+    Windows reports this as an invalid argument.
     """
     return isinstance(error, BrokenPipeError) or (WINDOWS and error.errno == errno.EINVAL)
 
@@ -107,7 +107,7 @@ def lock_file(file: int, wait: bool = False) -> bool:
 
 
 def typed_line(words: Iterable[str]) -> str:
-    """Return a command as it is typed, with its words quoted for the system's command line."""
+    """Return a command as a user types it, with its words quoted for the system's command line."""
     return " ".join(map(quote_word, words))
 
 
@@ -128,6 +128,6 @@ def quote_word(word: str) -> str:
 def quote_pattern(folder: Path, name: str) -> str:
     """Return a path whose name has wildcards, quoted so that these still work.
 
-    On Windows layerjam expands them, on other systems the shell does.
+    On Windows layerjam expands them, on other systems, the shell does.
     """
     return quote_word(str(folder / name)) if WINDOWS else f"{shlex.quote(str(folder))}/{name}"

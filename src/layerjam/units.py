@@ -1,8 +1,8 @@
-"""Conversion of text to SI values and back, and `quantity` fields with unit and bounds.
+"""Conversion of text to SI values and back, and `quantity` fields with units and bounds.
 
 Inside the package every number is an SI float. Only this module reads text such as ``"0.254 mm"``
-or ``"94.5kPa"``. pint knows the units and a plain pattern reads the number: expressions in a user's
-file are never evaluated.
+or ``"94.5kPa"``. pint interprets the units, and a simple pattern the number: expressions in a
+user's file are never evaluated.
 """
 
 import functools
@@ -25,7 +25,7 @@ _NUMBER = r"[+-]?(?:[0-9]{1,40}(?:\.[0-9]{0,40})?|\.[0-9]{1,40})(?:[eE][+-]?[0-9
 _QUANTITY = re.compile(rf"({_NUMBER})\s*([^\d\s+.-].{{0,40}})?", re.DOTALL)
 _LONGEST = 120
 
-# units to suggest if a unit is missing and the first two do not fit
+# units to suggest if a unit is missing and the first two are unsuitable
 _HINTS = {
     "m": ("mm", "cm"),
     "Pa": ("kPa", "mbar"),
@@ -41,7 +41,7 @@ def usual_unit(si: str) -> str:
 
 
 def examples(si: str, number: str = "") -> str:
-    """Return suitable units for the SI unit `si`, as a phrase for an error message."""
+    """Return examples in units suitable for the SI unit `si`, as a phrase for an error message."""
     units = _HINTS.get(si) or shown_units(si)[:2]
     return " or ".join(f"'{number} {u}'".replace("' ", "'") for u in units)
 
@@ -94,7 +94,7 @@ def _finite(value: float, text: object, name: str) -> float:
 
 
 def is_traced(value: object) -> bool:
-    """Return whether JAX traces a value, whose number is then unknown."""
+    """Return whether a value is traced by JAX; its number is then unknown."""
     core = getattr(sys.modules.get("jax"), "core", None)
     # a thread may be importing JAX at this moment
     return isinstance(value, getattr(core, "Tracer", ()))
@@ -108,7 +108,7 @@ def _dimension(si: str) -> str:
 def show(value: float | None, si: str, digits: int = 4, like: float | None = None) -> str:
     """Return a value in a readable unit: ``show(0.013, "m") == "13 mm"``.
 
-    If `like` is given, the unit suits it, so that an interval's ends get the unit of its value.
+    If `like` is given, the unit suits `like`: an interval's ends then have the unit of its value.
     """
     if value is None:
         return "not known"
@@ -127,7 +127,7 @@ def show(value: float | None, si: str, digits: int = 4, like: float | None = Non
 
 
 def show_at_least(value: float, si: str, limit: float = math.inf) -> str:
-    """Return `show` of a value rounded up to four digits, or to as many as keep it at `most`."""
+    """Return `show` of a value, rounded up to four digits or to as many as stay within `limit`."""
     unit = "" if si == "1" else show(value, si).split(" ", 1)[1]
     factor = (unit_factor(unit, si) if unit else None) or Fraction(1)
     exact = Fraction(value) / factor
@@ -148,13 +148,13 @@ def _awkwardness(number: float) -> float:
 
 @functools.lru_cache(maxsize=4096, typed=True)
 def exact_text(value: float, si: str) -> str:
-    """Return the shortest text that `parse` reads as `value`, in a usual unit if as short."""
+    """Return the shortest text that `parse` reads as `value`, if possible in a usual unit."""
     if si == "1":
         return repr(value)
     usual = (*shown_units(si), *("mm/min" for _ in range(si == "m/s")))
     units = dict.fromkeys((show(value, si).split(" ", 1)[1], *usual, si))
     texts = [text for unit in units if (text := _exact_in(value, unit, si))]
-    # prefer a friendly unit, even if the text is a few characters longer
+    # prefer a usual unit, even if the text is a few characters longer
     return next((t for t in texts if len(t) <= min(map(len, texts)) + 4), f"{value!r} {si}")
 
 
@@ -175,8 +175,8 @@ def _exact_in(value: float, unit: str, si: str) -> str | None:
 class QuantitySpec:
     """Definition of one quantity: SI unit, meaning, bounds (inclusive) and symbol.
 
-    `example` is text that a user could type. A number without a unit that is above zero and below
-    `unlikely_below` is allowed with a warning: its unit was probably forgotten.
+    `example` is text that a user could type. A number without a unit between zero and
+    `unlikely_below` is allowed, but with a warning: its unit has probably been forgotten.
     """
 
     unit: str
@@ -216,14 +216,14 @@ class QuantitySpec:
         if self.whole and isinstance(text, str) and re.fullmatch(r"\s*[0-9]{1,40}\s*", text):
             text = int(text)
         if self.whole and isinstance(text, int):
-            # read it exactly, beyond the precision of a float, because seeds may need this
+            # read it exactly, beyond the precision of a float, because seeds may need that
             self.check(text if abs(text) < 2**63 else math.inf, name)
             return text
         value = self.check(parse(text, self.unit, name), name)
         return int(value) if self.whole else value
 
     def si(self, value: Any, name: str) -> Any:
-        """Return the SI value of text or an object with a unit, or of a number in SI, checked."""
+        """Return the checked SI value of text or an object with a unit, or of a number in SI."""
         value = strip_unit(value, self.unit, name)
         if is_traced(value):
             return value
@@ -239,7 +239,7 @@ class QuantitySpec:
         return int(number) if self.whole else number
 
     def array(self, value: Any, name: str, bounded: bool = True) -> Any:
-        """Return an array of SI numbers, within the bounds if `bounded`; a DataArray stays one.
+        """Return an array of SI numbers, within the bounds if `bounded`; a DataArray remains one.
 
         Elements may be text or quantity objects. Raises QuantityError.
         """
@@ -289,13 +289,13 @@ class FlagSpec(QuantitySpec):
         return bool(value)
 
     def read(self, text: object, name: str) -> bool:
-        """Return the switch in a file."""
+        """Return the switch that a file states."""
         if not isinstance(text, bool):
             raise QuantityError.of(name, "must be true or false")
         return text
 
     def si(self, value: str | float, name: str) -> bool:
-        """Return the switch in a typed text or a bool; raises QuantityError for a number."""
+        """Return the switch from text or a bool; raises QuantityError for a number."""
         words = {"true": True, "false": False}
         return self.read(words.get(value.strip(), value) if isinstance(value, str) else value, name)
 
@@ -305,7 +305,7 @@ class FlagSpec(QuantitySpec):
 
 
 def flag(text: str, *, default: Any = MISSING) -> Any:
-    """Return a dataclass field that is true, false or None (unknown); it counts as a quantity."""
+    """Return a dataclass field that is true, false or None (unknown), treated as a quantity."""
     return field(default=default, metadata={"quantity": FlagSpec(text=text)})
 
 
@@ -320,13 +320,13 @@ def quantity(
     open_lo: bool = False,
     default: Any = MISSING,
 ) -> Any:
-    """Return a dataclass field with its unit, meaning, bounds and symbol; None = unknown."""
+    """Return a dataclass field with unit, meaning, bounds and symbol; None means unknown."""
     spec = QuantitySpec(unit, text, lo, hi, symbol, whole, open_lo)
     return field(default=default, metadata={"quantity": spec})
 
 
 def like(spec: QuantitySpec, text: str = "", *, default: Any = MISSING) -> Any:
-    """Return a field of a quantity that is defined elsewhere, with a different description."""
+    """Return a field for a quantity that is defined elsewhere, with a different description."""
     return field(default=default, metadata={"quantity": replace(spec, text=text or spec.text)})
 
 
@@ -341,9 +341,9 @@ def record(cls: type[T]) -> type[T]:
     """Return a frozen, keyword-only dataclass of quantities (SI floats) and nested records.
 
     Its constructor reads text and quantity objects, and raises QuantityError for a number that
-    would be invalid in a file. An array may hold any numbers, with NaN for a case without a value.
-    Values traced by JAX are not checked, nor are numbers from layerjam's own code, such as a step
-    of a fit. The `validate` method of the class finds fields that contradict each other.
+    would be invalid in a file. An array may contain any numbers, with NaN for a case without a
+    value. Values traced by JAX are not checked, nor are numbers from layerjam's own code, such as
+    steps of a fit. The `validate` method of the class detects contradictory fields.
     """
     cls.__post_init__ = _take_quantities  # type: ignore[attr-defined]
     dataclass_type = explain_arguments(dataclass(frozen=True, kw_only=True)(cls))
@@ -384,7 +384,7 @@ def _holds_arrays(value: Any) -> bool:
 
 @functools.cache
 def _fields_to_check(cls: type) -> list[tuple[str, QuantitySpec | None, type, bool]]:
-    """Return (name, specification or None, class of a nested record, may be None) of each field."""
+    """Return (name, specification or None, class of a nested record, whether None is allowed)."""
     return [
         (f.name, f.metadata.get("quantity"), f.metadata.get("record", object), f.default is None)
         for f in fields(cls)  # type: ignore[arg-type]
@@ -398,7 +398,7 @@ def spec_of(cls: type, name: str) -> QuantitySpec:
 
 
 def quantities(cls: type, prefix: str = "") -> Iterator[tuple[str, QuantitySpec, bool]]:
-    """Yield (dotted path, specification, required) of a record class and nested ones."""
+    """Yield (dotted path, specification, required) of each quantity of a record and nested ones."""
     for f in fields(cls):  # type: ignore[arg-type]
         if "quantity" in f.metadata:
             yield prefix + f.name, f.metadata["quantity"], f.default is MISSING

@@ -1,7 +1,7 @@
 """Checks of a result, their levels, and the resulting verdict.
 
 A failed check means that the numbers must not be used without a decision: the command line exits
-with code 4 and writes nothing. A person may accept one failed check by name, with a reason. The
+with code 4 and writes nothing. A person may accept a failed check by name, with a reason. The
 acceptance is stored in the file that is written, and every later command that reads this file
 reports it.
 """
@@ -43,7 +43,7 @@ class Check:
 def check(
     name: str, passed: bool, sentence: str, otherwise: str = "", level: Level = "warning"
 ) -> Check:
-    """Return a check; `level` and the ending `otherwise` apply if it does not pass."""
+    """Return a check; `level` and the additional text `otherwise` apply if it does not pass."""
     if passed:
         return Check(name=name, sentence=sentence)
     return Check(name=name, level=level, sentence=sentence + otherwise)
@@ -73,7 +73,7 @@ class Acceptance:
     """A person's decision to use numbers although a check failed.
 
     `finding` is the sentence of the check, `date` is ISO 8601, `numbers` are the dotted paths of
-    the numbers it concerns (all of the file if empty), `file` is the file that stores it.
+    the numbers that it concerns (if empty, all in the file), and `file` is the file that stores it.
     """
 
     check: str
@@ -85,7 +85,7 @@ class Acceptance:
 
     @classmethod
     def read(cls, row: Any) -> Self:
-        """Return the acceptance in an [[accepted]] table; QuantityError if the table is invalid."""
+        """Return the acceptance in an [[accepted]] table; QuantityError for an invalid table."""
         texts = ("check", "reason", "date")
         numbers = row.get("numbers", []) if isinstance(row, dict) else None
         if (
@@ -115,7 +115,7 @@ class Acceptance:
         return {key: entry for key, entry in row.items() if entry}
 
     def notice(self) -> Notice:
-        """Return one line about it, for every command that reads its file."""
+        """Return one line about the acceptance, for every command that reads its file."""
         place = PurePath(self.file).name if self.file else "this file"
         finding = f" ({self.finding})" if self.finding else ""
         return Notice(
@@ -126,7 +126,7 @@ class Acceptance:
 
 
 def remaining(earlier: Iterable[Acceptance], new_paths: Collection[str]) -> tuple[Acceptance, ...]:
-    """Return the acceptances that still apply after the numbers `new_paths` have new values."""
+    """Return the acceptances that still apply after the numbers at `new_paths` have changed."""
     result = []
     for entry in earlier:
         numbers = tuple(path for path in entry.numbers if path not in new_paths)
@@ -148,7 +148,7 @@ class Verdict:
 
     @property
     def failed(self) -> tuple[Check, ...]:
-        """The failed checks that were not accepted."""
+        """Failed checks that were not accepted."""
         exempt = {key_of(entry.check) for entry in self.decisions}
         return tuple(c for c in self.checks if c.level == "failed" and key_of(c.name) not in exempt)
 
@@ -169,7 +169,7 @@ class Verdict:
 
     @property
     def refitted(self) -> tuple[str, ...]:
-        """Dotted paths of the numbers with new values: earlier acceptances of them end."""
+        """Dotted paths of the numbers with new values: earlier acceptances of them expire."""
         return self.numbers
 
     def notices(self) -> list[Notice]:
@@ -184,7 +184,7 @@ def judge(
     file: object = "",
     date: str | None = None,
 ) -> Verdict:
-    """Return the verdict of some checks, given {name of a failed check: reason to accept it}.
+    """Return the verdict on some checks, given {name of a failed check: reason to accept it}.
 
     `numbers` are the dotted paths of the numbers that the checks concern and `file` is the file
     that will store the acceptances; `date` (ISO) is today unless given. Raises UnknownNameError
@@ -245,7 +245,7 @@ def accepted_rows(decisions: Iterable[Acceptance]) -> list[dict[str, Any]]:
 
 
 def failures_of(*results: Any) -> list[str]:
-    """Return a sentence for each failed check of results, accepted or not, as exports state it."""
+    """Return a sentence for each failed check of some results, accepted or not, for exports."""
     texts = []
     for result in results:
         texts += [f"check '{row['name']}' failed: {row['reason']}" for row in result.failed_checks]
@@ -254,5 +254,5 @@ def failures_of(*results: Any) -> list[str]:
 
 
 def key_of(name: str) -> str:
-    """Return a check's name as it is compared: case, hyphens and underscores do not count."""
+    """Return a check's name as used for comparison: without case, hyphens and underscores."""
     return " ".join(name.lower().replace("-", " ").replace("_", " ").split())

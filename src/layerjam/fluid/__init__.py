@@ -1,1 +1,1 @@
-"""The vacuum line that evacuates the brake, and its speed."""
+"""The vacuum line, which evacuates the brake, and its speed."""

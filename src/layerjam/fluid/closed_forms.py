@@ -2,8 +2,8 @@
 
 Air at one temperature with a negligible tube: V p' = -F (p - p_u) + G (a^2 - p^2)/2a. F is the flow
 of all pumps, p_u their lowest pressure, G a laminar leak and a the atmosphere. A pump with a flow
-curve has a closed form without leak, section by section. For water C P' = F. Times are None if the
-pressure is never reached. `final_pressure` and `reachable_vacuum` apply to every line.
+curve has a closed form if there is no leak, section by section. For water C P' = F. Times are None
+if the pressure is never reached. `final_pressure` and `reachable_vacuum` apply to every line.
 """
 
 import math
@@ -26,7 +26,7 @@ from layerjam.fluid.pump import (
 
 
 def has_closed_form(line: Line) -> bool:
-    """Return whether the closed forms apply: one rigid volume at one temperature, no orifice leaks.
+    """Return whether the closed forms apply: one rigid volume, one temperature, no leaking orifice.
 
     Pumps with a flow curve have no closed form against a leak.
     """
@@ -36,12 +36,12 @@ def has_closed_form(line: Line) -> bool:
 
 
 def pumps_flow(line: Line) -> float:
-    """Return the inlet flow of all pumps without vacuum, for zero ultimate pressure [m^3/s]."""
+    """Return the inlet flow [m^3/s] of all pumps at zero vacuum, for zero ultimate pressure."""
     return inlet_flow(line.pump) * line.pump.count
 
 
 def final_pressure(line: Line) -> float:
-    """Return the final absolute pressure [Pa] of pumps, tube and leak."""
+    """Return the final absolute pressure [Pa] with these pumps, tube and leak."""
     leak, tightest = line.leak, lowest_pressure(line.pump, line.site.atmosphere)
     if leak.laminar == 0 and leak.orifice == 0:
         return tightest
@@ -58,7 +58,7 @@ def _laminar_balance(line: Line) -> float:
 
 
 def _balance_pressure(line: Line, tightest: float) -> float:
-    """Return the pressure at which the pumps, through the tube, balance the leak; by bisection."""
+    """Return the pressure at which pumps and tube balance the leak, found by bisection."""
     a, leak, tube = line.site.atmosphere, line.leak, line.tube
 
     def excess(p: float) -> float:
@@ -78,7 +78,7 @@ def _balance_pressure(line: Line, tightest: float) -> float:
 
 
 def reachable_vacuum(line: Line, water: bool = False) -> float:
-    """Return the greatest vacuum [Pa]; QuantityError for water if only the flow of air is known."""
+    """Return the highest vacuum [Pa]; QuantityError for water if only the flow of air is known."""
     if not water:
         return line.site.atmosphere - final_pressure(line)
     check_water(line.pump)
@@ -104,7 +104,7 @@ def pumping_time(start: float, end: float, line: Line) -> float | None:
 
 
 def _pumping_time_by_parts(start: float, end: float, line: Line) -> float:
-    """Return the time [s] without leak; q is linear in p between the points of the curve."""
+    """Return the time [s] without a leak; q is linear in p between the points of the curve."""
     a, pump = line.site.atmosphere, line.pump
     inner = [p for p in curve_points(pump, a) if end < p < start]
     total = 0.0
@@ -116,17 +116,17 @@ def _pumping_time_by_parts(start: float, end: float, line: Line) -> float:
 
 
 def held_vacuum(time: Any, start: Any, rate: Any, atmosphere: Any) -> Any:
-    """Return the vacuum [Pa] in a closed rigid chamber with a laminar leak; times [s] broadcast.
+    """Return the vacuum [Pa] in a closed rigid chamber with a laminar leak, at times [s].
 
     V p' = G (a^2 - p^2)/(2a) from the vacuum `start` [Pa]; `rate` = G/V [1/s]. A small vacuum falls
-    as exp(-rate t), a deep one more slowly. Pressure above the atmosphere is a negative vacuum.
+    like exp(-rate t), a deep one more slowly. Pressure above the atmosphere is a negative vacuum.
     """
     left = start / (2 * atmosphere - start) * np.exp(-rate * time)
     return 2 * atmosphere * left / (1 + left)
 
 
 def holding_time(end: Any, start: Any, rate: Any, atmosphere: Any) -> Any:
-    """Return the time [s] of that leak from a vacuum `start` to `end` [Pa], both above zero."""
+    """Return the time [s] for that leak to reduce a vacuum from `start` to `end` [Pa], above 0."""
     twice = 2 * atmosphere
     return np.log(start * (twice - end) / (end * (twice - start))) / rate
 
@@ -142,7 +142,7 @@ def rise_time(target: float, line: Line, water: bool = False) -> float | None:
 
 
 def time_constant(line: Line, water: bool = False) -> float:
-    """Return V/F of air [s], F at the inlet without vacuum.
+    """Return V/F for air [s], with F the inlet flow at zero vacuum.
 
     For water it is C a/F, the time to a vacuum of one atmosphere, which is its only time scale.
     """
@@ -152,21 +152,21 @@ def time_constant(line: Line, water: bool = False) -> float:
 
 
 class Filling(NamedTuple):
-    """Vacuum [Pa] versus time [s] in a line filled with water, shape (N,)."""
+    """Vacuum [Pa] versus time [s] in a line filled with water, each of shape (N,)."""
 
     time: npt.NDArray[np.float64]
     vacuum: npt.NDArray[np.float64]
 
 
 def filling(target: float, line: Line) -> Filling:
-    """Return vacuum versus time in water, up to a target [Pa] or to boiling, then constant."""
+    """Return vacuum versus time in water: up to a target [Pa] or to boiling, then constant."""
     end = min(target, reachable_vacuum(line, water=True))
     duration = end / line.site.atmosphere * time_constant(line, water=True)
     return Filling(np.array([0.0, duration, 1.6 * duration]), np.array([0.0, end, end]))
 
 
 def fall_by_valve(target: float, line: Line) -> float:
-    """Return the time from 90 to 10 % of a vacuum [Pa] by the vent valve (ISO 6358), without leak.
+    """Return the 90 to 10 % fall time [s] of a vacuum [Pa] by the vent valve (ISO 6358), leak-free.
 
     It follows from p' V = C p_0 a phi(p/a): linear while choked, then sinusoidal.
     """
@@ -184,9 +184,9 @@ def fall_by_valve(target: float, line: Line) -> float:
 
 
 def fall_by_pump(target: float, line: Line, water: bool = False) -> float | None:
-    """Return the time from 90 to 10 % of a vacuum [Pa] with reversed pumps; None if not reversible.
+    """Return the 90 to 10 % fall time [s] of a vacuum [Pa] by reversed pumps; None if impossible.
 
-    Reversed pumps push in air of the atmosphere, p' V = B a; for water C P' = -B.
+    Reversed pumps push in air from the atmosphere, p' V = B a; for water C P' = -B.
     """
     flow = line.pump.backwards * line.pump.count
     if flow == 0:

@@ -1,8 +1,8 @@
-"""A pump's flow curve as in data sheets: flow of free air versus vacuum, point by point.
+"""A pump's flow curve as in data sheets: points of free-air flow versus vacuum.
 
-The flow is that of free air at the pump's atmosphere; the flow at the inlet at p is larger by
-p_atm/p. Vacuums are measured below `STANDARD`. The curve is linear between points, so that it never
-rises between falling points, and pumping down has a closed form.
+The flow is that of free air at the pump's atmosphere; the flow at an inlet at p is larger by the
+factor p_atm/p. Vacuums are measured below `STANDARD`. The curve is linear between points, so that
+it never rises between falling points, and pumping down has a closed form.
 """
 
 from bisect import bisect_right
@@ -18,13 +18,13 @@ from layerjam.units import exact_text, parse, show
 Curve = tuple[tuple[float, float], ...]
 """Points (vacuum [Pa], flow of free air [m^3/s])."""
 STANDARD = Site().atmosphere
-"""Atmosphere to which data sheets refer vacuum and free air [Pa]."""
+"""Atmospheric pressure to which data sheets refer vacuum and free air [Pa]."""
 MOST_POINTS = 200
 MOST_FLOW = 1.0
 
 
 def check_curve(points: Curve, name: str) -> Curve:
-    """Return the points; QuantityError unless the flow falls from that at no vacuum to zero."""
+    """Return the points; QuantityError unless the flow falls from zero vacuum on to zero."""
     if len(points) < 2:
         raise QuantityError.of(name, f"has {count_noun(len(points), 'point')}; give two or more")
     if len(points) > MOST_POINTS:
@@ -69,9 +69,9 @@ def _read_point(vacuum: float, flow: float) -> str:
 
 
 def free_flow(vacuum: float, points: Curve) -> float:
-    """Return the free air [m^3/s] at a vacuum below `STANDARD` [Pa].
+    """Return the flow of free air [m^3/s] at a vacuum [Pa] below `STANDARD`.
 
-    It is zero beyond the last point. Above the atmosphere the inlet flow is that without vacuum.
+    It is zero beyond the last point. Above the atmosphere, the inlet flow is that at zero vacuum.
     """
     if vacuum <= 0:
         return points[0][1] * (1 - vacuum / STANDARD)
@@ -91,7 +91,7 @@ class CurveSpec(AsItIs):
     """Unit of the flows; vacuums are in Pa."""
 
     def limits(self) -> str:
-        """Return the form of the points."""
+        """Return a phrase that describes the form of the points."""
         return "points (vacuum, flow), from no vacuum to no flow"
 
     def read(self, text: object, name: str) -> Any:
@@ -104,7 +104,7 @@ class CurveSpec(AsItIs):
         return check_curve(curve, name)
 
     def check(self, value: Any, name: str) -> Any:
-        """Return the points if they are a flow curve."""
+        """Return the points; raises QuantityError if they are not a flow curve."""
         return check_curve(value, name)
 
     def to_toml(self, value: Any) -> object:

@@ -1,8 +1,8 @@
 """Energy of a vacuum: work to jam, power to hold, and heat in the brake per energy spent.
 
-The least work is that of an isothermal, reversible pump to the atmosphere a: dW = ln(a/p) dN, with
-N = p V at one temperature. Real pumps need many times as much; their electric energy is known if
-`pump.power` is.
+The minimum work is that of an isothermal, reversible pump to the atmosphere a: dW = ln(a/p) dN,
+with N = p V at one temperature. Real pumps need many times as much; their electric energy is known
+if `pump.power` is.
 """
 
 import math
@@ -17,7 +17,7 @@ from layerjam.fluid.pump import pump_throughput
 
 
 def emptying_work(p: float, volume: float, atmosphere: float) -> float:
-    """Return the least work [J] to evacuate a vessel [m^3] from the atmosphere to p [Pa absolute].
+    """Return the minimum work [J] to evacuate a vessel [m^3] from atmosphere to p [Pa absolute].
 
     It is V (a - p - p ln(a/p)), at most V a.
     """
@@ -25,7 +25,7 @@ def emptying_work(p: float, volume: float, atmosphere: float) -> float:
 
 
 def jam_work(vacuum: float, line: Line, water: bool = False, standing: float = 0.0) -> float:
-    """Return the least work of a pump [J] from an idle vacuum [Pa] to a higher one, without leak.
+    """Return a pump's minimum work [J] from an idle vacuum [Pa] to a higher one, without a leak.
 
     Air: the integral of ln(a/p) d(pV) with V = V0 - C_w vacuum; water: C P^2/2.
     """
@@ -41,7 +41,7 @@ def jam_work(vacuum: float, line: Line, water: bool = False, standing: float = 0
 
 
 def refill_work(before: float, after: float, line: Line) -> float:
-    """Return the least work [J] to pump the reservoir from pressure `before` to `after` [Pa]."""
+    """Return the minimum work [J] to pump the reservoir from pressure `before` to `after` [Pa]."""
     if line.reservoir is None:
         return 0.0
     volume, a = line.reservoir.volume, line.site.atmosphere
@@ -49,7 +49,7 @@ def refill_work(before: float, after: float, line: Line) -> float:
 
 
 def pumped_work(response: Response) -> float:
-    """Return the least work [J] for the gas pumped during a run, including leaks.
+    """Return the minimum work [J] for the gas pumped during a run, including leaks.
 
     It uses the trapezoidal rule over the samples of a Response.
     """
@@ -73,17 +73,17 @@ class Holding(NamedTuple):
     """Cost of holding a vacuum against the leak."""
 
     leak: float
-    """Throughput of the leak [Pa m^3/s]."""
+    """Throughput of the leak at this vacuum [Pa m^3/s]."""
     least_power: float
-    """Isothermal, reversible power [W]."""
+    """Power of an isothermal, reversible pump [W]."""
     duty: float
-    """Share of time, or of flow, for which the pumps are needed; above 1 they are too weak."""
+    """Fraction of the time, or of the flow, that the pumps need; above 1 they are too weak."""
     electric_power: float | None
     """Duty times electric power [W]; None if the power is not known or the duty is above 1."""
 
 
 def holding(vacuum: float, line: Line) -> Holding:
-    """Return the cost of holding a vacuum [Pa] in air, where the leak's gas is pumped out at p."""
+    """Return the cost of holding a vacuum [Pa] in air; the leaked gas is pumped out at p."""
     a = line.site.atmosphere
     p = a - vacuum
     leak = leak_throughput(p, a, line.leak.laminar, line.leak.orifice)
@@ -98,5 +98,5 @@ def holding(vacuum: float, line: Line) -> Holding:
 
 
 def per_joule(heat: float, cost: float | None) -> float | None:
-    """Return the heat in the brake per energy spent on its vacuum [J/J], or None if unknown."""
+    """Return the ratio of heat in the brake to energy spent on its vacuum; None if unknown."""
     return None if cost is None or cost <= 0 else heat / cost

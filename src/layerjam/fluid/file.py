@@ -1,7 +1,7 @@
 """A vacuum line's TOML file, from the catalogue or the user.
 
-`part = "NAME"` in [pump], [valve] or [sensor] takes a part of the catalogue with its sources; other
-keys of the table override the part's numbers.
+`part = "NAME"` in [pump], [valve] or [sensor] selects a part from the catalogue with its sources;
+other keys in the table override the part's values.
 """
 
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ class LineFile(RecordFile[Line]):
 
     line: Line
     parts: Mapping[str, str] = field(default_factory=dict)
-    """Parts of the catalogue, by table."""
+    """Names of parts from the catalogue, by table."""
 
     fields: ClassVar[Mapping[str, Entry]] = MappingProxyType(dict(entries(Line)))
     holds: ClassVar[str] = "line"
@@ -45,7 +45,7 @@ class LineFile(RecordFile[Line]):
         )
 
     def warnings(self) -> list[str]:
-        """Return the warnings about the line's numbers that every result repeats."""
+        """Return the warnings about the line's values, which every result repeats."""
         return [
             f"{', '.join(paths)} of {self.name}: {word}, not measured"
             for kind, word in (("inferred", "inferred"), ("assumed", "assumed values"))
@@ -63,7 +63,7 @@ def lines() -> list[str]:
 
 
 def load_line(line: str | Path) -> LineFile:
-    """Return a line by catalogue name, or from the path of its TOML file.
+    """Return a line, given its catalogue name or the path of its TOML file.
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
@@ -71,7 +71,7 @@ def load_line(line: str | Path) -> LineFile:
 
 
 def _insert_parts(tables: dict[str, Any], reader: Reader) -> dict[str, str]:
-    """Replace `part` in a line's tables by the part's entries; return the names by table."""
+    """Replace `part` in the tables of a line by the part's entries; return part names by table."""
     names = {}
     for family in FAMILIES:
         table = tables.get(family)

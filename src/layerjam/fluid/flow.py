@@ -3,12 +3,12 @@
 import math
 
 CRITICAL = 0.528
-"""Critical pressure ratio of a nozzle without losses."""
+"""Critical pressure ratio of a lossless nozzle."""
 NORMAL = 1e5
 """Pressure of the standard reference atmosphere of ISO 6358 [Pa]."""
 LAMINAR = 0.999
-"""Pressure ratio above which a valve's flow is proportional to the difference, because the ellipse
-of ISO 6358 becomes infinitely steep there, unlike any flow."""
+"""Pressure ratio above which a valve's flow is proportional to the pressure difference, because the
+ellipse of ISO 6358 becomes infinitely steep there, unlike real flow."""
 VISCOSITY = 1.81e-5
 """Viscosity of air at 20 degC [Pa s] (handbook)."""
 SPECIFIC_GAS = 287.05
@@ -16,7 +16,7 @@ SPECIFIC_GAS = 287.05
 TEMPERATURE = 293.15
 """Temperature of the gas in the line [K]: 20 degC, as for the viscosity."""
 VAPOUR = 2339.0
-"""Vapour pressure of water at 20 degC [Pa] (handbook): below it water boils."""
+"""Vapour pressure of water at 20 degC [Pa] (handbook), below which water boils."""
 
 
 def choked_share(ratio: float, critical: float = CRITICAL) -> float:
@@ -36,14 +36,14 @@ def choked_share(ratio: float, critical: float = CRITICAL) -> float:
 def valve_throughput(
     high: float, low: float, conductance: float, critical: float = CRITICAL
 ) -> float:
-    """Return the flow from pressure `high` to `low` [Pa absolute]; negative if `low` is higher."""
+    """Return the throughput from `high` to `low` [Pa absolute]; negative if `low` is higher."""
     if low > high:
         return -valve_throughput(low, high, conductance, critical)
     return conductance * NORMAL * high * choked_share(low / high if high > 0 else 1.0, critical)
 
 
 def tube_conductance(length: float, bore: float) -> float:
-    """Return laminar throughput divided by the difference of squared pressures [m^3/(s Pa)]."""
+    """Return the laminar throughput per difference of squared pressures [m^3/(s Pa)]."""
     return math.pi * bore**4 / (256 * VISCOSITY * length)
 
 

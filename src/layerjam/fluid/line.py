@@ -1,7 +1,7 @@
 """A vacuum line: chamber, tube, pumps, vent valve, reservoir, leak, sensor (mechanics, section 5).
 
 A flow is a volume per time at the inlet pressure. A throughput q is pressure times volume per time
-[Pa m^3/s], which measures gas at one temperature.
+[Pa m^3/s], which is a measure of gas at one temperature.
 """
 
 from layerjam.device.mount import Site
@@ -45,7 +45,7 @@ class Chamber:
 
 @record
 class Tube:
-    """The tube between pump and brake; without cells, its gas is counted on the pump's side."""
+    """Tube between pump and brake; unless it has cells, its gas is counted on the pump's side."""
 
     length: float = quantity("m", "length of the tube", lo=1e-3, hi=100)
     bore: float = quantity("m", "inner diameter of the tube", lo=1e-4, hi=0.1)
@@ -74,7 +74,7 @@ class Pump:
         default=None,
     )
     curve: Curve | None = value(CURVE, default=None)
-    """Points (vacuum, flow of free air) of a data sheet's curve, from no vacuum to no flow."""
+    """Points (vacuum, flow of free air) of a data-sheet curve, from zero vacuum to zero flow."""
     count: int = quantity("1", "pumps in parallel", lo=1, hi=100, whole=True, default=1)
     ultimate: float = quantity(
         "Pa", "lowest absolute pressure the pump reaches", hi=1.2e5, symbol="p_u", default=0.0
@@ -90,7 +90,7 @@ class Pump:
 
 @record
 class Valve:
-    """A valve that lets in the atmosphere, after ISO 6358."""
+    """A valve that lets in air from the atmosphere, modelled by ISO 6358."""
 
     conductance: float = quantity(
         "m^3/(s Pa)",
@@ -137,7 +137,7 @@ class Reservoir:
 
 @record
 class Sensor:
-    """A pressure sensor, as vacuum below the atmosphere."""
+    """A pressure sensor; its values are vacuums below the atmosphere."""
 
     range: float = quantity("Pa", "greatest vacuum of the sensor", lo=1, hi=1e7)
     lag: float = quantity("s", "time constant of its first-order lag", hi=100, default=0.0)
@@ -148,7 +148,7 @@ class Sensor:
 
 @record
 class Line:
-    """The whole line; without a valve, a reversible pump vents it."""
+    """The complete line; without a valve, it is vented by a reversible pump."""
 
     chamber: Chamber = nested(Chamber)
     pump: Pump = nested(Pump)
@@ -171,7 +171,7 @@ class Line:
     def with_(self, **changes: Change) -> "Line":
         """Return the line with numbers changed by name: chamber_volume="8 mL", flow="2 L/min".
 
-        Checked as `Brake.with_` is; raises UnknownNameError or QuantityError.
+        The values are checked as in `Brake.with_`; raises UnknownNameError or QuantityError.
         """
         line = with_changes(self, changes)
         validate(line)
@@ -212,7 +212,7 @@ def validate(line: Line) -> None:
 
 
 def water_compliance(line: Line) -> float:
-    """Return the volume of water removed per vacuum [m^3/Pa]; QuantityError if it is not given."""
+    """Return the volume of water removed per vacuum [m^3/Pa]; QuantityError if it is unknown."""
     if line.chamber.compliance is None:
         raise QuantityError.of(
             "chamber.compliance",

@@ -1,12 +1,12 @@
-"""A line in time: chamber, pump's side of the tube and reservoir, with a balance of the gas.
+"""Simulation of a line: chamber, pump's side of the tube and reservoir, with a gas balance.
 
 Nodes are the chamber, the pump's side (tube and its ends) and the reservoir. Their gas is stored as
 N [Pa m^3], which is p V at the atmosphere's temperature. Flows only move N between nodes or across
 the boundary, so that the balance closes at every step. Pressures follow V p' = n (q - p V'), with q
 the throughput at the temperature of the node that it leaves. For n = 1 that is the temperature of
-the atmosphere and N = p V. Above 1 expanding gas cools and is denser, so that a throughput q
-carries q N/(p V). A tube in cells adds the pressures along it and the flows between them to the
-state; their gas is counted together.
+the atmosphere and N = p V. For n above 1, expanding gas cools and becomes denser, so that a
+throughput q carries q N/(p V). A tube divided into cells adds to the state the pressures along it
+and the flows between the cells; the cells' gas is counted together.
 """
 
 import math
@@ -27,24 +27,24 @@ from layerjam.fluid.tube import cell_rates, cell_volumes, chamber_share, tube_ar
 Array = npt.NDArray[np.float64]
 CHAMBER, SIDE, RESERVOIR = range(3)
 PUMPED, LEAKED, VENTED = 6, 7, 8
-"""Indices in the state, after three pressures and three N, of gas passed out and in [Pa m^3]."""
+"""Indices in the state, after three pressures and three N, of gas that left or entered [Pa m^3]."""
 SIZE = 9
-"""Length of the state without cells; the cells' pressures and flows follow."""
+"""Length of the state without cells; the pressures and flows of cells come after that."""
 SHORTEST = 1e-12
 """Shortest time [s] that the integrator resolves."""
 
 
 CLOSE, CLOSE_IN_CELLS = 1e-11, 1e-6
-"""Relative error tolerances of the integrator: without cells, and with a tube in cells."""
+"""Relative error tolerances of the integrator: without cells, and with a tube split into cells."""
 NUDGE = 1e-6
 """Relative change of one entry of the state for a numerical derivative."""
 
 
 class Drive(NamedTuple):
-    """Switches and motion, constant over one step, or functions of time in `respond`."""
+    """Inputs: switches and motion, constant over one step, or a function of time in `respond`."""
 
     pump: float = 1.0
-    """Share of the pump's full flow; negative if it runs backwards."""
+    """Fraction of the pump's full flow; negative if the pump runs backwards."""
     vent: float = 0.0
     """Opening of the vent valve; 1 means open."""
     store: float = 0.0
@@ -56,14 +56,14 @@ class Drive(NamedTuple):
 
 
 def side_volume(line: Line) -> float:
-    """Return the gas volume on the pump's side [m^3]: the tube except `nearby_volume`, or 0."""
+    """Return the gas volume on the pump's side [m^3]: the tube's except `nearby_volume`, or 0."""
     return (
         0.0 if line.tube is None else tube_area(line.tube) * line.tube.length - nearby_volume(line)
     )
 
 
 def nearby_volume(line: Line) -> float:
-    """Return the gas of the tube that is counted with the chamber [m^3]: half a cell, or 0."""
+    """Return the tube's gas volume that is counted with the chamber [m^3]: half a cell, or 0."""
     return 0.0 if line.tube is None else chamber_share(line.tube)
 
 
@@ -75,7 +75,7 @@ def cell_count(line: Line) -> int:
 def state_at_pressure(
     line: Line, p: float | None = None, tank_pressure: float | None = None, slip: float = 0.0
 ) -> Array:
-    """Return a state at p [Pa absolute] and the reservoir at its own; by default atmospheric."""
+    """Return a state at p [Pa absolute], the reservoir at its own pressure or the atmosphere's."""
     a = line.site.atmosphere
     p = a if p is None else p
     tank_p = a if tank_pressure is None else tank_pressure
@@ -88,14 +88,14 @@ def state_at_pressure(
 
 
 def gas_volume(line: Line, p: float, slip: float = 0.0) -> float:
-    """Return the gas at the chamber's pressure [m^3], at p [Pa absolute] and a slip [m]."""
+    """Return the gas volume [m^3] at the chamber's pressure, for p [Pa absolute] and a slip [m]."""
     chamber, vacuum = line.chamber, line.site.atmosphere - p
     volume = chamber.volume + chamber.volume_per_slip * slip - chamber.shrink * vacuum
     return volume + nearby_volume(line)
 
 
 def relative_density(state: Array, volume: float, line: Line) -> tuple[float, float, float]:
-    """Return N/(p V) of chamber, pump's side, reservoir: 1 at the atmosphere's temperature.
+    """Return N/(p V) of chamber, pump's side and reservoir: 1 at the atmosphere's temperature.
 
     `volume` is that of the chamber [m^3]. The result is 1 for a node without volume or pressure.
     """
@@ -179,7 +179,7 @@ def advance(state: Array, drive: Drive, line: Line, dt: float, steps: int = 1) -
 
 
 def gas_imbalance(state: Array, start: Array) -> float:
-    """Return the unaccounted gas, relative to the gas present or passed [1]."""
+    """Return the gas that is unaccounted for, relative to the gas present or passed [1]."""
     total, before = float(state[3:6].sum()), float(start[3:6].sum())
     flows = state[PUMPED:SIZE] - start[PUMPED:SIZE]
     scale = max(total, before, float(np.abs(flows).sum()))
@@ -188,7 +188,7 @@ def gas_imbalance(state: Array, start: Array) -> float:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Response:
-    """A line in time: `time` [s], (N,), and `states`, (N, 9 or more), as in `state_rates`."""
+    """Response of a line: `time` [s], (N,), and `states`, (N, 9 or more), as in `state_rates`."""
 
     line: Line
     time: Array = field(repr=False)
@@ -201,11 +201,11 @@ class Response:
 
     @property
     def imbalance(self) -> float:
-        """Imbalance of the gas from start to end."""
+        """Relative imbalance of the gas from start to end."""
         return gas_imbalance(self.states[-1], self.states[0])
 
     def crossing(self, vacuum: float) -> float | None:
-        """Return the first time [s] at a vacuum [Pa], by cubic interpolation, or None."""
+        """Return the first time [s] at a vacuum [Pa], by cubic interpolation, or None if never."""
         excess = self.vacuum - vacuum
         passes = np.flatnonzero(excess[:-1] * excess[1:] <= 0)
         if not len(passes):
@@ -223,7 +223,7 @@ class Response:
 
 def _state_scales(begin: Array, line: Line) -> Array:
     sizes = np.maximum(begin, 1e-9)
-    if line.tube is not None and line.tube.cells:  # flows and transported amounts start at zero
+    if line.tube is not None and line.tube.cells:  # flows and moved amounts of gas start at zero
         sizes[SIZE + line.tube.cells :] = tube_area(line.tube) * line.site.atmosphere
         sizes[PUMPED:SIZE] = np.maximum(sizes[PUMPED:SIZE], begin[3])
         sizes[2] = sizes[5] = max(float(sizes[2]), 1.0)
@@ -240,9 +240,9 @@ def respond(
 ) -> Response:
     """Integrate a line over `duration` [s] by SciPy's LSODA with a relative error of `CLOSE`.
 
-    A tube in cells uses Radau, which steps over waves after they decay. `drive` is constant or a
-    function of time without jumps. `progress` is called with the completed share. Raises
-    QuantityError if the integrator fails.
+    For a tube divided into cells it uses Radau, which steps over waves that have decayed. `drive`
+    is constant or a function of time without jumps. `progress` is called with the completed
+    fraction. Raises QuantityError if the integrator fails.
     """
     from scipy.integrate import solve_ivp
 
@@ -267,7 +267,7 @@ def respond(
     waves: dict[str, Any] = {"method": "Radau", "rtol": CLOSE_IN_CELLS, "jac": by_each}
     options = waves if cell_count(line) else {"method": "LSODA", "rtol": CLOSE}
     with warnings.catch_warnings():
-        # a failure is reported once, below
+        # a failure is reported only once, below
         warnings.filterwarnings("ignore", message="lsoda:", category=UserWarning)
         solution: Any = solve_ivp(
             change,

@@ -1,8 +1,8 @@
-"""The catalogue of pumps, valves and sensors, and the values that a line takes from an entry.
+"""The catalogue of pumps, valves and sensors, and the values that a line uses from an entry.
 
-An entry's keys are the fields of the line's record (Pump, Valve, Sensor). Other numbers of a data
-sheet are kept for reference (`PRINTED`) and have no effect. Numbers that a line needs and no source
-prints are marked as assumed (`ASSUMED`).
+An entry's keys are the fields of the line's record (Pump, Valve, Sensor). Other values in a data
+sheet are kept for reference (`PRINTED`) and have no effect. Values that a line needs but no source
+states are marked as assumed (`ASSUMED`).
 """
 
 import re
@@ -25,7 +25,7 @@ from layerjam.units import QuantitySpec, quantities
 
 FAMILIES: Mapping[str, type] = MappingProxyType({"pump": Pump, "valve": Valve, "sensor": Sensor})
 NEEDED = {"pump": "flow", "valve": "conductance", "sensor": "range"}
-"""{kind of part: number without which a line cannot use it}; a pump may have a curve instead."""
+"""{kind of part: value without which a line cannot use it}; a pump may have a curve instead."""
 _EXTRA: dict[str, Any] = tomllib.loads(
     (files("layerjam.fluid") / "catalogue" / "beside.toml").read_text(encoding="utf-8")
 )
@@ -34,12 +34,12 @@ _TEXTS = {word: TextSpec(blank=word == "note") for word in ("name", "kind", "not
 PRINTED: Mapping[str, QuantitySpec] = MappingProxyType(
     {name: QuantitySpec(**spec) for name, spec in _EXTRA["printed"].items()}
 )
-"""Numbers printed in data sheets, other than the fields of a line, with their units."""
+"""Values stated in data sheets that are not fields of a line, with their units."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """One entry of the catalogue: its numbers in SI, each with its source."""
+    """One entry of the catalogue: its values in SI, each with its source."""
 
     name: str
     family: str
@@ -48,15 +48,15 @@ class Part:
     values: Mapping[str, Any]
     """Fields of the line's record, including assumed ones."""
     printed: Mapping[str, float]
-    """Other numbers that its sources print (`PRINTED`)."""
+    """Other values that its sources state (`PRINTED`)."""
     sources: Mapping[str, Source] = field(repr=False)
     entries: Mapping[str, object] = field(repr=False)
-    """Fields as TOML values, for a line's file."""
+    """Fields as TOML values, for a line file."""
     note: str = ""
 
     @property
     def missing(self) -> str | None:
-        """Return the number that a line needs and no source prints, or None."""
+        """Return the name of a value that a line needs but no source states, or None."""
         need = NEEDED[self.family]
         return None if need in self.values or "curve" in self.values else need
 
@@ -80,7 +80,7 @@ def parts(family: str) -> Mapping[str, Part]:
 
 
 def read_parts(text: str, path: object, family: str) -> dict[str, Part]:
-    """Return the parts in a catalogue's text; FileError with the line if it is invalid."""
+    """Return the parts in the text of a catalogue; FileError with the line if it is invalid."""
     tables = parse_toml(text, path)
     return {name: _read_part(name, table, text, path, family) for name, table in tables.items()}
 
@@ -137,12 +137,12 @@ def _resolve_as(entry: Any, table: Mapping[str, Any]) -> Any:
 
 
 def assumed_entry(value: object, reason: str) -> dict[str, object]:
-    """Return an entry for a number that no source prints."""
+    """Return an entry for a value that no source states."""
     return {"value": value, "kind": "assumed", "source": reason}
 
 
 def _straight_curve(free: Any, greatest: Any) -> dict[str, object]:
-    """Return a straight flow curve between the two ends that a data sheet prints."""
+    """Return a straight flow curve between the two end points that a data sheet states."""
     spread = "; ".join(e["spread"] for e in (free, greatest) if "spread" in e)
     return {
         "value": [["0 Pa", free["value"]], [greatest["value"], "0 m^3/s"]],
@@ -156,7 +156,7 @@ def _straight_curve(free: Any, greatest: Any) -> dict[str, object]:
 def part_entries(family: str, name: object, overrides: Mapping[str, object]) -> dict[str, object]:
     """Return a line's table for a part; `overrides` replace the part's own entries.
 
-    Raises UnknownNameError, or QuantityError if a number is missing that no source prints.
+    Raises UnknownNameError, or QuantityError if a value is missing that no source states.
     """
     entries = parts(family)
     if not isinstance(name, str) or name not in entries:

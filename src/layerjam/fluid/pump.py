@@ -2,8 +2,8 @@
 
 With a displacement, q = flow (p - ultimate), for a pump that displaces a constant volume and
 retains some gas. With a flow curve, the throughput depends on the ratio of p to the atmosphere,
-because a pump moves volumes; the curve's free air is that at this atmosphere. At STANDARD this
-agrees with the data sheet. At altitude the greatest vacuum falls in proportion to the atmosphere.
+because a pump moves volumes; the curve's free air is at this atmosphere. At STANDARD this agrees
+with the data sheet. At altitude the maximum vacuum falls in proportion to the atmosphere.
 """
 
 from layerjam.errors import QuantityError
@@ -25,14 +25,14 @@ def _pump_displacement(pump: Pump) -> float:
 
 
 def lowest_pressure(pump: Pump, atmosphere: float) -> float:
-    """Return the absolute pressure [Pa] at which a pump without leak takes in no gas."""
+    """Return the absolute pressure [Pa] at which a pump takes in no more gas, without a leak."""
     if pump.curve is not None:
         return atmosphere * (1 - pump.curve[-1][0] / STANDARD)
     return pump.ultimate
 
 
 def inlet_flow(pump: Pump) -> float:
-    """Return the displacement of one pump, or the flow at its inlet without vacuum [m^3/s]."""
+    """Return the displacement of one pump, or its inlet flow at zero vacuum [m^3/s]."""
     if pump.curve is not None:
         return pump.curve[0][1]
     return _pump_displacement(pump)
@@ -47,14 +47,14 @@ def check_water(pump: Pump) -> None:
 
 
 def curve_points(pump: Pump, atmosphere: float) -> list[float]:
-    """Return the absolute pressures [Pa], falling, between which the throughput is linear in p."""
+    """Return the absolute pressures [Pa], falling; between them the throughput is linear in p."""
     if pump.curve is None:
         return [pump.ultimate]
     return [atmosphere * (1 - vacuum / STANDARD) for vacuum, _ in pump.curve]
 
 
 def displacement_at(p: float, pump: Pump, atmosphere: float) -> float:
-    """Return the displacement [m^3/s] of a pump with the same intake at p and lowest pressure."""
+    """Return the displacement [m^3/s] of a pump with equal intake at p and lowest pressure."""
     if pump.curve is None:
         return inlet_flow(pump)
     low = lowest_pressure(pump, atmosphere)

@@ -1,4 +1,4 @@
-"""Rise and fall of the vacuum in a line, integrated, and changes that would make it faster."""
+"""Rise and fall of the vacuum in a line, by integration, and changes that would speed them up."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,14 +16,14 @@ from layerjam.fluid.network import Drive, Response, respond, state_at_pressure
 from layerjam.fluid.tube import filling_lag, wave_delay
 
 Progress = Callable[[float], None]
-"""Function that is called with the completed share of a period."""
+"""Function that is called with the completed fraction of a period."""
 LONGEST = 200.0
 """Number of time constants after which a rise is abandoned."""
 SAMPLES = 801
 DOUBLINGS = 12
 TANK = Reservoir(volume=0.5e-3, conductance=2e-9)
 STORED = 2e3
-"""Absolute pressure of the reservoir before it is connected [Pa], if the pump reaches it."""
+"""Absolute pressure [Pa] of the reservoir before it is connected, if the pump can reach it."""
 
 
 def air_rise_time(
@@ -49,7 +49,7 @@ def air_fall_time(
 ) -> tuple[float | None, str | None]:
     """Return the 90 to 10 % fall time [s] from a vacuum [Pa] in air, and its method, or None.
 
-    The method is the vent valve, timed from its opening, or else reversed pumps.
+    The method is the vent valve, timed from its opening, or otherwise reversed pumps.
     """
     if line.valve is not None:
         drive, means, first = Drive(pump=0.0, vent=1.0), "valve", fall_by_valve(target, line)
@@ -74,10 +74,10 @@ def _crossing_time(response: Response, first: float, second: float) -> float | N
 
 
 def reservoir_rise_time(line: Line, target: float, at_most: float) -> float | None:
-    """Return the 10 to 90 % rise [s] with an evacuated half-litre reservoir and the pump on."""
+    """Return the 10 to 90 % rise time [s] with an evacuated half-litre reservoir and pump on."""
     line_with_tank = replace(line, reservoir=TANK)
     start = state_at_pressure(line_with_tank, tank_pressure=max(STORED, final_pressure(line)))
-    for duration in (1.0, at_most):  # such a short rise can only be resolved in a short run
+    for duration in (1.0, at_most):  # so short a rise can be resolved only in a short run
         response = respond(line_with_tank, duration, Drive(store=1.0), start, 2001)
         low, high = response.crossing(0.1 * target), response.crossing(0.9 * target)
         if low is not None and high is not None:
@@ -86,7 +86,7 @@ def reservoir_rise_time(line: Line, target: float, at_most: float) -> float | No
 
 
 def suggest_changes(line: Line, target: float, water: bool = False) -> list[tuple[str, float]]:
-    """Return possible changes and their rise times [s], if they reach the target."""
+    """Return possible changes of the line that reach the target, with their rise times [s]."""
     chamber, pump = line.chamber, line.pump
     twice = replace(line, pump=replace(pump, count=2 * pump.count))
     pumps = {2: "two", 4: "four"}.get(twice.pump.count, str(twice.pump.count)) + " pumps"

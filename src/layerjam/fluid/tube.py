@@ -1,13 +1,13 @@
-"""Delay of a tube: the pressure wave, the lag of its resistance, and both in cells.
+"""Delay of a tube: the pressure wave, the lag due to its resistance, and both with cells.
 
 A wave of small amplitude travels at c = sqrt(n R T). This is 290 m/s at constant temperature (n =
-1, narrow tubes) and 343 m/s without exchange of heat (n = 1.4). In N cells, per unit length,
+1, narrow tubes) and 343 m/s without heat exchange (n = 1.4). In N cells, per unit length,
 
     A dp/dt = -n dq/dx,    dq/dt = R T (-A dp/dx - 32 mu q / (p d^2)),
 
-with q the throughput. These are continuity and momentum with laminar friction, without the
-convective part, which is small far below c. For constant q they are exactly Poiseuille's law for a
-gas.
+with q the throughput. These are the continuity and momentum equations with laminar friction,
+without the convective term, which is small far below c. For constant q they are exactly
+Poiseuille's law for a gas.
 """
 
 import math
@@ -34,7 +34,7 @@ def wave_delay(tube: Tube, polytropic: float = 1.0) -> float:
 
 
 def filling_lag(line: Line, p: float) -> float:
-    """Return the time constant [s] of chamber volume and the tube's resistance at p [Pa absolute].
+    """Return the time constant [s] of chamber volume and tube resistance at p [Pa absolute].
 
     It is V / (2 n K p), which is longer for thinner gas; inf at p = 0, and 0 without a tube.
     """
@@ -51,7 +51,7 @@ def reynolds_number(throughput: float, bore: float) -> float:
 
 
 def tube_area(tube: Tube) -> float:
-    """Return the cross-section [m^2]."""
+    """Return the cross-sectional area [m^2]."""
     return math.pi / 4 * tube.bore**2
 
 
@@ -73,7 +73,7 @@ def cell_rates(
     """Return the rates of the pressures [Pa/s] at the cells' far ends and of the flows, shape (N,).
 
     `p` is the chamber's pressure, `out` the throughput that leaves at the pump [Pa m^3/s]. Each end
-    has half a cell of gas, so that the scheme is of second order in 1/N.
+    has half a cell of gas, which makes the scheme second-order in 1/N.
     """
     step = tube.length / tube.cells
     ends = np.concatenate(([p], nodes))
