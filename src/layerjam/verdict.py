@@ -72,8 +72,8 @@ def interval_check(name: str, value: float, low: float, high: float) -> Check:
 class Acceptance:
     """A person's decision to use numbers although a check failed.
 
-    `finding` is the sentence of the check, `date` is ISO 8601, `numbers` are the dotted paths of
-    the numbers that it concerns (if empty, all in the file), and `file` is the file that stores it.
+    `finding` is the sentence of the check, `date` is ISO 8601, and `file` stores the acceptance.
+    `numbers` are the dotted paths of the numbers that it concerns (if empty, all in the file).
     """
 
     check: str

@@ -1,8 +1,8 @@
 """The compiled closed loop: one run of regulator, sensor and plant, sample by sample.
 
 The regulator is the law's own source text, compiled. Between samples, plant and sensor are exact.
-If the vacuum has the slope a - b v, a sample of length T adds slope (1 - exp(-b T))/b, and a
-first-order sensor shows the part that its lag lets through. A plant with a tube is integrated.
+At a slope a - b v of the vacuum, a sample of length T adds slope (1 - exp(-b T))/b. A first-order
+sensor shows the part that its lag lets through. A plant with a tube is integrated.
 """
 
 import math

@@ -280,7 +280,7 @@ def pump_fault(
     if weak * (owed - clear) <= risen:
         return 0.0, owed, risen, quiet
     fault = 1.0 * (NO_VACUUM if risen < none * owed else WEAK_PUMP)
-    # a reading that never changed means a sensor fault, but at zero it may be the pump's
+    # a reading that never changed means a sensor fault, but at zero it may be a pump fault
     if off_zero and quiet > 0.5 * owed:
         fault = 1.0 * STUCK
     return fault, owed, risen, quiet

@@ -2,9 +2,9 @@
 
     @ S NN LLLL CCCCCCCC <space> payload LF
 
-with no spaces except the one shown: S is the session, NN the number, L the length of the payload, C
-the CRC-32 of "SNNLLLL" and the payload, all in upper-case hexadecimal. Each frame gets exactly one
-response, with the same S and NN. An empty payload to the board ends the session.
+with no spaces except the one shown: S is the session, NN the number, L the length of the payload
+and C the CRC-32 of "SNNLLLL" and the payload, all in upper-case hexadecimal. Each frame gets
+exactly one response, with the same S and NN. An empty payload to the board ends the session.
 """
 
 import binascii
