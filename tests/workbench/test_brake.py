@@ -184,7 +184,7 @@ def test_the_page_is_built_and_answers():
     async def drive() -> None:
         async with standing(Brake) as (user, _):
             await user.should_see("Peak of a pull at the site", retries=100)
-            await user.should_see("Where the numbers come from")
+            await user.should_see("Sources of the numbers")
             await user.should_see("11 sheets, 6 held on the left", retries=50)
 
     asyncio.run(drive())

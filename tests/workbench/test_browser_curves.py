@@ -56,7 +56,7 @@ def test_a_chart_is_zoomed_and_a_slider_keeps_it(pull):
 
 
 def test_the_keyboard_zooms_moves_and_shows_all(pull):
-    pull.get_by_role("button", name="Zoom in: Force over elongation").focus()
+    pull.get_by_role("button", name="Zoom in: Force versus elongation").focus()
     pull.keyboard.press("Enter")
     near = shown(pull)
     assert near["x"] == near["y0"] == [20, 80]
@@ -64,7 +64,7 @@ def test_the_keyboard_zooms_moves_and_shows_all(pull):
     pull.keyboard.press("ArrowUp")
     moved = shown(pull)
     assert moved["x"] == moved["y0"] == pytest.approx([32, 92])
-    pull.get_by_role("button", name="Show all: Force over elongation").focus()
+    pull.get_by_role("button", name="Show all: Force versus elongation").focus()
     pull.keyboard.press("Enter")
     assert shown(pull) == WHOLE
 
@@ -113,7 +113,7 @@ def test_the_peak_is_dragged_and_the_vacuum_follows(pull):
     field.fill("900")
     field.press("Enter")
     pull.wait_for_function(words, arg=[said, "No vacuum up to 101.3 kPa"], timeout=LONG)
-    assert "the greatest possible peak is 188.6 N" in pull.inner_text(said)
+    assert "the highest possible peak is 188.6 N" in pull.inner_text(said)
 
 
 def test_a_step_of_the_vacuum_line_and_a_drop_are_pinned(pull):

@@ -62,7 +62,7 @@ def test_which_vacuum_stops_a_mass_and_the_same_in_python(person, tmp_path):
     person.type("drop-mass-number", "1 kg")
     person.type("drop-speed-number", "2.5 m/s")
     person.type("drop-travel-number", "40 mm")
-    answer = "59.9 kPa stops 1 kg from 2.5 m/s within 40 mm, at 11.4 g at most."
+    answer = "59.9 kPa stops 1 kg from 2.5 m/s within 40 mm, at up to 11.4 g."
     person.reads("drop-verdict", answer)
     assert "59.9" in person.reads("drop-hero-vacuum", "kPa")
     assert (person.clicks, person.fields) == (1, 3)

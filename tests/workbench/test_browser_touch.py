@@ -64,7 +64,7 @@ def whole(phone):
     phone.page.wait_for_timeout(300)
     assert phone.look()[0] in ({}, WHOLE)
     yield phone
-    phone.page.get_by_role("button", name="Show all: Force over elongation").dispatch_event("click")
+    phone.page.get_by_role("button", name="Show all: Force versus elongation").dispatch_event("click")
     phone.page.wait_for_timeout(100)
 
 
@@ -122,6 +122,6 @@ def test_the_buttons_are_as_large_as_a_finger(whole):
     for button in whole.page.locator(f"{CHART} .chart-tools button").all():
         box = button.bounding_box()
         assert min(box["width"], box["height"]) >= 32
-    whole.page.get_by_role("button", name="Show all: Force over elongation").tap()
+    whole.page.get_by_role("button", name="Show all: Force versus elongation").tap()
     whole.page.wait_for_timeout(300)
     assert whole.look()[0] == WHOLE

@@ -145,11 +145,11 @@ def test_walking_along_the_front_meets_every_design(small):
 
 def test_tables_tell_everything_and_escape_it(small):
     said = front.comparison(small, front.CHOSEN)
-    for words in ("at most 60 g", "at least 300 N", "runner-up", "between the steps", " mm"):
+    for words in ("at most 60 g", "at least 300 N", "runner-up", "between grid steps", " mm"):
         assert words in said
     assert "width ≤ 20 mm" in front.forbidden(small)
-    assert "all of them" in front.chances(small)
-    assert "1 % more of" in front.slopes(small)
+    assert "all constraints" in front.chances(small)
+    assert "1 % increase in" in front.slopes(small)
 
 
 def test_pictures_hold_what_was_answered():

@@ -66,7 +66,7 @@ def test_without_a_rope_no_brake_is_refused_in_words_and_the_rest_answered():
     [
         (
             {"shown": "tuned", "speed": 2.5},
-            "59.9 kPa stops 1 kg from 2.5 m/s within 40 mm, at 11.4 g at most.",
+            "59.9 kPa stops 1 kg from 2.5 m/s within 40 mm, at up to 11.4 g.",
         ),
         ({"shown": "full"}, "101 kPa stops 1 kg from 1.5 m/s within 0.31 mm, at "),
         (

@@ -111,7 +111,7 @@ def test_bounds_in_size_and_number_are_said(tab, monkeypatch):
 
 def test_the_same_content_counts_once_and_the_same_name_is_numbered(tab):
     tab.take("a.csv", b"1")
-    with pytest.raises(UploadError, match=r"b.csv: a.csv has the same content"):
+    with pytest.raises(UploadError, match=r"b.csv: a.csv already has this content"):
         tab.take("b.csv", b"1")
     assert tab.take("a.csv", b"2").shown == "a (2).csv"
 
@@ -169,7 +169,7 @@ def test_columns_signs_and_units_are_corrected_per_file(tab):
     tab.take("pull.csv", PULL)
     desk = Desk()
     first, second = rows_of(tab, desk)
-    assert "Click the heads of the force column" in first.refused
+    assert "Click the headers of the force" in first.refused
     assert "--" not in first.refused and not second.refused
     said = {"vacuum": "50 kPa", "columns": "skip,force:N,elongation:mm", "negative": "force"}
     put_edits(desk, {first.upload.key: said})

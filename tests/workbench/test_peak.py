@@ -32,7 +32,7 @@ def test_the_vacuum_found_gives_the_peak_of_the_command(page):
     beyond = page.peak.search(900.0, by_sheets=False)
     assert beyond.value is None
     assert beyond.force == peak(page.controls()["vacuum"].high)
-    assert "the greatest possible peak is" in sentence(beyond, 900.0, False)
+    assert "the highest possible peak is" in sentence(beyond, 900.0, False)
 
 
 def test_the_sheets_found_are_the_nearest_at_this_vacuum(page):

@@ -154,7 +154,7 @@ EXPORTS = [  # file, what is said of it, clicks until it is used, or None: refus
     ("bluehill_resaved/Al5005.csv", "", 1),
     ("bluehill_like/sample_bluehill.csv", "reverse its sign", 2),
     ("bluehill_like/sample_wavematrix_torsion.csv", "Click the head", None),
-    ("force_time_log/xy-trial-1.csv", "crosshead's speed", 2),
+    ("force_time_log/xy-trial-1.csv", "crosshead speed", 2),
     ("tribometer_umt/HT-2n-6-4_2_001.csv", "Click the head", None),
     ("pneumatic_friction_leak/friction_Circle_1bar.csv", "Click the head", None),
     ("pneumatic_friction_leak/airchamber_Prusa.csv", "Click the head", None),

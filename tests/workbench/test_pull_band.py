@@ -1,4 +1,4 @@
-"""The band of a calibrated brake on the page Pull: there only where it is known, and pinned."""
+"""The band of a calibrated brake on the Pull page: there only where it is known, and pinned."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def file_of(**changed) -> bytes:
         (b"[" * 100_000, "is not JSON"),
         (b"[1, 2]", "is not a session"),
         (b'{"kind": "a brake"}', "is not a session"),
-        (file_of(version=2), "another version"),
+        (file_of(version=2), "a different version"),
         (file_of(page=3), "page"),
         (file_of(settings={"pull": {"vacuum": [1]}}), "settings.pull.vacuum"),
         (file_of(settings={"pull": {"vacuum": float("nan")}}), "unknown fields"),

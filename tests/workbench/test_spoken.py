@@ -58,7 +58,7 @@ def test_a_flag_becomes_the_name_of_its_field():
     ("there is no mean (--accept-stick-slip uses the middle)",
      "there is no mean ('Stick–slip' uses the middle)"),
     ("depth curves can fit it (--free force_offset)",
-     "depth curves can fit it ('Also fit': zero of the force)"),
+     "depth curves can fit it ('Also fit': force zero)"),
     ("a preload, or the load cell's zero (--tare subtracts it)",
      "a preload, or the load cell's zero"),
     ("a dash -- and 3--4 and --", "a dash -- and 3--4 and --"),

@@ -74,7 +74,7 @@ def test_what_is_said_to_hang_is_what_the_sheets_hold():
 
 def test_without_vacuum_nothing_is_said_to_hang():
     page = Start(Desk(State(settings={"desk": {"vacuum": 0.0}})))
-    assert holds(page.compute()[0].result, GRAVITY).startswith("Nothing holds yet")
+    assert holds(page.compute()[0].result, GRAVITY).startswith("The sheets do not hold yet")
 
 
 @pytest.mark.parametrize("vacuum", [1e3, 20e3, 35e3, 60e3, 94.5e3])

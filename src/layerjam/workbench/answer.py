@@ -159,7 +159,7 @@ def notebook(
 
 def notebook_of(title: str, lines: str) -> str:
     """Return a notebook as JSON; its Python `lines` draw a `figure`."""
-    heading = f"# {title}\n\nMade by layerjam's workbench. Run it where layerjam is installed.\n"
+    heading = f"# {title}\n\nCreated by the layerjam workbench; it requires layerjam.\n"
     return _notebook_json([_words(heading), _code(f"{lines}figure\n")])
 
 
@@ -185,11 +185,11 @@ def _literal(text: str) -> str:
 
 def _introduction(title: str, calls: Sequence[Call], files: Sequence[str]) -> str:
     """Return the text above the cells: the required files and the commands."""
-    lines = [f"# {title}\n\nMade by layerjam's workbench. Run it where layerjam is installed.\n"]
+    lines = [f"# {title}\n\nCreated by the layerjam workbench; it requires layerjam.\n"]
     names = dict.fromkeys(files)
     if names:
         listing = "".join(f"- `{name}`\n" for name in names)
-        lines.append(f"Put these files into the notebook's folder first:\n\n{listing}")
+        lines.append(f"First put these files in the notebook's folder:\n\n{listing}")
     lines += [f"    {line}\n" for call in calls for line in call.command().splitlines()]
     return "\n".join(lines)
 

@@ -279,7 +279,7 @@ class BenchRecord:
 
     def notebook(self) -> str:
         """A Jupyter notebook that contains the readings and draws them."""
-        return notebook_of("Notes of the run", self._lines())
+        return notebook_of("Run notes", self._lines())
 
     def _lines(self) -> str:
         lists = (f"{k} = [{', '.join(map(repr, v))}]\n" for k, v in self.columns.items())

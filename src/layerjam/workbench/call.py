@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from layerjam.design.requirements import DesignSpecification
 
 NOTE = (
-    "save the sidecars NAME.toml in the folder of the files; "
-    "the page's button 'Sidecars' downloads them"
+    "save the NAME.toml sidecars in the same folder as the files; "
+    "download them with the 'Sidecars' button"
 )
 """Comment above the copied code if the page wrote metadata or corrections of its own."""
 

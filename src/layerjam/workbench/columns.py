@@ -38,7 +38,7 @@ class ColumnTable:
         self.shown, self.negative, self._said, self._turned = preview, negative, choose, turn
         with ui.element("div").classes("plain-scroll w-full").props("tabindex=0"):
             table = ui.element("table").classes("plain-table columns-table")
-            with dress(table, "columns", aria_label="The first rows of the file"):
+            with dress(table, "columns", aria_label="First rows of the file"):
                 with ui.element("thead"), ui.element("tr"):
                     for index in range(min(len(preview.names), COLUMN_LIMIT)):
                         self._head(index)

@@ -32,7 +32,7 @@ async def offer(text: str, language: str, files: Mapping[str, str]) -> None:
         head = f"Copied as {kind}"
     else:
         head = (
-            f"As {kind}. Your browser does not allow this page to copy: select the text and "
+            f"As {kind}. Your browser does not allow this page to copy text: select it and "
             "copy it yourself"
         )
     dialog = dress(ui.dialog(value=True), aria_label=f"Copied as {kind}")
@@ -43,7 +43,7 @@ async def offer(text: str, language: str, files: Mapping[str, str]) -> None:
         dress(lines.copy_button, aria_label="Copy")
         if files:
             ui.label(
-                "You edited or created this here. Save it in the folder in which you run "
+                "You edited or created this file here. Save it in the folder where you run "
                 "these lines:"
             )
             for name, content in files.items():

@@ -26,7 +26,7 @@ AT_ONCE = 1000
 """Largest number of files accepted from the browser at once; uploads limit the total."""
 SOON = 0.3
 """Files that arrive within this time [s] of each other count as one drop."""
-VEIL = "Drop here: measurements, a brake or a vacuum line as TOML, a saved session"
+VEIL = "Drop measurements, a brake or vacuum line (TOML) or a saved session here"
 
 
 class Dropping:
@@ -114,7 +114,7 @@ class Dropping:
     async def _toml(self, name: str, file: FileUpload) -> str:
         """Load a brake or a line, or keep a sidecar; return the reason for any other file."""
         if file.size() > MAX_BYTES:
-            return f"{name}: {file.size() / 1e6:.1f} MB is too large for a TOML file; 1 MB is read"
+            return f"{name}: {file.size() / 1e6:.1f} MB; the limit for a TOML file is 1 MB"
         data = await file.read()
         try:
             text = decode_toml(data, name)
@@ -135,7 +135,7 @@ class Dropping:
             self._facts[name[: -len(".toml")]] = text
             return ""
         if kind == "specification":
-            return f"{name} is a design specification; open it on the page Design"
+            return f"{name} is a design specification; open it on the Design page"
         return f"{name} has no field of a brake, a vacuum line or a sidecar NAME.csv.toml"
 
     def _onto_desk(self, kind: str, name: str, text: str) -> str:
@@ -189,8 +189,8 @@ class Dropping:
                 )
             if not targets:
                 self.sorting.tell(
-                    f"{stem}.toml: describes a test, but no file here is called "
-                    f"{stem}; call it NAME.csv.toml after the file NAME.csv"
+                    f"{stem}.toml: describes a test, but no file here is named "
+                    f"{stem}; rename it NAME.csv.toml, after the file NAME.csv"
                 )
         self._facts.clear()
         names, contradictions = attach(self.uploads)
@@ -199,9 +199,9 @@ class Dropping:
         if self._came_list:
             self._came_list = False
             lacking = len(self.uploads.listed) - len(names)
-            note = f"; it also lists {lacking}, not dropped yet" if lacking else ""
+            note = f"; {lacking} more that it lists were not dropped yet" if lacking else ""
             count = "1 file" if len(names) == 1 else f"{len(names)} files"
-            ui.notify(f"{LIST}: read for {count}{note}", type="positive")
+            ui.notify(f"{LIST}: conditions read for {count}{note}", type="positive")
             self.desk.files_changed()
 
     def _on_reject(self, event: events.GenericEventArguments) -> None:
@@ -222,16 +222,16 @@ class Dropping:
                     f"{clean(str(name))}: not used, because it is already being uploaded"
                 )
         if int(last[2]) > len(entries):
-            self.sorting.tell(f"{int(last[2]) - len(entries)} more were not used")
+            self.sorting.tell(f"{int(last[2]) - len(entries)} more files were not used")
         self._look()
 
     def _on_failure(self, event: events.GenericEventArguments) -> None:
         names, status = event.args
         cause = {
-            0: "could not be read by the browser; if it is a folder, drop the files in it",
-            400: "its name cannot be sent; rename it with fewer, plainer characters",
+            0: "could not be read by the browser; if it is a folder, drop its files instead",
+            400: "its name cannot be sent; use a shorter name without special characters",
             413: f"is too large: at most {LARGEST // 2**20} MB are allowed",
-        }.get(int(status), "could not be sent; drop it again")
+        }.get(int(status), "could not be uploaded; drop it again")
         for name in names:
             self.sorting.tell(f"{clean(str(name))}: {cause}")
         self.zone.reset()
@@ -246,10 +246,10 @@ class FilesHere:
         with dress(ui.column(), f"{page}-drop", "files-here w-full gap-2"):
             ui.label("Drop files anywhere in this window").classes("font-medium")
             hint(
-                "CSV, TSV, TXT, TRA, XLSX, ODS, and sidecars NAME.csv.toml, many at "
+                "CSV, TSV, TXT, TRA, XLSX, ODS, and NAME.csv.toml sidecars, many at "
                 f"once. Up to {MAX_FILES} files of {LARGEST // 2**20} MB. They stay on "
                 "this computer. Every page can use them, also after a reload. They are "
-                "deleted when you close the browser tab, and a link does not contain "
+                "deleted when you close the browser tab, and links do not include "
                 "them."
             )
             choose = button("Choose files", None, f"{page}-choose", "folder_open")
@@ -305,7 +305,7 @@ def attach(uploads: Uploads) -> tuple[list[str], list[str]]:
                 notes.append(
                     f"{file.shown}: its sidecar states {key.replace('_', ' ')} "
                     f"{_text(key, values[key])}, {LIST} {_text(key, list_values[key])}; "
-                    "the sidecar counts"
+                    "the sidecar takes precedence"
                 )
         uploads.from_list[file.shown] = frozenset(list_values.keys() - values.keys())
         uploads.sidecars[file.shown] = merge_sidecars(text, of_list)

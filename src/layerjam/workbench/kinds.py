@@ -35,10 +35,8 @@ OTHER_READERS = MappingProxyType(
         "silicone": OtherReader(
             "A tensile curve of the enclosure's silicone", "layerjam enclosure FILE"
         ),
-        "pressure": OtherReader(
-            "A log of pressure over time", "layerjam leak FILE, or layerjam pump-down FILE"
-        ),
-        "acceleration": OtherReader("A log of an acceleration", "layerjam crash FILE"),
+        "pressure": OtherReader("A pressure log", "layerjam leak FILE, or layerjam pump-down FILE"),
+        "acceleration": OtherReader("An acceleration log", "layerjam crash FILE"),
         "run": OtherReader(
             "A bench run without force and elongation",
             "layerjam bench export FILE",

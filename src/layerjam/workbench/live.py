@@ -35,9 +35,7 @@ NEEDED = (
 def check() -> None:
     """Raise MissingExtraError if the installed NiceGUI is not the supported version."""
     if not all(hasattr(kind, name) for kind, name in NEEDED):
-        raise MissingExtraError(
-            "the workbench (a nicegui of version 3.18 or later, but not 4)", "workbench"
-        )
+        raise MissingExtraError("the workbench (nicegui 3.18 or later, but below 4)", "workbench")
 
 
 KINDS = ("texts", "contents", "charts", "spoken", "spaces")

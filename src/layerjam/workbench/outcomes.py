@@ -41,10 +41,7 @@ def of_slide(slid: Any) -> str:
         times = "once" if slid.events == 1 else f"{slid.events} times"
         return f"At {pace} it sticks and slips: {times} in this run."
     if slid.outcome == "STEADY_SLIDING":
-        return f"At {pace} it slides steadily; no stick–slip is left."
+        return f"At {pace} it slides steadily; no stick–slip remains."
     if slid.outcome == "STUCK":
         return "The sheets never slid: the pull ended before static friction was overcome."
-    return (
-        f"At {pace} the pull reached its end before either stick–slip or steady sliding had "
-        "settled."
-    )
+    return f"At {pace} the pull ended before either stick–slip or steady sliding had settled."

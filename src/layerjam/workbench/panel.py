@@ -54,7 +54,7 @@ class Panel:
     def build_pins(self) -> None:
         """Build the button to pin, and the list of pins."""
         with ui.row().classes("items-center gap-2"):
-            tip = "Keep this curve in grey, to compare it with the next one"
+            tip = "Keep this curve in grey for comparison with the next one"
             self._acts.append(button("Pin", self.pin, f"{self._ident}-pin", "push_pin", tip=tip))
             self._enable()
             self._chips = dress(ui.row().classes("items-center gap-2"), f"{self._ident}-pins")

@@ -152,16 +152,16 @@ def sentence(result: ToPeak, force: float, by_sheets: bool) -> str:
     peak, target = show(result.force, "N"), show(force, "N")
     place = f"{result.at:g} sheets" if by_sheets else show(result.at, "Pa")
     if result.value is not None and by_sheets:
-        return f"{place}: a peak of {peak} at this vacuum, the nearest to {target}."
+        return f"{place}: a peak of {peak} at this vacuum, the closest to {target}."
     if result.value is not None:
         return f"A vacuum of {place} gives a peak of {peak}."
     quantity = "number of sheets" if by_sheets else "vacuum"
     if force < result.force:
         return (
-            f"No {quantity} gives a peak of {target}; the least possible peak is {peak}, with "
+            f"No {quantity} gives a peak of {target}; the lowest possible peak is {peak}, with "
             f"{place}."
         )
     return (
-        f"No {quantity} up to {place} gives a peak of {target}; the greatest possible peak is "
+        f"No {quantity} up to {place} gives a peak of {target}; the highest possible peak is "
         f"{peak}."
     )

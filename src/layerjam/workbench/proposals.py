@@ -30,15 +30,15 @@ NEEDED = MappingProxyType({FRICTION: "normal_force", CALIBRATE: "vacuum", VALIDA
 """{use of a file: metadata required for it}."""
 CLICKS = MappingProxyType(
     {
-        "columns": "Click the heads of the force column and of the elongation column",
-        "force-sign": "If this machine counts tension as negative, click the head of the force "
+        "columns": "Click the headers of the force and elongation columns",
+        "force-sign": "If this machine counts tension as negative, click the header of the force "
         "column and choose 'reverse its sign'",
-        "elongation-sign": "If this machine counts elongation as negative, click the head of the "
+        "elongation-sign": "If this machine counts elongation as negative, click the header of the "
         "elongation column and choose 'reverse its sign'",
-        "decimal": "Choose the decimal sign",
-        "specimen": "Choose one of the specimens",
-        "sheet": "Choose the sheet",
-        "speed": "Give the crosshead's speed, or click the head of the elongation column",
+        "decimal": "Choose the decimal separator",
+        "specimen": "Choose a specimen",
+        "sheet": "Choose a sheet",
+        "speed": "Enter the crosshead speed, or click the header of the elongation column",
     }
 )
 """{request of a reader: instruction on the page}."""
@@ -232,7 +232,7 @@ def _role(
         return SourcedValue(FRICTION, f"its first lines: {word[0]}")
     if "vacuum" in facts_found:
         return SourcedValue(CALIBRATE, f"a vacuum is known ({facts_found['vacuum'].source})")
-    return SourcedValue(CALIBRATE, "force over elongation, without any sign of a friction test")
+    return SourcedValue(CALIBRATE, "force versus elongation, no sign of a friction test")
 
 
 def _beginning(path: Path) -> str:
@@ -251,7 +251,7 @@ def _of_content(path: Path, traces: Sequence[Trace]) -> Iterator[tuple[str, Sour
     if len(vacuums) == 1:
         yield (
             "vacuum",
-            SourcedValue(_quantity_text("vacuum", float(vacuums.pop() or 0.0)), "the file's head"),
+            SourcedValue(_quantity_text("vacuum", float(vacuums.pop() or 0.0)), "the file header"),
         )
         return
     if path.suffix == ENDING:
@@ -282,7 +282,7 @@ def vacuum_of_column(path: Path, index: int, unit: str, names: Sequence[str]) ->
     text = show(middle, "Pa", 4)
     spec_of(Facts, "vacuum").read(text, f"column '{names[index]}'")
     low, high = (show(float(v), "Pa", 3) for v in (values.min(), values.max()))
-    return SourcedValue(text, f"its column '{names[index]}': the median; from {low} to {high}")
+    return SourcedValue(text, f"its column '{names[index]}': median of {low} to {high}")
 
 
 def together(proposals: Iterable[Proposal]) -> list[Proposal]:
@@ -300,7 +300,7 @@ def together(proposals: Iterable[Proposal]) -> list[Proposal]:
     for item in files:
         vacuum = level.get(item.key)
         if vacuum is not None and vacuum <= NEAR_HIGHEST * highest:
-            reason = f"{item.role.source}; used to validate, because another pull is at {best}"
+            reason = f"{item.role.source}; used for validation because another pull is at {best}"
             result.append(replace(item, role=SourcedValue(VALIDATE, reason)))
         else:
             result.append(item)

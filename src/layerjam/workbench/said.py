@@ -31,9 +31,9 @@ PAGE, FILES = "laboratory", "files"
 ROLES = MappingProxyType(
     {
         FRICTION: "friction test",
-        CALIBRATE: "pull to calibrate on",
-        VALIDATE: "pull to validate on",
-        ASIDE: "leave out",
+        CALIBRATE: "calibration pull",
+        VALIDATE: "validation pull",
+        ASIDE: "exclude",
     }
 )
 UNITS = MappingProxyType({"vacuum": "kPa", "normal_force": "N", "speed": "mm/s"})
@@ -85,7 +85,7 @@ def _facts_and_answers(edit: Mapping[str, str]) -> tuple[dict[str, str], dict[st
     number = answers.get("specimen")
     if number is not None:
         if not number.isascii() or not number.isdigit() or len(number) > 6:
-            raise QuantityError(f"specimen: '{number[:40]}' is not allowed; the first is 1")
+            raise QuantityError(f"specimen: '{number[:40]}' is not a positive integer")
         answers["specimen"] = int(number)
     return {name: edit[name] for name in FACTS if edit.get(name)}, answers
 

@@ -100,7 +100,7 @@ def stack_of(brake: Brake, slip: float, share: float) -> Stack:
     ]
     cap = max(1.2 * clamp_length, 0.06 * (free + lap + free_right))
     tall = height + 3 * thick
-    for name, inner, side in (("cap left", start, -1), ("cap right", end, 1)):
+    for name, inner, side in (("left cap", start, -1), ("right cap", end, 1)):
         middle = inner + side * cap / 2
         boxes.append(_box(name, (middle, 0, 0), (cap, 1.25 * sheets.width, tall), GREY))
         boxes += _screws(name, middle, tall / 2, brake)
@@ -251,7 +251,7 @@ class StackView(CameraView):
     def __init__(self, ident: str, classes: str = "w-full h-80", views: bool = True) -> None:
         self._boxes: dict[str, Any] = {}
         self._labels: dict[str, tuple[str, Any]] = {}
-        words = {"label": "The stack of sheets", "button": "Seen from"}
+        words = {"label": "The stack of sheets", "button": "View from"}
         with ui.element("div").classes("w-full"):
             super().__init__(VIEWS, 320, ident, classes, **words)
             self.row.set_visibility(views)

@@ -74,7 +74,9 @@ def from_session(data: bytes, name: str) -> Session:
     if not isinstance(document, dict) or document.get("kind") != KIND:
         raise FileError(name, f'is not a session: its "kind" is not "{KIND}"')
     if document.get("version") != VERSION:
-        reason = "a session of another version; open it with the version of layerjam that wrote it"
+        reason = (
+            "a session from a different version; open it with the layerjam version that wrote it"
+        )
         raise FileError(name, f"is {reason}")
     try:
         return Session(read_state(text), tuple(_unpack_files(document.get("files", []))))
@@ -94,7 +96,7 @@ def _unpack_files(entries: Any) -> list[KeptFile]:
         fields = entry if isinstance(entry, dict) else {}
         name, sidecar, content = (fields.get(key) for key in ("name", "sidecar", "content"))
         if not (isinstance(name, str) and isinstance(sidecar, str) and isinstance(content, str)):
-            raise Strange(f"files.{place}: name, sidecar and content must be texts")
+            raise Strange(f"files.{place}: name, sidecar and content must be strings")
         reader = zlib.decompressobj()
         try:
             data = reader.decompress(base64.b64decode(content, validate=True), left + 1)

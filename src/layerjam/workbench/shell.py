@@ -200,7 +200,7 @@ def _session(desk: Desk) -> None:
             name = f"{desk.brake.name}-session{ENDING}"
             ui.download.content(text.encode(), name, "application/json")
 
-    _button("save", "Save the session: all that is set, as one file", save)
+    _button("save", "Save the session: all settings in one file", save)
     choose = button("", None, "open-a-session", "folder_open", look=ICON, tip="Open a session")
     dress(choose, aria_label="Open a session").on("click", js_handler="() => layerjamPick()")
 
@@ -234,13 +234,11 @@ async def _copy_link(desk: Desk) -> None:
         lacks = f". A link cannot contain files, so {files} not included: save a session instead"
     length = len(to_link(desk.state))
     if length > LONG_LINK:
-        lacks += f". It has {length} characters, and mail programs cut such links: save the session"
+        lacks += f". Mail programs cut its {length} characters: save the session instead"
     if await copied("window.location.href"):
         ui.notify(f"The address of this page contains all settings and was copied{lacks}")
     else:
-        advice = (
-            "Your browser does not allow this page to copy. The address bar shows the same link"
-        )
+        advice = "Your browser does not allow this page to copy text. The address bar has the link"
         ui.notify(advice + lacks, type="warning")
 
 

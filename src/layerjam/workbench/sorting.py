@@ -45,7 +45,7 @@ from layerjam.workbench.widgets import Alert, button, dress, field, heading, hin
 MAX_ROWS = 12
 """Number of files with individual fields; a table lists the others."""
 SIDECAR = "its sidecar"
-STATED = ("its sidecar", LIST, "the file's head")
+STATED = ("its sidecar", LIST, "the file header")
 """Sources that the readers use without being asked."""
 SOURCE = "dropped-source"
 WORDS = {"vacuum": "Vacuum", "normal_force": "Normal force", "speed": "Crosshead speed"}
@@ -220,9 +220,7 @@ class Sorting:
             if value.source:
                 ui.label(value.source).classes(f"text-xs opacity-80 {SOURCE}")
             else:
-                ui.label(f"not stated anywhere: type it, in {UNITS[fact]}").classes(
-                    f"text-xs no {SOURCE}"
-                )
+                ui.label(f"not stated: type it in {UNITS[fact]}").classes(f"text-xs no {SOURCE}")
 
     def _table(self, files: Sequence[Proposal]) -> None:
         """Build the table of the files without individual fields."""
@@ -233,7 +231,7 @@ class Sorting:
             sources = "; ".join(dict.fromkeys(filter(None, (item.role.source, value.source))))
             names.setdefault((ROLES[role], value.text, sources), []).append(item.name)
         rows = [[", ".join(equal), *cells] for cells, equal in names.items()]
-        heads = ["File", "Used as", "Vacuum or force", "Taken from"]
+        heads = ["File", "Used as", "Vacuum or force", "Source"]
         ui.html(html(heads, rows, (), "More files", "dropped-more"), sanitize=False)
         hint("Change them in the laboratory, one by one or many at once.")
 

@@ -12,32 +12,35 @@ FREE = MappingProxyType(
         "": "nothing more",
         "pressure_exponent": "pressure exponent",
         "speed": "speed",
-        "force_offset": "zero of the force",
+        "force_offset": "force zero",
     }
 )
 """Additional fitted quantities, in the laboratory's words."""
 OTHERWISE = MappingProxyType(
     {
         "accept-stick-slip": "Stick–slip",
-        "standard": "Friction tests read",
+        "standard": "Evaluate friction tests as",
         "free": "Also fit (whole curves)",
-        "depth": "Calibrated on",
+        "depth": "Calibrate on",
         "no-brake": "No brake",
     }
 )
 """{option: its control, if the page uses a different name}."""
 PHRASES = (
-    (r"tensile --model stack", "model 'sheet by sheet' of a pull"),
+    (r"tensile --model stack", "'sheet by sheet' model of a pull"),
     (r"; 'layerjam pull --tare' shows its effect, depth curves can", "; whole curves can"),
     (r" \(--tare subtracts it\)", ""),
     (r", or say what its name states \(--names '[^']*'\)", ""),
-    (r"--standard d1894", "'Friction tests read', ASTM D1894,"),
+    (r"--standard d1894", "'Evaluate friction tests as', ASTM D1894,"),
     *((rf"--free {word}\b", f"'Also fit': {said}") for word, said in FREE.items() if word),
     (r"--from, --to", "'From' and 'To'"),
-    (r" \(--negative (force|elongation)\)", r" (click the head of the \1 and reverse its sign)"),
-    (r" \(--decimal\)", " (choose the decimal sign)"),
-    (r" \(--specimen 1\)", " (choose one of the specimens)"),
-    (r" \(--sheet NAME\)", " (choose the sheet)"),
+    (
+        r" \(--negative (force|elongation)\)",
+        r" (click the \1 header and reverse its sign)",
+    ),
+    (r" \(--decimal\)", " (choose the decimal separator)"),
+    (r" \(--specimen 1\)", " (choose a specimen)"),
+    (r" \(--sheet NAME\)", " (choose a sheet)"),
     (r"layerjam bench export FILE --out run\.csv", "layerjam bench export FILE"),
     (r"layerjam (\w[\w-]*) --[a-z-]+", r"layerjam \1"),
 )

@@ -144,7 +144,7 @@ def to_link(state: State) -> str:
 def from_link(text: str) -> State:
     """Return the state of a link; QuantityError if it is invalid or too long."""
     if len(text) > LONGEST_LINK:
-        raise QuantityError(f"link: {len(text)} characters; at most {LONGEST_LINK} are read")
+        raise QuantityError(f"link: {len(text)} characters; the limit is {LONGEST_LINK}")
     try:
         data = base64.urlsafe_b64decode(text + "=" * (-len(text) % 4))
         reader = zlib.decompressobj()

@@ -77,12 +77,12 @@ def row(ident: str, chart: ui.echart, source: Callable[[], Takeable | None]) -> 
             await copying.offer(item.python(), "python", item.files)
 
     with ui.row().classes("items-center gap-1") as buttons:
-        ui.label("Take away").classes("text-sm")
+        ui.label("Export").classes("text-sm")
         for ending in ENDINGS:
-            tip = f"The figure as {ending.upper()}"
+            tip = f"Figure as {ending.upper()}"
             act = partial(take, f".{ending}", methodcaller("figure", ending))
             button(ending.upper(), act, f"{ident}-figure-{ending}", look=QUIET, tip=tip)
-        tip = "Every curve of the chart, as drawn"
+        tip = "All curves of the chart, as drawn"
 
         def curves_of(item: Takeable) -> str:
             return curves_csv(chart.options, item.failures)

@@ -143,7 +143,7 @@ class Uploads:
                 if file.digest == digest and waits and file.key in self.waiting:
                     return file
                 if file.digest == digest:
-                    raise UploadError(f"{label}: {file.shown} has the same content")
+                    raise UploadError(f"{label}: {file.shown} already has this content")
             ending = Path(label).suffix.lower()
             ending = ending if ending in ENDINGS else ".dat"
             path = self.folder / f"{OURS}{next(self._numbers):04d}{ending}"
@@ -165,7 +165,7 @@ class Uploads:
         existing = next((f for f in list(self.files) if f.digest == digest), None)
         upload = existing or self.take(name, data)
         if upload is None:
-            raise UploadError(f"{clean(name)}: has the name of a sidecar, not of a measurement")
+            raise UploadError(f"{clean(name)}: is named as a sidecar, not a measurement")
         self.waiting.discard(upload.key)
         if existing is None and sidecar:
             self.sidecars[upload.shown] = sidecar

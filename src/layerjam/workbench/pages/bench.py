@@ -60,10 +60,10 @@ KPA = 1e3
 PROCEDURE = "evacuate to 40 kPa and hold 5 s; vent"
 STATES = MappingProxyType(
     {
-        "SAFE": "Safe state, nothing is running",
+        "SAFE": "Safe state; nothing is running",
         "RUN": "The regulator is running",
         "FAULT": "Fault; the bench is in its safe state",
-        "DRIVE": "Outputs driven by hand",
+        "DRIVE": "Outputs under manual control",
     }
 )
 SIMULATED = (
@@ -76,13 +76,13 @@ STEPS = (
     "Connect. The virtual board needs no hardware; your own board has an address such as "
     "serial:/dev/ttyACM0.",
     "Choose the safe state after a fault, and the vent's position without power, to start.",
-    "Hold a target and watch the vacuum follow, or run a procedure and keep its recording.",
+    "Hold a target and watch the vacuum follow, or run a procedure and save its recording.",
 )
 """Instructions that are displayed before the first reading."""
 WIRING = (
-    "Wiring: the computer controls a board by USB. The board switches pump and vent valve and "
-    "reads the pressure sensor. Air flows from the brake past sensor and valve to the pump. The "
-    "emergency stop disconnects pump and valve from 12 V."
+    "Wiring: the computer controls a board by USB. The board switches the pump and the vent "
+    "valve and reads the pressure sensor. Air flows from the brake past the sensor and the valve "
+    "to the pump. The emergency stop disconnects the pump and the valve from the 12 V supply."
 )
 GONE = (
     f"Keep this page open and in view: {LEASE:g} s after you close it, the bench goes to "
@@ -93,7 +93,7 @@ GONE = (
 def rest_choice() -> Choice:
     """Choice of the vent valve's position without power; it has no default."""
     words = {"": "not chosen", **{state: state for state in VENT_RESTS}}
-    meaning = "State of the vent valve without power. A board cannot move it while it resets."
+    meaning = "State of the vent valve without power. A board cannot move it while resetting."
     return Choice("vent_rest", words, "", label="Vent at rest", help=meaning)
 
 
@@ -142,10 +142,10 @@ class Bench(Page):
                 )
                 button("Clear the fault", self._clear, "bench-clear")
             self.problem_line()
-            with fold("Run a procedure and keep it", "bench-procedure-fold", is_open=True):
+            with fold("Run a procedure and record it", "bench-procedure-fold", is_open=True):
                 self._running()
             with fold("Sensor of a real board", "bench-sensor"):
-                hint("Needed if the line's file names no sensor. A virtual board has its own.")
+                hint("Required if the line file specifies no sensor. A virtual board has its own.")
                 self.slider("sensor_range")
             with ui.column().classes("w-full") as self.breaking, fold("Inject a fault"):
                 menu(self.desk, self.name, self.broken)
@@ -183,7 +183,7 @@ class Bench(Page):
             with ui.row().classes("gap-2"):
                 text, look = "Connect the virtual board", "no-caps"
                 button(text, self._connect, "bench-first", "link", look=look)
-                tip = "The wiring of a Raspberry Pi Pico, with every part, as SVG"
+                tip = "Wiring of a Raspberry Pi Pico with every part, as SVG"
                 act = partial(takeaway.give, circuit_diagram, "wiring.svg", "image/svg+xml")
                 button("Circuit diagram", act, "bench-circuit", "download", tip=tip)
         picture = ui.html(read_asset("pages/bench_wiring.html"), sanitize=False)
@@ -198,7 +198,7 @@ class Bench(Page):
         with ui.row().classes("gap-2"):
             self.link = button("Connect", self._connect, "bench-connect", "link")
             self.unlink = button("Disconnect", self._disconnect, "bench-disconnect", "link_off")
-        hint("sim:LINE is a virtual board on a line of the catalogue: try it without hardware.")
+        hint("sim:LINE is a virtual board with a line from the catalogue; it needs no hardware.")
 
     def _running(self) -> None:
         self.procedure = field("Procedure", "bench-procedure", PROCEDURE, example=PROCEDURE)
@@ -415,7 +415,7 @@ def circuit_diagram() -> str:
 
 def _run_sentence(result: RunResult) -> str:
     missing = f"{result.gaps} samples are missing" if result.gaps else "no sample is missing"
-    counts = f"Its file has {result.samples} samples, some from before the start; {missing}."
+    counts = f"Its file contains {result.samples} samples, some from before the start; {missing}."
     if result.reason is None:
         return f"All steps completed in {result.duration:.1f} s. {counts}"
     return f"Ended after {result.duration:.1f} s: {result.reason}. {counts}"

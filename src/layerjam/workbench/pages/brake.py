@@ -30,17 +30,15 @@ GROUPS = {
     "enclosure": "Enclosure",
     "mount": "Caps",
     "": "Whole brake",
-    "speed_law": "Friction over speed",
-    "hyperelastic": "Rubber law of the enclosure",
-    "rope": "Rope of the drop test",
+    "speed_law": "Friction versus speed",
+    "hyperelastic": "Enclosure rubber law",
+    "rope": "Drop-test rope",
     "site": "Site",
 }
 KIND = Kind(
     "brake", "brake", "brake-catalogue", GROUPS, BRAKE_FIELDS, edit, origin=("kind", "source")
 )
-PART = Choice(
-    "part", {"brake": "Performance", "build": "Build"}, "brake", help="Content of this page"
-)
+PART = Choice("part", {"brake": "Performance", "build": "Build"}, "brake", help="On this page")
 
 
 class Brake(Page):
@@ -59,8 +57,8 @@ class Brake(Page):
         """Return the controls for the picture's slip and vacuum, within the brake's bounds."""
         brake = self.desk.brake.brake
         lap, full = brake.sheets.overlap, self.more.atmosphere(brake.site.atmosphere)
-        slip = entry("force", "slip", 0.0, (0.0, lap), label="Slip shown")
-        vacuum = vacuum_entry("force", "vacuum", full, label="Vacuum shown")
+        slip = entry("force", "slip", 0.0, (0.0, lap), label="Displayed slip")
+        vacuum = vacuum_entry("force", "vacuum", full, label="Displayed vacuum")
         return by_key(slip.narrow(high=lap), vacuum)
 
     def build(self) -> None:
@@ -109,7 +107,7 @@ class Brake(Page):
         self.table = live.Table()
         self.notes = Notes()
         with (
-            fold("Where the numbers come from", is_open=True),
+            fold("Sources of the numbers", is_open=True),
             ui.element("div").classes("w-full overflow-auto brake-sources"),
         ):
             self.sources = live.Table()
@@ -120,7 +118,7 @@ class Brake(Page):
 
         with ui.row().classes("w-full items-center gap-2"):
             self.other = select({}, "Compare with", "brake-beside", put, classes="w-64")
-            text, look = "Keep a copy to compare with", "flat dense no-caps"
+            text, look = "Keep a copy for comparison", "flat dense no-caps"
             keep = lambda: self._put_beside(self.desk.state.brake)  # noqa: E731
             button(text, keep, "brake-keep", "push_pin", look=look)
         self.desk.watch(lambda what: self._fill_beside() if what in ("brake", "undo") else None)
@@ -191,7 +189,7 @@ def heroes(facts: Any) -> list[Hero]:
     """Return the forces at rest and during a pull, and the mass."""
     return [
         ("hero-holding", "Holds at rest", show(facts.holding_force, "N")),
-        ("hero-pull", "Resists a pull with up to", show(facts.max_force, "N")),
+        ("hero-pull", "Resists a pull of up to", show(facts.max_force, "N")),
         ("hero-mass", "Mass", show(facts.mass, "kg")),
     ]
 

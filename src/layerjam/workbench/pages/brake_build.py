@@ -40,26 +40,26 @@ NUMBERS = (
 FILE = "file"
 CUTTER = Choice(
     "cutter",
-    {FILE: "as in its file", **{word: word for word in CUTTERS}},
+    {FILE: "as in the brake file", **{word: word for word in CUTTERS}},
     FILE,
     "Cutting method",
-    "Who cuts the film: a service, your own laser, or a knife",
+    "How to cut the film: a cutting service, your own laser, or a knife",
 )
 COUPONS = Choice(
     "coupons",
     {"no": "no", "yes": "yes"},
     "no",
-    "Test pieces too",
-    "A comb for the kerf and strips for the friction",
+    "Test pieces",
+    "A comb to measure the kerf, and strips to measure friction",
 )
 CONTROLS = ("cutter", "coupons", "out", "overwrite")
 """Inputs of the command that have their control elsewhere, or none; the others are in the panel."""
 DRAWN = Choice(
     "drawn",
-    {"brake": "parts of the brake", "mould": "mould of the enclosure"},
+    {"brake": "brake parts", "mould": "enclosure mould"},
     "brake",
     "Drawn",
-    "Content of the picture",
+    "Shown in the picture",
 )
 REFUSED = ("✗ refused", "no font-medium whitespace-nowrap")
 WORDS: Mapping[bool | None, tuple[str, str]] = {
@@ -113,7 +113,7 @@ class BuildPart(View):
                 choice(self.desk, self.name, COUPONS)
                 self.more.build()
                 with ui.row().classes("w-full items-center gap-3"):
-                    act, text = self.download, "Folder for the workshop (ZIP)"
+                    act, text = self.download, "Workshop folder (ZIP)"
                     self.button = button(text, act, "brake-build-download", "folder_zip")
                     hint("Patterns, parts to print, mould, instructions and parts list")
                 waiting_line("brake-build", self.maker)
@@ -232,7 +232,7 @@ def checks_table(result: Built) -> str:
         word = REFUSED if refuses else WORDS[check["ok"]]
         rows.append([word, check["code"], *numbers, check["text"]])
     heads = ["Verdict", "Check", "Number", "Limit", "Result"]
-    return html(heads, rows, (2, 3), "Checks of the build", "brake-build-checks")
+    return html(heads, rows, (2, 3), "Build checks", "brake-build-checks")
 
 
 def _number(value: float | None, unit: str) -> str:

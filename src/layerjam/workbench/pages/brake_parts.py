@@ -86,7 +86,7 @@ class PartsView(CameraView):
 
     def __init__(self, ident: str) -> None:
         self._shown: dict[str, tuple[Surface, Solid]] = {}
-        words = {"label": "The parts to make, separated", "button": "View of the parts"}
+        words = {"label": "Parts to make, exploded view", "button": "View of the parts"}
         super().__init__(VIEWS, 360, ident, "w-full h-96", **words)
 
     def show(self, parts: Parts, dark: bool) -> None:

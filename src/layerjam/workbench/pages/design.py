@@ -53,7 +53,7 @@ class Arrays(Part):
         """Return the controls for the numbers of brakes and their vacuum."""
         full = self.more.atmosphere(self.desk.brake.brake.site.atmosphere)
         vacuum = vacuum_entry("array", "vacuum", full, 0.01 * full)
-        rows = entry("array", "parallel", 2, (1, WIDE), label="Side by side", steps=WIDE - 1)
+        rows = entry("array", "parallel", 2, (1, WIDE), label="In parallel", steps=WIDE - 1)
         row = entry("array", "series", 2, (1, LONG), label="In series", steps=LONG - 1)
         return by_key(rows.narrow(high=WIDE), row.narrow(high=LONG), vacuum)
 
@@ -67,13 +67,13 @@ class Arrays(Part):
             self.figures = Figures(f"{PAGE}-array", "array", TOTALS)
         with main:
             self.outcome = status(f"{PAGE}-array-outcome")
-            label = "Force over elongation of the array and of one brake"
+            label = "Force versus elongation of the array and of one brake"
             self.panel.build(f"{PAGE}-array-chart", label)
             self.panel.build_row()
             hint(
                 "In series, the weakest brake slips first, and the others relax. The "
-                "next one slips only when the first reaches its end stop. This gives the "
-                "teeth of the curve."
+                "next one slips only when the first reaches its end stop. This produces "
+                "the sawtooth curve."
             )
             self.notes = Notes()
 
@@ -136,7 +136,7 @@ class Machines(Part):
         self.verdict.style("max-width: 75ch")
         self.limits = dress(ui.html("", sanitize=False), f"{PAGE}-limits", "w-full")
         self.pictures = dress(ui.html("", sanitize=False), f"{PAGE}-pictures", "w-full figure")
-        with fold("Every number", f"{PAGE}-machine-numbers"):
+        with fold("All numbers", f"{PAGE}-machine-numbers"):
             self.results = ui.html("", sanitize=False).classes("w-full")
         hint(
             "Computed from a model of the scenario's own brakes; nothing here was "
@@ -171,7 +171,7 @@ class Machines(Part):
         rows.append(("mass of the brakes", cell_text(result.mass, "kg")))
         count = "none is sufficient" if result.brakes_needed is None else str(result.brakes_needed)
         rows.append(("brakes required", count))
-        self.results.set_content(html(("What", "Value"), rows, (1,), "Results"))
+        self.results.set_content(html(("Quantity", "Value"), rows, (1,), "Results"))
         self.notes.fill(result.warnings)
 
 
@@ -202,11 +202,11 @@ def _figure(name: str, svg: str, caption: str) -> str:
 KINDS: dict[str, tuple[str, type[Part]]] = {
     "need": ("From a requirement", NeedPart),
     "arrays": ("Arrays of brakes", Arrays),
-    "density": ("Force over mass", Density),
+    "density": ("Force versus mass", Density),
     "machines": ("Four machines", Machines),
 }
 WORDS = {key: words for key, (words, _) in KINDS.items()}
-PART = Choice("part", WORDS, "need", help="Content of this page")
+PART = Choice("part", WORDS, "need", help="On this page")
 
 
 class Design(Page):

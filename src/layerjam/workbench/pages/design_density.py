@@ -54,7 +54,7 @@ class Density(Part):
         with ui.column().classes("side"):
             self.slider("ours")
             self.more.build()
-        label = "Force over mass on logarithmic axes; the table below lists the numbers"
+        label = "Force versus mass on logarithmic axes; the table below lists the numbers"
         look = "width: 100%; height: max(540px, 60vh)"
         self.panel.build(f"{PAGE}-density-chart", label, look)
         self.panel.build_row()
@@ -82,18 +82,18 @@ class Density(Part):
         self.sheet.set_text(
             f"One more sheet in {sheet['brake']} at {show(sheet['vacuum'], 'Pa')}: "
             f"{show(sheet['force_per_sheet'], 'N', 3)} and {show(sheet['mass_per_sheet'], 'kg', 3)}"
-            f"; the paper says {show(sheet['paper_force'], 'N', 3)} and "
+            f"; the paper reports {show(sheet['paper_force'], 'N', 3)} and "
             f"{show(sheet['paper_mass'], 'kg', 3)} ({sheet['why']})."
         )
         lacking = ", ".join(result.none_found)
         self.missing.set_text(
-            f"Not drawn, because no device with a source was found: {lacking}." if lacking else ""
+            f"Not drawn because no published device was found: {lacking}." if lacking else ""
         )
         rows = [
             (r["name"], r["kind"], *_numbers(r), " ".join(filter(None, (r["source"], r["note"]))))
             for r in result.devices
         ]
-        self.table.set_content(html(HEADS, rows, (2, 3, 4), "Force over mass of devices"))
+        self.table.set_content(html(HEADS, rows, (2, 3, 4), "Force versus mass of devices"))
         self.notes.fill(result.warnings)
 
 
@@ -112,7 +112,7 @@ def density_chart(result: Any, dark: bool) -> dict[str, Any]:
     series.append(_points(ours, BLUE, "circle", ink))
     for look, (kind, rows) in zip(itertools.cycle(SYMBOLS), kinds.items(), strict=False):
         series.append(_points(rows, *look, ink, kind))
-    axes = {"x": "mass [g]", "y": "greatest force [N]"}
+    axes = {"x": "mass [g]", "y": "maximum force [N]"}
     chart = points_chart(series, dark=dark, right=60, **axes)
     for axis, (low, high) in (("xAxis", x), ("yAxis", y)):
         chart[axis][0] |= {"type": "log", "min": low, "max": high}

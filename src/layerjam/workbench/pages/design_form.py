@@ -22,11 +22,11 @@ FORCE_MOMENT = Choice(
     {"rest": "at rest", "sliding": "while sliding"},
     "rest",
     label="Resist it",
-    help="At rest: before the sheets slip. While sliding: the peak of a pull, which is less",
+    help="At rest: before the sheets slip. While sliding: the peak of a pull, which is lower",
 )
 PREFER = Choice(
     "prefer",
-    {"mass": "least mass", "length": "shortest", "energy": "most energy"},
+    {"mass": "lowest mass", "length": "shortest", "energy": "highest energy"},
     "mass",
     label="Prefer",
     help="Choice among the brakes that meet the requirement",
@@ -50,25 +50,25 @@ ASKED = {
     "stop": (
         _control("stop", "mass", 75.0, (0.5, 150.0), "Mass to stop", unit="kg"),
         _control("stop", "speed", 2.0, (0.1, 10.0), "Speed"),
-        _control("stop", "travel", 0.3, (0.01, 1.0), "Travel at most", unit="mm"),
-        _control("stop", "force", 4000.0, (50.0, 10_000.0), "Force at most", unit="N"),
+        _control("stop", "travel", 0.3, (0.01, 1.0), "Maximum travel", unit="mm"),
+        _control("stop", "force", 4000.0, (50.0, 10_000.0), "Maximum force", unit="N"),
     ),
 }
 """{kind of requirement: controls of its duty}."""
 LIMITS = {
     "hold": (
-        _control("hold", "vacuum", 94e3, (20e3, 101e3), "Vacuum available"),
-        _control("hold", "mass", 0.025, (0.005, 0.2), "Mass as drawn, at most", unit="g"),
-        _control("hold", "width", 0.025, (0.005, 0.1), "Width at most", unit="mm"),
-        _control("hold", "length", 0.15, (0.06, 0.4), "Length at most", unit="mm"),
-        _control("hold", "stress_margin", 2.0, (0.0, 5.0), "Safety on stress"),
+        _control("hold", "vacuum", 94e3, (20e3, 101e3), "Available vacuum"),
+        _control("hold", "mass", 0.025, (0.005, 0.2), "Maximum mass as drawn", unit="g"),
+        _control("hold", "width", 0.025, (0.005, 0.1), "Maximum width", unit="mm"),
+        _control("hold", "length", 0.15, (0.06, 0.4), "Maximum length", unit="mm"),
+        _control("hold", "stress_margin", 2.0, (0.0, 5.0), "Stress safety factor"),
     ),
     "stop": (
-        _control("stop", "vacuum", 94e3, (20e3, 101e3), "Vacuum available"),
-        _control("stop", "own_mass", 20.0, (0.01, 20.0), "Mass as drawn, at most", unit="kg"),
-        _control("stop", "width", 0.04, (0.005, 0.1), "Width at most", unit="mm"),
-        _control("stop", "length", 2.0, (0.1, 5.0), "Length at most", unit="mm"),
-        _control("stop", "stress_margin", 1.5, (0.0, 5.0), "Safety on stress"),
+        _control("stop", "vacuum", 94e3, (20e3, 101e3), "Available vacuum"),
+        _control("stop", "own_mass", 20.0, (0.01, 20.0), "Maximum mass as drawn", unit="kg"),
+        _control("stop", "width", 0.04, (0.005, 0.1), "Maximum width", unit="mm"),
+        _control("stop", "length", 2.0, (0.1, 5.0), "Maximum length", unit="mm"),
+        _control("stop", "stress_margin", 1.5, (0.0, 5.0), "Stress safety factor"),
     ),
 }
 """{kind of requirement: controls of its limits}."""
@@ -105,7 +105,7 @@ class Form(Asking):
                 self._sliders(LIMITS[kind])
         choice(self.desk, PAGE, PREFER)
         self.refused = Alert(f"{PAGE}-form-problem", "text-sm")
-        hint("The search begins from the brake above and its film.")
+        hint("The search starts from the current brake and its film.")
         self.desk.watch(lambda change: self.write() if change != "page" else None)
         with suppress(LayerjamError):
             self.text_written = self.text_of_now()

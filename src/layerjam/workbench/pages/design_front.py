@@ -20,7 +20,7 @@ PALE = "#9aa5af"
 """Grey on a dark ground."""
 Row = Mapping[str, Any]
 CHOSEN, REFINED = -2, -1
-"""Keys of the chosen design, and of the refined one between the steps."""
+"""Keys of the chosen design, and of the refined one between grid steps."""
 
 
 def designs(result: Any) -> dict[int, Row]:
@@ -130,11 +130,12 @@ def sentence(result: Any, design: Row, pull: tuple[float, float] | None) -> str:
     vacuum = f"at {show(design['vacuum'], 'Pa', 3)}"
     holds, peak = (show(design[name], "N", 3) for name in ("holding_force", "max_force"))
     end = "" if pull is None else f" and {show(pull[1], 'N', 3)} at the end of its travel"
-    text = f"Holds {holds} at rest; pulled, it resists {peak} at most{end}, all {vacuum}."
+    text = f"Holds {holds} at rest; pulled, it resists up to {peak}{end}, all {vacuum}."
     for limit in result.record.spec.constraints:
         drawn = design.get("drawn_mass")
         if limit.name in ("mass", "drawn_mass") and limit.most and drawn and drawn > limit.limit:
-            text += f" As drawn it weighs {show(drawn, 'kg', 3)}, above {show(limit.limit, 'kg')}."
+            mass, bound = show(drawn, "kg", 3), show(limit.limit, "kg")
+            text += f" As drawn, it weighs {mass}, which exceeds {bound}."
     return text
 
 
@@ -144,7 +145,7 @@ def comparison(result: Any, number: int, is_main: bool = True) -> str:
     The main rows contain the requested quantities and the dimensions that differ.
     """
     spec = result.record.spec
-    marks = {"chosen": result.chosen, "between the steps": result.refined}
+    marks = {"chosen": result.chosen, "between grid steps": result.refined}
     marks = {"selected": pick_design(result, number)[1], **marks, "runner-up": result.runner_up}
     columns = {word: design for word, design in marks.items() if design is not None}
     limits: dict[str, list[str]] = {}
@@ -168,7 +169,7 @@ def comparison(result: Any, number: int, is_main: bool = True) -> str:
             cells = [f"{c}, too heavy" if min(bounds, default=m) < m else c for c, m in pairs]
         rows.append((words(name), ", ".join(limits.get(name, [])), *cells))
     none = "" if is_main else "All rows are shown above."
-    return _table("Designs side by side", ("", "required", *columns), rows, 2, none)
+    return _table("Comparison of designs", ("", "required", *columns), rows, 2, none)
 
 
 def forbidden(result: Any) -> str:
@@ -184,7 +185,7 @@ def forbidden(result: Any) -> str:
         )
         for f in result.forbidden
     ]
-    heads = ("Constraint", "excludes", "which has", "missed by", "better by")
+    heads = ("Constraint", "Excluded design", "Its value", "Violated by", "Better by")
     none = "No single constraint excludes a better design."
     return _table("Designs excluded by one constraint", heads, rows, 2, none)
 
@@ -196,9 +197,9 @@ def chances(result: Any) -> str:
     for name, c in result.robustness.items():
         shares = (f"{c['probability']:.1%}", f"{c['error']:.1%}")
         span = (cell_text(c[end], units.get(name, "1")) for end in ("low", "high"))
-        rows.append(("all of them" if name == "all" else name, *shares, *span))
+        rows.append(("all constraints" if name == "all" else name, *shares, *span))
     heads = ("Constraint", "holds", "±", "5 % below", "5 % above")
-    none = "The brake file states no scatter of the friction, so the scatter is ignored."
+    none = "The brake file states no scatter in friction, so scatter is ignored."
     return _table("Robustness of the selected design", heads, rows, 1, none)
 
 
@@ -210,7 +211,7 @@ def slopes(result: Any) -> str:
         changes = [row.get(n, 0.0) for row in table.values()]
         if any(abs(c) > 0.005 for c in changes):
             rows.append((words(n), *(f"{c:+.2f}" if abs(c) > 0.005 else "–" for c in changes)))
-    heads = ("1 % more of", *(f"{words(m)} [%]" for m in table))
+    heads = ("1 % increase in", *(f"{words(m)} [%]" for m in table))
     return _table("Sensitivities of the selected design", heads, rows, 1)
 
 

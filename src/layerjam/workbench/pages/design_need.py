@@ -44,11 +44,11 @@ LONGEST = 20_000
 """Largest number of characters of a specification on the page, which must fit into a link."""
 STOPPED = "Stopped. Press Search to restart."
 EMPTY = "Set what the brake must do, then press Search."
-CHANGED = "The requirement is another than the one searched."
+CHANGED = "The requirement has changed since the search."
 TABLES = (
-    ("Designs side by side", "comparison", True),
+    ("Comparison of designs", "comparison", True),
     ("All rows", "all_rows", False),
-    ("Better, but excluded", "forbidden", False),
+    ("Better designs that are excluded", "forbidden", False),
     ("Robustness of the selected design", "chances", False),
     ("Sensitivity of the selected design", "slopes", False),
 )
@@ -82,7 +82,7 @@ def read(text: str, begin: str = "") -> DesignSpecification:
     No file is opened: a specification that starts from the current brake uses its text `begin`.
     """
     if len(text) > LONGEST:
-        raise FileError("the specification", f"{len(text)} characters; at most {LONGEST} are read")
+        raise FileError("the specification", f"{len(text)} characters; the limit is {LONGEST}")
     brakes = {}
     if begin:
         with suppress(LayerjamError):
@@ -211,8 +211,8 @@ class NeedPart(Part):
             for name, text in example_texts().items():
                 button(f"example {name}", partial(self.use_text, text), f"{PAGE}-example-{name}")
         hint(
-            "In step with the form. Brakes, films and lines of the catalogue by name; the desk's "
-            "own brake as NAME.toml. No file is opened from here. Ctrl Enter searches."
+            "Follows the form. Refer to brakes, films and lines in the catalogue by name, and to "
+            "the current brake as NAME.toml. Other files are not read. Press Ctrl Enter to search."
         )
 
     def _results(self) -> None:

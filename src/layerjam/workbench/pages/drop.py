@@ -35,8 +35,8 @@ ARRIVES = Choice(
     "arrives",
     {"speed": "speed", "height": "height"},
     "speed",
-    label="Given as",
-    help="Speed at the taut rope, or height of the fall before it",
+    label="Specified as",
+    help="Speed when the rope becomes taut, or height of the fall until then",
 )
 DIRECTION = Choice(
     "direction",
@@ -49,18 +49,18 @@ ON_ROPE = Choice(
     {"rope": "a rope", "none": "none"},
     "rope",
     label="Rope",
-    help="Without a rope the mass hangs on the brake itself",
+    help="Without a rope, the mass hangs directly on the brake",
 )
 SHOWN = Choice(
     "shown",
     {key: MODES[key] for key in ("none", "full", "tuned", "value")},
     "tuned",
     label="Vacuum",
-    help="No brake: the mass on the rope alone. Tuned: the vacuum that uses the travel below",
+    help="No brake: the mass on the rope alone. Tuned: the vacuum that uses the travel above",
 )
 SLOWLY = Choice(
     "slow",
-    {"auto": "chosen by the stop", **{f"{s:g}": f"{s:g} ×" for s in SLOW}},
+    {"auto": "automatic", **{f"{s:g}": f"{s:g} ×" for s in SLOW}},
     "auto",
     label="Slow motion",
 )
@@ -75,7 +75,7 @@ class Drop(Page):
     """Page to drop a mass and see it stop: without a brake, at full vacuum, at a tuned vacuum."""
 
     name, title = "drop", "Drop"
-    summary = "A mass falls into the brake and is stopped"
+    summary = "The brake stops a falling mass"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -88,7 +88,7 @@ class Drop(Page):
         usable = brake.sheets.usable_travel
         full = self.more.atmosphere(brake.site.atmosphere)
         travel = entry(
-            "drop", "travel", min(0.04, usable), (0.001, usable), label="Travel to stop within"
+            "drop", "travel", min(0.04, usable), (0.001, usable), label="Stopping travel"
         )
         rope = entry("drop", "rope_stiffness", 16.8e3, (500.0, 100e3), label="Rope stiffness")
         return by_key(
@@ -224,7 +224,7 @@ class Drop(Page):
         failed = stop is None or stop.outcome not in GOOD
         if view == "tuned" and stop is not None and stop.record is None and drops["full"].result:
             mode, stop = "full", drops["full"].result
-            sentence = f"{sentence} Shown is full vacuum: {verdict(stop, '', inputs)}"
+            sentence = f"{sentence} The chart shows full vacuum: {verdict(stop, '', inputs)}"
         self.verdict.set_text(sentence)
         self.heroes.fill(heroes(stop, mode == "tuned"))
         texts = tuning.call.options

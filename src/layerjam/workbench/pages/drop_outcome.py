@@ -134,23 +134,23 @@ def verdict(stop: Any | None, refusal: str, inputs: Mapping[str, Any]) -> str:
         return f"The enclosure pulls the brake back {after}, because friction no longer holds it."
     who, within = "The rope alone", after
     if stop.slip is not None:
-        who = "This history" if stop.vacuum is None else show(stop.vacuum, "Pa", 3)
+        who = "This vacuum history" if stop.vacuum is None else show(stop.vacuum, "Pa", 3)
         is_tuned = inputs.get("vacuum") == "tuned"
         within = f"within {inputs['travel'] if is_tuned else show(stop.slip, 'm', 3)}"
     start = inputs.get("speed") or f"a fall of {inputs.get('height')}"
-    most = "" if stop.peak_g is None else f", at {show(stop.peak_g, '1', 3)} g at most"
+    most = "" if stop.peak_g is None else f", at up to {show(stop.peak_g, '1', 3)} g"
     return f"{who} stops {inputs['mass']} from {start} {within}{most}."
 
 
 def _crash_sentence(stop: Any) -> str:
     """Return travel, remaining speed, and force of the impact at the end of the travel."""
     used = f"The travel of {show(stop.slip, 'm')} is used up with the mass still at "
-    used += f"{show(stop.end_speed, 'm/s')}: it crashes"
+    used += f"{show(stop.end_speed, 'm/s')}: it hits the end stop"
     if stop.crash_force is None:
         return f"{used}. The impact force is unknown, because no rope is given."
     hard = show(stop.crash_force, "N")
     in_g = "" if stop.crash_g is None else f", {show(stop.crash_g, '1', 3)} g"
-    return f"{used}, with up to {hard}{in_g} if the end is rigid."
+    return f"{used}, with up to {hard}{in_g} if the end stop is rigid."
 
 
 def _sentence(words: str) -> str:
@@ -169,27 +169,27 @@ def heroes(stop: Any | None, is_tuned: bool = False) -> list[Hero]:
     crashed = stop.outcome == "BOTTOMED_OUT"
     peak, g, name = stop.peak_force, stop.peak_g, "Peak force"
     if crashed:
-        name = "Peak, if the end is rigid" if stop.crash_force else "Peak before the crash"
+        name = "Peak with a rigid end stop" if stop.crash_force else "Peak before the impact"
         peak, g = stop.crash_force or peak, stop.crash_g or g
     text = f"{show(g, '1')} g" if crashed and g is not None else show(peak, "N")
     numbers = [("hero-peak", name, text)]
     if is_tuned:
-        numbers.insert(0, ("hero-vacuum", "Vacuum needed", show(stop.vacuum, "Pa")))
+        numbers.insert(0, ("hero-vacuum", "Required vacuum", show(stop.vacuum, "Pa")))
     elif stop.slip is not None:
-        numbers.append(("hero-slip", "Slip of the brake", show(stop.slip, "m")))
+        numbers.append(("hero-slip", "Brake slip", show(stop.slip, "m")))
     if crashed:
-        numbers.append(("hero-end-speed", "Speed at the crash", show(stop.end_speed, "m/s")))
+        numbers.append(("hero-end-speed", "Speed at impact", show(stop.end_speed, "m/s")))
     elif stop.stopping_time is not None:
-        numbers.append(("hero-time", "At rest after", show(stop.stopping_time, "s")))
+        numbers.append(("hero-time", "Stopping time", show(stop.stopping_time, "s")))
     return numbers
 
 
 WAYS = MappingProxyType(
     {
-        "vacuum": "The vacuum that is tuned to the travel",
+        "vacuum": "The vacuum tuned to the travel",
         "sheets": "The same brake with this number of sheets",
-        "brakes": "Brakes in parallel: shows one of them, with its share of the mass",
-        "travel": "Stop within another travel",
+        "brakes": "Brakes in parallel: one is shown, with its share of the mass",
+        "travel": "Stop within a different travel",
     }
 )
 """{change that may stop the mass: tip of its button}."""
@@ -356,7 +356,7 @@ def drop_chart(
         "share": 1.1,
     }
     least = [] if bound is None else [(bound, "least", GREEN)]
-    common: dict[str, Any] = {"x": "time from the taut rope [ms]", "x_range": (0, last)}
+    common: dict[str, Any] = {"x": "time since the rope became taut [ms]", "x_range": (0, last)}
     if data["crash"] is not None:
         common["spans"] = [(min(data["crash"], 0.995 * last), last, RED)]
     panes = [

@@ -70,8 +70,9 @@ class Laboratory(Page):
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self.uploads, self.chain = desk.files, Chain()
-        self.standard = word_choice("friction", "standard", STANDARDS, label="Friction tests read")
-        self.method = word_choice("calibrate", "depth", METHODS, label="Calibrated on")
+        labels = spoken.OTHERWISE
+        self.standard = word_choice("friction", "standard", STANDARDS, label=labels["standard"])
+        self.method = word_choice("calibrate", "depth", METHODS, label=labels["depth"])
         self.more = {
             "More options for friction tests": OtherInputs(self, "friction", OWN_FRICTION),
             "More options for the calibration": OtherInputs(self, "calibrate", OWN_CALIBRATION),
@@ -96,8 +97,8 @@ class Laboratory(Page):
         with side:
             FilesHere(self.desk, self.name)
             tip = (
-                "A campaign of the virtual laboratory on the brake choi2018-kapton; nothing in it "
-                "was measured"
+                "A virtual laboratory campaign for the choi2018-kapton brake; none of it was "
+                "measured"
             )
             text, practice = "Try with synthetic files", partial(self._want, "practice")
             key, look = "laboratory-practice", "flat dense no-caps"
@@ -133,7 +134,7 @@ class Laboratory(Page):
 
     def _make_button(self) -> None:
         begin = partial(self._want, "report")
-        self.make = _button("Make the report", "description", begin, "make-report")
+        self.make = _button("Create the report", "description", begin, "make-report")
 
     def _show_report(self, step: StepResult) -> None:
         size = sum(map(len, step.pages.values()))
@@ -228,7 +229,7 @@ class Laboratory(Page):
         report = self.chain.done.get("report")
         if self._gives and report is not None and report.pages:
             _give(report, next(name for name in KINDS if name in report.pages))
-            ui.notify("The report was made and is saved with your downloads", type="positive")
+            ui.notify("The report was created and saved to your downloads", type="positive")
         self._gives = False
 
     def _look(self) -> None:

@@ -156,7 +156,7 @@ class Correct:
     def _fill_pin(self) -> None:
         if self._pins is not None:
             free = bool(self._free_keys())
-            self._pins.set_text("Show on the page Pull" if free else "Remove from the page Pull")
+            self._pins.set_text("Show on the Pull page" if free else "Remove from the Pull page")
 
     def _pin(self) -> None:
         """Show the files on the Pull page, or remove them if all are already there."""
@@ -170,10 +170,10 @@ class Correct:
         self._trouble.say("")
         if free:
             subject = "It is" if len(free) == 1 else f"{len(free)} files are"
-            ui.notify(f"{subject} on the page Pull, next to the computed curve")
+            ui.notify(f"{subject} on the Pull page, next to the computed curve")
         else:
             subject = "It was" if len(self._keys) == 1 else f"{len(self._keys)} files were"
-            ui.notify(f"{subject} removed from the page Pull")
+            ui.notify(f"{subject} removed from the Pull page")
 
     def _preview(self) -> Preview | str:
         """Show the table of the first file, or the reason why there is none."""
@@ -188,16 +188,16 @@ class Correct:
         if isinstance(table, str):
             ui.label(table).classes("text-sm")
             return
-        note = "" if len(self.rows) == 1 else f" Your answer applies to all {len(self.rows)} files."
-        ui.label(f"Click the head of a column to choose its content.{note}").classes("text-sm")
+        note = "" if len(self.rows) == 1 else f" Your choice applies to all {len(self.rows)} files."
+        ui.label(f"Click a column header to choose its content.{note}").classes("text-sm")
         negative = negative_of(self._said)
         ColumnTable(table, negative, partial(self._on_click, table), self._on_turn)
         with ui.row().classes("items-end gap-3"):
-            self._select("decimal", "Decimal sign", DECIMALS)
+            self._select("decimal", "Decimal separator", DECIMALS)
             if len(self.rows[0].traces) > 1 or self._said.get("specimen"):
                 self._text("specimen", "Specimen", "such as 1")
             if table.sheets or self._said.get("sheet"):
-                names = {"": "all that contain curves", **{name: name for name in table.sheets}}
+                names = {"": "all sheets with curves", **{name: name for name in table.sheets}}
                 self._select("sheet", "Sheet", names)
 
     def _on_click(self, table: Preview, index: int, role: str, unit: str) -> None:

@@ -19,12 +19,12 @@ from layerjam.workbench.widgets import Hero, button, dress, heading, hint, title
 CARDS = {
     "friction": (
         "Friction",
-        "No friction test among the files: the friction of the brake's own file is used.",
+        "No friction test among the files: the friction in the brake file is used.",
     ),
-    "calibrate": ("Calibration", "No pull to calibrate on yet."),
+    "calibrate": ("Calibration", "No calibration pull yet."),
     "validate": (
         "Validation",
-        "No pull to validate on yet: reserve some pulls for validation, or drop more files.",
+        "No validation pull yet: reserve some pulls for validation, or drop more files.",
     ),
     "report": (
         "Report",
@@ -80,7 +80,7 @@ class Table:
                     ("and validate on the pulls at other vacuums"),
                 )
                 button(text, divide, "laboratory-divide", "call_split", tip=tip)
-                tip = "NAME.toml for every file, with the settings from here, as a ZIP"
+                tip = "NAME.toml for every file, with the settings of this page, as a ZIP"
                 button("Sidecars", sidecars, "laboratory-sidecars", "download", tip=tip)
         columns = [
             {"name": k, "label": label, "field": k, "align": "left", "sortable": True}
@@ -180,7 +180,7 @@ class Card:
 REMEDIES = MappingProxyType(
     {
         "stick-slip": ("Use the middle of the stick–slip", {"judder": "yes"}),
-        "static-of-teeth": ("Read the tests as ASTM D1894", {"standard": "d1894"}),
+        "static-of-teeth": ("Evaluate the tests as ASTM D1894", {"standard": "d1894"}),
     }
 )
 """{key of a notice: text of a button, and the settings that it applies}."""
@@ -213,9 +213,9 @@ def numbers_of(result: Any) -> list[tuple[str, str, str]]:
 
 
 HEROES = (
-    ("validate", "mape", "Error of the validation"),
-    ("calibrate", "mape", "Error of the calibration"),
-    ("calibrate", "scale_factor", "Scale of the friction"),
+    ("validate", "mape", "Validation error"),
+    ("calibrate", "mape", "Calibration error"),
+    ("calibrate", "scale_factor", "Friction scale factor"),
     ("friction", "kinetic", "Kinetic friction"),
 )
 """(step, key, name) of the large numbers."""

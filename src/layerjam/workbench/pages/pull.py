@@ -64,9 +64,9 @@ class SheetBySheet(ui.column):
         self._tied = False
         with self:
             heading("Sheet by sheet")
-            hint("Point at the curve, or move along the pull with this slider or the arrow keys.")
+            hint("Point at the curve, or move along the pull with the slider or the arrow keys.")
             bar = live.Bar(min=0, max=STEPS, step=1, value=0)
-            self.bar = dress(bar, "pull-along", look="dense", aria_label="Along the pull")
+            self.bar = dress(bar, "pull-along", look="dense", aria_label="Position along the pull")
             self.words = status("pull-sheets-said")
             self.drawn = dress(live.Table(), "pull-sheets", "w-full")
             with ui.row().classes("items-center gap-x-5 gap-y-1"):
@@ -145,7 +145,7 @@ MODEL = Choice(
     "interface, or a mass on a spring that sticks and slips",
 )
 PULLED = ("force_at_end", "work")
-PIN_BAND = "Pin with its band"
+PIN_BAND = "Pin with uncertainty band"
 SAW = (
     "force_high",
     "force_low",
@@ -160,7 +160,7 @@ class Pull(Page):
     """Page to drag the vacuum and watch the force curve rise."""
 
     name, title = "pull", "Pull"
-    summary = "The force it takes to pull the brake apart"
+    summary = "Force needed to pull the brake apart"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -179,7 +179,7 @@ class Pull(Page):
         inputs = self.more_of_saw if self._saws() else self.more_of_pull
         full, usable = inputs.atmosphere(brake.site.atmosphere), brake.sheets.usable_travel
         vacuum = vacuum_entry("tensile", "vacuum", full)
-        lacking = "Vacuum of files that do not state it"
+        lacking = "Vacuum for files that do not state one"
         return by_key(
             vacuum,
             entry("tensile", "speed", 0.001, (1e-4, 0.05)),
@@ -214,7 +214,7 @@ class Pull(Page):
                 self.pin_files = PinFiles(self.desk, self.panel)
             with self.show_while(lambda: not self._saws()):
                 self.peak.build()
-            self.panel.build("pull-chart", "Force over elongation")
+            self.panel.build("pull-chart", "Force versus elongation")
             self.by_sheet = SheetBySheet(self.panel.chart)
             self.peak.attach(self.panel.chart)
             with self.panel.build_row():
@@ -347,5 +347,5 @@ def heroes(result: Any) -> list[Hero]:
     return [
         ("peak_force", "Peak force", show(result.peak_force, "N")),
         ("peak_elongation", "At an elongation of", show(result.peak_elongation, "m")),
-        ("dissipated_energy", "Turned into heat", show(result.dissipated_energy, "J")),
+        ("dissipated_energy", "Dissipated as heat", show(result.dissipated_energy, "J")),
     ]

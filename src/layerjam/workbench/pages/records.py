@@ -180,13 +180,13 @@ class Editor:
 
     def _part(self, table: str) -> None:
         none = {NONE: "none"} if table in self.kind.optional else {}
-        parts = {CUSTOM: "own numbers", **none, **self.kind.parts(table)}
+        parts = {CUSTOM: "custom values", **none, **self.kind.parts(table)}
 
         def on_select(event: events.ValueChangeEventArguments[Any]) -> None:
             self.take(table, str(event.value))
 
         box = select(parts, "Part", f"{self.kind.page}-part-{table}", on_select)
-        self._parts[table] = dress(box, aria_label=f"Part for the {table}")
+        self._parts[table] = dress(box, aria_label=f"Catalogue part for the {table}")
         self._fill_parts()
 
     def part_of(self, table: str) -> str:
@@ -250,7 +250,7 @@ def opener(desk: Desk, kind: str, page: str, problem: Alert) -> None:
         except LayerjamError as err:
             problem.say(one_line(err))
 
-    too_large = f"the file of a {kind} may have at most {MAX_BYTES // 1000} kB"
+    too_large = f"the {kind} file is too large; the limit is {MAX_BYTES // 1000} kB"
     upload = ui.upload(
         max_file_size=MAX_BYTES,
         max_files=1,
@@ -276,7 +276,7 @@ class FieldRow:
                 meaning = f"{symbol}{self.spec.text}; {self.spec.limits()}"
                 ui.label(name.capitalize()).classes("text-sm").tooltip(in_print(meaning))
                 self.field = number_field(f"{name}, {self.spec.text}", "w-40")
-                dress(self.field, ident, placeholder="" if is_required else "not known")
+                dress(self.field, ident, placeholder="" if is_required else "unknown")
             source = "text-xs opacity-80 source-line"
             self.source = dress(ui.label(), f"{ident}-source", source)
         on_typed(self.field, self.on_type)

@@ -78,7 +78,7 @@ class Start(Page):
             with ui.element("div").classes("start-row"):
                 with ui.element("div").classes("start-seen"):
                     self.view = StackView("start-scene", "start-view", views=False)
-                label = "Force over elongation at this vacuum"
+                label = "Force versus elongation at this vacuum"
                 self.chart = dress(chart("start-chart", label, "width: 100%"), "", "start-chart")
                 self.stage = ui.element("div").classes("start-stage")
             self.happened = status("start-happened", "text-base start-happened")
@@ -94,7 +94,7 @@ class Start(Page):
 
     def _ways(self) -> None:
         with ui.element("div").classes("start-cards"):
-            with self._card("Try", "Another brake of the catalogue:"):
+            with self._card("Try", "Another brake from the catalogue:"):
                 self.tried = {}
                 with ui.row().classes("gap-2"):
                     for name in devices():
@@ -107,7 +107,7 @@ class Start(Page):
                     turn = partial(self.desk.turn, "brake")
                     button("Change this one", turn, "start-edit", "edit")
                     opener(self.desk, "brake", self.name, problem)
-            with self._card("My files", "Friction tests and pulls of a test machine:"):
+            with self._card("My files", "Friction tests and pulls from a test machine:"):
                 choose = self.desk.choose_files
                 button("Drop or choose files", choose, "start-files", "upload_file")
         self.desk.watch(lambda what: self._mark() if what in ("brake", "undo") else None)
@@ -175,7 +175,7 @@ def holds(pull: Any, gravity: float) -> str:
     force = show(pull.peak_force, "N", DIGITS)
     if pull.peak_elongation >= pull.record.elongation[-1]:
         stretch = show(pull.peak_elongation, "m", 2)
-        return f"Nothing holds yet: stretched by {stretch}, the enclosure pulls with {force}."
+        return f"The sheets do not hold yet; at {stretch}, the enclosure pulls with {force}."
     return (
         f"A mass of up to {show(rounded_down(pull.peak_force / gravity), 'kg', DIGITS)} "
         "can hang on it."
@@ -198,13 +198,13 @@ def drop_sentence(stop: Any | None, refusal: str) -> str:
     if stop.outcome == "BOTTOMED_OUT":
         return (
             f"{begins}: too little vacuum. The mass uses up all {show(stop.slip, 'm', 3)} "
-            f"of the brake and still moves at {show(stop.end_speed, 'm/s', 2)}."
+            f"of travel and still moves at {show(stop.end_speed, 'm/s', 2)}."
         )
     if stop.outcome == "NEVER_SLID":
         return f"{begins}: the brake holds it, and its sheets do not slide at all."
     return (
         f"{begins}: the brake slips {show(stop.slip, 'm', 3)} and stops it within "
-        f"{show(stop.stopping_time, 's', 2)}, with {show(stop.peak_g, '1', 3)} g at most."
+        f"{show(stop.stopping_time, 's', 2)}, with at most {show(stop.peak_g, '1', 3)} g."
     )
 
 

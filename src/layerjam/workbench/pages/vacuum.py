@@ -72,11 +72,11 @@ CONTROLS = ("target", "fluid", "safe_state", "kind", "fault", "fault_at", "durat
 SENSOR = ("sensor_range", "noise")
 NOT_CHOSEN = (
     "The regulator does not run until you choose a safe state. After a fault, 'release' "
-    "frees the brake and 'hold' keeps it jammed; choose by the load on the brake."
+    "frees the brake and 'hold' keeps it jammed; choose according to the load on the brake."
 )
 KEY = (
-    "Yellow ground: broken but not detected yet; red ground: detected, in the safe state. Below "
-    "zero the pump runs backwards."
+    "Yellow background: fault not detected yet; red background: detected, in the safe state. "
+    "Below zero, the pump runs backwards."
 )
 LONGEST, SHORTEST = 1200.0, 1e-3
 """Longest simulated time, and shortest time between samples, on this page [s]."""
@@ -119,7 +119,7 @@ class Vacuum(Page):
     """Page for a line: its step response, its regulator, its faults."""
 
     name, title = "vacuum", "Vacuum"
-    summary = "How fast a line reaches the vacuum, and how a regulator holds it"
+    summary = "Time to reach the vacuum, and regulators that hold it"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -136,7 +136,7 @@ class Vacuum(Page):
         target = vacuum_entry("rise", "target", full, 0.01 * full)
         lasts = entry("regulate", "duration", 20.0, (1.0, 120.0), unit="s", label="Simulated time")
         sample = entry("regulate", "sample_time", 0.01, (SHORTEST, 0.1), unit="ms")
-        begins = {"unit": "s", "label": "Fault begins at"}
+        begins = {"unit": "s", "label": "Start of the fault"}
         return by_key(
             target,
             entry("regulate", "fault_at", 10.0, (0.0, 30.0), **begins),
@@ -195,7 +195,7 @@ class Vacuum(Page):
             self.rise_words = status("vacuum-rise-words")
             self.steps.build_pins()
         look = "width: 100%; height: max(260px, 34vh)"
-        self.steps.build("vacuum-chart", "Vacuum over time, pump full on", look)
+        self.steps.build("vacuum-chart", "Vacuum over time at full pump power", look)
         self.steps.build_row()
 
     def _regulated(self) -> None:
@@ -203,7 +203,7 @@ class Vacuum(Page):
         self.verdict = status("vacuum-verdict", text=NOT_CHOSEN)
         with ui.row().classes("w-full beside items-start gap-4") as self.regulated:
             with ui.column().classes("gap-0").style("flex: 1; min-width: 0"):
-                label = "Vacuum and command over time, regulated"
+                label = "Regulated vacuum and command over time"
                 self.loop.build("vacuum-loop", label, "width: 100%; height: max(430px, 46vh)")
                 self.loop.build_pins()
                 hint(KEY)
@@ -285,8 +285,8 @@ def verdict(result: Any) -> str:
     target, end = show(result.target, "Pa"), float(result.record[1].vacuum[-1])
     ending = f"at the end the vacuum is {show(end, 'Pa', 3) if end >= 1 else 'gone'}"
     if result.fault is None and result.outcome == "HEALTHY":
-        rise = "never" if result.rise_time is None else f"in {show(result.rise_time, 's', 3)}"
-        return f"No fault was reported: risen to {target} {rise} (10 to 90 %); {ending}."
+        rise = "not reached" if result.rise_time is None else show(result.rise_time, "s", 3)
+        return f"No fault was reported; rise time to {target} (10 to 90 %): {rise}; {ending}."
     cause = ""
     if result.fault is not None:
         cause = f"From {show(result.fault_at, 's')} on, {result.broken}. "
@@ -309,8 +309,8 @@ def heroes(rise: Any) -> list[Hero]:
     """Return the main numbers of a step; a dash marks unknown ones."""
     return [
         _hero("rise_time", "Rise time (10 to 90 %)", rise.rise_time, "s"),
-        _hero("reachable", "Greatest vacuum", rise.reachable, "Pa"),
-        _hero("fall_time", f"Falls in, by {rise.fall_by or 'a vent'}", rise.fall_time, "s"),
+        _hero("reachable", "Maximum vacuum", rise.reachable, "Pa"),
+        _hero("fall_time", f"Fall time, through {rise.fall_by or 'a vent'}", rise.fall_time, "s"),
         _hero("time_constant", "Time constant", rise.time_constant, "s"),
         _hero("gas_work", "Work on the gas", rise.gas_work, "J"),
     ]
