@@ -98,7 +98,7 @@ def test_nothing_is_searched_twice_and_nothing_anew_that_was_stopped():
     [("", None, "brake (the brake to start from"), ("rubbish", 1, ""),
      (SMALL.replace("60 g", "60 s"), 3, "mass"), (SMALL.replace("11,", '"x",'), None, "count"),
      (SMALL.replace("choi2018-kapton", os.sep + "etc/passwd"), 2, "unknown brake"),
-     ("x" * 20_001, None, "at most 20000")],
+     ("x" * 20_001, None, "the limit is 20000")],
     ids=["empty", "rubbish", "unit", "value", "path", "long"],
 )  # fmt: skip
 def test_refusals_are_words_with_their_line(text, line, words):

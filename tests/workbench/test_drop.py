@@ -154,7 +154,7 @@ def test_the_page_stands_and_follows_its_controls():
             page.desk.put("drop", "speed", 5.0)
             await user.should_see("Cannot: 5 m/s is too fast for 40 mm", retries=50)
             # full vacuum is shown, it crashes, and the page says what would stop it
-            await user.should_see("it crashes, with up to", retries=50)
+            await user.should_see("it hits the end stop, with up to", retries=50)
             assert page.panel.chart.visible
             before = page.desk.state
             await user.should_see("23 sheets")
