@@ -178,8 +178,8 @@ def test_a_figure_is_drawn_into_the_users_axes() -> None:
     assert left.lines[1].get_ydata()[0] == pytest.approx(by_hand(0, 9e4), rel=1e-12)
     assert left.lines[1].get_xdata()[-1] == pytest.approx(60)  # mm
     lj.force(KAPTON, slip=0.02, vacuum=5e4).plot(ax=right)
-    assert right.get_xlabel() == "slip of the sheets [mm]"
-    with pytest.raises(LayerjamError, match=r"ax: 1 given, but this figure has \d axes"):
+    assert right.get_xlabel() == "sheet slip [mm]"
+    with pytest.raises(LayerjamError, match=r"ax: 1 given, but this figure needs \d axes"):
         lj.show(KAPTON).plot(ax=left)
     pyplot.close(figure)
     # inputs that vary together share the axis; one alone has a figure too

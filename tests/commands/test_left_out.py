@@ -180,8 +180,8 @@ def test_on_the_command_line_and_in_the_report(
     command = ["report", BRAKE, "--pulls", *names, *both, "--out", str(out)]
     assert main(command) == 0
     page = (out / "report.html").read_text(encoding="utf-8")
-    assert "Left out by hand" in page and "pull-5.csv (calibration): the grip slipped" in page
-    assert "<caption>Each pull</caption>" in page
+    assert "Excluded by hand" in page and "pull-5.csv (calibration): the grip slipped" in page
+    assert "<caption>Individual pulls</caption>" in page
     results = json.loads((out / "results.json").read_text(encoding="utf-8"))
     assert {e["file"] for e in results["excluded"]} == {"pull-5.csv", "pull-2.csv"}
     assert "calibration pull: scale factor a" in (out / "numbers.csv").read_text(encoding="utf-8")

@@ -193,7 +193,7 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
         lambda: force().plot("a.xyz"),
         "a.xyz: extension '.xyz' is unknown; use .svg",
     ),
-    "axes": (lambda: force().plot(ax=5), "ax: int is not Matplotlib axes"),
+    "axes": (lambda: force().plot(ax=5), "ax: int is not a Matplotlib Axes object"),
     "path": (lambda: force().save(5), "path: 5 is not text or a path"),
     "interval": (lambda: force().interval("force"), "unknown number with an interval 'force'"),
 }

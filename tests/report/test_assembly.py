@@ -77,7 +77,7 @@ def test_the_papers_brake() -> None:
         "layerjam calibrate my-brake-friction.toml",
         "film 0.254 mm thick, Kapton HN polyimide film",
         "Ecoflex 5",
-        "hexagon keys of 2.5 mm and 3 mm",
+        "hex keys: 2.5 mm and 3 mm",
         "for a circumference of 42 mm",
         "weighed_mass",
         "dab",
@@ -102,7 +102,7 @@ def test_every_picture_is_asked_for() -> None:
 def test_even_stacks_and_unlike_sides() -> None:
     text = read(assembly(made(KAPTON.with_(count=6, free_left="9 mm")), PICTURES)).text
     assert "the highest a right one: mark the faces" in text
-    assert "20 mm behind the left cap's face and 18 mm behind the right one's" in text.replace(
+    assert "20 mm behind the left cap's face and 18 mm behind the right cap's face" in text.replace(
         "’", "'"
     )
     assert "2 × cap" not in text and "1 × cap-left, 1 × cap-right" in text
@@ -112,9 +112,9 @@ def test_who_cuts_decides_what_is_said() -> None:
     service = read(assembly(made(), PICTURES)).text
     assert "ask it to compensate" in service and "coupon.dxf" not in service.split("Check the")[0]
     laser = read(assembly(made(cutter="laser", kerf=0.15e-3), PICTURES, True)).text
-    assert "Half the kerf of 0.15 mm is in the outlines" in laser and "divided by 11" in laser
+    assert "The outlines include half the kerf of 0.15 mm" in laser and "divided by 11" in laser
     knife = read(assembly(made(cutter="knife"), PICTURES)).text
-    assert "Punch the holes of 3 mm" in knife
+    assert "Punch the 3 mm holes" in knife
     never = read(assembly(made(load("choi2018-ptfe")), PICTURES)).text
     assert "Never cut this film with a laser" in never
     assert "tell the service: this film must never go into a laser" in never
@@ -125,7 +125,7 @@ def test_caps_lie_level_on_the_jig() -> None:
     text = read(assembly(made(), PICTURES)).text
     neck = 1.25 * 2 * (13 + 2.794) / (2 * math.pi)
     tray, head = 2.794 / 2 + 4.003, 8.2 / 2
-    said = f"support {neck - tray:.1f} mm under the trays and {neck - head:.1f} mm under the heads"
+    said = f"film, {neck - tray:.1f} mm under the trays and {neck - head:.1f} mm under the heads"
     assert said in text, said
 
 
@@ -143,8 +143,8 @@ def test_what_is_not_in_the_folder_is_not_named() -> None:
 
 def test_each_casting_is_mixed_by_itself() -> None:
     one, four = (read(assembly(made(parallel=n), PICTURES)).text for n in (1, 4))
-    assert "Mix 3.37 g of A with 3.37 g of B (1A:1B) and draw" in one
-    assert "Mix 3.37 g of A with 3.37 g of B (1A:1B) for each casting and draw" in four
+    assert "Mix 3.37 g of A with 3.37 g of B (1A:1B) and degas" in one
+    assert "Mix 3.37 g of A with 3.37 g of B (1A:1B) for each casting and degas" in four
     assert "silicone A Ecoflex 5, to mix, waste included 13.5 g" in four
 
 
@@ -169,5 +169,5 @@ def test_arrays_are_joined() -> None:
     text = read(assembly(made(parallel=3, series=2), PICTURES)).text
     assert "Join 2 brakes in a row" in text and "Set 3 side by side" in text
     assert "2.73 N m" in text
-    assert "7 Join the brakes" in text and "8 Check the first one" in text
+    assert "7 Join the brakes" in text and "8 Check the first brake" in text
     assert "Join" not in read(assembly(made(), PICTURES)).text

@@ -136,7 +136,7 @@ def test_the_number_of_the_report_is_on_every_page(told: tuple[Result, Path], pa
     for number, text in enumerate(texts, 1):
         assert f"Report {NUMBER}" in text and f"page {number} of {len(texts)}" in text
     assert f"End of report {NUMBER}" in texts[-1] and "Ankle Works" in texts[0]
-    assert "Signed" in texts[-1] and "Verdict: passed" in texts[0]
+    assert "Signature" in texts[-1] and "Verdict: passed" in texts[0]
     html = (told[1] / "report.html").read_text(encoding="utf-8")
     rule = re.search(r'@bottom-left { content:"([^"]*)"', html)
     assert rule is not None and "<" not in rule.group(1)
@@ -199,7 +199,7 @@ def test_the_headline_is_the_expanded_uncertainty_of_the_budget(
 def test_each_pull_has_one_row(told: tuple[Result, Path], results: dict[str, Any]) -> None:
     """Peak, scale factor and comparison of a pull stand in one table, each number once."""
     text = (told[1] / "report.html").read_text(encoding="utf-8")
-    assert text.count("<caption>Each pull</caption>") == 2 and "Pull by pull" not in text
+    assert text.count("<caption>Individual pulls</caption>") == 2 and "Pull by pull" not in text
     names = {n["quantity"] for n in results["numbers"] if n["source"] == "pull-1.csv"}
     own = ("vacuum", "speed", "peak force", "scale factor a", "stiffness k", "shape", "seating")
     assert names >= {f"calibration pull: {name}" for name in own}

@@ -141,7 +141,7 @@ def test_the_other_parts(design):
     part(design, "Arrays of brakes")
     says(design, "array-brakes", "4")
     says(design, "array-peak_force", "351.9 N")
-    part(design, "Force over mass")
+    part(design, "Force versus mass")
     design.wait_for_selector(f"{at('density-chart')} canvas")
     says(design, "density-table", "magnetic powder brake")
     part(design, "Four machines")

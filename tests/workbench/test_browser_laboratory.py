@@ -100,7 +100,7 @@ def test_a_column_and_a_vacuum_are_corrected_in_the_page_and_undone(laboratory):
     text = "".join(f"{i};{f:.3f};{i / 10:.2f}\n" for i, f in enumerate(force))
     laboratory.evaluate(DROP, [["plain.csv", text]])
     dropped = "[data-testid=dropped]"
-    laboratory.wait_for_selector(f"{dropped} >> text=Click the head", timeout=LONG)
+    laboratory.wait_for_selector(f"{dropped} >> text=Click the headers", timeout=LONG)
     assert "--" not in laboratory.inner_text(dropped)
     for index, what in ((1, "force-N"), (2, "elongation-mm")):
         laboratory.click(f"[data-testid=column-{index}]")

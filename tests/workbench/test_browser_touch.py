@@ -64,7 +64,9 @@ def whole(phone):
     phone.page.wait_for_timeout(300)
     assert phone.look()[0] in ({}, WHOLE)
     yield phone
-    phone.page.get_by_role("button", name="Show all: Force versus elongation").dispatch_event("click")
+    phone.page.get_by_role("button", name="Show all: Force versus elongation").dispatch_event(
+        "click"
+    )
     phone.page.wait_for_timeout(100)
 
 

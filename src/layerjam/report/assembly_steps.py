@@ -40,53 +40,51 @@ def film(drawing: Drawing, coupons: bool, files: Collection[str] | None = None) 
     lengths, build = drawing.lengths, drawing.build
     made_of = ", ".join(f"{part.count} × cut/{part.name}.dxf" for part in drawing.film.parts)
     cutter = {
-        "service": "Send the files of single parts to the service. They are nominal: ask it to "
-        "compensate its kerf, and to keep the film's direction along the part.",
-        "laser": "Cut the whole pieces cut/film-*.dxf: blue lines first, then red ones, the layer "
-        f"INFO not at all. Half the kerf of {_m(mm(build.kerf))} is in the outlines: "
+        "service": "Send the single-part files to the service. Their outlines are nominal: ask it "
+        "to compensate its kerf, and to align the film's direction with each part.",
+        "laser": "Cut whole pieces with cut/film-*.dxf: blue lines first, then red lines; omit the "
+        f"INFO layer. The outlines include half the kerf of {_m(mm(build.kerf))}: "
         "switch off the laser's own compensation.",
-        "knife": "Cut the whole pieces cut/film-*.dxf: blue lines first, then red ones, the layer "
-        "INFO not at all. The plotter adds its own offset and overcut.",
+        "knife": "Cut whole pieces with cut/film-*.dxf: blue lines first, then red lines; omit the "
+        "INFO layer. The plotter adds its own offset and overcut.",
     }[build.cutter]
     out = [
         Step(
             f"Measure the film's thickness in five places: {_m(lengths.thickness)} is drawn. A "
-            f"stack off by more than 7 % of {_m(lengths.stack)} changes the clamp and the force."
+            f"stack more than 7 % off {_m(lengths.stack)} changes the clamping and the force."
         ),
         Step(_checks(drawing, "C15")),
     ]
     if coupons:
         kerf_hint = {
             "service": "ask the service to compensate it.",
-            "laser": "give it with --kerf, and build again.",
+            "laser": "specify it with --kerf and build again.",
             "knife": "a knife leaves almost none.",
         }[build.cutter]
         out.append(
             Step(
                 "Cut cut/coupon.dxf first, from the same film. Push the ten slats of the comb "
-                "together in their frame: the gap that is left, divided by 11, is the kerf; "
+                "together in their frame: the remaining gap, divided by 11, is the kerf; "
                 f"{kerf_hint}"
             )
         )
     by_hand = f" By hand, cut through {PATTERN} printed at 100 %; its ruler must measure 100 mm."
     if files is not None and PATTERN not in files:
-        by_hand = " A piece is larger than any paper, so there is no pattern to cut by hand."
+        by_hand = " One piece exceeds every paper size, so there is no pattern to cut by hand."
     out += [
         Step(f"Cut {made_of}. {cutter}"),
         Step(
-            "Keep every part along the film's direction, as it lies in the picture: film is not "
-            f"the same along and across.{by_hand}"
+            "Align every part with the film's direction, as drawn: film properties "
+            f"differ along and across it.{by_hand}"
         ),
     ]
     if lengths.hole < PUNCHED_BELOW and build.cutter == "knife":
-        out.append(
-            Step(f"Punch the holes of {_m(lengths.hole)}: a knife does not cut round holes.")
-        )
+        out.append(Step(f"Punch the {_m(lengths.hole)} holes: a knife cannot cut round holes."))
     out.append(
         Step(
-            f"Take beads and char off the edges, wipe every part, and touch it with clean gloves. "
-            f"Press all {lengths.count} sheets of one brake flat: they must measure "
-            f"{_m(lengths.stack)}. If they measure more, there are beads left."
+            "Remove beads and char from the edges, wipe every part, and wear clean gloves. "
+            f"Press all {lengths.count} sheets of one brake flat: the stack must measure "
+            f"{_m(lengths.stack)}. If it measures more, beads remain."
         )
     )
     return out
@@ -97,9 +95,9 @@ def caps(drawing: Drawing) -> list[Step]:
     lengths, build = drawing.lengths, drawing.build
     thread = lengths.thread
     port = (
-        f"Cut M5 into the ports ({_m(lengths.port)}) of both caps."
+        f"Tap M5 threads in the ports ({_m(lengths.port)}) of both caps."
         if build.port == M5
-        else f"The tubes of {_m(mm(float(build.port)))} are glued into the ports later."
+        else f"The {_m(mm(float(build.port)))} tubes are glued into the ports later."
     )
     printed_parts = ", ".join(
         f"{part.count * drawing.brakes} × {part.name}"
@@ -109,8 +107,8 @@ def caps(drawing: Drawing) -> list[Step]:
     sides = "" if lengths.same_caps else " Mark left and right: the caps differ."
     return [
         Step(
-            f"Print {printed_parts} (print/print.3mf holds one of each, print/*.stl too), solid, "
-            "by SLA as the paper did. A cap of melted filament leaks between its layers unless "
+            f"Print {printed_parts} (print/print.3mf and print/*.stl contain one of each), solid, "
+            "by SLA as in the paper. A cap printed from filament leaks between its layers unless "
             f"it is sealed.{sides}"
         ),
         Step(
@@ -121,14 +119,14 @@ def caps(drawing: Drawing) -> list[Step]:
         ),
         Step(f"{port} Do it now: later, chips would fall into the stack."),
         Step(
-            f"Do a dry fit. {screw_name(lengths)} falls through plate and shelf. The "
+            f"Do a dry fit. {screw_name(lengths)} passes through plate and shelf. The "
             f"{thread.name} nut slides into its pocket from the front and does not turn. "
             f"The plate drops into the tray. The {_m(mm(build.pin))} dowel slides through "
             f"the head.{_flush(drawing)}"
         ),
         Step(
             "Break every edge that the enclosure will touch, neck and tray first, and feel for "
-            "burrs: a nick there is a leak."
+            "burrs: a nick there causes a leak."
         ),
     ]
 
@@ -152,19 +150,19 @@ def sleeve(drawing: Drawing) -> list[Step]:
     halves = drawing.silicone_parts
     if halves is None:
         mass = show(drawing.silicone_mass / drawing.brakes, "kg", 3)
-        amount = f"Mix {mass} of silicone as its maker says"
+        amount = f"Mix {mass} of silicone as its manufacturer specifies"
     else:
         a, b = (show(half / drawing.brakes, "kg", 3) for half in halves)
         amount = f"Mix {a} of A with {b} of B ({silicone.mix})"
     life = (
-        f"It flows for {show(silicone.pot_life, 's')}."
+        f"Its pot life is {show(silicone.pot_life, 's')}."
         if silicone.pot_life
         else "Its pot life is not in the brake file: read it on the can."
     )
     cure = (
         f"Let it cure for {show(silicone.cure_time, 's')}"
         if silicone.cure_time
-        else "Let it cure as its maker says"
+        else "Let it cure as its manufacturer specifies"
     )
     count = 2 * (lengths.mould.bolts - 1)
     amount += " for each casting" if drawing.brakes > 1 else ""
@@ -176,22 +174,22 @@ def sleeve(drawing: Drawing) -> list[Step]:
             "Let a dab cure on a corner of the mould before you fill it."
         ),
         Step(
-            f"{_checks(drawing, 'C13')} Lay the core into its seats, set the upper half onto the "
-            f"two keys and close it with {count} bolts ({mould_bolt(drawing)})."
+            f"{_checks(drawing, 'C13')} Place the core in its seats, set the upper half on the "
+            f"two keys and close the mould with {count} bolts ({mould_bolt(drawing)})."
         ),
-        Step(f"{amount} and draw the air out. {life} {_checks(drawing, 'C12')}"),
+        Step(f"{amount} and degas it. {life} {_checks(drawing, 'C12')}"),
         Step(
-            "Stand the mould on end, the sprue below. Inject slowly at the sprue until silicone "
-            "runs from both vents, then plug the sprue."
+            "Stand the mould on end, sprue at the bottom. Inject slowly at the sprue until "
+            "silicone runs from both vents, then plug the sprue."
         ),
         Step(
             f"{cure}, open the mould, and work the core out with soapy water. Trim "
-            f"{_m(mm(build.trim))} off either end, with sprue and vents: {_m(lengths.sleeve)} are "
-            f"left. Rinse it and let it dry.{castings}"
+            f"{_m(mm(build.trim))} off each end, with sprue and vents: {_m(lengths.sleeve)} "
+            f"remain. Rinse it and let it dry.{castings}"
         ),
         Step(
-            f"Measure the wall in eight places: {_m(lengths.wall)} is drawn. Hold it against the "
-            "light: a bubble is a leak."
+            f"Measure the wall in eight places: {_m(lengths.wall)} is drawn. Hold the enclosure "
+            "against the light: a bubble is a leak."
         ),
     ]
 
@@ -211,13 +209,12 @@ def stack(drawing: Drawing) -> list[Step]:
     return [
         Step(
             f"Slide {nuts} of each cap into the shelf from the front. Cut a board from "
-            f"cut/jig.dxf, or drill two holes {distance}, and set the caps on dowels in it, trays "
-            f"towards each other.{_level(drawing)}"
+            f"cut/jig.dxf, or drill two holes {distance}, and set the caps on dowels in the "
+            f"board, with the trays facing each other.{_level(drawing)}"
         ),
         Step(
             f"Put a rod or a drill bit of {lengths.thread.size - lengths.thread.pitch:g} "
-            "mm in the nut below each screw hole: every layer goes over it and stays in "
-            "its place."
+            "mm in the nut below each screw hole: it keeps every layer in place."
         ),
         Step(
             f"Stack from below as drawn above: a left sheet, a spacer behind it in the right cap; "
@@ -226,13 +223,13 @@ def stack(drawing: Drawing) -> list[Step]:
             f"{right.spacers}: {lengths.count} layers in each. {faces}"
         ),
         Step(
-            "Lay the plates on, take out one rod after the other, put its screw there, and "
+            "Lay the plates on, replace each rod with its screw, one after the other, and "
             f"tighten {screw}. {_checks(drawing, 'C8')} Tighten again after an hour and after a "
-            "day: plastic creeps under the screw, and the clamp holds by its force alone."
+            "day: plastic creeps under the screw, and only the clamping force holds."
         ),
         Step(
-            f"Measure: {_m(lengths.free)} between the faces of the caps. Pull by hand: all sheets "
-            "slide, none buckles, and every hole lies under its screw."
+            f"Check that the cap faces are {_m(lengths.free)} apart. Pull by hand: all sheets must "
+            "slide, none may buckle, and every hole must lie under its screw."
         ),
     ]
 
@@ -250,7 +247,7 @@ def _level(drawing: Drawing) -> str:
     if not gaps:
         return ""
     words = " and ".join(f"{_m(round(gap, 1))} under the {place}" for place, gap in gaps.items())
-    return f" The cap has different heights: support {words} with strips of card or film."
+    return f" The caps differ in height: place strips of card or film, {words}."
 
 
 def close(drawing: Drawing) -> list[Step]:
@@ -259,11 +256,11 @@ def close(drawing: Drawing) -> list[Step]:
     ends = f"{_m(lengths.left.reach)} behind the face of each cap"
     if not lengths.same_caps:
         ends = f"{_m(lengths.left.reach)} behind the left cap's face and "
-        ends += f"{_m(lengths.right.reach)} behind the right one's"
+        ends += f"{_m(lengths.right.reach)} behind the right cap's face"
     fitting = (
-        f"Screw the fittings, with a washer or thread tape, at least {_m(M5_LEAST)} "
+        f"Screw in the fittings, with a washer or thread tape, at least {_m(M5_LEAST)} "
         f"({M5_LEAST / M5_PITCH:.0f} turns; the thread is {_m(lengths.head / 2)} deep) and by hand "
-        "only: a thread in printed resin strips"
+        "only: threads in printed resin strip easily"
         if build.port == M5
         else f"Glue the {_m(mm(float(build.port)))} tubes in"
     )
@@ -276,19 +273,19 @@ def close(drawing: Drawing) -> list[Step]:
             "the sheets work by friction. Let the alcohol dry."
         ),
         Step(
-            f"The enclosure ends {ends}, at the head. "
-            "It lies straight, without a fold over the groove."
+            f"The enclosure must end {ends}, at the head, "
+            "and lie straight, without a fold over the groove."
         ),
         Step(
-            f"Tie both necks in their grooves with ties {_m(mm(build.tie_width))} wide. Pull by "
-            f"hand, about {show(build.tie_tension, 'N')}, turn the locks to opposite sides, and "
-            f"cut the ends flush. {_checks(drawing, 'C11')}"
+            f"Tie both necks in their grooves with ties {_m(mm(build.tie_width))} wide. Tighten by "
+            f"hand, with about {show(build.tie_tension, 'N')}, turn the locks to opposite sides, "
+            f"and cut the ends flush. {_checks(drawing, 'C11')}"
         ),
         Step(
-            f"{fitting}. Both ports get one: the first takes the line to the pump or the valve, "
-            "the other a sensor or a plug."
+            f"{fitting}. Fit one to each port: one for the line to the pump or the valve, "
+            "the other for a sensor or a plug."
         ),
-        Step("Put the dowels back. The brake hangs on the dowels only."),
+        Step("Put the dowels back. The brake hangs from the dowels only."),
     ]
 
 
@@ -306,10 +303,10 @@ def array(drawing: Drawing) -> list[Step]:
         out.append(
             Step(
                 f"Set {drawing.parallel} side by side between two yokes at each end "
-                f"(cut/yoke.dxf). Each yoke bends with {show(drawing.yoke_moment, 'N m', 3)}: "
-                "its section modulus is at least that over the stress that your material bears. "
-                "The load hangs on the eye; the brakes share their elongation only while the yoke "
-                "does not tilt."
+                f"(cut/yoke.dxf). Bending moment: {show(drawing.yoke_moment, 'N m', 3)}. The "
+                "section modulus of each yoke must be at least this moment divided by the stress "
+                "that your material bears. The load hangs from the eye; the brakes share their "
+                "elongation only while the yoke does not tilt."
             )
         )
     return out
@@ -324,9 +321,9 @@ def tools(drawing: Drawing) -> str:
     cutters = {"service": "", "laser": "a CO2 laser with extraction; ", "knife": "a plotter; "}
     cast = show(cavity_volume(lengths) * (1 + build.waste), "m^3", 2)
     things = [
-        f"hexagon keys of {' and '.join(f'{key:g} mm' for key in sorted(keys))}",
-        f"a torque driver for the one of {lengths.thread.key:g} mm",
-        "calliper and a balance that shows 0.1 g",
+        f"hex keys: {' and '.join(f'{key:g} mm' for key in sorted(keys))}",
+        f"a torque driver for the {lengths.thread.key:g} mm key",
+        "a calliper and a balance with 0.1 g resolution",
         *(["a tap M5 x 0.8"] if build.port == M5 else ["glue for the tubes"]),
         f"a syringe or mixing cartridge that holds {cast}",
         "safety glasses, nitrile gloves, ventilation or extraction for resin and solvent",
@@ -354,13 +351,13 @@ def first_checks(drawing: Drawing, coupons: bool) -> list[Step]:
     )
     return [
         Step(
-            f"Weigh it. As drawn it is {show(mass, 'kg', 3)} without ties, fittings, tube "
-            "and dowels. Write the mass into the brake file, as weighed_mass.",
+            f"Weigh it. As drawn, it weighs {show(mass, 'kg', 3)} without ties, fittings, tubes "
+            "and dowels. Enter the mass in the brake file as weighed_mass.",
             (*new_file, "layerjam show my-brake.toml"),
         ),
         Step(
-            "Look for leaks: pump to full vacuum, close the valve, and log the pressure "
-            "for ten minutes. If it rises, hold the ties and the ports under soapy water.",
+            "Check for leaks: pump to full vacuum, close the valve, and log the pressure "
+            "for ten minutes. If the pressure rises, hold ties and ports under soapy water.",
             ("layerjam leak hold.csv --reading vacuum",),
         ),
         Step(
@@ -373,14 +370,14 @@ def first_checks(drawing: Drawing, coupons: bool) -> list[Step]:
         Step(
             "Pull it slowly under vacuum in a test machine, no further than "
             f"{show(drawing.file.brake.sheets.usable_travel, 'm')} and behind a shield. "
-            f"The greatest computed force is {show(drawing.force, 'N', 3)}.",
+            f"The maximum computed force is {show(drawing.force, 'N', 3)}.",
             (
                 "layerjam calibrate my-brake-friction.toml pull-*.csv "
                 "--out my-brake-calibrated.toml",
             ),
         ),
         Step(
-            "Open the clamps again: no hole is elongated, no sheet has crept, and the "
-            f"pins lie {_m(lengths.pin_to_pin)} apart as before. Then build the next one."
+            "Open the clamps again and check: no hole is elongated, no sheet has crept, and "
+            f"the pins are still {_m(lengths.pin_to_pin)} apart. Then build the next one."
         ),
     ]

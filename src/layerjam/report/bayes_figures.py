@@ -143,7 +143,7 @@ def deviations(fit: BayesFit, curves: Sequence[Curve], samples: int = 400) -> st
         axes.axhline(0, color=GREY, lw=0.8)
         headline = show(level.vacuum, "Pa", 3)
         style.panel(axes, headline, level.count, xlabel="elongation [mm]", xlim=(0, level.end * MM))
-    panels[0].set_ylabel("off the next pull's median\n[% of the greatest force]")
+    panels[0].set_ylabel("deviation from the next pull's median\n[% of the maximum force]")
     return figure
 
 
@@ -173,10 +173,10 @@ def vacuum_for_force(
     if target is not None:
         _mark(axes, fit, target, place)
     detail = "median, 50 and 95 % of the next pull"
-    style.panel(axes, "Vacuum for a force", detail, ylabel="vacuum needed [kPa]")
+    style.panel(axes, "Vacuum for a force", detail, ylabel="required vacuum [kPa]")
     style.band(chance, force, 0, 100 * band.chances["too strong"], RED, 0.35)
     chance.set(xlabel=f"required force at {show(place, 'm')} of slip [N]", xlim=(0, span))
-    chance.set(ylabel="no vacuum\ndoes it [%]", ylim=(0, 100), yticks=[0, 50, 100])
+    chance.set(ylabel="no vacuum\nsuffices [%]", ylim=(0, 100), yticks=[0, 50, 100])
     return figure
 
 

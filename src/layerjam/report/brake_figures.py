@@ -41,11 +41,11 @@ def factors(result: Calibration) -> style.Figure:
     axes.axhline(result.scale_factor, color=INK, lw=1.0)
     for number, fit in enumerate(result.fits, 1):
         style.spot(axes, number, fit.scale_factor, color=colors[show(fit.vacuum, "Pa")])
-    axes.set(xlabel="number of the pull", ylabel="scale factor a [-]", xlim=(0.4, count + 0.6))
+    axes.set(xlabel="pull number", ylabel="scale factor a [-]", xlim=(0.4, count + 0.6))
     axes.set_xticks(range(1, count + 1) if count <= 12 else [1, count // 2, count])
     axes.margins(y=0.25)
     style.key(axes, *colors.items(), handlelength=0)
-    style.title(axes, "Each pull, and the mean" + ", 95 % interval" * bool(interval))
+    style.title(axes, "Each pull and the mean" + ", 95 % interval" * bool(interval))
     return figure
 
 
@@ -59,7 +59,7 @@ def _over_speeds(
     """Draw a panel for every speed, all on the same axes, each condition labelled at its end."""
     panels: dict[str, list[ConditionError]] = {}
     for case in result.conditions:
-        name = "speed not known" if case.speed is None else f"at {show(case.speed, 'm/s', 3)}"
+        name = "speed unknown" if case.speed is None else f"at {show(case.speed, 'm/s', 3)}"
         panels.setdefault(name, []).append(case)
     colors = vacuum_colors([c.vacuum for c in result.conditions])
     columns = len(panels) if len(panels) <= 3 else min(-(-len(panels) // 2), 3)

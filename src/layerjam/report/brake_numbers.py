@@ -123,7 +123,7 @@ def numbers_of(table: Table) -> list[Number]:
 def estimates(numbers: Sequence[Number], **table: Any) -> Table:
     """Return a table of fitted numbers: per row standard error, interval, count and source."""
     return Table(
-        head=["quantity", "value", "standard error", "95 % interval", "n", "rests on"],
+        head=["quantity", "value", "standard error", "95 % interval", "n", "based on"],
         rows=[
             [_words(n), n, n.error_text(), n.interval_text(), str(n.n or NONE), n.source]
             for n in numbers

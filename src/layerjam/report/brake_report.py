@@ -31,8 +31,8 @@ from layerjam.verdict import Acceptance, Check, Verdict
 
 STAGES = ("friction", "calibration", "validation")
 SYNTHETIC = (
-    "Synthetic data: files that this rests on were written by a program from a stated truth, not "
-    "measured. What follows shows the procedure; it says nothing about a real brake."
+    "Synthetic data: a program wrote some of the files from stated true values; they were not "
+    "measured. The results show the procedure and do not describe a real brake."
 )
 HEADLINE = {
     "friction: kinetic, mean": "kinetic friction",
@@ -43,8 +43,8 @@ HEADLINE = {
 }
 """The most important numbers, with their names."""
 KEY = (
-    "After ±: expanded uncertainty for a coverage of 95 %, with coverage factor k and effective "
-    "degrees of freedom ν. Other intervals rest on the scatter of the tests alone."
+    "After ±: expanded uncertainty at 95 % coverage, with coverage factor k and effective degrees "
+    "of freedom ν. Other intervals are based on the scatter of the tests alone."
 )
 
 
@@ -114,10 +114,10 @@ def page(report: BrakeReport) -> Page:
     parts = _stages(report)
     if report.excluded:
         exclusions = [f"{name} ({stage}): {reason}" for name, stage, reason in report.excluded]
-        title = "Left out by hand, and not part of any number here"
+        title = "Excluded by hand and not used in any number here"
         parts.insert(0, Part(id="excluded", title=title, notes=exclusions))
     if rejections:
-        title = "Refused, and not part of any number here"
+        title = "Rejected and not used in any number here"
         parts.insert(0, Part(id="refused", title=title, notes=rejections))
     files = Part(
         id="provenance",
@@ -126,7 +126,7 @@ def page(report: BrakeReport) -> Page:
         notes=[
             f"Brake: {report.file.name}, SHA-256 {report.brake_sha256}",
             f"Command: {report.command}",
-            "Every number of this report is in numbers.csv (SI units), all else in results.json.",
+            "Every number of this report is in numbers.csv (SI units); results.json has the rest.",
         ],
     )
     facts, identity = report.stated, report.identity
@@ -184,7 +184,7 @@ def _friction(report: BrakeReport, traces: Sequence[Trace], result: FrictionResu
     drawing = Picture(
         name="friction",
         figure=functools.partial(figures.friction, traces, result),
-        caption="Friction tests: force over normal force against slip. Circles: greatest value of "
+        caption="Friction tests: ratio of force to normal force versus slip. Circles: maximum of "
         "each repeat. Thick line: mean over the shaded window.",
     )
     return Part(
@@ -204,19 +204,19 @@ def _calibration(report: BrakeReport, result: Calibration) -> Part:
         signed.budget_table(*_budgets(report, result)),
     ]
     curves = functools.partial(figures.calibration, report.file, result, report.synthetic)
-    caption = "The pulls and the calibrated law: complete, and near the peaks. Below: residuals."
+    caption = "Pulls and calibrated law: whole curves, and near the peaks. Below: residuals."
     pictures = [Picture(name="calibration", figure=curves, caption=caption)]
     tables.append(brake_tables.calibration_pulls(result))
     if result.fits:
         factors = functools.partial(brake_figures.factors, result)
-        caption = "The scale factor of each pull alone."
+        caption = "Scale factor of each individual pull."
         pictures.append(Picture(name="scale-factors", figure=factors, caption=caption))
     return Part(
         id="calibration",
         title="Calibration",
         text=[
-            "Peaks fix only the product of scale factor and kinetic friction; the factor "
-            f"a is valid together with the friction used in the fit, {kinetic:.4g}."
+            "Peaks determine only the product of scale factor and kinetic friction; the "
+            f"factor a is valid only with the friction used in the fit, {kinetic:.4g}."
         ],
         tables=tables,
         pictures=pictures,
@@ -275,7 +275,7 @@ def _validation(report: BrakeReport, result: Validation) -> Part:
     ]
     return Part(
         id="validation",
-        title="Fit to the calibration's own pulls" if is_fit else "Validation",
+        title="Fit to the calibration pulls" if is_fit else "Validation",
         text=_validation_text(report, result),
         tables=tables,
         pictures=[
@@ -288,7 +288,7 @@ def _validation(report: BrakeReport, result: Validation) -> Part:
             Picture(
                 name="residuals",
                 figure=functools.partial(brake_figures.residuals, result),
-                caption="Residuals, model less measured, over the window: mean of the repeats "
+                caption="Residuals, model minus measured, over the window: mean of the repeats "
                 "with a band of ± 1 SD. For a perfect model, the bands contain zero.",
             ),
         ],
@@ -304,18 +304,18 @@ def _validation_text(report: BrakeReport, result: Validation) -> list[str]:
         share = "all" if count == total else f"{count} of {total}"
         others = f" and {count - 4} more" if count > 4 else ""
         text.append(
-            f"This does not test the model: {share} pulls below were also calibrated on "
+            f"This does not test the model: {share} pulls below were also used for calibration "
             f"({', '.join(report.seen[:4])}{others}). It shows how well the law fits, not how well "
             "it predicts."
         )
     elif report.calibration is not None:
-        text.append("None of these pulls was calibrated on.")
+        text.append("None of these pulls was used for calibration.")
     if report.calibration is None:
         spring = report.brake.stiffness_measured
         stiff = "that of eq. 1" if spring is None else show(spring, "N/m")
         factor = report.brake.scale_factor
         text.append(
-            f"Model: the brake as in its file, scale factor {factor:.4g}, stiffness {stiff}."
+            f"Model: the brake as in the brake file, scale factor {factor:.4g}, stiffness {stiff}."
         )
     return [*text, f"Window: {WINDOW}."]
 
@@ -354,7 +354,7 @@ def _with_uncertainty(number: Number, words: str, uncertainty: Budget) -> tuple[
         digits = replace(number, standard_error=None).text()
         return digits, f"{words}\nuncertainty not stated: the budget lists what to state"
     if (uncertainty.expanded_uncertainty or 0.0) >= 1:
-        reach = f"± {uncertainty.headline[1]} reaches zero"
+        reach = f"± {uncertainty.headline[1]} includes zero"
         return number.text(), f"{words}\nnot determined: expanded uncertainty {reach}"
     missing = len(uncertainty.missing)
     least = f"\nlower bound: {count_noun(missing, 'line')} not stated" if missing else ""

@@ -113,7 +113,7 @@ def friction_table(result: FrictionResult) -> Table:
         ["95 %", *(number.interval_text() for number in means), "interval of the mean"],
     ]
     start, end = (show(w, "m") for w in result.window)
-    first = "the first maximum" if result.standard.first_maximum else "the greatest force"
+    first = "the first maximum" if result.standard.first_maximum else "the maximum force"
     window = zip(("from", "to"), result.window, strict=True)
     return Table(
         id="friction",
@@ -121,9 +121,9 @@ def friction_table(result: FrictionResult) -> Table:
         head=["repeat", "static", "kinetic", "file"],
         rows=rows,
         total=3,
-        note=f"Read after {result.standard.title}. Static: {first}; kinetic: the mean from {start} "
-        f"to {end} of slip; both over the normal force, {show(result.normal_force, 'N')}. The "
-        "interval is Student's t over the repeats.",
+        note=f"Evaluated as {result.standard.title}. Static: {first}; kinetic: mean from {start} "
+        f"to {end} of slip; both divided by the normal force, {show(result.normal_force, 'N')}. "
+        "The interval is Student's t interval of the repeats.",
         extra=[
             Column("normal force", "normal_force", "N").of(result, "friction"),
             *(Number(quantity=f"friction: window {edge}", value=w, unit="m") for edge, w in window),
@@ -144,8 +144,8 @@ LABELS = {
     "stiffness_eq9": ("stiffness by the paper's eq. 9", "N/m"),
 }
 _METHODS = {
-    "scale_factor_eq8": "as printed: crosshead where slip belongs",
-    "stiffness_eq9": "as printed: peak force over peak displacement",
+    "scale_factor_eq8": "as printed, with crosshead travel instead of slip",
+    "stiffness_eq9": "as printed: ratio of peak force to peak displacement",
 }
 
 
@@ -197,7 +197,7 @@ def _leave_one_out(result: Calibration) -> tuple[str, list[Number]]:
         )
         numbers.append(number)
         phrases.append(f"{words} by {'+' * (moves.files[name] >= 0)}{number.text()} ({name})")
-    note = f"Without its most influential pull changes {'; '.join(phrases)}." if phrases else ""
+    note = f"Change without the most influential pull: {'; '.join(phrases)}." if phrases else ""
     return note, numbers
 
 
@@ -222,7 +222,7 @@ def calibration_pulls(result: Calibration) -> Table:
         peak = PEAK.of(fit.pull, "calibration pull", n=1, source=pull.file)
         errors = {"factor": fit.scale_factor_se, "stiffness": fit.pull.stiffness_se}
         rows.append(_Row(pull, [peak], errors))
-    note = "Numbers are those of the figure of each pull's scale factor. " * bool(result.fits)
+    note = "Numbers refer to the figure of the scale factors. " * bool(result.fits)
     return _pulls_table("calibration", rows, [PEAK], note)
 
 
@@ -257,12 +257,12 @@ def _pulls_table(
         rows.append([str(number), pull.file, *test, *cells, *single, words])
     return Table(
         id=f"{stage}-pulls",
-        caption="Each pull",
+        caption="Individual pulls",
         head=["no.", "file", *map(_head, (*CONDITION, *columns, *SINGLE)), "verdict"],
         groups=[
             ("", 2 + len(CONDITION)),
             (stage, len(columns)),
-            ("pull alone", len(SINGLE)),
+            ("individual pull", len(SINGLE)),
             ("", 1),
         ],
         rows=rows,
@@ -272,9 +272,9 @@ def _pulls_table(
 
 
 OF_PULLS = (
-    "Scale factor a: that of the peak. Vacuum of the peak: vacuum at which the pull would "
-    "have the others' scale factor. Shape: difference between the scale factor after the peak and "
-    "that of the peak. Seating: how much steeper the rise is in its upper half. The verdict names "
+    "Scale factor a: from the peak. Vacuum of the peak: vacuum at which the pull would "
+    "have the scale factor of the others. Shape: difference between the scale factors after and "
+    "at the peak. Seating: increase in slope in the upper half of the rise. The verdict names "
     "the columns in which a pull differs from the others, with at most 5 % false alarms for all "
     "pulls and tests together."
 )
@@ -355,9 +355,9 @@ def validation_table(result: Validation, before: Validation | None) -> Table:
             extra.append(number)
     return Table(
         id="validation",
-        caption="Validation per condition",
+        caption="Validation by condition",
         head=["vacuum [kPa]", "speed [mm/s]", "pulls", *head, *split],
-        groups=[*groups, ("squared error split", 3)],
+        groups=[*groups, ("split of the squared error", 3)],
         rows=rows,
         total=1,
         unit_in_head=True,
@@ -376,9 +376,9 @@ def _note(result: Validation, before: Validation | None) -> str:
     if before is not None:
         text += f" (before calibration {words(before)})"
     text += (
-        ". Before: scale factor 1 and the stiffness of eq. 1. Bias: model less measured. Own: "
+        ". Before: scale factor 1 and the stiffness of eq. 1. Bias: model minus measured. Own: "
         "error of the calibrated model against the mean of the repeats. Scatter: the repeats' SD "
-        "at one elongation. Both are root mean squares. Share: the scatter's part of the mean "
+        "at one elongation. Both are root mean squares. Share: the scatter's fraction of the mean "
         "squared error, which no model can remove."
     )
     if any(c.scatter is not None and c.scatter.model_mse <= 0 for c in result.conditions):

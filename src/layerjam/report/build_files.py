@@ -86,7 +86,7 @@ def _parts(drawing: Drawing, coupons: bool, files: Collection[str] | None) -> li
             True,
             [picture("layers", 0.86), to_steps(steps.stack(drawing)), picture("stacking", 0.62)],
         ),
-        ("6  Close it", True, [picture("assembled", 0.86), to_steps(steps.close(drawing))]),
+        ("6  Close the brake", True, [picture("assembled", 0.86), to_steps(steps.close(drawing))]),
     ]
     if drawing.brakes > 1:
         chapters.append(
@@ -94,8 +94,12 @@ def _parts(drawing: Drawing, coupons: bool, files: Collection[str] | None) -> li
         )
     number = len(chapters) + 1
     chapters += [
-        (f"{number}  Check the first one", True, [to_steps(steps.first_checks(drawing, coupons))]),
-        (f"{number + 1}  Checks of the drawing", False, [_checks(drawing)]),
+        (
+            f"{number}  Check the first brake",
+            True,
+            [to_steps(steps.first_checks(drawing, coupons))],
+        ),
+        (f"{number + 1}  Drawing checks", False, [_checks(drawing)]),
         (
             f"{number + 2}  Assumptions",
             False,
@@ -137,7 +141,7 @@ def _list(drawing: Drawing, files: Collection[str] | None) -> Block:
     ]
     return {
         "kind": "table",
-        "head": ["part", "what", "how many", "file", ""],
+        "head": ["part", "description", "quantity", "file", ""],
         "columns": ["auto", "1fr", "auto", "auto", "auto"],
         "right": [2],
         "rows": rows,

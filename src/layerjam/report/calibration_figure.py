@@ -76,9 +76,9 @@ def calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.
     style.title(zoom, "Near the peak", numbers)
     if result.fit is None:
         _peaks(zoom, result)
-    sure = "bands, 95 %: the law (dark), a further pull (pale)"
+    sure = "95 % bands: the law (dark), the next pull (pale)"
     words = (
-        "one pull: without repeats the uncertainty of the law is unknown"
+        "one pull: the uncertainty of the law is unknown without repeats"
         if data.sure is None
         else sure
     )

@@ -37,7 +37,9 @@ def loop(regulator: Regulator, run: ClosedLoop, fault_at: float | None = None) -
     common["spans"] = [ground for ground in grounds if ground[0] < ground[1]]
     high = 1.15 * float(max(run.target.max(), run.vacuum.max())) * KPA
     rise = show(run.rise_time, "s", 3) if np.isfinite(run.rise_time) else "never reached"
-    words = f"rise 10 to 90 %: {rise}; overshoot {show(run.overshoot, 'Pa', 3)}; pump switched "
+    words = (
+        f"rise time (10 to 90 %): {rise}; overshoot {show(run.overshoot, 'Pa', 3)}; pump switched "
+    )
     words += f"{run.pump_switches} times"
     titles: dict[str, Any] = {
         "headline": f"Regulator {regulator.kind}: {run.outcome}",
@@ -79,10 +81,10 @@ def following(run: Following, sweep: Bode | None) -> style.Figure:
     style.title(force, "A force that follows a profile", detail)
     if sweep is not None:
         wide = (
-            "beyond what was tried" if sweep.bandwidth is None else show(sweep.bandwidth, "Hz", 3)
+            "above the tested range" if sweep.bandwidth is None else show(sweep.bandwidth, "Hz", 3)
         )
         frequency_response(size[0], [(sweep, INK, "")], turn=(-180, 45))
-        style.title(size[0], "A sine of this swing", f"down to 71 % at {wide}; phase dashed")
+        style.title(size[0], "Response to a sine", f"down to 71 % at {wide}; phase dashed")
     return figure
 
 
@@ -93,7 +95,7 @@ def profile(axes: style.Axes, run: Following, top: float) -> None:
     axes.fill_between(run.time, 0, 1, where=gaps, color=RED, alpha=0.15, lw=0, transform=transform)
     axes.plot(run.time, run.wanted, color=GREEN, lw=2.2, alpha=0.7)
     axes.plot(run.time, run.force, color=INK, lw=1.1)
-    names = [("wanted", GREEN), ("given", INK)]
+    names = [("target", GREEN), ("actual", INK)]
     names += [("cannot be followed", RED)] if gaps.mean() > 0.005 else []
     axes.set(xlim=(0, float(run.time[-1])), ylim=(0, top), xlabel="time [s]", ylabel="force [N]")
     style.key(axes, *names, loc="upper left", ncols=3)
@@ -148,7 +150,7 @@ def _rise(axes: style.Axes, plan: Plan) -> None:
     axes.plot(time, vacuum, color=BLUE)
     top = max(float(vacuum.max()), 0.0 if limit is None else limit * KPA, 1.0)
     axes.set(xlim=(0, end * 1.02), ylim=(0, top * 1.22))
-    axes.set(xlabel="time from the warning [s]", ylabel="vacuum [kPa]")
+    axes.set(xlabel="time since the warning [s]", ylabel="vacuum [kPa]")
     style.spot(axes, time[-1], vacuum[-1], color=BLUE, clip_on=False)
     words = [(f"{show(plan.reached, 'Pa', 3)} in time", BLUE)]
     headline, detail = (
@@ -160,7 +162,7 @@ def _rise(axes: style.Axes, plan: Plan) -> None:
         color = GREEN if enough else RED
         axes.axhline(limit * KPA, color=color, lw=1.2, ls=style.DASHED)
         words.append((f"{show(limit, 'Pa', 3)} needed", color))
-        headline = f"{'Enough' if enough else 'Too little'} vacuum comes in time"
+        headline = f"{'Enough' if enough else 'Too little'} vacuum in time"
         detail = f"{show(case.mass, 'kg')} at {show(case.speed, 'm/s')} within "
         detail += f"{show(case.travel, 'm')} of slip"
     style.key(axes, *words, loc="lower right")
@@ -198,7 +200,7 @@ def _modes(peaks: style.Axes, chances: style.Axes, plan: Plan) -> None:
     for axes in (peaks, chances):
         axes.set(xlim=(0, x[-1]), xlabel=f"SD of the energy{from_speed} [%]")
         if given:
-            style.upright(axes, energy_sd(plan.case) * 100, "as given", share=0.03)
+            style.upright(axes, energy_sd(plan.case) * 100, "as specified", share=0.03)
         style.key(axes, loc="upper left")
     style.title(peaks, "Deceleration of the mass", "expected peak of the stops that succeed")
-    style.title(chances, "Risk of too little travel", f"more slip than the brake's {usable}")
+    style.title(chances, "Risk of insufficient travel", f"slip beyond the brake's {usable}")

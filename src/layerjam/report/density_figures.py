@@ -32,14 +32,14 @@ def density(
     x = np.array([r["mass"] for r in rows] + list(first.masses)) * G
     y = np.array([r["max_force"] for r in rows] + list(first.forces))
     figure, (axes,) = style.canvas(width=8.6, height=5.8)
-    axes.set(xscale="log", yscale="log", xlabel="mass [g]", ylabel="greatest force [N]")
+    axes.set(xscale="log", yscale="log", xlabel="mass [g]", ylabel="maximum force [N]")
     axes.set(xlim=(x.min() / 4, x.max() * 3.5), ylim=(y.min() / 2.5, y.max() * 3))
     axes.grid(visible=False)
     _equal_density(axes)
     _ours(axes, [r for r in rows if r["computed"]], first)
     _theirs(axes, [r for r in rows if not r["computed"]])
     if missing:
-        words = f"not drawn, for no device with a source was found: {', '.join(missing)}"
+        words = f"not drawn because no published device was found: {', '.join(missing)}"
         below = "\n".join(textwrap.wrap(words, 125))
         figure.supxlabel(below, fontsize=8, color=GREY, x=0.01, ha="left")
     forces = [
@@ -49,7 +49,7 @@ def density(
     detail = f"one more sheet in {sheet['brake']} at {show(sheet['vacuum'], 'Pa', 4)}: "
     detail += f"{forces[0]} and {masses[0]} (the paper: {forces[1]}, {masses[1]})"
     vacuum = show(first.vacuum, "Pa", 4)
-    style.title(axes, f"Force over mass, ours computed at {vacuum} where not said", detail)
+    style.title(axes, f"Force versus mass, ours computed at {vacuum} unless stated", detail)
     return figure
 
 
@@ -88,7 +88,7 @@ def _ours(axes: style.Axes, ours: Sequence[dict[str, Any]], line: "SheetLine") -
         shape, size = ("*", 10) if is_array else ("o", 6)
         axes.plot(m, f, shape, color=BLUE, mfc="white" if row["note"] else BLUE, ms=size, zorder=4)
         if is_array:
-            words = f"{row['brakes']} brakes side by side"
+            words = f"array of {row['brakes']} brakes"
             style.label(axes, m * 1.13, f / 1.06, words, BLUE, fontsize=8)
     _names(axes, [r for r in ours if r["brakes"] == 1])
 

@@ -27,7 +27,7 @@ class Look(NamedTuple):
 LOOKS = {
     "chosen": Look(BLUE, "o", 9, "circle", 17),
     "runner-up": Look(ORANGE, "s", 7, "rect", 13),
-    "between the steps": Look(GREEN, "D", 6, "diamond", 15),
+    "between grid steps": Look(GREEN, "D", 6, "diamond", 15),
 }
 FORBIDDEN = Look(RED, "X", 7, "triangle", 13)
 
@@ -48,7 +48,7 @@ def marked_designs(
     marks = [(design, word, look) for design, (word, look) in designs if design is not None]
     for forbidden in sorted(answer.forbidden, key=lambda f: f["short"])[:1]:
         if all(math.isfinite(forbidden["design"][n]) for n in names):
-            marks.append((forbidden["design"], f"but for {forbidden['constraint']}", FORBIDDEN))
+            marks.append((forbidden["design"], f"without {forbidden['constraint']}", FORBIDDEN))
     return marks
 
 

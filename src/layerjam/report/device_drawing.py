@@ -73,10 +73,10 @@ def device(file: BrakeFile) -> style.Figure:
     _end_view(loose_end, brake, shape, LOOSE)
     _end_view(pull_end, brake, shape, JAMMED)
     style.title(loose, "Full of air: the sheets slide freely")
-    style.title(pull, "Pumped empty: the sheets press together, friction resists")
+    style.title(pull, "Evacuated: the sheets press together, and friction resists")
     style.title(loose_end, "Across")
     figure.suptitle(
-        f"{file.name}: lengths along the pull to scale, thicknesses not",
+        f"{file.name}: lengths to scale, thicknesses not to scale",
         x=0.01,
         ha="left",
         fontsize=8.5,

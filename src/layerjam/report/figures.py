@@ -30,7 +30,7 @@ def force_over_slip(file: BrakeFile, vacuum: float, slip: float) -> style.Figure
     style.band(axes, x * MM, sheets, total, ORANGE, 0.35)
     axes.plot(x * MM, total, color=INK)
     top = 1.3 * float(total.max()) or 1.0
-    axes.set(xlabel="slip of the sheets [mm]", ylabel="force [N]", xlim=(0, None), ylim=(0, top))
+    axes.set(xlabel="sheet slip [mm]", ylabel="force [N]", xlim=(0, None), ylim=(0, top))
     style.upright(axes, brake.sheets.usable_travel * MM, "usable travel")
     force = float(brake_force(slip, vacuum, brake))
     style.spot(axes, slip * MM, force, show(force, "N"))
@@ -87,11 +87,11 @@ def friction(traces: Sequence[Trace], result: FrictionResult) -> style.Figure:
         detail = f"{len(events.files)} of {count} stick and slip"
         ends += _envelope(panels, result, events, (start, end))
     synthetic = any(t.facts.synthetic for t in traces)
-    origin = "synthetic data, made by the virtual test machine" if synthetic else "measured"
+    origin = "synthetic data from the virtual test machine" if synthetic else "measured"
     style.title(axes, f"Friction, {count_noun(count, 'repeat')}", f"{origin}; {detail}")
     style.labels_right(axes, axes.get_xlim()[1], ends)
     maximum = "first maximum" if result.standard.first_maximum else "maximum"
-    words = (f"circle: {maximum} of a repeat", INK), ("grey ground: kinetic window", FAINT)
+    words = (f"circle: {maximum} of a repeat", INK), ("grey background: kinetic window", FAINT)
     style.key(axes, *words, loc="upper left", ncols=2, handlelength=0)
     return figure
 
@@ -111,7 +111,11 @@ def _envelope(
         ends.append((height, f"{name} end {height:.4f}", ORANGE))
     first = next(r.teeth.start for r in result.repeats if r.teeth is not None) * MM
     zoom.set(xlim=(first, first + 8 * stick_slip.spacing * MM), ylim=axes.get_ylim())
-    style.title(zoom, "Eight teeth, enlarged", f"one slip every {show(stick_slip.spacing, 'm', 3)}")
+    style.title(
+        zoom,
+        "Eight stick–slip cycles, enlarged",
+        f"one slip every {show(stick_slip.spacing, 'm', 3)}",
+    )
     return ends
 
 

@@ -34,11 +34,11 @@ def _bars(axes: style.Axes, line: Line, target: float, water: bool = False) -> N
     axes.set_yticks(range(len(rows)), [change for change, _ in rows])
     axes.set(xlim=(0, 1.3 * longest), ylim=(-0.6, max(len(rows), 1) - 0.4))
     axes.grid(axis="y", visible=False)
-    detail = "each changed alone"
+    detail = "one change at a time"
     if line.reservoir is None and not water:
         pressure = max(STORED, forms.final_pressure(line))
         detail = f"reservoir at {pressure * KPA:.3g} kPa absolute, its valve 0.2 L/(s bar)"
-    style.panel(axes, "How to make it faster", detail, xlabel="rise time 10 to 90 % [s]")
+    style.panel(axes, "Ways to shorten the rise time", detail, xlabel="rise time (10 to 90 %) [s]")
 
 
 def _levels(axes: style.Axes, target: float) -> None:
@@ -101,6 +101,6 @@ def fig5() -> style.Figure:
     steps.set(xlim=(0, 8), ylim=(0, 100))
     _levels(steps, FULL)
     style.key(steps, loc="center right")
-    style.title(steps, "Fig. 5: rise to 94.5 kPa", "7.50 mL and 0.0661 mL/kPa are inferred from it")
+    style.title(steps, "Fig. 5: rise to 94.5 kPa", "7.50 mL and 0.0661 mL/kPa inferred from it")
     _bars(bars, line, FULL)
     return figure

@@ -79,7 +79,7 @@ def _one_slip(axes: style.Axes, record: StickSlipRecord) -> None:
         moving = np.flatnonzero(record.sliding)
         start = float(record.time[moving[0]]) if len(moving) else 0.0
         end, headline = float(record.time[-1]), "From the first slip on"
-        detail = "the swing dies away"
+        detail = "the oscillation decays"
     # straight between samples while stuck, dense while sliding
     grid = np.linspace(start, end, 500)
     force, pace = (np.interp(grid, record.time, a) for a in (record.force, record.speed_of_mass))
@@ -89,7 +89,7 @@ def _one_slip(axes: style.Axes, record: StickSlipRecord) -> None:
     axes.set_ylim(0, float(force.max()) * 1.3 or 1.0)
     twin = axes.twinx()
     twin.plot(times, pace, color=ORANGE, lw=1.4)
-    twin.set_ylabel("speed of the sheets [m/s]", color=style.readable(ORANGE))
+    twin.set_ylabel("sheet speed [m/s]", color=style.readable(ORANGE))
     twin.set_ylim(0, max(float(pace.max()) * 1.3, 1e-9))
     twin.grid(False)
     style.key(axes, ("force", BLUE), ("speed", ORANGE), loc="upper left", ncols=2)
@@ -124,7 +124,7 @@ def _moment(axes: style.Axes, file: BrakeFile, vacuum: float, limit: float, slip
     euler = float(buckling_moment(slip, brake)) * milli
     if euler < 0.9 * top:
         style.level(axes, euler, "sheets buckle", share=0.98)
-    names = (("jammed", BLUE), ("without vacuum", INK), ("every interface slips", GREY))
+    names = (("jammed", BLUE), ("without vacuum", INK), ("all interfaces slip", GREY))
     style.key(axes, *names, loc="upper left", ncols=2)
     style.title(axes, f"{file.name}, bent", f"computed; {show(vacuum, 'Pa')}")
 
@@ -150,7 +150,7 @@ def _pull(
     degrees = np.degrees(angle)
     axes.plot(degrees, friction, color=BLUE)
     axes.plot(degrees, friction_free, color=INK)
-    axes.set(xlabel="angle of the joint [°]", ylabel="friction of the sheets [N]")
+    axes.set(xlabel="joint angle [°]", ylabel="sheet friction [N]")
     axes.set(xlim=(0, float(degrees[-1])), ylim=(0, float(friction.max()) * 1.3 or 1.0))
     force = float(np.interp(limit, angle, friction))
     style.spot(axes, float(np.degrees(limit)), force, show(force, "N"), RED)

@@ -100,7 +100,7 @@ def fig11() -> style.Figure:
     axes.plot(speed[out], hard[out], color=BLUE, ls=style.DOTTED, label="out of travel")
     axes.plot(speed[is_tuned], soft[is_tuned], color=GREEN, label="tuned for 40 mm")
     (least,) = axes.plot(speed[is_tuned], floor[is_tuned], color=GREY, lw=1.1, ls=style.DASHED)
-    least.set_label("least possible, 1 + v²/2gz")
+    least.set_label("lower bound, 1 + v²/2gz")
     axes.plot([0.5, 2.5], [2, 2], color=RED, lw=3)
     axes.set(xlabel="speed at impact [m/s]", ylabel="peak acceleration [g]")
     axes.set(xlim=(0, 3.8), ylim=(0, 54))
@@ -108,5 +108,5 @@ def fig11() -> style.Figure:
     style.spot(axes, 3.7, 10, "paper: about a fifth", shape="s")
     style.label(axes, 0.5, 3.9, "paper: under 2 g", RED)
     style.key(axes, loc="upper left")
-    style.title(axes, "Fig. 11 from the model", "1 kg on the inferred rope; the paper's in red")
+    style.title(axes, "Fig. 11 from the model", "1 kg on the inferred rope; paper values in red")
     return figure

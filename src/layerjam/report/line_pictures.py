@@ -59,7 +59,7 @@ def regulators() -> style.Figure:
     zoom.axhline(HELD * KPA, color=GREEN, lw=1.0, ls=style.DASHED, label="target")
     zoom.set(xlim=(3, 25), ylim=(78.8, 81.4), xlabel="time [s]", ylabel="vacuum [kPa]")
     style.key(zoom, loc="upper right")
-    detail = "the true vacuum; the pump's switchings in all"
+    detail = "true vacuum, and total number of pump switchings"
     style.title(zoom, "Three regulators hold 80 kPa", detail)
     fault.set(xlim=(0, 6), ylim=(0, 80), xlabel="time [s]", ylabel="vacuum [kPa]")
     for state, color in (("release", RED), ("hold", BLUE)):
@@ -69,8 +69,8 @@ def regulators() -> style.Figure:
     late = run.fault_time - 1.5
     style.upright(fault, 1.5, f"the pump fails; {run.outcome}\nis reported {late:.2f} s later", INK)
     style.key(fault, loc="right")
-    detail = "the pump delivers nothing from 1.5 s on"
-    style.title(fault, "A fault ends in the safe state that you declared", detail)
+    detail = "no pump flow from 1.5 s on"
+    style.title(fault, "A fault leads to the safe state that you chose", detail)
     return figure
 
 
@@ -91,12 +91,12 @@ def forces() -> style.Figure:
     runs = [follow(loop, brake, f, slip, brake=true, slip_noise=0.1 / MM) for f in (waves, square)]
     for axes, run in zip((smooth, steps), runs, strict=True):
         profile(axes, run, 150)
-    error = f"error {runs[0].rms:.1f} N RMS, of it 3 % the wrong model"
+    error = f"error {runs[0].rms:.1f} N RMS, including 3 % model error"
     style.title(smooth, "A profile", error)
     force, swing = runs[1].force, HIGH - LOW
     up = time[(time >= PERIOD) & (force > LOW + 0.9 * swing)][0] - PERIOD
     down = time[(time > 8) & (force < LOW + 0.1 * swing)][0] - PERIOD / 2
-    style.title(steps, "Steps", f"90 % of the way up takes {up:.1f} s, down {down:.1f} s")
+    style.title(steps, "Steps", f"90 % rise takes {up:.1f} s, 90 % fall {down:.1f} s")
     fast = np.geomspace(0.02, 4.0, 12).tolist()
     sweeps = []
     for size, color in ((5.0, BLUE), (30.0, ORANGE)):
@@ -105,7 +105,7 @@ def forces() -> style.Figure:
         )
         sweeps.append((sweep, color, f"±{size:g} N"))
     frequency_response(sine, sweeps, turn=(-270, 45))
-    style.title(sine, "Sines about 60 N", "larger swings are limited by pump and valve")
+    style.title(sine, "Sines around 60 N", "larger swings are limited by pump and valve")
     return figure
 
 
@@ -133,9 +133,9 @@ def coupling(starts: Sequence[float] = STARTS) -> style.Figure:
         gain.plot(start_kpa, np.array(gains) * KPA, "o-", color=color, ms=3.5, label=name)
         slip.plot(start_kpa, np.array(slips) * MM, "o-", color=color, ms=3.5, label=name)
     still = np.array([float(m.constant.slip) for m in runs]) * MM
-    slip.plot(start_kpa, still, color=GREY, lw=1.2, ls=style.DASHED, label="vacuum held")
+    slip.plot(start_kpa, still, color=GREY, lw=1.2, ls=style.DASHED, label="constant vacuum")
     for axes, label in (
-        (gain, "vacuum gained in the stop [kPa]"),
+        (gain, "vacuum gained during the stop [kPa]"),
         (slip, "slip until the stop [mm]"),
     ):
         axes.set(xlim=(18, 100), xlabel="vacuum at first contact [kPa]", ylabel=label)

@@ -109,7 +109,7 @@ def leak(log: Leak) -> style.Figure:
         below.plot(*left, color=_LAWS[name], lw=0.9, alpha=0.9)
     below.axhline(0, color=INK, lw=0.7)
     style.key(above, loc="upper right" if log.pressure[0] > log.pressure[-1] else "lower right")
-    detail = "nearest law" if log.distinct else "nearest law, but the laws are not distinguishable"
+    detail = "best-fitting law" + ", not distinguishable from others" * (not log.distinct)
     detail = f"points: log; thick line: {detail}; time constants"
     style.panel(above, f"Pressure hold: {log.best}", detail, ylabel="pressure, absolute [kPa]")
     style.panel(below, xlabel="time [s]", ylabel="log − law [kPa]")
@@ -129,7 +129,7 @@ def ageing(fit: AgeingFit) -> style.Figure:
     style.panel(axes, xlabel="hold [s]", ylabel="static friction [-]")
     axes.set(xlim=ends, ylim=(low - room, high + room))
     style.plain(axes)
-    style.title(axes, f"{fit.ageing:+.4f} for ten times the hold", "points: pulls; line: fit")
+    style.title(axes, f"{fit.ageing:+.4f} for a tenfold hold", "points: pulls; line: fit")
     return figure
 
 
@@ -158,11 +158,11 @@ def pump_down(first: PumpDown, second: PumpDown | None, constant: PumpDown | Non
     style.level(plain, first.ultimate * KPA, ultimate, GREY)
     style.key(plain, loc="upper right")
     floor = max(first.series.noise / 2, 1e-4 * first.start)
-    log_axes.set(xlabel="time [s]", ylabel="pressure over ultimate [kPa]", yscale="log")
+    log_axes.set(xlabel="time [s]", ylabel="pressure above ultimate [kPa]", yscale="log")
     log_axes.set_ylim(bottom=floor * KPA)
     style.title(plain, "Pump-down", "points: log; line: fit")
     detail = "straight if volume and flow are constant"
-    style.title(log_axes, "Over the ultimate pressure", detail)
+    style.title(log_axes, "Above the ultimate pressure", detail)
     return figure
 
 
@@ -193,7 +193,7 @@ def crash(log: Crash) -> style.Figure:
     style.key(pulse, loc="upper right" if log.filtered_peak > 0 else "lower right")
     velocity = log.velocity()[is_near]
     speed.plot(t, velocity - velocity[0], color=GREEN)
-    detail = f"grey ground: over 5 % of the filtered peak, {show(stop - start, 's')}; offset off"
+    detail = f"grey: above 5 % of the filtered peak, {show(stop - start, 's')}; offset removed"
     headline = "Pulse" + (", saturated" if log.saturated else "")
     style.panel(pulse, headline, detail, ylabel="acceleration [g]")
     below = "time from the start of the pulse [ms]"

@@ -96,9 +96,9 @@ def _words(axes: style.Axes, zoom: style.Axes, summary: PullSummary) -> None:
         notes.append((words, ORANGE))
     if summary.ripple is not None:
         spacing = show(summary.ripple.spacing, "m", 3)
-        notes.append((f"the machine's ripple, every {spacing}", INK))
+        notes.append((f"machine ripple, every {spacing}", INK))
     if summary.unloading is not None and summary.unloading.stiffness is not None:
-        words = f"unloading {show(summary.unloading.stiffness, 'N/m', 3)}, lost "
+        words = f"unloading {show(summary.unloading.stiffness, 'N/m', 3)}, loss "
         notes.append((words + show(summary.unloading.loop, "J", 3), PURPLE))
     if notes:
         style.key(axes, *notes, loc="upper right")

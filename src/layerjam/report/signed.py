@@ -59,8 +59,8 @@ STATES = {
     "valid": "valid",
     "overdue": "overdue since {due}",
     "later": "calibrated after the tests",
-    "no day": "unknown: the day of the tests is not stated",
-    "no due day": "unknown: no due day is stated",
+    "no day": "unknown: no test date is stated",
+    "no due day": "unknown: no due date is stated",
 }
 LINES = "Name and function", "Date", "Signature"
 BLANK = "_" * 60
@@ -90,9 +90,9 @@ def circumstances(facts: FileFacts) -> Part:
         rows.append([words, Word(_common(facts, name), "stated")])
     return Part(
         id="circumstances",
-        title="Who, what and with which apparatus",
+        title="People, objects and apparatus",
         tables=[
-            Table(id="circumstances", head=["", "as the sidecars state it"], rows=rows),
+            Table(id="circumstances", head=["", "as stated in the sidecars"], rows=rows),
             _certificates(facts),
         ],
     )
@@ -118,7 +118,7 @@ def _certificates(facts: FileFacts) -> Table:
             "date",
             "due",
             "laboratory",
-            "on the day of the tests",
+            "status at the test date",
             "files",
         ],
         rows=rows,
@@ -216,10 +216,9 @@ def budget_table(budget: Budget, product: Budget | None = None) -> Table:
         _add_totals(rows, extra, product, "a × kinetic friction", first)
     _add_totals(rows, extra, budget, "the scale factor", "all lines")
     note = (
-        "Each over the value. Limits of error count as rectangular, over the root of "
-        "three. k is Student's quantile of 95 % for the effective degrees of freedom ν "
-        "(GUM, annex G.4), or larger if the sum would otherwise be below the expanded "
-        "uncertainty of a single line."
+        "Each relative to the value. Limits of error count as rectangular, divided by √3. k "
+        "is Student's 95 % quantile for the effective degrees of freedom ν (GUM, annex G.4), or "
+        "larger if the sum would otherwise be below the expanded uncertainty of a single line."
     )
     if not budget.is_complete:
         if budget.standard_uncertainty is not None:
@@ -274,7 +273,7 @@ def _percent(quantity: str, value: float | None) -> Cell:
 def place_to_sign(items: Mapping[str, str]) -> Part:
     """Return scope and identity of the report, missing statements, and lines for a signature."""
     missing = [
-        f"{words[0].upper()}{words[1:]}: {NOT_STATED}. ISO/IEC 17025, section 7.8.2.1, asks for "
+        f"{words[0].upper()}{words[1:]}: {NOT_STATED}. ISO/IEC 17025, section 7.8.2.1, requires "
         f"it; state it with {hint}."
         for words, hint in REQUIRED.items()
         if NOT_STATED in items[words]
@@ -283,10 +282,10 @@ def place_to_sign(items: Mapping[str, str]) -> Part:
     rows += [[line, Word(BLANK)] for line in LINES]
     return Part(
         id="signature",
-        title="Signed",
+        title="Signature",
         text=[
-            "These results concern the specimens in the files named above, and no others. This "
-            "report may be copied as a whole only.",
+            "These results apply only to the specimens in the files named above. This report "
+            "may only be copied in full.",
             *missing,
         ],
         tables=[Table(id="signature", head=["", ""], rows=rows, whole=True)],

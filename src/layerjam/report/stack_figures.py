@@ -47,13 +47,13 @@ def onset() -> style.Figure:
             style.spot(force, u[start] * UM, run.force[start], color=color, label=name)
         words = f"{pair + 1} and {10 - pair}"
         shares.plot(u * UM, sign[pair] * run.interface[:, pair], color=color, lw=1.6, label=words)
-    axis = {"xlabel": "displacement of the cap [µm]", "xlim": (0, 160)}
+    axis = {"xlabel": "cap displacement [µm]", "xlim": (0, 160)}
     style.panel(force, "The peak is rounded", "Kapton, 94.5 kPa, held rigidly; computed", **axis)
     force.set(ylabel="force [N]", ylim=(0, 205))
     style.key(force, loc="lower right")
-    style.panel(shares, "The outermost interfaces let go first", "counted from one side", **axis)
-    shares.set(ylabel="force of an interface [N]", ylim=(0, bound * 1.18))
-    style.level(shares, bound, f"friction at rest, {bound:.2f} N", GREY)
+    style.panel(shares, "The outermost interfaces slip first", "counted from one side", **axis)
+    shares.set(ylabel="interface force [N]", ylim=(0, bound * 1.18))
+    style.level(shares, bound, f"static friction, {bound:.2f} N", GREY)
     style.key(shares, loc="lower right")
     home = np.where(stack.right, run.cap[:, None], 0.0)
     loads = np.abs(stack.springs * (run.sheets - home))
@@ -61,10 +61,10 @@ def onset() -> style.Figure:
     moments = ((-0.2, int(starts[0]), SKY), (0.2, -1, BLUE))
     for shift, row, color in moments:
         bars.bar(numbers + shift, loads[row], 0.38, color=color)
-    bars.set(xlabel="number of the sheet, even ones move", xticks=numbers)
-    bars.set(ylabel="load of a sheet [N]", ylim=(0, 52))
+    bars.set(xlabel="sheet number (even sheets move)", xticks=numbers)
+    bars.set(ylabel="sheet load [N]", ylim=(0, 52))
     bars.grid(False, axis="x")
-    style.key(bars, ("as the first slide", SKY), ("all slide", BLUE), loc="upper left", ncols=2)
+    style.key(bars, ("as the first slip", SKY), ("all slide", BLUE), loc="upper left", ncols=2)
     style.title(bars, "Tension in each sheet", "an outer sheet rubs on one side only")
     return figure
 
@@ -89,9 +89,7 @@ def spread(result: Spread | None = None) -> style.Figure:
         force.plot([same, same], [0, count.max()], color=INK, lw=1, ls=style.DASHED)
     force.set(xlabel="force [N]", ylabel="number of stacks", ylim=(0, force.get_ylim()[1] * 1.2))
     style.key(force, loc="upper left")
-    words = (
-        f"{result.done:,} stacks, whose friction scatters by {result.scatter:.0%}; dashed: alike"
-    )
+    words = f"{result.done:,} stacks, friction scatter {result.scatter:.0%}; dashed: no scatter"
     style.title(force, "With scatter, the first interface slides earlier", words)
     count, bins = np.histogram(result.stiffness * KN, 60)
     stiffness.stairs(count, bins, fill=True, color=GREEN, alpha=0.75)

@@ -111,8 +111,8 @@ def canvas(
     if (given_axes := _own_axes.get()) is not None:
         if len(given_axes) != rows * columns:
             raise LayerjamError(
-                f"ax: {len(given_axes)} given, but this figure has {rows * columns} axes; give "
-                f"{rows * columns}, such as plt.subplots({rows}, {columns})[1]"
+                f"ax: {len(given_axes)} given, but this figure needs {rows * columns} axes, "
+                f"such as plt.subplots({rows}, {columns})[1]"
             )
         return given_axes[0].figure.get_figure(root=True), given_axes  # type: ignore[return-value]
     figure = Figure(figsize=(width, height), layout="constrained")
@@ -135,7 +135,9 @@ def drawing_into(axes: Any) -> Iterator[None]:
     )
     if not all(hasattr(item, "figure") for item in flat):
         kind = type(axes).__name__
-        raise LayerjamError(f"ax: {kind} is not Matplotlib axes, such as plt.subplots()[1]")
+        raise LayerjamError(
+            f"ax: {kind} is not a Matplotlib Axes object, such as plt.subplots()[1]"
+        )
     token = _own_axes.set(flat)
     try:
         yield

@@ -26,8 +26,8 @@ LINE = 0.62
 AIR = (
     "AIR: brake – T-piece (pressure sensor) – common port of the 3/2 valve – pump inlet.",
     "Safe state RELEASE: the port that is open without power (NO) leads to the atmosphere.",
-    "Safe state HOLD: the port that is closed without power (NC) does, and a non-return valve "
-    "sits at the pump.",
+    "Safe state HOLD: the port that is closed without power (NC) leads to the atmosphere, "
+    "and the pump has a non-return valve.",
 )
 
 
@@ -41,7 +41,7 @@ def drawing(circuit: Circuit) -> str:
     pen = _Pen(sheet, elements, circuit)
     pen.text(0, 3.4, f"Wiring of {circuit.board}", size=18)
     pen.text(
-        0, 2.6, "Board from above, USB at the top. All GND are one. Labels in frames are joined."
+        0, 2.6, "Board from above, USB at the top. Equal framed labels, and all GND, are connected."
     )
     pen.board()
     pen.power(14.0, 1.0)
@@ -159,7 +159,10 @@ class _Pen:
     def power(self, x: float, y: float) -> None:
         """Draw the 12 V supply, fuse, emergency stop, converter, pump and valve with switches."""
         self.text(
-            x, y + 1.6, ("Power: the emergency stop disconnects pump and valve, not the board"), 13
+            x,
+            y + 1.6,
+            ("Power: the emergency stop disconnects the pump and the valve, not the board"),
+            13,
         )
         self.tag((x + 1.8, y), "+12 V", "left")
         self.part("F1", (x + 1.8, y), (x + 4.0, y))
@@ -179,7 +182,7 @@ class _Pen:
         y, stop = y - 7.4, x + 4.0
         self.tag((x + 1.8, y), "12 V", "left")
         self.add(self.elements.Button(nc=True), (x + 1.8, y), (stop, y), "S1 E-STOP")
-        self.text(stop + 0.4, y + 0.4, "12 V behind stop")
+        self.text(stop + 0.4, y + 0.4, "12 V after stop")
         self.down("R7", (stop + 0.8, y))
         self.sense("estop_sense", (stop + 2.8, y))
         self.switch("2", "Y1", "vent_gate", (stop + 13.0, y))
@@ -214,7 +217,10 @@ class _Pen:
     def bridge(self, x: float, y: float) -> None:
         """Draw the H-bridge that replaces Q1 and D1 if the pump runs in both directions."""
         self.text(
-            x, y + 3.4, "H-bridge H1 instead of Q1 and D1, for a pump that runs both ways", 13
+            x,
+            y + 3.4,
+            "H-bridge H1 instead of Q1 and D1, for a pump that runs in both directions",
+            13,
         )
         sides = {"IN2": "left", "IN1": "left", "OUT2": "right", "OUT1": "right"}
         sides |= {"VM": "top", "GND": "bottom"}
@@ -237,8 +243,8 @@ def _lines(circuit: Circuit) -> Iterator[str]:
         "Without power the vent must go to your safe state by itself. Test this with the "
         "board unplugged: RELEASE opens, HOLD stays shut. No program can compensate for "
         "a wrong valve.",
-        "Mount D1 and D2 with the bar towards plus. Without them the transistors are destroyed.",
-        "One sensor cannot see its own drift: do not hang a person on this bench.",
+        "Mount D1 and D2 with the bar towards plus. Without D1 and D2, the transistors fail.",
+        "A single sensor cannot detect its own drift: do not hang a person on this bench.",
         *(f"CONFLICT: {text}" for text in find_conflicts(circuit)),
     )
     yield ""
