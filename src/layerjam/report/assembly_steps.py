@@ -74,8 +74,8 @@ def film(drawing: Drawing, coupons: bool, files: Collection[str] | None = None) 
     out += [
         Step(f"Cut {made_of}. {cutter}"),
         Step(
-            "Align every part with the film's direction, as drawn: film properties "
-            f"differ along and across it.{by_hand}"
+            "Align every part with the film's direction, as drawn: the film "
+            f"differs along and across it.{by_hand}"
         ),
     ]
     if lengths.hole < PUNCHED_BELOW and build.cutter == "knife":
