@@ -137,10 +137,9 @@ class Bench(Page):
             self.slider("target")
             with ui.row().classes("gap-2"):
                 button("Hold the target", self._hold, "bench-on", "play_arrow")
-                button(
-                    "Off", self._release, "bench-off", "stop", look="dense no-caps color=negative"
-                )
-                button("Clear the fault", self._clear, "bench-clear")
+                look = "dense no-caps color=negative padding='4px 10px'"
+                button("Off", self._release, "bench-off", "stop", look=look)
+                button("Clear fault", self._clear, "bench-clear")
             self.problem_line()
             with fold("Run a procedure and record it", "bench-procedure-fold", is_open=True):
                 self._running()
