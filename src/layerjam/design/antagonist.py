@@ -1,4 +1,4 @@
-"""Two brakes over a pulley: a brake that acts in both directions (paper, section II-A).
+"""Two brakes over a pulley, which act as one brake in both directions (paper, section II-A).
 
 Turning the pulley by an angle pulls one brake and slackens the other. A slack brake carries no
 force.
@@ -26,9 +26,9 @@ class Pair(NamedTuple):
     torque: np.ndarray
     """Resisting torque, (F1 - F2) r [N m]; positive if brake 1 pulls harder."""
     forces: np.ndarray
-    """Forces [N], shape (N, 2)."""
+    """Forces of the two brakes [N], shape (N, 2)."""
     slips: np.ndarray
-    """Slips [m], shape (N, 2)."""
+    """Slips of the two brakes [m], shape (N, 2)."""
     work: np.ndarray
     """Work of the shaft on the pair, including that of the pretension [J]."""
     heat: np.ndarray
@@ -47,12 +47,12 @@ def pair(
     """Return the response of two brakes while a pulley turns slowly through angles [rad].
 
     Both brakes start stretched by `pretension` [m of elongation] at angle zero; then u1 =
-    pretension + r angle and u2 = pretension - r angle, and the torque is (F1 - F2) r, `radius` r in
-    [m]. If both are taut and stuck, the stiffness about neutral is (k1 + k2) r^2. Slip and reversal
-    follow each brake's own law with its memory (`brake_cycle`), at constant vacuums [Pa].
+    pretension + r angle and u2 = pretension - r angle, and the torque is (F1 - F2) r, with `radius`
+    r [m]. If both are taut without slip, the stiffness about neutral is (k1 + k2) r^2. Slip and
+    reversal follow each brake's own law with its memory (`brake_cycle`), at constant vacuums [Pa].
 
     Raises QuantityError for angles that are not finite, a radius or pretension out of bounds, a
-    vacuum above the site's atmosphere, or if a brake comes apart or snaps.
+    vacuum above the site's atmosphere, or if a brake separates or snaps.
     """
     RADIUS.check(radius, "radius")
     STRETCH.check(pretension, "pretension")
@@ -65,7 +65,7 @@ def pair(
         limit.check(vacuum, f"vacuum {number}")
         # first from zero load to the pretension, then through the angles
         elongation = np.concatenate([[0.0, pretension], pretension + sign * radius * angles])
-        # a brake shorter than at rest is slack and does not move
+        # a brake that is shorter than at rest is slack and does not move
         elongation = np.maximum(elongation, 0.0)
         cycle, _ = follow_history(elongation, np.full(len(elongation), float(vacuum)), brake)
         failures = {"comes apart": cycle.separated, "snaps on its stiffness": cycle.snapped}
@@ -89,6 +89,6 @@ def pair(
 
 
 def neutral_stiffness(brakes: tuple[Brake, Brake], radius: float) -> float:
-    """Return (k1 + k2) r^2 [N m/rad], with both brakes taut and stuck; radius [m]."""
+    """Return (k1 + k2) r^2 [N m/rad], with both brakes taut and not slipping; radius [m]."""
     RADIUS.check(radius, "radius")
     return sum(float(working_stiffness(b)) for b in brakes) * radius**2

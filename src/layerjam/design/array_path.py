@@ -1,9 +1,9 @@
 """Force path of a chain of brakes: which stage slips at each elongation while others relax.
 
-Every brake is a polyline of force versus elongation from the pull law; all later steps are exact on
-polylines. A brake's force rises to a peak and then falls, so only one stage of a series can slide
-downhill at a time: the weakest. The path alternates between rising to the lowest next peak and
-falling to the valley after it, until every stage is at its end.
+The pull law gives a polyline of force versus elongation for every brake; all later steps are exact
+for polylines. A brake's force rises to a peak and then falls, so only one stage in a series, the
+weakest, can slip at falling force at a time. The path alternates between rising to the lowest next
+peak and falling to the valley after it, until every stage is at its end.
 """
 
 from collections.abc import Sequence
@@ -21,12 +21,12 @@ from layerjam.units import show
 KNOTS = 400
 _SAME = 1e-12
 _STOP = 1e7
-"""Force [N] up to which a stop's line extends, greater than the force of any chain of brakes."""
+"""Force [N] up to which the line of a stop extends, more than the force of any chain of brakes."""
 
 
 @dataclass(frozen=True)
 class Backbone:
-    """First loading of a brake: knots of elongation, force and slip, and whether a stop ends it."""
+    """First loading of a brake: knots of elongation, force and slip, and whether it has a stop."""
 
     elongation: np.ndarray
     force: np.ndarray
@@ -39,7 +39,7 @@ class Backbone:
     slack: float = 0.0
 
     def add_slack(self, slack: float) -> "Backbone":
-        """Return the same backbone with force only beyond a slack [m]."""
+        """Return this backbone shifted by a slack [m], below which there is no force."""
         if not slack:
             return self
         rows = (self.elongation + slack, self.force, self.slip)
@@ -58,8 +58,8 @@ def backbone(brake: Brake, vacuum: float, travel: float, stop: bool, name: str) 
             "which the brake's force falls as it slides; the brake would snap by itself"
         )
     top = peak(vacuum, travel, brake)
-    # the enclosure's square-root law is steep at first, so knots are dense at zero slip.
-    # The knot nearest to the peak is moved onto it, so that only one shape is compiled
+    # the enclosure's square-root law is steep at first, so knots are dense at zero slip. The knot
+    # nearest to the peak is moved to it, so that only one array shape is compiled
     slip = travel * np.linspace(0.0, 1.0, KNOTS) ** 3
     peak_slip = float(top.slip)
     slip[np.argmin(np.abs(slip[1:-1] - peak_slip)) + 1] = min(peak_slip, travel * (1 - 1e-9))
@@ -92,7 +92,7 @@ class _Stage:
     def __init__(self, members: Sequence[Backbone]) -> None:
         self.members = members
         knots = np.unique(np.concatenate([m.elongation for m in members]))
-        # the stage ends at the first member that separates or reaches the end of its stop's line
+        # the stage ends when the first member separates or reaches the end of its stop line
         self.u = knots[knots <= min(m.elongation[-1] for m in members)]
         self.separates = not all(m.stop for m in members)
         self.f = np.sum([np.interp(self.u, m.elongation, m.force) for m in members], axis=0)
@@ -101,13 +101,13 @@ class _Stage:
 
     @property
     def frontier(self) -> float:
-        """Force at the farthest point reached."""
+        """Force at the farthest point that has been reached."""
         return float(np.interp(self.front, self.u, self.f))
 
     def turns(self) -> tuple[float, float, float]:
-        """Return the next (peak force, its elongation, elongation of the valley after it).
+        """Return the next peak: (force, elongation, elongation of the valley after it).
 
-        A final rise onto a stop has an infinite peak. Without a stop the end itself is the peak.
+        A final rise onto a stop has an infinite peak. Without a stop, the end itself is the peak.
         """
         u = np.concatenate([[self.front], self.u[self.u > self.front]])
         f = np.interp(u, self.u, self.f)
@@ -121,11 +121,11 @@ class _Stage:
         return float(f[top]), float(u[top]), float(u[valley])
 
     def slips(self, front: np.ndarray) -> np.ndarray:
-        """Return the slip of each member, shape (N, M), after the stage was at `front` (N,)."""
+        """Return the slip of each member, shape (N, M), if the stage has been at `front` (N,)."""
         return np.column_stack([np.interp(front, m.elongation, m.slip) for m in self.members])
 
     def relax(self, force: np.ndarray) -> np.ndarray:
-        """Return the elongation at a force below the frontier's; slips stay, taut members relax."""
+        """Return the elongation at a force below the frontier's, at which taut members relax."""
         slack, k = np.array([(m.slack, m.stiffness) for m in self.members]).T
         start = self.slips(np.array([self.front]))[0] + slack
         order = np.argsort(start, kind="stable")
@@ -145,7 +145,7 @@ class _Stage:
 
 
 def follow_chain(stages: Sequence[Sequence[Backbone]]) -> Path:
-    """Return the path of a chain pulled once from rest to its end."""
+    """Return the path of a chain that is pulled once from rest to its end."""
     chain = [_Stage(members) for members in stages]
     force = 0.0
     blocks = [_take_up_slack(chain)]
@@ -170,11 +170,11 @@ def follow_chain(stages: Sequence[Sequence[Backbone]]) -> Path:
 
 
 _Block = tuple[np.ndarray, np.ndarray]
-"""Forces (N,), and the elongations and fronts of every stage, shape (stages, 2, N)."""
+"""Forces, shape (N,), and elongations and fronts of every stage, shape (stages, 2, N)."""
 
 
 def _take_up_slack(chain: Sequence[_Stage]) -> _Block:
-    """Return the block that takes up the slack of every stage at zero force."""
+    """Return the block in which the slack of every stage is taken up at zero force."""
     for stage in chain:
         stage.front = float(stage.u[np.flatnonzero(stage.f > 0)[0] - 1]) if stage.f.any() else 0.0
     return np.zeros(2), np.array([[[0.0, stage.front]] * 2 for stage in chain])
@@ -199,7 +199,7 @@ def _follow_rise(
 def _follow_fall(
     chain: Sequence[_Stage], weak: int, turn: tuple[float, float, float]
 ) -> tuple[float, _Block]:
-    """Return (valley force, block) of the weakest stage past its peak while the others relax."""
+    """Return (valley force, block) of the weakest stage past its peak; the others relax."""
     stage, (_, top, valley) = chain[weak], turn
     u = stage.u[(stage.u > top) & (stage.u <= valley)]
     force = np.interp(u, stage.u, stage.f)

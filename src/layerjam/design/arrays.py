@@ -1,7 +1,7 @@
 """Several brakes in parallel, in series or both: mass, force and travel of the whole array.
 
-An array has chains in parallel. A chain has stages in series. A stage has members in parallel. One
-brake is one chain of one stage of one member.
+An array has chains in parallel. A chain has stages in series. A stage has members in parallel. A
+single brake is a chain of one stage with one member.
 """
 
 from collections.abc import Sequence
@@ -41,7 +41,7 @@ class Member:
 
     @property
     def travel(self) -> float:
-        """Return the available slip [m]: the usable travel if a strap ends it, else the overlap."""
+        """Return the available slip [m]: the usable travel if there is a stop, else the overlap."""
         sheets = self.brake.sheets
         return sheets.usable_travel if self.stop else sheets.overlap
 
@@ -54,8 +54,8 @@ Chain = tuple[Stage, ...]
 class Array:
     """Chains in parallel, each of stages in series, each of members in parallel.
 
-    Raises QuantityError for an empty part, more than 10,000 members, a vacuum above the site's
-    atmosphere, a slack out of bounds or a brake with contradictory values.
+    Raises QuantityError for an empty chain or stage, more than 10,000 members, a vacuum above the
+    site's atmosphere, a slack out of bounds or a brake with contradictory values.
     """
 
     chains: tuple[Chain, ...]
@@ -76,12 +76,12 @@ class Array:
 
     @property
     def members(self) -> tuple[Member, ...]:
-        """Return every member: chain by chain, stage by stage, in the order given."""
+        """Return every member: chain by chain and stage by stage, in the order given."""
         return tuple(m for chain in self.chains for stage in chain for m in stage)
 
 
 def single(brake: Brake, vacuum: float, **how: float | bool) -> Array:
-    """Return an array of one brake at a vacuum [Pa]; `how` is slack and stop of Member."""
+    """Return an array of one brake at a vacuum [Pa]; `how` are `slack` and `stop` of Member."""
     return Array(chains=(((Member(brake=brake, vacuum=vacuum, **how),),),))  # type: ignore[arg-type]
 
 
@@ -103,7 +103,7 @@ def in_series(*parts: Array) -> Array:
 
 
 def in_parallel(*parts: Array) -> Array:
-    """Return arrays connected in parallel, with a common elongation and added forces.
+    """Return arrays connected in parallel, whose elongations are equal and whose forces add up.
 
     Single-stage chains remain separate chains. To put parallel brakes into one stage of a longer
     chain, use Array.
@@ -117,7 +117,7 @@ class Totals(NamedTuple):
     mass: float
     """Mass [kg]."""
     travel: float
-    """Elongation by slip alone until the first chain reaches its end [m]."""
+    """Elongation by slip alone until the first chain is at its end [m]."""
     energy: float
     """Work to slip every brake over its own travel at its vacuum [J]."""
     stiffness: float
@@ -131,8 +131,8 @@ def totals(array: Array, chamber: float | None = None) -> Totals:
     """Return mass, travel, energy, stiffness and line volume of an array.
 
     `chamber` is the gas volume [m^3] of one brake with its fittings (`chamber.volume` of its line);
-    every brake has one, and they add. A stage ends with its first member: its travel is the least
-    sum of slack and travel.
+    every brake has one, and they add up. A stage ends with its first member: its travel is the
+    smallest sum of slack and travel.
     """
     if chamber is not None:
         VOLUME.check(chamber, "chamber")
@@ -157,11 +157,10 @@ def totals(array: Array, chamber: float | None = None) -> Totals:
 class ArrayLoading:
     """One slow pull of an array from rest; N samples, M members in the order of `members`.
 
-    `outcome` is BOTTOMED_OUT (every stage of a chain is on its stop), SEPARATED (the first brake
-    without a stop came apart), FINISHED (the requested elongation was reached) or SNAPS (the force
-    of a slipping brake falls faster than the others relax; the record ends there). `order` lists
-    the events in sequence: (elongation [m], index among `members`, "runs" (past its peak) or
-    "ends").
+    `outcome` is BOTTOMED_OUT (every stage of a chain is at its stop), SEPARATED (a brake without a
+    stop has separated), FINISHED (the requested elongation was reached) or SNAPS (the force of a
+    slipping brake falls faster than the others relax; the record ends there). `order` lists the
+    events in sequence: (elongation [m], index among `members`, "runs" (past its peak) or "ends").
     """
 
     elongation: np.ndarray = field(repr=False)
@@ -169,7 +168,7 @@ class ArrayLoading:
     force: np.ndarray = field(repr=False)
     """Force [N], shape (N,)."""
     work: np.ndarray = field(repr=False)
-    """External work so far [J], shape (N,), summed over members: slip work and F^2/2k."""
+    """External work so far [J], shape (N,): slip work and F^2/2k, summed over the members."""
     slips: np.ndarray = field(repr=False)
     """Slips [m], shape (N, M)."""
     forces: np.ndarray = field(repr=False)
@@ -188,10 +187,10 @@ def pull(array: Array, until: float | None = None) -> ArrayLoading:
     """Pull an array slowly from rest, to an elongation [m] or to its end.
 
     Members of a stage share one elongation, and each force follows the member's own law. Stages of
-    a chain share one force. The stage whose next peak is lowest slips; if peaks are equal, the
-    first listed. A brake's force falls once it slides: the others then relax without further slip,
-    and the next one slips only when the first is on its stop. This is first loading only: members
-    relax elastically and carry no force below zero.
+    a chain share one force. The stage with the lowest next peak slips; if peaks are equal, the one
+    listed first. A brake's force falls once it slides: the others then relax without further slip,
+    and the next one slips only when the first is at its stop. Only first loading is covered:
+    members relax elastically and carry no force below zero.
 
     Raises QuantityError for a brake that snaps on its own stiffness.
     """
@@ -248,7 +247,7 @@ def _interpolate_path(path: Path, grid: np.ndarray) -> tuple[np.ndarray, np.ndar
 def _member_work(members: Sequence[Member], slips: np.ndarray, forces: np.ndarray) -> np.ndarray:
     count = len(slips)
     total = np.zeros(count)
-    # use whole blocks, so that few shapes are compiled
+    # use whole blocks, so that only a few shapes are compiled
     blocks = np.pad(np.maximum(slips, 0.0), ((0, -count % _BLOCK), (0, 0)))
     for column, m in enumerate(members):
         total += np.asarray(slip_work(blocks[:, column], m.vacuum, m.brake))[:count]
@@ -259,7 +258,7 @@ def _member_work(members: Sequence[Member], slips: np.ndarray, forces: np.ndarra
 def _event_order(
     members: Sequence[Member], grid: np.ndarray, slips: np.ndarray, backbones: Sequence[Backbone]
 ) -> tuple[tuple[float, int, str], ...]:
-    """Return when each member passed its peak (and slips alone), and when it reached its end."""
+    """Return when each member passes its peak (and slips alone), and when it reaches its end."""
     events = []
     for i, m in enumerate(members):
         is_running = slips[:, i] > backbones[i].peak_slip * (1 + 1e-9) + 1e-12

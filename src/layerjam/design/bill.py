@@ -1,8 +1,8 @@
-"""Bill of a design: film, plastic and mass of the drawn parts, and the margin of `build`.
+"""Bill of materials of a design: film, plastic and mass as drawn, and the margin of `build`.
 
-Drawing a brake belongs to a higher layer (`fabricate`), which passes a function of brakes whose
-sheets are arrays. Lengths of a drawn brake change in steps (screws, nuts), so its bill is neither
-traced nor interpolated.
+Drawing a brake belongs to a higher layer (`fabricate`), which passes a function that accepts brakes
+whose sheets are arrays. Lengths in a drawn brake change in steps (screws, nuts), so its bill of
+materials is neither traced nor interpolated.
 """
 
 from dataclasses import replace
@@ -28,20 +28,20 @@ SHEETS = (
     "usable_travel",
 )
 FILM = ("density", "kinetic", "strength")
-"""Numbers of sheets and film on which the drawn parts and their checks depend."""
+"""Quantities of sheets and film on which the drawn parts and their checks depend."""
 
 
 class Bill(NamedTuple):
-    """Dimensions of many brakes as arrays; NaN if the parts of one do not fit together."""
+    """Bill of many brakes, as arrays; NaN for a brake whose parts do not fit together."""
 
     film_area: Any
     """Area of sheets and spacers [m²]."""
     printed: Any
     """Volume of printed parts that stay in the brake [m³]."""
     tools: Any
-    """Volume of mould and core, which serve any number of brakes [m³]."""
+    """Volume of mould and core, which can cast any number of brakes [m³]."""
     mass: Any
-    """Mass as drawn, of the parts with known mass [kg]."""
+    """Mass as drawn [kg] of the parts with a known mass."""
     margin: Any
     """Smallest margin of all checks of `build`; below 1 a check fails or the brake is rejected."""
 
@@ -50,17 +50,17 @@ class Draw(Protocol):
     """Function that draws brakes."""
 
     def __call__(self, brake: Brake, force: Any) -> Bill:
-        """Return the bills of brakes given as arrays, at their greatest forces [N]."""
+        """Return the bills of brakes given as arrays, at their maximum forces [N]."""
 
     def reason(self, brake: Brake, force: float) -> str | None:
-        """Return why a brake cannot be built, or None."""
+        """Return the reason why a brake cannot be built, or None."""
 
 
 @jax.jit
 def _bill_columns(point: Point, base: Brake) -> Any:
-    """Return a row for each number of SHEETS and FILM of some designs, and four more rows.
+    """Return one row for each quantity in SHEETS and FILM of some designs, and four more rows.
 
-    These are the wall, the greatest force of one brake at the site's full vacuum, the number of
+    These are the wall, the maximum force of one brake at the site's full vacuum, the number of
     brakes in the design, and whether the design can be built.
     """
     brake = make_brake(point, base)

@@ -1,8 +1,8 @@
-"""Sweep on disk: one Parquet file per block, complete or absent, and finally the manifest.
+"""Sweep on disk: one Parquet file per block, either complete or absent, and finally a manifest.
 
-A block's file holds the designs it keeps (its front, and those the verdict mentions) with all their
-variables and merits; its metadata holds the totals of the whole block. The same block always gives
-the same bytes on any machine, so computing one twice changes nothing.
+The file of a block contains the designs that it keeps (its front, and those the verdict mentions)
+with all variables and merits; its metadata contains the totals of the whole block. The same block
+always gives the same bytes on any machine, so computing one twice changes nothing.
 """
 
 import contextlib
@@ -62,7 +62,7 @@ def encode_block(search: Search, index: int, result: SweepResult, mark: str) -> 
 
 
 def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any]) -> bytes:
-    """Return designs with all variables and merits as a Parquet file, `note` in its metadata."""
+    """Return designs with all variables and merits as a Parquet file, `note` being metadata."""
     pq = import_parquet()
     import pyarrow as pa  # type: ignore[import-untyped]
 
@@ -70,7 +70,7 @@ def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any
     values = np.empty((len(names), 0))
     if len(numbers):
         values = np.concatenate([search.kernel.all_merits(numbers), search.drawn_merits(numbers)])
-    # the merit is the travel of all brakes in series, but the variable is that of one brake
+    # the merit is the travel of all brakes in series, the variable that of one brake
     rows = {("travel_of_one" if n in names else n): v for n, v in grid.columns(numbers).items()}
     rows |= dict(zip(names, values, strict=True))
     columns: dict[str, Any] = {
@@ -109,7 +109,7 @@ def decode_block(search: Search, data: bytes | Path, mark: str, index: int) -> S
 
 
 class Store:
-    """Folder of one sweep; as a context manager it excludes a second process."""
+    """Folder of one sweep; as a context manager, it locks out any second process."""
 
     def __init__(self, folder: str | Path, search: Search) -> None:
         self.folder, self.search, self.spec = Path(folder), search, search.spec
@@ -138,7 +138,7 @@ class Store:
             self.handle = None
 
     def _reject_foreign(self) -> None:
-        """Reject a folder whose files would be replaced, before anything is written."""
+        """Before anything is written, reject a folder whose files would be replaced."""
         if (self.folder / NOTE).exists():
             return
         with report_failure(self.folder, "cannot be read"):
@@ -148,7 +148,7 @@ class Store:
             raise FileError(self.folder, "contains other files; choose an empty folder")
 
     def _claim(self) -> None:
-        """Claim the folder for this sweep and remove incomplete files of a killed one."""
+        """Claim the folder for this sweep, and remove incomplete files left by a killed one."""
         note = self.folder / NOTE
         if note.exists():
             with contextlib.suppress(OSError, ValueError, KeyError):
@@ -179,7 +179,7 @@ class Store:
         return decode_block(self.search, path, self.mark, index) if path.is_file() else None
 
     def missing(self, total: int) -> list[int]:
-        """Return the numbers of the blocks still to compute."""
+        """Return the numbers of the blocks that are still to be computed."""
         return [i for i in range(total) if self.read(i) is None]
 
     def write_block(self, index: int, data: "bytes") -> None:
@@ -195,7 +195,7 @@ class Store:
             yield result
 
     def finish(self, total: int) -> SweepResult:
-        """Write the front of all designs, then the manifest; return the sum of all blocks."""
+        """Write the front of all designs and then the manifest; return the sum of all blocks."""
         search = self.search
         rows: list[dict[str, Any]] = []
 
@@ -240,7 +240,7 @@ class Store:
 
 
 def write_block(path: Path, data: bytes) -> None:
-    """Write a file that appears completely or not at all and survives a loss of power."""
+    """Write a file so that it appears completely or not at all, and survives a power failure."""
 
     def write_content(temporary: Path) -> None:
         with temporary.open("wb") as handle:

@@ -1,6 +1,6 @@
-"""Test before a sweep whether a specification can be met, by the corners of boxes of designs.
+"""Test, before a sweep, of whether a specification can be met, by corners of boxes of designs.
 
-Many merits are monotonic in every variable, so the best value in a box of designs is at one corner.
+Many merits are monotonic in every variable, so their best value in a box of designs is at a corner.
 A box in which no design can meet a constraint is discarded; the others are cut in two. If no box is
 left, no design meets all constraints.
 """
@@ -20,7 +20,7 @@ from layerjam.design.stopping import gravity, least_peak
 from layerjam.units import show
 
 MOST_BOXES = 1_000_000
-"""Largest number of boxes examined before the sweep has to find the answer."""
+"""Maximum number of boxes to examine; after that, the sweep has to find the answer."""
 UNBUILDABLE = "none of the designs can be built: travel, overlap and width contradict one another"
 FEASIBLE, IMPOSSIBLE, UNKNOWN = "feasible", "impossible", "unknown"
 
@@ -48,16 +48,16 @@ _FOLLOWS: dict[str, tuple[str, str]] = {
     "gas_work": ("vacuum series parallel", ""),
 }
 """{merit: (variables with which it rises, those with which it falls)}; no other variable changes
-it. Free lengths change the friction only if the sheets fan out. Merits that are not listed have
-unknown directions.
+it. Free lengths change the friction only if the sheets fan out. For merits that are not listed, the
+direction is unknown.
 """
 
 
 def merit_direction(merit: str, variable: str, tied: bool) -> int | None:
     """Return 1, -1 or 0 if a merit rises, falls or stays constant with a variable; None if unknown.
 
-    If `tied`, the usable travel follows the overlap. Otherwise the force at the end of travel of a
-    weak brake, and its work, may fall with the overlap.
+    If `tied`, the usable travel follows the overlap. Otherwise, a weak brake's force at the end of
+    travel, and its work, may fall as the overlap increases.
     """
     if merit in ("sheet_stress", "clamp_stress", "stress_margin"):
         return _stress_direction(merit, variable, tied)
@@ -90,7 +90,7 @@ class Proof:
 
     outcome: str
     number: int | None = None
-    """A design that meets the constraints, or None."""
+    """Number of a design that meets the constraints, or None."""
 
 
 class BestValue(NamedTuple):
@@ -105,7 +105,7 @@ ROUNDS = 24
 
 
 class Boxes:
-    """Boxes of designs of one search."""
+    """Boxes of designs in one search."""
 
     def __init__(
         self, search: Search, progress: Callable[[str, float], None] | None = None
@@ -119,14 +119,14 @@ class Boxes:
         return [merit_direction(merit, variable, tied) for variable in self.grid.axes]
 
     def initial_boxes(self) -> tuple[Numbers, Numbers]:
-        """Return the indices of the two corners of the initial boxes, one box for each film."""
+        """Return the indices of the two extreme corners of the initial boxes, one box per film."""
         shape = np.array(self.grid.shape, np.int64)
         low, high = np.zeros((shape[0], len(shape)), np.int64), np.tile(shape - 1, (shape[0], 1))
         low[:, 0] = high[:, 0] = np.arange(shape[0])
         return low, high
 
     def corner(self, low: Numbers, high: Numbers, c: Constraint) -> tuple[Numbers, Any]:
-        """Return the indices of the best corner for a constraint, and the boxes that it bounds."""
+        """Return the indices of the best corner for a constraint, and which boxes it bounds."""
         best, sure = low.copy(), np.ones(len(low), bool)
         for axis, sign in enumerate(self.signs(c.name), 1):
             wide = high[:, axis] > low[:, axis]
@@ -144,7 +144,7 @@ class Boxes:
         is_complete = len(rules) == len(constraints)
         low, high = self.initial_boxes()
         count = 0
-        # an unknown direction gives no bound until the box is one value wide
+        # an unknown direction gives no bound until the box is only one value wide
         unsure = [None in signs for signs in zip(*(self.signs(c.name) for c in rules), strict=True)]
         first = np.where([False, *unsure], 1e3, 1.0)
         while len(low):
@@ -161,20 +161,20 @@ class Boxes:
                 meets = {o: o.holds(self.search.quantity(o.name, rows, numbers)) for o in rules}
                 is_open &= ~(sure & is_built & ~meets[c])
                 good = np.all([is_built, *meets.values()], axis=0)
-                if good.any():  # merits that are computed later may still exclude it
+                if good.any():  # merits that are computed later may still exclude this design
                     number = int(numbers[np.argmax(good)])
                     return Proof(FEASIBLE, number) if is_complete else Proof(UNKNOWN)
             is_single = (low == high).all(axis=1)
             if (is_single & is_open).any() and not is_complete:
                 return Proof(UNKNOWN)
-            # a single design was evaluated above and would have been returned if it met all
-            # constraints
+            # a box of a single design was evaluated above; the design would have been returned if
+            # it met all
             is_open &= ~is_single
             low, high = _halve_boxes(low[is_open], high[is_open], first)
         return Proof(IMPOSSIBLE)
 
     def best_value(self, c: Constraint, others: Sequence[Constraint]) -> BestValue:
-        """Return the best value of c's quantity while the others are met, to 1e-4 of the limit."""
+        """Return the best value of a quantity while the others are met, to 1e-4 of the limit."""
         if not others and (best := self.single(c)) is not None:
             return BestValue(best, True)
         number = self.prove(others).number if others else self.grid.size - 1
@@ -197,7 +197,7 @@ class Boxes:
         return BestValue(value, True)
 
     def single(self, c: Constraint) -> float | None:
-        """Return the best value of c's quantity from corners alone, or None if unbounded."""
+        """Return the best value of the quantity of c from corners alone, or None if unbounded."""
         best, sure = self.corner(*self.initial_boxes(), c)
         values = self.values(self.grid.number(best.T), c)
         if not sure.all() or not np.isfinite(values).all():
@@ -205,17 +205,17 @@ class Boxes:
         return float(values.min() if c.most else values.max())
 
     def values(self, numbers: Numbers, c: Constraint) -> Array:
-        """Return a constraint's quantity (except of a stop) for designs by number."""
+        """Return a constraint's quantity (not one of a stop) for designs, given their numbers."""
         merits = self.search.kernel.all_merits(numbers, stop=False)
         return self.search.quantity(c.name, merits, numbers)
 
     def value(self, number: int, c: Constraint) -> float:
-        """Return a constraint's quantity for one design."""
+        """Return a constraint's quantity for one design, given its number."""
         return float(self.values(np.array([number]), c)[0])
 
 
 def _halve_boxes(low: Numbers, high: Numbers, first: Any) -> tuple[Numbers, Numbers]:
-    """Return each box cut in two along its longest side, in units of `first`."""
+    """Return the boxes, each cut in two along its longest side, measured in units of `first`."""
     if not len(low):
         return low, high
     side = np.argmax((high - low) * first, axis=1)
@@ -228,13 +228,13 @@ def _halve_boxes(low: Numbers, high: Numbers, first: Any) -> tuple[Numbers, Numb
 
 @dataclass(frozen=True)
 class Exclusion:
-    """Reason why no design meets a specification: constraints that exclude each other."""
+    """Reason why no design meets a specification: constraints that cannot be met together."""
 
     constraint: str | None
     """Constraint that fails, or None if nothing can be built."""
     reason: str
     reachable: float | None = None
-    """Best value of its quantity while the others are met."""
+    """Best value of its quantity while the other constraints are met."""
     unit: str = "1"
     others: tuple[str, ...] = ()
     """Constraints that must be relaxed to meet it; empty if it fails alone."""
@@ -245,7 +245,7 @@ class Exclusion:
 def prove_impossible(
     search: Search, progress: Callable[[str, float], None] | None = None
 ) -> Exclusion | None:
-    """Return the constraints that cannot be met together, or None if this is not proved."""
+    """Return the constraints that cannot be met together, or None if that cannot be proved."""
     boxes = Boxes(search, progress)
     anything = Constraint("mass", False, 0.0)
     if boxes.prove([anything]).outcome == IMPOSSIBLE:
@@ -282,7 +282,7 @@ def _exclude(boxes: Boxes, c: Constraint, others: list[Constraint]) -> Exclusion
 
 
 def describe_shortfall(c: Constraint, best: float | None, exact: bool = True) -> str:
-    """Return the shortfall of a constraint as the end of a sentence."""
+    """Return the shortfall from a constraint, as the end of a sentence."""
     if best is None or not math.isfinite(best):
         return ""
     least = ("least" if c.most else "greatest") + (" reachable is" if exact else " found is")
@@ -292,7 +292,7 @@ def describe_shortfall(c: Constraint, best: float | None, exact: bool = True) ->
 
 
 def _physical_exclusion(search: Search) -> Exclusion | None:
-    """Return the exclusion if a stop is impossible for every brake of the grid, or any brake."""
+    """Return the exclusion if a stop is impossible for every brake of the grid, or for any."""
     stop = search.spec.evaluation.stop
     if stop is None or stop.travel is None:
         return None

@@ -1,7 +1,7 @@
-"""Blocks of a sweep on a Dask cluster: workers compute, and this process writes.
+"""Blocks of a sweep on a Dask cluster: workers compute them, and this process writes them.
 
-A task is one block and returns its file's bytes, so workers need no shared disk. The blocks of a
-lost worker are computed again on another, to the same bytes.
+A task is one block and returns the bytes of its file, so workers need no shared disk. The blocks of
+a lost worker are computed again by another, with the same bytes as a result.
 """
 
 import contextlib
@@ -18,11 +18,11 @@ from layerjam.design.search import Search
 from layerjam.errors import LayerjamError, MissingExtraError
 
 BLOCKS_PER_THREAD = 3
-"""Number of blocks submitted per thread, so that no thread waits and little is lost."""
+"""Number of blocks submitted per thread, so that no thread waits and little work can be lost."""
 PATIENCE = 20.0
 """Seconds to wait for the scheduler and for the first worker."""
 TRIM_THRESHOLD, MMAP_THRESHOLD, KEPT = -1, -3, 1 << 28
-"""Options of glibc's mallopt, and the number of bytes kept."""
+"""Options for glibc's mallopt, and the number of bytes that it keeps."""
 _search_lock = threading.Lock()
 
 
@@ -44,9 +44,9 @@ def _keep_memory() -> None:
     """Allow freed memory to be reused immediately.
 
     Dask's nanny starts workers with such a low MALLOC_TRIM_THRESHOLD_ that every array of a chunk
-    needs new pages from the system, which doubles the time of a block.
+    needs new pages from the system, which doubles the time for a block.
     """
-    with contextlib.suppress(OSError, AttributeError, TypeError):  # it needs glibc
+    with contextlib.suppress(OSError, AttributeError, TypeError):  # mallopt needs glibc
         set_option = ctypes.CDLL(None).mallopt
         for option in (TRIM_THRESHOLD, MMAP_THRESHOLD):
             set_option(option, KEPT)
@@ -61,7 +61,7 @@ def compute_block(pickled_search: bytes, index: int) -> bytes:
 
 @contextlib.contextmanager
 def _connect_client(scheduler: str) -> Iterator[tuple[Any, Any]]:
-    """Yield (Dask's module, a client) of a cluster that has a worker."""
+    """Yield (the Dask module, a client) for a cluster that has a worker."""
     with MissingExtraError.raise_if_missing("a sweep on a cluster (dask)", "cluster"):
         import distributed
     dask: Any = distributed

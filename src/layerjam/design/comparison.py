@@ -1,4 +1,4 @@
-"""Force per mass of brakes, next to published devices (paper III-F, Fig. 12)."""
+"""Force per mass of brakes, compared with published devices (paper III-F, Fig. 12)."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -22,7 +22,7 @@ OF_SOME = {
     "lever": None,
     "calibrated": None,
 }
-"""Fields that are known only for brakes computed here, or only for rotary devices."""
+"""Fields that are known only for the brakes computed here, or only for rotary devices."""
 
 
 def compare_devices(
@@ -30,8 +30,8 @@ def compare_devices(
 ) -> tuple[list[dict[str, Any]], dict[str, Any], list[SheetLine], PublishedDevices]:
     """Return (rows, effect of one more sheet, lines of sheet counts, published devices).
 
-    `vacuums` [Pa], one for each brake. The first brake also has rows at lower vacuums and in
-    parallel.
+    There is one of `vacuums` [Pa] for each brake. The first brake also has rows at lower vacuums,
+    and for several in parallel.
     """
     others = published_devices()
     first, full = brakes[0], vacuums[0]
@@ -51,7 +51,7 @@ def compare_devices(
 def _device_row(
     name: str, kind: str, mass: float, force: float, source: str, note: str, **more: Any
 ) -> dict[str, Any]:
-    """Return the row of a device: mass [kg], force [N], and fields known of some devices only."""
+    """Return the row of a device: mass [kg], force [N], and fields known only for some devices."""
     row = {"name": name, "kind": kind, "mass": mass, "max_force": force}
     row |= {"force_density": force / mass, "source": source, "note": note, "computed": False}
     return {**row, **OF_SOME, **more}
@@ -87,7 +87,7 @@ def _friction_note(file: BrakeFile) -> str:
 
 
 def _sheet_effect(file: BrakeFile, paper: PublishedDevice) -> dict[str, Any]:
-    """Return the effect of one more sheet at the paper's vacuum, and the paper's values."""
+    """Return the effect of one more sheet at the paper's vacuum, with the paper's values."""
     vacuum = min(PAPER_VACUUM, file.brake.site.atmosphere)
     force, weight = one_more_sheet(file.brake, vacuum)
     return {

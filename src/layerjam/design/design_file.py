@@ -1,4 +1,4 @@
-"""File of a designed brake, with the chosen values, those of the base brake, and unknown ones."""
+"""File of a designed brake: chosen values, values of the base brake, and unknown values."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ from layerjam.units import get, quantities
 from layerjam.verdict import Acceptance, remaining
 
 CARRIED = (*OF_A_FIT, "stiffness_measured", "fittings_mass")
-"""Numbers of one built brake that may differ for another brake."""
+"""Values of one brake as built that may differ for another brake."""
 
 
 def design_file(
@@ -30,7 +30,7 @@ def design_file(
     """Return one brake of a design, read back from its own text.
 
     `values` is the design as text. `acceptances` are the accepted failed checks of the design.
-    Those of the base brake are kept if its numbers are kept.
+    Those of the base brake are kept if the numbers that they concern are kept.
     """
     base, brake = spec.brake, design_brake(spec, point)
     film = str(values["film"])
@@ -85,7 +85,7 @@ def _plain_record(record: Any) -> Any:
         value = getattr(record, f.name)
         if is_dataclass(value):
             values[f.name] = _plain_record(value)
-        elif value is None or value != value:  # NaN is an unknown strength
+        elif value is None or value != value:  # NaN means an unknown strength
             values[f.name] = None
         else:
             values[f.name] = value if isinstance(value, tuple) else float(value)
@@ -102,7 +102,7 @@ def _film_sources(film: str, base: BrakeFile) -> Mapping[str, Source]:
 
 
 def _build_values(film: str, base: BrakeFile) -> tuple[Making, dict[str, Source]]:
-    """Return the base file's values for building and casting, and the film's values for cutting."""
+    """Return the base file's values for building and casting, and the film's for cutting."""
     paths = dict(entries(Making))
     origins = {path: source for path, source in base.sources.items() if path in paths}
     if film == base.name:

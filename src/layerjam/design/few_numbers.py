@@ -1,4 +1,4 @@
-"""Design requests from a few numbers: a force to resist, or a mass to stop."""
+"""Design requests made from a few numbers: a force to resist, or a mass to stop."""
 
 import math
 from collections.abc import Mapping
@@ -35,9 +35,9 @@ HOLD: Mapping[str, QuantitySpec] = MappingProxyType(
         "vacuum": VARIABLES["vacuum"],
     }
 )
-"""Requirements of a brake that resists a force; stress_margin or travel of 0 sets no limit."""
+"""Requirements of a brake that resists a force; a stress_margin or travel of 0 sets no limit."""
 FORCES = MappingProxyType({"rest": "holding_force", "sliding": "max_force"})
-"""{when a brake must resist: name of the force}, before it slips or at the peak of a pull."""
+"""{when a brake must resist: name of the force}: before it slips, or at the peak of a pull."""
 PREFERENCES = MappingProxyType(
     {
         "mass": Objective("mass", True),
@@ -54,7 +54,7 @@ STOP: Mapping[str, QuantitySpec] = MappingProxyType(
 """Requirements of a brake that stops a mass."""
 STEPS = 20
 VACUUMS = (0.6, 0.8, 0.93)
-"""Fractions of the site's atmosphere; the paper's pump reached 94.5 kPa of 101.3."""
+"""Fractions of the site's atmospheric pressure; the paper's pump reached 94.5 of 101.3 kPa."""
 Number = str | float
 
 
@@ -74,10 +74,10 @@ def hold(
 ) -> DesignRequest:
     """Return the request for a brake that resists `force` at no more than `vacuum`.
 
-    `mass` is the greatest mass. `brake_name` is the name of the base brake in the request, `when` a
+    `mass` is the maximum mass. `brake_name` is the name of the base brake in the request, `when` a
     key of FORCES and `prefer` one of PREFERENCES; the slip is at least `travel`. Raises
-    QuantityError for numbers out of bounds, for a length that leaves no overlap, or for a stress
-    margin if the film's strength is unknown.
+    QuantityError for values out of bounds, a length that leaves no overlap, or a stress margin if
+    the film's strength is unknown.
     """
     values = _read_request(
         HOLD,
@@ -128,7 +128,7 @@ def stop(
     vacuum: Number | None = None,
     prefer: str = "mass",
 ) -> DesignRequest:
-    """Return the request for brakes that stop a mass within a travel and below a force.
+    """Return the request for brakes that stop a mass within a travel and with less than a force.
 
     The mass moves horizontally; `own_mass`, `width` and `length` limit the brakes. Raises
     QuantityError as `hold` does.
@@ -188,7 +188,7 @@ def _strength_margin(brake: BrakeFile, margin: float) -> tuple[Constraint, ...]:
 
 
 def _remaining_overlap(brake: BrakeFile) -> float:
-    """Return the overlap that must remain, as for the base brake [m]."""
+    """Return the overlap [m] that must remain, as in the base brake."""
     return brake.brake.sheets.overlap - brake.brake.sheets.usable_travel
 
 
@@ -214,7 +214,7 @@ def _vacuum_range(brake: BrakeFile, available: Number | None) -> Axis:
 
 
 def _round_range(low: float, high: float, steps: int = STEPS) -> Range:
-    """Return a range from about `low` to `high` in round steps that end at `high`."""
+    """Return a range from about `low` to exactly `high`, in round steps."""
     raw = (high - low) / steps
     power = 10.0 ** math.floor(math.log10(raw))
     step = next(f * power for f in (1, 2, 5, 10) if f * power >= raw * (1 - 1e-9))

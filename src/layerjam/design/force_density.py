@@ -1,4 +1,4 @@
-"""Force per mass of a brake, and the effect of more sheets (paper, section III-F, Fig. 12)."""
+"""Force per mass of a brake, and the effect of adding sheets (paper, section III-F, Fig. 12)."""
 
 from dataclasses import dataclass, replace
 
@@ -10,7 +10,7 @@ SHEETS = (21, 41, 81, 161, 321)
 
 @dataclass(frozen=True, kw_only=True)
 class SheetLine:
-    """One brake with increasing numbers of sheets: counts, masses [kg], forces [N]."""
+    """One brake with increasing numbers of sheets: counts, masses [kg] and forces [N]."""
 
     brake: str
     vacuum: float
@@ -21,14 +21,14 @@ class SheetLine:
 
 
 def peak_force(brake: Brake, vacuum: float) -> float:
-    """Return the peak of a slow pull over the usable travel [N], as in `show`; vacuum [Pa]."""
+    """Return the peak force [N] of a slow pull over the usable travel, as `show` prints it."""
     return float(pull.peak(vacuum, brake.sheets.usable_travel, brake).force)
 
 
 def with_sheets(brake: Brake, count: int) -> Brake:
     """Return the brake with a different number of sheets; caps and fittings keep their mass.
 
-    A weighed brake keeps the difference between balance and model.
+    For a weighed brake, the difference between the weighed mass and the model is kept.
     """
     variant = replace(brake, sheets=replace(brake.sheets, count=count))
     if brake.weighed_mass is None:
@@ -38,13 +38,13 @@ def with_sheets(brake: Brake, count: int) -> Brake:
 
 
 def one_more_sheet(brake: Brake, vacuum: float) -> tuple[float, float]:
-    """Return force [N] and mass [kg], enclosure included, of one more sheet at a vacuum [Pa]."""
+    """Return the force [N] and mass [kg] that one more sheet adds, enclosure included."""
     thicker = with_sheets(brake, brake.sheets.count + 1)
     return peak_force(thicker, vacuum) - peak_force(brake, vacuum), mass(thicker) - mass(brake)
 
 
 def sheet_line(name: str, brake: Brake, vacuum: float) -> SheetLine:
-    """Return a brake with its own number of sheets and the larger ones of SHEETS; vacuum [Pa]."""
+    """Return a brake with its own number of sheets and larger ones from SHEETS; vacuum [Pa]."""
     count = brake.sheets.count
     counts = (count, *(n for n in SHEETS if n > count))
     variants = [with_sheets(brake, n) for n in counts]

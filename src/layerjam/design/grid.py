@@ -1,4 +1,4 @@
-"""Designs of a specification as one long row: from design number to values and back."""
+"""Designs of a specification as one long row, from design number to values and back."""
 
 import functools
 import math
@@ -31,16 +31,16 @@ Numbers = npt.NDArray[np.int64]
 PIECE = 1 << 15
 """Largest number of designs computed in one call, so that they stay in the cache."""
 AXES = tuple(n for n in VARIABLES if n != "thickness")
-"""Every axis except the first, which is the film with its thickness."""
+"""All axes except the first, which is the film with its thickness."""
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Values of every variable; design numbers count through them, with the last axis fastest.
+    """Values of every variable; design numbers count through them, the last axis varying fastest.
 
     `stock` and `thickness` are rows of the same length: a film and a thickness in which it is sold.
     `axes` has a row for every other variable; `usable_travel` may be absent. `ranges` maps the
-    continuous variables to their least and greatest values.
+    continuous variables to their smallest and largest values.
     """
 
     stock: Stock
@@ -51,7 +51,7 @@ class Grid:
 
     @functools.cached_property
     def shape(self) -> tuple[int, ...]:
-        """Number of values on the film axis and on all others."""
+        """Number of values on the film axis and on each other axis."""
         return (len(self.thickness), *(len(v) for v in self.axes.values()))
 
     @property
@@ -61,19 +61,19 @@ class Grid:
 
     @property
     def most_in_row(self) -> int:
-        """Greatest number of brakes in series."""
+        """Largest number of brakes in series."""
         return int(self.axes["series"].max())
 
     def digits(self, numbers: Any) -> tuple[Any, ...]:
-        """Return the index on every axis of designs with these numbers."""
+        """Return the indices on every axis of the designs with these numbers."""
         return np.unravel_index(numbers, self.shape)
 
     def number(self, digits: Any) -> Any:
-        """Return the design numbers of indices on every axis."""
+        """Return the design numbers for indices on every axis."""
         return np.ravel_multi_index(tuple(digits), self.shape)
 
     def columns(self, numbers: Any) -> dict[str, Any]:
-        """Return {variable: values} of designs; no `usable_travel` if it is not an axis."""
+        """Return {variable: values} of designs, without `usable_travel` if it is not an axis."""
         first, *others = self.digits(numbers)
         values = {n: row[d] for (n, row), d in zip(self.axes.items(), others, strict=True)}
         return {"thickness": self.thickness[first], **values}
@@ -95,7 +95,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Inputs to the merits of every design: the base brake and those of optional merits."""
+    """Inputs for the merits of every design: the base brake and the inputs of optional merits."""
 
     base: Brake
     stick_slip: StickSlipPull | None = None
@@ -107,14 +107,14 @@ class Evaluation:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Merits of the kernel's rows, in order."""
+        """Merits in the rows of the kernel, in order."""
         out = [n for n in MERITS if n not in (*LINE_MERITS, *LATE_MERITS, "judder_margin")]
         out += ["judder_margin"] * (self.stick_slip is not None)
         return (*out, *(LINE_MERITS if self.line is not None else ()))
 
     @property
     def all_names(self) -> tuple[str, ...]:
-        """Return `names` and the merits of the stop."""
+        """Return `names` followed by the merits of the stop."""
         return (*self.names, *(STOP_MERITS if self.stop is not None else ()))
 
 
@@ -153,7 +153,7 @@ class Kernel:
                 * point.series
                 * point.parallel
             )
-            # designs that cannot be built have no merits of the line either
+            # designs that cannot be built do not have the merits of the line either
             line[:, np.isnan(rows[self.names.index("mass")])] = np.nan
             rows = np.concatenate([rows, line])
         return rows[:, : len(numbers)]
@@ -188,6 +188,6 @@ class Kernel:
 
 
 def _pad(numbers: Numbers) -> Numbers:
-    """Pad to one of a few lengths, because each length is compiled separately."""
+    """Pad numbers to one of a few lengths, because each length is compiled separately."""
     size = next(n for n in (256, 4096, PIECE) if n >= len(numbers))
     return np.pad(np.asarray(numbers, np.int64), (0, size - len(numbers)), "edge")

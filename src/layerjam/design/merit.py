@@ -1,8 +1,8 @@
 """Figures of merit of buildable brakes, as one pure batch function over designs.
 
-A design is a `Point`: sheets, film, lengths, enclosure, vacuum, and how many identical brakes are
-in series and in parallel. A base brake supplies everything else. The laws of `mechanics` give all
-forces; identical brakes share them equally.
+A design is a `Point`: sheets, film, lengths, enclosure, vacuum, and the number of identical brakes
+in series and in parallel. A base brake supplies everything else. All forces follow from the laws of
+`mechanics`; identical brakes share them equally.
 """
 
 import math
@@ -41,7 +41,7 @@ VARIABLES: Mapping[str, QuantitySpec] = MappingProxyType(
         "parallel": replace(_TIMES, text="equal brakes in parallel"),
     }
 )
-"""Variables of a design, with unit, meaning and bounds; the film is chosen separately."""
+"""Variables of a design, with units, meanings and bounds; the film is chosen separately."""
 
 MERITS: Mapping[str, QuantitySpec] = MappingProxyType(
     {
@@ -82,7 +82,7 @@ MERITS: Mapping[str, QuantitySpec] = MappingProxyType(
         ),
     }
 )
-"""Every figure of merit with its unit and meaning; those that need more than a brake are last."""
+"""All figures of merit with units and meanings; those that need more than a brake come last."""
 LINE_MERITS = ("rise_time", "gas_work")
 STOP_MERITS = ("stop_slip", "stop_peak")
 DRAWN_MERITS = ("film_area", "print_volume", "drawn_mass", "buildable")
@@ -91,11 +91,11 @@ LATE_MERITS = (*STOP_MERITS, *DRAWN_MERITS)
 
 
 OF_A_FIT = ("scale_factor", "amplification_held")
-"""Fields of a stock that are unknown until a brake with this film is calibrated."""
+"""Fields of a stock that are unknown until a brake with this film has been calibrated."""
 
 
 class Stock(NamedTuple):
-    """A film with values from the friction test of this pair of surfaces and the data sheet."""
+    """A film with values from its data sheet and from a friction test of this pair of surfaces."""
 
     modulus: Any
     density: Any
@@ -103,7 +103,7 @@ class Stock(NamedTuple):
     kinetic: Any
     friction_on_silicone: Any
     strength: Any
-    """NaN if unknown."""
+    """Tensile strength; NaN if unknown."""
     scale_factor: Any
     amplification_held: Any
     """Factor of self-amplification that the scale factor already includes; NaN if none."""
@@ -130,7 +130,7 @@ class Point(NamedTuple):
 
 @record
 class StickSlipPull:
-    """`[judder]`: the pull for which the least stiffness without stick–slip is calculated."""
+    """`[judder]`: the pull for which the smallest stiffness without stick–slip is calculated."""
 
     speed: float = like(CROSSHEAD_SPEED, "speed of the pull")
     mass: float = like(MASS, "mass pulled")
@@ -138,7 +138,7 @@ class StickSlipPull:
 
 
 def make_stock(film: Film, scale_factor: Any = 1.0, amplification_held: Any = None) -> Stock:
-    """Return a film as a stock, with a calibration factor and the fan amplification in it."""
+    """Return a film as a stock, with a calibration factor and the fan amplification it includes."""
     values = {name: getattr(film, name) for name in Stock._fields if name not in OF_A_FIT}
     strength = math.nan if film.strength is None else film.strength
     fan = math.nan if amplification_held is None else amplification_held
@@ -170,7 +170,7 @@ def make_brake(point: Point, base: Brake) -> Brake:
     """Return one brake of a design, as a record of arrays, with missing values from the base.
 
     An offset x0 turns overlap into free length on both sides. The stiffness is that of the sheets
-    in series with the base's mount, if that was measured.
+    in series with the mount of the base, if that has been measured.
     """
     start = base.sheets
     ends = base.mount.clamped_length
@@ -213,7 +213,7 @@ def make_brake(point: Point, base: Brake) -> Brake:
 
 
 def is_buildable(point: Point, brake: Brake) -> Any:
-    """Return whether a design is a valid brake: travel within the overlap, holes in the width."""
+    """Return whether a design is a valid brake, travel within overlap, holes within width."""
     sheets = brake.sheets
     valid = (sheets.usable_travel > 0) & (sheets.usable_travel <= sheets.overlap * (1 + 1e-12))
     holes = brake.mount.screws_across(point.width) * brake.mount.screw_hole
@@ -223,10 +223,10 @@ def is_buildable(point: Point, brake: Brake) -> Any:
 
 
 def merits(point: Point, base: Brake, puller: StickSlipPull | None = None) -> dict[str, Any]:
-    """Return every figure of merit that depends on the brake alone, of the broadcast shape.
+    """Return all figures of merit that depend on the brake alone, in the broadcast shape.
 
-    They are for `series` times `parallel` identical brakes that share the load equally, and all NaN
-    if the design cannot be built. `judder_margin` is included only with a stick–slip `puller`.
+    They are for `series` times `parallel` identical brakes that share the load equally, and NaN if
+    the design cannot be built. `judder_margin` is included only with a stick–slip `puller`.
     """
     brake = make_brake(point, base)
     sheets, vacuum = brake.sheets, point.vacuum
@@ -271,8 +271,8 @@ def merits(point: Point, base: Brake, puller: StickSlipPull | None = None) -> di
 def line_merits(vacuum: float, line: Line, brakes: float) -> tuple[float, float]:
     """Return `rise_time` [s] and `gas_work` [J] if every brake has the same chamber as the line.
 
-    Rise time is NaN if the line never reaches the vacuum. The closed forms assume a rigid chamber
-    at one temperature and no significant tube; both results are proportional to the chamber volume.
+    The rise time is NaN if the vacuum is never reached. The closed forms assume a rigid chamber at
+    one temperature and no significant tube; both results are proportional to the chamber volume.
     """
     chamber = replace(
         line.chamber, volume=line.chamber.volume * brakes, shrink=line.chamber.shrink * brakes

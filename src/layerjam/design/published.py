@@ -28,14 +28,14 @@ _SHEET, _NONE = "paper-sheet", "looked_for"
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedDevice:
-    """Published device: `kind` is its class, `words` a quotation, `note` a remark of layerjam."""
+    """Published device: `kind` is its class, `words` a quotation, `note` a remark by layerjam."""
 
     name: str
     kind: str
     mass: float
     """Mass [kg]."""
     force: float
-    """Force [N]; for a rotary device its torque divided by the lever arm."""
+    """Force [N]; for a rotary device, the torque divided by the lever arm."""
     torque: float | None
     """Torque [N m]; None for a linear device."""
     lever: float | None
@@ -50,7 +50,7 @@ class PublishedDevice:
         return self.force / self.mass
 
     def source(self) -> str:
-        """Return the sources of mass and force, their conflicts, and the quotation."""
+        """Return the sources of mass and force, conflicts between them, and the quotation."""
         notes = dict.fromkeys(s.text for s in self.sources.values())
         notes |= dict.fromkeys(
             f"conflict: {s.conflict}" for s in self.sources.values() if s.conflict
@@ -70,7 +70,7 @@ class PublishedDevices:
 
 @cache
 def published_devices() -> PublishedDevices:
-    """Return the catalogue that comes with the package."""
+    """Return the catalogue that is part of the package."""
     place = files("layerjam.design") / "catalogue" / "published_devices.toml"
     return read_published(place.read_text(encoding="utf-8"), "published_devices.toml")
 
@@ -79,7 +79,7 @@ def read_published(text: str, path: object) -> PublishedDevices:
     """Return devices from TOML text.
 
     Raises FileError if a device lacks its name, class, words, mass, the source of a number, or a
-    force (or a torque with its lever), or if a class has a device and is also listed as not found.
+    force (or a torque with its lever), or if a class that has a device is also listed as empty.
     """
     tables = parse_toml(text, path)
     searches = tables.pop(_NONE, {})

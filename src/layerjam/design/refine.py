@@ -1,4 +1,4 @@
-"""Local search from the best design of a grid, with gradients of continuous variables.
+"""Local search that starts from the best design of a grid and uses gradients.
 
 JAX differentiates the merits; the search is SciPy's SLSQP on their logarithms. Film, thickness,
 whole numbers, and variables that the specification gives as a list or a single value do not change.
@@ -32,16 +32,16 @@ Array = npt.NDArray[np.float64]
 LENGTHS = tuple(n for n, spec in VARIABLES.items() if not spec.whole and n != "usable_travel")
 FILM = tuple(n for n in Stock._fields if n != "strength")
 SLOPE_STEP = 1e-5
-"""Relative step for slopes of closed forms that are not traced: the line and the drawn brake."""
+"""Relative step for the slopes of merits that are not traced: the line and the drawn brake."""
 ACCURACY = 1e-9
 ROUNDS, DRAWN_ROUNDS = 200, 40
-"""Rounds of the search; fewer if drawn parts matter, because it cannot converge on their steps."""
+"""Number of rounds of the search; fewer with drawn parts, on whose steps it cannot converge."""
 BAD = 1e3
-"""Cost of an invalid design, larger than ln of any merit."""
+"""Cost of an invalid design, larger than the ln of any merit."""
 
 
 def replace_values(point: Point, values: dict[str, Any]) -> Point:
-    """Return the design with other variables; names of FILM go to its stock."""
+    """Return the design with changed variables; names in FILM change its stock."""
     film = {n: v for n, v in values.items() if n in FILM}
     others = {n: v for n, v in values.items() if n not in FILM}
     if film:
@@ -62,16 +62,16 @@ _slopes = jax.jit(jax.jacfwd(_log_merits), static_argnames=("names", "row"))
 
 
 class Smooth:
-    """ln of one design's merits as a function of lengths, vacuum and film, with slopes.
+    """Logarithms of one design's merits as functions of lengths, vacuum and film, with slopes.
 
     It always evaluates all merits, so that every specification uses the same compiled function.
-    Drawn merits are not traced: their slopes are differences, calculated only when needed.
+    Drawn merits are not traced: their slopes are difference quotients, calculated only when needed.
     """
 
     def __init__(
         self, spec: DesignSpecification, point: Point, among: Collection[str] | None = None
     ) -> None:
-        """`among` are the only variables whose slopes are needed; None for all."""
+        """Store the inputs; `among` are the variables whose slopes are needed, all if None."""
         self.spec = spec
         self.point = jax.tree.map(float, point)
         travel = () if point.usable_travel is None else ("usable_travel",)
@@ -88,7 +88,7 @@ class Smooth:
         self.last: tuple[bytes, dict[str, Array]] = (b"", {})
 
     def log_merits(self, x: Array) -> dict[str, float]:
-        """Return ln of every merit and of every variable in `names`."""
+        """Return the ln of every merit and of every variable in `names`."""
         values = _log_merits(jnp.asarray(x), self.point, self.more, names=self.names, row=self.row)
         out = dict(zip(self.order, np.asarray(values).tolist(), strict=True))
         out |= self._line_merits(self._vacuum(x))
@@ -101,7 +101,7 @@ class Smooth:
         source = self.spec.evaluation
         if source.draw is None:
             return {n: np.full(len(x), math.nan) for n in DRAWN_MERITS}
-        batch = np.pad(x, ((0, -len(x) % 32), (0, 0)), "edge")  # each length is compiled separately
+        batch = np.pad(x, ((0, -len(x) % 32), (0, 0)), "edge")  # each length compiles once
         point = replace_values(self.point, dict(zip(self.names, batch.T, strict=True)))
         return {
             n: row[: len(x)] for n, row in drawn_merits(point, source.base, source.draw).items()
@@ -110,7 +110,7 @@ class Smooth:
     def _stencil(self, x: Array) -> dict[str, Array]:
         """Return DRAWN_MERITS at x, and one SLOPE_STEP above and below it for `among`.
 
-        The last result is kept, as several callers ask at one point.
+        The last result is kept, because several callers need the same point.
         """
         if self.last[0] != x.tobytes():
             step = (SLOPE_STEP * np.diag(np.where(x > 0, x, 1e-3)))[self.among]
@@ -122,7 +122,7 @@ class Smooth:
         return {n: _safe_log(float(row[0])) for n, row in self._stencil(x).items()}
 
     def _drawn_slopes(self, x: Array) -> dict[str, Array]:
-        """Return d ln(merit)/d variable by differences, one-sided if a side cannot be built."""
+        """Return d ln(merit)/d variable by differences, one-sided if one side cannot be built."""
         place = x[self.among]
         step = SLOPE_STEP * np.where(place > 0, place, 1e-3)
         out = {}
@@ -174,20 +174,20 @@ def _safe_log(value: float) -> float:
 
 @dataclass(frozen=True)
 class RefinedDesign:
-    """Design between the grid's steps."""
+    """Design between the steps of the grid."""
 
     number: int
-    """The grid's design from which the search started."""
+    """Number of the grid design from which the search started."""
     values: dict[str, float]
-    """The continuous variables [SI]."""
+    """Values of the continuous variables [SI]."""
     score: float
-    """Sum of weight times signed ln(objective); less is better."""
+    """Sum of weight times signed ln(objective); a smaller sum is better."""
     design: dict[str, Any]
-    """All variables and merits, and `binding`: the active limits."""
+    """All variables and merits, and the active limits under `binding`."""
 
 
 def refine(spec: DesignSpecification, number: int) -> RefinedDesign | None:
-    """Return the best design near one of the grid's; None if nothing is continuous or fits."""
+    """Return the best design near one of the grid; None if nothing is continuous or none fits."""
     if not spec.grid.ranges:
         return None
     point = spec.grid.point(number)
@@ -214,7 +214,7 @@ def refine(spec: DesignSpecification, number: int) -> RefinedDesign | None:
 
 
 class LocalSearch:
-    """Search among the continuous variables of one design, each scaled to 0 to 1 over its range."""
+    """Search over the continuous variables of one design, each scaled to 0 to 1 over its range."""
 
     def __init__(self, smooth: Smooth, live: list[Constraint]) -> None:
         self.smooth, goals = smooth, smooth.spec.objectives
@@ -227,11 +227,11 @@ class LocalSearch:
         self.limits = np.log([c.limit for c in live])
 
     def to_values(self, y: Array) -> Array:
-        """Return the continuous variables at a point within their ranges."""
+        """Return the values of the continuous variables at a point of the scaled ranges."""
         return np.asarray(self.low + y * (self.high - self.low))
 
     def full(self, y: Array) -> Array:
-        """Return all variables at a point within the ranges."""
+        """Return the values of all variables at a point of the scaled ranges."""
         x = self.smooth.start.copy()
         x[self.places] = self.to_values(y)
         return x
@@ -243,13 +243,13 @@ class LocalSearch:
         return value if math.isfinite(value) else BAD
 
     def constraint_margins(self, y: Array) -> Array:
-        """Return ln of the margin to each limit, negative if it is broken."""
+        """Return the ln of the margin to each limit, which is negative if the limit is exceeded."""
         logs = self.smooth.log_merits(self.full(y))
         left = (self.limits - [logs[n] for n in self.live]) * self.signs
         return np.nan_to_num(left, nan=-BAD, posinf=BAD, neginf=-BAD)
 
     def slopes(self, y: Array, names: list[str]) -> Array:
-        """Return gradients of ln of some quantities, shape (quantities, variables)."""
+        """Return the gradients of the ln of some quantities, shape (quantities, variables)."""
         gradients = self.smooth.slopes(self.full(y))
         rows = np.array([gradients[n][self.places] for n in names])
         return np.asarray(np.nan_to_num(rows * (self.high - self.low)))
@@ -276,7 +276,7 @@ class LocalSearch:
             options={"ftol": ACCURACY, "maxiter": DRAWN_ROUNDS if spec.drawn_merits else ROUNDS},
         )
         y = np.clip(result.x, 0.0, 1.0)
-        # SLSQP may end just outside a limit, or beyond a step of drawn parts: move towards the
+        # SLSQP may end just outside a limit, or past a step of the drawn parts: move towards the
         # start
         for share in (0.0, 1e-9, 1e-7, 1e-5, 1e-3, 0.03, 0.1, 0.3, 1.0):
             nearer = y + share * (first - y)
@@ -290,8 +290,8 @@ def sensitivities(
 ) -> dict[str, dict[str, float]]:
     """Return {merit: {parameter: d ln(merit)/d ln(parameter)}} of a design for some merits.
 
-    Parameters are lengths, vacuum and the film's numbers; the travel follows the overlap unless it
-    is a variable itself.
+    The parameters are lengths, vacuum and properties of the film; the travel follows the overlap
+    unless it is itself a variable.
     """
     smooth = Smooth(spec, point)
     slopes = smooth.slopes(smooth.start)

@@ -1,4 +1,4 @@
-"""Design request, as in its TOML file: read, written, or built in code."""
+"""Design request as in its TOML file, which can be read, written, or built in code."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -47,13 +47,13 @@ class Range(NamedTuple):
 
 
 Axis = tuple[float, ...] | Range
-"""Values of one variable."""
+"""Values that one variable may have."""
 _RANGE = ("from", "to", "step")
 
 
 @dataclass(frozen=True)
 class AxisSpec(AsItIs):
-    """Form of the values of a variable in a file: one, a list, or { from, to, step }."""
+    """Form of a variable's values in a file: one value, a list, or { from, to, step }."""
 
     item: QuantitySpec
 
@@ -67,7 +67,7 @@ class AxisSpec(AsItIs):
         return self.item.limits()
 
     def read(self, text: object, name: str) -> Axis:
-        """Return the values in SI; raises QuantityError for no, too many or repeated values."""
+        """Return the values in SI; raises QuantityError for none, too many or repeated values."""
         if not isinstance(text, dict):
             values = ListSpec(each=self.item, distinct=True, single=True).read(text, name)
             if not 0 < len(values) <= MOST_VALUES:
@@ -103,7 +103,7 @@ _SD = "standard deviation of the {} friction, relative"
 
 @dataclass(frozen=True, kw_only=True)
 class ScatterRequest:
-    """[scatter] of the friction; with None the brake's own sources determine it."""
+    """[scatter] of the friction; None means that the brake's own sources determine it."""
 
     static: float | None = quantity("1", _SD.format("static"), hi=1, default=None)
     kinetic: float | None = quantity("1", _SD.format("kinetic"), hi=1, default=None)
@@ -115,7 +115,7 @@ class ScatterRequest:
 
 @dataclass(frozen=True, kw_only=True)
 class FilmChoice:
-    """[[film]]: a film of a brake or of the catalogue, with the thicknesses available."""
+    """[[film]]: a film from a brake or from the catalogue, with the available thicknesses."""
 
     use: str = value(TextSpec(text="a brake or a film of the catalogue"))
     thickness: tuple[float, ...] | None = value(
@@ -128,7 +128,7 @@ class FilmChoice:
 class DesignRequest:
     """Specification file as a record: variables, constraints and objectives.
 
-    Brake, line and films are names, not yet read. `vary` maps variables to their values.
+    Brake, line and films are names, yet to be read. `vary` maps variables to their values.
     """
 
     name: str = value(_TEXT, "")
@@ -150,7 +150,7 @@ class DesignRequest:
     vary: Mapping[str, Axis] = field(default_factory=dict)
 
     def text(self) -> str:
-        """Return the TOML text; `read_request` turns it back into the same request."""
+        """Return the TOML text, which `read_request` turns back into the same request."""
         values = {**values_of(self), "weights": tuple(o.weight for o in self.objectives)}
         lines = plain(_FIELDS, values)
         for choice in self.film:
@@ -171,12 +171,12 @@ _VARY = {f"vary.{name}": Entry(AxisSpec(spec), table=True) for name, spec in VAR
 
 
 def open_reader(text: str, path: object) -> Reader:
-    """Return the reader of a specification text."""
+    """Return a reader for the text of a specification."""
     return Reader(text, path, {**_FIELDS, **_VARY}, words={})
 
 
 def read_request(reader: Reader) -> DesignRequest:
-    """Return the request in a specification text; raises FileError with file and line."""
+    """Return the request in the text of a specification; raises FileError with file and line."""
     tables = parse_toml(reader.text, reader.path)
     film = reader.rows("film", tables.pop("film", []), FilmChoice)
     reader.take(tables)

@@ -37,29 +37,29 @@ class Constraint:
         return self.name if self == BUILDABLE else self.with_limit(show(self.limit, self.unit))
 
     def with_limit(self, limit: str) -> str:
-        """Return the constraint as text, with a limit as written in the argument."""
+        """Return the constraint as text, with the limit as written in the argument."""
         return f"{self.name} {'<=' if self.most else '>='} {limit}"
 
     def holds(self, value: Any) -> Any:
-        """Return whether a value meets it, up to rounding of 1e-12; NaN never does."""
+        """Return whether a value meets the constraint, up to rounding of 1e-12; NaN never does."""
         slack = 1e-12 * abs(self.limit)
         return value <= self.limit + slack if self.most else value >= self.limit - slack
 
     def short(self, value: float) -> float:
-        """Return the relative shortfall of a value; 0 if it meets the limit."""
+        """Return the relative shortfall of a value, which is 0 if the value meets the limit."""
         excess = value - self.limit if self.most else self.limit - value
         return max(excess, 0.0) / abs(self.limit) if self.limit else math.inf
 
 
 BUILDABLE = Constraint("buildable", False, 1.0)
-"""Constraint that `build` neither rejects a design nor fails it as too weak."""
+"""Constraint that `build` neither rejects a design nor finds it too weak."""
 DEFAULTS = ("buildable", "drawn_mass")
-"""Names with which a request turns off `BUILDABLE`, and limits on the mass as drawn."""
+"""Names by which a request turns off `BUILDABLE`, or limits on the mass as drawn."""
 
 
 @dataclass(frozen=True)
 class Objective:
-    """Minimum or maximum of `name`; `weight` times ln(name) counts in the choice."""
+    """Objective to minimise or maximise `name`; `weight` times ln(name) counts in the choice."""
 
     name: str
     least: bool
@@ -85,7 +85,7 @@ class ConstraintSpec(AsItIs):
         return "'mass <= 30 g' or 'holding_force >= 300 N'"
 
     def read(self, text: object, name: str) -> Constraint:
-        """Return the constraint; errors name its own text."""
+        """Return the constraint; errors quote its text."""
         pattern = r"\s*(\w+)\s*(<=|>=)\s*(.+?)\s*"
         quantity, sense, limit = _match_form(pattern, text, name, "constraint", self.limits())
         unit = _quantity_spec("constraint", quantity, text).unit
@@ -112,19 +112,19 @@ class ObjectiveSpec(AsItIs):
         return "'minimise mass' or 'maximise force_density'"
 
     def read(self, text: object, name: str) -> Objective:
-        """Return the objective with weight 1; errors name its own text."""
+        """Return the objective with weight 1; errors quote its text."""
         pattern = r"\s*(minimi[sz]e|maximi[sz]e)\s+(\w+)\s*"
         sense, quantity = _match_form(pattern, text, name, "objective", self.limits())
         _quantity_spec("objective", quantity, text)
         return Objective(quantity, sense.startswith("min"))
 
     def to_toml(self, value: Objective) -> object:
-        """Return the text; weights have a list of their own."""
+        """Return the text; the weights are in a separate list."""
         return str(value)
 
 
 def _match_form(pattern: str, text: object, name: str, kind: str, form: str) -> tuple[str, ...]:
-    """Return the parts of a sentence; raises QuantityError if it has a different form."""
+    """Return the parts of a sentence; raises QuantityError if it does not have this form."""
     if not isinstance(text, str):
         raise QuantityError.of(name, "must be a list of texts in quotes")
     match = re.fullmatch(pattern, text)
@@ -142,7 +142,7 @@ def _quantity_spec(kind: str, quantity: str, text: object) -> QuantitySpec:
 
 @dataclass(frozen=True)
 class Scatter:
-    """Relative SD of static and of kinetic friction, which vary independently, and its source."""
+    """Relative SD of static and of kinetic friction, which vary independently, with its source."""
 
     static: float
     kinetic: float
@@ -153,7 +153,7 @@ class Scatter:
 
 @dataclass(frozen=True)
 class DesignSpecification:
-    """Specification with its files read and checked: designs, constraints and objectives."""
+    """Specification whose files have been read and checked: designs, constraints and objectives."""
 
     name: str
     brake: BrakeFile
@@ -169,7 +169,7 @@ class DesignSpecification:
     """Names of DEFAULTS that do not apply."""
 
     def set_drawing(self, draw: Draw) -> "DesignSpecification":
-        """Return the specification with a function that draws brakes, and the rules for it.
+        """Return the specification with a function that draws brakes, and the rules that this adds.
 
         Each design must be `BUILDABLE`, and a limit on the mass applies to the mass as drawn.
         """
@@ -188,11 +188,11 @@ class DesignSpecification:
 
     @property
     def drawn_merits(self) -> tuple[str, ...]:
-        """Return the merits of the drawn brake that a constraint or an objective names."""
+        """Return the merits of the drawn brake that constraints or objectives name."""
         names = {c.name for c in self.constraints} | {o.name for o in self.objectives}
         return tuple(name for name in DRAWN_MERITS if name in names)
 
     @property
     def merits(self) -> tuple[str, ...]:
-        """Return every merit that is computed for designs, in the order of their rows."""
+        """Return every merit that is computed for designs, in the order of the rows."""
         return (*self.evaluation.all_names, *self.drawn_merits)

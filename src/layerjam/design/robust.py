@@ -1,4 +1,4 @@
-"""Effect of scatter in friction on a design: the probability that each constraint holds."""
+"""Effect of scatter in friction on a design: the probability that it meets each constraint."""
 
 import math
 from typing import Any, NamedTuple
@@ -12,22 +12,22 @@ from layerjam.design.stopping import all_merits
 
 
 class Chance(NamedTuple):
-    """Probability that a constraint holds."""
+    """Probability that a constraint is met."""
 
     probability: float
     error: float
     """Standard error, never below the weight of one sample."""
     low: float
-    """5 % quantile of the quantity, SI; NaN if more than 5 % of the samples have no value."""
+    """5 % quantile of the quantity [SI]; NaN if more than 5 % of the samples have no value."""
     high: float
-    """95 % quantile."""
+    """95 % quantile of the quantity [SI]."""
 
 
 def robustness(spec: DesignSpecification, point: Point) -> dict[str, Chance]:
     """Return {constraint: Chance} and "all" for a design with log-normal friction.
 
     Static and kinetic friction vary independently around their stated values. Samples come from a
-    counter-based generator (Philox), so a seed gives the same numbers on any machine.
+    counter-based generator (Philox), so a seed produces the same numbers on any machine.
     """
     scatter = spec.scatter
     if scatter is None:
@@ -63,7 +63,7 @@ def _chance(holds: Any) -> tuple[float, float]:
 
 
 def _value_range(value: Any) -> tuple[float, float]:
-    # without a stop the slip is infinite, which exceeds every limit
+    # if the mass does not stop, the slip is infinite, which exceeds every limit
     samples = np.sort(np.where(np.isnan(value), np.inf, value))
     low, high = (float(samples[int(part * len(samples))]) for part in (0.05, 0.95))
     return (low if math.isfinite(low) else math.nan, high if math.isfinite(high) else math.nan)

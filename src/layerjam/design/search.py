@@ -1,7 +1,7 @@
-"""Sweep of all designs of a specification, block by block; it keeps the front and highlights.
+"""Sweep of all designs of a specification, block by block, which keeps the front and highlights.
 
-A block of designs is cut into chunks that fit into the cache, one per core. The outcome does not
-depend on the number of cores or the order in which they finish.
+A block of designs is cut into chunks that fit into the cache, one per core. The outcome depends
+neither on the number of cores nor on the order in which they finish.
 """
 
 import functools
@@ -22,18 +22,18 @@ from layerjam.mechanics.threads import Workers
 CHUNK = PIECE
 """Number of designs that one core computes at a time."""
 BLOCK = 1 << 20
-"""Designs in one block, the smallest unit that is stored, repeated or sent to a machine."""
+"""Number of designs in a block, the smallest unit that is stored, repeated or sent to a machine."""
 FAMILIES = 8
-"""Number of best families (film, thickness, whole numbers): a finer search may reorder them."""
+"""Number of best families (film, thickness, whole numbers), which a finer search may reorder."""
 
 
 @dataclass(frozen=True)
 class SweepResult:
     """Outcome of a run over designs; two runs can be added.
 
-    `failed` counts the built designs that break each constraint. `low` and `high` span each merit
-    (infinite if no design has it). `numbers`, rising, are the highlighted designs, and `asked` are
-    the quantities of their constraints and objectives, shape (quantities, n).
+    `failed` counts the built designs that violate each constraint. `low` and `high` are the limits
+    of each merit (infinite if no design has it). `numbers`, ascending, are the highlighted designs,
+    and `asked` are the quantities of their constraints and objectives, shape (quantities, n).
     """
 
     examined: int
@@ -50,19 +50,19 @@ class Highlights(NamedTuple):
     """Highlighted designs of a run, as indices into its `numbers`."""
 
     scores: Array
-    """Score of every design: sum of weight times signed ln(objective); less is better."""
+    """Score of every design: sum of weight times signed ln(objective); lower is better."""
     front: Numbers
     """Designs that no other design dominates."""
     best: list[int]
-    """Best design of each of the best families."""
+    """Best design in each of the best families."""
     obstacle: dict[int, int]
     """{constraint: the best design that only this constraint excludes}."""
     reach: dict[int, int]
-    """{constraint: the design nearest to it among those that meet all others}."""
+    """{constraint: the design nearest to meeting it, among those that meet all others}."""
 
 
 class Search:
-    """Sweep over a specification's designs."""
+    """Sweep over the designs of a specification."""
 
     def __init__(self, spec: DesignSpecification, block: int = BLOCK) -> None:
         self.size = block
@@ -106,12 +106,12 @@ class Search:
         return np.asarray(self.spec.grid.columns(numbers)[name], float)
 
     def chunk(self, first: int, count: int) -> SweepResult:
-        """Return the outcome of `count` designs from number `first`."""
+        """Return the outcome of `count` designs starting with number `first`."""
         numbers = np.arange(first, first + count, dtype=np.int64)
         values = self.kernel.merits(numbers)
         is_built = np.isfinite(values[self.row["mass"]])
         numbers, values = numbers[is_built], values[:, is_built]
-        # drawn merits are faster to compute than a stop, and they exclude many designs
+        # drawn merits are computed faster than a stop, and they exclude many designs
         drawn_rows = self._late_drawn(numbers, values)
         if self.spec.evaluation.stop is not None:
             values = np.concatenate([values, self._late_stops(numbers, values, drawn_rows)])
@@ -156,7 +156,7 @@ class Search:
         return np.array([merits[n] for n in self.spec.drawn_merits]).reshape(shape)
 
     def _count_broken(self, numbers: Numbers, values: Array) -> Numbers:
-        """Return the number of constraints, except late ones, that each design breaks."""
+        """Return the number of constraints, except late ones, that each design violates."""
         count = np.zeros(len(numbers), int)
         for c in self.spec.constraints:
             if c.name not in LATE_MERITS:
@@ -172,7 +172,7 @@ class Search:
         return np.asarray(capacity > energy * (1 - 1e-9))
 
     def meets(self, quantities: Array) -> npt.NDArray[np.bool_]:
-        """Return which constraints hold, shape (constraints, n)."""
+        """Return which constraints are met, shape (constraints, n)."""
         constraints = self.spec.constraints
         rows = [c.holds(row) for c, row in zip(constraints, quantities, strict=False)]
         return np.array(rows, bool).reshape(len(constraints), quantities.shape[1])
@@ -206,7 +206,7 @@ class Search:
         return replace(run, numbers=run.numbers[places], asked=run.asked[:, places])
 
     def family(self, numbers: Numbers) -> Numbers:
-        """Return one number for all designs with the same film, thickness and whole numbers."""
+        """Return a number shared by all designs with the same film, thickness and whole numbers."""
         grid = self.spec.grid
         film, *places = grid.digits(numbers)
         out = film
@@ -234,7 +234,7 @@ class Search:
         return self._keep_highlights(run)
 
     def summary(self, run: SweepResult) -> dict[str, Any]:
-        """Return a run as JSON, its designs by number."""
+        """Return a run as JSON, with its designs by number."""
         picks, numbers, family = self.find_highlights(run), run.numbers, self.family(run.numbers)
         spans = {"low": run.low, "high": run.high}
         return {
@@ -286,12 +286,12 @@ def _drop_missing(places: dict[int, int | None]) -> dict[int, int]:
 def find_front(costs: Array) -> npt.NDArray[np.int64]:
     """Return indices, ascending, of the rows of (n, objectives) that no other row dominates.
 
-    Less is better. Of identical rows only the first is kept. Rows with NaN are never kept.
+    Lower costs are better. Only the first of identical rows is kept. Rows with NaN are never kept.
     """
     good = np.flatnonzero(np.isfinite(costs).all(axis=1))
     if costs.shape[1] == 1:
         return good[[int(np.argmin(costs[good, 0]))]] if len(good) else good
-    # in the order of sums a dominating row comes early, because its sum is smaller
+    # in the order of their sums, a dominating row comes before those that it dominates
     keys = costs[good]
     order = good[np.lexsort((good, keys.sum(axis=1)))]
     places = _compile_front()(np.ascontiguousarray(costs[order]))

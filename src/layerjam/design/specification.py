@@ -1,4 +1,4 @@
-"""Conversion of a design request to its specification, with the files it names and all designs."""
+"""Conversion of a design request into a specification, with the files it names and all designs."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -37,12 +37,12 @@ F = TypeVar("F", bound=BrakeFile | LineFile)
 
 
 def example_texts() -> dict[str, str]:
-    """Return {name: TOML text} of the specifications that come with the program."""
+    """Return {name: TOML text} of the specifications in the package."""
     return shipped_files("layerjam.design", "examples")
 
 
 def load_spec(spec: str | Path) -> DesignSpecification:
-    """Return a specification by the name of an example or the path of its file.
+    """Return a specification, given the name of an example or the path of its file.
 
     Raises FileError, or UnknownNameError with the nearest names.
     """
@@ -54,7 +54,7 @@ def read_spec(
 ) -> DesignSpecification:
     """Return a specification from TOML text; raises FileError with file and line.
 
-    With `records` no file is opened: names refer to these records or to the catalogue.
+    With `records`, no file is opened: names refer to these records or to the catalogue.
     """
     reader = open_reader(text, path)
     request = read_request(reader)
@@ -64,7 +64,7 @@ def read_spec(
 
 @dataclass(frozen=True)
 class FileFinder:
-    """Finder of brakes and lines by catalogue name, or by a path from a folder.
+    """Finder of brakes and lines by catalogue name, or by a path relative to a folder.
 
     With `beside`, no file is opened: names refer to these records or to the catalogue.
     """
@@ -110,7 +110,7 @@ def make_specification(
 ) -> DesignSpecification:
     """Return the specification of a request, with every file it names read.
 
-    Raises QuantityError or UnknownNameError about a part of the request, FileError for a file.
+    Raises QuantityError or UnknownNameError for a part of the request, FileError for a file.
     """
     finder = finder or FileFinder()
     file, line = finder.brake(request.brake), None
@@ -167,12 +167,12 @@ def _stop_constraints(stop: StopRequirement | None) -> tuple[Constraint, ...]:
         return ()
     slip = () if stop.travel is None else (Constraint("stop_slip", True, stop.travel),)
     peak = () if stop.force is None else (Constraint("stop_peak", True, stop.force),)
-    # a stop without limits must still come to rest
+    # even without limits, the mass must come to rest
     return (*slip, *peak) or (Constraint("stop_slip", True, 1e9),)
 
 
 def _friction_scatter(request: DesignRequest, file: BrakeFile) -> Scatter | None:
-    """Return the requested scatter, otherwise that of the brake's own friction sources."""
+    """Return the requested scatter, or else that in the brake's own friction sources."""
     fields = {} if request.scatter is None else vars(request.scatter).copy()
     from_sources = {n: file.sources[p].sd for n in _FRICTION if (p := f"film.{n}") in file.sources}
     sds = {n: sd for n in _FRICTION if (sd := fields.pop(n, None)) is not None}
@@ -187,7 +187,7 @@ _FRICTION = ("static", "kinetic")
 
 
 def _check_known(requirements: Iterable[Constraint | Objective], evaluation: Evaluation) -> None:
-    """Raise QuantityError if a merit needs input that the request lacks."""
+    """Raise QuantityError if a merit needs an input that the request lacks."""
     inputs = {**dict.fromkeys(LINE_MERITS, "a line"), **dict.fromkeys(STOP_MERITS, "a [stop]")}
     inputs["judder_margin"] = "a [judder]"
     for requirement in requirements:
@@ -197,7 +197,7 @@ def _check_known(requirements: Iterable[Constraint | Objective], evaluation: Eva
             raise QuantityError(reason, quantity=requirement.name)
 
 
-# ---- variables
+# ---- the other names are those of variables
 
 
 def _make_grid(request: DesignRequest, file: BrakeFile, films: "_Films") -> Grid:
@@ -229,13 +229,13 @@ def _make_grid(request: DesignRequest, file: BrakeFile, films: "_Films") -> Grid
 
 
 _Films = tuple[Stock, tuple[str, ...], Array]
-"""(film, its name, a thickness in which it is sold) of each row of the grid's first axis."""
+"""(film, name, a thickness in which it is sold) for each row of the grid's first axis."""
 
 
 def _make_films(
     request: DesignRequest, finder: FileFinder, file: BrakeFile, notes: list[str]
 ) -> _Films:
-    """Return films with the thicknesses in which they are sold, by default that of the brake."""
+    """Return the films with the thicknesses in which they are sold (default: the brake's own)."""
     axis = request.vary.get("thickness")
     default = (file.brake.sheets.thickness,) if axis is None else axis
     default = tuple(default.values()) if isinstance(default, Range) else default
@@ -258,7 +258,7 @@ def _make_stock(file: BrakeFile) -> Stock:
 
 
 def _read_film(use: str, finder: FileFinder, file: BrakeFile, notes: list[str]) -> Stock:
-    """Return a film of a brake (with its friction and scale factor) or of the catalogue (a = 1)."""
+    """Return a film from a brake (with friction and scale factor) or from the catalogue (a = 1)."""
     films = materials()["films"]
     if use in catalogue() or use.endswith(".toml"):
         source = finder.brake(use, use)

@@ -17,12 +17,12 @@ from layerjam.toml_files.values import value
 from layerjam.units import FlagSpec, like, quantity, record
 
 RIGID = 1e12
-"""Stiffness [N/m] of a brake in series, so high that the energy in its spring is negligible."""
+"""Stiffness [N/m] of a brake in series: so high that the energy in its spring is negligible."""
 
 
 @record
 class StopRequirement:
-    """[stop]: a mass to be stopped; `travel` is slip, as in `drop`, None for no limit."""
+    """[stop]: a mass to be stopped; `travel` is the slip, as in `drop`, or None for no limit."""
 
     mass: float = like(MASS, "mass to stop")
     speed: float = like(ARRIVAL_SPEED, "speed of the mass")
@@ -34,15 +34,15 @@ class StopRequirement:
 
 
 def gravity(need: StopRequirement, base: Brake) -> Any:
-    """Return gravity along the pull [m/s^2]."""
+    """Return the gravity along the pull [m/s^2]."""
     return jnp.where(need.horizontal, 0.0, base.site.gravity)
 
 
 def stops(point: Point, base: Brake, need: StopRequirement, most_in_row: int) -> dict[str, Any]:
     """Return `stop_slip` [m] and `stop_peak` [N] at each design's vacuum; NaN without a stop.
 
-    Identical brakes in parallel share mass and force. In series they slip one after another, each
-    to the end of its travel, and are assumed rigid. `most_in_row` is the greatest `series`.
+    Identical brakes in parallel share mass and force. In series, they slip one after another, each
+    to the end of its travel, and are assumed to be rigid. `most_in_row` is the largest `series`.
     """
     brake = make_brake(point, base)
     valid = is_buildable(point, brake)
@@ -73,12 +73,12 @@ def all_merits(
     need: StopRequirement | None,
     most_in_row: int,
 ) -> dict[str, Any]:
-    """Return every figure of merit of designs, with those of a stop if required."""
+    """Return all figures of merit of designs, including those of a stop if required."""
     stop_merits = {} if need is None else stops(point, base, need, most_in_row)
     return merits(point, base, stick_slip) | stop_merits
 
 
 @law
 def least_peak(mass: Any, speed: Any, travel: Any, gravity: Any) -> Any:
-    """Return the least possible peak force [N] of a stop within a travel [m], M (v^2/2z + g)."""
+    """Return the lowest possible peak force [N] of a stop within a travel [m], M (v^2/2z + g)."""
     return mass * (speed**2 / (2 * travel) + gravity)

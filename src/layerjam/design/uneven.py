@@ -1,4 +1,4 @@
-"""Notice of a comparison between calibrated and uncalibrated brakes; it does not load JAX."""
+"""Notice for a comparison of calibrated and uncalibrated brakes; this module does not load JAX."""
 
 from collections.abc import Sequence
 
@@ -6,11 +6,11 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice
 
 WITH_FACTOR = ("max_force", "holding_force", "force_density", "energy_capacity", "peak_vacuum")
-"""Numbers of a brake that depend on its scale factor."""
+"""Quantities of a brake that depend on its scale factor."""
 
 
 def calibration_notices(files: Sequence[BrakeFile]) -> list[Notice]:
-    """Return a notice if some of the compared brakes are calibrated and some are not."""
+    """Return a notice if only some of the compared brakes are calibrated."""
     with_pulls, without_pulls = (
         list(dict.fromkeys(f.name for f in files if f.is_calibrated is is_so))
         for is_so in (True, False)

@@ -1,4 +1,4 @@
-"""Verdict of a search: the chosen design, why the next one lost, and what excludes better ones."""
+"""Verdict of a search: the chosen design, why the runner-up lost, and what excludes better ones."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,11 +25,11 @@ from layerjam.units import show
 from layerjam.verdict import Check, check
 
 LEAST_SHARE = 5e-5
-"""Smallest share that is visible in a percentage with two decimals."""
+"""Smallest fraction that is visible in a percentage with two decimals."""
 
 
 def describe_design(design: Mapping[str, Any]) -> str:
-    """Return a short description of a design: film, thickness, number of sheets and of brakes."""
+    """Return a short description of a design: film, thickness, numbers of sheets and of brakes."""
     words = [
         f"{design['count']:.0f} sheets",
         f"{show(design['thickness'], 'm')} of {design['film']}",
@@ -45,7 +45,7 @@ def describe_design(design: Mapping[str, Any]) -> str:
 def explain_loss(
     winner: Mapping[str, Any], loser: Mapping[str, Any], objectives: Sequence[Objective]
 ) -> str:
-    """Return the objectives by which the runner-up loses and wins, and the weighted result."""
+    """Return the objectives in which the runner-up is worse and better, and the weighted result."""
     worse: list[str] = []
     better: list[str] = []
     total = 0.0
@@ -69,12 +69,12 @@ def explain_loss(
 
 
 def format_percent(part: float, sign: str = "+") -> str:
-    """Return a share in percent, or as words if two decimals would not show it."""
+    """Return a fraction in percent, or in words if two decimals would not show it."""
     return f"{part:{sign}.2%}" if abs(part) >= LEAST_SHARE else "by less than 0.01 %"
 
 
 def near_winners(search: Search, result: SweepResult, picks: Highlights) -> list[dict[str, Any]]:
-    """Return designs that only one constraint excludes from winning, and their excess."""
+    """Return designs that only one constraint keeps from winning, and their excess."""
     rows = []
     score = picks.scores[picks.best[0]]
     for i, k in sorted(picks.obstacle.items(), key=lambda item: (picks.scores[item[1]], item[1])):
@@ -96,7 +96,7 @@ def near_winners(search: Search, result: SweepResult, picks: Highlights) -> list
 
 
 def build_refusal(search: Search, c: Constraint, number: int) -> str:
-    """Return why `build` rejects a design; empty for constraints other than `BUILDABLE`."""
+    """Return the reason why `build` rejects a design; empty unless the constraint is BUILDABLE."""
     draw = search.spec.evaluation.draw
     if c.name != BUILDABLE.name or draw is None:
         return ""
@@ -115,7 +115,7 @@ def binding_constraints(design: Mapping[str, Any], spec: DesignSpecification) ->
 
 
 def explain_failure(search: Search, result: SweepResult, picks: Highlights) -> Exclusion:
-    """Return why a sweep found no design: the constraint that fails, and its best value."""
+    """Return the reason why a sweep found no design: a failing constraint and its best value."""
     constraints = search.spec.constraints
     if not result.built:
         return Exclusion(None, UNBUILDABLE)
@@ -148,11 +148,11 @@ def explain_failure(search: Search, result: SweepResult, picks: Highlights) -> E
 
 
 LIKELY = 0.5
-"""Probability of meeting all constraints, given scatter in friction, below which a check fails."""
+"""Lowest probability of meeting all constraints, given scatter in friction, that passes a check."""
 
 
 def design_checks(file: BrakeFile, vacuum: float, chances: Mapping[str, Chance]) -> Iterator[Check]:
-    """Return the checks of a design at its vacuum [Pa]; `chances` are those of `robustness`."""
+    """Return the checks of a design at its vacuum [Pa]; `chances` come from `robustness`."""
     brake, limit = file.brake, file.brake.film.strength
     force = float(peak(vacuum, brake.sheets.usable_travel, brake).force)
     stress = float(sheet_stress(force, brake))

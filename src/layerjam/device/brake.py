@@ -1,4 +1,4 @@
-"""The brake as numbers only, so that it can be traced, batched and differentiated."""
+"""The brake as a record of numbers only, which can be traced, batched and differentiated."""
 
 from dataclasses import replace
 from math import atan, pi
@@ -17,7 +17,7 @@ from layerjam.units import check, is_traced, nested, quantity, record, show
 
 
 class Effect(Protocol):
-    """An effect on the sheets' friction that no file states, with a `record` of its numbers."""
+    """An effect on the sheets' friction that files cannot state; `record` holds its parameters."""
 
     def friction_factor(self, vacuum: Any, brake: "Brake") -> Any:
         """Return the friction coefficient at a vacuum [Pa], relative to that without the effect."""
@@ -79,15 +79,15 @@ class Brake:
     rope: Rope | None = nested(Rope, default=None)
     site: Site = nested(Site, default=Site())
     effects: tuple[Effect, ...] = ()
-    """Further effects on the friction; every law applies them, and exports reject them."""
+    """Further effects on the friction, which every law applies and exports reject."""
 
     @explain_arguments
     def with_(self, **changes: Change) -> "Brake":
-        """Return the brake with some numbers changed by name, such as width="14 mm".
+        """Return the brake with some values changed by name, such as width="14 mm".
 
-        Text includes its unit, a number is in SI, and None means unknown or the default. Raises
-        UnknownNameError with the nearest names, or QuantityError for a number out of bounds or
-        numbers that contradict each other. Values traced by JAX are not checked.
+        Text includes a unit, a number is in SI, and None means unknown or the default. Raises
+        UnknownNameError with the nearest names, or QuantityError for a value out of bounds or
+        values that contradict each other. Values traced by JAX are not checked.
         """
         brake = replace(with_changes(self, changes), effects=self.effects)
         if not any(map(is_traced, changes.values())):
@@ -161,13 +161,13 @@ def validate(brake: Brake) -> None:
 
 
 def sheet_mass(brake: Brake) -> float:
-    """Return the mass of one sheet [kg], including the clamped part."""
+    """Return the mass of one sheet [kg], including its clamped part."""
     sheets = brake.sheets
     return sheets.length * sheets.width * sheets.thickness * brake.film.density
 
 
 def enclosure_mass(brake: Brake) -> float:
-    """Return the mass of the enclosure [kg], a rectangular tube close around the stack."""
+    """Return the mass of the enclosure [kg], a close-fitting rectangular tube."""
     sheets, wall = brake.sheets, brake.enclosure.wall
     section = 2 * wall * (sheets.width + sheets.count * sheets.thickness) + 4 * wall**2
     length = sheets.free_left + sheets.overlap + sheets.free_right
@@ -175,7 +175,7 @@ def enclosure_mass(brake: Brake) -> float:
 
 
 def mass(brake: Brake) -> float:
-    """Return the brake's mass [kg]: weighed, or the sum of sheets, enclosure and fittings."""
+    """Return the brake's mass [kg]: as weighed, or the sum of sheets, enclosure and fittings."""
     if brake.weighed_mass is not None:
         return brake.weighed_mass
     return brake.sheets.count * sheet_mass(brake) + enclosure_mass(brake) + brake.fittings_mass

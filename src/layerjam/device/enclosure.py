@@ -6,9 +6,9 @@ from layerjam.units import quantity, record
 FORCE_UNCERTAINTY = 0.3
 """Relative standard uncertainty of the enclosure's force, unless the file states one.
 
-The moduli published for one silicone differ by factors of 1.6 and 2.3 (catalogue: Ecoflex 00-50,
-00-30), and its friction is known within a factor of 1.5. The force is proportional to the root of
-their product, which gives 0.27, rounded up.
+The moduli published for the same silicone differ by factors of 1.6 and 2.3 (catalogue: Ecoflex
+00-50, 00-30), and its friction is known within a factor of 1.5. The force is proportional to the
+square root of their product, which gives 0.27, rounded up.
 """
 
 
@@ -32,5 +32,5 @@ class Enclosure:
 
     @property
     def force_sd(self) -> float:
-        """Relative standard uncertainty of its force: as stated, otherwise the default."""
+        """Relative standard uncertainty of its force, from the file or else the default."""
         return FORCE_UNCERTAINTY if self.force_uncertainty is None else self.force_uncertainty

@@ -1,6 +1,6 @@
 """Two numbers for sheets that fan out of their caps at rest, for warnings and bounds.
 
-The law itself is in `mechanics.fan`. A `brake` is a `Brake`, whose module imports this one.
+The law itself is in `mechanics.fan`. Each `brake` is a `Brake`, whose module imports this one.
 """
 
 from typing import Any
@@ -21,7 +21,7 @@ def fan_exponent(brake: Any) -> float:
 
 
 def fan_factor(alpha: float) -> float:
-    """Return the factor on the friction: sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha)), a series."""
+    """Return the friction's factor, sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha)), as a series."""
     total = term = 1.0
     for k in range(1, 2000):
         term *= alpha / (k + 0.5)
@@ -32,11 +32,11 @@ def fan_factor(alpha: float) -> float:
 
 
 def check_exponent_of_fan(brake: Any) -> None:
-    """Raise QuantityError for a pressure exponent that sheets without spacers cannot have.
+    """Raise QuantityError for a pressure exponent that is impossible for sheets without spacers.
 
-    Their friction grows exponentially with the coefficient. If it rose without bound as the vacuum
-    falls, the brake would hold without a vacuum. A negative exponent therefore needs the range of
-    pressures in which it was measured, and friction must rise with the vacuum there.
+    Their friction grows exponentially with the coefficient. If that rose without bound as the
+    vacuum falls, the brake would hold without a vacuum. A negative exponent therefore needs the
+    range of pressures in which it was measured, and friction must rise with the vacuum there.
     """
     exponent, lowest = brake.pressure_exponent, brake.lowest_pressure
     fans_out = brake.mount.spacers is not None and not brake.mount.spacers

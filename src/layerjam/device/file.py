@@ -1,8 +1,8 @@
-"""The brake's TOML file: read, checked, changed in place, written (docs/file-format.md).
+"""The TOML file of a brake: reading, checking, changing in place, writing (docs/file-format.md).
 
 A quantity is text with its unit (``width = "13 mm"``) or a table that also gives its source
 (``width = { value = "13 mm", source = "caliper", kind = "measured" }``). ``use = "kapton-hn"`` in
-[film] or [enclosure] takes missing values from a material of the catalogue.
+[film] or [enclosure] takes missing values from a material in the catalogue.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -36,11 +36,11 @@ _MATTERS = {
     "scale_factor",
     "stiffness_measured",
 }
-"""Numbers whose kind of source every result mentions."""
+"""Values whose kind of source every result mentions."""
 
 
 def _file_fields() -> Mapping[str, Entry]:
-    """Return everything that a brake's file may set, table by table."""
+    """Return all fields that a brake's file may set, table by table."""
     fields = dict(entries(Brake)) | dict(entries(Making))
     tables = list(dict.fromkeys(path.rpartition(".")[0] for path in fields))
     rows = sorted(fields.items(), key=lambda row: tables.index(row[0].rpartition(".")[0]))
@@ -49,10 +49,10 @@ def _file_fields() -> Mapping[str, Entry]:
 
 @dataclass(frozen=True, kw_only=True)
 class BrakeFile(RecordFile[Brake]):
-    """A brake with its name and the source of each of its numbers.
+    """A brake with its name and the source of each of its values.
 
-    `brake` holds the numbers, `making` the data for building it (``[build]``), `sources` a Source
-    for every dotted path in the file, `text` the file.
+    `brake` contains the values, `making` the data for building it (``[build]``), `sources` a Source
+    for every dotted path in the file, and `text` the file itself.
     """
 
     brake: Brake
@@ -70,7 +70,7 @@ class BrakeFile(RecordFile[Brake]):
 
     @classmethod
     def read(cls, text: str, path: object) -> Self:
-        """Return the file from its TOML text; ``use`` takes values from a catalogue's material.
+        """Return the file from its TOML text; ``use`` takes values from a catalogue material.
 
         Raises FileError with file and line if the text is not TOML, a key is unknown or missing, or
         values lack a unit, are out of bounds or contradict each other.
@@ -106,32 +106,32 @@ class BrakeFile(RecordFile[Brake]):
 
     @property
     def is_calibrated(self) -> bool:
-        """Return whether the scale factor was fitted to pulls by anyone, and not merely set."""
+        """Return whether the scale factor was fitted to pulls, by anyone, and not merely set."""
         source = self.sources.get("scale_factor")
         return source is not None and source.kind not in ("assumed", "unstated")
 
     @property
     def synthetic(self) -> list[str]:
-        """Dotted paths of numbers derived from files written by a program."""
+        """Dotted paths of values derived from files that a program wrote."""
         return paths_of(self.sources, "synthetic")
 
     def synthetic_mark(self, without: Collection[str] = ()) -> str:
-        """Return the sentence about synthetic numbers, empty if there are none."""
+        """Return the sentence about synthetic values, or empty text if there are none."""
         paths = [path for path in self.synthetic if path not in without]
         if not paths:
             return ""
         return f"{', '.join(paths)} of {self.name}: synthetic, from files written by a program"
 
     def mark(self) -> str:
-        """Return the statement for exported files: synthetic numbers, accepted failed checks."""
+        """Return the statement in exported files on synthetic values and accepted failed checks."""
         return ". ".join(
             filter(None, [self.synthetic_mark(), *(a.notice() for a in self.accepted)])
         )
 
     def warnings(self, without: Collection[str] = ()) -> list[str]:
-        """Return the warnings about the brake's numbers that every result repeats.
+        """Return the warnings about the brake's values, which every result repeats.
 
-        `without` are paths of numbers that do not affect the result.
+        `without` contains paths of values that do not affect the result.
         """
         out: list[str] = []
         for kind, word in (("handbook", "handbook values"), ("assumed", "assumed values")):
@@ -185,14 +185,14 @@ def materials() -> dict[str, dict[str, str]]:
 
 
 def film_cutting(use: str) -> tuple[FilmCutting, Mapping[str, Source]]:
-    """Return the catalogue's data for buying and cutting a film, and {dotted path: source}."""
+    """Return the catalogue data for buying and cutting a film, and {dotted path: source}."""
     reader = Reader("", f"material {use}", BrakeFile.fields)
     _apply_material(reader, "film", use, materials()["films"])
     return reader.record(FilmCutting, "film."), reader.sources
 
 
 def _apply_material(reader: Reader, table: str, use: object, texts: Mapping[str, str]) -> None:
-    """Take the values of the catalogue's material that `use` names."""
+    """Take values from the catalogue material that `use` names."""
     if not isinstance(use, str) or use not in texts:
         unknown = UnknownNameError(f"material for [{table}]", str(use), texts)
         raise reader.fail(f"{table}.use", unknown)
@@ -214,7 +214,7 @@ def _keep_laser_warning(
 
 
 def _copy_screw_count(reader: Reader) -> None:
-    """Copy screws that only [build] states to [mount]."""
+    """Copy a number of screws that only [build] states to [mount]."""
     if _DRAWN in reader.values:
         reader.values.setdefault(_SCREWS, reader.values[_DRAWN])
         reader.sources.setdefault(_SCREWS, reader.sources[_DRAWN])
@@ -227,10 +227,10 @@ def updated_text(
     made_by: Mapping[str, Any] | None = None,
     acceptances: Sequence[Acceptance] = (),
 ) -> str:
-    """Return the file's text with a new name and some changed values; everything else stays.
+    """Return the file's text with a new name and some changed values; everything else is kept.
 
-    `made_by` becomes the descriptive table [made_by], with the digest of the changed file.
-    `acceptances` are the failed checks that were accepted.
+    `made_by` becomes the descriptive table [made_by], to which the digest of the changed file is
+    added. `acceptances` are the failed checks that were accepted.
     """
     _check_effects(file.brake)
     if made_by is not None:
@@ -238,7 +238,7 @@ def updated_text(
     edits: dict[str, tuple[Any, Source] | None] = dict(changes)
     held = file.brake.amplification_held is not None and "amplification_held" in file.sources
     if held and "scale_factor" in changes and file.brake.mount.spacers is None:
-        edits["amplification_held"] = None  # the scale factor was fitted with the old number
+        edits["amplification_held"] = None  # the scale factor was fitted with the old value
     return update_text(
         file.text, file.fields, edits, name=name, tables={"made_by": made_by}, new=acceptances
     )

@@ -7,7 +7,7 @@ from layerjam.errors import Notice
 from layerjam.units import show
 
 TOLERANCE = 0.1
-"""Relative difference allowed between a measured thickness and the nominal gauge.
+"""Allowed relative difference between a measured thickness and the nominal gauge.
 
 DuPont allows 7 % for a Kapton HN film of 127 um, 9 % for 76 um and more for thinner ones (GS-96-7).
 """
@@ -16,7 +16,7 @@ DuPont allows 7 % for a Kapton HN film of 127 um, 9 % for 76 um and more for thi
 def gauge_notices(file: BrakeFile) -> Iterator[Notice]:
     """Yield a notice if the film is not sold in this thickness.
 
-    There is none if the available thicknesses are unknown.
+    There is no notice if the available thicknesses are unknown.
     """
     gauges, thickness = file.making.film.gauges, float(file.brake.sheets.thickness)
     if not gauges or any(abs(thickness / gauge - 1) <= TOLERANCE for gauge in gauges):

@@ -1,4 +1,4 @@
-"""Hyperelastic law of the enclosure's rubber, instead of a single modulus."""
+"""Hyperelastic law of the enclosure's rubber, used instead of a single modulus."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -16,8 +16,8 @@ class Hyperelastic:
     """W = C10 (I1 - 3) + C01 (I2 - 3) + C20 (I1 - 3)^2 + C30 (I1 - 3)^3 + Ogden's terms.
 
     An Ogden term is mu/alpha (l1^alpha + l2^alpha + l3^alpha - 3). Missing terms are zero. The
-    rubber is incompressible; the law holds in tension up to the fitted strain. It describes first
-    loading; the softer reloading follows Ogden and Roxburgh's eta = 1 - erf((W_max - W)/(m + beta
+    rubber is incompressible; the law is valid in tension up to the fitted strain. It describes
+    first loading; softer reloading follows Ogden and Roxburgh's eta = 1 - erf((W_max - W)/(m + beta
     W_max))/r (1999, Proc. R. Soc. Lond. A 455, 2861).
     """
 
@@ -71,13 +71,13 @@ NAMES: Mapping[str, Mapping[str, str]] = {
     "yeoh": {"C1": "c10", "C2": "c20", "C3": "c30"},
     "ogden-2": {"mu1": "mu1", "alpha1": "alpha1", "mu2": "mu2", "alpha2": "alpha2"},
 }
-"""{model that `enclosure` fits: names of its parameters here}, from few to many."""
+"""{model that `enclosure` fits: names of its parameters here}, with fewest parameters first."""
 _STEPS = 2000
 _SOFTENING = ("softening_r", "softening_m", "softening_beta")
 
 
 def validate_hyperelastic(rubber: Hyperelastic) -> None:
-    """Raise QuantityError for an incomplete Ogden term or softening, or a stress that falls."""
+    """Raise QuantityError for an incomplete Ogden term or softening, or a falling stress."""
     for term in "12":
         mu, alpha = getattr(rubber, f"mu{term}"), getattr(rubber, f"alpha{term}")
         if (mu is None) != (alpha is None):
@@ -109,7 +109,7 @@ def validate_hyperelastic(rubber: Hyperelastic) -> None:
 def uniaxial_stress(strain: Any, rubber: Hyperelastic, xp: Any) -> Any:
     """Return the engineering stress [Pa] of uniaxial tension at a strain [-]; exact for small ones.
 
-    `xp` is the library that computes it: NumPy or that of JAX.
+    `xp` is the library that computes it: NumPy or the NumPy of JAX.
     """
     stretch, shear = 1 + strain, 0.0
     excess = strain**2 * (stretch + 2) / stretch
@@ -129,6 +129,6 @@ def uniaxial_stress(strain: Any, rubber: Hyperelastic, xp: Any) -> Any:
 
 
 def ogden_terms(rubber: Hyperelastic) -> list[tuple[Any, Any]]:
-    """Return (stress [Pa], exponent) of the Ogden terms that the law has."""
+    """Return (stress [Pa], exponent) for each Ogden term of the law."""
     terms = ((rubber.mu1, rubber.alpha1), (rubber.mu2, rubber.alpha2))
     return [(mu, alpha) for mu, alpha in terms if mu is not None]

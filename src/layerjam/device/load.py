@@ -18,7 +18,7 @@ from layerjam.toml_files.shipped import shipped_files, text_of
 P = ParamSpec("P")
 R = TypeVar("R")
 READING = "-eq9"
-"""Suffix of a brake with the factor and stiffness given for the paper's eq. 8 and 9."""
+"""Suffix of a brake with the factor and the stiffness that the paper gives for its eq. 8 and 9."""
 
 
 def _catalogue_texts() -> dict[str, str]:
@@ -31,12 +31,12 @@ def catalogue() -> list[str]:
 
 
 def devices() -> list[str]:
-    """Names of the brakes in the catalogue, each device only once."""
+    """Names of the brakes in the catalogue, with each device only once."""
     return [name for name in catalogue() if not name.endswith(READING)]
 
 
 def load(brake: str | Path) -> BrakeFile:
-    """Return a brake by catalogue name, or from the path of its TOML file.
+    """Return a brake, given its catalogue name or the path of its TOML file.
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
@@ -53,7 +53,7 @@ def _load_shipped(name: str) -> BrakeFile:
 
 
 def resolve_brake(anything: str | Path | BrakeFile | Brake) -> Brake:
-    """Return a checked brake from its name or path, its file, or the plain record.
+    """Return a checked brake, given its name or path, its file, or the plain record.
 
     Raises UnknownNameError, FileError, or QuantityError for a record that contradicts itself.
     """
@@ -65,7 +65,7 @@ def resolve_brake(anything: str | Path | BrakeFile | Brake) -> Brake:
 
 
 def accept_force(function: Callable[P, R]) -> Callable[P, R]:
-    """Make a function accept `force`, the former name of its parameter `overwrite`."""
+    """Make a function accept `force` as the former name of its parameter `overwrite`."""
 
     @functools.wraps(function)
     def call(*args: P.args, **named: P.kwargs) -> R:
@@ -81,7 +81,7 @@ def write_whole(
 ) -> Path:
     """Fill a temporary file next to `path`, then move it there in one step.
 
-    `content` is the text (written in UTF-8), the bytes, or a function that fills the file at a
+    `content` is the text (written as UTF-8), the bytes, or a function that fills the file at a
     path. Raises FileError, and leaves nothing behind, if the file cannot be written, or if it
     exists and `overwrite` is not set.
     """
@@ -108,7 +108,7 @@ def _make_temporary(path: Path) -> Path:
     """Create an empty file with a random name and the permissions of the user's umask."""
     name = f".{path.stem[:40]}-{secrets.token_hex(8)}{path.suffix}"
     path_of_file = path.with_name(name)
-    # let the system apply the umask, because reading it would change it for the whole process
+    # let the system apply the umask, because reading it would change it for the entire process
     os.close(os.open(path_of_file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
     return path_of_file
 

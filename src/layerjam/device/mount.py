@@ -6,7 +6,7 @@ from layerjam.conversion import Quantity
 from layerjam.units import flag, quantity, record
 
 WIDTH_OF_A_SCREW = 20e-3
-"""Width of the sheets per screw of a cap, unless the number of screws is stated [m]."""
+"""Width of the sheets per screw of a cap [m], unless the number of screws is stated."""
 
 
 @record
@@ -30,7 +30,7 @@ class Mount:
     )
 
     def screws_across(self, width: Any) -> Any:
-        """Return the screws in each cap: as stated, or for a sheet width [m] (arrays too)."""
+        """Return the number of screws in each cap: as stated, or for sheet widths [m]."""
         if self.screws is not None:
             return self.screws
         share = width / WIDTH_OF_A_SCREW
@@ -40,7 +40,7 @@ class Mount:
 
 @record
 class Rope:
-    """The rope between a falling mass and the brake; it only pulls (paper, section III-E)."""
+    """The rope between a falling mass and the brake; it can only pull (paper, section III-E)."""
 
     stiffness: Quantity[float] = quantity(
         "N/m",

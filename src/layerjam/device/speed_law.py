@@ -8,8 +8,8 @@ from layerjam.units import quantity, record
 class SpeedLaw:
     """Friction at a sliding speed v relative to `test_speed`: ((v_0 + v)/(v_0 + v_test))^n.
 
-    It is an empirical law for one pair of surfaces; n = 1 is the linear growth of Stribeck's curve.
-    The film's kinetic friction and the scale factor are those at `test_speed`.
+    It is an empirical law for one pair of surfaces; n = 1 is the linear growth of the Stribeck
+    curve. The film's kinetic friction and the scale factor are those at `test_speed`.
     """
 
     power: Quantity[float] = quantity(

@@ -1,6 +1,6 @@
 """Data for making a brake: the [build] table, and notes on film and silicone.
 
-These data do not affect a brake's behaviour; their records are separate from Brake and never
+These data do not affect a brake's behaviour; their records are separate from Brake and are never
 traced.
 """
 
@@ -35,7 +35,7 @@ class PortSpec(AsItIs):
         return f"M5, or a tube's diameter {TUBE.limits()}"
 
     def read(self, text: object, name: str) -> str | float:
-        """Return the word M5, or a diameter [m]."""
+        """Return the word `M5`, or a diameter [m]."""
         if isinstance(text, str) and text.strip().upper() == M5:
             return M5
         try:
@@ -47,17 +47,17 @@ class PortSpec(AsItIs):
             ) from None
 
     def check(self, value: Any, name: str) -> Any:
-        """Return `value` if it is the word or an allowed diameter."""
+        """Return `value` if it is the word `M5` or an allowed diameter."""
         return value if value == M5 else TUBE.check(value, name)
 
     def to_toml(self, value: Any) -> object:
-        """Return the word, or text with a unit."""
+        """Return the word `M5`, or text with a unit."""
         return value if isinstance(value, str) else exact_text(float(value), "m")
 
 
 @dataclass(frozen=True)
 class SizeSpec(AsItIs):
-    """Two or three sides, such as "600 mm x 400 mm" or "145x145x175mm"."""
+    """Form of two or three sides, such as "600 mm x 400 mm" or "145x145x175mm"."""
 
     text: str
     sides: int
@@ -72,7 +72,7 @@ class SizeSpec(AsItIs):
         return " x ".join(f"{side} mm" for side in (600, 400, 300)[: self.sides])
 
     def read(self, text: object, name: str) -> tuple[float, ...]:
-        """Return the sides [m]; a unit after the last one applies to all."""
+        """Return the sides [m]; a unit after the last one applies to all of them."""
         if not isinstance(text, str):
             raise QuantityError.of(name, f"must be a text such as '{self.example}'")
         parts = [part.strip() for part in text.lower().replace("×", "x").split("x")]
@@ -85,7 +85,7 @@ class SizeSpec(AsItIs):
         return tuple(float(SIDE.read(part, name)) for part in texts)
 
     def check(self, value: Any, name: str) -> Any:
-        """Return `value` if it has the right number of allowed sides."""
+        """Return `value` if it has the right number of sides, all within bounds."""
         if len(value) != self.sides:
             raise QuantityError.of(name, f"needs {self.sides} lengths, such as '{self.example}'")
         for side in value:
@@ -103,7 +103,7 @@ def _length_field(text: str, default: float | None, lo: float = 0.0, hi: float =
 
 @record
 class Build:
-    """[build]: choices of the builder; a missing value takes the default of the fabrication."""
+    """[build]: choices of the builder; for a missing value, fabrication uses its default."""
 
     cutter: str = value(TextSpec(text="who cuts the film", choices=CUTTERS), "service")
     kerf: float = _length_field("full width of the cut", 0.0, hi=1e-3)
@@ -181,7 +181,7 @@ class Build:
 
 @record
 class FilmCutting:
-    """Data for buying and cutting a film, in addition to the numbers of [film]."""
+    """Data for buying and cutting a film, in addition to the values in [film]."""
 
     product: str | None = value(PRODUCT, None)
     gauges: tuple[float, ...] | None = value(ListSpec(each=GAUGE), None)
@@ -192,7 +192,7 @@ class FilmCutting:
 
 @record
 class Casting:
-    """Data for buying and casting a silicone, in addition to the numbers of [enclosure]."""
+    """Data for buying and casting a silicone, in addition to the values in [enclosure]."""
 
     product: str | None = value(PRODUCT, None)
     mix: str | None = value(TextSpec(text="parts to mix, such as '1A:1B'"), None)
@@ -210,7 +210,7 @@ class Casting:
 
 @record
 class Making:
-    """Everything that a brake's file may state about making it."""
+    """All data about making a brake that its file may contain."""
 
     build: Build = nested(Build, default=Build())
     film: FilmCutting = nested(FilmCutting, default=FilmCutting())
@@ -220,7 +220,7 @@ class Making:
 def find_changed_input(build: Build, *names: str) -> str:
     """Return the first input that is not at its default, otherwise the first one.
 
-    If inputs contradict each other, the error should name one that the user typed.
+    If inputs contradict each other, the error should name one that the user has set.
     """
     usual = Build()
     return next((n for n in names if getattr(build, n) != getattr(usual, n)), names[0])
@@ -234,7 +234,7 @@ def check_build(brake: Brake, build: Build) -> None:
         raise QuantityError.of(f"build.{key}", f"{show(getattr(build, key), unit)} {problem}")
 
     def check_order(small: str, large: str, equal: bool, unit: str = "m") -> None:
-        """Raise an error unless `small` is below `large`, or `equal` to it if that is allowed."""
+        """Raise an error unless `small` is below `large`, or equal to it if `equal` allows that."""
         low, high = getattr(build, small), getattr(build, large)
         if low < high or (equal and low == high):
             return
@@ -272,7 +272,7 @@ def check_build(brake: Brake, build: Build) -> None:
             if getattr(build, radius) < 0.5e-3:
                 refuse(radius, "is too sharp for a knife; give at least 0.5 mm")
     check_order("edge", "cheek", equal=False)
-    check_order("sprue", "trim", equal=True)  # the whole sprue is in the part that is trimmed off
+    check_order("sprue", "trim", equal=True)  # the entire sprue is in the part that is trimmed off
     check_order("vent", "trim", equal=True)
     check_order("tie_width", "tie_slot", equal=True)
     check_order("tie_slot", "neck_length", equal=False)

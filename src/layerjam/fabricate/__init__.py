@@ -1,1 +1,1 @@
-"""Manufacture: film patterns, printed parts, a mould, a parts list, and checks of a build."""
+"""Manufacture: film patterns, printed parts, a mould, a parts list, and checks of the build."""

@@ -28,7 +28,7 @@ class Item:
 
 
 def list_items(plan: Drawing, files: Collection[str] | None = None) -> list[Item]:
-    """Return the rows for all brakes of a build; `files` lists those written, by default all."""
+    """Return the rows for all brakes of a build; `files` lists the files written (default: all)."""
     rows = [
         *_film_item(plan),
         *_printed_items(plan),
@@ -40,7 +40,7 @@ def list_items(plan: Drawing, files: Collection[str] | None = None) -> list[Item
 
 
 def bom_csv(plan: Drawing, files: Collection[str] | None = None) -> str:
-    """Return the parts list as CSV, with a row of headings."""
+    """Return the parts list as CSV, with a header row."""
     rows = (astuple(row) for row in list_items(plan, files))
     return rows_text([[f.name for f in fields(Item)], *rows])
 
@@ -124,7 +124,7 @@ def tied_girth(plan: Drawing) -> float:
 
 
 def mould_thread(plan: Drawing) -> Thread | None:
-    """Return the largest thread that fits the mould's holes; None if smaller than M2."""
+    """Return the largest thread that fits the holes of the mould; None if it is smaller than M2."""
     hole = mm(plan.build.mould_bolt)
     return max(
         (t for t in THREADS if t.clearance <= hole + 1e-9), key=lambda t: t.size, default=None

@@ -1,7 +1,7 @@
 """The cap and its clamp plate (section 2.3 of the specification) [mm].
 
 The face of the cap is at x = 0, and the sheets extend towards +x; the middle of the stack is at z =
-0, with the plate above.
+0, with the plate above it.
 """
 
 import functools
@@ -15,13 +15,13 @@ from layerjam.fabricate.solid import Box, Ellipse, Prism, Solid, add, cut, solid
 
 
 def screw_places(lengths: Lengths, side: Side) -> list[float]:
-    """Return y of every screw; the holes in the sheets have the same y."""
+    """Return the y of every screw, which is also that of the holes in the sheets."""
     row = clamp_holes(side.clamped, lengths.width, lengths.screws, lengths.hole)
     return [hole.y for hole in row]
 
 
 def cap(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
-    """Return the cap of one side: tray, neck with its groove, head with port and pin."""
+    """Return the cap of one side: tray, neck with groove, and head with port and pin."""
     back_depth, neck = side.tray + mm(build.back), mm(build.neck_length)
     end = back_depth + neck
     port = end + lengths.port_length / 2
@@ -41,7 +41,7 @@ def cap(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
 
 
 def _tray(lengths: Lengths, build: Build, side: Side) -> Iterator[Prism]:
-    """Yield the tray for sheets and plate, with its nut pockets and screw holes."""
+    """Yield the tray for sheets and plate, with nut pockets and screw holes."""
     top, bottom = (
         lengths.stack / 2 + lengths.plate_height,
         -lengths.stack / 2 - lengths.shelf_height,
@@ -83,10 +83,10 @@ def pin_hole(build: Build) -> float:
 
 @functools.lru_cache(maxsize=256)
 def shared_volume(bore: float, port: float, length: float) -> float:
-    """Return the volume shared by the air bore and half the port, from radii and bore length.
+    """Return the volume shared by the air bore and half of the port, from radii and bore length.
 
     It is the integral of u·min(v, length) over the bore's height, where u and v are the half widths
-    of bore and port. Gauss-Chebyshev quadrature is exact up to rounding if the bore is smaller.
+    of bore and port. Gauss-Chebyshev quadrature is exact, up to rounding, if the bore is narrower.
     """
     count = 256
     total = 0.0
@@ -98,7 +98,7 @@ def shared_volume(bore: float, port: float, length: float) -> float:
 
 
 def plate(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
-    """Return the clamp plate of one side, open at the front and the back above its screws."""
+    """Return the clamp plate of one side, which is open at front and back above its screws."""
     fit, thread = mm(build.fit), lengths.thread
     low, high = lengths.stack / 2, lengths.stack / 2 + lengths.plate_height
     half, depth = lengths.slot / 2 - fit, -(side.tray - fit)

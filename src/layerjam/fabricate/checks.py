@@ -29,15 +29,15 @@ from layerjam.fabricate.verdicts import Check, same_text
 from layerjam.units import get, show
 
 HEAD_RIM = 0.4
-"""Clamped length beyond the screw's head [mm]."""
+"""Clamped length that extends beyond the screw's head [mm]."""
 SHARE_OF_BREAK = 1 / 3
-"""Greatest stretch of the enclosure over the cap, relative to its elongation at break."""
+"""Maximum stretch of the enclosure over the cap, relative to its elongation at break."""
 MASS_BOUND, PART_BOUND = 0.10, 0.01
 Limits = Iterator[tuple[tuple[str, ...], Any, Any, str]]
 
 
 def drawable_limits(build: Build, lengths: Lengths) -> Limits:
-    """Yield (inputs, value, limit above it, name of the limit) for each rule; in mm."""
+    """Yield (inputs, value, upper limit, name of the limit) for each rule; in mm."""
     wall, clamp = mm(build.wall), mm(build.clamp_radius)
     mould = lengths.mould
     step = (mould.length - mould.flange) / (mould.bolts - 1)
@@ -83,7 +83,7 @@ def drawable_limits(build: Build, lengths: Lengths) -> Limits:
 def check_drawable(brake: Brake, build: Build, lengths: Lengths) -> None:
     """Raise QuantityError for choices that cannot be drawn together.
 
-    The error names the input that differs from its default, or that of the brake.
+    The error names the input that differs from its default, or an input from the brake.
     """
     for names, value, limit, name in drawable_limits(build, lengths):
         if value < limit:
@@ -111,7 +111,7 @@ def part_checks(
     force: Any,
     friction_source: str = "",
 ) -> Iterator[Check]:
-    """Yield C2 (printer) and C4 to C13 at a force [N]; a search passes arrays of brakes."""
+    """Yield checks C2 (printer) and C4 to C13 at a force [N]; a search passes arrays of brakes."""
     yield from print_checks(build, parts)
     yield from clamp_checks(build, lengths)
     yield from sleeve_checks(brake, build, casting, lengths)
@@ -122,7 +122,7 @@ def part_checks(
 
 
 def _length_check(code: str, key: str, value: Any, need: Any, text: str, remedy: str) -> Check:
-    """Return the check of a length [mm]; the brake cannot be drawn if it is too small."""
+    """Return the check of a length [mm]; the brake cannot be drawn if the length is too small."""
     return Check(
         code=code,
         key=key,
@@ -172,7 +172,7 @@ def clamp_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
 
 
 def screw_notices(lengths: Lengths) -> Iterator[Notice]:
-    """Yield notices about a screw that no standard lists, or that may jam in the film."""
+    """Yield notices about a screw that is not in the standard, or that may jam in the film."""
     thread = lengths.thread
     if lengths.screw_length > thread.longest:
         yield Notice(
@@ -191,7 +191,7 @@ def screw_notices(lengths: Lengths) -> Iterator[Notice]:
 
 
 def sleeve_checks(brake: Brake, build: Build, cast: Casting, lengths: Lengths) -> Iterator[Check]:
-    """Yield C5 and C6: stretch of the enclosure, and space for it to settle on the stack."""
+    """Yield C5 and C6: stretch of the enclosure, and the space that it needs to reach the stack."""
     edge = (8 - 2 * math.pi) * mm(build.edge)
     girths = {
         "tray": 2 * (lengths.tray_width + lengths.cap_height) - edge,
@@ -246,9 +246,9 @@ def _descent_text(free: float, need: float, ok: bool | None) -> str:
 
 
 def wall_thicknesses(build: Build, lengths: Lengths) -> dict[str, Any]:
-    """Return every wall of the printed parts that stay in the brake, by name [mm].
+    """Return the thickness of every wall of the printed parts that stay in the brake, by name [mm].
 
-    A rounded edge counts as a sharp corner. A wall that a brake does not have is infinite.
+    A rounded edge counts as a sharp corner. It is infinite if a brake lacks the wall.
     """
     thread, fit, back_wall = lengths.thread, mm(build.fit), mm(build.back)
     bore, hole, nut = mm(build.air_bore) / 2, thread.clearance / 2, thread.nut + fit
@@ -258,7 +258,7 @@ def wall_thicknesses(build: Build, lengths: Lengths) -> dict[str, Any]:
     screw_span = lengths.width - pitch
     pocket = nut / math.sqrt(3)
     neck, slot, depth = mm(build.neck_length), mm(build.tie_slot), mm(build.tie_depth)
-    # the neck's rims are free if neither tray nor head is behind them
+    # the rims of the neck are free if neither the tray nor the head is behind them
     wide = np.minimum(lengths.tray_width, lengths.head) / 2
     high = np.minimum(np.minimum(top, low), lengths.head_height / 2)
     proud = (lengths.neck_a > wide) | (lengths.neck_b > high)
@@ -283,7 +283,7 @@ def wall_thicknesses(build: Build, lengths: Lengths) -> dict[str, Any]:
 
 
 def wall_check(build: Build, lengths: Lengths) -> Check:
-    """Return C10: the thinnest wall."""
+    """Return check C10: the thinnest wall."""
     thicknesses = wall_thicknesses(build, lengths)
     least = np.min(np.broadcast_arrays(*thicknesses.values()), axis=0)
     place = "" if np.ndim(least) else min(thicknesses, key=lambda name: float(thicknesses[name]))
@@ -310,11 +310,11 @@ WALL_INPUTS = {
     "between two nuts": "sheets.width",
     "between two heads": "sheets.width",
 }
-"""{wall: inputs that make it thicker}; mount.clamped_length for all others."""
+"""{wall: inputs that make it thicker}; for all other walls, mount.clamped_length."""
 
 
 def seal_check(brake: Brake, build: Build, lengths: Lengths) -> Check:
-    """Return C11: the pressure of the tie on the neck at its flattest point."""
+    """Return check C11: the pressure of the tie at the flattest point of the neck."""
     a, b = lengths.neck_a * 1e-3, lengths.neck_b * 1e-3
     pressure = build.tie_tension * np.minimum(b / a**2, 1 / b) / build.tie_width
     need = ATMOSPHERES * brake.site.atmosphere
@@ -342,7 +342,7 @@ def _seal_text(tension: float, pressure: float, need: float, ok: bool | None) ->
 
 
 def print_checks(build: Build, parts: Sequence[Part]) -> Iterator[Check]:
-    """Yield C2 (printer): every printed part fits the printer, along its axes."""
+    """Yield C2 (printer): every printed part fits into the printer, parallel to its axes."""
     if build.print_bed is None:
         words = partial(same_text, "build volume of the printer not given, not checked")
         yield Check(code="C2", key="print-bed", words=words)
@@ -382,7 +382,7 @@ def _printer_text(name: str, sides: Sequence[float], bed: Sequence[float], ok: b
 
 
 def mass_checks(brake: Brake, rows: Sequence[MassRow]) -> Iterator[Check]:
-    """Yield C14: the mass as drawn compared with the model, in total and part by part."""
+    """Yield C14: the mass as drawn, compared with the model in total and part by part."""
     row_of = {row.name: row for row in rows}
     sheets = sum(row.mass for name, row in row_of.items() if name.startswith("sheet"))
     pairs = (

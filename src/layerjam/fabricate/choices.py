@@ -27,20 +27,20 @@ class Choices:
     build: Build = Build()
     sources: Mapping[str, Source] = field(default_factory=dict)
     texts: Mapping[str, tuple[str, str]] = field(default_factory=dict, repr=False)
-    """{dotted path: (file that sets it, its text)} of all values taken from a file."""
+    """{dotted path: (file that sets it, its text)} for all values that come from a file."""
 
     @contextmanager
     def locate_errors(self) -> Iterator[None]:
-        """Turn a QuantityError inside into a FileError with file and line if a file is at fault.
+        """Turn a QuantityError inside into a FileError with file and line if a file caused it.
 
-        A value of the command or a default has no line; its error stays a QuantityError.
+        A value from the command or a default has no line; its error remains a QuantityError.
         """
         with _locate_error(self.texts):
             yield
 
     @property
     def default_keys(self) -> tuple[str, ...]:
-        """Return the keys of [build] that nobody set, so that their defaults apply."""
+        """Return the keys of [build] that are not set anywhere, so that their defaults apply."""
         names = (f.name for f in fields(self.build))
         return tuple(name for name in names if f"build.{name}" not in self.sources)
 

@@ -1,4 +1,4 @@
-"""Films that each cutter may cut, because a laser in the wrong film poisons its operator."""
+"""Films that each cutter may cut: a laser in the wrong film releases gas that poisons people."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -9,9 +9,9 @@ from layerjam.fabricate.verdicts import Check, same_text
 from layerjam.toml_files.source import Source
 
 PUNCHED_BELOW = 5.0
-"""Hole diameter below which to use a punch, because a plotter's knife leaves no round hole [mm]."""
+"""Hole diameter [mm] below which a punch is needed, because a plotter knife cuts no round holes."""
 OWN_KINDS = ("measured", "assumed", "unstated")
-"""Kinds of a source that is not published."""
+"""Kinds of source that are not published."""
 ADVICE = {
     "never": "this film must never go into a laser; a blade, shears or a die cuts it",
     "with care": "a laser may cut this film only with care: extract the fumes, clean the edge",
@@ -22,7 +22,7 @@ ADVICE = {
 def laser_check(file: BrakeFile, cutter: str) -> Check:
     """Return C15: whether this cutter may cut the film.
 
-    Raises QuantityError if a laser is to cut a film without laser data, or with data that have no
+    Raises QuantityError if a laser is to cut a film that has no laser data, or whose data have no
     source.
     """
     word, source = file.making.film.laser, file.sources.get("film.laser", Source())
@@ -53,7 +53,7 @@ def laser_check(file: BrakeFile, cutter: str) -> Check:
 
 
 def cutter_notes(file: BrakeFile, cutter: str) -> Sequence[str]:
-    """Return sentences, one line each, for every file for a cutter."""
+    """Return the sentences, one line each, that are written to every file for a cutter."""
     word, source = file.making.film.laser, file.sources.get("film.laser", Source())
     text, was = " ".join(source.text.split()), " ".join(source.was.split())
     if word == "never":

@@ -1,4 +1,4 @@
-"""One build, before any file is written: lengths, parts, film, masses and checks."""
+"""One build before any file is written: lengths, parts, film, masses and checks."""
 
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -30,7 +30,7 @@ BASIS: Mapping[str, str] = MappingProxyType(
 """{key of [build]: basis of its default}."""
 
 SCREWS = "layerjam assumes one for every 20 mm of width; the paper mentions a 'corresponding screw'"
-"""Basis of the number of screws if nobody stated it."""
+"""Basis of the number of screws if it is not stated."""
 
 DRAWN = (
     (
@@ -57,14 +57,14 @@ class Drawing:
     masses: Sequence[MassRow]
     checks: Sequence[Check]
     force: float
-    """Greatest force on one brake [N]."""
+    """Maximum force on one brake [N]."""
     parallel: int = 1
     series: int = 1
     accepted: Sequence[Acceptance] = ()
-    """Failed checks of the brake's file and of the build that were accepted."""
+    """Accepted failed checks of the brake's file and of the build."""
 
     def with_acceptances(self, acceptances: Sequence[Acceptance]) -> "Drawing":
-        """Return the build whose files state these accepted checks."""
+        """Return the build with these accepted checks, which its files then state."""
         sentences = [
             " ".join(f"Check {row.check} failed; accepted on {row.date}: {row.reason}".split())
             for row in acceptances
@@ -79,40 +79,40 @@ class Drawing:
 
     @property
     def build(self) -> Build:
-        """Values of the choices."""
+        """Values of the choices for the build."""
         return self.choices.build
 
     @property
     def preload(self) -> float:
-        """Force of each clamp's screw [N]."""
+        """Force of each clamp screw [N]."""
         return screw_preload(self.force, self.file.brake, self.lengths)
 
     @property
     def torque(self) -> float:
-        """Torque of each clamp's screw [N m]."""
+        """Torque of each clamp screw [N m]."""
         return screw_torque(self.force, self.file.brake, self.build, self.lengths)
 
     @property
     def silicone_mass(self) -> float:
-        """Silicone to mix for all brakes, including waste [kg]."""
+        """Mass of silicone to mix for all brakes, including waste [kg]."""
         density = self.file.brake.enclosure.density
         return self.brakes * silicone_to_mix(self.lengths, self.build, density)
 
     @property
     def silicone_parts(self) -> list[float] | None:
-        """Masses of A and B [kg]; None if the mixing ratio is unknown."""
+        """Masses of components A and B [kg]; None if the mixing ratio is unknown."""
         return split_mix(self.file.making.enclosure.mix, self.silicone_mass)
 
     @property
     def yoke_moment(self) -> float | None:
-        """Greatest bending moment [N m] in each of a side's two yokes; None if it has no yoke."""
+        """Maximum bending moment [N m] in each of the two yokes of a side; None without a yoke."""
         if self.parallel == 1:
             return None
         step, middle = brake_pitch(self.build, self.lengths) * 1e-3, (self.parallel - 1) / 2
         return self.force * sum(abs(i - middle) * step for i in range(self.parallel)) / 4
 
     def assumptions(self) -> list[str]:
-        """Return the values that nobody has measured or set, each with a reason."""
+        """Return the values that have been neither measured nor set, each with a reason."""
         specs = dict(entries(Build))
         sentences = []
         for name in self.choices.default_keys:
@@ -132,10 +132,10 @@ class Drawing:
 def draw_build(
     file: BrakeFile, choices: Choices, force: float, parallel: int = 1, series: int = 1
 ) -> Drawing:
-    """Return the build of a brake whose greatest force is `force` [N].
+    """Return the build of a brake whose maximum force is `force` [N].
 
     Raises QuantityError for choices in conflict, CannotBuildError if no lengths fit. Other reasons
-    not to build are in `checks`.
+    not to build it are in `checks`.
     """
     brake, build, casting = file.brake, choices.build, file.making.enclosure
     sizes = compute_lengths(brake, build)

@@ -1,4 +1,4 @@
-"""Mass, amounts and margins of many drawn brakes in closed form, without files or meshes."""
+"""Masses, amounts and margins of many drawn brakes in closed form, without files or meshes."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -27,13 +27,13 @@ FITS = ("clamp-length", "nut-width", "head-width", "least-wall")
 
 @dataclass(frozen=True)
 class Draws:
-    """Function that draws brakes with one workshop's choices."""
+    """Function that draws brakes with the choices of one workshop."""
 
     build: Build
     casting: Casting = Casting()
 
     def __call__(self, brake: Brake, force: Any) -> Bill:
-        """Return the bills of brakes whose sheets are arrays, at their greatest forces [N].
+        """Return the bills of brakes whose sheets are arrays, at their maximum forces [N].
 
         The numbers of screws and mould bolts change the list of prisms, so brakes that share both
         are drawn together.
@@ -78,16 +78,16 @@ class Draws:
             sum(row.mass for row in mass_rows(brake, self.build, sizes, solids)),
         )
         film_area, print_volume, tools, mass = (np.where(fits, row, np.nan) for row in amounts)
-        # a search may end slightly beyond a limit by rounding, and a build would reject it
+        # by rounding, a search may end slightly beyond a limit, and a build would reject the result
         margin = np.min(np.broadcast_arrays(*all_margins), axis=0) * (1 - 4 * ROUNDING)
         return Bill(film_area, print_volume, tools, mass, margin)
 
     def _geometry(self, brake: Brake, sizes: Lengths) -> Iterator[Any]:
-        """Yield margins of the rules that are errors in a build."""
+        """Yield the margins of the rules whose violation is an error in a build."""
         for _, value, limit, _ in rules.drawable_limits(self.build, sizes):
             with np.errstate(divide="ignore", invalid="ignore"):
                 share = np.divide(limit, value) * (1 - ROUNDING)
-            # only values below zero meet a limit of zero
+            # only a value below zero meets a limit of zero
             yield np.where(np.asarray(value) > 0, share, np.where(value < limit, np.inf, 0.0))
         for radius in (self.build.tip_radius, self.build.clamp_radius):
             yield sizes.width / 2 / mm(radius) * (1 - ROUNDING) if radius else np.inf
@@ -95,12 +95,12 @@ class Draws:
     def _checks(
         self, brake: Brake, sizes: Lengths, force: Any, solids: list[Part], film: list[CutPart]
     ) -> Iterator[Check]:
-        """Yield the checks of a build, except those of stock and cutter."""
+        """Yield the checks of a build, except those of the stock and the cutter."""
         yield from hole_checks(film, sizes)
         yield from rules.part_checks(brake, self.build, self.casting, sizes, solids, force)
 
     def reason(self, brake: Brake, force: float) -> str | None:
-        """Return the first reason why one brake cannot be built; None if it can."""
+        """Return the first reason why a brake cannot be built; None if it can."""
         try:
             check_build(brake, self.build)
             sizes = compute_lengths(brake, self.build)

@@ -22,7 +22,7 @@ _LETTERS = 4.0
 
 @dataclass(frozen=True, kw_only=True)
 class Frame:
-    """Content of the layer INFO of a piece of film: its edge [mm] and a line of text."""
+    """Content of the INFO layer for a piece of film: its edge [mm] and a line of text."""
 
     length: float
     width: float
@@ -32,11 +32,10 @@ class Frame:
 def write_dxf(
     parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[str] = ()
 ) -> bytes:
-    """Return the bytes of the file; without a `frame` it contains only lines to cut.
+    """Return the bytes of the file; without a `frame`, it contains only lines to cut.
 
-    `notes` are comments for the reader, which a machine ignores. The format is R2000, the oldest
-    version with a unit and with arcs in an outline. Raises MissingExtraError if ezdxf is not
-    installed.
+    `notes` are comments for people, which machines ignore. The format is R2000, the oldest version
+    with a unit and with arcs in an outline. Raises MissingExtraError if ezdxf is not installed.
     """
     with MissingExtraError.raise_if_missing("film patterns as DXF (ezdxf)", "build"):
         import ezdxf
@@ -61,7 +60,7 @@ def write_dxf(
 
 @contextmanager
 def _fix_metadata() -> Iterator[None]:
-    """Suppress the time and the random identity that ezdxf writes into a file."""
+    """Suppress the time and the random identifier that ezdxf writes into a file."""
     import ezdxf
 
     before = ezdxf.options.write_fixed_meta_data_for_testing

@@ -1,4 +1,4 @@
-"""Film of a build: parts, pieces of stock, files and checks."""
+"""Film for a build: parts, pieces of stock, files and checks."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -22,35 +22,35 @@ from layerjam.units import show
 LARGEST = (1169.0, 777.0)
 """Length and width of the pieces if no stock is given: A0 with space for a ruler [mm]."""
 LEAST_HOLE, HOLE_BY_THICKNESS, LEAST_RIM = 1.0, 1.5, 1.0
-"""Limits of a service: least hole [mm] and [sheet thicknesses], least rim around it [mm]."""
+"""Limits of a cutting service: smallest hole [mm] and [sheet thicknesses], smallest rim [mm]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Film:
-    """Film of a build; numbers in SI, outlines in mm."""
+    """Film for a build; numbers are in SI, outlines in mm."""
 
     parts: Sequence[CutPart]
     """Sheets and spacers at their nominal size; identical ones share a name."""
     pieces: Sequence[Piece]
-    """The same parts on pieces of stock, kerf included."""
+    """The same parts laid out on pieces of stock, kerf included."""
     checks: Sequence[Check]
     notes: Sequence[str]
-    """Sentences that every file carries."""
+    """Sentences that are in every file."""
     used: float
-    """Share of the stock that is used for parts."""
+    """Fraction of the stock that is used for parts."""
 
     @property
     def area(self) -> float:
-        """Area of all parts [m²]."""
+        """Total area of the parts [m²]."""
         return 1e-6 * sum(part.outline.area() * part.count for part in self.parts)
 
     @property
     def cut_length(self) -> float:
-        """Length of all cuts, at nominal size [m]."""
+        """Total length of the cuts, at nominal size [m]."""
         return 1e-3 * sum(part.outline.cut_length() * part.count for part in self.parts)
 
     def files(self) -> dict[str, bytes]:
-        """Return {path: bytes} of single parts for a service, and whole pieces for your own cutter.
+        """Return {path: bytes} of single parts for a service and whole pieces for your own cutter.
 
         Raises MissingExtraError if ezdxf is not installed.
         """
@@ -69,7 +69,7 @@ class Film:
 
 
 def lay_out_film(file: BrakeFile, build: Build, lengths: Lengths, copies: int = 1) -> Film:
-    """Return the film of `copies` brakes, with the checks C1, C2 (laser bed), C3 and C15.
+    """Return the film for `copies` brakes, with the checks C1, C2 (laser bed), C3 and C15.
 
     If a part is larger than the stock, there are no pieces and C1 fails. Raises QuantityError for a
     laser if the film has no laser data.
@@ -101,7 +101,7 @@ def lay_out_film(file: BrakeFile, build: Build, lengths: Lengths, copies: int = 
 
 
 def film_parts(build: Build, lengths: Lengths, copies: int = 1) -> list[CutPart]:
-    """Return nominal sheets and spacers of `copies` brakes, by side if the sides differ."""
+    """Return the nominal sheets and spacers of `copies` brakes, by side if the sides differ."""
     cut_parts = []
     for kind, draw in (("sheet", _make_sheet), ("spacer", _make_spacer)):
         counts = {side.name: getattr(side, f"{kind}s") for side in lengths.sides}
@@ -145,7 +145,7 @@ def _stock_size(build: Build) -> tuple[float, float] | None:
 
 
 def _orient_bed(parts: Sequence[CutPart], bed: Sequence[float]) -> tuple[float, float]:
-    """Return the laser's bed [mm], with its longer side along the film if the parts fit."""
+    """Return the size of the laser bed [mm], its longer side along the film if the parts fit."""
     short, long = sorted(map(mm, bed))
     widest = max(part.outline.width for part in parts)
     longest = max(part.outline.length for part in parts)
@@ -153,7 +153,7 @@ def _orient_bed(parts: Sequence[CutPart], bed: Sequence[float]) -> tuple[float, 
 
 
 def stock_margin(parts: Sequence[CutPart], build: Build) -> Any:
-    """Return the size of stock and laser bed relative to the largest part; 1 or more is enough."""
+    """Return the size of stock and laser bed relative to the largest part; at least 1 is enough."""
     around, stock_fit = mm(build.kerf) + 2 * mm(build.margin), math.inf
     sizes = [(p.outline.length + around, p.outline.width + around) for p in parts]
     rooms = [room for room in (_stock_size(build),) if room]
@@ -197,7 +197,7 @@ def _bed_check(
     bed: tuple[float, float] | None,
     stock: tuple[float, float] | None,
 ) -> Check:
-    """Return C2 (laser bed): pieces may be turned on the bed, with all their parts."""
+    """Return C2 (laser bed): pieces may be turned on the bed, together with all their parts."""
     if bed is None:
         words = partial(same_text, "laser bed not given, not checked")
         return Check(code="C2", key="laser-bed", words=words)
@@ -271,7 +271,7 @@ def more_files(
 def auxiliary_plates(
     build: Build, lengths: Lengths, parallel: int, series: int
 ) -> dict[str, Outline]:
-    """Return jig, and yoke and link if the array needs them, by name [mm]."""
+    """Return the jig, and the yoke and link if the array needs them, by name [mm]."""
     bore = mm(build.pin) + mm(build.pin_clearance)
     outlines = {"jig": jigs.jig(lengths.pin_to_pin, bore)}
     if parallel > 1:
@@ -282,7 +282,7 @@ def auxiliary_plates(
 
 
 def brake_pitch(build: Build, lengths: Lengths) -> float:
-    """Return the distance between two parallel brakes [mm], set by their enclosures or heads."""
+    """Return the distance between two parallel brakes [mm], which their enclosures or heads set."""
     return max(lengths.tray_width + 2 * lengths.wall, lengths.head) + mm(build.gap)
 
 
@@ -294,7 +294,7 @@ _EDGE = 1.0
 def write_svg(
     parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[str] = ()
 ) -> bytes:
-    """Return the bytes of the file: red is cut, blue is cut first, grey (a `frame`) is not cut.
+    """Return the bytes of the file: red is cut, blue is cut first, and grey (a `frame`) is not cut.
 
     `notes` are sentences for the reader of the file; they are not drawn.
     """

@@ -1,4 +1,4 @@
-"""Folder of a build with all its files, which appear completely or not at all.
+"""Folder of a build, whose files are written completely or not at all.
 
 The name of the brake never determines a path inside the folder.
 """
@@ -24,9 +24,9 @@ LIST = "build.json"
 
 
 def check_folder(out: str | Path, overwrite: bool) -> Path:
-    """Return the folder to create; raises FileError, before any computation, if it cannot be.
+    """Return the folder to create; raises FileError, before any computation, if that is impossible.
 
-    `overwrite` replaces an existing folder that contains only files of an earlier build.
+    With `overwrite`, an existing folder is replaced if it contains only files of an earlier build.
     """
     path = Path(out)
     check_name(path)
@@ -46,7 +46,7 @@ def _validate(path: Path, overwrite: bool) -> Path:
     if not os.access(path.parent, os.W_OK):
         raise FileError(path, f"cannot be created: the folder {path.parent} is read-only")
     with hidden_folder(path.parent):
-        pass  # os.access is not reliable for an administrator, so try to write
+        pass  # os.access is unreliable for administrators, so try to write
     if path.is_dir():
         if not overwrite:
             raise FileError(path, "exists already; --overwrite replaces it")

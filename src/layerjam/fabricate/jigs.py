@@ -3,13 +3,13 @@
 from layerjam.fabricate.outline import Circle, Cut, Outline
 
 CORNER = 3.0
-"""Radius of a board's corners [mm]."""
+"""Radius of the corners of a board [mm]."""
 RIM = 10.0
-"""Least distance from a hole's centre to the board's edge [mm]."""
+"""Smallest distance from a hole's centre to the board's edge [mm]."""
 EYE = 15.0
-"""Distance of a yoke's eye from the row of the pins [mm]."""
+"""Distance of a yoke's eye from the row of pins [mm]."""
 SLATS, SLAT = 10, 10.0
-"""Number of slats in the comb, and the width of each [mm]."""
+"""Number of slats in the comb, and width of each [mm]."""
 _SLED = 25.0
 """Side of the sled's face in the paper's friction test [mm]."""
 
@@ -20,7 +20,7 @@ def rim_width(bore: float) -> float:
 
 
 def jig(pin_to_pin: float, bore: float) -> Outline:
-    """Return a board with two holes for the pins, at their distance at rest."""
+    """Return a board with two holes for the pins, at the distance that they have at rest."""
     edge = rim_width(bore) + 5
     return Outline(
         length=pin_to_pin + 2 * edge,
@@ -32,7 +32,7 @@ def jig(pin_to_pin: float, bore: float) -> Outline:
 
 
 def yoke(brakes: int, pitch: float, bore: float) -> Outline:
-    """Return a plate across `brakes` in parallel; the load hangs on the eye at its middle.
+    """Return a plate across `brakes` in parallel; the load hangs from the eye in its middle.
 
     The eye is not in the row of the pins, because an odd number of brakes has a pin in the middle.
     """
@@ -49,7 +49,7 @@ def yoke(brakes: int, pitch: float, bore: float) -> Outline:
 
 
 def link(head: float, gap: float, bore: float) -> Outline:
-    """Return a plate between two brakes in series; `head` is the length of a cap's head."""
+    """Return a plate between two brakes in series; `head` is the length of the head of a cap."""
     edge = rim_width(bore)
     return Outline(
         length=head + gap + 2 * edge,
@@ -61,9 +61,9 @@ def link(head: float, gap: float, bore: float) -> Outline:
 
 
 def coupon(hole: float, gap: float) -> list[Outline]:
-    """Return test pieces to cut first from the same film, in its direction and without kerf.
+    """Return test pieces to cut first from the same film, in its direction, at nominal size.
 
-    A comb of ten slats in a frame measures the kerf: the slats, pushed together, leave a gap of
+    A comb of ten slats in a frame measures the kerf: pushed together, the slats leave a gap of
     eleven kerfs. The square with a hole measures the kerf again. A strip and three patches are for
     `layerjam friction`.
     """

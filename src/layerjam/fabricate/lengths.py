@@ -1,4 +1,4 @@
-"""Lengths determined by a brake and a workshop's choices, all in mm.
+"""Lengths that follow from a brake and a workshop's choices, all in mm.
 
 Geometry in this folder is in mm, as in workshop files; records and JSON stay in SI. x points along
 the pull, y across the sheets, z through the stack, whose middle is z = 0.
@@ -19,34 +19,34 @@ from layerjam.fabricate.screws import LENGTHS, Thread, sold_length, thread_for
 from layerjam.units import show
 
 M5_BORE = 4.2
-"""Diameter of the hole into which an M5 thread is cut [mm]; its minor diameter is 4.134 mm."""
+"""Diameter of the hole into which an M5 thread is cut [mm]; M5 has a minor diameter of 4.134 mm."""
 M5_PITCH, M5_LEAST = 0.8, 4.0
-"""Pitch of M5 and its least length in printed resin [mm]: layerjam assumes five turns.
+"""Pitch of M5 and its shortest length in printed resin [mm]: layerjam assumes five turns.
 
-A fitting tightened by hand to 0.5 N m pulls with 500 N (K = 0.2). A resin of 40 MPa, or 23 MPa in
-shear, carries this over 0.6 pi d L if L is at least 2.3 mm.
+A fitting tightened by hand to 0.5 N m pulls with 500 N (K = 0.2). A resin with a strength of 40
+MPa, or 23 MPa in shear, carries this over 0.6 pi d L if L is at least 2.3 mm.
 """
 GLUED = 0.1
-"""Excess of the bore over the diameter of a tube that is glued in [mm]."""
+"""Clearance between the bore and a tube that is glued in, on the diameter [mm]."""
 PORT_WALL = 2.0
 SPARE = 0.1
-"""Least height of the air bore above the tray's floor [mm]."""
+"""Smallest height of the air bore above the tray's floor [mm]."""
 ROUND_BELOW, FLATTEST = 1.25, 3.0
-"""Aspect ratio below which the neck is round, and its greatest value [1]."""
+"""Aspect ratio below which the neck is round, and largest aspect ratio [1]."""
 ATMOSPHERES, SEAL_MARGIN = 2.0, 1.05
-"""Pressure of the tie that seals [atmospheres], and the margin in the shape of the neck."""
+"""Pressure of the tie that seals [atmospheres], and the margin for the shape of the neck."""
 BOLT_SPACING = 45.0
 KEY_HEIGHT, KEY_DEPTH = 4.0, 5.0
 """Height of the mould's keys and depth of their holes [mm]."""
 FLANGE = 6.0
-"""Plastic around the hole of a mould's bolt [mm]."""
+"""Width of the plastic around the bolt hole of a mould [mm]."""
 
 
 R = TypeVar("R")
 
 
 def mm(value: Any) -> Any:
-    """Return a length in mm from one in m, without rounding errors of the conversion."""
+    """Return a length in mm, given in m, without rounding errors from the conversion."""
     return _round_value(value * 1e3, 14)
 
 
@@ -62,7 +62,7 @@ def _to_count(value: Any) -> Any:
 
 
 def map_arrays(record: R, change: Callable[[Any], Any]) -> R:
-    """Return a record with every array changed, also in nested records."""
+    """Return a record with every array changed, including those in nested records."""
     changes: dict[str, Any] = {}
     for f in fields(record):  # type: ignore[arg-type]
         value = getattr(record, f.name)
@@ -83,30 +83,30 @@ class CannotBuildError(LayerjamError):
     ) -> None:
         super().__init__(text)
         self.reason, self.value, self.limit = reason, value, limit
-        """Kind of reason, and value and limit in SI or None."""
+        """Kind of reason, with value and limit in SI or None."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Side:
-    """Contents of one end of the brake."""
+    """Sheets, spacers and lengths at one end of the brake."""
 
     name: str
     """"left" or "right"."""
     sheets: int
     """Number of sheets clamped at this end."""
     spacers: int
-    """Number of spacers between them, one for every sheet of the other side."""
+    """Number of spacers between them, one for every sheet of the opposite side."""
     clamped: float
     """c_i: length of a sheet and of a spacer inside the cap."""
     tray: float
-    """T: clamped length and air space."""
+    """T: clamped length plus air space."""
     reach: float
     """Length of the cap inside the enclosure: tray, back wall and neck."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Mould:
-    """Mould of the enclosure, parted at z = 0, and its casting."""
+    """Mould of the enclosure, which parts at z = 0, and its casting."""
 
     inner_width: float
     inner_height: float
@@ -116,19 +116,19 @@ class Mould:
     casting: float
     """Length of the cavity."""
     core: float
-    """Length of the core, held at both ends."""
+    """Length of the core, which is held at both ends."""
     length: float
     width: float
     half: float
-    """Height of one half."""
+    """Height of one half of the mould."""
     flange: float
     bolts: int
-    """Positions of bolts in each flange; the middle ones are keys."""
+    """Number of bolt positions in each flange; the middle one is a key."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Lengths:
-    """Lengths by section 2.1 of the specification [mm]."""
+    """Lengths as in section 2.1 of the specification [mm]."""
 
     count: int
     width: float
@@ -162,7 +162,7 @@ class Lengths:
     """Width and length of the head that holds the pin."""
     head_height: float
     air_axis: float
-    """z of the air bore's axis; higher in a thin stack, to stay above the tray's floor."""
+    """z of the air bore's axis; higher for a thin stack, so that it is above the tray's floor."""
     port: float
     """Diameter of the port's bore."""
     port_length: float
@@ -175,7 +175,7 @@ class Lengths:
     pin_to_pin: float
     overall: float
     strap: float
-    """Greatest distance between the pins in use: pin to pin plus the usable travel."""
+    """Largest distance between the pins in use: pin to pin plus the usable travel."""
     mould: Mould
 
     @property
@@ -192,7 +192,7 @@ class Lengths:
 def compute_lengths(brake: Brake, build: Build) -> Lengths:
     """Return all lengths of a build [mm].
 
-    Raises QuantityError for a hole too small for any screw or for parts in conflict, and
+    Raises QuantityError for a hole that is too small for any screw or for parts in conflict, and
     CannotBuildError if no screw on sale is long enough.
     """
     sheets = brake.sheets
@@ -298,8 +298,8 @@ def _side_lengths(brake: Brake, build: Build, name: str) -> Side:
 def _neck_axes(aspect: Any, girth: Any, flattest: float) -> tuple[Any, Any]:
     """Return half axes of an ellipse of a given girth, as flat as the cap if the seal allows this.
 
-    A tie presses least at the flattest point, with its tension divided by its width and the radius
-    a²/b there; `flattest` is the greatest such radius [mm] that seals. A flatter shape is made
+    The pressure of a tie is lowest at the flattest point: its tension divided by its width and the
+    radius a²/b there; `flattest` is the largest radius [mm] that seals. A flatter shape is made
     rounder until it seals, and circular below `ROUND_BELOW`.
     """
     shape = np.clip(aspect, 1.0, FLATTEST)
@@ -310,9 +310,9 @@ def _neck_axes(aspect: Any, girth: Any, flattest: float) -> tuple[Any, Any]:
 
 
 def ellipse_girth(a: Any, b: Any) -> Any:
-    """Return the girth of an ellipse of half axes a and b, by the arithmetic-geometric mean.
+    """Return the girth of an ellipse with half axes a and b, by the arithmetic-geometric mean.
 
-    Six rounds are exact to rounding for any b from a/100 to a.
+    Six rounds are exact, up to rounding, for any b from a/100 to a.
     """
     mean, geometric, square, weight = a, b, (a * a + b * b) / 2, 0.5
     for _ in range(6):
@@ -324,7 +324,7 @@ def ellipse_girth(a: Any, b: Any) -> Any:
 
 
 def _mould_lengths(build: Build, inner: tuple[float, float], wall: float, sleeve: float) -> Mould:
-    """Return the mould of an enclosure; its cavity is larger by the shrinkage."""
+    """Return the mould of an enclosure; the cavity is larger by the shrinkage."""
     scale = 1 + build.shrinkage
     inner_width, inner_height = inner[0] * scale, inner[1] * scale
     outer_width, outer_height = (inner[0] + 2 * wall) * scale, (inner[1] + 2 * wall) * scale
@@ -349,6 +349,6 @@ def _mould_lengths(build: Build, inner: tuple[float, float], wall: float, sleeve
 
 
 def nut_overhang(lengths: Lengths) -> Any:
-    """Return how far a nut's corner projects from the tray's face [mm]; negative if behind it."""
+    """Return the overhang of a nut's corner beyond the tray's face [mm]; negative if behind it."""
     shorter = np.minimum(lengths.left.clamped, lengths.right.clamped)
     return lengths.thread.nut / np.sqrt(3) - shorter / 2

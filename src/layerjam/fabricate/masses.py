@@ -13,21 +13,21 @@ from layerjam.fabricate.parts import Part
 STEEL = 7850.0
 """Density of screws and nuts [kg/m³]."""
 SOCKET_AND_THREAD = 0.1
-"""Share of a screw's cylinders that its socket and thread remove."""
+"""Fraction of the volume of a screw's cylinders that its socket and thread remove."""
 UNWEIGHED = ("cable ties", "tube fittings", "tube", "dowel pins")
-"""Parts of unknown mass, because the builder chooses the make."""
+"""Parts whose mass is unknown, because the builder chooses the make."""
 
 
 @dataclass(frozen=True)
 class MassRow:
-    """Identical parts of the brake: number, mass of each [kg] and basis."""
+    """Identical parts of the brake: their number, the mass of each [kg] and its basis."""
 
     name: str
     count: int
     unit_mass: float
     basis: str
     fitting: bool = True
-    """Whether it is a fitting, which is neither a sheet nor the enclosure between the caps."""
+    """Whether it is a fitting: neither a sheet nor the enclosure between the caps."""
 
     @property
     def mass(self) -> float:
@@ -36,7 +36,7 @@ class MassRow:
 
 
 def mass_rows(brake: Brake, build: Build, lengths: Lengths, parts: Sequence[Part]) -> list[MassRow]:
-    """Return the parts of one brake with a computable mass, in the order of the parts list."""
+    """Return the parts of one brake whose mass can be computed, in the order of the parts list."""
     film = brake.film.density * lengths.thickness * 1e-9
     rows = [
         MassRow(
@@ -75,7 +75,7 @@ def screw_name(lengths: Lengths) -> str:
 
 
 def screw_mass(lengths: Lengths) -> float:
-    """Return the mass of a steel cylinder with a cylinder head, less a tenth [kg]."""
+    """Return the mass of a steel cylinder with a cylinder head, minus a tenth [kg]."""
     thread = lengths.thread
     head = math.pi / 4 * thread.head**2 * thread.head_height
     shank = math.pi / 4 * thread.size**2 * lengths.screw_length

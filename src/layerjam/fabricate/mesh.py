@@ -1,4 +1,4 @@
-"""A part as a closed triangle mesh, by manifold3d (extra `build`) [mm]."""
+"""A part as a closed triangle mesh, made by manifold3d (extra `build`) [mm]."""
 
 import functools
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ FINEST = 1e-4
 
 @dataclass(frozen=True)
 class Mesh:
-    """Closed, consistently oriented surface: corners (n, 3) in mm and triangles (m, 3)."""
+    """Closed, consistently oriented surface: vertices (n, 3) in mm and triangles (m, 3)."""
 
     name: str
     corners: NDArray[np.float64]
@@ -60,10 +60,10 @@ def mesh(part: Solid) -> Mesh:
 
 
 def _sweep_prism(prism: Prism) -> Any:
-    """Return one prism as a closed mesh; its planes are exactly at its numbers.
+    """Return one prism as a closed mesh; its faces are exactly at the given coordinates.
 
-    Two prisms meet in one plane only if both have the same number for it, to the last bit. A
-    library that sweeps outlines rounds them, and leaves invisibly thin skins.
+    Two prisms meet in one plane only if both have the same coordinate for it, to the last bit. A
+    library that sweeps outlines rounds the coordinates, and leaves invisibly thin skins.
     """
     from manifold3d import Manifold, Mesh64
 
@@ -85,7 +85,7 @@ def _sweep_prism(prism: Prism) -> Any:
 
 
 def _sort_mesh(name: str, corners: NDArray[np.float64], triangles: NDArray[np.int64]) -> Mesh:
-    """Return corners and triangles in an order that depends only on their positions."""
+    """Return vertices and triangles in an order that depends only on their positions."""
     order = np.lexsort(corners.T[::-1])
     rank = np.empty(len(order), dtype=np.int64)
     rank[order] = np.arange(len(order))

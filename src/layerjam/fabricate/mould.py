@@ -1,7 +1,7 @@
 """The enclosure, its mould and the mould's core (section 2.4) [mm]; x = 0 is in the middle.
 
 The mould parts at z = 0. Both flanges have bolts; keys replace the middle pair. The sprue is at one
-end and two vents at the other, in the length that is cut off. The mould is filled on end.
+end and two vents are at the other, in the length that is cut off. The mould is filled on end.
 """
 
 from collections.abc import Iterator
@@ -39,7 +39,7 @@ def core(lengths: Lengths) -> Solid:
 
 
 def bottom(lengths: Lengths, build: Build) -> Solid:
-    """Return the lower half with the pins of the keys."""
+    """Return the lower half, with the pins of the keys."""
     pins = [
         add("z", 0, KEY_HEIGHT, Ellipse.circle(place, mm(build.key)))
         for place in bolt_places(lengths)[1]
@@ -49,7 +49,7 @@ def bottom(lengths: Lengths, build: Build) -> Solid:
 
 
 def top(lengths: Lengths, build: Build) -> Solid:
-    """Return the upper half with the holes of the keys, the sprue and the vents."""
+    """Return the upper half, with the holes for the keys, the sprue and the vents."""
     mould = lengths.mould
     prisms = list(_mould_half(lengths, build, below=False))
     wide = mm(build.key) + mm(build.key_clearance)
@@ -63,7 +63,7 @@ def top(lengths: Lengths, build: Build) -> Solid:
 
 
 def vent_places(lengths: Lengths, build: Build) -> list[tuple[tuple[float, float], float]]:
-    """Return (position, diameter) of sprue and vents, in the middle of the ends cut off."""
+    """Return (position, diameter) of sprue and vents, in the middle of the cut-off ends."""
     mould, trim = lengths.mould, mm(build.trim)
     sprue, vent = mm(build.sprue), mm(build.vent)
     low, high = (trim - mould.casting) / 2, (mould.casting - trim) / 2
@@ -72,7 +72,7 @@ def vent_places(lengths: Lengths, build: Build) -> list[tuple[tuple[float, float
 
 
 def _mould_half(lengths: Lengths, build: Build, below: bool) -> Iterator[Prism]:
-    """Yield one half without keys and openings: block, cavity, seats of the core, bolts."""
+    """Yield one half without keys and openings: block, cavity, core seats and bolt holes."""
     mould, gap = lengths.mould, mm(build.core_clearance)
     length, width = mould.length / 2, mould.width / 2
     low, high = (-mould.half, 0.0) if below else (0.0, mould.half)

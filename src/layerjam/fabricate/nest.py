@@ -1,4 +1,4 @@
-"""Film parts in rows on the stock [mm]; never turned, because film differs along and across."""
+"""Film parts in rows on the stock [mm], never turned, because film differs along and across."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from layerjam.fabricate.outline import Outline, bounding_box
 
 SLACK = 1e-9
-"""Rounding error allowed in a stock that just fits [mm]."""
+"""Rounding error allowed for a stock of exactly the required size [mm]."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Piece:
     width: float
     parts: Sequence[Outline]
     counts: Sequence[tuple[str, int]]
-    """Number of each part, in the order of the given parts."""
+    """Name and number of each part, in the order in which the parts were given."""
 
     def used(self) -> tuple[float, float]:
         """Return length and width [mm] up to the last part, from the origin."""
@@ -38,7 +38,7 @@ class Piece:
 def find_too_large(
     parts: Sequence[CutPart], stock: tuple[float, float], margin: float
 ) -> tuple[str, str, float] | None:
-    """Return (part, "length" or "width", excess [mm]) of a part too large for the stock."""
+    """Return (part, "length" or "width", excess [mm]) for a part too large for the stock."""
     for part in parts:
         for axis, room in zip(("length", "width"), stock, strict=True):
             excess = getattr(part.outline, axis) + 2 * margin - room
@@ -52,8 +52,8 @@ def nest_parts(
 ) -> list[Piece]:
     """Return the parts on as many pieces of `stock` (length, width) as needed.
 
-    A part goes into the first row that is wide and long enough, otherwise it starts a row. Raises
-    ValueError for a part that `find_too_large` names.
+    A part is placed in the first row that is wide and long enough; otherwise, it starts a new row.
+    Raises ValueError for a part that `find_too_large` names.
     """
     if find_too_large(parts, stock, margin):
         raise ValueError("a part is larger than the stock")
@@ -65,7 +65,7 @@ def nest_smallest(
 ) -> list[Piece]:
     """Return the parts on the smallest rectangle that holds all of them, if no stock is given.
 
-    If it would exceed `bounds` (length, width), the result is pieces of that size, with the last
+    If that would exceed `bounds` (length, width), the result is pieces of that size, with the last
     one as small as possible. A part longer or wider than `bounds` gets the size that it needs.
     """
     longest = max(part.outline.length for part in parts) + 2 * margin
@@ -82,7 +82,7 @@ def nest_smallest(
 def _row_lengths(
     steps: Mapping[float, int], start: float, least: float, longest: float, enough: int = 150
 ) -> list[float]:
-    """Return lengths of rows with some of each part, up to `longest`; the shortest ones if many."""
+    """Return the shortest row lengths, from `least` to `longest`, that some of each part give."""
     sums = {start}
     for step, count in steps.items():
         rows = int(min(count, (longest - start) // step))

@@ -1,7 +1,7 @@
 """Flat parts: rectangles with rounded ends and round holes, in mm.
 
-All flat parts (sheets, spacers, yokes, links, the jig and the coupons) have this form, so area,
-length of cut and offset by the kerf are closed forms and need no library.
+All flat parts (sheets, spacers, yokes, links, the jig and the coupons) have this form, so the area,
+the cut length and the kerf offset have closed forms and need no library.
 
 x runs along the part from its first end, y across it; y = 0 is in the middle.
 """
@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 QUARTER = math.sqrt(2) - 1
-"""Bulge of a quarter circle: tan(90°/4)."""
+"""DXF bulge of a quarter circle: tan(90°/4)."""
 
 
 class Circle(NamedTuple):
@@ -38,7 +38,7 @@ class Circle(NamedTuple):
 class Vertex(NamedTuple):
     """Corner of a closed path [mm]; `bulge` belongs to the segment to the next corner.
 
-    The bulge is the tangent of a quarter of the arc's angle, 0 for a line.
+    The bulge is the tangent of a quarter of the arc's angle, or 0 for a straight line.
     """
 
     x: float
@@ -60,7 +60,7 @@ class Cut(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Outline:
-    """Part of `length` × `width`, with corners rounded by `start` (at x = 0) and `end` [mm]."""
+    """Part of `length` × `width`, with corner radii `start` (at x = 0) and `end` [mm]."""
 
     length: float
     width: float
@@ -69,7 +69,7 @@ class Outline:
     holes: Sequence[Circle] = ()
     cuts: Sequence[Cut] = ()
     origin: tuple[float, float] = (0.0, 0.0)
-    """Position of the middle of the first end."""
+    """Position of the middle of the first end [mm]."""
 
     def area(self) -> float:
         """Return the area of the part [mm²], without its holes."""
@@ -77,7 +77,7 @@ class Outline:
         return self.length * self.width - corners - sum(hole.area for hole in self.holes)
 
     def cut_length(self) -> float:
-        """Return the length of all cuts [mm]."""
+        """Return the total length of the cuts [mm]."""
         edge = 2 * (self.length + self.width) - (4 - math.pi) * (self.start + self.end)
         inside = [hole.length for hole in self.holes] + [cut.length for cut in self.cuts]
         return edge + sum(inside)
@@ -85,8 +85,8 @@ class Outline:
     def add_kerf(self, kerf: float) -> "Outline":
         """Return the path along which a cut of width `kerf` [mm] leaves exactly this part.
 
-        The edge moves outwards by half the kerf, and holes become smaller by the kerf. Sharp
-        corners are rounded by half the kerf.
+        The edge moves outwards by half the kerf, and the diameter of holes becomes smaller by the
+        kerf. Sharp corners are rounded by half the kerf.
         """
         if kerf == 0:
             return self
@@ -110,12 +110,12 @@ class Outline:
         )
 
     def box(self) -> tuple[float, float, float, float]:
-        """Return least x, least y, greatest x and greatest y [mm]."""
+        """Return the smallest x and y and the largest x and y [mm]."""
         x, y = self.origin
         return x, y - self.width / 2, x + self.length, y + self.width / 2
 
     def rim(self) -> Any:
-        """Return least material between a hole and an edge or hole [mm]; below 0 they intersect."""
+        """Return the least width [mm] between a hole and an edge or hole; below 0 they overlap."""
         least = [self._edge_distance(hole) for hole in self.holes]
         for i, first in enumerate(self.holes):
             for second in self.holes[i + 1 :]:
@@ -129,7 +129,7 @@ class Outline:
         near_y = np.minimum(sides[2], sides[3])
         least = np.minimum(np.minimum(sides[0], sides[1]), near_y)
         for near_x, radius in ((sides[0], self.start), (sides[1], self.end)):
-            # a rounded corner is nearer than both sides
+            # a rounded corner may be nearer than either side
             corner = radius - np.hypot(radius - near_x, radius - near_y)
             is_inside = (near_x < radius) & (near_y < radius)
             least = np.where(is_inside, np.minimum(least, corner), least)
@@ -150,7 +150,7 @@ class Outline:
             vertices.append(Vertex(*begin, 0.0))
             if radius > 0:
                 vertices.append(Vertex(*stop, QUARTER))
-        # no line separates two arcs that meet
+        # there is no line between two arcs that meet
         pairs = zip(vertices, [*vertices[1:], vertices[0]], strict=True)
         return [v for v, w in pairs if v.bulge or not _are_equal(v, w)]
 
@@ -182,7 +182,7 @@ def _arc_points(begin: Vertex, stop: Vertex, chord: float) -> list[tuple[float, 
 
 
 def bounding_box(parts: Sequence[Outline]) -> tuple[float, float, float, float]:
-    """Return least x, least y, greatest x and greatest y of several parts [mm]."""
+    """Return the smallest x and y and the largest x and y of several parts [mm]."""
     boxes = [part.box() for part in parts]
     low, high = boxes[0][:2], boxes[0][2:]
     for box in boxes[1:]:
@@ -192,7 +192,7 @@ def bounding_box(parts: Sequence[Outline]) -> tuple[float, float, float, float]:
 
 
 def clamp_holes(clamp_length: float, width: float, screws: int, hole: float) -> list[Circle]:
-    """Return the screw holes of a sheet or a spacer [mm], in a row across the clamped end."""
+    """Return the screw holes of a sheet or a spacer [mm], in a row across its clamped end."""
     row = (width * ((i + 0.5) / screws - 0.5) for i in range(screws))
     return [Circle(clamp_length / 2, y, hole) for y in row]
 
@@ -207,7 +207,7 @@ def sheet(
     tip_radius: float = 1.0,
     clamp_radius: float = 0.5,
 ) -> Outline:
-    """Return one sheet [mm], its clamped end at x = 0; `hole` is a diameter."""
+    """Return one sheet [mm], with its clamped end at x = 0; `hole` is a diameter."""
     return Outline(
         length=length,
         width=width,

@@ -9,9 +9,9 @@ import numpy as np
 from layerjam.fabricate.mesh import Mesh
 
 EPOCH = (1980, 1, 1, 0, 0, 0)
-"""Date of every file in a package: the earliest that the format allows."""
+"""Date of every file in a package: the earliest one that the format allows."""
 SPACING = 5.0
-"""Distance between two objects on the printer's plate [mm]."""
+"""Distance between two objects on the build plate [mm]."""
 MODEL = "3D/3dmodel.model"
 TYPES = (
     '<?xml version="1.0" encoding="UTF-8"?>\n'
@@ -30,7 +30,7 @@ RELATIONS = (
 
 
 def write_stl(mesh: Mesh) -> bytes:
-    """Return a binary STL in mm, a format with neither units nor connections."""
+    """Return a binary STL in mm, a format without units and without connectivity."""
     corners = mesh.corners[mesh.triangles].astype("<f4")
     normals = np.cross(
         mesh.corners[mesh.triangles[:, 1]] - mesh.corners[mesh.triangles[:, 0]],
@@ -47,7 +47,7 @@ def write_stl(mesh: Mesh) -> bytes:
 
 
 def write_3mf(meshes: Sequence[Mesh], title: str) -> bytes:
-    """Return a 3MF package in mm: one named object for each mesh, next to each other."""
+    """Return a 3MF package in mm: one named object for each mesh, side by side."""
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w") as archive:
         for name, text in (
@@ -88,6 +88,6 @@ def _model_xml(meshes: Sequence[Mesh], title: str) -> str:
 
 
 def _format_number(value: float) -> str:
-    """Return a number to the nanometre, without an exponent or a negative zero."""
+    """Return a number rounded to the nanometre, without an exponent or a negative zero."""
     text = f"{value:.6f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text

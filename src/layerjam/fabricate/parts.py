@@ -1,4 +1,4 @@
-"""Solids of a build: printed parts with their numbers, and the cast enclosure."""
+"""Solids of a build: printed parts with their quantities, and the cast enclosure."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from layerjam.fabricate.solid import Solid
 
 @dataclass(frozen=True)
 class Part:
-    """A solid, and its number in one brake."""
+    """A solid, and how many of it one brake has."""
 
     solid: Solid
     count: int
@@ -26,7 +26,7 @@ class Part:
 
 
 def make_parts(lengths: Lengths, build: Build) -> list[Part]:
-    """Return caps, plates, mould, core and enclosure, with separate sides if they differ."""
+    """Return caps, plates, mould, core and enclosure, by side if the sides differ."""
     solids = []
     for shape, word in ((cap, "cap"), (plate, "plate")):
         if lengths.same_caps:

@@ -1,8 +1,8 @@
 """Metric screws, nuts and clearance holes of the clamp, in mm.
 
-Every number was compared with transcriptions of the standards. Heads and lengths (ISO 4762) and
-nuts (ISO 4032) come from FreeCAD's fasteners workbench; nuts (BS EN ISO 4032:2001) and coarse
-pitches (ISO 261) from engineersedge; holes (ISO 273) from two tables.
+All values were compared with transcriptions of the standards. Heads and lengths (ISO 4762) and nuts
+(ISO 4032) are from FreeCAD's Fasteners workbench; nuts (BS EN ISO 4032:2001) and coarse pitches
+(ISO 261) from engineersedge; clearance holes (ISO 273) from two tables.
 """
 
 import math
@@ -23,22 +23,22 @@ class Thread:
     """Nominal diameter of the thread, coarse pitch (ISO 261)."""
     pitch: float
     head: float
-    """Diameter of the head (ISO 4762, dk of a plain head)."""
+    """Diameter of the head (ISO 4762, dk of a plain (unknurled) head)."""
     head_height: float
     nut: float
     """Width across flats of the nut (ISO 4032)."""
     nut_height: float
-    """Greatest height of the nut."""
+    """Maximum height of the nut."""
     close: float
     """Diameter of the fine clearance hole (ISO 273)."""
     clearance: float
     """Diameter of the medium clearance hole."""
     shortest: int
-    """Least length of the screw that ISO 4762 lists."""
+    """Shortest length of the screw in ISO 4762."""
     longest: int
-    """Greatest length that ISO 4762 lists; longer screws are hard to find."""
+    """Longest length in ISO 4762; longer screws are hard to find."""
     key: float
-    """Size of the hexagon key."""
+    """Size of the hex key."""
 
     @property
     def name(self) -> str:
@@ -47,7 +47,7 @@ class Thread:
 
     @property
     def stress_area(self) -> float:
-        """Return the stress area of the thread [mm²], from the mean of flank and core diameter.
+        """Return the stress area of the thread [mm²], from the mean of pitch and minor diameter.
 
         It is pi/4 ((d2 + d3)/2)^2 (ISO 898-1), with d2 = d - 3/8 sqrt(3) P and d3 = d - 17/24
         sqrt(3) P.
@@ -67,13 +67,13 @@ THREADS = (
 
 
 def thread_for(hole: float) -> Thread | None:
-    """Return the largest thread that passes through a sheet's hole [mm], or None below M2."""
+    """Return the largest thread that passes through a sheet's hole [mm], or None if below M2."""
     return max(
         (t for t in THREADS if t.size <= hole * (1 + 1e-9)), key=lambda t: t.size, default=None
     )
 
 
 def sold_length(least: Any, thread: Thread) -> Any:
-    """Return the shortest screw on sale of at least `least` [mm]; NaN above 60 mm."""
+    """Return the shortest screw on sale that is at least `least` [mm] long; NaN above 60 mm."""
     least = np.maximum(least, thread.shortest) * (1 - 1e-12)
     return np.array([*LENGTHS, np.nan])[np.searchsorted(LENGTHS, least)]

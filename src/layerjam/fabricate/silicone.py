@@ -1,4 +1,4 @@
-"""Casting of the enclosure: amount of silicone, filling pressure, bending of the core.
+"""Casting of the enclosure: amount of silicone, filling pressure and bending of the core.
 
 These are checks C12 and C13 of the specification.
 """
@@ -17,7 +17,7 @@ from layerjam.fabricate.verdicts import Check
 from layerjam.units import show
 
 MOST_PRESSURE = 100e3
-"""Greatest pressure of a syringe that is pressed by hand [Pa]."""
+"""Maximum pressure from a syringe that is pressed by hand [Pa]."""
 BY_HAND = ", too much by hand: use a press, a less viscous silicone or a thicker wall"
 BEND = 1e-4
 """Deflection of the core above which the wall is uneven [m]."""
@@ -38,7 +38,7 @@ def silicone_to_mix(lengths: Lengths, build: Build, density: float) -> float:
 
 
 def split_mix(mix: str | None, mass: float) -> list[float] | None:
-    """Return masses [kg] of A and B for a mix such as "1A:1B"; None if it is unknown."""
+    """Return the masses [kg] of A and B for a mix such as "1A:1B"; None if the mix is unknown."""
     match = re.fullmatch(r"\s*([\d.]+)\s*A\s*:\s*([\d.]+)\s*B.*", mix or "")
     if match is None:
         return None
@@ -49,9 +49,9 @@ def split_mix(mix: str | None, mass: float) -> list[float] | None:
 def filling_pressure(lengths: Lengths, viscosity: float, pot_life: float) -> float:
     """Return the pressure [Pa] that fills the mould, as a flat slot, in half the pot life.
 
-    It is 12 η (V / ½ pot life) ℓ / (girth w³), Poiseuille's flow between two plates at a distance
-    w, as wide as the girth in the middle of the wall. The mould is just full, so its whole length
-    resists. Corners count as rounded; the sharp ones of the paper's brake let 5 % more pass.
+    It is 12 η (V / ½ pot life) ℓ / (girth w³), the Poiseuille flow between two plates a distance w
+    apart and as wide as the girth at mid-wall. The mould is just full, so its whole length resists.
+    Corners count as rounded; the sharp ones of the paper's brake let 5 % more through.
     """
     mould = lengths.mould
     wall = (mould.outer_width - mould.inner_width) / 2
@@ -61,7 +61,7 @@ def filling_pressure(lengths: Lengths, viscosity: float, pot_life: float) -> flo
 
 
 def core_force(lengths: Lengths, modulus: float) -> float:
-    """Return the force [N] in the middle that bends the core, held at both ends, by 0.1 mm.
+    """Return the force [N] that bends the middle of the core by 0.1 mm, with both ends held.
 
     It is 192 E I δ/ℓ³, for a beam clamped at both ends (Euler and Bernoulli), about its weaker
     axis.
@@ -73,7 +73,7 @@ def core_force(lengths: Lengths, modulus: float) -> float:
 
 
 def silicone_checks(build: Build, material: Casting, lengths: Lengths) -> Iterator[Check]:
-    """Yield C12 and C13."""
+    """Yield the checks C12 and C13."""
     yield _fill_check(material, lengths)
     force = core_force(lengths, build.print_modulus)
     yield Check(

@@ -1,7 +1,7 @@
-"""A printed part as a short list of prisms, the one description behind all formats [mm].
+"""A printed part as a short list of prisms, the single description behind all formats [mm].
 
 A prism is a section swept along an axis, added to the part or cut from it. Volume by closed form
-(here), mesh (`mesh`) and STEP solid (`step`) come from the same list and must agree. Added prisms
+(here), mesh (`mesh`) and STEP solid (`step`) follow from the same list and must agree. Added prisms
 touch and never overlap; cuts are inside added prisms, and the shared volume of two cuts is stated.
 """
 
@@ -14,9 +14,9 @@ import numpy as np
 
 Axis = Literal["x", "y", "z"]
 PLANE: dict[Axis, tuple[Axis, Axis]] = {"x": ("y", "z"), "y": ("z", "x"), "z": ("x", "y")}
-"""{axis of the sweep: axes of a section's coordinates}, in cyclic order to mirror none."""
+"""{axis of the sweep: axes of a section's coordinates}, in cyclic order to avoid mirroring."""
 CHORD = 0.01
-"""Greatest distance of a mesh from a round surface [mm]."""
+"""Maximum distance of a mesh from a round surface [mm]."""
 Point = tuple[float, float]
 
 
@@ -30,7 +30,7 @@ class Box:
 
     @classmethod
     def centred_on(cls, centre: Point, width: float, height: float, radius: float = 0.0) -> "Box":
-        """Return the rectangle of given sides around a point."""
+        """Return the rectangle with the given sides, centred on a point."""
         (u, v), half, up = centre, width / 2, height / 2
         return cls((u - half, v - up), (u + half, v + up), radius)
 
@@ -59,7 +59,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Ellipse:
-    """Ellipse with half axes along those of the section; a circle if the two are equal."""
+    """Ellipse with its axes along those of the section; a circle if its half axes are equal."""
 
     centre: Point
     first: float
@@ -67,7 +67,7 @@ class Ellipse:
 
     @classmethod
     def circle(cls, centre: Point, diameter: float) -> "Ellipse":
-        """Return the circle of a diameter around a point."""
+        """Return the circle with a given diameter around a point."""
         return cls(centre, diameter / 2, diameter / 2)
 
     @property
@@ -83,7 +83,7 @@ class Ellipse:
 
 
 def segment_count(radius: float, angle: float) -> int:
-    """Return the number of chords for an arc whose distance from it is at most CHORD."""
+    """Return the number of chords for an arc that keeps their distance from it within CHORD."""
     return max(2, math.ceil(angle / (2 * math.acos(1 - min(CHORD / radius, 0.5)))))
 
 
@@ -151,15 +151,15 @@ def _prism_extent(prism: Prism) -> dict[Axis, Point]:
 
 
 def add(axis: Axis, start: float, end: float, section: Section) -> Prism:
-    """Return an added prism."""
+    """Return a prism to be added."""
     return Prism(axis, start, end, section)
 
 
 def cut(axis: Axis, start: float, end: float, section: Section) -> Prism:
-    """Return a cut prism."""
+    """Return a prism to be cut."""
     return Prism(axis, start, end, section, True)
 
 
 def solid(name: str, prisms: Iterable[Prism], shared_volume: float = 0.0) -> Solid:
-    """Return the part made of these prisms."""
+    """Return the part that consists of these prisms."""
     return Solid(name, tuple(prisms), shared_volume)

@@ -1,7 +1,7 @@
-"""A part as a STEP file, by Open CASCADE without its viewer (extra `step`) [mm].
+"""A part as a STEP file, made by Open CASCADE without its viewer (extra `step`) [mm].
 
-The format is AP214, with the product named after the part. A file is always the same for the same
-part and version of the library, which its header names.
+The format is AP214, with the product named after the part. The file is always the same for the same
+part and the same version of the library, which its header states.
 """
 
 import tempfile
@@ -31,7 +31,7 @@ def is_available() -> bool:
 
 
 def write_step(part: Solid, version: str = "") -> bytes:
-    """Return a part's STEP file; `version` names this program in its header.
+    """Return a part's STEP file; `version` identifies this program in its header.
 
     Raises MissingExtraError if the `step` extra is not installed, and RuntimeError if the library
     fails, which would be a bug.
@@ -47,7 +47,7 @@ def write_step(part: Solid, version: str = "") -> bytes:
 
 
 def make_shape(part: Solid) -> Any:
-    """Return the part as one solid of Open CASCADE."""
+    """Return the part as one Open CASCADE solid."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
     from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
     from OCP.TopAbs import TopAbs_SOLID
@@ -86,7 +86,7 @@ def _combine(operation: Any, arguments: list[Any], tools: list[Any]) -> Any:
 
 
 def _new_list() -> Any:
-    """Return an empty list of shapes, whose class differs between versions of the library."""
+    """Return an empty list of shapes, whose class depends on the version of the library."""
     try:
         from OCP.collections import List_TopoDS_Shape
     except ImportError:
@@ -130,7 +130,7 @@ def _rectangle_wire(prism: Prism, section: Box) -> Any:
         for begin, stop in zip(corners, [*corners[1:], corners[0]], strict=True):
             wire.Add(BRepBuilderAPI_MakeEdge(begin, stop).Edge())
         return wire.Wire()
-    # straight pieces from (start) to (end), then the arc about (centre) to the next piece
+    # straight pieces from `start` to `end`, then the arc about `centre` to the next piece
     pieces = [
         ((a + r, b), (c - r, b), (c - r, b + r)),
         ((c, b + r), (c, d - r), (c - r, d - r)),
@@ -152,7 +152,7 @@ def _ellipse_wire(prism: Prism, section: Ellipse) -> Any:
 
 
 def _round_edge(prism: Prism, centre: tuple[float, float], first: float, second: float) -> Any:
-    """Return a circle or an ellipse in the section's plane, with the longer half axis first."""
+    """Return a circle or an ellipse in the plane of the section, longer half axis first."""
     from OCP.gp import gp_Ax2, gp_Circ, gp_Dir, gp_Elips
 
     towards = PLANE[prism.axis][0 if first >= second else 1]
@@ -166,7 +166,7 @@ def _round_edge(prism: Prism, centre: tuple[float, float], first: float, second:
 
 @cache
 def _silence_library() -> None:
-    """Keep Open CASCADE from printing its transfers on standard output."""
+    """Keep Open CASCADE from printing transfer messages to standard output."""
     from OCP.Message import Message, Message_Gravity
 
     for printer in Message.DefaultMessenger_s().Printers():

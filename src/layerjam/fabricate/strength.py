@@ -1,4 +1,4 @@
-"""Checks whether sheets, clamp and cap bear the greatest force (C7 to C9), in N, mm and MPa."""
+"""Checks of whether sheets, clamp and cap bear the maximum force (C7 to C9), in N, mm and MPa."""
 
 import math
 from collections.abc import Iterator
@@ -15,11 +15,11 @@ from layerjam.fabricate.verdicts import Check
 from layerjam.units import show
 
 PROOF = 580e6
-"""Stress that a steel screw of class 8.8 bears without permanent stretch (ISO 898-1) [Pa]."""
+"""Proof stress of a class 8.8 steel screw, without permanent stretch (ISO 898-1) [Pa]."""
 SHARE = 0.75
-"""Share of the proof stress to which a screw is usually tightened."""
+"""Fraction of the proof stress to which a screw is usually tightened."""
 SHEAR = 1 / math.sqrt(3)
-"""Share of the tensile strength up to which shear is allowed (von Mises)."""
+"""Fraction of the tensile strength up to which shear stress is allowed (von Mises)."""
 
 
 def screw_preload(force: float, brake: Brake, lengths: Lengths) -> float:
@@ -27,7 +27,7 @@ def screw_preload(force: float, brake: Brake, lengths: Lengths) -> float:
 
     Coulomb's law applies to the two outer faces of the clamped stack. One rubs on the shelf, the
     other on the plate, which transfers its half through screw and nut by friction of steel on
-    plastic. Friction between the layers adds nothing, because force that a sheet transfers to a
+    plastic. Friction between the layers adds nothing, because the force that a sheet transfers to a
     spacer must also leave the stack.
     """
     return force / (2 * brake.film.kinetic * lengths.screws)
@@ -49,13 +49,13 @@ def strength_checks(
 
 
 def _sheet_check(force: Any, brake: Brake, lengths: Lengths, clamp: Any) -> Iterator[Check]:
-    """Yield C7: sheets of the side with fewer sheets, at the screw holes.
+    """Yield C7: the sheets on the side with fewer sheets, at the screw holes.
 
     A sheet with its hole is a lug on a pin. Areas under stress are the section next to the holes,
     the holes' projection, and two shear planes from each hole to the sheet's end. The shear planes
-    are assumed to be as short as the strip behind the hole, and bear 1/sqrt(3) of the strength (von
-    Mises). The section carries the force on either load path. The other two areas carry it only if
-    friction in the clamp, whose margin is `clamp`, does not.
+    are assumed to be as short as the strip behind the hole, and to bear 1/sqrt(3) of the strength
+    (von Mises). The section carries the force on either load path. The other two areas carry it
+    only if clamp friction, whose margin is `clamp`, does not.
     """
     grip = clamp >= 1
     sheets, screws, hole = lengths.count // 2, lengths.screws, lengths.hole
@@ -107,16 +107,16 @@ def _sheet_text(place: str, stress: float, film: float | None, grip: Any, ok: bo
 
 
 def _allowed_stress(strength: Any, place: str) -> tuple[Any, str]:
-    """Return the stress that a material of a given tensile strength bears, and its name."""
+    """Return the stress that a material with a given tensile strength bears, and its name."""
     if strength is None or "tearing" not in place:
         return strength, ""
     return strength * SHEAR, " in shear"
 
 
 def _clamp_check(force: Any, brake: Brake, build: Build, lengths: Lengths, source: str) -> Check:
-    """Return C8: the preload that holds by friction, and whether a screw of class 8.8 gives it.
+    """Return C8: the preload that holds by friction, and whether a class 8.8 screw can provide it.
 
-    If not, the screw carries the load; C7 checks that path if the strength of the film is known.
+    If not, the screw carries the load; C7 checks that load path if the film's strength is known.
     """
     need = screw_preload(force, brake, lengths)
     available = SHARE * PROOF * lengths.thread.stress_area * 1e-6
@@ -153,10 +153,10 @@ def _clamp_text(
 
 
 def cap_stresses(force: float, clamp: float, build: Build, lengths: Lengths) -> dict[str, float]:
-    """Return the greatest stresses [MPa] in the printed parts; `clamp` is a preload [N].
+    """Return the maximum stresses [MPa] in the printed parts; `clamp` is a preload [N].
 
-    The tray follows `tray_factor`. The neck's section is that at its groove, less the air bore. The
-    head is a lug on the dowel pin, with two shear planes as short as the wall behind the pin's
+    The tray follows `tray_factor`. The neck's section is the one at its groove, minus the air bore.
+    The head is a lug on the dowel pin, with two shear planes as short as the wall behind the pin's
     hole. The seat is below the screw's head or above its nut, whichever is smaller.
     """
     depth, bore = mm(build.tie_depth), mm(build.air_bore)
@@ -175,7 +175,7 @@ def cap_stresses(force: float, clamp: float, build: Build, lengths: Lengths) -> 
 
 
 def _cap_check(force: Any, screw_force: Any, build: Build, lengths: Lengths) -> Iterator[Check]:
-    """Yield C9: stresses in the cap, with a limit only if the plastic's strength is given."""
+    """Yield C9: stresses in the cap, with a limit only if the strength of the plastic is given."""
     for place, stress in cap_stresses(force, screw_force, build, lengths).items():
         yield Check(
             code="C9",
@@ -195,7 +195,7 @@ _CAP_REMEDIES = {
     "pin, tearing out": "build.pin_wall",
     "seat of head and nut": "mount.screws or mount.screw_hole",
 }
-"""{place of a cap: inputs that strengthen it}."""
+"""{part of a cap: inputs that strengthen it}."""
 
 
 def _cap_text(place: str, stress: float, strength: float | None, ok: bool | None) -> str:
@@ -208,10 +208,10 @@ def _cap_text(place: str, stress: float, strength: float | None, ok: bool | None
 
 
 def tray_factor(build: Build, lengths: Lengths) -> float:
-    """Return the ratio of the tray's greatest stress to the force [1/mm²]: tension and bending.
+    """Return the ratio of the tray's maximum stress to the force [1/mm²], from tension and bending.
 
-    The force acts in the middle of the stack. The section is a U without its nut pockets and with
-    sharp edges, which changes it by 4 %.
+    The force acts in the middle of the stack. The section is a U without nut pockets and with sharp
+    edges, which changes the result by 4 %.
     """
     low, high = -lengths.stack / 2 - lengths.shelf_height, lengths.stack / 2 + lengths.plate_height
     floor = -lengths.stack / 2

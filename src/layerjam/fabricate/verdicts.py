@@ -17,31 +17,31 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class Check:
-    """Value and limit in SI units, of one brake or arrays of many; `words` returns the sentence.
+    """Value and limit in SI, for one brake or arrays for many; `words` returns the sentence.
 
     `passes` states the outcome if given; otherwise the two numbers determine it. `applies` is False
     if the check is not relevant. If it does not pass, geometry that cannot be drawn is `refused`. A
-    part loaded beyond its strength has `failed`, which a person may accept.
+    part that is loaded beyond its strength has `failed`, which a person may accept.
     """
 
     code: str
     key: str
-    """Name for programs."""
+    """Name for use by programs."""
     words: Callable[[bool | None], str]
     """Function that returns the sentence, given `ok`."""
     value: Any = None
     limit: Any = None
     at_most: bool = True
-    """Whether the limit is the greatest value allowed; otherwise it is the least."""
+    """Whether the limit is the largest value allowed; otherwise it is the smallest."""
     unit: str = "1"
     otherwise: Literal["refused", "failed", "warning"] = "warning"
     applies: Any = True
     fallback: Any = math.inf
-    """Margin if the check does not apply: that of the other load path."""
+    """Margin if the check does not apply: the margin of the alternative load path."""
     passes: Any = None
 
     def margin(self) -> Any:
-        """Return the ratio of limit to load: 1 or more passes, infinite if there is no limit."""
+        """Return the ratio of limit to load: 1 or more passes; infinite if there is no limit."""
         if self.passes is not None:
             return np.where(self.passes, math.inf, 0.0)
         if self.value is None or self.limit is None:
@@ -53,7 +53,7 @@ class Check:
 
     @property
     def ok(self) -> bool | None:
-        """Whether one brake passes; None if the check does not apply or a number is missing."""
+        """Whether one brake passes; None if the check does not apply or a value is missing."""
         is_known = self.passes is not None or None not in (self.value, self.limit)
         return bool(self.margin() >= 1) if is_known and self.applies else None
 
@@ -88,7 +88,7 @@ class Check:
         }
 
     def to_judged_check(self) -> JudgedCheck:
-        """Return the check for a command's verdict, named by its code."""
+        """Return the check for the verdict of a command, named by its code."""
         return JudgedCheck(
             name=self.code,
             level=self.level,
@@ -100,7 +100,7 @@ class Check:
 
 
 def same_text(text: str, ok: bool | None) -> str:
-    """Return a function for a check whose text is the same whether it passes or not."""
+    """Return a function for a check whose text is the same whether or not it passes."""
     return text
 
 
@@ -109,7 +109,7 @@ def _finite(value: Any) -> float | None:
 
 
 def refusals(checks: Iterable[Check]) -> list[Check]:
-    """Return the checks that prevent the brake from being drawn."""
+    """Return the checks that keep the brake from being drawn."""
     return [check for check in checks if check.refuses and check.ok is False]
 
 
