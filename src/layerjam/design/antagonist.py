@@ -46,7 +46,7 @@ def pair(
 ) -> Pair:
     """Return the response of two brakes while a pulley turns slowly through angles [rad].
 
-    Both brakes start stretched by `pretension` [m of elongation] at angle zero; then u1 =
+    Both brakes start stretched by `pretension` [m of elongation] at angle zero. Then u1 =
     pretension + r angle and u2 = pretension - r angle, and the torque is (F1 - F2) r, with `radius`
     r [m]. If both are taut without slip, the stiffness about neutral is (k1 + k2) r^2. Slip and
     reversal follow each brake's own law with its memory (`brake_cycle`), at constant vacuums [Pa].

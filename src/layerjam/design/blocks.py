@@ -138,7 +138,7 @@ class Store:
             self.handle = None
 
     def _reject_foreign(self) -> None:
-        """Before anything is written, reject a folder whose files would be replaced."""
+        """Reject a folder whose files would be replaced, before anything is written to it."""
         if (self.folder / NOTE).exists():
             return
         with report_failure(self.folder, "cannot be read"):

@@ -167,8 +167,7 @@ class Boxes:
             is_single = (low == high).all(axis=1)
             if (is_single & is_open).any() and not is_complete:
                 return Proof(UNKNOWN)
-            # a box of a single design was evaluated above; the design would have been returned if
-            # it met all
+            # a single design was evaluated above, and returned if it met all constraints
             is_open &= ~is_single
             low, high = _halve_boxes(low[is_open], high[is_open], first)
         return Proof(IMPOSSIBLE)

@@ -197,7 +197,7 @@ def _check_known(requirements: Iterable[Constraint | Objective], evaluation: Eva
             raise QuantityError(reason, quantity=requirement.name)
 
 
-# ---- the other names are those of variables
+# ---- variables
 
 
 def _make_grid(request: DesignRequest, file: BrakeFile, films: "_Films") -> Grid:
