@@ -1,1 +1,1 @@
-"""Analysis of measurements: friction, pulls, calibration, validation, rubber, logs."""
+"""Analysis of measurements: friction, pulls, calibration, validation, rubber and logs."""

@@ -1,4 +1,4 @@
-"""Checks of a fit: whether its numbers are plausible, in plain sentences."""
+"""Checks of a fit: whether its parameters are plausible, in plain sentences."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -14,21 +14,21 @@ from layerjam.verdict import Check, Level, check, interval_check
 __all__ = ["Check", "check"]
 
 PLAUSIBLE = (0.5, 2.0)
-"""Range of plausible scale factors; the paper's are 0.875 and 1.24."""
+"""Range of plausible scale factors; those in the paper are 0.875 and 1.24."""
 POSSIBLE = (0.3, 3.0)
-"""Range outside which a scale factor fails: such friction means a different film or unit."""
+"""Range outside which a scale factor fails: the film or a unit is then different."""
 SMALL = 0.05
 """Relative change or difference below which a trend passes, whatever its interval."""
 
 REPEATABLE = 0.05
-"""Largest scatter (SD, relative) between the scale factors of repeats that agree."""
+"""Largest scatter (relative SD) between the scale factors of repeats that agree."""
 GROSS = 0.2
-"""Largest such scatter that film or rig explain. Choi 2018, table I: films scatter by 3 to 8 %."""
+"""Largest such scatter that film or rig explains. Choi 2018, table I: films scatter by 3 to 8 %."""
 DRIFTS = 0.995
-"""Quantile of Student's t that a drift of the calibrated numbers must exceed: 1 % in total,
+"""Quantile of Student's t above which the calibrated values count as drifting: 1 % in total,
 two-sided. All checks share 5 % of false alarms."""
 SHARPEST = 0.005
-"""Relative difference of a scale factor after the peak that passes, even if it is certain."""
+"""Relative difference of a scale factor after the peak that passes, even if significant."""
 
 
 def check_span(
@@ -49,7 +49,7 @@ def check_span(
 
 
 def identifiability_note(brake: Brake) -> Check:
-    """Note that peaks determine the product of scale factor and friction, but neither alone."""
+    """Note that peaks determine the product of scale factor and friction, but neither one alone."""
     return check(
         "identifiable",
         True,
@@ -80,7 +80,7 @@ def check_stiffness(stiffness: float, sheets_alone: float, told_by: str = "") ->
 
 
 def interval_checks(values: Mapping[str, float], intervals: Mapping[str, Any]) -> Iterator[Check]:
-    """Yield the checks of the 95 % intervals of scale factor and stiffness, both positive."""
+    """Yield the checks of the 95 % intervals of scale factor and stiffness, which are positive."""
     for name in ("scale_factor", "stiffness"):
         interval = intervals.get(name)
         if interval is not None:
@@ -89,7 +89,7 @@ def interval_checks(values: Mapping[str, float], intervals: Mapping[str, Any]) -
 
 
 def single_pull_warning() -> Check:
-    """Return the warning that a single pull cannot be compared with a repeat."""
+    """Return the warning that a single pull has no repeat to be compared with."""
     return check("repeats", False, "one pull only: its repeatability is unknown")
 
 
@@ -101,7 +101,7 @@ def check_scatter(
     quantity: str = "scale factors",
     limit: float = REPEATABLE,
 ) -> Check:
-    """Check that values scatter by at most `limit` (SD, relative) or three of their own errors.
+    """Check that values scatter by at most `limit` (relative SD) or three of their own errors.
 
     A scatter above `GROSS` fails: some of the pulls have a different unit, vacuum or brake.
     """
@@ -137,9 +137,9 @@ def check_trend(
 ) -> Check | None:
     """Check whether relative values change with a quantity of the pulls; None if too few values.
 
-    `name` ends in that quantity, `word` names the values and `levels` is the number of distinct
-    values of the quantity required. A change passes if it is small or if its interval (Student's t
-    at `quantile`, either way) contains zero.
+    `name` ends in that quantity, `word` names the values, and `levels` is the required number of
+    distinct values of the quantity. A change passes if it is small or if its interval (two-sided,
+    Student's t at `quantile`) contains zero.
     """
     from scipy.special import stdtrit
 
@@ -169,7 +169,7 @@ def check_no_trend(
     unit: str,
     word: str = "scale factor",
 ) -> Check | None:
-    """Check that a number of the pulls does not drift; None below three distinct levels."""
+    """Check that a value of the pulls does not drift; None if it has fewer than three levels."""
     numbers, x = np.asarray(values, float), np.asarray(quantities, float)
     name = f"trend over {quantity}" if word == "scale factor" else f"{word}'s trend over {quantity}"
     return check_trend(name, word, numbers / numbers.mean(), x, unit, quantile=DRIFTS)
@@ -198,10 +198,10 @@ def check_shape(
 
     `deviations` are the relative differences between the scale factor of each pull's sliding part
     and that of its peak. A mean within the factor's own 95 % interval (relative `half_width`, or
-    None) or within Student's t of zero passes, so that the check is as sharp as the interval. A
-    mean above `least` fails if Student's t rejects it with a probability `alarms` of false alarms,
-    however wide the interval is. `end` is the check at the curves' end; if it is missing too, a
-    lack of values gives None.
+    None), or not significantly different from zero, passes, so that the check is as sharp as the
+    interval. A mean above `least` fails if Student's t rejects it with a probability `alarms` of
+    false alarms, however wide the interval is. `end` is the check at the curves' end; without it,
+    too few values yield None.
     """
     from scipy.special import stdtrit
 

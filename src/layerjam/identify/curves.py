@@ -1,4 +1,4 @@
-"""Measured pulls as input to a fit over many of them."""
+"""Measured pulls as input to a fit to many of them."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -12,18 +12,18 @@ from layerjam.measure.trace import Trace
 from layerjam.units import show
 
 ALIKE = 0.03
-"""Relative difference below which neighbouring vacuums or speeds count as one condition."""
+"""Relative difference below which successive vacuums or speeds count as one condition."""
 SHORTEST = 50
-"""Fewest samples of a curve above a fifth of its greatest force."""
+"""Minimum number of samples of a curve above a fifth of its maximum force."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Curve:
-    """Loading branch of one pull, SI units; its elongation is zero where the rise begins.
+    """Loading branch of one pull, in SI units; the elongation is zero where the rise begins.
 
     `speed` is None if neither the file nor its sidecar states it, `recorded_speed` if the file has
-    no time. `repeat` numbers the pull among those at the same vacuum and speed; `pull` has its
-    features.
+    no time. `repeat` is the pull's number among those at the same vacuum and speed; `pull` contains
+    its features.
     """
 
     elongation: np.ndarray
@@ -48,14 +48,14 @@ class Curve:
 
 
 def crosshead_speed(trace: Trace) -> float | None:
-    """Return the crosshead speed [m/s]: the stated one, else the recorded one, None if unknown."""
+    """Return the crosshead speed [m/s], stated or else recorded; None if unknown."""
     return recorded_speed(trace) if trace.facts.speed is None else trace.facts.speed
 
 
 def recorded_speed(trace: Trace) -> float | None:
     """Return the crosshead speed [m/s] over the loading branch; None if the record has no time.
 
-    The middle half of the branch counts, so that acceleration and a return do not.
+    Only the middle half of the branch is used, to exclude acceleration and a return.
     """
     if trace.time is None:
         return None
@@ -70,7 +70,7 @@ def recorded_speed(trace: Trace) -> float | None:
 
 
 def make_curve(pull: PullFeatures, vacuum: float, trace: Trace | None = None) -> Curve:
-    """Return the curve of a pull at a vacuum [Pa]; its `trace` has the speed and the specimen."""
+    """Return the curve of a pull at a vacuum [Pa], with speed and specimen from its `trace`."""
     return Curve(
         elongation=pull.elongation,
         force=pull.force,
@@ -87,7 +87,7 @@ def make_curve(pull: PullFeatures, vacuum: float, trace: Trace | None = None) ->
 
 
 def make_curves(pulls: Iterable[tuple[Trace, PullFeatures, float]]) -> tuple[Curve, ...]:
-    """Return curves from traces, features and vacuums [Pa], repeats numbered in this order."""
+    """Return curves from traces, features and vacuums [Pa]; repeats are numbered in this order."""
     return number_repeats([make_curve(pull, vacuum, trace) for trace, pull, vacuum in pulls])
 
 
@@ -95,7 +95,7 @@ curves_of = make_curves  # former name
 
 
 def group_conditions(curves: Sequence[Curve]) -> list[tuple[int, ...]]:
-    """Return the indices of curves with the same conditions: vacuum and speed within `ALIKE`."""
+    """Return the indices of curves under the same conditions: vacuum and speed within `ALIKE`."""
     vacuums = level_numbers([c.vacuum for c in curves])
     speeds = level_numbers([c.speed or 0.0 for c in curves])
     members: dict[tuple[int, int], list[int]] = {}
@@ -117,7 +117,7 @@ def level_numbers(values: Sequence[float]) -> list[int]:
 
 
 def describe_condition(curve: Curve) -> str:
-    """Return vacuum and speed as text, such as 94.5 kPa, 13 mm/s."""
+    """Return the vacuum and speed as text, such as 94.5 kPa, 13 mm/s."""
     words = show(curve.vacuum, "Pa")
     return words if curve.speed is None else f"{words}, {show(curve.speed, 'm/s')}"
 
@@ -129,9 +129,9 @@ def number_repeats(curves: Sequence[Curve]) -> tuple[Curve, ...]:
 
 
 def fitted_part(curve: Curve) -> slice:
-    """Return the samples that a whole-curve fit uses: from a fifth of the greatest force on.
+    """Return the samples that a whole-curve fit uses: from a fifth of the maximum force onwards.
 
-    Below that, grips settle and slack is taken up, which the law does not describe.
+    Below that, the grips settle and slack is taken up, which the law does not describe.
     """
     height = curve.pull.peak_force
     rise = curve.force[: int(np.argmax(curve.force)) + 1]
@@ -140,7 +140,7 @@ def fitted_part(curve: Curve) -> slice:
 
 
 def require_usable(pull: PullFeatures, vacuum: float) -> None:
-    """Raise FitError if least squares over whole curves cannot use a pull."""
+    """Raise FitError if a pull cannot be used in a fit to whole curves."""
     if vacuum <= 0:
         raise FitError.of(pull.path, f"a vacuum of {show(vacuum, 'Pa')} jams no sheet")
     above = int((pull.force > LINEAR[0] * pull.peak_force).sum())

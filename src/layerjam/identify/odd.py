@@ -1,9 +1,9 @@
-"""Outliers among values: shifts of the mean, corrected for the number of values.
+"""Outliers among values, as shifts of the mean, corrected for the number of values.
 
-The scatter is estimated from the other values alone, so that an outlier does not hide behind the
-scatter it causes. For one value this is Grubbs' test. For two or three values their common removal
-is tested in the same way (Cook and Weisberg 1982, section 2.2), so that two outliers cannot hide
-each other.
+The scatter is estimated from the other values alone, so that an outlier cannot be masked by the
+scatter it causes. For one value this is Grubbs' test. The joint removal of two or three values is
+tested in the same way (Cook and Weisberg 1982, section 2.2), so that two outliers cannot mask each
+other.
 """
 
 from collections.abc import Sequence
@@ -13,14 +13,14 @@ import numpy as np
 from layerjam.measure.trace import Array
 
 FEWEST = 3
-"""Fewest values in which an outlier can be identified: two values cannot show which is wrong."""
+"""Minimum number of values for identifying an outlier: two cannot show which one is wrong."""
 FIRST = 0.8
-"""Fraction of the false alarms spent on single values; sets of several share the remainder."""
+"""Fraction of the false alarms spent on single values; larger sets share the remainder."""
 GROSS = 1.3
 """Ratio to the median beyond which a value may be a gross outlier. The friction of a film scatters
-by 8 % (Table I), so a deviation of a third is four standard deviations."""
+by 8 % (Table I), so a deviation of one third is four standard deviations."""
 SPREADS = 6.0
-"""Standard deviations of the other values beyond which a value is a gross outlier."""
+"""Number of standard deviations of the others beyond which a value is a gross outlier."""
 PART = 4
 """Smallest number of values per outlier."""
 
@@ -28,11 +28,11 @@ PART = 4
 def find_outliers(
     values: Array, alarms: float, least: float, limit: float = float("inf")
 ) -> tuple[int, ...]:
-    """Return the indices of outliers among normal values, shape (N,), in rising order.
+    """Return the indices of outliers among normal values, shape (N,), in ascending order.
 
-    `alarms` bounds the fraction of regular sets in which any outlier is reported (Bonferroni over
-    all sets of the same size). A value within `least` of the others' mean is never an outlier; one
-    more than `limit` off the median always is.
+    `alarms` limits the fraction of faultless sets in which any outlier is reported (Bonferroni over
+    all sets of the same size). A value within `least` of the others' mean is never an outlier; a
+    value more than `limit` from the median always is.
     """
     count = len(values)
     if count < FEWEST:
@@ -52,7 +52,7 @@ def find_outliers(
 
 
 def mean_of_others(values: Array, out: Sequence[int]) -> float:
-    """Return the mean of the values not in `out`; the median of all if `out` has every value."""
+    """Return the mean of the values not in `out`; the median of all if `out` contains them all."""
     peers = np.delete(values, list(out))
     return float(peers.mean() if len(peers) else np.median(values))
 
@@ -60,9 +60,9 @@ def mean_of_others(values: Array, out: Sequence[int]) -> float:
 def gross_outliers(values: Sequence[float | None]) -> dict[int, float]:
     """Return {index: ratio to the median} of positive values that no scatter explains.
 
-    Such a value is off the median by more than `GROSS` and by more than `SPREADS` standard
+    Such a value deviates from the median by more than `GROSS` and by more than `SPREADS` standard
     deviations. These are estimated from the median deviation, so fewer than half of the values can
-    be outliers. Fewer than `FEWEST` values have none.
+    be outliers. Among fewer than `FEWEST` values there are none.
     """
     pairs = {i: float(np.log(v)) for i, v in enumerate(values) if v is not None and v > 0}
     if len(pairs) < FEWEST:
@@ -77,9 +77,9 @@ def gross_outliers(values: Sequence[float | None]) -> dict[int, float]:
 
 
 def _likeliest_outliers(values: Array, size: int) -> tuple[float, tuple[int, ...]]:
-    """Return (probability, indices) of the set of `size` values that is most unlike the others.
+    """Return (probability, indices) of the `size` values that differ most from the others.
 
-    It consists of the lowest and highest values: some from each end of the sorted values.
+    They are the lowest and the highest values, some from each end of the sorted values.
     """
     from scipy.special import comb, fdtrc
 
@@ -103,10 +103,10 @@ def _likeliest_outliers(values: Array, size: int) -> tuple[float, tuple[int, ...
 def find_shifted_group(
     values: Array, groups: Sequence[Sequence[int]], alarms: float, least: float
 ) -> tuple[tuple[int, ...], float] | None:
-    """Return the group whose mean is furthest off the others', and the gap; None if none is.
+    """Return the group whose mean differs most from the others', and the difference, or None.
 
-    Student's t with the scatter within the group and within the others, over all groups of at least
-    two values.
+    The test is Student's t, with the scatter within the group and within the others, for all groups
+    of at least two values.
     """
     from scipy.special import stdtr
 

@@ -1,4 +1,4 @@
-"""Origin of a brake's numbers as one word, derived from its file."""
+"""Origin of a brake's values as one word, derived from its file."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ ORIGINS: Mapping[str, str] = MappingProxyType(
         "unstated": "not stated in the file",
     }
 )
-"""{word: meaning}; the first word that applies is used."""
+"""{word: meaning}; the first applicable word is used."""
 DECISIVE = MappingProxyType(
     {
         "film.kinetic": "friction",
@@ -29,7 +29,7 @@ DECISIVE = MappingProxyType(
         "stiffness_measured": "stiffness",
     }
 )
-"""Numbers that set the force of a pull, with their names in a sentence."""
+"""Values that determine the force of a pull, with their names in a sentence."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Origin:
 
 
 def describe_origin(file: BrakeFile) -> Origin:
-    """Return the origin of a brake's numbers, from the kinds of sources and the [made_by] table."""
+    """Return the origin of a brake's values, from the kinds of sources and the [made_by] table."""
     kinds = {
         name: "paper" if file.sources[path].kind == "inferred" else file.sources[path].kind
         for path, name in DECISIVE.items()

@@ -1,4 +1,4 @@
-"""Record of the files of a calibration, so that nobody validates with the same files by mistake."""
+"""Record of the files of a calibration, to prevent validation with the same files by mistake."""
 
 import hashlib
 import re
@@ -21,15 +21,15 @@ if TYPE_CHECKING:
 
 
 def sha256(path: str | Path) -> str:
-    """Return the digest of a file, read in pieces."""
+    """Return the SHA-256 digest of a file, read in chunks."""
     with Path(path).open("rb") as handle:
         return hashlib.file_digest(handle, "sha256").hexdigest()
 
 
 def file_digests(paths: Iterable[str], synthetic: Collection[str] = ()) -> list[dict[str, Any]]:
-    """Return name and SHA-256 of each file for a [made_by] table; simulated traces have no file.
+    """Return name and SHA-256 of each file for a [made_by] table; simulated traces have none.
 
-    An entry includes the digest of the sidecar, and a mark if the file is among `synthetic`.
+    An entry includes the digest of the sidecar, and a flag if the file is among `synthetic`.
     """
     entries = []
     for path in filter(_is_file, paths):
@@ -43,7 +43,7 @@ def file_digests(paths: Iterable[str], synthetic: Collection[str] = ()) -> list[
 
 
 def list_inputs(file: BrakeFile, traces: "Iterable[Trace]") -> dict[str, Any]:
-    """Return the inputs of a result: the brake and every file, by name and SHA-256."""
+    """Return the inputs of a result: the brake and every file, each with name and SHA-256."""
     synthetic_files = {t.path: t.synthetic for t in traces}
     synthetic_paths = [path for path, synthetic in synthetic_files.items() if synthetic]
     brake = {"name": file.name, "sha256": file.sha256}
@@ -51,10 +51,10 @@ def list_inputs(file: BrakeFile, traces: "Iterable[Trace]") -> dict[str, Any]:
 
 
 def rename_files(value: Any, names: Mapping[str, str]) -> Any:
-    """Return a text, or lists and tables of texts, with files (and their folder) renamed.
+    """Return a text, or lists and tables of texts, with files renamed and their folder removed.
 
-    `names` is {name of a file: new name}, for files stored under names that differ from their
-    owner's.
+    `names` is {name of a file: new name}, for files stored under names other than those their owner
+    gave them.
     """
     if isinstance(value, Notice):
         return Notice(rename_files(str(value), names), value.key)
@@ -73,7 +73,7 @@ def rename_files(value: Any, names: Mapping[str, str]) -> Any:
 
 
 def calibration_files(file: BrakeFile, paths: Iterable[str]) -> list[str]:
-    """Return those of `paths` whose content the brake's [made_by] table lists."""
+    """Return those of `paths` whose content is listed in the brake's [made_by] table."""
     calibration_digests = {
         entry.get("sha256")
         for entry in file.notes.get("files", [])
@@ -100,14 +100,14 @@ def calibrated_text(
     acceptances: "Sequence[Acceptance]" = (),
     date: str | None = None,
 ) -> str:
-    """Return the text of the brake's file with a calibration and its [made_by] table.
+    """Return the text of the brake file with a calibration and its [made_by] table.
 
-    The table contains program, version, date, depth, window, verdict (sentences of failed checks),
-    the covariance of the fitted numbers (SI), and every file's name and SHA-256. `exclusions` lists
-    the files excluded by hand with the reason (`file`, `because`, `sha256`); `files` are the
+    The table contains the program, version, date, depth, window, verdict (sentences of failed
+    checks), covariance of the fitted values (SI), and every file's name and SHA-256. `exclusions`
+    lists the manually excluded files with the reason (`file`, `because`, `sha256`); `files` are the
     entries of the files used, if the caller has them. If a program generated any of them, the
-    source of every fitted number records it. `acceptances` are the failed checks that a person
-    accepted; `date` (ISO) is today unless given.
+    source of every fitted value records this. `acceptances` are the failed checks that a person
+    accepted; `date` (ISO) defaults to today.
     """
     used = {c.path: c.synthetic for c in calibration.curves}
     failures = [c.sentence for c in calibration.checks if not c.passed]
@@ -139,9 +139,9 @@ def calibrated_text(
 def mark_synthetic(
     changes: Mapping[str, tuple[float, Source] | None], synthetic: bool
 ) -> dict[str, tuple[float, Source] | None]:
-    """Return numbers for a brake's file, with their sources marked if `synthetic`.
+    """Return values for a brake file, with their sources marked if `synthetic`.
 
-    The numbers carry the mark themselves, because the next command replaces [made_by].
+    The mark belongs to the values, because the next command replaces [made_by].
     """
     if not synthetic:
         return dict(changes)

@@ -13,8 +13,8 @@ LEVEL = 0.95
 class OverRepeats:
     """Statistics of `repeats` values of one quantity, in its unit.
 
-    `sd` is the sample standard deviation. `low` and `high` bound the mean with 95 % confidence by
-    Student's t with `repeats` - 1 degrees of freedom. All but `mean` are None for one repeat.
+    `sd` is the sample standard deviation. `low` and `high` are the mean's 95 % limits, by Student's
+    t with `repeats` - 1 degrees of freedom. Except `mean`, all are None for one repeat.
     """
 
     mean: float
@@ -36,11 +36,11 @@ class OverRepeats:
 
 
 def interval_ends(value: float, reach: float, positive: bool = True) -> tuple[float, float]:
-    """Return the ends of an interval that extends by `reach` to either side of a value.
+    """Return the ends of an interval that extends by `reach` on either side of a value.
 
     The interval of a positive quantity is symmetric about the value's logarithm, so that it never
-    reaches zero; if `reach` is small, both forms agree. A negative value, such as an outward flow,
-    is treated by its absolute value.
+    reaches zero; if `reach` is small, the two forms agree. A negative value, such as an outward
+    flow, counts by its size.
     """
     if not positive or value == 0:
         return value - reach, value + reach
@@ -50,9 +50,9 @@ def interval_ends(value: float, reach: float, positive: bool = True) -> tuple[fl
 
 
 def summarise_repeats(values: Sequence[float], positive: bool = True) -> OverRepeats:
-    """Return mean, SD, standard error and 95 % t interval of one value per repeat; at least one.
+    """Return mean, SD, standard error and 95 % t interval of at least one value, one per repeat.
 
-    `positive` states that the quantity cannot be negative.
+    `positive` means that the quantity cannot be negative.
     """
     from scipy.special import stdtrit
 

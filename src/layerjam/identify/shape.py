@@ -1,4 +1,4 @@
-"""A brake with the numbers that a fit over curves varies."""
+"""A brake with the parameters that a fit to curves varies."""
 
 from dataclasses import replace
 from typing import Any
@@ -6,14 +6,14 @@ from typing import Any
 from layerjam.device.brake import Brake
 
 SHAPE = ("scale_factor", "stiffness", "enclosure_factor")
-"""Numbers that set the shape of a curve; fits use the logarithms of the first two."""
+"""Parameters that set the shape of a curve; fits use the logarithms of the first two."""
 
 
 def change_shape(brake: Brake, factor: Any, stiffness: Any, enclosure: Any) -> Brake:
-    """Return the brake with a scale factor, stiffness [N/m] and factor on the enclosure's force.
+    """Return the brake with a scale factor, stiffness [N/m] and enclosure factor.
 
-    A force determines only the product of the enclosure's modulus and friction. Both get the same
-    factor, so the slip at which the whole enclosure moves does not change.
+    A force determines only the product of the enclosure's modulus and friction. Both are multiplied
+    by the same factor, so the slip at which the whole enclosure moves does not change.
     """
     return replace(
         brake,
@@ -25,5 +25,5 @@ def change_shape(brake: Brake, factor: Any, stiffness: Any, enclosure: Any) -> B
 
 
 def drop_exponent(brake: Brake) -> Brake:
-    """Return the brake without its pressure exponent, which curve fits treat separately."""
+    """Return the brake without its pressure exponent, which fits to curves treat separately."""
     return replace(brake, pressure_exponent=None, test_pressure=None)

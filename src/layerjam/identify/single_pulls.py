@@ -1,12 +1,12 @@
-"""Checks of each pull: outliers among the pulls, and the quantity in which they differ.
+"""Checks of each pull: outliers among the pulls, and the quantity that differs.
 
 `factor` is the scale factor of a pull's peak, `slope` its stiffness. `shape` compares the scale
-factor after the peak with the peak's. `vacuum` and `speed` compare the scale factors of the pulls
-at one vacuum or speed with the others', and the crosshead's speed with the stated one. `seating`
-states whether the rise is straight. A verdict is "ok", "odd", or "untold" if too little is known.
+factor after the peak with that of the peak. `vacuum` and `speed` compare the scale factors of the
+pulls at one vacuum or speed with the others, and the recorded crosshead speed with the stated one.
+`seating` is about the straightness of the rise. A verdict is "ok", "odd" or, if unknown, "untold".
 
 A single pull with a different friction looks like one with a different vacuum. Only the enclosure
-could distinguish them, but it carries a sixth of the force and scatters too much.
+could distinguish them, but its sixth of the force scatters too much.
 """
 
 from collections import defaultdict
@@ -43,7 +43,7 @@ ALARMS: Mapping[str, float] = {
 """{test: fraction of faultless campaigns that it may reject}; together below 5 %.
 
 The factor has the largest share: a film's friction scatters by a few percent, so a deviation of 15
-% needs a sensitive test. Faults in the other quantities far exceed their scatter.
+% can be detected only by a sensitive test. Faults in the other quantities far exceed their scatter.
 """
 LEAST: Mapping[str, float] = {
     "factor": 0.02,
@@ -53,10 +53,10 @@ LEAST: Mapping[str, float] = {
     "speed": 0.03,
     "seating": 0.05,
 }
-"""Relative difference up to which a pull is never an outlier, however certain the difference."""
+"""Relative difference up to which a pull is never an outlier, however significant."""
 DEVIATION_LIMIT = 0.125
-"""Limit on the deviation of a scale factor or stiffness, whatever the scatter of the others: two
-and a half times that of repeats (`checks.repeats`)."""
+"""Limit of the deviation of a scale factor or stiffness, whatever the scatter of the others: two
+and a half times the limit for repeats (`checks.REPEATABLE`)."""
 OVERSHOOT = 0.1
 """Largest relative deviation of the curve after the peak from its own peak."""
 SOFT = 0.08
@@ -68,9 +68,9 @@ class SinglePull:
     """Results of one pull, SI units; None if unknown.
 
     `factor` and `stiffness` are from its peak and its slope. `shape` is the relative deviation of
-    the scale factor after the peak from the peak's. `seating` is the relative excess of the slope
-    in the rise's upper half over that in the lower. `recorded_speed` is from its time column. At
-    `vacuum_of_peak` its peak would give the others' scale factor. `verdicts` has all of `TESTS`.
+    the scale factor after the peak from that of the peak. `seating` is the relative excess of the
+    slope in the rise's upper half over that in its lower half. `recorded_speed` is from its time
+    column. At `vacuum_of_peak` it would have the others' scale factor. `verdicts` covers `TESTS`.
     """
 
     file: str
@@ -101,7 +101,7 @@ class _Findings:
     def known_values(
         self, test: str, values: Sequence[float | None], fewest: int = FEWEST
     ) -> tuple[Array, list[int]]:
-        """Return the known values and their pulls, and set these to "ok" if there are enough."""
+        """Return the known values and their pulls; mark these "ok" if there are enough."""
         indices = [i for i, value in enumerate(values) if value is not None]
         for i in indices if len(indices) >= fewest else ():
             self.verdicts[i][test] = "ok"
@@ -120,10 +120,10 @@ def single_pulls(
     shapes: Sequence[float | None],
     law_factors: Array | None = None,
 ) -> tuple[SinglePull, ...]:
-    """Return one row per curve; `fits` are those of curves with a peak, `shapes` theirs.
+    """Return one row per curve; `fits` and `shapes` are None for curves that have no peak.
 
-    `law_factors` (curves,) are the relative factors of a fitted law of vacuum or speed; the factors
-    are compared after dividing by them.
+    `law_factors` (curves,) are the relative factors of a fitted law of vacuum or speed; scale
+    factors are divided by them before they are compared.
     """
     scale_factors = [None if f is None else f.scale_factor for f in fits]
     law = np.ones(len(curves)) if law_factors is None else law_factors
@@ -173,7 +173,7 @@ def _compare_each(
     fewest: int = FEWEST,
     limit: float = float("inf"),
 ) -> None:
-    """Compare each pull with the others in one number; `words` describes its deviation."""
+    """Compare one value of each pull with the others; `words` describes its deviation."""
     values, indices = findings.known_values(test, pull_values, fewest)
     out = find_outliers(values, ALARMS[test], LEAST[test], limit)
     for place in out:
@@ -186,7 +186,7 @@ def _compare_factors(
 ) -> None:
     """Find peaks that differ from the others, with the vacuum that would explain them.
 
-    `shifts` (curves,) are those of whole groups that are outliers; their single pulls are not.
+    `shifts` (curves,) are those of groups that are outliers as a whole, not pull by pull.
     """
     logs, indices = findings.known_values("factor", _logs(factors))
     logs = logs - shifts[indices]
@@ -199,7 +199,7 @@ def _compare_factors(
 
 
 def _compare_shapes(findings: _Findings, shapes: Sequence[float | None]) -> None:
-    """Find curves after the peak that differ from the others', or too far from their own peak."""
+    """Find curves whose part after the peak deviates from the others or from their own peak."""
     words = "after the peak {} vs. its own peak, unlike the others"
     logs = [None if s is None else float(np.log1p(max(s, -0.99))) for s in shapes]
     _compare_each(findings, "shape", logs, words, fewest=1)
@@ -215,9 +215,9 @@ def _compare_shapes(findings: _Findings, shapes: Sequence[float | None]) -> None
 def _compare_groups(
     findings: _Findings, factors: Sequence[float | None], curves: Sequence[Curve]
 ) -> Array:
-    """Find the pulls at one vacuum or speed whose scale factor differs from the others'.
+    """Find groups of pulls at one vacuum or speed whose scale factor differs from the others.
 
-    Returns the shift of the logarithm of the factor (curves,), 0 for pulls of no such group.
+    Returns the shift of the logarithm of the factor (curves,), 0 for pulls in no such group.
     """
     shifts = np.zeros(len(curves))
     quantities: tuple[tuple[str, str, Callable[[Curve], float | None]], ...] = (
@@ -257,7 +257,7 @@ def group_levels(values: Sequence[float]) -> list[list[int]]:
 
 
 def _compare_speeds(findings: _Findings, curves: Sequence[Curve]) -> None:
-    """Find crossheads whose speed differs from the stated one."""
+    """Find pulls whose recorded speed differs from the stated speed."""
     for place, curve in enumerate(curves):
         stated_speed, recorded_speed = curve.speed, curve.recorded_speed
         if stated_speed is None or recorded_speed is None:
@@ -271,12 +271,12 @@ def _compare_speeds(findings: _Findings, curves: Sequence[Curve]) -> None:
 
 
 def _compare_seating(findings: _Findings, curves: Sequence[Curve]) -> None:
-    """Find rises that bend: single ones, or those of all pulls alike."""
+    """Find bent rises: those of single pulls, or those of all pulls."""
     bends, indices = findings.known_values("seating", [c.pull.seating for c in curves], 1)
     if not indices:
         return
     soft = _is_soft(bends.tolist())
-    # weight each by its own error, because at low vacuum the rise is short and its bend uncertain
+    # weight each by its own error: at low vacuum the rise is short and its bend uncertain
     errors = np.hypot([curves[i].pull.seating_se for i in indices], LEAST["seating"] / 4)
     middle = float(np.average(bends, weights=errors**-2))
     out = find_outliers((bends - middle) / errors, ALARMS["seating"], 0.0)
@@ -289,7 +289,7 @@ def _compare_seating(findings: _Findings, curves: Sequence[Curve]) -> None:
 
 
 def _is_soft(bends: Sequence[float]) -> bool:
-    """Return whether rises bend, on average over the pulls, as on a seat that yields."""
+    """Return whether the rises bend, on average over the pulls, as on a yielding seat."""
     from scipy.special import stdtrit
 
     values = np.asarray(bends)
@@ -303,10 +303,10 @@ def _is_soft(bends: Sequence[float]) -> bool:
 def pull_checks(
     rows: Sequence[SinglePull], half_width: float | None = None, end: Check | None = None
 ) -> tuple[Check, ...]:
-    """Return the checks for outliers, for the shapes and rises of all pulls, and for their slopes.
+    """Return the checks of outliers, and of the shapes, rises and slopes of all pulls.
 
-    `half_width` is the relative half width of the scale factor's 95 % interval, and `end` the check
-    at the curves' end, as in `checks.shape`.
+    `half_width` is the relative half-width of the scale factor's 95 % interval, and `end` the check
+    at the end of the curves, as in `checks.check_shape`.
     """
     odd = [f"{row.file}: {row.sentence}" for row in rows if row.is_outlier]
     fine = f"none of {len(rows)} pulls differs from the others"
@@ -331,7 +331,7 @@ def pull_checks(
 
 
 def _check_rises(rows: Sequence[SinglePull]) -> Check | None:
-    """Check that the rises of all pulls are straight: no seat yields under the first load."""
+    """Check that the rises of all pulls are straight; a seat that yields would bend them."""
     bends = [float(np.log1p(row.seating)) for row in rows if row.seating is not None]
     if not bends:
         return None

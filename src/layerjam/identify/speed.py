@@ -1,4 +1,4 @@
-"""Friction of a brake at the speed of a pull, if its file has a speed law."""
+"""Friction of a brake at the speed of a pull, if the brake file has a speed law."""
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
@@ -7,7 +7,7 @@ from layerjam.simulate.speed import follows_speed
 
 
 def friction_growth(brake: Brake, speed: float | None, path: str) -> float:
-    """Return the ratio of friction at a speed [m/s] to that at the law's test speed; 1 if no law.
+    """Return the ratio of friction at a speed [m/s] to that at the test speed; 1 without a law.
 
     Raises FitError if the brake has a law and the speed of the pull is unknown.
     """
@@ -24,9 +24,9 @@ def friction_growth(brake: Brake, speed: float | None, path: str) -> float:
 
 
 def at_crosshead_speed(brake: Brake, speed: float | None, path: str) -> Brake:
-    """Return the brake with its friction at a crosshead speed [m/s]; raises as `friction_growth`.
+    """Return the brake with its friction at a crosshead speed [m/s]; errors as `friction_growth`.
 
-    A scale factor fitted with this brake applies at the law's test speed.
+    A scale factor fitted with this brake is valid at the law's test speed.
     """
     friction_growth(brake, speed, path)
     return brake if speed is None else at_speed(speed, brake)

@@ -1,9 +1,9 @@
-"""Stick–slip in a measured force: saw teeth as distinct from noise, texture and vibration.
+"""Stick–slip in a measured force: a sawtooth, as distinct from noise, texture and vibration.
 
-While the films stick the force rises at the stiffness of the pulling parts; when they slip it falls
-at once. Stick–slip therefore meets four conditions together: the swing exceeds the noise, the teeth
-are regularly spaced, they rise for longer than they fall, and all rise equally fast. Noise, a rough
-film and a vibration rise and fall for equal times.
+While the films stick, the force rises at the stiffness of the pulling parts; when they slip, it
+drops suddenly. Stick–slip therefore meets four conditions together: the swing exceeds the noise,
+the teeth are regularly spaced, they rise for longer than they fall, and all rise equally fast. With
+noise, a rough film or vibration, the force rises and falls for equal times.
 
 A machine may also cause regular teeth, by motor steps, a screw or an alternating drive. Their
 spacing does not depend on the swing; that of stick–slip is the swing divided by the stiffness.
@@ -23,33 +23,33 @@ Indices = np.ndarray[tuple[int], np.dtype[np.intp]]
 LEAST_TEETH = 5
 """Smallest number of teeth; three are enough if they are large and similar."""
 LEAST_SWING = 0.02
-"""Smallest swing reported, relative to the middle force; smaller ones remain part of the mean."""
+"""Smallest swing reported, relative to the middle force; smaller swings are left in the mean."""
 LEAST_SHARE = 0.6
-"""Smallest fraction of a tooth during which the force rises; 0.5 is a vibration."""
+"""Smallest fraction of a tooth during which the force rises; 0.5 indicates a vibration."""
 SUDDEN = 0.72
-"""The same for fewer than MANY_TEETH or dissimilar teeth, because a rough film comes close."""
+"""The same for fewer than MANY_TEETH or for dissimilar teeth: a rough film comes close to it."""
 MANY_TEETH, ALIKE = 15, 0.3
 CLEAR = 4.0
-"""Standard errors by which that fraction must exceed one half."""
+"""Number of standard errors by which that fraction must exceed one half."""
 MOST_UNLIKE = 0.5
 """Largest scatter of spacings and of rising slopes, relative to their medians."""
 STANDS_OUT = 8.0
 """Swing that counts as a reversal, in standard deviations of the smoothed noise."""
 SMOOTHINGS = (1, 5, 21, 63, 151)
-"""Samples of the running means tried, until teeth are detected."""
+"""Numbers of samples of the running means, tried until teeth are detected."""
 MOST_SAMPLES = 60_000
 STUCK = 0.8
-"""Smallest stiffness of a stuck tooth's rise, relative to the pull's."""
+"""Smallest stiffness of a tooth's rise while sticking, relative to the stiffness of the pull."""
 EQUAL = 0.03
-"""Largest relative difference at which spacings count as equal."""
+"""Largest relative difference between spacings that count as equal."""
 GROWN = 1.5
-"""Ratio of swings at which stick–slip of one stiffness has clearly different spacings."""
+"""Ratio of swings above which the spacings of stick–slip at one stiffness clearly differ."""
 REGULAR = 0.2
 """Largest irregularity of a machine's ripple."""
 SPREAD = 0.15
 """Smallest relative scatter of swings that can show whether the rises grow with them."""
 LEAST_GROWTH = 0.3
-"""Smallest growth of the rises with the swings of one record that counts as sticking."""
+"""Smallest exponent of the rises' growth with the swings in one record that counts as sticking."""
 CAUSE = "motor steps, screw or drive of the machine"
 """Likely cause of a ripple of constant spacing."""
 
@@ -59,11 +59,11 @@ class SawTeeth:
     """Stick–slip in a section of a record, SI units.
 
     `upper` and `lower` are the mean forces at which the teeth end and begin [N], with standard
-    errors from their scatter. `spacing` is the crosshead's travel between two slips [m], `period`
-    the time [s] or None if the record has no time. `rising_share` is the rising fraction of a
-    tooth, `irregularity` the relative scatter of the spacing. `growth` is the exponent with which
-    the rises grow with their swings: 1 if the sheets stick, 0 for a machine's teeth, None if too
-    few or too similar teeth show it. `peaks` and `troughs` are indices into the stretch.
+    errors from their scatter. `spacing` is the crosshead travel between two slips [m], `period` the
+    time [s], or None if the record has no time. `rising_share` is the rising fraction of a tooth,
+    `irregularity` the relative scatter of the spacing. `growth` is the exponent of the rises'
+    growth with the swings: 1 if the sheets stick, 0 for a machine's teeth, None if the teeth are
+    too few or too similar. `peaks` and `troughs` are indices into the section.
     """
 
     upper: float
@@ -88,7 +88,7 @@ class SawTeeth:
 
     @property
     def swing(self) -> float:
-        """Mean fall of the force in a slip [N]."""
+        """Mean drop in force during a slip [N]."""
         return self.upper - self.lower
 
     @property
@@ -98,16 +98,16 @@ class SawTeeth:
 
     @property
     def middle(self) -> float:
-        """Force halfway between the envelopes [N]: the kinetic force of undamped slips."""
+        """Force midway between the envelopes [N]: the kinetic force if the slips are undamped."""
         return (self.upper + self.lower) / 2
 
 
 def find_ripple(records: Sequence[SawTeeth | None]) -> list[bool]:
-    """Return for each record of one machine whether its teeth are a ripple of that machine.
+    """Return, for each record of one machine, whether its teeth are a ripple of that machine.
 
-    They are if at least four records, or the teeth of one record, have regular teeth of one spacing
-    but different swings, which no stiffness explains. Extreme swings do not count. None marks a
-    record without teeth.
+    They are if at least four records, or one record's teeth, are regular, with one spacing but
+    different swings, which no stiffness explains. Extreme swings do not count. None marks a record
+    without teeth.
     """
     regular = [t for t in records if t is not None and t.irregularity <= REGULAR]
 
@@ -123,16 +123,16 @@ def find_ripple(records: Sequence[SawTeeth | None]) -> list[bool]:
 
 
 class Search(NamedTuple):
-    """Saw teeth, or None and the reason why there are none."""
+    """Saw teeth, or None with the reason why there are none."""
 
     teeth: SawTeeth | None
     reason: str
 
 
 def noise_sd(force: Array) -> float:
-    """Return the standard deviation of white noise in a record [N], without its slow changes.
+    """Return the standard deviation of the white noise in a record [N], without slow changes.
 
-    It is from the median of the second differences, which lines do not change and jumps hardly
+    It is from the median second difference, which straight lines do not change and jumps hardly
     affect.
     """
     if len(force) < 5:
@@ -181,7 +181,7 @@ def turning_points(values: Array, least: float) -> tuple[Indices, Indices]:
 
 
 class _Stretch(NamedTuple):
-    """A section of sliding, the noise of one sample [N], and the samples of a smoothing."""
+    """A section of sliding, the noise of one sample [N], and the samples per smoothing window."""
 
     position: Array
     force: Array
@@ -201,12 +201,12 @@ class _Turns(NamedTuple):
 def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> Search:
     """Find saw teeth in a section of sliding: position [m], force [N], time [s], shape (N,).
 
-    The position rises. Smoothings from none to 151 samples are tried, so that teeth smaller than
-    the noise of one sample are detected if there are many samples to a tooth.
+    The position increases. Smoothings from none to 151 samples are tried, so that teeth smaller
+    than the noise of one sample are detected if there are many samples per tooth.
     """
     if len(force) < 3 * LEAST_TEETH:
         return Search(None, f"only {len(force)} samples")
-    # take single samples at regular intervals, because means would cut off the tips of the teeth
+    # keep single samples at regular intervals, because means would cut off the tips of the teeth
     coarse = max(1, -(-len(force) // MOST_SAMPLES))
     position, force = position[::coarse], force[::coarse]
     noise = max(noise_sd(force), _digit_step(force) / 12**0.5)
@@ -223,10 +223,9 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
         if teeth is not None and (best is None or teeth.teeth > best.teeth):
             best, reason = teeth, explanation
         elif best is None and len(peaks) > LEAST_TEETH and not has_reason:
-            reason, has_reason = explanation, True  # the reason given for the least smoothed record
+            reason, has_reason = explanation, True  # keep the reason of the least smoothed record
         if best is not None and best.upper - best.lower > 2 * STANDS_OUT * smoothed_noise:
-            # with less smoothing the smallest teeth are missed, and a smoother record shows more
-            # teeth
+            # stop only now: until here, noise hid small teeth, which more smoothing reveals
             break
     if best is not None and coarse > 1:
         best = replace(best, peaks=best.peaks * coarse, troughs=best.troughs * coarse)
@@ -234,13 +233,13 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
 
 
 def _digit_step(force: Array) -> float:
-    """Return the resolution of the load cell if a record shows one, else a value near zero."""
+    """Return the load cell's resolution if the record shows it, otherwise a value near zero."""
     steps = np.diff(np.unique(force[:4000]))
     return float(steps.min()) if len(steps) else 0.0
 
 
 def _large_turns(smooth: Array, least: float) -> tuple[Indices, Indices]:
-    """Return the turning points of the swings above `least`, without the wiggles on them."""
+    """Return the turning points of the swings above `least`, without small ripples on them."""
     peaks, troughs = turning_points(smooth, least)
     if min(len(peaks), len(troughs)) < 3:
         return peaks, troughs
@@ -250,13 +249,13 @@ def _large_turns(smooth: Array, least: float) -> tuple[Indices, Indices]:
 
 
 def _robust_scatter(values: Array) -> float:
-    """Return the scatter relative to the median, by robust estimates."""
+    """Return a robust estimate of the scatter relative to the median."""
     middle = float(np.median(values))
     return 1.4826 * float(np.median(np.abs(values - middle))) / max(abs(middle), 1e-300)
 
 
 def _judge_turns(stretch: _Stretch, smooth: Array, peaks: Indices, troughs: Indices) -> Search:
-    """Return the measures of turning points if they are saw teeth, otherwise the reason."""
+    """Return the teeth that turning points form, or the reason why they form none."""
     position, samples = stretch.position, stretch.samples
     # use whole teeth only (trough, peak, next trough), because the window may cut the first turn
     if len(troughs) and len(peaks):
@@ -308,7 +307,7 @@ def _measure_teeth(stretch: _Stretch, turns: _Turns) -> SawTeeth:
     tops, feet = _find_fall_ends(force, turns, samples)
     high, low = force[tops].astype(float), force[feet].astype(float)
     if float(np.median(high - low)) < 50 * noise:
-        # the highest sample of a noisy tooth is too high, so take the ends of its straight rise
+        # the highest sample of a noisy tooth is too high, so use the ends of its straight rise
         for i, (a, b) in enumerate(zip(feet.tolist(), tops.tolist(), strict=True)):
             inside = slice(a + 1, b)
             line = straight_line(position[inside], force[inside]) if b - a > 4 else None
@@ -317,7 +316,7 @@ def _measure_teeth(stretch: _Stretch, turns: _Turns) -> SawTeeth:
     count = len(peaks)
     spacings = np.diff(position[peaks])
     samples_per_tooth = float(np.median(np.diff(peaks)))
-    # a tooth ends somewhere between two samples, or within the smoothing
+    # a tooth ends somewhere between two samples, or within the smoothing window
     uncertainty = (samples / 2) * float(np.mean(high - low)) / samples_per_tooth
     return SawTeeth(
         upper=float(high.mean()),
@@ -340,7 +339,7 @@ def _measure_teeth(stretch: _Stretch, turns: _Turns) -> SawTeeth:
 
 
 def _growth_exponent(rise: Array, swing: Array, noise: float) -> float | None:
-    """Return the exponent of the rises against the swings; `noise` is that of a force [N]."""
+    """Return the exponent of the rises versus the swings; `noise` is that of a force [N]."""
     if len(rise) < MANY_TEETH or not (swing > 0).all():
         return None
     spread = float(np.log(swing).var(ddof=1))

@@ -1,4 +1,4 @@
-"""Straight lines through samples: slope, its standard error, and crossings."""
+"""Straight lines through samples: slope, its standard error and crossings."""
 
 from typing import NamedTuple
 
@@ -8,10 +8,10 @@ from layerjam.measure.trace import Array
 
 
 class StraightLine(NamedTuple):
-    """Least-squares line through N points, in their own units.
+    """Least-squares line through N points, in the units of the points.
 
-    It passes through the points' mean (`x`, `y`). `slope_se` is from their scatter about the line
-    with `freedom` = N - 2, and is 0 for fewer than three points.
+    It passes through the mean of the points (`x`, `y`). `slope_se` is from their scatter about the
+    line with `freedom` = N - 2, and is 0 for fewer than three points.
     """
 
     slope: float

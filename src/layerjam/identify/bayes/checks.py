@@ -21,17 +21,17 @@ from layerjam.mechanics.stiffness import stiffness_before_slip
 from layerjam.verdict import Level
 
 R_HAT = 1.01
-"""Limit of R-hat above which the chains do not agree."""
+"""R-hat above which the chains do not agree."""
 FAR_APART = 1.1
 """R-hat above which the result depends on a chain's start (Gelman and Rubin 1992)."""
 ESS = 400
-"""Independent draws required for the ends of a 90 % interval."""
+"""Number of independent draws required for the ends of a 90 % interval."""
 NARROWED = 0.5
-"""Ratio of a posterior's width to its prior's above which the data add little."""
+"""Ratio of a posterior's width to the width of its prior, above which the data add little."""
 PRIOR_DISTANCE = 2.5
 """Largest distance of a posterior from its prior, in prior SDs."""
 BENT = 0.02
-"""Largest mean residual of a section, relative to the greatest force."""
+"""Largest mean residual of a section, relative to the maximum force."""
 REPEATS = 3
 Array = np.ndarray[Any, Any]
 
@@ -61,7 +61,7 @@ def bayes_checks(fit: BayesFit, curves: Sequence[Curve], data: Data) -> tuple[Ch
 
 
 def _stack_unknowns(fit: BayesFit) -> dict[str, Array]:
-    """Return every unknown as (chains, draws)."""
+    """Return the draws of every unknown, each an array of shape (chains, draws)."""
     out = {}
     for name, (draws, _) in fit.columns().items():
         if draws.ndim == 2:
@@ -78,7 +78,7 @@ def _is_complete(fit: BayesFit) -> Check | None:
 
 
 def _check_convergence(fit: BayesFit) -> Check:
-    # numbers used in predictions get the strict bound; among the others, some exceed it by chance
+    # the strict bound applies to values used in predictions; some of the others exceed it by chance
     hats = {n: chain_agreement(v)[0] for n, v in _stack_unknowns(fit).items()}
     worst = max((n for n in hats if "curve" not in n), key=lambda n: hats[n])
     worst_curve = max((n for n in hats if "curve" in n), key=lambda n: hats[n])

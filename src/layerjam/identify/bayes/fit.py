@@ -1,7 +1,7 @@
 """Bayesian calibration over many pulls: a hierarchical model, sampled by NUTS (NumPyro).
 
-`fit_bayes` gives two results. The population describes the brake: the median of its scale factors
-and stiffnesses. The next pull describes a single further pull, which scatters about the brake.
+`fit_bayes` has two results. The population describes the brake: the median of its scale factors and
+stiffnesses. The next pull describes one further pull, which scatters about the brake.
 """
 
 from collections.abc import Callable, Sequence
@@ -57,13 +57,13 @@ def fit_bayes(
     mountings: Sequence[Sequence[int]] = (),
     progress: Callable[[int, int], None] | None = None,
 ) -> BayesFit:
-    """Calibrate on curves: posterior of scale factor, stiffness and the enclosure's factor.
+    """Calibrate on curves: posterior of the scale factor, stiffness and enclosure factor.
 
-    `draws` is the number per chain, after 300 draws for adaptation. `mountings` are the indices of
-    the curves of each mounting; these curves share its scatter. `progress` is called with (done,
-    all), both per chain. The same seed gives the same draws, bit for bit. Ctrl-C keeps the draws if
-    there are 100 per chain. Raises FitError for an unusable curve, MissingExtraError if NumPyro is
-    not installed, PrecisionError if JAX is in single precision.
+    `draws` is the number per chain, after 300 draws for adaptation. `mountings` lists the indices
+    of the curves of each mounting; these curves share its scatter. `progress` is called with (done,
+    total), both per chain. The same seed gives bit-identical draws. Ctrl-C keeps the draws if there
+    are at least 100 per chain. Raises FitError for an unusable curve, MissingExtraError if NumPyro
+    is not installed, PrecisionError if JAX is in single precision.
     """
     with MissingExtraError.raise_if_missing("Bayesian calibration (numpyro)", "bayes"):
         import numpyro  # type: ignore[import-untyped]  # noqa: F401
@@ -92,7 +92,7 @@ def fit_bayes(
 
 
 def _mounting_matrix(mountings: Sequence[Sequence[int]], count: int) -> Array | None:
-    """Return for each pair of `count` curves whether they share a mounting; None if none does."""
+    """Return whether each pair of `count` curves shares a mounting; None if no pair does."""
     if all(len(group) < 2 for group in mountings):
         return None
     member = np.zeros((len(mountings), count))
@@ -107,9 +107,9 @@ def calibrate_bayesian(
     sampling: tuple[int, int, int],
     tell: Callable[[str, float], None],
 ) -> Calibration:
-    """Return the posterior in the form of the other methods' results: means, SDs, 95 % intervals.
+    """Return the posterior in the format of the other methods: means, SDs, 95 % intervals.
 
-    `sampling` is (draws of a chain, chains, seed). Raises as `fit_bayes` does.
+    `sampling` is (draws per chain, chains, seed). Raises the same errors as `fit_bayes`.
     """
     draws, chains, seed = sampling
     single = fit_curves(curves, brake)

@@ -1,8 +1,8 @@
 """Hierarchical model of many pulls: data, priors, likelihood.
 
 Every curve has its own scale factor, stiffness, slack and residual. Scale factors and stiffnesses
-scatter about those of the brake, and all curves share the factor on the enclosure's force. Curves
-of one mounting share a part of that scatter.
+scatter about those of the brake, and all curves share the multiplier of the enclosure force. Curves
+of one mounting share part of that scatter.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,13 +23,13 @@ from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.units import show
 
 RISE, SLIDE = 24, 72
-"""Numbers of bins of equal elongation in the straight rise and in the sliding part."""
+"""Number of bins of equal elongation in the straight rise and in the sliding part."""
 SLIDES = 1.25
 """Elongation at which sliding begins, relative to that at which the rise would reach the peak."""
 FEWEST_BINS = 12
-"""Fewest bins with samples in the sliding part."""
+"""Minimum number of bins with samples in the sliding part."""
 FLOOR = 2e-4
-"""Least ratio of residual SD to greatest force; no load cell of a test machine is better."""
+"""Minimum ratio of residual SD to maximum force; no test machine's load cell is better."""
 RULE = (
     f"each curve is reduced to at most {RISE} means over its rise ({LINEAR[0]:.0%} to "
     f"{LINEAR[1]:.0%} of the maximum force) and {SLIDE} over its sliding part (from {SLIDES:g} "
@@ -47,7 +47,7 @@ class Prior(NamedTuple):
     """A normal prior of a quantity or, with `log`, of its natural logarithm."""
 
     center: float
-    """The median, in the quantity's unit."""
+    """Median, in the quantity's unit."""
     sd: float
     """Standard deviation, of the logarithm if `log`, otherwise in the quantity's unit."""
     why: str
@@ -67,9 +67,9 @@ class Prior(NamedTuple):
 
 
 def priors(brake: Brake, mounted: bool = False) -> dict[str, Prior]:
-    """Return every prior of the model for a brake, by the name of its quantity.
+    """Return every prior of the model for a brake, keyed by quantity.
 
-    Includes the scatter between mountings if curves are `mounted` together.
+    Includes the scatter between mountings if `mounted`, that is, if curves share mountings.
     """
     stiffness = float(working_stiffness(brake))
     spring = Prior(stiffness, 0.7, "the brake file's value, possibly from another rig", "N/m")
@@ -113,7 +113,7 @@ def priors(brake: Brake, mounted: bool = False) -> dict[str, Prior]:
 
 
 class Data(NamedTuple):
-    """Reduced curves as input of the likelihood, shapes (curves, bins) and (curves,)."""
+    """Reduced curves, the input of the likelihood; shapes (curves, bins) and (curves,)."""
 
     elongation: Any
     force: Any
@@ -125,13 +125,13 @@ class Data(NamedTuple):
     """False for padding bins."""
     vacuum: Any
     height: Any
-    """Greatest force of each curve [N]."""
+    """Maximum force of each curve [N]."""
 
 
 def reduce_curves(curves: Sequence[Curve]) -> Data:
-    """Return the data of the model from curves, by `RULE`.
+    """Return the model's data from curves, reduced by `RULE`.
 
-    Raises FitError for a curve without vacuum or one that does not slide far enough.
+    Raises FitError for a curve without a vacuum or one that does not slide far enough.
     """
     shape = (len(curves), RISE + SLIDE)
     u, force, white = np.full(shape, 1e-3), np.zeros(shape), np.zeros(shape)
@@ -149,7 +149,7 @@ def reduce_curves(curves: Sequence[Curve]) -> Data:
 
 
 def _split_curve(curve: Curve) -> list[tuple[Array, Array, Array]]:
-    """Return rise and sliding part as means over bins; only one piece if no rise is straight."""
+    """Return the rise and the sliding part as bin means; only one piece if no rise is straight."""
     if curve.vacuum <= 0:
         raise FitError.of(curve.path, f"a vacuum of {show(curve.vacuum, 'Pa')} jams no sheet")
     pull, u, force = curve.pull, curve.elongation, curve.force
@@ -176,7 +176,7 @@ def _split_curve(curve: Curve) -> list[tuple[Array, Array, Array]]:
 
 
 def _stretch_means(u: Array, force: Array, bins: int) -> tuple[Array, Array, Array]:
-    """Return means over bins of equal elongation and their numbers of samples; no empty bins."""
+    """Return means over the non-empty bins of equal elongation, and their numbers of samples."""
     if len(u) == 0:
         return u, force, u
     low, high = float(u.min()), float(u.max())
@@ -192,7 +192,7 @@ def _stretch_means(u: Array, force: Array, bins: int) -> tuple[Array, Array, Arr
 
 
 class Sites(NamedTuple):
-    """The model's unknowns on their normal scales: 6 numbers, and 4 of each curve.
+    """The model's unknowns on their normal scales: 6 numbers, and 4 for each curve.
 
     If curves share mountings, the scatter between mountings is also unknown.
     """
@@ -204,23 +204,23 @@ class Sites(NamedTuple):
     log_sd_k: Any
     logit: Any
     own_a: Any
-    """Logarithm of each curve's scale factor; like all fields below of shape (..., curves)."""
+    """Logarithm of each curve's scale factor; from here on the shape is (..., curves)."""
     own_k: Any
     own_slack: Any
     """Multiple of the prior's SD."""
     own_noise: Any
-    """Logarithm of the ratio of the residual's SD to the greatest force."""
+    """Logarithm of the ratio of the residual's SD to the maximum force."""
     log_mounting_sd_a: Any = None
     log_mounting_sd_k: Any = None
 
 
 def scatter_indices(mounted: bool) -> list[int]:
-    """Return the indices of the scatter of repeats and of mountings in the flat vector."""
+    """Return the indices, in the flat vector, of the scatter of repeats and of mountings."""
     return [3, 4, *([-2, -1] if mounted else [])]
 
 
 class CurveEstimates(NamedTuple):
-    """Estimates of a quantity's logarithm from each curve alone: values and errors, (curves,)."""
+    """Estimates of a quantity's logarithm from each curve alone: values and errors (curves,)."""
 
     place: Any
     error: Any
@@ -236,7 +236,7 @@ class Guess(NamedTuple):
 
 
 class _UnitMap(NamedTuple):
-    """Map from unit normal numbers to the unknowns of one quantity, at a given scatter."""
+    """Map from standard normal numbers to the unknowns of one quantity, at a given scatter."""
 
     brake: Any
     brake_sd: Any
@@ -248,9 +248,9 @@ class _UnitMap(NamedTuple):
 def _unit_map(
     estimates: CurveEstimates, log_scatter: Any, log_shared: Any, guess: Guess, prior: Any
 ) -> _UnitMap:
-    """Return the map; it would be an exact conditional if the curves' values had normal errors.
+    """Return the map; if the curves' values had normal errors, it would be an exact conditional.
 
-    With mountings it is approximate, which is harmless because any one-to-one map is valid.
+    With mountings it is approximate; this is harmless, because any one-to-one map is valid.
     """
     scatter, error = jnp.exp(2 * log_scatter)[..., None], estimates.error**2
     variance, curves = scatter + error, 1.0
@@ -280,9 +280,9 @@ def _unit_maps(sites: Sites, guess: Guess, beliefs: PriorNumbers) -> tuple[_Unit
 def unpack(flat: Any, guess: Guess, beliefs: PriorNumbers) -> Sites:
     """Return the unknowns from flat vectors, shape (..., 6 + 4 curves), or 2 more with mountings.
 
-    The flat vector holds the brake's and the curves' own values in units of their remaining spread,
-    given the scatter between repeats. It therefore does not depend on the scatter, and a sampler
-    can move between small and large scatter. In the values themselves it would get stuck.
+    The flat vector contains the brake's and the curves' own values in units of their remaining
+    spread, given the scatter between repeats. It is therefore independent of the scatter, and a
+    sampler can move between small and large scatter. With the values themselves it would get stuck.
     """
     sites = _raw_values(flat, guess)
     values = {}
@@ -325,7 +325,7 @@ def _raw_values(flat: Any, guess: Guess) -> Sites:
 
 
 def start_search(data: Data, curves: Sequence[Curve], brake: Brake) -> Sites:
-    """Return the start of the search: the law through each sliding part, enclosure as stated.
+    """Return the start of the search: the law fitted to each sliding part, enclosure as stated.
 
     The scatter is so large that the curves do not affect one another.
     """
@@ -359,9 +359,9 @@ def law_forces(sites: Sites, slack_sd: Any, data: Data, brake: Brake) -> Any:
 
 
 def log_likelihood(residuals: Any, size: Any, phi: Any, data: Data) -> Any:
-    """Return the log likelihood of residuals [N] (curves, bins), SD `size` [N], correlation phi.
+    """Return the log likelihood of residuals [N] (curves, bins): SD `size` [N], correlation phi.
 
-    The variance of a residual's change is size^2 (1 - phi^2), plus that of the mean's own noise.
+    A residual's change has the variance size^2 (1 - phi^2), plus that of the mean's own noise.
     """
     before = jnp.concatenate([jnp.zeros_like(residuals[:, :1]), residuals[:, :-1]], axis=1)
     new = jnp.where(data.first, residuals, residuals - phi * before)
@@ -371,12 +371,12 @@ def log_likelihood(residuals: Any, size: Any, phi: Any, data: Data) -> Any:
 
 
 def prior_moments(brake: Brake, mounted: bool = False) -> dict[str, tuple[float, float]]:
-    """Return (mean, SD) of the priors by name."""
+    """Return {name: (mean, SD)} of the priors."""
     return {name: (p.place, p.sd) for name, p in priors(brake, mounted).items()}
 
 
 def numpyro_model(data: Data, brake: Brake, beliefs: PriorNumbers, mounting: Any = None) -> None:
-    """Define the model for NumPyro; `mounting` is as in a Guess."""
+    """Define the model for NumPyro; `mounting` is that of a Guess."""
     import numpyro  # type: ignore[import-untyped]
     import numpyro.distributions as dist  # type: ignore[import-untyped]
 

@@ -1,4 +1,4 @@
-"""Draws of a Bayesian calibration: the brake, the next pull, their summary and files."""
+"""Draws of a Bayesian calibration: the brake, the next pull, their summary and their files."""
 
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -40,7 +40,7 @@ class Population:
         return len(self.scale_factor)
 
     def brakes(self) -> Brake:
-        """Return all brakes as one; leaves have shape (draws, 1) and broadcast against (n,)."""
+        """Return all brakes as one; its leaves of shape (draws, 1) broadcast against (n,)."""
         return change_shape(
             self.brake,
             self.scale_factor[:, None],
@@ -50,10 +50,10 @@ class Population:
 
 
 class Posterior(NamedTuple):
-    """One number of a fit, in its SI unit.
+    """One value of a fit, in its SI unit.
 
     `low` and `high` bound its central 95 % interval. `r_hat` near 1 shows that the chains agree;
-    `ess` is the equivalent number of independent draws. Both are None for derived numbers.
+    `ess` is the equivalent number of independent draws. Both are None for derived values.
     """
 
     mean: float
@@ -70,11 +70,11 @@ class Posterior(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BayesFit:
-    """Draws of the posterior, shapes (chains, draws) and (chains, draws, curves), SI units.
+    """Draws of the posterior in SI units, shapes (chains, draws) and (chains, draws, curves).
 
     `scale_factor`, `stiffness` and `enclosure_factor` are those of the brake: medians over repeats,
-    which share the enclosure. The `_sd` are the relative scatter between repeats (SD of the
-    logarithm); those of mountings are None if no two curves share one. Pulls only determine the
+    which share the enclosure. The `_sd` fields are the relative scatter between repeats (SD of the
+    logarithm); those of mountings are None if no two curves share one. Pulls determine only the
     products of scale factor and kinetic friction, and of the enclosure's modulus and friction
     (proportional to `enclosure_factor` squared).
     """
@@ -101,13 +101,13 @@ class BayesFit:
     divergences: int
     seed: int
     asked: int
-    """Requested draws per chain; after Ctrl-C there are fewer."""
+    """Requested number of draws per chain; after Ctrl-C there are fewer."""
     priors: dict[str, Prior]
     rule: str = RULE
-    """Reduction of the curves and structure of their residuals."""
+    """Rule by which curves are reduced, and the structure of their residuals."""
     checks: tuple[Check, ...] = ()
     synthetic: bool = False
-    """Whether a program wrote any of the files."""
+    """Whether a program generated any of the files."""
 
     @property
     def is_trusted(self) -> bool:
@@ -123,7 +123,7 @@ class BayesFit:
         }
 
     def population(self) -> Population:
-        """Return the brake's draws: its median over many repeats."""
+        """Return the brake's draws: the median over many repeats."""
         return Population(
             brake=self.brake,
             scale_factor=self.scale_factor.ravel(),
@@ -133,7 +133,7 @@ class BayesFit:
         )
 
     def next_pull(self) -> Population:
-        """Return draws of a further pull, with the scatter between repeats; always the same."""
+        """Return draws of a further pull, with the scatter of repeats; always the same draws."""
         random = np.random.default_rng([self.seed, 1])
         brakes = self.population()
         z = random.standard_normal((2, len(brakes)))
@@ -151,13 +151,13 @@ class BayesFit:
         return of_repeats if of_mountings is None else np.hypot(of_repeats, of_mountings)
 
     def _residual(self) -> Array:
-        """Return the residual's SD of a randomly chosen curve, for each draw."""
+        """Return the residual SD of a randomly chosen curve, for each draw."""
         flat = self.residual.reshape(-1, self.residual.shape[-1])
         places = np.random.default_rng([self.seed, 2]).integers(flat.shape[1], size=len(flat))
         return np.asarray(np.sqrt(flat[np.arange(len(flat)), places] ** 2 + FLOOR**2))
 
     def summary(self) -> dict[str, Posterior]:
-        """Return brake, scatter between repeats, and the next pull ("next_..."), by name."""
+        """Return the brake, the scatter between repeats and the next pull ("next_..."), by name."""
         out = {n: self._row(n, v, m) for n, (v, m) in self.columns().items() if v.ndim == 2}
         after = self.next_pull()
         for name in ("scale_factor", "stiffness"):
@@ -185,7 +185,7 @@ class BayesFit:
         return write_whole(path, text, overwrite)
 
     def header(self) -> dict[str, str]:
-        """Return the header above the draws."""
+        """Return the header lines above the draws."""
         out = {"made by": f"layerjam {__version__} Bayesian calibration", "seed": str(self.seed)}
         out["files"] = ", ".join(Path(p).name for p in self.paths)
         if self.synthetic:
@@ -196,7 +196,7 @@ class BayesFit:
         return out | {f"check {c.name}": f"{marks[c.passed]}: {c.sentence}" for c in self.checks}
 
     def to_xarray(self) -> "xarray.Dataset":
-        """Return all draws, labelled; MissingExtraError if xarray is not installed."""
+        """Return all draws, labelled; raises MissingExtraError if xarray is not installed."""
         with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
             import xarray
         dims = ("chain", "draw", "curve")

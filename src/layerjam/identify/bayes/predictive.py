@@ -1,9 +1,9 @@
-"""Predictions of a Bayesian fit: bands of forces, of the vacuum for a force, and of a drop.
+"""Predictions of a Bayesian fit: bands for forces, for the vacuum of a force, and for a drop.
 
-Every prediction is made for each possible brake of a `Population`; its quantiles are taken over
-these draws. If no vacuum gives the force, or the travel is used up, the draw counts as infinite,
-and the probability of this is reported. An infinite quantile means that with at least that
-probability no such number exists.
+Every prediction is made for each possible brake of a `Population`, which yields its quantiles. If
+no vacuum gives the force, or the travel is used up, the draw counts as infinite, and the
+probability of this is reported. If a quantile is infinite, no such value exists with at least that
+probability.
 """
 
 from collections.abc import Sequence
@@ -37,7 +37,7 @@ class Band:
     chances: dict[str, Array] = field(default_factory=dict)
 
     def quantile_at(self, level: float) -> Array:
-        """Return one of the quantiles, shape (n,); KeyError for a level that was not requested."""
+        """Return one of the quantiles, shape (n,); raises KeyError for any other level."""
         if level not in self.levels:
             raise KeyError(f"no quantile at {level:g}; available: {self.levels}")
         return np.asarray(self.values[self.levels.index(level)])
@@ -62,7 +62,7 @@ def _show_value(value: float, unit: str) -> str:
 
 
 def _draw_quantiles(values: Array, levels: Sequence[float]) -> Array:
-    """Return quantiles as single draws, because some draws are infinite; NaN if all are."""
+    """Return quantiles that are draws, not interpolated, as some are infinite; NaN if all are."""
     is_known = ~np.isnan(values)
     sorted_values = np.sort(np.where(is_known, values, np.inf), axis=0)
     count = is_known.sum(axis=0)
@@ -87,7 +87,7 @@ def _make_band(
 
 
 def _as_row(name: str, values: Any, unit: str, open_low: bool = False) -> Array:
-    """Return one or more SI numbers as (1, n); QuantityError if below zero or not finite."""
+    """Return SI numbers as (1, n); raises QuantityError if one is negative or not finite."""
     row = np.atleast_1d(np.asarray(values, float))
     wrong = ~np.isfinite(row) | (row < 0) | (open_low & (row == 0))
     if row.ndim != 1 or wrong.any():
@@ -109,7 +109,7 @@ def force_band(
     """Return the force [N] of a pull at elongations [m], shape (n,), and one vacuum [Pa].
 
     `measured` adds the scatter of a measured curve about the law. A brake too soft for its friction
-    snaps instead (probability "snaps"); quantiles are over the draws that do not.
+    snaps instead (probability "snaps"); quantiles are those of the draws that do not snap.
     """
     u, pressure = _as_row("elongation", elongation, "m"), _as_row("vacuum", vacuum, "Pa")
     force = np.asarray(law.force_at_elongation(u, pressure, draws.brakes()))
@@ -130,9 +130,9 @@ def peak_band(
     *,
     levels: Sequence[float] = LEVELS,
 ) -> Band:
-    """Return the greatest force [N] of a slow pull at vacuums [Pa], (n,), over a slip `travel` [m].
+    """Return the maximum force [N] of a slow pull at vacuums [Pa], (n,), over a slip `travel` [m].
 
-    The default is the usable travel. If the force rises to the end of travel, that end counts.
+    The default is the usable travel. If the force rises to its end, the force there is used.
     """
     longest = (
         draws.brake.sheets.usable_travel
@@ -172,14 +172,14 @@ def vacuum_band(
 
 
 class DropBand(NamedTuple):
-    """Prediction of a drop: every band has shape (levels, n); speeds vary along n."""
+    """Prediction of a drop; every band has shape (levels, n), with n the number of speeds."""
 
     slip: Band
     """Slip at standstill [m]; infinite if the travel is used up earlier or the brake snaps."""
     peak_force: Band
-    """Greatest force until standstill [N]; infinite if the slip is."""
+    """Maximum force until standstill [N]; infinite if the slip is."""
     chances: dict[str, Array]
-    """{"stopped", "never slid", "bottomed out", "snaps": probability}, shape (n,), sum 1."""
+    """{"stopped", "never slid", "bottomed out", "snaps": probability}, shape (n,), summing to 1."""
 
 
 def drop_band(
@@ -195,8 +195,8 @@ def drop_band(
     """Predict the drop of a mass [kg] with `speed` [m/s] onto the brake at `vacuum` [Pa].
 
     Speed and vacuum may each be one number or have shape (n,). `rope_stiffness` [N/m] is in series
-    with each draw's brake, None for no rope. `gravity` [m/s^2] acts along the pull; the default is
-    that of the site.
+    with each brake; None means no rope. `gravity` [m/s^2] acts along the pull; its default is that
+    of the site.
     """
     heavy = _as_row("mass", mass, "kg", open_low=True)
     pace, pressure = np.broadcast_arrays(

@@ -1,8 +1,8 @@
-"""NUTS in blocks; it starts at the posterior's mode, whose curvature sets the scale.
+"""NUTS in blocks, started at the posterior's mode, whose curvature sets the scale.
 
 The scales of the unknowns span six decades. They are sampled as y, with flat = mode + root y and
 root root' the inverse curvature at the mode. The posterior is then round, and a few hundred steps
-of adaptation are enough.
+of adaptation suffice.
 """
 
 import functools
@@ -27,25 +27,25 @@ from layerjam.identify.bayes.model import (
 )
 
 WARMUP = 300
-"""Draws for the adaptation of step and scale; they are discarded."""
+"""Number of draws for the adaptation of step and scale, which are discarded."""
 BLOCK = 50
-"""Draws between two reports of progress."""
+"""Number of draws between two progress reports."""
 FEWEST = 2 * BLOCK
-"""Draws per chain that Ctrl-C keeps."""
+"""Minimum number of draws per chain for Ctrl-C to keep them."""
 ACCEPT = 0.9
 _DEPTH = 8
 _STEP = 1e-5
 _AT_ONCE = 16
 _COMPILE = {"xla_llvm_disable_expensive_passes": True}
-"""Compiler option that takes a fifth less time to compile, at the same speed."""
+"""Compiler option that shortens compilation by a fifth; the compiled code is as fast."""
 _FLATTEST = 0.3
-"""Least curvature used at the mode: about that of the widest prior."""
+"""Minimum curvature used at the mode: about that of the widest prior."""
 Array = np.ndarray[Any, Any]
 
 
 @functools.cache
 def _compile_engine(warmup: int) -> tuple[Any, ...]:
-    """Return compiled functions: potential and slope, starts of the chains, a block of draws."""
+    """Return compiled functions: potential and slope, chain starts, and a block of draws."""
     from numpyro.infer.hmc import hmc  # type: ignore[import-untyped]
 
     def whiten(center: Any, root: Any, *case: Any) -> Any:
@@ -84,7 +84,7 @@ def _compile_engine(warmup: int) -> tuple[Any, ...]:
 
 
 def evaluate_potential(points: Array, *case: Any) -> tuple[Array, Array]:
-    """Return potential (n,) and slope (n, unknowns) at flat vectors, in equal parts."""
+    """Return potential (n,) and slope (n, unknowns) at flat vectors, evaluated in equal batches."""
     evaluate = _compile_engine(WARMUP)[0]
     padded_points = np.concatenate(
         [points, np.repeat(points[-1:], -len(points) % _AT_ONCE, axis=0)]
@@ -95,10 +95,10 @@ def evaluate_potential(points: Array, *case: Any) -> tuple[Array, Array]:
 
 
 def find_mode(flat: Array, *case: Any) -> tuple[Array, Array]:
-    """Return the most probable flat vector at its scatter, and a square root of the spread.
+    """Return the most probable flat vector for its scatter, and a square root of the covariance.
 
-    It uses Newton's method with every curvature taken as positive. The scatter itself is fixed,
-    because in a joint mode of scatter and curves all curves are identical: a poor start.
+    It uses Newton's method with every curvature made positive. The scatter itself is fixed: in a
+    joint mode of scatter and curves all curves are identical, which is a poor start.
     """
     free = np.ones(len(flat), bool)
     free[scatter_indices(case[0].mounting is not None)] = False
@@ -119,7 +119,7 @@ def find_mode(flat: Array, *case: Any) -> tuple[Array, Array]:
 
 
 def _curvature(flat: Array, *case: Any) -> tuple[Array, Array]:
-    """Return slope and curvature, from differences of slopes: accurate enough for a scale."""
+    """Return slope and curvature; differences of slopes are accurate enough for a scale."""
     steps = _STEP * np.eye(len(flat))
     points = np.concatenate([flat[None], flat + steps, flat - steps])
     _, slopes = evaluate_potential(points, *case)
@@ -130,10 +130,10 @@ def _curvature(flat: Array, *case: Any) -> tuple[Array, Array]:
 def find_start(
     first: Sites, data: Data, brake: Brake, beliefs: PriorNumbers, mounting: Array | None
 ) -> tuple[Array, Array, Guess]:
-    """Return the mode, the square root of the spread, and the estimates of each curve alone.
+    """Return the mode, the square root of the covariance, and the estimates of each curve alone.
 
-    It first fits every curve alone, with a wide scatter. Then it fits all together, with the
-    scatter of the curves' values beyond their own errors.
+    It first fits every curve alone, with a wide scatter. It then fits all curves together, with the
+    scatter that exceeds the errors of the curves' values.
     """
     flat = np.full(len(first.own_a), 0.01)
     guess = Guess(CurveEstimates(first.own_a, flat), CurveEstimates(first.own_k, flat), mounting)
@@ -161,7 +161,7 @@ def find_start(
 
 
 def _curve_scatter(estimate: CurveEstimates) -> float:
-    """Return the SD between curves beyond their errors, within the range of repeats."""
+    """Return the SD between curves in excess of their errors, limited to the range of repeats."""
     if len(estimate.place) < 2:
         return 0.05
     excess = float(np.var(estimate.place, ddof=1) - np.mean(estimate.error**2))
@@ -180,17 +180,17 @@ def sample(
     mounting: Array | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> tuple[Sites, Array]:
-    """Draw from the posterior by NUTS, chains in parallel; the same for the same seed.
+    """Draw from the posterior by NUTS with parallel chains; the same seed gives the same draws.
 
-    Returns the unknowns, shapes (chains, draws) and (chains, draws, curves), and (chains, draws)
-    whether a path diverged. The search for the mode starts at `first`; `mounting` is as in a Guess.
-    Ctrl-C keeps the draws if there are `FEWEST` per chain; otherwise it propagates.
+    Returns the unknowns, shapes (chains, draws) and (chains, draws, curves), and whether a path
+    diverged, shape (chains, draws). The search for the mode starts at `first`; `mounting` is that
+    of a Guess. Ctrl-C keeps the draws if there are `FEWEST` per chain; otherwise it propagates.
     """
     data = Data(*(jnp.asarray(x) for x in data))
     center, root, guess = find_start(first, data, brake, beliefs, mounting)
     case = (jnp.asarray(center), jnp.asarray(root), guess, data, brake, beliefs)
     *_, start_chains, block = _compile_engine(WARMUP)
-    # chains begin in different places of the posterior, so that R-hat can detect disagreement
+    # chains begin at different points of the posterior, so that R-hat can detect disagreement
     key, keys = jax.random.split(jax.random.PRNGKey(seed))
     places = jax.random.normal(key, (chains, len(center)))
     states = start_chains(places, jax.random.split(keys, chains), *case)

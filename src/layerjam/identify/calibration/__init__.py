@@ -1,1 +1,1 @@
-"""Calibration: the numbers of a brake from pulls, with intervals and checks."""
+"""Calibration: the parameters of a brake from pulls, with intervals and checks."""

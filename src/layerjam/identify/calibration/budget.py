@@ -1,4 +1,4 @@
-"""Uncertainty budget of the scale factor, from the repeats and from inputs common to all pulls."""
+"""Uncertainty budget of the scale factor: repeats, and inputs common to all pulls."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,13 +18,13 @@ from layerjam.units import get, show
 
 STEP = 1e-4
 DIGITS = 2
-"""Significant digits of an expanded uncertainty (GUM, 7.2.6)."""
+"""Number of significant digits of an expanded uncertainty (GUM, 7.2.6)."""
 GEOMETRY = {"sheets.width": "width of the sheets", "sheets.overlap": "overlap at rest"}
 ENCLOSURE = "enclosure.force_uncertainty"
 
 
 class Peak(NamedTuple):
-    """One pull's peak force [N] and vacuum [Pa]."""
+    """Peak force [N] and vacuum [Pa] of one pull."""
 
     force: float
     vacuum: float
@@ -36,8 +36,8 @@ class Contribution:
 
     `standard` is the relative standard uncertainty of the input, with `degrees` of freedom; None if
     nobody stated it and there is no default. `sensitivity` is the ratio of the relative change of
-    the scale factor to that of the input. `basis` describes the origin of the number, `supply` the
-    missing statement (empty if none).
+    the scale factor to that of the input. `basis` describes the origin of the value, `supply` the
+    missing input (empty if none).
     """
 
     what: str
@@ -57,7 +57,7 @@ class Contribution:
 class Budget:
     """The contributions to the uncertainty of a scale factor `value`, and their combination.
 
-    Uncertainties are relative to the value. They are None if no contribution was stated.
+    Uncertainties are relative to the value, and None if no contribution was stated.
     """
 
     contributions: tuple[Contribution, ...]
@@ -65,10 +65,6 @@ class Budget:
 
     @property
     def _parts(self) -> list[tuple[float, float]]:
-        """Return (standard uncertainty, degrees of freedom) of each stated or assumed line.
-
-        Empty if no line was stated.
-        """
         if not any(c.relative for c in self.contributions if not c.supply):
             return []
         parts = [(c.relative, c.degrees) for c in self.contributions]
@@ -91,7 +87,7 @@ class Budget:
 
     @property
     def expanded_uncertainty(self) -> float | None:
-        """Expanded uncertainty of 95 %."""
+        """Expanded uncertainty at 95 % coverage."""
         if self.standard_uncertainty is None or self.coverage_factor is None:
             return None
         return self.coverage_factor * self.standard_uncertainty
@@ -108,10 +104,10 @@ class Budget:
 
     @property
     def headline(self) -> tuple[str, str] | None:
-        """The value and its expanded uncertainty as text, such as ("1.243", "0.022").
+        """Value and expanded uncertainty as text, such as ("1.243", "0.022").
 
-        The uncertainty has two significant digits, the value as many decimals (GUM, 7.2.6). None if
-        no contribution was stated.
+        The uncertainty has two significant digits; the value has as many decimal places (GUM,
+        7.2.6). None if no contribution was stated.
         """
         if not self.expanded_uncertainty:
             return None
@@ -128,7 +124,7 @@ def round_to_uncertainty(value: float, uncertainty: float) -> tuple[str, str]:
 
 
 def scatter_words(mountings: Sequence[Sequence[int]], count: int) -> str:
-    """Return the basis, as text, of an interval of `count` pulls in these mountings."""
+    """Describe the basis of an interval from `count` pulls in these mountings."""
     if len(mountings) == count:
         return "one pull" if count == 1 else f"the scatter between {count} pulls"
     return f"the scatter between {len(mountings)} mountings of {count} pulls"
@@ -137,10 +133,10 @@ def scatter_words(mountings: Sequence[Sequence[int]], count: int) -> str:
 def scatter_line(
     error_degrees: tuple[float, float] | None, value: float, basis: str
 ) -> Contribution:
-    """Return the line of the scatter between pulls.
+    """Return the budget line of the scatter between pulls.
 
-    `error_degrees` is the standard error of the scale factor `value` and its degrees of freedom;
-    None if the pulls do not show a scatter.
+    `error_degrees` is the standard error of the scale factor `value` with its degrees of freedom;
+    None if the pulls show no scatter.
     """
     error, degrees = error_degrees or (None, math.inf)
     return Contribution(
@@ -154,7 +150,7 @@ def scatter_line(
 
 
 def enclosure_line(peaks: Sequence[Peak], brake: Brake) -> Contribution:
-    """Return the line of the enclosure's force, which `peaks` take from the brake's file."""
+    """Return the budget line of an enclosure force that is from the brake file, not fitted."""
     stronger = change_shape(brake, brake.scale_factor, brake.stiffness_measured, 1 + STEP)
     stated = brake.enclosure.force_uncertainty is not None
     words = "as stated in the brake file" if stated else "default: none in the brake file"
@@ -168,7 +164,7 @@ def enclosure_line(peaks: Sequence[Peak], brake: Brake) -> Contribution:
 
 
 def fitted_enclosure() -> Contribution:
-    """Return the line of an enclosure whose force was fitted together with the scale factor."""
+    """Return the budget line of an enclosure whose force was fitted with the scale factor."""
     basis = "fitted to the pulls; included in the line above"
     return Contribution(what="enclosure's force", basis=basis, standard=0.0, sensitivity=0.0)
 
@@ -181,13 +177,13 @@ def make_budget(
     sources: Mapping[str, Source],
     value: float = 1.0,
 ) -> Budget:
-    """Return the budget of the scale factor `value` that `peaks` of `brake` gave.
+    """Return the budget of the scale factor `value` that was found from `peaks` of `brake`.
 
     `fitted_lines` are those of the calibration itself: scatter between pulls, and enclosure.
     `limits` are the limits of error of "load_cell" (relative to the reading) and "gauge" [Pa],
-    taken as rectangular (GUM, 4.3.7); both act on all pulls alike. `sources` are those of the
-    brake's geometry; their `sd` counts. The friction has no line, because the budget is that of the
-    product of factor and friction; `friction_lines` adds it.
+    assumed rectangular (GUM, 4.3.7); both affect all pulls alike. `sources` are those of the
+    brake's geometry, whose `sd` is used. There is no friction line, because the budget is that of
+    the product of scale factor and friction; `friction_lines` adds it.
     """
     inverse_vacuum = float(np.mean([1 / p.vacuum for p in peaks]))
     cell, gauge = limits.get("load_cell"), limits.get("gauge")
@@ -215,12 +211,12 @@ def make_budget(
 def friction_lines(
     kinetic: OverRepeats, limits: Mapping[str, float | None], exponent: float
 ) -> tuple[Contribution, ...]:
-    """Return the lines that the friction adds to the budget of the scale factor.
+    """Return the lines that friction adds to the budget of the scale factor.
 
     `kinetic` is the friction of the tests. `limits` are the relative limits of error of
     "load_cell", "normal_force" and "area" of the friction rig. The friction is the ratio of force
-    to normal force, at a pressure of normal force per area. A brake presses harder: its friction is
-    that of the tests times the ratio of pressures to the power `exponent`.
+    to normal force, at a pressure of normal force per area. The pressure in a brake is higher: its
+    friction is that of the tests times the ratio of pressures to the power `exponent`.
     """
     error, place = kinetic.standard_error, "each friction test's sidecar"
     inputs = {"load cell": -1.0, "normal force": 1.0 + exponent, "area": -exponent}
@@ -249,10 +245,10 @@ def friction_lines(
 def _limit_line(
     name: str, limit: float | None, sensitivity: float, key: str, words: str = ""
 ) -> Contribution:
-    """Return the line of an input with a relative `limit` of error; None if it is not stated.
+    """Return the line of an input with a relative `limit` of error (None if it is not stated).
 
-    `key` is the option that states it, `words` the limit as stated if it was not relative. An input
-    without any effect need not be stated.
+    `key` is the option that states it; `words` is the limit as stated, if that was not relative. An
+    input without effect need not be stated.
     """
     if limit is None and sensitivity == 0:
         reason = "no effect: friction is assumed independent of pressure"
@@ -270,7 +266,7 @@ def _limit_line(
 def _geometry_lines(
     peaks: Sequence[Peak], brake: Brake, sources: Mapping[str, Source]
 ) -> Iterator[Contribution]:
-    """Yield the lines of the brake's lengths, with the uncertainty in its file."""
+    """Yield the lines of the brake's lengths, with their uncertainty from its file."""
     for path, words in GEOMETRY.items():
         name = path.partition(".")[2]
         longer = replace(
@@ -294,10 +290,10 @@ def _factor_change(
     vacuum: float = 1.0,
     variant: Brake | None = None,
 ) -> float:
-    """Return the mean relative change of the factor of `peaks`, per relative change of an input.
+    """Return the mean relative change of the scale factor per relative change of an input.
 
-    The input changes by `STEP`: `force` and `vacuum` are factors on those of the peaks, `variant`
-    is the changed brake.
+    The input changes by `STEP`: `force` and `vacuum` are multipliers for those of the peaks, and
+    `variant` is the changed brake.
     """
     forces, vacuums = np.array(peaks).T
     before = np.asarray(scale_factor_of_peak(forces, vacuums, brake))

@@ -1,7 +1,7 @@
-"""The law for a fit: reduced curves, each with its own parameters, and derivatives.
+"""The law in a fit: reduced curves, each with its own parameters, and derivatives.
 
 A curve of tens of thousands of samples is reduced to means over sections of elongation, short where
-the force bends and long where it is smooth. The weight of a section is its number of samples.
+the curve bends and long where it is smooth. A section's weight is its number of samples.
 """
 
 import functools
@@ -20,10 +20,10 @@ from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.pull import force_at_elongation
 
 FINE, COARSE = 320, 320
-"""Numbers of equally long sections below and above `NEAR_END` times the straight rise."""
+"""Number of equally long sections below and above `NEAR_END` times the straight rise."""
 NEAR_END = 2.0
 LEAST_ENCLOSURE = 1e-3
-"""Least factor on the enclosure's force within a fit."""
+"""Smallest multiplier of the enclosure force within a fit."""
 
 
 @jax.tree_util.register_dataclass
@@ -32,8 +32,8 @@ class ReducedCurves:
     """Curves as arrays of shape (curves, sections); sections without samples have no weight.
 
     `elongation` [m] and `force` [N] are means over a section. `weight` is its number of samples,
-    relative to the mean of the non-empty sections. `vacuum` [Pa], `height` (greatest force, [N])
-    and `onset` (elongation at which a straight rise would reach it, [m]) have shape (curves,).
+    relative to the mean of the non-empty sections. `vacuum` [Pa], `height` (maximum force [N]) and
+    `onset` (elongation [m] at which a straight rise would reach it) have shape (curves,).
     """
 
     elongation: np.ndarray
@@ -62,7 +62,7 @@ def reduce_curves(curves: Sequence[Curve]) -> ReducedCurves:
 
 
 def _find_onset(curve: Curve) -> float:
-    """Return the elongation [m] at which a straight rise would reach the peak, or of the peak."""
+    """Return the elongation [m] at which a straight rise reaches the peak, or the peak's own."""
     pull = curve.pull
     place = pull.peak_force / pull.stiffness if pull.straight else pull.peak_elongation
     return float(max(place, 1e-6))
@@ -89,9 +89,9 @@ def pull_force(
 ) -> Any:
     """Return the force [N] of one curve; `parameters` (ln a, ln k, enclosure, slack, offset).
 
-    Slack is relative to the onset, offset to the height. The force is zero before the slack is
-    taken up. The gradient is that of the law, finite everywhere, as the slip grows with the square
-    of the elongation past the onset.
+    The slack is relative to the onset, the offset to the height. The force is zero before the slack
+    is taken up. The gradient is that of the law and finite everywhere, because the slip grows with
+    the square of the elongation past the onset.
     """
     enclosure = jnp.maximum(parameters[2], LEAST_ENCLOSURE)
     brake = change_shape(brake, jnp.exp(parameters[0]), jnp.exp(parameters[1]), enclosure)
@@ -117,7 +117,7 @@ def law_with_error(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the force [N] at elongations [m] and its standard deviation [N], to first order.
 
-    `shape` is (a, k, enclosure's factor), `covariance` (3, 3) that of (ln a, ln k, factor).
+    `shape` is (a, k, enclosure factor); `covariance` (3, 3) is that of (ln a, ln k, factor).
     """
     parameters = np.array([np.log(shape[0]), np.log(shape[1]), shape[2], 0.0, 0.0])
     force, error = _compile_band()(parameters, elongation, vacuum, covariance, drop_exponent(brake))

@@ -1,4 +1,4 @@
-"""Effect of further pulls on an interval, and the number that reaches a target width."""
+"""Effect of further pulls on an interval, and the number of pulls for a target width."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,14 +10,14 @@ from layerjam.identify.calibration.intervals import Population
 from layerjam.identify.repeats import LEVEL
 
 SURE = 0.8
-"""Probability that `RequiredPulls.sure` pulls are enough."""
+"""Probability that `RequiredPulls.sure` further pulls are enough."""
 PULL_LIMIT = 1000
 """Largest number of further pulls considered."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RequiredPulls:
-    """Number of further pulls of one condition that narrow an interval to a target width.
+    """Number of further pulls under one condition that narrow an interval to a target width.
 
     `likely` assumes the scatter of the present pulls. `sure` is enough with a probability of 80 %,
     given that the scatter of a few pulls is itself uncertain. None if 1000 are not enough.
@@ -32,18 +32,18 @@ class RequiredPulls:
 class Further:
     """The 95 % interval of one value, and the effect of further similar pulls on it.
 
-    A pull of a condition (vacuum and speed) has the mean weight of the present pulls there. Its
-    scatter is that of all present pulls, with their degrees of freedom.
+    A further pull has the mean weight of the present pulls under its condition (vacuum and speed).
+    Its scatter is that of all present pulls, with their degrees of freedom.
     """
 
     information: np.ndarray
-    """Information of all pulls about the shared parameters (q, q), from the weights."""
+    """Information of all pulls about the shared parameters, from the weights, shape (q, q)."""
     contrast: np.ndarray
-    """The value as a combination (q,) of the parameters."""
+    """The value as a linear combination of the parameters, shape (q,)."""
     one_more: Mapping[str, np.ndarray]
-    """Information of one more pull of each condition, (q, q)."""
+    """{condition: information of one more pull}, each of shape (q, q)."""
     scatter: float
-    """Ratio of the value's relative standard deviation to the one that the weights assume."""
+    """Ratio of the value's relative standard deviation to the value that the weights assume."""
     degrees: float
     shared: float = 0.0
     """Relative standard uncertainty that further pulls do not reduce."""
@@ -51,7 +51,7 @@ class Further:
     def half_width(
         self, condition: str = "", added_pulls: int | np.ndarray = 0, chance: float | None = None
     ) -> np.ndarray:
-        """Return half the relative width of the interval with `added_pulls` of a condition.
+        """Return half the relative width of the interval with `added_pulls` under a condition.
 
         `added_pulls` broadcasts. With `chance`, the width is not exceeded with that probability;
         otherwise further pulls are assumed to scatter like the present ones.
@@ -76,12 +76,12 @@ class Further:
         return np.maximum(*widths)
 
     def after_one(self) -> dict[str, float]:
-        """Return {condition: half the width with one more pull there}, the narrowest first."""
+        """Return {condition: half the width with one more pull there}, narrowest first."""
         widths = {condition: float(self.half_width(condition, 1)) for condition in self.one_more}
         return dict(sorted(widths.items(), key=lambda item: item[1]))
 
     def required_pulls(self, target: float) -> RequiredPulls:
-        """Return the number of pulls, of the best condition, for a target of half the width."""
+        """Return the number of pulls, under the best condition, for a target half-width."""
         best = next(iter(self.after_one()))
 
         def least(chance: float | None) -> int | None:
@@ -99,9 +99,9 @@ def predict_further_pulls(
     common: Mapping[str, float] | None = None,
     units: Population | None = None,
 ) -> dict[str, Further | None]:
-    """Return the effect of further pulls on each value; None if the present ones give no interval.
+    """Return the effect of further pulls on each value; None if it has no interval at present.
 
-    `groups` are the places of the curves of each condition. `sizes` {name: divisor of the
+    `groups` lists the indices of the curves of each condition. `sizes` {name: divisor of the
     interval's width} is 1 for a value whose logarithm is estimated. `common` {name: relative
     standard uncertainty} does not change with further pulls. `units` is the population of the
     mountings, if pulls share one; a further pull then has a new mounting.

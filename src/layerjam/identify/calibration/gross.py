@@ -28,7 +28,7 @@ CONVERSIONS: Mapping[str, Mapping[str, float]] = {
 }
 """{likely cause: factor by which it changes the quantity}."""
 CLOSE_RATIO = 1.25
-"""Ratio to a conversion below which it counts as the likely cause."""
+"""Largest ratio to a conversion factor at which that conversion counts as the likely cause."""
 
 
 def gross_pulls(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> dict[int, str]:

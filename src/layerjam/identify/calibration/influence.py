@@ -14,7 +14,7 @@ from layerjam.identify.curves import Curve, describe_condition
 from layerjam.identify.shape import SHAPE
 
 SEED = 1
-"""Seed of the bootstrap, so that the same files give the same numbers."""
+"""Seed of the bootstrap: the same files give the same results."""
 BOOTSTRAP = "bootstrap over repeats, with t"
 FEWEST_DEGREES = 0.5
 """Degrees of freedom below which no interval is stated."""
@@ -25,9 +25,9 @@ Covariance = Mapping[str, Mapping[str, float]]
 
 @dataclass(frozen=True, kw_only=True)
 class Influence:
-    """Shift of a value when a file, or all files of a condition, are left out.
+    """Shift of a value when one file, or all files of a condition, are left out.
 
-    Shifts are sorted from the greatest to the least; `most_influential` is the first file, or None.
+    Shifts are sorted, largest first; `most_influential` is the first file, or None.
     """
 
     most_influential: str | None
@@ -46,13 +46,13 @@ def make_estimates(
     mountings: Sequence[Sequence[int]],
     common_errors: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
-    """Return the fields of a Calibration from a population of curves, by name of the contrast.
+    """Return the fields of a Calibration from a population of curves, keyed by contrast.
 
     `scatter` is the standard error from the scatter between curves alone, with its degrees of
-    freedom. `groups` are the places of the curves of each condition, `mountings` those of each
-    mounting, on which intervals are based. For `logarithmic` values the logarithm is estimated.
-    `common_errors` {name: relative standard uncertainty} is common to all curves, so that their
-    scatter does not contain it.
+    freedom. `groups` lists the indices of the curves of each condition, `mountings` those of each
+    mounting; intervals are based on mountings. For `logarithmic` values the logarithm is estimated.
+    `common_errors` {name: relative standard uncertainty} affects all curves alike, so their scatter
+    does not contain it.
     """
     common_errors = common_errors or {}
     values: dict[str, float] = {}
@@ -118,8 +118,8 @@ def make_interval(
 ) -> Interval | None:
     """Return the interval of a value from its standard error and degrees of freedom.
 
-    `common` is the relative standard uncertainty that the scatter does not contain. It counts as
-    known exactly.
+    `common` is the relative standard uncertainty that the scatter does not contain. It is treated
+    as exactly known.
     """
     if error is None:
         return None
@@ -136,9 +136,9 @@ def compute_shifts(
 ) -> dict[str, Influence]:
     """Return the shift of every value without each file, and without the files of each condition.
 
-    `groups` are the places of the files of each condition, `logarithmic` {name: value} the values
-    whose logarithm is estimated. The shifts are of first order. If one file alone determines the
-    value, it has no shift.
+    `groups` lists the indices of the files of each condition; `logarithmic` {name: value} contains
+    the values whose logarithm is estimated. The shifts are first-order. A file that alone
+    determines the value has no shift.
     """
     single = {name: (place,) for place, name in enumerate(number_names(names))}
     sets = single, groups if len(groups) > 1 else {}
@@ -169,7 +169,7 @@ def _rank_shifts(
 
 
 def number_names(names: Sequence[str]) -> list[str]:
-    """Return the names with repeated ones numbered: files of several folders, or specimens."""
+    """Return the names, duplicates numbered: files in several folders, or specimens."""
     count, out = Counter(names), []
     occurrences: Counter[str] = Counter()
     for name in names:
@@ -181,7 +181,7 @@ def number_names(names: Sequence[str]) -> list[str]:
 def bootstrap_errors(
     population: Population, groups: Sequence[Sequence[int]], contrasts: Contrasts
 ) -> dict[str, tuple[float, float] | None]:
-    """Return the standard deviation over resampled repeats, and its degrees of freedom.
+    """Return the bootstrap standard deviation over repeats, and its degrees of freedom.
 
     None if too few repeats can be resampled, or one of them alone determines the value.
     """

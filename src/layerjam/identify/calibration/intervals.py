@@ -1,8 +1,8 @@
 """Intervals from repeats, because the noise within a curve does not show repeatability.
 
-A curve is a cluster: its thousands of samples share one mounting, one friction, one slack. All
-intervals are based on the scatter between curves, with Student's t for their number. A percentile
-bootstrap of three repeats covers 74 % instead of 95 % and is not available.
+A curve is a cluster: its thousands of samples share one mounting, one friction and one slack. All
+intervals are based on the scatter between curves, with Student's t for the number of curves. A
+percentile bootstrap of three repeats covers 74 % instead of 95 % and is not available.
 """
 
 import math
@@ -25,9 +25,9 @@ def quantile(degrees: float, level: float = LEVEL) -> float:
 def combine(parts: Iterable[tuple[float, float]]) -> tuple[float, float]:
     """Return the combined standard uncertainty and its effective degrees of freedom.
 
-    `parts` are (standard uncertainty, degrees of freedom) of independent contributions in one unit:
-    the root of the sum of squares (GUM, 5.1.2) and Welch and Satterthwaite's formula (GUM, annex
-    G.4.1), not truncated. The degrees are infinite if every contribution is known exactly.
+    `parts` are (standard uncertainty, degrees of freedom) of independent contributions in one unit.
+    The result is the root of the sum of squares (GUM, 5.1.2) and the Welch-Satterthwaite value
+    (GUM, annex G.4.1), not truncated; it is infinite if every contribution is known exactly.
     """
     inputs = list(parts)
     variance = math.fsum(u**2 for u, _ in inputs)
@@ -40,9 +40,9 @@ def combine(parts: Iterable[tuple[float, float]]) -> tuple[float, float]:
 def coverage_factor(parts: Sequence[tuple[float, float]]) -> float:
     """Return the ratio of expanded (95 %) to combined uncertainty of `parts` (see `combine`).
 
-    Student's quantile for the effective degrees of freedom (GUM, annex G.4.1). The expanded
-    uncertainty is never below that of one contribution alone. Otherwise, with one or two degrees of
-    freedom, Welch and Satterthwaite's formula would reward a further contribution.
+    It is Student's quantile for the effective degrees of freedom (GUM, annex G.4.1). The expanded
+    uncertainty is never below that of any single contribution; with one or two degrees of freedom,
+    the Welch-Satterthwaite formula alone could make a further contribution reduce it.
     """
     total, degrees = combine(parts)
     single = [quantile(freedom) * u / total for u, freedom in parts if u > 0]
@@ -51,9 +51,9 @@ def coverage_factor(parts: Sequence[tuple[float, float]]) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Interval:
-    """A 95 % interval with its standard error, degrees of freedom and method.
+    """A 95 % coverage interval with its standard error, degrees of freedom and method.
 
-    `coverage_factor` is the ratio of half its width to the standard error, if both are small.
+    `coverage_factor` is the ratio of its half-width to the standard error, if both are small.
     """
 
     low: float
@@ -69,8 +69,7 @@ class Interval:
     ) -> "Interval":
         """Return a Student's t interval about a value; `parts` are its standard uncertainties.
 
-        The interval of a `positive` value is symmetric about its logarithm, so it never reaches
-        zero.
+        The interval of a `positive` value is symmetric about its logarithm, so it excludes zero.
         """
         error, degrees = combine(parts)
         factor = coverage_factor(parts)
@@ -86,7 +85,7 @@ class Interval:
 
     @property
     def half_width(self) -> float:
-        """Half of the interval's width, in the value's unit."""
+        """Half-width of the interval, in the value's unit."""
         return (self.high - self.low) / 2
 
 
@@ -94,11 +93,11 @@ class Interval:
 class Population:
     """Linear model of the parameters that many curves share.
 
-    Each curve gives a few numbers that scatter about `design` (curves, r, q) times the shared
+    Each curve yields a few numbers that scatter about `design` (curves, r, q) times the shared
     `estimate` (q,), by `residual` (curves, r). Both are divided by the standard deviation that the
-    weights assume, so that the estimate is ordinary least squares. The weights only affect how well
-    the curves are used. Intervals are right for any weights, because they use the scatter of the
-    residuals from curve to curve.
+    weights assume, so that the estimate is ordinary least squares. The weights only affect how
+    efficiently the curves are used. Intervals are right for any weights, because they use the
+    scatter of the residuals from curve to curve.
     """
 
     estimate: np.ndarray
@@ -111,10 +110,10 @@ class Population:
         return len(self.residual)
 
     def joined(self, groups: Sequence[Sequence[int]]) -> "Population":
-        """Return the population with the curves (by index) of each group as one curve.
+        """Return the population with the curves (indices) of each group joined into one.
 
         The estimate stays the same; intervals are then based on the scatter between groups,
-        whatever the curves of one group share. Rows of zeros pad shorter groups.
+        whatever the curves within a group share. Rows of zeros pad shorter groups.
         """
         rows, unknowns = self.design.shape[1:]
         size = rows * max(map(len, groups))
@@ -127,16 +126,16 @@ class Population:
 
     @property
     def information(self) -> np.ndarray:
-        """Information of each curve about the shared parameters (curves, q, q)."""
+        """Information of each curve about the shared parameters, shape (curves, q, q)."""
         return np.einsum("gri,grj->gij", self.design, self.design)
 
     @property
     def score(self) -> np.ndarray:
-        """Score of each curve about the estimate (curves, q); their sum is zero."""
+        """Score of each curve at the estimate, shape (curves, q); the scores sum to zero."""
         return np.einsum("gri,gr->gi", self.design, self.residual)
 
     def shift(self, left_out: Sequence[int]) -> np.ndarray | None:
-        """Return the shift of the estimate (q,) without these curves, None if undetermined."""
+        """Return the shift of the estimate (q,) without these curves; None if undetermined."""
         out = list(left_out)
         others = np.delete(self.information, out, axis=0).sum(axis=0)
         if not _is_invertible(others):
@@ -144,7 +143,7 @@ class Population:
         return -np.linalg.solve(others, self.score[out].sum(axis=0))
 
     def _adjust_design(self) -> np.ndarray | None:
-        """Return (I - H)^(-1/2) times each curve's design, with its leverage H; None if H is 1."""
+        """Return (I - H)^(-1/2) times each curve's design, H its leverage; None if H is 1."""
         information = self.information
         total = information.sum(axis=0)
         if self.count < 2 or not _is_invertible(total):
@@ -157,13 +156,13 @@ class Population:
         return root @ self.design
 
     def standard_error(self, contrast: np.ndarray) -> tuple[float, float] | None:
-        """Return the standard error of a linear combination (q,), and degrees of freedom; or None.
+        """Return a linear combination's (q,) standard error and degrees of freedom, or None.
 
         It is the sandwich estimator over curves, with residuals scaled for their leverage (CR2). It
-        is unbiased if curves scatter as the weights assume. The degrees of freedom are
+        is unbiased if the curves scatter as the weights assume. The degrees of freedom are
         Satterthwaite's under the same assumption (Bell and McCaffrey 2002; Pustejovsky and Tipton
-        2018). For curves of equal weight this is Student's t of their mean. None if one curve alone
-        determines the combination.
+        2018). For equally weighted curves this is Student's t for their mean. None if one curve
+        alone determines the combination.
         """
         designs = self._adjust_design()
         if designs is None:
@@ -177,11 +176,11 @@ class Population:
         if not square > 0:
             return None
         degrees = float(np.trace(product)) ** 2 / square
-        # avoid rounding, so that n - 1 is a whole number
+        # remove rounding errors, so that n - 1 is a whole number
         return float(np.sqrt((moves**2).sum())), round(degrees, 12)
 
     def covariance(self) -> np.ndarray:
-        """Return the covariance of the estimate (q, q), the same sandwich; NaN if unknown."""
+        """Return the sandwich covariance of the estimate (q, q); NaN if unknown."""
         designs = self._adjust_design()
         size = len(self.estimate)
         if designs is None:
@@ -193,11 +192,10 @@ class Population:
     def bootstrap(
         self, groups: Sequence[Sequence[int]], seed: int, resamples: int = RESAMPLES
     ) -> tuple[np.ndarray, int]:
-        """Return estimates (resamples, q) of resampled curves, and degrees of freedom.
+        """Return the estimates (resamples, q) from resampled curves, and their degrees of freedom.
 
-        From each group, one curve fewer than it has is drawn with replacement. The scatter of a
-        mean over n is then s^2/n, not (n-1)/n of it. If a group has one curve, all curves form one
-        group.
+        From each group of n, n - 1 curves are drawn with replacement. The variance of their mean is
+        then s^2/n, not (n-1)/n of it. If any group has only one curve, all curves form one group.
         """
         if min(len(g) for g in groups) < 2:
             groups = [range(self.count)]

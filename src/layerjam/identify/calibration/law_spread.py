@@ -1,4 +1,4 @@
-"""Uncertainty of a calibrated law at a vacuum, and the scatter of a further pull about it."""
+"""Uncertainty of a calibrated law at one vacuum, and the scatter of a further pull about it."""
 
 import json
 from dataclasses import dataclass
@@ -23,8 +23,8 @@ HALF = np.triu_indices(3)
 class LawError:
     """Uncertainty of a calibrated brake's law at one vacuum and speed.
 
-    `covariance` (3, 3) is that of (ln a, ln k, a factor on the brake's enclosure), `t` Student's
-    quantile of 95 %, `pulls` their number.
+    `covariance` (3, 3) is that of (ln a, ln k, the multiplier of the enclosure force), `t` is
+    Student's 95 % quantile and `pulls` the number of pulls.
     """
 
     covariance: np.ndarray
@@ -34,9 +34,9 @@ class LawError:
     def half_width(
         self, brake: Brake, elongation: np.ndarray, vacuum: float, speed: float | None
     ) -> np.ndarray:
-        """Return half the width of the 95 % interval of the brake's force [N], to first order.
+        """Return the half-width of the 95 % interval of the brake's force [N], to first order.
 
-        Over elongations [m], shape (n,), at a vacuum [Pa] and a crosshead's speed [m/s].
+        It is evaluated at elongations [m], shape (n,), a vacuum [Pa] and a crosshead speed [m/s].
         """
         friction = brake.scale_factor * friction_growth(brake, speed, "")
         if brake.pressure_exponent is not None and brake.test_pressure is not None:
@@ -50,11 +50,11 @@ class LawError:
 
     @classmethod
     def read(cls, text: str) -> "LawError":
-        """Return the error that a `text` contains; QuantityError for any other text."""
+        """Return the error from its JSON `text`; raises QuantityError for any other text."""
         try:
             pulls, t, *numbers = (float(value) for value in json.loads(text))
             covariance = np.zeros((3, 3))
-            covariance[HALF] = np.reshape(numbers, HALF[0].shape)  # one element for each pull
+            covariance[HALF] = np.reshape(numbers, HALF[0].shape)  # one element per pull
             covariance = covariance + np.triu(covariance, 1).T
             low, high = np.linalg.eigvalsh(covariance)[[0, -1]]
             right = pulls >= 2 and 0 < t < 1e3 and low >= -1e-9 * high and high < 1e3
@@ -67,11 +67,11 @@ class LawError:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LawSpread:
-    """Scatter of repeats about a law, in (ln a, ln k, the enclosure's factor).
+    """Scatter of repeats about a law, in (ln a, ln k, enclosure factor).
 
     These three are `design` times `estimate` (q,), which has the `covariance` (q, q). The design
     may depend on vacuum and speed. `scatter` (3, 3) is that of a further pull about the law, `t`
-    Student's quantile of 95 %. `names` (q,) belong to the estimate, `pulls` is the number of pulls.
+    Student's 95 % quantile. `names` (q,) are those of the estimate, `pulls` is the number of pulls.
     """
 
     names: tuple[str, ...]
@@ -93,7 +93,7 @@ class LawSpread:
         return _spread_of_draws(calibration, calibration.fit)
 
     def design_at(self, vacuum: float, speed: float | None) -> np.ndarray:
-        """Return the design (3, q) at a vacuum [Pa] and a crosshead's speed [m/s]."""
+        """Return the design (3, q) at a vacuum [Pa] and a crosshead speed [m/s]."""
         matrix = np.eye(3, len(self.names))
         for column, name in enumerate(self.names[3:], 3):
             if name == "pressure_exponent":
@@ -103,7 +103,7 @@ class LawSpread:
         return matrix
 
     def covariance_at(self, vacuum: float, speed: float | None) -> np.ndarray:
-        """Return the law's covariance (3, 3) at a vacuum [Pa] and a crosshead's speed [m/s]."""
+        """Return the law's covariance (3, 3) at a vacuum [Pa] and a crosshead speed [m/s]."""
         design = self.design_at(vacuum, speed)
         return np.asarray(design @ self.covariance @ design.T)
 
@@ -120,7 +120,7 @@ def _spread_of_peaks(calibration: Calibration) -> LawSpread | None:
     count = len(calibration.fits)
     if count < 2:
         return None
-    # a pull without a stiffness has scatter only in the scale factor
+    # a pull without a stiffness contributes scatter only to the scale factor
     logs = np.log(
         [[f.scale_factor, f.stiffness or calibration.stiffness, 1.0] for f in calibration.fits]
     )
@@ -134,7 +134,7 @@ def _spread_of_peaks(calibration: Calibration) -> LawSpread | None:
             ]
             for x in SHAPE[:2]
         ]
-    # a stronger enclosure leaves a smaller part of the peaks to the sheets
+    # with a stronger enclosure, the sheets carry a smaller part of the peak force
     sleeve = calibration.contributions[1]
     square = (sleeve.standard or 0.0) ** 2
     covariance[0, 2] = covariance[2, 0] = sleeve.sensitivity * square

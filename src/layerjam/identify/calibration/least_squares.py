@@ -2,10 +2,10 @@
 
 Every curve has its own friction, stiffness, enclosure and slack, scattered about shared values. The
 fit minimises the squared residuals plus the squared scatter divided by a working variance. Each
-iteration solves each curve's own parameters with the shared ones fixed (Levenberg and Marquardt),
-then the shared ones. If there is little noise, all curves have equal weight; a curve that
-determines a parameter poorly has less weight for it. A curve's misfit is estimated from that curve
-alone. If the other curves affected it, an unusual curve would count as noise and lose its weight.
+iteration solves for each curve's own parameters with the shared ones fixed (Levenberg-Marquardt),
+then for the shared ones. With little noise, all curves have equal weight; a curve that determines a
+parameter poorly has less weight for it. A curve's misfit is estimated from that curve alone. If the
+others affected it, an unusual curve's deviation would count as noise and reduce its weight.
 """
 
 import functools
@@ -31,13 +31,13 @@ from layerjam.units import show
 FREE = ("pressure_exponent", "speed", "force_offset")
 """Names that `--free` accepts."""
 WORKING = np.array([0.05, 0.05, 0.15])
-"""Scatter of ln a, ln k and the enclosure's factor between repeats that the weights assume."""
+"""Scatter of ln a, ln k and the enclosure factor between repeats, as the weights assume."""
 LOOSE = 20.0
-"""Factor on `WORKING` while a curve's own noise is estimated."""
+"""Multiplier of `WORKING` while a curve's own noise is estimated."""
 MISFIT = 0.01
 """First estimate of a section's misfit, relative to the peak."""
 QUIETEST = 2e-4
-"""Least noise of a section, relative to the peak; load cells and means at a bend are no better."""
+"""Minimum noise of a section, relative to the peak: the limit of load cells and means at a bend."""
 BLOCK = 6
 """Number of curves solved at once: one shape to compile, and a short wait for the slowest."""
 ROUNDS = 12
@@ -46,10 +46,10 @@ SETTLED = 1e-7
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OwnFit:
-    """Each curve's own parameters: shape (curves, 5) as in `forward.pull_force`.
+    """Each curve's own parameters, shape (curves, 5), as in `forward.pull_force`.
 
-    `information` (curves, 3, 3) is that of a curve alone about its shape, with slack and offset
-    free. `noise` [N] (curves,) is from the residuals of its sections, scaled for their correlation.
+    `information` (curves, 3, 3) is that of each curve alone about its shape, with slack and offset
+    free. `noise` [N] (curves,) is from the residuals of the sections, scaled for their correlation.
     """
 
     own: np.ndarray
@@ -62,7 +62,7 @@ class OwnFit:
 class JointFit:
     """Shared parameters by name, with the data of intervals and checks.
 
-    `own` is each curve drawn towards the shared values, `alone` each curve by itself.
+    `own` is the fit of each curve drawn towards the shared values, `alone` that of each by itself.
     """
 
     names: tuple[str, ...]
@@ -80,7 +80,7 @@ class JointFit:
     rounds: int = field(default=0)
 
     def shape(self, place: int) -> np.ndarray:
-        """Return (a, k, enclosure's factor) of a curve from the shared parameters."""
+        """Return (a, k, enclosure factor) of a curve from the shared parameters."""
         values = self.design[place] @ self.population.estimate + self.held[place]
         return np.array([np.exp(values[0]), np.exp(values[1]), values[2]])
 
@@ -91,7 +91,7 @@ def fit_jointly(
     free: Sequence[str] = (),
     progress: Callable[[str, float], None] | None = None,
 ) -> JointFit:
-    """Fit shared and own parameters of all curves; FitError if the curves do not determine them."""
+    """Fit all shared and own parameters; raises FitError if the curves do not determine them."""
     if not curves:
         raise FitError("calibrate: no pull was given")
     tell = progress or (lambda what, share: None)
@@ -148,7 +148,7 @@ def fit_jointly(
 
 
 def _inverse_roots(information: np.ndarray) -> np.ndarray:
-    """Return the root of the inverse of each curve's variance, which is `WORKING` plus noise.
+    """Return the inverse root of each curve's variance: that of `WORKING`, plus noise.
 
     `information` is that of each curve alone (curves, 3, 3); it may not determine every parameter.
     """
@@ -160,7 +160,7 @@ def _inverse_roots(information: np.ndarray) -> np.ndarray:
 
 
 def _shared_step(total: np.ndarray, score: np.ndarray, names: Sequence[str]) -> np.ndarray:
-    """Return the step of the shared parameters; FitError if the curves do not determine one."""
+    """Return the step of the shared parameters; raises FitError if one is undetermined."""
     unknown = [n for n, strength in zip(names, np.diag(total), strict=True) if not strength > 1e-9]
     if unknown:
         words = ", ".join(unknown)
@@ -174,7 +174,7 @@ def _shared_step(total: np.ndarray, score: np.ndarray, names: Sequence[str]) -> 
 def _make_design(
     curves: Sequence[Curve], brake: Brake, free: Sequence[str]
 ) -> tuple[tuple[str, ...], np.ndarray, np.ndarray, float, float | None]:
-    """Return names, design (curves, 3, q), fixed part (curves, 3), reference pressure and speed."""
+    """Return names, design (curves, 3, q), constants (curves, 3), reference pressure and speed."""
     names = list(SHAPE)
     vacuums = np.array([c.vacuum for c in curves])
     pressure = float(np.exp(np.log(vacuums).mean()))
@@ -242,7 +242,7 @@ def _start_values(curves: Sequence[Curve], brake: Brake, base: np.ndarray) -> np
 def _fit_single(
     start: np.ndarray, means: ReducedCurves, names: Sequence[str], brake: Brake, offset: bool
 ) -> OwnFit:
-    """Fit every curve by itself, from its own features, with the noise that the law leaves."""
+    """Fit every curve by itself, starting at its own features; its noise is the law's misfit."""
     point, noise = start, MISFIT * means.height
     for _ in range(3):
         fit = fit_own(point, start[:, :3], means, noise, brake, offset, LOOSE)
@@ -252,7 +252,7 @@ def _fit_single(
 
 
 def _check_finite(fit: OwnFit, means: ReducedCurves, names: Sequence[str]) -> None:
-    """Raise FitError for a curve so far from the law that least squares has no finite result."""
+    """Raise FitError if a curve is too far from the law for a finite result."""
     is_finite = np.isfinite(fit.own).all(axis=1) & np.isfinite(fit.information).all(axis=(1, 2))
     if not is_finite.all():
         failure = int(np.argmin(is_finite))
@@ -313,7 +313,7 @@ def _neighbour_correlation(residual: np.ndarray) -> float:
 
 @functools.cache
 def _compile_solver() -> Any:
-    """Return Levenberg and Marquardt for `BLOCK` curves at once, compiled once."""
+    """Return a Levenberg-Marquardt solver for `BLOCK` curves at once, compiled once."""
 
     def solve_curve(
         start: Any, prior: Any, curve: ReducedCurves, noise: Any, widths: Any, brake: Any

@@ -1,4 +1,4 @@
-"""Mountings that pulls share, from the sidecars or from the scatter of the pulls.
+"""Mountings that pulls share, known from the sidecars or inferred from the scatter of the pulls.
 
 Pulls of one mounting share its friction and its grips, so they do not scatter independently.
 Intervals use the means of mountings. If no mounting is known, the scatter between candidate groups
@@ -15,17 +15,18 @@ from layerjam.identify.checks import Check, check
 from layerjam.identify.curves import Curve, group_conditions, number_repeats
 
 POOLED, POOLED_TWO = 0.25, 0.05
-"""Probability above which differences between three and more candidate groups, or two, count as
-chance, so that intervals treat every pull as independent. It is large because a missed group makes
-intervals too narrow. It is smaller for two groups, because Student's t of two means is 12.7."""
+"""Probabilities, for at least three candidate groups and for two, above which their differences
+count as chance and intervals treat every pull as independent. The first is large because a missed
+group makes intervals too narrow. The second is smaller because Student's t for two means is
+12.7."""
 ALIKE = 0.005
-"""Probability below which the pulls of one candidate group certainly belong together."""
+"""Probability below which the pulls of a candidate group certainly belong together."""
 TINY = 1e-6
 """Relative scatter below which pulls count as identical."""
 
 
 class Mountings(NamedTuple):
-    """Indices of the curves of each mounting, and the check that states the assumption."""
+    """Indices of the curves in each mounting, and the check that states the assumption."""
 
     groups: tuple[tuple[int, ...], ...]
     check: Check
@@ -34,8 +35,7 @@ class Mountings(NamedTuple):
 def find_mountings(curves: Sequence[Curve], logs: np.ndarray) -> Mountings:
     """Return the mountings on which intervals are based.
 
-    `logs` (curves, m) are values of each curve alone, as logarithms relative to the law; NaN if a
-    curve does not determine one.
+    `logs` (curves, m) are logs of each curve's own values, relative to the law; NaN if unknown.
     """
     singles = tuple((place,) for place in range(len(curves)))
     labels = [c.mounting for c in curves]
@@ -68,7 +68,7 @@ def find_mountings(curves: Sequence[Curve], logs: np.ndarray) -> Mountings:
 
 
 def _label_indices(labels: Sequence[int | None]) -> tuple[tuple[int, ...], ...]:
-    """Return the indices of each label, in the order of their first appearance."""
+    """Return the indices of each label, in order of first appearance."""
     places_of: dict[int | None, list[int]] = {}
     for place, label in enumerate(labels):
         places_of.setdefault(label, []).append(place)
@@ -78,10 +78,10 @@ def _label_indices(labels: Sequence[int | None]) -> tuple[tuple[int, ...], ...]:
 def _scatter_probability(
     logs: np.ndarray, order: Sequence[int | None], curves: Sequence[Curve]
 ) -> float | None:
-    """Return the probability that independent pulls differ as much between groups, or None.
+    """Return the probability that groups of independent pulls differ as much, or None.
 
-    It is from Fisher's F of the groups after removing the conditions' means: the least over the
-    columns, times their number (Bonferroni).
+    It is from Fisher's F for the groups, after removing the conditions' means: the smallest over
+    the columns, times their number (Bonferroni).
     """
     condition = np.zeros(len(curves), int)
     for number, places in enumerate(group_conditions(curves)):
@@ -105,6 +105,6 @@ def _label_columns(labels: np.ndarray) -> np.ndarray:
 
 
 def _residual_squares(y: np.ndarray, x: np.ndarray) -> tuple[float, int]:
-    """Return the residual sum of squares of least squares, and its degrees of freedom."""
+    """Return the residual sum of squares of a least-squares fit, and its degrees of freedom."""
     solution, _, rank, _ = np.linalg.lstsq(x, y, rcond=None)
     return float(((y - x @ solution) ** 2).sum()), len(y) - int(rank)

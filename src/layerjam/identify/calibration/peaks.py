@@ -1,4 +1,4 @@
-"""Calibration from the peaks of pulls, by the exact form and by the paper's eq. 8 and 9."""
+"""Calibration from the peaks of pulls, by the exact law and by the paper's eq. 8 and 9."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -50,16 +50,16 @@ WINDOW = (
     f"{LINEAR[0]:.0%} to {LINEAR[1]:.0%} of the maximum force"
 )
 AFTER = 0.1
-"""Fraction of the way from peak to end that is left out of the comparison with the peak."""
+"""Fraction of the travel from peak to end that is left out of the comparison with the peak."""
 MEANS = 256
-"""Number of means over the sliding part, in which the law is smooth."""
+"""Number of means over the sliding part, where the law is smooth."""
 
 
 def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     """Return scale factor and stiffness of one pull at `vacuum` [Pa].
 
-    Raises FitError if the pull has no peak, has one below the enclosure's own force, or bends off
-    long before it. A pull that rises within a few samples gives only a scale factor.
+    Raises FitError if the pull has no peak, a peak below the enclosure's own force, or a rise that
+    bends long before the peak. A pull that rises within a few samples gives only a scale factor.
     """
     if vacuum <= 0:
         raise FitError.of(pull.path, f"a vacuum of {show(vacuum, 'Pa')} jams no sheet")
@@ -124,7 +124,7 @@ def fit_curves(curves: Sequence[Curve], brake: Brake) -> list[PullFit | None]:
 
 
 def log_values(fits: Sequence[PullFit | None]) -> np.ndarray:
-    """Return ln of scale factor and stiffness of each pull (pulls, 2); NaN if unknown."""
+    """Return ln of the scale factor and stiffness of each pull, (pulls, 2); NaN if unknown."""
     pairs = [(None, None) if f is None else (f.scale_factor, f.stiffness) for f in fits]
     return np.log(np.array([[np.nan if v is None else v for v in row] for row in pairs]))
 
@@ -132,10 +132,10 @@ def log_values(fits: Sequence[PullFit | None]) -> np.ndarray:
 def scale_enclosure(
     fits: Sequence[PullFit | None], brake: Brake, factor: float
 ) -> tuple[list[PullFit | None], Brake]:
-    """Return the fits and the brake with the enclosure's force multiplied by a `factor`.
+    """Return the fits and the brake with the enclosure force multiplied by a `factor`.
 
-    A fit of a peak alone takes the enclosure from the file. An error of the enclosure also changes
-    the scale factor, more so at low vacuum.
+    A fit to the peak alone uses the enclosure in the file. An error of the enclosure also changes
+    the scale factor, and more so at low vacuum.
     """
     spring = brake.stiffness_measured
     variant = change_shape(brake, brake.scale_factor, spring, factor)
@@ -143,7 +143,7 @@ def scale_enclosure(
     if not peak_fits:
         return list(fits), variant
     peaks, vacuums = np.array([(f.pull.peak_force, f.vacuum) for f in peak_fits]).T
-    # friction at a pull's speed is that at the test speed times its growth, even for a fan
+    # even for a fan, friction at a pull's speed is friction at the test speed times its growth
     growths = np.array([f.growth for f in peak_fits])
     factors = iter((np.asarray(scale_factor_of_peak(peaks, vacuums, variant)) / growths).tolist())
     updates = [None if f is None else replace(f, scale_factor=next(factors)) for f in fits]
@@ -163,7 +163,7 @@ def pull_table(
 
 
 def calibrate_at_peaks(all_fits: Sequence[PullFit | None]) -> dict[str, Any]:
-    """Return the fields of a Calibration from the pulls that have a peak."""
+    """Return the fields of a Calibration, from the pulls that have a peak."""
     fits = [f for f in all_fits if f is not None]
     vacuums = [f.vacuum for f in fits]
     alike = bool(fits) and np.ptp(vacuums) <= 0.01 * max(vacuums)
@@ -182,17 +182,17 @@ def calibrate_at_peaks(all_fits: Sequence[PullFit | None]) -> dict[str, Any]:
 
 
 def calibrate(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Calibration:
-    """Calibrate on one or several pulls, each given with its vacuum [Pa].
+    """Calibrate on one or more pulls, each given with its vacuum [Pa].
 
-    Standard errors are from the scatter between pulls. For one pull they are from the noise within
-    it, which does not show repeatability. Raises FitError for an unusable pull, and if none has a
+    Standard errors are from the scatter between pulls; for one pull, from the noise within it,
+    which does not show repeatability. Raises FitError for unusable pulls or if none has a
     stiffness.
     """
     return calibrate_peaks([make_curve(pull, vacuum) for pull, vacuum in pulls], brake)
 
 
 def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
-    """Calibrate like `calibrate`, on pulls whose speed and specimen are also known."""
+    """Calibrate like `calibrate`, but on pulls whose speed and specimen are also known."""
     if not curves:
         raise FitError("calibrate: no pull was given")
     a, k = "scale_factor", "stiffness"
@@ -256,7 +256,7 @@ def _estimate_means(
     mountings: Sequence[Sequence[int]],
     common: Mapping[str, float],
 ) -> dict[str, Any]:
-    """Return the result of `estimates` for each quantity, over the pulls that determine it.
+    """Return the result of `make_estimates` for each quantity, from the pulls that determine it.
 
     `common` {name: relative standard uncertainty} is common to all pulls.
     """
@@ -348,11 +348,11 @@ def calibration_checks(
 def after_peaks(
     fits: Sequence[PullFit | None], stiffness: float | None, brake: Brake
 ) -> list[float | None]:
-    """Return the relative deviations of the sliding parts' scale factors from their peaks'.
+    """Return the relative deviations of the sliding parts' scale factors from those of the peaks.
 
-    The force is linear in the shares of sheets and enclosure, both free, so errors of the
-    enclosure's numbers do not count. The first tenth after the peak is excluded, because static
-    friction fades there. `stiffness` [N/m] is for pulls without one. None if a part is short.
+    The force is linear in the contributions of sheets and enclosure. Both are free, so errors of
+    the enclosure's parameters have no effect. The first tenth after the peak is excluded, because
+    static friction fades there. `stiffness` [N/m] is for pulls without one. None for short parts.
     """
     out: list[float | None] = [None] * len(fits)
     parts: list[tuple[int, PullFit, Array, Array]] = []
@@ -365,7 +365,7 @@ def after_peaks(
             parts.append((place, fit, slip, force))
     if not parts:
         return out
-    # round the number of samples, so that few shapes are compiled
+    # round the number of samples up, so that few shapes are compiled
     size = max(4, 1 << (len(parts) - 1).bit_length())
     slips, column = np.zeros((size, MEANS)), np.ones((size, 1))
     vacuum, factor = column.copy(), column.copy()
@@ -384,7 +384,7 @@ def after_peaks(
 
 
 def _sliding_part(fit: PullFit, stiffness: float) -> tuple[Array, Array]:
-    """Return slip [m] and force [N] some way after the peak, as means over neighbours."""
+    """Return slip [m] and force [N] well after the peak, averaged over neighbouring samples."""
     u, force, begin = fit.pull.elongation, fit.pull.force, fit.pull.peak_elongation
     start = begin + AFTER * (float(u[-1]) - begin)
     # the branch rises, so every sample after the first one above the level is also above it
@@ -394,7 +394,7 @@ def _sliding_part(fit: PullFit, stiffness: float) -> tuple[Array, Array]:
 
 
 def _sheet_excess(basis: Array, force: Array) -> float | None:
-    """Return the relative excess of the sheets' force, by least squares; None if noise hides it."""
+    """Return the relative excess of the sheets' force by least squares; None if noise masks it."""
     inner = basis @ basis.T
     (sheets, both), (_, enclosure) = inner.tolist()
     determinant = sheets * enclosure - both**2

@@ -7,7 +7,7 @@ from layerjam.identify.pull.features import PullFeatures
 
 @dataclass(frozen=True, kw_only=True)
 class PullFit:
-    """Result of one pull; no stiffness if its rise has too few samples."""
+    """Result of one pull, without a stiffness if its rise has too few samples."""
 
     scale_factor: float
     scale_factor_se: float
@@ -17,4 +17,4 @@ class PullFit:
     vacuum: float
     pull: PullFeatures
     growth: float = 1.0
-    """Ratio of friction at the pull's speed to that of the scale factor, with a speed law."""
+    """Ratio of friction at the pull's speed to friction at the scale factor's, by the speed law."""

@@ -1,4 +1,4 @@
-"""Result of a calibration by any method, for command, figure, report and file."""
+"""Result of a calibration by any method, for the command, the figure, the report and the file."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -24,21 +24,21 @@ from layerjam.units import show
 class Calibration:
     """Parameters in SI units, by name, with their statistics; None if unknown.
 
-    `scale_factor` goes with the brake file's kinetic friction; `enclosure_factor` multiplies the
-    enclosure's force (the root of the product of its modulus and friction). With a
+    `scale_factor` is valid with the brake file's kinetic friction; `enclosure_factor` multiplies
+    the enclosure force (the root of the product of its modulus and friction). With a
     `pressure_exponent` the scale factor is that at `reference_pressure` [Pa]; with a `speed_slope`
     (change of ln(friction) per decade of speed) that at `reference_speed` [m/s].
 
     `intervals` and `bootstrap` are 95 % intervals from the scatter between pulls; `errors_rest_on`
-    states the basis of `standard_errors`. `contributions` are the lines of scatter and enclosure in
+    states the basis of `standard_errors`. `contributions` are the scatter and enclosure lines in
     the budget of the scale factor. `leave_one_out` is the shift of each value without one file,
     `further` the effect of more pulls on its interval. `covariance` {value: {value: number}} has
     the squares of the intervals' standard errors on its diagonal; it is empty for one pull.
-    `mountings` are the places of the curves that share a mounting. `pulls` is the table of pulls,
-    `fits` are the results of single pulls with a peak. The values of the paper's eq. 8 and 9 and
-    the peak are means over `fits`; those of eq. 9 and the peak are None for pulls at different
+    `mountings` lists the indices of curves that share a mounting. `pulls` is the table of pulls,
+    `fits` contains the results of single pulls with a peak. The values of the paper's eq. 8 and 9
+    and the peak are means over `fits`; those of eq. 9 and the peak are None for pulls at different
     vacuums. `sources` is {path: (value, Source)} for a brake file; `window` describes the fitted
-    part.
+    section.
     """
 
     values: Mapping[str, float]
@@ -94,10 +94,10 @@ def shape_sources(
     word: str = "standard error",
     condition: str = "",
 ) -> dict[str, tuple[float, Source]]:
-    """Return scale factor, stiffness and enclosure for a brake file: {path: (value, Source)}.
+    """Return {path: (value, Source)} of scale factor, stiffness and enclosure for a brake file.
 
-    `text` states the method, `word` names the kind of `errors`. The enclosure's modulus and
-    friction are scaled alike, since only their product is known.
+    `text` states the method; `word` names the kind of `errors`. The enclosure's modulus and
+    friction are scaled alike, because only their product is known.
     """
     factor, error = values["enclosure_factor"], errors["enclosure_factor"]
     both = Source(

@@ -1,4 +1,4 @@
-"""The fitted change of friction with speed as the [speed_law] of a brake's file."""
+"""The fitted change of friction with speed, as the [speed_law] table of a brake file."""
 
 from collections.abc import Mapping, Sequence
 from math import log, log10
@@ -11,11 +11,11 @@ from layerjam.identify.curves import Curve
 from layerjam.toml_files.source import Source
 
 REST_RATIO = 1e-2
-"""Ratio of rest speed to slowest speed; it changes the law among the pulls by less than 1 %."""
+"""Ratio of rest speed to slowest speed; it changes the law at the pulls by less than 1 %."""
 
 
 def make_law(slope: float, reference: float, speeds: Sequence[float]) -> SpeedLaw | None:
-    """Return a law with the fit's growth between the slowest and fastest of `speeds` [m/s].
+    """Return a law with the fitted growth between the lowest and highest of `speeds` [m/s].
 
     `slope` is the change of ln(friction) per decade of speed; the scale factor is that at
     `reference` [m/s]. None if friction falls with speed or grows faster than it, because a brake
@@ -38,7 +38,7 @@ def speed_sources(
 ) -> dict[str, tuple[float, Source]]:
     """Return {path: (value, Source)} for a brake file; empty if no speed was fitted.
 
-    If no law can be written, an `old` one loses its exponent, because its factor was replaced.
+    If no law can be written, the exponent of an `old` one is removed, as its factor was replaced.
     """
     if fit.reference_speed is None:
         return {}
@@ -65,7 +65,7 @@ def speed_sources(
 
 
 def speed_notices(calibration: Calibration) -> list[Notice]:
-    """Return the notices about the speed law in the brake's file."""
+    """Return the notices about the speed law in the brake file."""
     if calibration.reference_speed is None:
         return []
     power = calibration.sources.get("speed_law.power")

@@ -1,8 +1,8 @@
 """Checks of a fit over whole curves: its parameters, and whether the law describes the curves.
 
-A test counts curves, not samples. Each curve gives one number, such as its own parameter or the
-mean of its residual over a section. Student's t over curves tests whether these numbers drift. A
-significant deviation passes if it is too small to matter.
+The unit of a test is the curve, not the sample. Each curve yields one number, such as its own
+parameter or its mean residual over a section. Student's t over the curves tests whether these
+numbers drift. A significant deviation passes if it is too small to matter.
 """
 
 from collections.abc import Mapping, Sequence
@@ -49,24 +49,24 @@ TOLD = {
 }
 """Largest standard error from noise alone at which the curves determine a parameter."""
 SLEEVE = (0.3, 3.0)
-"""Plausible range of the enclosure's factor; moduli and frictions of silicone vary less."""
+"""Plausible range of the enclosure factor; the modulus and friction of silicone vary less."""
 SECTIONS = 6
 MATTERS = 0.015
 """Largest consistent residual that passes, relative to the peak."""
 SURE = 0.997
-"""Student's t level of a drift over slip, vacuum or speed, two-sided: 0.3 % of false alarms for
-each of the four. All checks share a level of 5 %, most of it for those of single pulls."""
+"""Two-sided level of Student's t for a drift over slip, vacuum or speed: 0.3 % false alarms in each
+of four tests. All checks share a level of 5 %, most of it spent on those of single pulls."""
 REFUSED = 0.1
 """Largest misfit of a curve that is still fitted, relative to its peak."""
 MISSES = 0.03
-"""Largest misfit of a curve with its own best numbers, relative to its peak."""
+"""Largest misfit of a curve from the law with its own best parameters, relative to its peak."""
 UNLIKE = 1.5
-"""Largest ratio between a curve's own scale factor or stiffness and the others'."""
+"""Largest ratio of a curve's own scale factor or stiffness to that of the others."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Identifiability:
-    """Uncertainty from noise alone: condition number, most correlated pair, errors by parameter."""
+    """Uncertainty from noise alone: condition number, most correlated pair, parameter errors."""
 
     condition_number: float
     least_apart: tuple[str, str] | None
@@ -75,7 +75,7 @@ class Identifiability:
 
 
 def identifiability(fit: JointFit) -> Identifiability:
-    """Return the identifiability from all curves' information about the shared parameters."""
+    """Return the identifiability of the shared parameters from the information of all curves."""
     total = np.einsum("gki,gkl,glj->ij", fit.design, fit.own.information, fit.design)
     scale = np.sqrt(np.maximum(np.diag(total), 1e-300))
     alike = total / np.outer(scale, scale)
@@ -144,7 +144,7 @@ def check_bounds(values: Mapping[str, float]) -> Check:
 
 
 def check_catalogue(product: float) -> Check:
-    """Check that friction times scale factor is similar to that of the catalogue's films."""
+    """Check that friction times scale factor is plausible for the films in the catalogue."""
     brakes = [load(name).brake for name in devices()]
     values = [b.scale_factor * b.film.kinetic for b in brakes]
     advice = "half the lowest and twice the highest in the catalogue"
@@ -153,7 +153,7 @@ def check_catalogue(product: float) -> Check:
 
 
 def check_enclosure(factor: float) -> Check:
-    """Check that the enclosure's force is similar to that from its modulus and friction."""
+    """Check that the enclosure force is similar to that from its modulus and friction."""
     advice = "something other than the enclosure bends the curves"
     return check_span("sleeve", factor, SLEEVE, "the factor on the enclosure's force", advice)
 
@@ -163,7 +163,7 @@ def check_repeats(fit: JointFit) -> Check:
 
     A few repeats determine their scatter poorly: films that scatter by 4 % show more than 5 % in
     one of seven campaigns of six pairs. The check therefore fails only if all curves also scatter
-    by more about the shared law. If no two curves have the same conditions, only the second
+    by over 5 % about the shared law. If no two curves have the same conditions, only the second
     criterion counts.
     """
     count = len(fit.reduced)
@@ -184,14 +184,14 @@ def check_repeats(fit: JointFit) -> Check:
 
 
 def _pooled_sd(values: np.ndarray, groups: Sequence[Sequence[int]], fitted_count: int = 1) -> float:
-    """Return the SD about the means of groups, with `fitted_count` numbers fitted."""
+    """Return the SD about the group means, with `fitted_count` fitted parameters."""
     deviations = [values[list(g)] - values[list(g)].mean() for g in groups]
     degrees = max(sum(len(g) - fitted_count for g in groups), 1)
     return float(np.sqrt(sum(float(r @ r) for r in deviations) / degrees))
 
 
 def curve_misfits(fit: JointFit) -> np.ndarray:
-    """Return each curve's own misfit from the law, relative to its peak, shape (curves,).
+    """Return each curve's own misfit from the law, relative to its peak; shape (curves,).
 
     It is based on the mean product of neighbouring residuals, which is zero for white noise.
     """
@@ -203,7 +203,7 @@ def curve_misfits(fit: JointFit) -> np.ndarray:
 
 
 def require_law(fit: JointFit, names: Sequence[str]) -> None:
-    """Raise FitError for a curve that the law cannot describe with any set of numbers."""
+    """Raise FitError for a curve that the law cannot describe with any parameters."""
     misfits = curve_misfits(fit)
     worst = int(misfits.argmax())
     if misfits[worst] > REFUSED:
@@ -217,7 +217,7 @@ def require_law(fit: JointFit, names: Sequence[str]) -> None:
 
 
 def check_single_curves(fit: JointFit, names: Sequence[str]) -> Check:
-    """Check that each curve follows the law, with numbers similar to the others'."""
+    """Check that each curve follows the law, with parameters similar to those of the others."""
     misfits = curve_misfits(fit)
     worst = int(misfits.argmax())
     law = fit.design @ fit.population.estimate + fit.held
@@ -264,7 +264,7 @@ def check_slip_residuals(fit: JointFit) -> Check:
 
 
 def section_means(fit: JointFit) -> np.ndarray:
-    """Return the mean residual over sections of slip, relative to the peak: (curves, sections)."""
+    """Return mean residuals over sections of slip, relative to the peak: (curves, sections)."""
     out = np.full((len(fit.reduced), SECTIONS), np.nan)
     for place, residual in enumerate(fit.own.residual):
         weight, u = fit.reduced.weight[place], fit.reduced.elongation[place]
@@ -287,10 +287,10 @@ def section_means(fit: JointFit) -> np.ndarray:
 def check_drift(
     values: np.ndarray, quantities: np.ndarray, word: str, quantity: str, unit: str, free: int = 0
 ) -> Check | None:
-    """Check that a parameter's own values (relative) do not drift; None if too few values.
+    """Check that the curves' own values of a parameter (relative) do not drift; None if too few.
 
     `free` is the number of slopes against the logarithm of this quantity that the fit removed; if
-    there is one, only a bend is tested.
+    one, only a bend is tested.
     """
     levels = len(np.unique(np.round(np.log(quantities), 2)))
     if levels < 2 + free or len(values) - 2 - free < 1:

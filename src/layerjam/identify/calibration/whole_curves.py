@@ -1,4 +1,4 @@
-"""Calibration by least squares over all curves at once: parameters, intervals, verdict."""
+"""Calibration by least squares over all curves at once: parameters, intervals and verdict."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -40,7 +40,7 @@ WINDOW = (
     "curves, with the slack of each curve free"
 )
 LOGARITHMIC = SHAPE[:2]
-"""Parameters that are estimated by their logarithm."""
+"""Parameters whose logarithm is estimated."""
 
 
 def calibrate_curves(
@@ -52,7 +52,7 @@ def calibrate_curves(
     """Calibrate by least squares over all `curves` at once.
 
     `free` names further parameters: "pressure_exponent", "speed" (replaces the brake's speed law),
-    "force_offset". Raises FitError if the curves do not determine them or follow the law.
+    "force_offset". Raises FitError if the curves do not determine them or do not follow the law.
     """
     unknown = [name for name in free if name not in FREE]
     if unknown:
@@ -118,7 +118,7 @@ def calibrate_curves(
 def _law_factors(fit: JointFit, curves: Sequence[Curve], brake: Brake) -> np.ndarray:
     """Return each curve's scale factor from the fitted laws of vacuum and speed, (curves,).
 
-    Like a scale factor from a peak, it excludes exponent and speed law of the brake's own file.
+    As for a peak, it excludes the exponent and the speed law in the brake's own file.
     """
     logs = (fit.design @ fit.population.estimate + fit.held)[:, 0]
     logs = logs - np.log([friction_growth(brake, c.speed, c.path) for c in curves])
@@ -156,7 +156,7 @@ def _brake_sources(
 
 
 def _make_contrasts(fit: JointFit, brake: Brake) -> dict[str, np.ndarray]:
-    """Return each value's linear combination of the estimate, with the scale factor as in files.
+    """Return each value as a linear combination of the estimate, the scale factor as in files.
 
     The fit's scale factor applies at the pulls' mean vacuum, where it is independent of the
     exponent. In the file it applies at the pressure of the brake's friction test, if stated.

@@ -1,7 +1,7 @@
-"""Ageing of static friction, from pulls after holds of different lengths.
+"""Ageing of static friction, from pulls after hold times of different lengths.
 
-Static friction is fitted by a straight line against the logarithm of the hold time. The pull is the
-unit. The scatter of the pulls about the line gives the intervals (Student's t, N - 2).
+A straight line is fitted to static friction versus the logarithm of the hold time, with one point
+per pull. The scatter of the points about the line sets the intervals (Student's t, N - 2).
 """
 
 import math
@@ -23,9 +23,9 @@ NARROW = 10.0
 
 @dataclass(frozen=True, kw_only=True)
 class AgeingFit:
-    """Static friction [-] at a hold [s], its growth per tenfold hold, and 95 % intervals.
+    """Static friction [-] at a hold time [s], its growth per decade of time, and 95 % intervals.
 
-    `holds` [s] and `values` [-] were fitted; `sd` is the scatter about the line.
+    The line was fitted to `holds` [s] and `values` [-]; `sd` is the scatter about the line.
     """
 
     hold: float
@@ -39,17 +39,17 @@ class AgeingFit:
     warnings: tuple[Notice, ...]
 
     def static_at(self, hold: Array) -> Array:
-        """Return the line [-] at holds [s]."""
+        """Return the fitted static friction [-] at hold times [s]."""
         return np.asarray(self.static + self.ageing * np.log10(hold / self.hold))
 
 
 def fit_ageing(
     holds: Sequence[float], statics: Sequence[float], hold: float | None = None
 ) -> AgeingFit:
-    """Fit a line through static frictions [-] after holds [s]; evaluate it at `hold` [s].
+    """Fit a line to static friction [-] versus hold time [s]; evaluate it at `hold` [s].
 
-    `hold` is the geometric mean of the holds unless given. Raises FitError for fewer than four
-    pulls, or if all holds have the same length.
+    `hold` defaults to the geometric mean of the hold times. Raises FitError for fewer than four
+    pulls, or if all hold times are identical.
     """
     from scipy.special import stdtrit
 
@@ -87,7 +87,7 @@ def fit_ageing(
 
 
 def _line_notices(fit: AgeingFit, decades: Array) -> list[Notice]:
-    """Return notices about reasons to doubt a line through the pulls."""
+    """Return notices of reasons to doubt a straight-line fit to the pulls."""
     out, (low, high) = [], fit.ageing_interval
     if low <= 0 <= high:
         out.append(

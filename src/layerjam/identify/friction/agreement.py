@@ -1,9 +1,9 @@
-"""Checks of friction tests: each repeat against the others, and all against the film.
+"""Checks of friction tests: each repeat against the others, and all against the catalogue.
 
 A wrong unit changes static and kinetic friction alike, so their ratio does not reveal it. Each is
-therefore compared with its own repeats. Grubbs' test finds a small error in repeats that scatter
-little. It has little power with few repeats, so a limit on the distance from the median finds gross
-errors.
+therefore compared with its own repeats. Grubbs' test detects a small error in repeats that scatter
+little. It has little power with few repeats, so a limit on the distance from the median detects
+gross errors.
 """
 
 import math
@@ -22,18 +22,18 @@ from layerjam.verdict import Check, check, interval_check
 
 SPOKEN = {"static": "static friction", "kinetic": "kinetic friction", "speed": "speed"}
 ALARMS = 0.01
-"""Probability that Grubbs' test reports an outlier in one quantity of faultless repeats."""
+"""Probability that Grubbs' test reports an outlier in one quantity of fault-free repeats."""
 LEAST, LIMIT = 1.2, 1.5
 """Ratio to the others below which a repeat is never an outlier, and above which it always is. Choi
-2018, table I: static friction scatters by 8 % (SD), kinetic by 3 %."""
+2018, table I: static friction scatters by 8 % (SD), kinetic friction by 3 %."""
 RATIO = (0.9, 4.0)
 """Plausible ratio of static to kinetic friction. Table I: 1.3 (Kapton) and 2.4 (PTFE)."""
 MARGIN = 2.0
-"""Factor by which the range of a film's friction in the catalogue is widened on both sides."""
+"""Factor by which the catalogue's range of a film's friction is widened at both ends."""
 
 
 def film_range(file: BrakeFile) -> tuple[float, float]:
-    """Return the range of kinetic friction [-] that is plausible for a brake's film.
+    """Return the plausible range of kinetic friction [-] for a brake's film.
 
     It spans the brake's own value and all values of that film in the catalogue, widened by
     `MARGIN`.
@@ -55,10 +55,10 @@ def friction_checks(
     means: Mapping[str, OverRepeats | None],
     span: tuple[float, float] | None = None,
 ) -> tuple[Check, ...]:
-    """Return the checks of friction tests, one of `files` each.
+    """Return the checks of friction tests, one for each of `files`.
 
     `values` has static and kinetic friction [-] and speed [m/s] of each test, None if unknown, and
-    `means` the means over them. `span` is the range of `film_range`, None if the film is unknown.
+    `means` the means over them. `span` is the result of `film_range`, None if the film is unknown.
     """
     names = [Path(file).name or f"repeat {place}" for place, file in enumerate(files, 1)]
     quantities = {SPOKEN[name]: value for name, value in values.items()}
@@ -66,7 +66,7 @@ def friction_checks(
     checks = [check_repeats(names, quantities, "films scatter", advice)]
     for name, mean in means.items():
         if mean is not None and mean.low is not None and mean.high is not None:
-            # as wide as Student's t about the mean; a log scale would reject more campaigns
+            # as wide as the interval about the mean; a log scale would reject more campaigns
             reach = mean.mean * math.log(mean.high / mean.mean)
             low = max(mean.mean - reach, mean.low)
             checks.append(interval_check(f"{name} friction", mean.mean, low, mean.mean + reach))
@@ -85,7 +85,7 @@ def check_repeats(
     scatter: str,
     advice: str,
 ) -> Check:
-    """Return the check that no repeat differs from the others by more than plausible scatter.
+    """Return the check that no repeat differs from the others by more than a plausible scatter.
 
     `scatter` completes "by more than ..."; `advice` names what to examine in an outlier.
     """
@@ -110,7 +110,7 @@ def check_repeats(
 
 
 def _outlier_indices(logs: np.ndarray) -> list[int]:
-    """Return the indices of outliers: both of two values that differ too much."""
+    """Return the indices of outliers; both if only two values differ too much."""
     if len(logs) == 2 and abs(logs[0] - logs[1]) > np.log(LIMIT):
         return [0, 1]
     return list(find_outliers(logs, ALARMS, float(np.log(LEAST)), float(np.log(LIMIT))))
@@ -127,7 +127,6 @@ def _check_ratio(ratios: Mapping[str, float]) -> Check:
 
 
 def _check_plausible(kinetic: float, span: tuple[float, float] | None) -> Check:
-    """Return the check that the kinetic friction lies in the range of the film."""
     low, high = span or USUAL
     fine = low <= kinetic <= high
     whose = "the catalogue's range for this film" if span else "the usual range for films"

@@ -1,4 +1,4 @@
-"""Breakaway of a sled: first maximum, start of sliding, and the effect of inertia."""
+"""Breakaway of a sled: first maximum, start of sliding and effect of inertia."""
 
 from dataclasses import dataclass
 
@@ -9,21 +9,21 @@ from layerjam.identify.straight import straight_line
 from layerjam.measure.trace import Array
 
 FALL = 0.02
-"""Fall of the force that identifies the maximum before it, relative to the sliding force."""
+"""Drop in force that identifies the maximum before it, relative to the sliding force."""
 STANDS_OUT = 6.0
-"""The same fall in standard deviations of the noise."""
+"""The same drop, in standard deviations of the noise."""
 LEAST = 0.2
-"""Smallest first maximum, relative to the sliding force; smaller ones are wiggles in the slack."""
+"""Smallest first maximum, relative to the sliding force; smaller ones are slack being taken up."""
 RISE = (0.2, 0.8)
-"""Range of the force, relative to the first maximum, in which the pull's stiffness is fitted."""
+"""Range of force, relative to the first maximum, in which the pull's stiffness is fitted."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Breakaway:
     """The first maximum of a friction record and the start of sliding, SI units.
 
-    `index` and `sliding` are indices. `distinct` is False if the force runs into sliding without a
-    peak; `force` is then the sliding force where the rise ends. `noise` is that of one sample [N].
+    `index` and `sliding` are indices. `distinct` is False if sliding begins without a peak; `force`
+    is then the sliding force at the end of the rise. `noise` is that of one sample [N].
     """
 
     index: int
@@ -37,10 +37,10 @@ class Breakaway:
 class Inertia:
     """Force from accelerating the sled, SI units.
 
-    If a spring k takes a sled of mass m from rest to the speed V, the force overshoots the friction
-    by at most V sqrt(k m). This is `bound` [N], the limit of the error of the static force. During
-    breakaway the force differs from friction by m a. The record gives the `acceleration` a [m/s^2],
-    or None if the fall is too quick for the sampling.
+    If a spring k brings a sled of mass m from rest to the speed V, the force overshoots the
+    friction by at most V sqrt(k m). This is `bound` [N], the limit of the error of the static
+    force. During breakaway the force differs from friction by m a. The `acceleration` a [m/s^2] is
+    from the record; it is None if the drop in force is too quick for the sampling.
     """
 
     stiffness: float
@@ -51,7 +51,7 @@ class Inertia:
 def find_breakaway(travel: Array, force: Array) -> Breakaway:
     """Find the breakaway in travel [m] and force [N], arrays of shape (N,).
 
-    It is the first maximum from which the force falls by six standard deviations of the noise and
+    It is the first maximum from which the force drops by six standard deviations of the noise and
     by 2 % of the sliding force, without a higher value in between.
     """
     noise = noise_sd(force)
@@ -76,14 +76,14 @@ def find_breakaway(travel: Array, force: Array) -> Breakaway:
 
 
 def _breakaway_without_peak(force: Array, level: float, noise: float) -> Breakaway:
-    """Return the breakaway of a force that bends into sliding, without a first maximum."""
+    """Return the breakaway of a record in which sliding begins without a first maximum."""
     sliding = np.flatnonzero(force >= level - 2 * noise)
     index = int(sliding[0]) if len(sliding) else len(force) - 1
     return Breakaway(index=index, sliding=index, force=level, distinct=False, noise=noise)
 
 
 def _first_sliding_sample(travel: Array, smooth: Array, index: int, noise: float) -> int:
-    """Return the index of the first sample after the maximum with a force at the later level."""
+    """Return the index of the first sample after the maximum at the level of the later force."""
     after = travel - travel[index]
     later = (after >= 2e-3) & (after <= 30e-3)
     if later.sum() < 5:
@@ -121,9 +121,9 @@ def inertia_effect(
 def _acceleration(
     force: Array, time: Array | None, breakaway: Breakaway, stiffness: float
 ) -> float | None:
-    """Return the mean acceleration of the sled from maximum to steepest fall [m/s^2], or None.
+    """Return the sled's mean acceleration from the maximum to the steepest drop [m/s^2], or None.
 
-    The sled gains on the crosshead by -F'/k. The fall must have four samples or more.
+    The sled is faster than the crosshead by -F'/k. The drop must have at least four samples.
     """
     if time is None or not breakaway.distinct:
         return None

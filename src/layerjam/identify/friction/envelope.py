@@ -8,9 +8,9 @@ from layerjam.identify.stick_slip import SawTeeth
 
 @dataclass(frozen=True, kw_only=True)
 class StickSlip:
-    """Envelope over the repeats with stick–slip, as coefficients [-].
+    """Envelope of the repeats with stick–slip, as friction coefficients [-].
 
-    `period` [s] is None if a record has no time; `spacing` is in m of travel.
+    `period` [s] is None if a record has no time; `spacing` [m] is in terms of travel.
     """
 
     upper: float
@@ -28,7 +28,7 @@ class StickSlip:
 def find_envelope(
     records: Sequence[tuple[str, SawTeeth]], normal_force: float, accepted: bool
 ) -> StickSlip | None:
-    """Return the envelope of (file, teeth) pairs, or None if there are none; `normal_force` [N]."""
+    """Return the envelope of (file, teeth) pairs, if any; `normal_force` is in N."""
     if not records:
         return None
     files, teeth = zip(*records, strict=True)

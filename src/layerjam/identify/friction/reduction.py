@@ -1,8 +1,8 @@
 """Friction tests by the paper's rules (section III-C), ASTM D1894 or ISO 8295.
 
-In the paper, static friction is from the greatest force of a repeat, and kinetic friction from the
+In the paper, static friction is from the maximum force of a repeat, and kinetic friction from the
 mean over 40 to 100 mm of travel. In the standards, static friction is from the first maximum, and
-kinetic friction from the mean over a travel that begins where the films slide. The result has mean,
+kinetic friction from the mean over a travel that begins when the films slide. The result has mean,
 sample standard deviation and 95 % t interval over the repeats. A record with stick–slip has no
 meaningful mean; its envelope is reported instead.
 """
@@ -33,19 +33,19 @@ from layerjam.verdict import Acceptance, Check
 WINDOW = PAPER.window
 GRAVITY = Site().gravity
 SHORTEST = 0.5
-"""Smallest fraction of a standard's travel that a record must cover (with a warning)."""
+"""Smallest fraction of a standard's travel that a record may cover (with a warning)."""
 FEWEST = 10
-"""Samples needed in the window."""
+"""Minimum number of samples in the window."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionRepeat:
     """One repeat: coefficients [-], travel at its maximum [m], and its source.
 
-    `kinetic` is None if the record shows stick–slip, unless the envelope's middle was accepted.
-    `mean` is the ratio of mean force to normal force. `window` is the travel of the mean [m],
-    `teeth` the stick–slip in it (forces in N), `ripple` that of the machine. `distinct` states that
-    a standard's first maximum is clear, `synthetic` that a program generated the file.
+    `kinetic` is None if the record shows stick–slip, unless the middle of the envelope was
+    accepted. `mean` is the ratio of mean force to normal force over the travel `window` [m].
+    `teeth` is the stick–slip there (forces in N), `ripple` that of the machine. `distinct` means
+    that a standard's first maximum is clear, `synthetic` that a program generated the file.
     """
 
     static: float
@@ -66,11 +66,11 @@ class FrictionRepeat:
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionResult:
-    """Coefficients [-] over all repeats, and statistics of the mean by kind ("static", "kinetic").
+    """Coefficients [-] over all repeats, with statistics for "static" and "kinetic".
 
-    The kinetic one is None if a repeat shows stick–slip, unless the middle of the stick–slip was
-    accepted. Standard deviations between repeats are absolute, None for one repeat. `window` is the
-    travel of the kinetic mean [m], averaged over the repeats.
+    The kinetic coefficient is None if a repeat shows stick–slip, unless the middle of the envelope
+    was accepted. Standard deviations between repeats are absolute, and None for one repeat.
+    `window` is the travel of the kinetic mean [m], averaged over the repeats.
     """
 
     static: float
@@ -92,7 +92,7 @@ class FrictionResult:
         return {name: mean for name, mean in self.over.items() if mean is not None}
 
     def sources(self) -> dict[str, tuple[float, Source]]:
-        """Return {path: (value, Source)} for a brake file; no kinetic friction if it is None."""
+        """Return {path: (value, Source)} for a brake file; kinetic friction only if known."""
         files = ", ".join(Path(r.path).name + _digest(r.path) for r in self.repeats)
         start, end = (show(w, "m") for w in self.window)
         text = (
@@ -119,7 +119,7 @@ def _digest(path: str) -> str:
 
 
 def _outward_part(trace: Trace) -> tuple[Array, Array, Array | None]:
-    """Return travel [m] from the first sample, force [N] and time [s], up to the return."""
+    """Return travel [m] from the first sample, force [N] and time [s], up to the return stroke."""
     travel = trace.elongation - trace.elongation[0]
     if travel[-1] < 0:
         travel = -travel
@@ -129,7 +129,7 @@ def _outward_part(trace: Trace) -> tuple[Array, Array, Array | None]:
 
 
 def crosshead_speed(trace: Trace) -> float | None:
-    """Return the speed of the moving crosshead [m/s], from the record or else its sidecar."""
+    """Return the speed of the moving crosshead [m/s], from the record or else from its sidecar."""
     if trace.time is not None and len(trace) > 2:
         travel = np.abs(trace.elongation - trace.elongation[0])
         moving = (travel > 0.1 * travel.max()) & (travel < 0.9 * travel.max())
@@ -146,10 +146,10 @@ def reduce_repeat(
     standard: Standard = PAPER,
     accept_stick_slip: bool = False,
 ) -> FrictionRepeat:
-    """Reduce one repeat; `normal_force` [N].
+    """Reduce one repeat; `normal_force` is in N.
 
-    A `window` [m] counts travel from the record's first sample; the standard's is the default. With
-    `accept_stick_slip` the middle of the stick–slip's envelope serves as kinetic friction. Raises
+    A `window` [m] is travel from the record's first sample; the default is that of the standard.
+    With `accept_stick_slip`, the middle of the stick–slip envelope is the kinetic friction. Raises
     FileError if the record does not cover the window.
     """
     travel, force, time = _outward_part(trace)
@@ -206,7 +206,7 @@ def _mean_window(
     standard: Standard,
     breakaway: Breakaway | None,
 ) -> tuple[tuple[float, float], list[str]]:
-    """Return the travel of the kinetic mean [m], and notes on it."""
+    """Return the travel range of the kinetic mean [m], and notes on it."""
     last = float(travel.max())
     start, end = window or standard.window
     if window is None and breakaway is not None and standard.from_sliding:
@@ -238,7 +238,6 @@ def _mean_window(
 def _breakaway_warnings(
     breakaway: Breakaway, inertia: Inertia | None, normal_force: float
 ) -> list[str]:
-    """Return the warnings about the static friction of a breakaway."""
     if not breakaway.distinct:
         return [
             "no clear first maximum: static friction is read where the rise bends into "
@@ -280,7 +279,7 @@ def reduce_friction(
     standard: Standard = PAPER,
     accept_stick_slip: bool = False,
 ) -> FrictionResult:
-    """Reduce repeats to static and kinetic friction; `normal_force` [N], `window` [m] of travel.
+    """Reduce repeats to static and kinetic friction; `normal_force` is in N, `window` in m.
 
     Raises FitError if no trace is given, FileError for one that does not cover the window.
     """
@@ -304,7 +303,7 @@ def pool(
     accept_stick_slip: bool,
     span: tuple[float, float] | None = None,
 ) -> FrictionResult:
-    """Return mean, scatter and interval over the repeats, with the warnings of their files.
+    """Return the mean, scatter and interval over the repeats, with the warnings about their files.
 
     `span` is the plausible range of the kinetic friction [-], None if the film is unknown.
     """
@@ -337,7 +336,7 @@ def pool(
 
 
 def _without_ripple(repeat: FrictionRepeat) -> FrictionRepeat:
-    """Return the repeat without stick–slip; other repeats show that the machine causes it."""
+    """Return the repeat without stick–slip, which the machine causes, as other repeats show."""
     note = f"saw teeth of equal spacing at every force are not stick–slip; likely cause: {CAUSE}"
     return replace(
         repeat,
@@ -349,7 +348,7 @@ def _without_ripple(repeat: FrictionRepeat) -> FrictionRepeat:
 
 
 def _group_warnings(repeats: Sequence[FrictionRepeat]) -> list[str]:
-    """Return the warnings of the repeats, each once with the files that it concerns."""
+    """Return each warning about the repeats once, with the files that it concerns."""
     paths_of: dict[str, list[str]] = {}
     for repeat in repeats:
         for sentence in repeat.warnings:
@@ -380,9 +379,9 @@ def with_friction(
 ) -> tuple[str, list[str]]:
     """Return (TOML text, warnings) of the brake with measured friction and a scale factor of 1.
 
-    A scale factor is valid only with the friction with which it was fitted, so a new friction
-    resets it. The [made_by] table lists files with their SHA-256, standard, window and intervals.
-    Raises FitError if stick–slip leaves the kinetic friction unknown.
+    A scale factor is valid only for the friction with which it was fitted, so a new friction resets
+    it. The [made_by] table lists files with their SHA-256, standard, window and intervals. Raises
+    FitError if stick–slip leaves the kinetic friction unknown.
     """
     if result.kinetic is None:
         error = FitError(

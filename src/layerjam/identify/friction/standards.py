@@ -1,9 +1,9 @@
-"""Rules of the friction standards for a test and its record.
+"""Rules of the friction standards for a test and for its record.
 
-The standards' texts are sold, not published. This module is based on the paper's description of its
-own test (section III-C), the publishers' abstracts and laboratories' web pages. D1894 uses a sled
-of 200 g and 63.5 mm square at 150 mm/min; its scope, note 2, warns against a direct comparison with
-ISO 8295. ISO 8295 states a time at rest, since static friction grows with it. No clause is quoted
+The standards are sold, not freely published. This module is based on the paper's description of its
+own test (section III-C), the publishers' abstracts and web pages of laboratories. D1894 uses a 200
+g sled, 63.5 mm square, at 150 mm/min; its scope, note 2, warns against a direct comparison with ISO
+8295. ISO 8295 states a time at rest, because static friction grows with it. No clause is quoted
 here, so compare this table with the current edition before signing a report.
 """
 
@@ -17,9 +17,9 @@ class Standard:
     """Rules of one friction test, SI units.
 
     `window` is the travel of the kinetic mean [m]. It starts at the record's first sample or, with
-    `from_sliding`, where the films slide and the static peak is over. With `first_maximum` the
-    static force is the first maximum, otherwise the greatest of the record. `sled_mass` [kg] is
-    None if the test states its own weight; `dwell` [s] is the time at rest before the pull.
+    `from_sliding`, where the films slide after the static peak. With `first_maximum` the static
+    force is the first maximum, otherwise the maximum of the record. `sled_mass` [kg] is None if the
+    test states its own weight; `dwell` [s] is the time at rest before the pull.
     """
 
     name: str
@@ -60,7 +60,7 @@ STANDARDS = {s.name: s for s in (PAPER, D1894, ISO8295)}
 
 
 def find_standard(name: str) -> Standard:
-    """Return the standard with a name; raises UnknownNameError."""
+    """Return the standard of the given name; raises UnknownNameError."""
     if name not in STANDARDS:
         raise UnknownNameError("standard", name, STANDARDS)
     return STANDARDS[name]

@@ -1,9 +1,9 @@
-"""Stribeck laws fitted to forces at several speeds: dry and wet, with errors and a verdict.
+"""Fits of the dry and wet Stribeck laws to forces at several speeds, with errors and a verdict.
 
-For a given v_s both laws are linear in all other parameters. The fit therefore searches over one
-number, with bounded linear least squares at each step, and finds the best v_s from any start. The
+For a given v_s both laws are linear in all other parameters. The fit therefore searches over v_s
+alone, with bounded linear least squares at each step, and finds the best v_s from any start. The
 data seldom determine v_s well. A wide prior on its logarithm keeps it finite, and the verdict
-states whether the data add to the prior.
+states whether the data add information to the prior.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,11 +24,11 @@ from layerjam.units import show
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 PRIOR = (np.log(1e-2), 2 * np.log(10.0))
-"""Mean and SD of ln v_s [m/s]: 10 mm/s, two decades either way."""
+"""Mean and SD of ln v_s (v_s in m/s): 10 mm/s, two decades either way."""
 _RANGE = (1e-7, 1e2)
 _WORST_CONDITION = 100.0
 USUAL = (0.02, 1.5)
-"""Usual range of the kinetic friction of films."""
+"""Usual range of films' kinetic friction coefficients."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,9 +47,9 @@ class SpeedPoints:
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedFit:
-    """A fitted law: numbers, standard errors, and checks.
+    """A fitted law: parameters, standard errors and checks.
 
-    `law` is a Stribeck or a WetFilm. Standard errors are None if the parameter is at its bound or
+    `law` is a Stribeck or a WetFilm. A standard error is None if the parameter is at its bound or
     the noise is unknown; that of `speed` is relative (of ln v_s). The friction includes the brake's
     scale factor, because only their product matters.
     """
@@ -75,10 +75,10 @@ def speed_points(
     slip: float | Sequence[float] | Array = 0.0,
     brake: Brake,
 ) -> SpeedPoints:
-    """Check and return points of speed [m/s], force [N], slip [m] and vacuum [Pa].
+    """Validate and return points of speed [m/s], force [N], slip [m] and vacuum [Pa].
 
-    Slip and vacuum may each be one number. Raises FitError for arrays of different length, numbers
-    that are not finite or negative, and slips beyond the overlap.
+    Slip and vacuum may each be one number. Raises FitError for arrays of different lengths, for
+    negative or non-finite numbers, and for slips beyond the overlap.
     """
     try:
         speeds, forces = (np.asarray(a, float).ravel() for a in (speed, force))
@@ -110,7 +110,7 @@ def speed_points(
 def fit_dry(
     points: SpeedPoints, brake: Brake, *, exponent: float = 1.0, viscous: bool = False
 ) -> SpeedFit:
-    """Fit the Stribeck law of dry sheets; `viscous` adds growth with speed. Raises FitError."""
+    """Fit the Stribeck law for dry sheets; `viscous` adds growth with speed. Raises FitError."""
     coulomb, enclosure = _friction_lever(points, brake)
     if not (points.vacuum > 0).all():
         raise FitError("points: dry sheets without vacuum have no friction to fit")
@@ -134,7 +134,7 @@ def fit_dry(
 
 
 def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> SpeedFit:
-    """Fit the wet law, with adhesion and viscous part, to several vacuums; raises FitError."""
+    """Fit the wet law, with adhesion and a viscous term, to several vacuums; raises FitError."""
     coulomb, enclosure = _friction_lever(points, brake)
     if np.ptp(points.vacuum) <= 0.05 * points.vacuum.max(initial=0.0):
         raise FitError(
@@ -162,7 +162,7 @@ def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> Spee
 
 
 def _friction_lever(points: SpeedPoints, brake: Brake) -> tuple[Array, Array]:
-    """Return (force per unit of friction coefficient, enclosure's force) [N]."""
+    """Return (force per unit friction coefficient, enclosure force) [N]."""
     brake = straight(brake, "the fit of friction versus speed")
     contact = brake.sheets.overlap - points.slip
     per_metre = np.asarray(friction_per_contact(points.vacuum, brake)) / brake.film.kinetic
@@ -195,7 +195,7 @@ class _Search:
             raise FitError("points: forces at a minimum of three speeds are needed")
 
     def solve_at(self, logarithm: float) -> tuple[Array, float]:
-        """Return (values, sum of squares) of bounded least squares at one ln v_s."""
+        """Return (values, sum of squares) of bounded least squares at a given ln v_s."""
         from scipy.optimize import nnls
 
         table = self.columns(float(np.exp(logarithm)))
@@ -251,7 +251,7 @@ class _Search:
         return cov, free, condition
 
     def result(self, law: Stribeck | WetFilm) -> SpeedFit:
-        """Return the fit with errors and checks."""
+        """Return the fit with its errors and checks."""
         cov, free, condition = self._covariance()
         residuals = self.target - self.columns(self.speed) @ np.array(self.values)
         noise = float(np.sqrt((residuals**2).sum() / self.freedom))
@@ -296,7 +296,7 @@ class _Search:
         return check("bounds", not at_bound, sentence)
 
     def _check_trend(self, residuals: Array, noise: float) -> Check:
-        """Check the residuals against log speed for a slope, a bend, or correlated neighbours."""
+        """Check the residuals versus log speed for a slope, a bend or correlated neighbours."""
         moving = self.points.speed > 0
         x = np.log(self.points.speed[moving])
         worst = 0.0

@@ -1,1 +1,1 @@
-"""Analysis of time logs: pressure, acceleration, vacuum."""
+"""Analysis of time logs of pressure, acceleration and vacuum."""

@@ -1,4 +1,4 @@
-"""Checks of logs: whether a law describes them, and whether they determine its numbers."""
+"""Checks of logs: whether a law describes them, and whether they determine its parameters."""
 
 from collections.abc import Iterable, Iterator, Mapping
 
@@ -14,17 +14,17 @@ from layerjam.units import show
 from layerjam.verdict import Check, Level, check, interval_check
 
 CLEAN = 3.0
-"""Greatest ratio of residual RMS to the sensor's noise at which a law describes a log."""
+"""Largest ratio of residual RMS to sensor noise at which a law describes a log."""
 MISSES = 0.1
-"""Ratio of RMS to pressure change above which the law does not describe the log at all."""
+"""Ratio of residual RMS to pressure change above which the law does not describe the log at all."""
 FALLEN = 0.9
-"""Fraction of the fall to the ultimate pressure that a pump-down log must contain."""
+"""Fraction of the pressure drop to the ultimate pressure that a pump-down log must contain."""
 GAS_CHANGE, ROOM_CHANGE = 10.0, 0.5
-"""Changes of gas and of room temperature [K] whose effect the log must exceed."""
+"""Changes of gas and room temperature [K] whose effect the pressure change must exceed."""
 
 
 def leak_checks(leak: Leak, best: LeakFit, logged: bool) -> Iterator[Check]:
-    """Return the checks of a hold; `logged` states whether its temperature was logged."""
+    """Yield the checks of a pressure hold; `logged` states whether its temperature was logged."""
     advice = "another effect is present (a valve, cooling, a compliant wall)"
     yield _check_law(best.series, best.curve(leak.time, leak.atmosphere), advice)
     yield interval_check("leak", best.rate, *best.rate_interval())
@@ -44,7 +44,7 @@ def leak_checks(leak: Leak, best: LeakFit, logged: bool) -> Iterator[Check]:
 def pump_down_checks(
     logs: Iterable[PumpDown], intervals: Mapping[str, tuple[float, float, float]]
 ) -> Iterator[Check]:
-    """Return the checks of pump-downs; `intervals` is {quantity: (value, low, high)}."""
+    """Yield the checks of pump-downs; `intervals` is {quantity: (value, low, high)}."""
     advice = "the volume or the flow changes with vacuum (for the volume, try --compliance fit)"
     for log in logs:
         yield _check_law(log.series, log.curve(log.time), advice)
@@ -57,7 +57,7 @@ def pump_down_checks(
 
 
 def crash_checks(impact: Crash) -> Iterator[Check]:
-    """Return the checks of an impact: the sensor and the log contain the whole pulse."""
+    """Yield the checks of an impact: the sensor's range and the log contain the whole pulse."""
     sentence = "the sensor's range contains the peak"
     if impact.saturation is not None:
         level = impact.saturation / STANDARD_GRAVITY

@@ -1,8 +1,8 @@
-"""Least squares on a time log with correlated residuals, which its intervals include.
+"""Least squares on a time log, with intervals that allow for correlated residuals.
 
-Samples of a sensor are not independent, so a standard error from their number is too small. The log
-is averaged into bins and fitted by ordinary least squares, which stays close to the log if the
-model is not quite true. The residuals of the bins are modelled as white noise plus a first-order
+Samples of a sensor are not independent, so a standard error based on their number is too small. The
+log is averaged into bins and fitted by ordinary least squares, which remains close to the log even
+if the model is not quite correct. The bin residuals are modelled as white noise plus a first-order
 drift, C = s² ((1 - w) ρ^|i-j| + w δij), with ρ and w from their restricted likelihood (Patterson
 and Thompson 1971). Because ρ and w are uncertain, the covariance of the parameters, (JᵀJ)⁻¹ JᵀCJ
 (JᵀJ)⁻¹, is the mean over a grid of both, weighted by that likelihood.
@@ -26,11 +26,11 @@ _WHITE = (0.0, 0.05, 0.15, 0.3, 0.5, 0.7, 0.85, 0.95)
 
 @dataclass(frozen=True, kw_only=True)
 class Series:
-    """Model fitted to a log; `values` and `covariance` in the parameters' own units.
+    """Model fitted to a log; `values` and `covariance` are in the units of the parameters.
 
     `correlation` is that of neighbouring bins, `freedom` the effective degrees of freedom, `rmse`
-    that of the samples, `noise` their scatter from one to the next (over √2). `residuals` are those
-    of the bins, shape (bins,); `whiten`, (bins, bins), makes them independent with unit variance.
+    that of the samples, `noise` the scatter from sample to sample (divided by √2). `residuals` are
+    those of the bins (bins,); `whiten` (bins, bins) makes them independent with unit variance.
     """
 
     values: Array
@@ -43,9 +43,9 @@ class Series:
     whiten: Array
 
     def worse_by(self, rival: "Series") -> float:
-        """Return the excess of this sum of squares over `rival`'s, relative to `rival`'s noise.
+        """Return the excess of the sum of squares over that of `rival`, relative to its noise.
 
-        It is twice the difference of the logarithms of the likelihoods.
+        It is twice the difference in log likelihood.
         """
         this_sum, rival_sum = (
             float(np.sum((rival.whiten @ s.residuals) ** 2)) for s in (self, rival)
@@ -58,7 +58,7 @@ class Series:
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
     def quantile(self, level: float = 0.95) -> float:
-        """Return half the width of an interval, in standard errors (Student's t)."""
+        """Return the half-width of an interval, in standard errors (Student's t)."""
         from scipy.stats import t
 
         return float(t.ppf(0.5 + level / 2, self.freedom))
@@ -84,7 +84,7 @@ class Series:
 
 
 def average_bins(values: Array, bins: int = BINS) -> Array:
-    """Return means over `bins` runs of nearly equal length; all values if there are fewer."""
+    """Return means over `bins` runs of nearly equal length, or all values if there are fewer."""
     edges = np.linspace(0, len(values), min(bins, len(values)) + 1).astype(int)
     return np.asarray(np.add.reduceat(values, edges[:-1]) / np.diff(edges))
 
@@ -98,9 +98,9 @@ def fit_series(
 ) -> Series:
     """Fit the parameters of `model` (parameters to values at every sample, shape (N,)) to a log.
 
-    `scale` is the usual size of each parameter. The model is averaged over the bins like the
-    samples, so that the bins do not reduce accuracy. Raises FitError for fewer than 20 samples, or
-    if the model has no finite value.
+    `scale` is the typical size of each parameter. The model is averaged over the bins like the
+    samples, so that binning does not reduce accuracy. Raises FitError for under 20 samples or a
+    non-finite model.
     """
     if len(log_values) < LEAST:
         raise FitError(f"a fit needs at least {LEAST} samples; there are {len(log_values)}")
@@ -158,7 +158,7 @@ def _solve_bins(
 
 @lru_cache(maxsize=4)
 def _whitening(count: int) -> list[tuple[float, Array, float, float, Array]]:
-    """Return (neighbours' correlation, whitening matrix, log determinant, effective number, C)."""
+    """Return (correlation, whitening matrix, log determinant, effective number, C) of a grid."""
     distance = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
     out = []
     for rho in _RHO:
@@ -184,7 +184,7 @@ class _Noise:
 
     @classmethod
     def estimate(cls, jacobian: Array, left: Array, floor: float, scale: Array) -> "_Noise":
-        """Return it from the residuals `left` of the bins, (bins,), and the Jacobian, (bins, P)."""
+        """Estimate it from the residuals `left` of the bins (bins,) and the Jacobian (bins, P)."""
         count, unknowns = jacobian.shape
         unit_jacobian = jacobian * scale
         project = np.linalg.pinv(unit_jacobian)

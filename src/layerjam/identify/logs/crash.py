@@ -1,8 +1,8 @@
-"""Impact in an accelerometer's log: peak, filtered peak, velocity change, duration, HIC.
+"""Impact in an accelerometer log: peak, filtered peak, velocity change, duration and HIC.
 
-The offset is the mean of the part before the event. Subtracting it removes the sensor's bias, and
-gravity too if the sensor was at rest. A sensor in free fall reads 0 g before the event, so the
-weight remains in the later signal. With `falling` it is subtracted from the velocity change.
+The offset is the mean of the section before the event. Subtracting it removes the sensor's bias,
+and also gravity if the sensor was at rest. A sensor in free fall reads 0 g before the event, so
+gravity remains in the later signal. With `falling`, gravity is subtracted from the velocity change.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from layerjam.units import show
 JITTER = 0.05
 """Largest deviation of a time stamp, relative to the sampling interval."""
 SHARE = 0.05
-"""Fraction of the peak that ends the quiet time before the event, and bounds the pulse."""
+"""Fraction of the peak that ends the quiet section before the event and delimits the pulse."""
 
 
 def _span_length(ends: Sequence[float]) -> str:
@@ -29,10 +29,10 @@ def _span_length(ends: Sequence[float]) -> str:
 
 @outputs
 class Pulse:
-    """Numbers of one impact; accelerations are without offset and keep their sign.
+    """Results of one impact; accelerations have the offset removed and keep their sign.
 
-    The pulse is the part around the peak in which the filtered signal exceeds 5 % of it. The
-    velocity change is the integral of the unfiltered signal over the same pulse down to zero.
+    The pulse is the section around the peak in which the filtered signal exceeds 5 % of the peak.
+    The velocity change is the integral of the unfiltered signal over the same pulse down to zero.
     """
 
     peak: float = number("m/s^2", "maximum acceleration")
@@ -58,11 +58,11 @@ class Pulse:
 
 @outputs
 class Crash(Pulse):
-    """One impact with its signal; times [s] on the log's clock, shape (N,).
+    """One impact with its signal; times [s] are those of the log, shape (N,).
 
-    `filtered` is `acceleration` [m/s²] filtered to the class `cfc`, or unfiltered if that is None.
+    `filtered` is `acceleration` [m/s²] filtered to the class `cfc`, or unfiltered if `cfc` is None.
     `whole` states whether the log contains the entire pulse. `saturation` [m/s²] is the level at
-    which the sensor saturated, or None; a warning reports it if this is uncertain.
+    which the sensor saturated, or None; a warning states if this is uncertain.
     """
 
     time: Array
@@ -74,7 +74,7 @@ class Crash(Pulse):
     warnings: tuple[str, ...]
 
     def velocity(self) -> Array:
-        """Return the change of velocity [m/s] from the log's start, shape (N,), unfiltered."""
+        """Return the unfiltered velocity change [m/s] since the start of the log, shape (N,)."""
         step = (self.acceleration[1:] + self.acceleration[:-1]) / 2 / self.sampling
         return np.concatenate([[0.0], np.cumsum(step)])
 
@@ -82,8 +82,8 @@ class Crash(Pulse):
 def sampling_rate(time: Array) -> tuple[float, list[str]]:
     """Return the sampling rate [Hz], and notes on uneven steps.
 
-    Raises FitError if the stamps are not evenly spaced, because a filter needs equal steps. Stamps
-    rounded to a coarse clock count as even if each is within one clock step of its expected time.
+    Raises FitError if the time stamps are not evenly spaced, because a filter requires equal steps.
+    Stamps of a coarse clock count as even if each is within one clock step of its proper time.
     """
     count = len(time)
     if count < 20:
@@ -119,12 +119,12 @@ def reduce_crash(
     hic: float | None = None,
     gravity: float = STANDARD_GRAVITY,
 ) -> Crash:
-    """Return peak, filtered peak and velocity change of the greatest pulse of a log.
+    """Return peak, filtered peak and velocity change of the largest pulse in a log.
 
     `time` [s] and `acceleration` [m/s²] have shape (N,). `cfc` is a class of SAE J211-1 or None.
-    `before` is the length [s] of the quiet part at the beginning (detected if None), `limit` the
-    sensor's range [m/s²], `hic` the longest window [s] of the head injury criterion or None. Raises
-    FitError for uneven or few samples or no quiet part, QuantityError for a low rate.
+    `before` is the length [s] of the quiet section at the start (detected if None), `limit` the
+    sensor's range [m/s²], `hic` the longest window [s] of the head injury criterion, or None.
+    Raises FitError for uneven or too few samples or no quiet section, QuantityError for a low rate.
     """
     rate, warnings = (sampling, []) if sampling is not None else sampling_rate(time)
     if sampling is not None:
@@ -219,13 +219,13 @@ def _quiet_samples(
 
 
 def _error_of_mean(values: Array) -> float:
-    """Return the standard error of a mean from at most twenty runs, to include slow noise."""
+    """Return the standard error of a mean from at most twenty runs, which includes slow noise."""
     runs = average_bins(values, min(20, len(values)))
     return float(np.std(runs, ddof=1) / np.sqrt(len(runs)))
 
 
 def _pulse_range(signal: Array, high: int, share: float) -> tuple[int, int]:
-    """Return the first and last sample, around the peak, with its sign and above its `share`."""
+    """Return the first and last sample around the peak with its sign and above a `share` of it."""
     below_share = signal * np.sign(signal[high]) <= share * abs(signal[high])
     left, right = np.flatnonzero(below_share[:high]), np.flatnonzero(below_share[high:])
     first = int(left[-1]) if left.size else 0
@@ -246,9 +246,9 @@ def _pulse_ends(signal: Array, high: int, first: int, last: int) -> tuple[int, i
 def _find_saturation(
     acceleration: Array, quiet: int, limit: float | None
 ) -> tuple[float | None, list[str]]:
-    """Return the level at which the sensor saturated, or None, and a note if it is unknown.
+    """Return the level at which the sensor saturated, or None, and a note if unknown.
 
-    Saturation is at the sensor's range, or at a top flatter than chance or a smooth pulse allows.
+    It is at the sensor's range, or at a top that is flatter than chance or a smooth pulse allows.
     """
     reach = float(np.max(np.abs(acceleration)))
     if limit is not None and reach >= limit * (1 - 1e-3):
@@ -268,7 +268,7 @@ def _find_saturation(
 
 
 def _drift_note(signal: Array, last: int, rate: float, offset_se: float) -> list[str]:
-    """Return a note about a drift: the level at the log's end against that before the event."""
+    """Return a note about drift, from the levels at the end of the log and before the event."""
     tail = signal[last:][-max((len(signal) - last) // 2, 1) :]
     if len(tail) < 20:
         return []
@@ -283,10 +283,10 @@ def _drift_note(signal: Array, last: int, rate: float, offset_se: float) -> list
 
 
 def head_injury(signal: Array, rate: float, longest: float) -> tuple[float, tuple[int, int]]:
-    """Return HIC = max (t2 - t1) (mean of |a|/g over t1 to t2)^2.5, windows up to `longest` [s].
+    """Return HIC = max (t2 - t1) (mean |a|/g over t1 to t2)^2.5 for windows up to `longest` [s].
 
-    Returns the value [s] and the window's samples. It uses absolute values, because a resultant is
-    never negative.
+    Returns the value [s] and the window's end samples. It uses |a|, because a resultant is never
+    negative.
     """
     size = np.abs(signal) / STANDARD_GRAVITY
     area = np.concatenate([[0.0], np.cumsum((size[1:] + size[:-1]) / 2 / rate)])

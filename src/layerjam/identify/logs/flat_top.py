@@ -1,17 +1,17 @@
-"""Detection of a sensor's or converter's saturation in a record's greatest samples.
+"""Detection of sensor or converter saturation in the extreme samples of a record.
 
 A converter rounds to a quantum q. With noise of standard deviation s, a sample whose true value is
-m shows the code M with the probability
+m is converted to the code M with the probability
 
     p(m) = N((M + q/2 - m)/s) - N((M - q/2 - m)/s)        (N: the normal distribution)
 
-so k samples in a row show M with the product of their p. Near the top of a smooth pulse m is a
-cubic, fitted to the k samples and as many on either side. If that product is below CHANCE, the top
-is flatter than a smooth pulse can be with this converter: it is cut off or truly flat. The most
-favourable flat top, m = M throughout, has the product p(M)^k. If this is below CHANCE, the noise
-has vanished, which only saturation explains. Otherwise the record counts as cut off if q is less
-than FINE of the pulse's height, since no force stays that constant by itself. If q is larger, the
-record is inconclusive.
+so the probability of k samples of M in a row is the product of their p. Near the top of a smooth
+pulse m is a cubic, fitted to the k samples and as many on either side. If that product is below
+CHANCE, the top is flatter than a smooth pulse can be with this converter: it is cut off or truly
+flat. The most favourable flat top, m = M throughout, has the product p(M)^k. If this is below
+CHANCE, the noise has vanished, which only saturation explains. Otherwise the record counts as cut
+off if q is less than FINE of the pulse height, because no force remains that constant naturally. If
+q is larger, the record is inconclusive.
 
 Correlated noise makes longer runs: if neighbours have the correlation r, k counts as k (1 - r)/(1 +
 r) samples.
@@ -25,27 +25,27 @@ import numpy as np
 from layerjam.measure.trace import Array
 
 LEAST = 3
-"""Fewest identical greatest samples in a row that are tested."""
+"""Minimum number of identical extreme samples in a row for the test."""
 CHANCE = 1e-5
-"""Probability below which chance does not explain a flat top."""
+"""Probability below which a flat top is not due to chance."""
 FINE = 1 / 64
-"""Relative change of a pulse near its top below which it cannot stay by itself."""
+"""Smallest relative change of a pulse near its top, unless it is cut off."""
 QUIETEST = 0.1
-"""Least noise relative to the quantum; a smaller estimate is raised to it."""
+"""Minimum noise relative to the quantum; a smaller estimate is raised to this value."""
 SAME = 1e-9
-"""Difference, relative to the span, below which two values count as the same despite rounding."""
+"""Difference, relative to the span, below which two values count as identical despite rounding."""
 WHOLE_STEP = 0.1
-"""Largest deviation of a converter's steps from whole quanta, relative to the quantum."""
+"""Largest deviation of a converter's steps from whole quanta, in quanta."""
 FEWER = 10
 """Upper limit of the smallest step of a record without noise, in quanta."""
 
 
 @dataclass(frozen=True)
 class FlatTop:
-    """Identical greatest samples in a row, more than chance explains.
+    """Identical extreme samples in a row, more than chance explains.
 
-    `level` is their value, in the record's unit, `count` their number in a row. `certain` states
-    that the sensor or converter saturated there; otherwise the pulse may be flat.
+    `level` is their value, in the unit of the record, and `count` their number. `certain` means
+    that the sensor or converter saturated there; otherwise the pulse itself may be flat.
     """
 
     level: float
@@ -55,9 +55,9 @@ class FlatTop:
 
 @dataclass(frozen=True)
 class _Grain:
-    """Quantum and noise of a record, in its unit; `correlation` of neighbours in the noise.
+    """Quantum and noise of a record, in its unit; `correlation` of neighbouring noise samples.
 
-    `computed` states that the record has neither noise nor a converter's steps.
+    `computed` means that the record has neither noise nor a converter's steps.
     """
 
     quantum: float
@@ -67,10 +67,10 @@ class _Grain:
 
 
 def find_flat_top(record: Array, quiet: int) -> FlatTop | None:
-    """Return the flat top of a record, None if chance explains its greatest and lowest samples.
+    """Return the flat top of a record; None if chance explains its extreme samples.
 
-    `record` has shape (N,), evenly sampled, as the converter gave it; its first `quiet` samples are
-    before the pulse and contain the noise.
+    `record` has shape (N,) and is evenly sampled and unprocessed; its first `quiet` samples, before
+    the pulse, contain the noise.
     """
     span = float(np.ptp(record))
     if span == 0.0:
@@ -99,15 +99,15 @@ def _longest_run(is_equal: np.ndarray) -> tuple[int, int]:
 
 
 def _resolution(record: Array, still: Array, span: float) -> _Grain:
-    """Return the smallest step between two values of the record, and the quiet part's noise.
+    """Return the smallest step between two values of the record, and the noise of the quiet part.
 
-    Without noise neighbouring codes may be missing; the result is then the step of which all others
-    are multiples.
+    Without noise, neighbouring codes may be missing; the result is then the step of which all
+    others are multiples.
     """
     steps = np.diff(np.unique(record))
     steps = steps[steps > SAME * span]
     least = float(steps.min()) if steps.size else span
-    # steps that are rounded to digits differ in width
+    # steps that are rounded to decimal digits differ in width
     similar_steps = steps[steps < 1.2 * least]
     quantum = float(similar_steps.mean()) if similar_steps.size else span
     noise, is_computed = _noise_sd(still, quantum), False
@@ -125,8 +125,8 @@ def _resolution(record: Array, still: Array, span: float) -> _Grain:
 def _noise_sd(still: Array, quantum: float) -> float:
     """Return the standard deviation of the noise behind these codes, 0 if all are the same.
 
-    Fine codes get Sheppard's correction. For coarse codes it is the smallest value whose
-    likelihood, at the best mean, exceeds 1/8 of the greatest.
+    For fine codes, Sheppard's correction is applied. For coarse codes it is the smallest value
+    whose likelihood, at the best mean, exceeds 1/8 of the maximum.
     """
     variance = float(np.var(still))
     if variance == 0.0:
@@ -143,7 +143,7 @@ def _noise_sd(still: Array, quantum: float) -> float:
 def _judge_run(
     record: Array, level: float, first: int, last: int, height: float, grain: _Grain
 ) -> FlatTop | None:
-    """Return the flat top of identical samples from `first` to before `last`; None if by chance."""
+    """Return the flat top of the identical samples [`first`, `last`); None if due to chance."""
     count = last - first
     share = (1 - grain.correlation) / (1 + grain.correlation)
     quantum = grain.quantum / grain.noise
@@ -167,9 +167,9 @@ def _fit_cubic(record: Array, first: int, last: int) -> Array:
 
 
 def _log_probability(deviations: Array, quantum: Array | float) -> Array:
-    """Return the log probability that a value at a distance from a code's centre gives this code.
+    """Return the log probability of a code for true values at these distances from its centre.
 
-    Both are in units of the noise.
+    Distances and `quantum` are in units of the noise.
     """
     from scipy.special import ndtr
 

@@ -1,16 +1,16 @@
 """Leak from a pressure-hold log: the return of a closed chamber to the atmosphere.
 
-A rigid chamber of volume V at one temperature: V dp/dt = -q, q the leak [Pa m³/s] out of it. With p
-absolute and a the atmosphere,
+For a rigid isothermal chamber of volume V, V dp/dt = -q, with q the leak [Pa m³/s] out of it. With
+p absolute and a the atmosphere,
 
     linear    q = C (p - a)                  p - a falls as exp(-t/τ), τ = V/C
     laminar   q = C (p² - a²)/(2a)           Poiseuille with the gas's density along the leak
     orifice   q = C p₁ φ(p₂/p₁)              ISO 6358: φ = 1 to the critical ratio b (choked), then
                                              √(1 - ((r - b)/(1 - b))²), the root of the difference
 
-The index 1 is the side of higher pressure. b = 0.528, a nozzle without losses. All three have
-closed forms above and below the atmosphere. C is the conductance at a small difference for the
-first two, the sonic conductance for an orifice.
+The index 1 is the side of higher pressure; b = 0.528, that of a lossless nozzle. All three have
+closed forms above and below the atmosphere. C is the conductance at a small pressure difference for
+the first two, the sonic conductance for an orifice.
 """
 
 from collections.abc import Mapping
@@ -28,13 +28,13 @@ MODELS = ("linear", "laminar", "orifice")
 CRITICAL = 0.528
 STANDARD_TEMPERATURE = 273.15
 SCCM = 101325.0 * 1e-6 / 60
-"""One standard cubic centimetre a minute (0 °C, 101325 Pa) as Pa m³/s at 0 °C."""
+"""One standard cubic centimetre per minute (0 °C, 101325 Pa) in Pa m³/s at 0 °C."""
 CLEAR = 6.0
-"""Twice the difference of log likelihoods above which one model is clearly better."""
+"""Twice the difference in log likelihood above which one model is clearly better."""
 
 
 def pressure(model: str, time: Array, start: float, rate: float, atmosphere: float) -> Array:
-    """Return the absolute pressure [Pa] at times [s], from `start` [Pa]; `rate` is C/V [1/s]."""
+    """Return the absolute pressure [Pa] at times [s] after `start` [Pa]; `rate` is C/V [1/s]."""
     y0 = start / atmosphere
     if model == "linear":
         return atmosphere * (1 + (y0 - 1) * np.exp(-rate * time))
@@ -49,7 +49,7 @@ def pressure(model: str, time: Array, start: float, rate: float, atmosphere: flo
 
 
 def flow(model: str, p: float, rate: float, atmosphere: float) -> float:
-    """Return q/V [Pa/s] out of the chamber at an absolute pressure p [Pa]; negative into it."""
+    """Return q/V [Pa/s] at an absolute pressure p [Pa]; positive out of the chamber."""
     if model == "linear":
         return rate * (p - atmosphere)
     if model == "laminar":
@@ -61,7 +61,7 @@ def flow(model: str, p: float, rate: float, atmosphere: float) -> float:
     raise UnknownNameError("leak model", model, MODELS)
 
 
-# the clock s of an orifice runs with C/V: ds = dt C/V, zero where the flow stops being choked
+# the scaled time s of an orifice is ds = dt C/V, zero when the flow ceases to be choked
 def _clock_under(ratio: float) -> float:
     excess = (ratio - CRITICAL) / (1 - CRITICAL)
     return ratio - CRITICAL if excess <= 0 else (1 - CRITICAL) * float(np.arcsin(excess))
@@ -101,7 +101,7 @@ def _ratio_over(clock: Array) -> Array:
 
 @dataclass(frozen=True, kw_only=True)
 class LeakFit:
-    """One model: `start` [Pa] absolute, `rate` = C/V [1/s], the sensor's `zero` [Pa] or None."""
+    """One model: `start` [Pa, absolute], `rate` = C/V [1/s], the sensor's `zero` [Pa] or None."""
 
     model: str
     start: float
@@ -110,7 +110,7 @@ class LeakFit:
     series: Series
 
     def curve(self, time: Array, atmosphere: float) -> Array:
-        """Return the reading [Pa absolute, including the zero error] at times [s] in the window."""
+        """Return the reading [Pa, absolute, with the zero error] at times [s] in the window."""
         return pressure(self.model, time, self.start, self.rate, atmosphere) + (self.zero or 0.0)
 
     def rate_interval(self) -> tuple[float, float]:
@@ -128,12 +128,12 @@ class LeakFit:
 
 @dataclass(frozen=True, kw_only=True)
 class Leak:
-    """All models on one log; `pressure` [Pa] absolute, `time` [s] from the window's start, (N,).
+    """All models of one log; `pressure` [Pa, absolute], `time` [s] from the window's start, (N,).
 
     `best` is the model with the smallest RMSE (all have the same number of parameters). `distinct`
-    states that it is clearly better than the others, given the correlation of its residuals. `mean`
-    is the window's mean pressure, `heat` the change of temperature [K] that alone would explain the
-    change of pressure.
+    means that it is clearly better, given the correlation of its residuals. `mean` is the window's
+    mean pressure, `heat` the change of temperature [K] that alone would explain the change of
+    pressure.
     """
 
     fits: Mapping[str, LeakFit]
@@ -156,12 +156,12 @@ def fit_leak(
     window: tuple[float | None, float | None] = (None, None),
     temperature: Array | float = 293.15,
 ) -> Leak:
-    """Fit the leak models to a log of time [s] and absolute pressure [Pa], shape (N,) each.
+    """Fit the leak models to a log of time [s] and absolute pressure [Pa], each of shape (N,).
 
-    `window` [s] is the part used; it starts at the greatest difference to the atmosphere unless
-    given. `temperature` [K] of the gas is one value or one per sample; pressures are first
-    converted to the mean temperature. Raises FitError if fewer than 20 samples or no difference to
-    the atmosphere remain.
+    `window` [s] is the section used; by default it starts at the largest difference from the
+    atmosphere. `temperature` [K] of the gas is one value or one per sample; pressures are first
+    converted to the mean temperature. Raises FitError if under 20 samples or no pressure difference
+    remain.
     """
     warnings = []
     gap = np.abs(absolute - atmosphere)
@@ -232,10 +232,10 @@ def _fit_model(
     floor = 0.02 * (ends[0] - atmosphere)
     remaining = max((ends[1] - atmosphere) / (ends[0] - atmosphere), 0.02)
     guess = -np.log(remaining) / span
-    if settled:  # count from the time at which half is gone
+    if settled:  # count from the time at which half of the difference is gone
         half = np.abs(p - atmosphere) < 0.5 * abs(ends[0] - atmosphere)
         guess = np.log(2) / max(float(t[int(np.argmax(half))]), span / len(t))
-    if model != "linear":  # start with the same flow
+    if model != "linear":  # start with the same flow as the linear model
         guess *= flow("linear", ends[0], 1.0, atmosphere) / flow(model, ends[0], 1.0, atmosphere)
     inside = (1e-6 * atmosphere, atmosphere) if ends[0] < atmosphere else (atmosphere, np.inf)
     parameters = [
@@ -257,5 +257,5 @@ def _fit_model(
 
 
 def to_sccm(throughput: float, temperature: float) -> float:
-    """Return a leak [Pa m³/s at `temperature`, K] in standard cm³ a minute (0 °C, 101325 Pa)."""
+    """Return a leak [Pa m³/s at `temperature`, K] in standard cm³/min (0 °C, 101325 Pa)."""
     return throughput * STANDARD_TEMPERATURE / temperature / SCCM

@@ -1,17 +1,17 @@
 """Volume and pump flow from a pump-down log.
 
-A positive-displacement pump of flow S empties a volume V of air at one temperature: d(pV)/dt = -S
-(p - p_u). p_u is the ultimate pressure at which leak and dead space balance the pump (mechanics,
+A positive-displacement pump of flow S evacuates a volume V of air isothermally: d(pV)/dt = -S (p -
+p_u). p_u is the ultimate pressure, at which leak and dead space balance the pump (mechanics,
 section 5). At constant V
 
     p = p_u + (p0 - p_u) exp(-S t/V),
 
-so one log gives S/V and p_u, never S and V: any volume with a pump in proportion has the same
-curve. A known volume, a known flow, or a second log with a known volume added determines both.
+so one log determines S/V and p_u, never S and V: any volume with a pump in proportion has the same
+curve. A known volume, a known flow, or a second log with a known added volume determines both.
 
-A chamber that vacuum contracts, V = V0 - c (a - p) with a the atmosphere, has a closed form. With u
-= p - p_u and A = V0 - c a + 2 c p_u it is A ln(u/u0) + 2 c (u - u0) = -S t. A log then determines
-S/V0, c/V0 and p_u.
+A chamber that contracts under vacuum, V = V0 - c (a - p) with a the atmosphere, has a closed form.
+With u = p - p_u and A = V0 - c a + 2 c p_u it is A ln(u/u0) + 2 c (u - u0) = -S t. A log then
+determines S/V0, c/V0 and p_u.
 """
 
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ def pressure(
 ) -> Array:
     """Return the absolute pressure [Pa] at times [s]; `rate` = S/V0 [1/s], `shrink` = c/V0 [1/Pa].
 
-    V0 is the volume at the atmosphere. NaN if the chamber would have closed (V ≤ 0) on the way.
+    V0 is the volume at atmospheric pressure. NaN if the chamber would have closed (V ≤ 0) before.
     """
     excess = start - ultimate
     if shrink == 0 or excess == 0:
@@ -58,7 +58,7 @@ def pressure(
 def _pressure_while_stretching(
     time: Array, excess: float, ultimate: float, rate: float, shrink: float, least: float
 ) -> Array:
-    """Return the same pressure for c below zero, by Newton's method in ln u."""
+    """Return the same pressure for negative c, by Newton's method in ln u."""
     log = np.full(np.shape(time), 0.0) - rate * time / least
     for _ in range(60):
         u = excess * np.exp(log)
@@ -71,10 +71,10 @@ def _pressure_while_stretching(
 
 @dataclass(frozen=True, kw_only=True)
 class PumpDown:
-    """Fit of one log: `rate` = S/V0 [1/s], `ultimate`, `start` [Pa absolute], `shrink` = c/V0.
+    """Fit to one log: `rate` = S/V0 [1/s], `ultimate`, `start` [Pa, absolute], `shrink` = c/V0.
 
-    `time` [s] from the window's start and `pressure` [Pa absolute], shape (N,). `shrink_fitted`
-    states that it is the fourth parameter of `series` (start, ultimate, rate, shrink).
+    `time` [s] from the start of the window and `pressure` [Pa, absolute] have shape (N,).
+    `shrink_fitted` means that `series` has a fourth parameter (start, ultimate, rate, shrink).
     """
 
     shrink: float
@@ -87,21 +87,21 @@ class PumpDown:
 
     @property
     def start(self) -> float:
-        """Pressure at the window's start [Pa absolute]."""
+        """Pressure at the start of the window [Pa, absolute]."""
         return float(self.series.values[0])
 
     @property
     def ultimate(self) -> float:
-        """Pressure at which leak and dead space balance the pump [Pa absolute]."""
+        """Pressure at which leak and dead space balance the pump [Pa, absolute]."""
         return float(self.series.values[1])
 
     @property
     def rate(self) -> float:
-        """S/V0 [1/s]."""
+        """Rate S/V0 [1/s]."""
         return float(self.series.values[2])
 
     def interval(self, index: int) -> tuple[float, float]:
-        """Return the 95 % interval of a parameter of `series`, all of which are positive.
+        """Return the 95 % interval of a parameter of `series`; all are positive.
 
         The ultimate pressure never exceeds the atmosphere, however uncertain it is.
         """
@@ -109,7 +109,7 @@ class PumpDown:
         return low, (min(high, self.atmosphere) if index == 1 else high)
 
     def derive(self, value: float, se: float) -> "DerivedValue":
-        """Return a number derived from the rate, with the interval of this fit."""
+        """Return a value derived from the rate, with the interval of this fit."""
         return DerivedValue(value=value, se=se, quantile=self.series.quantile(LEVEL))
 
     def curve(self, time: Array) -> Array:
@@ -119,7 +119,7 @@ class PumpDown:
 
 @dataclass(frozen=True, kw_only=True)
 class DerivedValue:
-    """A number with its standard error and the interval's half width in standard errors."""
+    """A value with its standard error and the half-width of its interval, in standard errors."""
 
     value: float
     se: float
@@ -127,17 +127,17 @@ class DerivedValue:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """95 % interval of the logarithm: volumes and flows are above zero."""
+        """95 % interval, symmetric in the logarithm because volumes and flows are positive."""
         return interval_ends(self.value, self.quantile * self.se)
 
 
 def pump_down_window(
     time: Array, absolute: Array, ends: tuple[float | None, float | None]
 ) -> Array:
-    """Return which samples belong to the pump-down, from the last one near the start level on.
+    """Return which samples belong to the pump-down, starting at the last one near the start level.
 
-    Unless given, it begins one sample before the pressure finally falls below its highest level by
-    2 % of the fall, and ends with the log.
+    By default it begins one sample before the pressure finally falls below its highest level by 2 %
+    of the total drop, and ends with the log.
     """
     first, last = ends
     if first is None:
@@ -158,8 +158,8 @@ def fit_pump_down(
 ) -> PumpDown:
     """Fit S/V0 and the ultimate pressure to time [s] and absolute pressure [Pa], shape (N,).
 
-    `shrink` = c/V0 [1/Pa] is a known value; None fits it too. Raises FitError if fewer than 20
-    samples remain or the pressure does not fall.
+    `shrink` = c/V0 [1/Pa] is a known value; if None, it is fitted too. Raises FitError if fewer
+    than 20 samples remain or the pressure does not fall.
     """
     inside = pump_down_window(time, absolute, window)
     if inside.sum() < 20:
@@ -203,7 +203,7 @@ def fit_pump_down(
 
 
 def relative_shrink(volume: float | None, flow: float | None, loss: float, fit: PumpDown) -> float:
-    """Return c/V0 [1/Pa] for a volume loss c [m³/Pa]; V0 = S/rate if only the flow is known.
+    """Return c/V0 [1/Pa] for a volume loss c [m³/Pa]; if only the flow is known, V0 = S/rate.
 
     `fit` is a fit at constant volume, whose rate is a first guess.
     """
@@ -217,7 +217,7 @@ def relative_shrink(volume: float | None, flow: float | None, loss: float, fit: 
 
 
 def needs_shrink(constant: PumpDown, flexible: PumpDown) -> bool:
-    """Return whether a volume that changes with vacuum explains the log clearly better."""
+    """Return whether a volume that changes with vacuum fits the log clearly better."""
     return constant.series.worse_by(flexible.series) > CLEAR
 
 
@@ -235,9 +235,9 @@ def chamber_volume(fit: PumpDown, flow: float) -> DerivedValue:
 def combine_logs(
     single: PumpDown, joint: PumpDown, volume: float
 ) -> tuple[DerivedValue, DerivedValue]:
-    """Return (V0, S) from two logs, one with a known volume [m³] added: V0 = ΔV k2/(k1 - k2).
+    """Return (V0, S) from two logs, one with an added known volume [m³]: V0 = ΔV k2/(k1 - k2).
 
-    The volumes are constant. Raises FitError if the two rates do not differ by more than their
+    The volumes are constant. Raises FitError unless the two rates differ by more than their
     uncertainty.
     """
     from scipy.stats import t

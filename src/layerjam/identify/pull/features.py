@@ -1,4 +1,4 @@
-"""Features of one measured pull: stiffness before onset, peak, end of loading."""
+"""Features of one measured pull: stiffness before onset, peak and end of loading."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,21 +12,21 @@ from layerjam.measure.trace import Array, Trace, block_means
 from layerjam.units import show
 
 LINEAR = (0.2, 0.8)
-"""Range of the force, relative to the greatest, in which the slope before onset is fitted."""
+"""Range of force, relative to its maximum, in which the slope before onset is fitted."""
 BENT = 0.1
-"""Largest distance of the slope's line from the first sample, relative to the greatest force."""
+"""Largest distance of the fitted line from the first sample, relative to the maximum force."""
 SLOPE = 5
-"""Number of samples needed between these levels to fit the slope."""
+"""Minimum number of samples between these levels for a fit of the slope."""
 FEWEST = 10
-"""Number of samples needed around the peak to calibrate on it."""
+"""Minimum number of samples around the peak for a calibration on it."""
 FALL = 0.10
-"""Relative fall of the force after the peak up to which the peak is fitted."""
+"""Relative drop in force after the peak up to which the peak is fitted."""
 ABOVE = 0.01
-"""Relative excess of the fitted peak, between two samples, over the greatest sample."""
+"""Largest relative excess of the fitted peak, between two samples, over the highest sample."""
 ROUGH = 0.02
-"""Noise of one sample, relative to the greatest force, above which levels need smoothing."""
+"""Noise of one sample, relative to the maximum force, above which levels are smoothed."""
 SLIP = 0.2
-"""Noise of one sample relative to the greatest force, above which a rise is smoothed."""
+"""Noise of one sample, relative to the maximum force, above which a rise is smoothed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,11 +36,11 @@ class PullFeatures:
     `elongation` and `force` are the loading branch, with zero elongation where the straight line
     before onset meets zero force. Standard errors are from the scatter about the two fits.
     `straight` is False if no slope shows the stiffness. Either the brake slides long before its
-    greatest force (low vacuum); zero elongation is then the start of the record. Or the rise has
+    maximum force (low vacuum); zero elongation is then the start of the record. Or the rise has
     fewer than `SLOPE` samples (`rise_samples`); the peak is then just as accurate, and `stiffness`
-    is a rough value that locates it. `seating` is the logarithm of the ratio of slopes of the upper
-    and the lower half of the rise, or None. It is 0 for a straight rise, and positive if the seat
-    yields at first.
+    is a rough value used to locate it. `seating` is the log of the ratio of the slopes in the upper
+    and lower halves of the rise, or None. It is 0 for a straight rise and positive for a yielding
+    seat.
     """
 
     stiffness: float
@@ -62,11 +62,11 @@ class PullFeatures:
 
     @property
     def is_sparse(self) -> bool:
-        """Return whether the rise has too few samples to find its slope."""
+        """Return whether the rise has too few samples to determine its slope."""
         return self.rise_samples < SLOPE
 
     def thinned(self, limit: int) -> "PullFeatures":
-        """Return the features with a curve of at most `limit` samples, as means over neighbours."""
+        """Return the features with at most `limit` samples of the curve, as means of neighbours."""
         return replace(
             self,
             elongation=block_means(self.elongation, limit),
@@ -75,18 +75,18 @@ class PullFeatures:
 
 
 def loading_branch(trace: Trace) -> tuple[Array, Array]:
-    """Return elongation [m] and force [N] up to the greatest elongation."""
+    """Return elongation [m] and force [N] up to the maximum elongation."""
     end = int(np.argmax(trace.elongation)) + 1
     return trace.elongation[:end], trace.force[:end]
 
 
 def _running_mean(force: Array, limit: int) -> Array:
-    """Return the running mean [N] over a hundredth of the record, at most `limit` samples, (N,)."""
+    """Return the running mean [N] over 1 % of the record, at most `limit` samples, shape (N,)."""
     return running_mean(force, 2 * min(len(force) // 200, limit // 2) + 1)
 
 
 def _rise_end(smooth: Array) -> int:
-    """Return the index of the greatest force, or of the first one from which the brake slips."""
+    """Return the index of the maximum force, or of the first peak after which the brake slips."""
     top = int(np.argmax(smooth))
     highest = np.maximum.accumulate(smooth[: top + 1])
     slipped = highest - smooth[: top + 1] > SLIP * smooth[top]
@@ -109,16 +109,17 @@ def _smooth_rise(rise: Array, height: float) -> Array:
 def pull_features(trace: Trace) -> PullFeatures:
     """Return stiffness, peak and loading branch of one pull.
 
-    The slope before onset is a straight line through 20 to 80 % of the greatest force. The peak is
-    the top of A - c x + e sqrt(x), the brake's own shape, because the raw maximum of a noisy record
-    is too high. It is fitted by least squares over the slip x = u - F/k from onset until the force
-    has fallen by 10 %. Raises FileError if the record has no rise, or neither a slope nor a peak.
+    The slope before onset is that of a straight line through 20 to 80 % of the maximum force. The
+    peak is the top of A - c x + e sqrt(x), the brake's own shape, because the raw maximum of a
+    noisy record is too high. It is fitted by least squares over the slip x = u - F/k from onset
+    until the force has dropped by 10 %. Raises FileError if a rise, or both slope and peak, are
+    missing.
     """
     elongation, force = loading_branch(trace)
     smooth = _running_mean(force, 9)  # one spike of noise is not a peak
     top = _rise_end(smooth)
     height = float(smooth[top])
-    # take the last crossing of each level, which ignores slack and wiggles before the rise
+    # use the last crossing of each level, to ignore slack and ripples before the rise
     steps = _smooth_rise(force[: top + 1], height)
     below = [np.flatnonzero(steps <= part * height) for part in LINEAR]
     low, high = (int(b[-1]) if len(b) else 0 for b in below)
@@ -162,9 +163,9 @@ def pull_features(trace: Trace) -> PullFeatures:
 def _seating_bend(
     elongation: Array, force: Array, line: StraightLine, height: float
 ) -> tuple[float, float] | None:
-    """Return the log of the ratio of the upper half's slope to the lower half's, and its error.
+    """Return the log of the slope ratio of the upper to the lower half, and its error.
 
-    The halves are split by elongation; a split by force would select samples by their noise.
+    The rise is split by elongation; a split by force would select samples by their noise.
     """
     middle = sum(LINEAR) / 2
     first, half, last = (line.meets(part * height) for part in (LINEAR[0], middle, LINEAR[1]))
@@ -186,7 +187,7 @@ def _noise_sd(force: Array, top: int) -> float:
 
 
 def _find_falls(force: Array, noise: float) -> bool:
-    # use means over equal sections; the greatest of many is a few standard errors too high
+    # use means over equal sections: the highest of many samples is a few standard errors too high
     few = max(3, len(force) // 100)
     sums = np.cumsum(force)  # a convolution with `few` steps per sample
     greatest = float(max((sums[few:] - sums[:-few]).max(initial=-np.inf), sums[few - 1])) / few
@@ -196,7 +197,7 @@ def _find_falls(force: Array, noise: float) -> bool:
 def _fit_peak(
     u: Array, force: Array, stiffness: float, top: int, height: float, rises: bool
 ) -> dict[str, Any]:
-    """Return the fields of PullFeatures for the peak; the force rises along `stiffness` [N/m]."""
+    """Return the fields of PullFeatures for the peak; `stiffness` [N/m] is that of the rise."""
     slip = u - force / stiffness
     smooth = _running_mean(force, 51)
     below_peak = np.flatnonzero(smooth[top:] < (1 - FALL) * height)
@@ -226,7 +227,7 @@ def _fit_peak(
     top_basis = np.array([1.0, -top_slip, np.sqrt(top_slip)])
     peak = float(top_basis @ weights)
     if peak > (1 + ABOVE) * float(force[:end].max()):
-        return raw  # the shape of the law does not fit, because its top is outside the samples
+        return raw  # the law's shape does not fit: its top is outside the samples
     covariance = variance * np.linalg.pinv(basis.T @ basis)
     return peak_fields | {
         "peak_force": peak,

@@ -10,19 +10,19 @@ from layerjam.measure.trace import Array
 BLOCKS = 100
 """Number of equal parts of the travel to the peak, each with its mean force."""
 LEAST_PARTS = 20
-"""Fewest parts, of two samples each, that show two rises."""
+"""Minimum number of parts, of two samples each, that can show two rises."""
 FEWEST = 3
-"""Smallest number of first samples whose mean is the force at the beginning."""
+"""Minimum number of initial samples whose mean is the force at the start."""
 FLAT = 0.15
 """Largest slope between the rises, relative to the steepest part before and after."""
 LONG = 0.15
-"""Smallest share of the travel between the two rises."""
+"""Smallest fraction of the travel between the two rises."""
 RAISED = 0.2
 """Smallest force before the only rise, relative to the peak, that hides the foot of the rise."""
 FIRST, SECOND = 0.05, 0.2
-"""Smallest share of each rise in the total force."""
+"""Smallest fraction of the total force for each rise."""
 CLEAR = 6.0
-"""Smallest rise, in standard deviations of the mean over the first samples."""
+"""Smallest rise, in standard deviations of the mean over the initial samples."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,9 +40,9 @@ class SecondRise:
 
 @dataclass(frozen=True)
 class _Parts:
-    """Mean forces [N] of equal parts of the travel to the peak; the first sample's comes first.
+    """Mean forces [N] of the initial samples and of equal parts of the travel to the peak.
 
-    `part` is the index of each sample's part up to the peak, `few` the number of first samples.
+    For each sample up to the peak, `part` is the index of its part; `few` samples are initial.
     """
 
     mean: Array
@@ -68,10 +68,9 @@ class _Parts:
 
 
 def find_raised_lead(elongation: Array, force: Array) -> float | None:
-    """Return the force [N] of a flat section before the only rise, if above a fifth of the peak.
+    """Return the force [N] of a flat section before a single rise, if above a fifth of the peak.
 
-    The stiffness of a pull is read above that level, so that such a section counts as the foot of
-    the rise.
+    Stiffness is fitted above that level: such a section would count as the foot of the rise.
     """
     parts = _Parts.divide(elongation, force)
     if parts is None:
@@ -86,8 +85,8 @@ def find_raised_lead(elongation: Array, force: Array) -> float | None:
 def find_second_rise(elongation: Array, force: Array) -> SecondRise | None:
     """Return the second rise of a loading branch, arrays of shape (N,); None if it has only one.
 
-    A friction force has one rise, then sliding. Two rises have a section between them that is much
-    flatter than the steepest part before it and the steepest part after it.
+    A friction force has one rise, followed by sliding. Between two rises there is a section that is
+    much flatter than the steepest parts before and after it.
     """
     parts = _Parts.divide(elongation, force)
     if parts is None:

@@ -1,4 +1,4 @@
-"""Summary of one measured pull: slack, preload, onset, peak, plateau, stick–slip, return."""
+"""Summary of one measured pull: slack, preload, onset, peak, plateau, stick–slip and return."""
 
 from dataclasses import dataclass, replace
 
@@ -21,13 +21,13 @@ from layerjam.measure.trace import Array, Trace
 from layerjam.units import show
 
 MARGIN = 0.05
-"""Fraction of the rise's length between the baseline and the onset."""
+"""Gap between the baseline and the onset, as a fraction of the length of the rise."""
 FEWEST = 5
-"""Number of samples before the onset that are needed for a baseline."""
+"""Minimum number of samples before the onset for a baseline."""
 LEAD = 2
-"""Number of samples before the onset that show that the rise has not begun."""
+"""Number of samples before the onset that suffice to show that the rise has not begun."""
 STEADY = (0.25, 0.98)
-"""Range between the peak (0) and the end of loading (1) that counts as the plateau."""
+"""Range, from the peak (0) to the end of loading (1), that counts as the plateau."""
 BLOCKS = 24
 """Number of means over the plateau; their scatter (with stick–slip) gives the slope's error."""
 TELLS = 0.002
@@ -38,10 +38,10 @@ TELLS = 0.002
 class Start:
     """Start of a pull, SI units.
 
-    `onset` is the elongation at which the straight rise meets the force before it (`baseline`), in
-    the machine's coordinate; `slack` is the crosshead's travel until then. Standard errors are from
-    the scatter about line and baseline, or None. `seen` is False if the record begins on the rise;
-    the baseline is then the force at its first samples.
+    `onset` is the elongation, in the machine's coordinate, at which the straight rise meets the
+    force before it (`baseline`); `slack` is the crosshead travel until then. Standard errors are
+    from the scatter about line and baseline, or None. `seen` is False if the record begins on the
+    rise; the baseline is then the force at its first samples.
     """
 
     onset: float
@@ -56,8 +56,8 @@ class Start:
 class Steady:
     """Sliding part after the peak, SI units: a straight line fitted to the force.
 
-    `slope` [N/m of elongation] with its standard error, `force` in the middle [N], `start` and
-    `end` as elongations from the pull's origin.
+    `slope` [N per m of elongation] has a standard error, and `force` [N] is that in the middle;
+    `start` and `end` are elongations from the pull's origin.
     """
 
     slope: float
@@ -71,8 +71,8 @@ class Steady:
 class PullSummary:
     """Features of one pull; `tared` is the force [N] subtracted on request.
 
-    `teeth` are those of stick-slip, `ripple` those of the machine. `second_rise` is None if the
-    force rises once. `as_ripple` is the summary if other records show that its teeth are a ripple.
+    `teeth` are those of stick–slip, `ripple` those of the machine. `second_rise` is None if the
+    force rises once. `as_ripple` is the summary if other records show its teeth to be a ripple.
     """
 
     features: PullFeatures
@@ -89,11 +89,11 @@ class PullSummary:
 
     @property
     def preload(self) -> float:
-        """Force before the load rises [N]; a zero error of the load cell looks the same."""
+        """Force before the load rises [N]; a zero error of the load cell has the same effect."""
         return self.start.baseline
 
     def thinned(self, limit: int) -> "PullSummary":
-        """Return the summary with a curve of at most `limit` samples, as means over neighbours."""
+        """Return the summary with at most `limit` samples of the curve, as means of neighbours."""
         size = -(-len(self.features.force) // limit)
         marks = self.teeth and replace(
             self.teeth, peaks=self.teeth.peaks // size, troughs=self.teeth.troughs // size
@@ -103,10 +103,10 @@ class PullSummary:
 
 
 def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
-    """Return slack, preload, onset, peak, slopes, stick-slip and unloading of one pull.
+    """Return slack, preload, onset, peak, slopes, stick–slip and unloading of one pull.
 
-    With `tare` the force before the onset is subtracted first, and the notes state how much. Raises
-    FileError if the record has no rise, or with `tare` no force before it.
+    With `tare`, the force before the onset is subtracted first, and the notes state its value.
+    Raises FileError if the record has no rise or, with `tare`, no force before it.
     """
     tare_force = None
     if tare:
@@ -148,7 +148,7 @@ def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
     if teeth is None:
         return summarise(None, None)
     as_ripple = summarise(None, teeth)
-    # a stuck tooth rises with the stiffness of the pull; a bent rise or a double rise does not
+    # while sticking, a tooth rises with the pull's stiffness; a bent or a double rise does not
     certain = features.straight and second_rise is None
     if certain and teeth.stiffness < STUCK * features.stiffness:
         return as_ripple
@@ -168,7 +168,7 @@ def _find_start(trace: Trace, features: PullFeatures) -> Start:
         margin = min(MARGIN * length, 0.3 * max(onset - first, 0.0))
         before = elongation < onset - margin
         before[int(np.argmax(elongation >= onset)) :] = False
-        if still[:FEWEST].all():  # the crosshead is at rest before it starts
+        if still[:FEWEST].all():  # the crosshead is at rest at first
             before |= still & (np.abs(force - baseline) < 0.1 * height)
         if before.sum() < FEWEST or _is_rising(elongation[before], force[before], slope):
             return _start_on_rise(elongation, force, features)
@@ -187,7 +187,7 @@ def _find_start(trace: Trace, features: PullFeatures) -> Start:
 
 
 def _is_rising(x: Array, y: Array, slope: float) -> bool:
-    """Return whether the force already rises, with more than a tenth of the slope of the rise."""
+    """Return whether the force already rises, by more than a tenth of the slope of the rise."""
     line = straight_line(x, y)
     return line is not None and line.slope - 3 * line.slope_se > 0.1 * slope
 
@@ -205,10 +205,10 @@ def _line_error(elongation: Array, force: Array, features: PullFeatures, crossin
 
 
 def _start_on_rise(elongation: Array, force: Array, features: PullFeatures) -> Start:
-    """Return the start of a record that begins on its rise, or at most a few samples before it.
+    """Return the start of a record that begins on its rise or at most a few samples before it.
 
-    On the rise, the preload is the force of the line at the first samples. If the measured force
-    differs, it is that of the first sample.
+    On the rise, the preload is the force of the line at the first samples or, if the measured force
+    differs from it, the force of the first sample.
     """
     first, slope = float(elongation[0]), features.stiffness
     noise = noise_sd(force)
@@ -244,7 +244,7 @@ def _start_on_rise(elongation: Array, force: Array, features: PullFeatures) -> S
 
 
 def _start_of_bend(elongation: Array, force: Array) -> Start:
-    """Return the start of a force that bends: where it leaves the scatter of its first samples."""
+    """Return the start of a bent rise: where the force leaves the scatter of its first samples."""
     few = max(FEWEST, len(force) // 200)
     noise = noise_sd(force)
     baseline = float(force[:few].mean())
@@ -263,7 +263,7 @@ def _start_of_bend(elongation: Array, force: Array) -> Start:
 
 
 def _find_teeth(trace: Trace, features: PullFeatures) -> SawTeeth | None:
-    """Return the stick–slip of the loading branch after its first rise; indices into the branch."""
+    """Return the stick–slip after the first rise, with indices into the loading branch."""
     force = features.force
     near_peak = np.flatnonzero(force >= 0.8 * features.peak_force)
     begin = int(near_peak[0]) if len(near_peak) else 0
@@ -275,7 +275,7 @@ def _find_teeth(trace: Trace, features: PullFeatures) -> SawTeeth | None:
 
 
 def _peak_before_slip(features: PullFeatures, teeth: SawTeeth, noise: float) -> PullFeatures:
-    """Return the features with the greatest force before the first slip as their peak.
+    """Return the features with the maximum force before the first slip as their peak.
 
     The smooth law around a peak cannot be fitted to teeth.
     """
@@ -290,7 +290,7 @@ def _peak_before_slip(features: PullFeatures, teeth: SawTeeth, noise: float) -> 
 
 
 def _fit_plateau(features: PullFeatures) -> Steady | None:
-    """Return a line through the force after the peak; None if too little of it was recorded."""
+    """Return a line fitted to the force after the peak; None if too little of it was recorded."""
     if not features.has_peak:
         return None
     sliding_travel = float(features.elongation[-1]) - features.peak_elongation
@@ -299,7 +299,7 @@ def _fit_plateau(features: PullFeatures) -> Steady | None:
     x, y = features.elongation[inside], features.force[inside]
     if len(x) < 3 * BLOCKS:
         return None
-    # use means over blocks, so that a feature within a block (a tooth, a patch of film) counts once
+    # use block means, so that a feature within a block (a tooth, a patch of film) counts once
     blocks = [[part.mean() for part in np.array_split(values, BLOCKS)] for values in (x, y)]
     line = straight_line(np.array(blocks[0]), np.array(blocks[1]))
     if line is None:
@@ -309,7 +309,7 @@ def _fit_plateau(features: PullFeatures) -> Steady | None:
 
 
 def is_off_zero(start: Start, features: PullFeatures) -> bool:
-    """Return whether the force before the rise is large, and larger than chance explains."""
+    """Return whether the force before the rise is large and not due to chance."""
     certain = abs(start.baseline) > 4 * (start.baseline_se or 0.0)
     return certain and abs(start.baseline) > TELLS * abs(features.peak_force)
 
@@ -321,7 +321,7 @@ def _summary_notes(
     ripple: SawTeeth | None,
     tare_force: float | None,
 ) -> list[str]:
-    """Return notes about circumstances that the user of the numbers must know."""
+    """Return notes on circumstances that a user of the results must know."""
     out = []
     if tare_force is not None:
         out.append(f"{show(tare_force, 'N')} was subtracted from the force (tare)")
@@ -353,7 +353,7 @@ def _summary_notes(
 
 
 def _unused_notice(trace: Trace, unloading: Unloading | None) -> list[str]:
-    """Return a notice about unused samples after the return, or after the greatest elongation."""
+    """Return a notice about unused samples after the return or after the maximum elongation."""
     turn = len(trace) - 1 - int(np.argmax(trace.elongation[::-1]))
     used = turn + 1 if unloading is None else turn + int(np.argmin(trace.elongation[turn:])) + 1
     unused = len(trace) - used

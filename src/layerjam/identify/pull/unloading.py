@@ -1,4 +1,4 @@
-"""Return of the crosshead after a pull: stiffness, residual force and energy."""
+"""Return stroke of the crosshead after a pull: stiffness, residual force and energy."""
 
 from dataclasses import dataclass
 
@@ -10,19 +10,19 @@ from layerjam.measure.trace import Array
 PART = (0.9, 0.2)
 """Range of the stiffness fit, relative to the force at the reversal."""
 LEAST_WAY_BACK = 0.02
-"""Shortest return, relative to the pull."""
+"""Smallest travel of a return, relative to the pull."""
 FEWEST_BACK = 8
-"""Fewest samples of a return."""
+"""Minimum number of samples of a return."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Unloading:
     """Unloading branch of a pull, SI units.
 
-    `stiffness` is the slope just after the reversal [N/m], or None if fewer than 4 samples lie on
-    it. `residual_force` is the mean force over the last hundredth of the return [N].
-    `residual_elongation` is the distance from the onset to the point where that slope meets the
-    baseline again [m]. `work` is done on the way out [J] and `returned` on the return. `loop` is
+    `stiffness` is the slope just after the reversal [N/m], or None if it has fewer than 4 samples.
+    `residual_force` is the mean force over the last 1 % of the return [N]. `residual_elongation` is
+    the distance from the onset to the point where that slope meets the baseline [m]. `work` is the
+    work done during loading [J], `returned` the work recovered during the return [J]. `loop` is
     their difference, which is dissipated if the return leads to the onset (`closed`).
     """
 
@@ -42,10 +42,10 @@ class Unloading:
 def find_unloading(
     elongation: Array, force: Array, onset: float, baseline: float, noise: float
 ) -> Unloading | None:
-    """Return the unloading of a whole record, arrays of shape (N,); None if it has none.
+    """Return the unloading in a whole record, arrays of shape (N,); None if it has none.
 
-    `onset` is the elongation where the pull began [m], `baseline` the force there [N], `noise` one
-    sample's standard deviation [N].
+    `onset` is the elongation at which the pull began [m], `baseline` the force there [N], `noise`
+    the standard deviation of one sample [N].
     """
     longest, shortest = float(elongation.max()), float(elongation.min())
     turn = len(elongation) - 1 - int(np.argmax(elongation[::-1]))
@@ -82,7 +82,7 @@ def find_unloading(
 def _fit_return(
     return_path: Array, fall: Array, top: float, baseline: float
 ) -> StraightLine | None:
-    """Return the line through the first part of the return; None if it has too few samples."""
+    """Return the line fitted to the first part of the return; None if it has too few samples."""
     high, low = (baseline + part * (top - baseline) for part in PART)
     below_high, below_low = np.flatnonzero(fall <= high), np.flatnonzero(fall <= low)
     if top <= baseline or not len(below_low):
@@ -99,6 +99,6 @@ def _loop_area(x: Array, y: Array) -> float:
 
 
 def _weight_norm(x: Array) -> float:
-    """Return the norm of the weights of the samples in a trapezoidal sum."""
+    """Return the norm of the samples' weights in a trapezoidal sum."""
     step = np.diff(x)
     return float(np.sqrt(np.sum((np.r_[step, 0.0] + np.r_[0.0, step]) ** 2))) / 2

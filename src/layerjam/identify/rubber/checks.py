@@ -1,4 +1,4 @@
-"""Checks of silicone specimens: against each other, the data sheet, and plausible moduli."""
+"""Checks of silicone specimens: against each other, the data sheet and plausible moduli."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -11,9 +11,9 @@ from layerjam.units import show
 from layerjam.verdict import Check, Level, check, interval_check
 
 SILICONES = (5e3, 2e7)
-"""Range of the 100 % modulus [Pa] of silicones from Shore 000 to Shore A 80, widened by two."""
+"""Range of the 100 % modulus [Pa] of silicones of Shore 000 to Shore A 80, widened twofold."""
 LIKELY, POSSIBLE = 1.5, 3.0
-"""Ratios to the maker's data sheet that raise a warning and a failure."""
+"""Ratios to the maker's data sheet above which the check warns and fails, respectively."""
 MEETS = 0.15
 """Largest error of the fitted model at 100 % strain that passes."""
 
@@ -21,10 +21,10 @@ MEETS = 0.15
 def specimen_checks(
     rows: Mapping[str, Mapping[str, Any]], totals: Mapping[str, Any], writes_model: bool
 ) -> Iterator[Check]:
-    """Return the checks of specimens, {path: row}, and of the values `pooled` over them, SI.
+    """Yield the checks of specimens, {path: row}, and of the values `pooled` over them, SI.
 
-    `pooled` is empty if the files are of several materials. `writes_model` states whether the
-    fitted model is written to a brake's file.
+    `pooled` is empty if there are several materials. `writes_model` states whether the fitted model
+    is written to a brake file.
     """
     for path, row in rows.items():
         if (modulus := row["modulus_100"]) is not None:
@@ -61,7 +61,7 @@ def specimen_checks(
 
 
 def _check_data_sheet(name: str, ratio: float, material: str) -> Check:
-    """Return the check of the ratio of one specimen's modulus to that in the maker's data sheet."""
+    """Return the check of the ratio of a specimen's modulus to that in the maker's data sheet."""
     sentence = (
         f"the 100 % modulus of {name} is {ratio:.3g} times that of the data sheet of {material}"
     )

@@ -23,7 +23,7 @@ from layerjam.errors import FitError, UnknownNameError
 from layerjam.measure.trace import Array
 
 PARAMETERS = {model: tuple(names) for model, names in NAMES.items()}
-"""{model: its parameters}, from few to many; C and mu in Pa, alpha has no unit."""
+"""{model: its parameters}, in ascending number; C and mu are in Pa, alpha has no unit."""
 FOLDS = 8
 BINS = 400
 _EXPONENTS = np.concatenate([np.arange(-10.0, 0.0, 0.5), np.arange(0.5, 14.1, 0.5)])
@@ -35,8 +35,8 @@ class Fit:
     """One model fitted to a curve.
 
     `rmse` [Pa] is that of the whole curve, `cv_rmse` [Pa] that of blocks of strain excluded in turn
-    (geometric mean over the blocks). `stable_to` is the strain of each mode up to which Drucker's
-    condition holds in the fitted range, `error_at_100` the relative error at 100 % strain or None.
+    (geometric mean over the blocks). `stable_to` is the strain in each mode up to which Drucker's
+    condition holds in the fitted range, `error_at_100` the relative error at 100 % strain, or None.
     """
 
     model: str
@@ -65,7 +65,7 @@ def stress_basis(model: str, stretch: Array, exponents: Sequence[float] | Array 
 
 
 def stress(model: str, parameters: Mapping[str, float], strain: object) -> Array:
-    """Return the engineering stress [Pa] at strains of any shape; incompressible, uniaxial."""
+    """Return the engineering stress [Pa] at strains of any shape in uniaxial tension."""
     if model not in PARAMETERS:
         raise UnknownNameError("hyperelastic model", model, PARAMETERS)
     rubber = {ours: parameters[name] for name, ours in NAMES[model].items()}
@@ -86,10 +86,10 @@ def initial_modulus(model: str, parameters: Mapping[str, float]) -> float:
 def stable_until(
     model: str, parameters: Mapping[str, float], top: float, points: int = 400
 ) -> dict[str, float]:
-    """Return the strains [-] up to which Drucker's condition holds, at most `top`, by loading mode.
+    """Return {mode: strain [-], at most `top`, up to which Drucker's condition holds}.
 
-    dτ:dε > 0 for every increment of strain at constant volume: the second derivatives of W by the
-    logarithmic strains (h1, h2; h3 = -h1 - h2) are positive definite. Modes: uniaxial tension,
+    That is, dτ:dε > 0 for every strain increment at constant volume: the second derivatives of W by
+    the logarithmic strains (h1, h2; h3 = -h1 - h2) are positive definite. Modes: uniaxial tension,
     planar tension (h2 = 0) and equibiaxial tension (h2 = h1), each up to the same largest stretch.
     """
     h = np.log1p(np.linspace(0, top, points))
@@ -105,7 +105,7 @@ def stable_until(
 def _energy_curvature(
     model: str, parameters: Mapping[str, float], h1: Array, h2: Array
 ) -> tuple[Array, Array, Array]:
-    """Return W11, W12 and W22, the second derivatives of the energy by the logarithmic strains."""
+    """Return W11, W12 and W22, the energy's second derivatives with respect to log strains."""
 
     def powers(a: float) -> tuple[Array, Array, Array]:
         return np.exp(a * h1), np.exp(a * h2), np.exp(-a * (h1 + h2))
@@ -136,13 +136,13 @@ def _energy_curvature(
 
 
 def _solve_linear(columns: Array, stress: Array) -> Array:
-    """Return linear parameters by least squares, scaled because powers of λ vary widely."""
+    """Return the linear parameters by least squares, scaled because powers of λ vary widely."""
     size = np.linalg.norm(columns, axis=0)
     return np.asarray(np.linalg.lstsq(columns / size, stress, rcond=None)[0] / size)
 
 
 def _solve_positive(exponents: Array, stretch: Array, stress: Array) -> Array:
-    """Return Ogden's mu, one or two, for given exponents, with mu times alpha not below zero."""
+    """Return one or two of Ogden's mu for given exponents, with mu times alpha not negative."""
     columns = stress_basis("ogden-n", stretch, exponents) * np.sign(exponents)
     size = np.linalg.norm(columns, axis=0)
     columns = columns / size
@@ -159,11 +159,10 @@ def _solve_positive(exponents: Array, stretch: Array, stress: Array) -> Array:
 def least_squares(
     model: str, strain: Array, stress: Array, guess: Mapping[str, float] | None = None
 ) -> dict[str, float]:
-    """Return the parameters with the least squared residuals of engineering stress.
+    """Return the parameters that minimise the squared residuals of engineering stress.
 
     Ogden's exponents are first searched over a grid, because the sum of squares has several minima.
-    They are then refined, solving for the linear parameters at each step. `guess` replaces the
-    grid.
+    They are then refined; each step solves for linear parameters. `guess` replaces the grid.
     """
     stretch = 1 + strain
     if not model.startswith("ogden"):
@@ -194,7 +193,7 @@ def least_squares(
 
 
 def _start_exponents(stretch: Array, stress: Array, terms: int, count: int = 3) -> list[Array]:
-    """Return the best few grid points of exponents, with mu times alpha not below zero."""
+    """Return the best few grid points of exponents, with mu times alpha not negative."""
     columns = stress_basis("ogden-n", stretch, list(_EXPONENTS)) * np.sign(_EXPONENTS)
     columns = columns / np.linalg.norm(columns, axis=0)
     project = columns.T @ stress
@@ -212,7 +211,7 @@ def _start_exponents(stretch: Array, stress: Array, terms: int, count: int = 3) 
 
 
 def bin_by_strain(strain: Array, stress: Array, bins: int = BINS) -> tuple[Array, Array]:
-    """Return means over at most `bins` equal parts of strain; dense sampling has no weight."""
+    """Return means over at most `bins` equal parts of strain, whatever their sampling density."""
     order = np.argsort(strain, kind="stable")
     strain, stress = strain[order], stress[order]
     if len(strain) <= bins:
@@ -228,10 +227,10 @@ def bin_by_strain(strain: Array, stress: Array, bins: int = BINS) -> tuple[Array
 
 
 def fit_model(model: str, strain: Array, stress_measured: Array) -> Fit:
-    """Fit one model to a curve (shape (N,), N at least 20, rising strain), cross-validated.
+    """Fit one model to a curve of shape (N,), N at least 20, with ascending strain.
 
     Raises FitError for fewer samples. The corrected Akaike criterion assumes independent residuals,
-    which those of a misfit never are. It is reported, but the excluded blocks determine the choice.
+    but those of a misfit never are. It is reported, but cross-validation determines the choice.
     """
     if len(strain) < 20:
         raise FitError(f"a hyperelastic fit needs at least 20 samples; there are {len(strain)}")
@@ -268,15 +267,14 @@ def fit_model(model: str, strain: Array, stress_measured: Array) -> Fit:
 
 
 def fit_models(strain: Array, stress_measured: Array) -> dict[str, Fit]:
-    """Fit every model to one curve, from few parameters to many."""
+    """Fit every model to one curve, in order of the number of parameters."""
     return {model: fit_model(model, strain, stress_measured) for model in PARAMETERS}
 
 
 def choose_model(fits: Mapping[str, Fit]) -> tuple[str, str]:
-    """Return (model, reason): the simplest stable one that predicts excluded blocks well.
+    """Return (model, reason): the simplest stable model that predicts excluded blocks well.
 
-    That is if the mean of log(error/error of the best) over the blocks is within two of its
-    standard errors.
+    It does if the mean log(error/error of the best) over the blocks is within two standard errors.
     """
     usable = {m: f for m, f in fits.items() if f.stable} or dict(fits)
     floor = 1e-9 * max(f.cv_rmse for f in usable.values()) + 1e-300

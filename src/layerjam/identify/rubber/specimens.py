@@ -1,4 +1,4 @@
-"""Specimens of the enclosure's silicone: one row each, and one result per material."""
+"""Specimens of the enclosure's silicone: one row per specimen, and one result per material."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -24,7 +24,7 @@ FEWEST = 20
 
 
 def data_sheets() -> dict[str, tuple[str, float]]:
-    """Return {silicone of the catalogue: (maker's name, 100 % modulus [Pa] in the catalogue)}."""
+    """Return {silicone in the catalogue: (maker's name, 100 % modulus [Pa] there)}."""
     out = {}
     for key, text in materials()["silicones"].items():
         tables = parse_toml(text, f"material {key}")
@@ -43,9 +43,9 @@ def read(
     limit: float | None,
     options: ReadingOptions,
 ) -> Read:
-    """Return a file's specimen, its moduli over the strains of `window`, and models up to `limit`.
+    """Return a file's specimen, its moduli in the strain `window`, and models up to `limit`.
 
-    Raises the errors of `read_rubber` and `moduli`, and FitError if too few samples remain.
+    Raises the errors of `read_rubber` and `specimen_moduli`, and FitError for too few samples.
     """
     specimen = rubber.read_rubber(path, area=area, gauge_length=gauge_length, options=options)
     moduli = rubber.specimen_moduli(specimen, window)
@@ -66,14 +66,14 @@ def fit_models(strain: Array, stress: Array, limit: float | None) -> dict[str, h
 def find_silicone(
     specimen: rubber.Specimen, material: str | None, sheets: Sheets
 ) -> tuple[str, str] | None:
-    """Return (silicone of the catalogue, how it is known); None if it is unknown."""
+    """Return (silicone in the catalogue, source); None if it is unknown."""
     if material is not None:
         return material, "as given"
     return rubber.find_material(specimen, {k: name for k, (name, _) in sheets.items()})
 
 
 def fit_row(fit: hyperelastic.Fit) -> dict[str, Any]:
-    """Return one model as a table row, SI."""
+    """Return one model as a table row, in SI units."""
     return {
         "parameters": dict(fit.parameters),
         "model_modulus": fit.initial_modulus,
@@ -88,7 +88,7 @@ def fit_row(fit: hyperelastic.Fit) -> dict[str, Any]:
 
 
 def row_of(specimen_read: Read, name: tuple[str, str] | None, sheets: Sheets) -> dict[str, Any]:
-    """Return one specimen as a table row, SI; `name` as `find_silicone` returns it."""
+    """Return one specimen as a table row, in SI units; `name` is from `find_silicone`."""
     specimen, moduli, models, model = specimen_read
     material, basis = name or (None, None)
     sheet = sheets[material][1] if material else None
@@ -117,7 +117,7 @@ def _relative_difference(value: float | None, sheet: float | None) -> float | No
 def pool(
     specimens: Sequence[Read], rows: Sequence[Mapping[str, Any]], limit: float | None
 ) -> dict[str, Any]:
-    """Return means and SDs over specimens of one material, and models of all their curves."""
+    """Return means and SDs over specimens of one material, and models fitted to all curves."""
     fits_by_name = specimens[0][2]
     if len(specimens) > 1:
         parts = [hyperelastic.bin_by_strain(s.strain, s.stress) for s, *_ in specimens]

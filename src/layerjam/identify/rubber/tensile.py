@@ -22,7 +22,7 @@ from layerjam.measure.trace import Array
 from layerjam.units import show
 
 WINDOW = (0.05, 0.20)
-"""Range of strain in which the initial modulus is the slope of a straight line."""
+"""Range of strain in which a straight line is fitted; its slope is the initial modulus."""
 _TRUE = r"\btrue\b|wahre|\bvraie?\b"
 _STRAIN, _STRESS = r"\bstrain\b|dehnung\b|\bdeformation\b", r"\bstress\b|spannung\b|\bcontrainte\b"
 _NOT_TRUE = r"^(?!.*true)"
@@ -42,7 +42,7 @@ WANTS = tuple(replace(want, optional=True) for want in _WANTED)
 class Specimen:
     """First loading of one specimen: ascending engineering strain [-] and stress [Pa], (N,).
 
-    `head` is the text above the file's table, `understood` the interpretation of its columns.
+    `head` is the text above the file's table, `understood` the interpretation of the columns.
     """
 
     path: str
@@ -56,16 +56,16 @@ class Specimen:
 
     @property
     def name(self) -> str:
-        """The file's name without its folder."""
+        """File name without its folder."""
         return Path(self.path).name
 
 
 @dataclass(frozen=True, kw_only=True)
 class Moduli:
-    """Moduli of one specimen; stresses in Pa, None if the record ends earlier.
+    """Moduli of one specimen [Pa], None if the record ends earlier.
 
     `initial` is the slope over `window`, `initial_se` its standard error from the residuals;
-    `modulus_100` and `modulus_300` are the engineering stress at that strain in percent.
+    `modulus_100` and `modulus_300` are the engineering stresses at those strains in percent.
     """
 
     initial: float | None
@@ -86,11 +86,11 @@ def read_rubber(
     gauge_length: float | None = None,
     options: ReadingOptions | None = None,
 ) -> Specimen:
-    """Read the first loading in a file of stress and strain, or of force and elongation.
+    """Read the first loading from a file of stress and strain, or of force and elongation.
 
-    `area` [m^2] and `gauge_length` [m] convert force and elongation; by default the file's header
-    may state them. Raises FitError or FileError if neither pair of columns exists, or if a strain
-    without unit could be percent.
+    `area` [m^2] and `gauge_length` [m] convert force and elongation; the file's header may also
+    state them. Raises FitError or FileError if neither pair of columns exists, or if a strain
+    without a unit could be in percent.
     """
     entries = options.entries({w.role: w.si for w in WANTS}) if options else {}
     log = read_log(path, [w for w in WANTS if not entries or w.role in entries], options)
@@ -167,11 +167,11 @@ _SIZES = {
     "m^2": (r"cross.?section|\barea\b|querschnitt", "forces", "cross-section (--area)"),
     "m": (r"gau?ge length|specimen length|\blength\b", "elongations", "length (--gauge-length)"),
 }
-"""Sizes of a specimen: their words in a file's header, the quantity they divide, their option."""
+"""Dimensions of a specimen: words in a file's header, quantity to divide, option."""
 
 
 def _find_size(log: Log, si: str, size: float | None) -> float:
-    """Return a size of the specimen, given or read from the header: 'Specimen Length (mm);33'."""
+    """Return a dimension of the specimen, given or in the header: 'Specimen Length (mm);33'."""
     words, holds, option = _SIZES[si]
     if size:
         return size
@@ -184,10 +184,10 @@ def _find_size(log: Log, si: str, size: float | None) -> float:
 
 
 def first_loading(strain: Array, stress: Array) -> tuple[int, int, list[str]]:
-    """Return (first, end, notes) of the loading, up to the first reversal of strain or the break.
+    """Return (first, end, notes) of the loading, up to the first strain reversal or the break.
 
-    At a reversal the strain falls by more than 2 % of the range below its maximum so far. At a
-    break the stress falls below half of its peak within the loading and does not recover.
+    At a reversal, the strain drops by more than 2 % of its range below its maximum so far. At a
+    break, the stress drops below half of its peak within the loading and does not recover.
     """
     reach = np.maximum.accumulate(strain)
     span = float(strain.max() - strain[0])
@@ -251,7 +251,7 @@ def specimen_moduli(specimen: Specimen, window: tuple[float, float] = WINDOW) ->
 
 
 def _stress_at(x: Array, y: Array, strain: float) -> tuple[float | None, float | None]:
-    """Return the stress at a strain and its standard error: a parabola over ±10 % of the strain."""
+    """Return the stress at a strain, and its standard error, by a parabola over ±10 % of it."""
     if not x[0] <= strain <= x[-1]:
         return None, None
     inside = np.abs(x - strain) <= 0.1 * strain
@@ -264,8 +264,8 @@ def _stress_at(x: Array, y: Array, strain: float) -> tuple[float | None, float |
 def find_material(specimen: Specimen, names: Mapping[str, str]) -> tuple[str, str] | None:
     """Return (catalogue key, source) of the silicone that a file names; None if none is found.
 
-    `names` maps the catalogue's keys to the makers' names. The links and the words of the file's
-    header have priority over the file's name. The longest matching name wins.
+    `names` maps the catalogue's keys to the makers' names. Links and words in the file's header
+    have priority over the file name. The longest matching name is used.
     """
     head = [text for values in specimen.head.values() for text in values]
     places = [("the file's header", t) for t in head] + [("the file name", specimen.name)]

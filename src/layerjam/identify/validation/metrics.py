@@ -1,10 +1,10 @@
-"""Errors of a model's curves against measured ones, and the part that repeats explain.
+"""Errors of modelled curves relative to measured ones, and the part due to scatter of repeats.
 
 The window is the loading branch from the peak to the end, 200 points equally spaced in elongation,
 with a measured force of at least 5 % of the peak (a relative error means nothing near zero force).
-For a pull without a peak the window starts where the force leaves its straight rise. Without such a
-rise (low or no vacuum) the whole pull is used, and a note states this. Both curves start where the
-straight line before onset meets zero force.
+For a pull without a peak the window starts where the force departs from its straight rise. Without
+such a rise (low or no vacuum) the whole pull is used, and a note states this. Both curves start
+where the straight line before onset meets zero force.
 
 Over the points of the window, with y measured and m the model's force:
 
@@ -14,7 +14,7 @@ Over the points of the window, with y measured and m the model's force:
     R^2   1 - sum (m - y)^2 / sum (y - mean y)^2; negative if a constant would be better
 
 The mean of y is over the points of the curve, of the condition (pulls at one vacuum and speed) or
-of all pulls. The R^2 of all therefore also rewards a correct dependence on vacuum.
+of all pulls. The R^2 of all pulls therefore also rewards a correct dependence on vacuum.
 
 The mean squared error of a condition with R >= 2 repeats is split. With e_r(u) the residual of
 repeat r at one elongation, their mean e(u) and sample variance s^2(u) = sum (e_r - e)^2 / (R - 1),
@@ -22,8 +22,9 @@ repeat r at one elongation, their mean e(u) and sample variance s^2(u) = sum (e_
     mean square of e_r  =  (e^2 - s^2/R)  +  s^2
 
 exactly. The second part is the scatter between repeats, which no model can remove. The first is the
-model's own error. Both are unbiased for any R, because the mean of few repeats still scatters by
-s^2/R. The first can therefore be negative: the model error is then not distinguishable from zero.
+model's own error. Both are unbiased for any R, because the scatter s^2/R of the mean of few repeats
+is subtracted. The first can therefore be negative: the model error is then indistinguishable from
+zero.
 """
 
 from collections.abc import Mapping, Sequence
@@ -50,7 +51,7 @@ WINDOW = (
 
 @dataclass(frozen=True, kw_only=True)
 class Errors:
-    """Errors of a model against measured points.
+    """Errors of a model at measured points.
 
     `mape` is the mean of |measured - model| / measured [-], `rmse` [N], `bias` the mean of model -
     measured [N]; `r_squared` is None if the measured force never changes.
@@ -89,10 +90,10 @@ class CurveError(Errors):
 
 @dataclass(frozen=True, kw_only=True)
 class Split:
-    """Mean squared error [N^2] in two parts: the model's own error and the scatter between repeats.
+    """Mean squared error [N^2], split into the model's own error and the scatter between repeats.
 
-    `mse` = `model_mse` + `scatter_mse`. If `model_mse` is negative, the scatter's `share` [-] is
-    above 1. The share is None if there is no error at all.
+    `mse` = `model_mse` + `scatter_mse`. If `model_mse` is negative, the scatter's `share` [-]
+    exceeds 1. The share is None if there is no error at all.
     """
 
     mse: float
@@ -121,9 +122,9 @@ class Split:
 
 @dataclass(frozen=True, kw_only=True)
 class PooledErrors(Errors):
-    """Errors over several pulls: `mape` is the mean over files, `mape_sd` its SD between files.
+    """Errors over several pulls: `mape` is the mean over files, `mape_sd` the SD between files.
 
-    RMSE and bias [N] and R^2 are over all points. `scatter` is None if no pull is repeated.
+    RMSE [N], bias [N] and R^2 are over all points. `scatter` is None if no pull is repeated.
     """
 
     mape_sd: float | None
@@ -149,8 +150,8 @@ class Validation(PooledErrors):
     """Errors over all pulls; `scatter` is the mean of the conditions' splits.
 
     `mape_conditions` and its SD are over conditions, as in the paper (section III-C). `pulls` is
-    the table pull by pull on request, `gross` {file: reason} the pulls that no plausible scatter
-    explains.
+    the table of single pulls, if requested; `gross` {file: reason} lists the pulls that no
+    plausible scatter explains.
     """
 
     mape_conditions: float
@@ -161,9 +162,9 @@ class Validation(PooledErrors):
 
 
 def uncalibrated(brake: Brake) -> Brake:
-    """Return the brake before calibration: scale factor 1, stiffness of the stuck sheets (eq. 1).
+    """Return the brake before calibration: scale factor 1, stiffness of stuck sheets (eq. 1).
 
-    A fitted dependence on pressure or speed is removed too; friction and enclosure stay as in the
+    A fitted dependence on pressure or speed is removed too; friction and enclosure remain as in the
     file.
     """
     return replace(
@@ -191,7 +192,7 @@ def _model_force(pull: PullFeatures, points: np.ndarray, vacuum: float, brake: B
 
 
 def _comparison_window(pull: PullFeatures, vacuum: float) -> tuple[float, float, str]:
-    """Return start and end of the window [m], and a note if it is unusual."""
+    """Return the start and end of the window [m], and a note if it is unusual."""
     note = ""
     if pull.has_peak:
         start = pull.peak_elongation
@@ -211,10 +212,10 @@ def _comparison_window(pull: PullFeatures, vacuum: float) -> tuple[float, float,
 
 
 def _error_fields(forces: np.ndarray, model: np.ndarray) -> dict[str, Any]:
-    """Return the fields of `Errors` over some points [N]."""
+    """Return the fields of `Errors` for measured and modelled forces [N]."""
     error, mean = model - forces, float(forces.mean())
     r_squared = None
-    if np.ptp(forces) > 1e-12 * abs(mean):  # a mean of equal values may differ by rounding
+    if np.ptp(forces) > 1e-12 * abs(mean):  # equal values may differ from their mean by rounding
         r_squared = 1 - float((error**2).sum() / ((forces - mean) ** 2).sum())
     return {
         "mape": float(np.mean(np.abs(error) / forces)),
@@ -260,7 +261,7 @@ def compare_pull(
 def split_error(residuals: np.ndarray) -> tuple[float, float, float]:
     """Return (mean square, model's part, scatter's part) of residuals, shape (R, M), R >= 2.
 
-    Rows are repeats, columns elongations; the three are in the residuals' unit squared.
+    Rows are repeats, columns are elongations; the three results have the residuals' unit squared.
     """
     repeats = len(residuals)
     if repeats < 2:
@@ -271,7 +272,7 @@ def split_error(residuals: np.ndarray) -> tuple[float, float, float]:
 
 
 def _split_condition(curves: Sequence[CurveError], brake: Brake) -> Split | None:
-    """Return the split of one condition over the elongations common to its windows, or None."""
+    """Return the split of one condition over the elongations that its windows share, or None."""
     if len(curves) < 2:
         return None
     start = max(float(c.elongation[0]) for c in curves)
@@ -290,7 +291,7 @@ def _split_condition(curves: Sequence[CurveError], brake: Brake) -> Split | None
 
 
 def _pool_errors(curves: Sequence[CurveError]) -> dict[str, Any]:
-    """Return the fields of `PooledErrors` except the split: errors over points, MAPE over files."""
+    """Return the fields of `PooledErrors` except the split: point errors, and MAPE of files."""
     forces = np.concatenate([c.measured for c in curves])
     model = np.concatenate([c.model for c in curves])
     mape, mape_sd = _mean_sd([c.mape for c in curves])
@@ -313,7 +314,7 @@ def _condition_errors(curves: Sequence[CurveError], brake: Brake) -> ConditionEr
 
 
 def pool_curves(conditions: Sequence[ConditionError], curves: Sequence[CurveError]) -> Validation:
-    """Return the errors of all pulls; files count equally, and in the split conditions do."""
+    """Return the errors of all pulls; files have equal weight, and in the split, conditions do."""
     mape, mape_sd = _mean_sd([c.mape for c in conditions])
     splits = [c.scatter for c in conditions if c.scatter is not None]
     split = None
@@ -332,8 +333,7 @@ def pool_curves(conditions: Sequence[ConditionError], curves: Sequence[CurveErro
 def validate_curves(curves: Sequence[Curve], brake: Brake) -> Validation:
     """Compare a brake with pulls of known vacuum, speed and repeat.
 
-    Raises FitError if no pull is given or the brake would snap, FileError for a pull that ends at
-    its peak.
+    Raises FitError for no pulls or if the brake would snap, FileError if a pull ends at its peak.
     """
     if not curves:
         raise FitError("validate: no pull was given")
@@ -355,5 +355,5 @@ def validate_curves(curves: Sequence[Curve], brake: Brake) -> Validation:
 
 
 def validate_pulls(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Validation:
-    """Return `validate_curves` for pulls with a known vacuum [Pa] and nothing else."""
+    """Return `validate_curves` for pulls of which only the vacuum [Pa] is known."""
     return validate_curves([make_curve(pull, vacuum) for pull, vacuum in pulls], brake)

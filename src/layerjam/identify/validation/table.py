@@ -1,4 +1,4 @@
-"""Validations as tables: several brakes as one result, and rows for JSON, CSV and report."""
+"""Validations as tables: several brakes as one result, and rows for JSON, CSV and the report."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, replace
@@ -29,7 +29,7 @@ from layerjam.identify.validation.metrics import CurveError, Errors, Split, Vali
 def pool(results: Sequence[Validation]) -> Validation:
     """Join the validations of several brakes, such as those of the paper's two films.
 
-    Each uses the model of its own brake; pulls of different brakes are never repeats. Raises
+    Each is based on its own brake; pulls of different brakes are never repeats. Raises
     FitError if no validation is given.
     """
     if not results:
@@ -41,7 +41,7 @@ def pool(results: Sequence[Validation]) -> Validation:
 
 
 def add_pull_table(result: Validation, curves: Sequence[Curve], brake: Brake) -> Validation:
-    """Return the validation with the table of the same curves, pull by pull."""
+    """Return the validation with the table of the single pulls of the same curves."""
     gross = gross_pulls([(curve.pull, curve.vacuum) for curve in curves], brake)
     reasons = {curves[index].name: reason for index, reason in gross.items()}
     table = pull_table(curves, fit_curves(curves, brake), brake)
@@ -56,13 +56,13 @@ ALL = ("mape", "mape_sd", "mape_conditions", "mape_conditions_sd", *_ERRORS, "sc
 
 
 def error_row(errors: Errors, names: Sequence[str]) -> dict[str, Any]:
-    """Return the errors of one pull (`FILE`), of a condition (`CONDITION`) or of `ALL`, SI."""
+    """Return the errors of one pull (`FILE`), a condition (`CONDITION`) or `ALL`, in SI units."""
     values = ((name, getattr(errors, name)) for name in names)
     return {name: asdict(v) if isinstance(v, Split) else v for name, v in values}
 
 
 def error_rows(result: Validation) -> dict[str, Any]:
-    """Return the errors of all pulls and per condition, SI."""
+    """Return the errors of all pulls and of each condition, in SI units."""
     return {
         **error_row(result, ALL),
         "conditions": [error_row(c, CONDITION) for c in result.conditions],
@@ -70,10 +70,10 @@ def error_rows(result: Validation) -> dict[str, Any]:
 
 
 def validation_checks(result: Validation, calibrated_on: int) -> tuple[Check, ...]:
-    """Return the checks of the residuals; `calibrated_on` pulls also served for calibration.
+    """Return the checks of the residuals; `calibrated_on` pulls were also used for calibration.
 
-    The unit is the pull, not the sample. Student's t compares the mean residual of each pull,
-    relative to its mean force, and the drift of the residual along the pull.
+    The unit is the pull, not the sample. Student's t tests the mean residual of each pull, relative
+    to its mean force, and the drift of the residual along the pull.
     """
     count = len(result.curves)
     fresh = "none of these pulls was used to calibrate the brake"
@@ -103,7 +103,7 @@ def validation_checks(result: Validation, calibrated_on: int) -> tuple[Check, ..
 
 
 def _residual_drift(curve: CurveError) -> float:
-    """Return the change of the residual's line over the window, relative to the mean force."""
+    """Return the residual's linear change over the window, relative to the mean force."""
     line = straight_line(curve.elongation, curve.model - curve.measured)
     slope = 0.0 if line is None else line.slope
     return slope * float(np.ptp(curve.elongation)) / float(curve.measured.mean())
