@@ -1,1 +1,1 @@
-"""Measurements: readers for file formats, selection of columns, sidecars, traces."""
+"""Measurements: readers for file formats, selection of columns, sidecars and traces."""

@@ -1,4 +1,4 @@
-"""Calibration certificates of a test's instruments (ISO/IEC 17025, section 7.8.4)."""
+"""Calibration certificates of the instruments of a test (ISO/IEC 17025, section 7.8.4)."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
@@ -11,9 +11,9 @@ from layerjam.toml_files.values import AsItIs
 
 @dataclass(frozen=True, kw_only=True)
 class Certificate:
-    """One certificate: number, calibration day, laboratory, and day of the next calibration.
+    """One certificate: number, calibration date, laboratory and date of the next calibration.
 
-    Days are in ISO 8601 format; `due` is empty if it is not stated.
+    Dates are in ISO 8601 format; `due` is empty if it is not stated.
     """
 
     number: str
@@ -39,7 +39,7 @@ class CertificateSpec(AsItIs):
         )
 
     def read(self, text: object, name: str) -> Certificate:
-        """Return the certificate; QuantityError if a key or a day is invalid."""
+        """Return the certificate; raises QuantityError if a key or a date is invalid."""
         if not isinstance(text, Mapping):
             raise QuantityError.of(name, f"must be {self.limits()}")
         unknown = ", ".join(sorted(set(text) - set(KEYS)))[:60]
@@ -61,7 +61,7 @@ class CertificateSpec(AsItIs):
 
 
 def _text(value: object, name: str, key: str) -> str:
-    """Return the text of one entry; a day as ISO 8601."""
+    """Return the text of one entry; a date is in ISO 8601 format."""
     if key in ("date", "due") and value != "":
         try:
             return day.fromisoformat(str(value)).isoformat()

@@ -1,4 +1,4 @@
-"""Conditions of a test, from its sidecar, a list for the whole folder, or the file's name."""
+"""Conditions of a test, from its sidecar, a list for the whole folder, or the file name."""
 
 import csv
 import io
@@ -20,7 +20,7 @@ from layerjam.toml_files.values import entries
 from layerjam.units import FlagSpec, QuantitySpec, show
 
 LIST = "conditions.csv"
-"""A table in the folder of the files: one row per file, its name under `file`."""
+"""Name of a table in the folder of the files: one row per file, whose name is in column `file`."""
 FILE = "file"
 _FIELDS = {name: entry for name, entry in entries(Facts) if not isinstance(entry.spec, FlagSpec)}
 _IN_NAMES = {
@@ -30,10 +30,10 @@ _NUMBER = r"\d+(?:[.,p]\d+)?"
 
 
 def conditions(path: str | Path, options: ReadingOptions) -> Facts:
-    """Return the conditions of a test from its sidecar, the folder's list and its name.
+    """Return the conditions of a test from its sidecar, the folder's list and the file name.
 
-    `options.names` is the pattern of the file's name, `options.speed` [m/s] the default speed.
-    Raises FileError for a list or a name that cannot be read, or if two of them disagree, and
+    `options.names` is the pattern of the file name, `options.speed` [m/s] the default speed. Raises
+    FileError for a list or a name that cannot be read, or if two sources disagree, and
     QuantityError for an invalid pattern.
     """
     facts = read_facts(path)
@@ -84,7 +84,7 @@ def _read_list(path: Path, _time: int, _size: int) -> dict[str, dict[str, Any]]:
 
 
 def parse_list(text: str, path: str | Path) -> dict[str, dict[str, Any]]:
-    """Return {file name: {key: SI value}} of a list's text; FileError has `path` and line."""
+    """Return {file name: {key: SI value}} from a list; a FileError names `path` and the line."""
     mark = max(",;\t", key=text.partition("\n")[0].count)
     rows = [(n, row) for n, row in enumerate(csv.reader(io.StringIO(text), delimiter=mark), 1)]
     rows = [
@@ -120,13 +120,13 @@ def parse_list(text: str, path: str | Path) -> dict[str, dict[str, Any]]:
 
 
 def _cell_value(name: str, text: str, unit: str | None) -> Any:
-    """Return the SI value of a cell or of a part of a name; its unit may be in the heading."""
+    """Return the SI value of a cell or of part of a name; the heading may state its unit."""
     of_number = name in _IN_NAMES and unit is not None
     return _FIELDS[name].spec.read(f"{text} {unit}" if of_number else text, name)
 
 
 def _values_in_name(path: Path, names: str) -> dict[str, Any]:
-    """Return the values in a file's name, by the first of the patterns that matches it."""
+    """Return the values in a file name, by the first of the patterns that matches it."""
     matches = (
         (pattern.fullmatch(path.name) or pattern.fullmatch(path.stem), units)
         for pattern, units in _parse_patterns(names)
@@ -147,7 +147,7 @@ def _values_in_name(path: Path, names: str) -> dict[str, Any]:
 
 @lru_cache(maxsize=64)
 def _parse_patterns(names: str) -> list[tuple[re.Pattern[str], dict[str, str | None]]]:
-    """Return the patterns between | signs; QuantityError if none of them has a quantity."""
+    """Return the patterns between | signs; raises QuantityError if none has a quantity."""
     patterns = [_compile_pattern(part) for part in names.split("|")]
     if not any(units for _, units in patterns):
         raise QuantityError(f"names: '{names[:60]}' contains no quantity; {_pattern_form()}")

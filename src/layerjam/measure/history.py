@@ -1,4 +1,4 @@
-"""Vacuum versus time from a file, such as a pump's log or a spreadsheet."""
+"""Vacuum versus time from a file, such as a pump log or a spreadsheet."""
 
 from pathlib import Path
 
@@ -14,11 +14,11 @@ from layerjam.units import show
 def read_history(
     path: str | Path, atmosphere: float, options: ReadingOptions | None = None
 ) -> History:
-    """Read the history in a log such as ``time [s],vacuum [kPa]``, read like other logs.
+    """Read the history in a log such as ``time [s],vacuum [kPa]``, as other logs are read.
 
     The column's name (vacuum, absolute pressure, gauge pressure) or `options.reading` states the
     reference of the pressure. Raises FileError if neither does, if the file is not such a log, if
-    time does not rise, or if the vacuum leaves 0 to `atmosphere` [Pa].
+    time does not increase, or if the vacuum is not within 0 to `atmosphere` [Pa].
     """
     log = read_log(path, (TIME, PRESSURE), options)
     kind, _ = log.pressure_reference(options.reading if options else None)

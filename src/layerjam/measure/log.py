@@ -1,6 +1,6 @@
-"""Time log of any logger or test machine, with named columns and units.
+"""Time log from any logger or test machine, with named columns and units.
 
-A command lists the quantities it needs (`Want`). A column is selected by its unit first, then by
+A command lists the quantities it needs (`Want`). A column is selected first by its unit, then by
 its name. If the file is ambiguous, `ReadingOptions` decide.
 """
 
@@ -55,10 +55,10 @@ ACCELERATION = Want(
 
 @dataclass(frozen=True)
 class Log:
-    """Columns in SI units by role, shape (N,) each, and the interpretation of the file.
+    """Columns in SI units by role, each of shape (N,), and the interpretation of the file.
 
-    `head` has the lines above the table: {lower-case key: rest of the line}. `taken` has each
-    column's name and unit as written, because a unit alone may be incomplete (bar absolute or
+    `head` contains the lines above the table: {lower-case key: rest of the line}. `taken` contains
+    each column's name and unit as written, because a unit alone may be incomplete (bar absolute or
     gauge).
     """
 
@@ -87,9 +87,9 @@ class Log:
         return [SYNTHETIC] if self.synthetic else []
 
     def pressure_reference(self, reference: str | None) -> tuple[str, str | None]:
-        """Return (reference of the pressure, reference in its column or None).
+        """Return (reference of the pressure, the one in its column or None).
 
-        One of `options.REFERENCES`; FileError if neither the column nor `reference` states it.
+        It is one of `REFERENCES`; raises FileError if neither the column nor `reference` states it.
         """
         column = self.taken["pressure"]
         says = find_reference(column)
@@ -108,7 +108,7 @@ class Log:
 
 
 def find_reference(column: Column) -> str | None:
-    """Return the pressure reference in a column's unit or name, or None if there is none."""
+    """Return the pressure reference in a column's unit or name, or None."""
     match = PRESSURE_UNIT.fullmatch(column.unit.strip())
     suffix = (
         (match["how"] or "").lower() if match and unit_factor(column.unit, "Pa") is None else ""
@@ -126,8 +126,8 @@ def find_reference(column: Column) -> str | None:
 def read_log(path: str | Path, wants: Sequence[Want], options: ReadingOptions | None = None) -> Log:
     """Read the required columns of a file in SI units.
 
-    Raises FileError if a column is missing or ambiguous, or has no unit or no number, and
-    QuantityError for invalid options. A required time may not run backwards.
+    Raises FileError if a column is missing or ambiguous or has no unit or no number, and
+    QuantityError for invalid options. A required time must not decrease.
     """
     options = options or ReadingOptions()
     entries = options.entries({w.role: w.si for w in wants})
@@ -149,9 +149,9 @@ def read_log(path: str | Path, wants: Sequence[Want], options: ReadingOptions | 
 
 
 def _largest_table(source: Source, wants: Sequence[Want], listed: bool) -> Table:
-    """Return the table with the most rows, one with units if there is one.
+    """Return the table with the most rows, preferably one with units.
 
-    If the user has `listed` the columns, the table has all rows from the first row of numbers on.
+    If the user has `listed` the columns, the table starts at the first row of numbers.
     """
     lines = read_lines(source)
     blocks = find_blocks(lines)
@@ -168,7 +168,7 @@ def _largest_table(source: Source, wants: Sequence[Want], listed: bool) -> Table
 
 
 def _split_units(header: Header, wants: Sequence[Want]) -> Header:
-    """Return the header, with units that end a name: 'Druck / kPa', 'p_bar', 'p [kPa(g)]'."""
+    """Return the header, with units split off names: 'Druck / kPa', 'p_bar', 'p [kPa(g)]'."""
     names, units = zip(*(_name_unit(n, u, wants) for n, u in header.columns), strict=True)
     return replace(header, names=names, units=units)
 
@@ -188,10 +188,10 @@ def _name_unit(name: str, unit: str | None, wants: Sequence[Want]) -> tuple[str,
 def _convert_points(
     rows: Rows, columns: Sequence[Column], decimal: str | None
 ) -> tuple[Rows, list[str]]:
-    """Convert numbers such as 1.002.000 for 1002.000, whose last point is the decimal sign.
+    """Convert numbers such as 1.002.000 (meaning 1002.000), in which the last point is decimal.
 
-    This requires the user's decimal sign or a column with a number such as 0.000, because a
-    thousands group cannot follow a lone zero.
+    This requires the user's decimal sign, or a column with a number such as 0.000, because
+    thousands cannot follow a lone zero.
     """
     source, table = rows.source, rows.table
     notes: list[str] = []

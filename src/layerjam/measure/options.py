@@ -1,6 +1,6 @@
-"""Reading options for ambiguous files: one record, one syntax.
+"""Reading options for ambiguous files: one class, one syntax.
 
-The same words serve as options of the commands and as the `[read]` table of a sidecar.
+The same names are used for options of commands and in the `[read]` table of a sidecar.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,12 +18,12 @@ from layerjam.units import like, quantity
 
 SKIP = "skip"
 REFERENCES = ("absolute", "gauge", "vacuum")
-"""References of a pressure: absolute, above the atmosphere, below the atmosphere."""
+"""References of a pressure: absolute, above atmospheric, below atmospheric."""
 
 
 @dataclass(frozen=True)
 class ColumnEntry:
-    """User's entry for one column: its role, its unit, and its name or its index."""
+    """The user's entry for one column: its role, its unit, and its name or index."""
 
     role: str
     unit: str
@@ -34,16 +34,16 @@ class ColumnEntry:
 @explain_arguments
 @dataclass(frozen=True, kw_only=True)
 class ReadingOptions:
-    """Options for ambiguities of a file; with an empty option or None, the file determines it.
+    """Options that resolve a file's ambiguities; if empty or None, the file determines the value.
 
-    `negative` lists those of "force" and "elongation" that the machine counts with the opposite
-    sign. `columns` assigns the columns, in order (``time:ms,skip,force:N``) or by name
-    (``force:N=Load,time=Zeit``). An entry of `column` assigns one column by its name, and in Python
-    it may be a mapping, {"force:N": "Load"}. `decimal` is "." or ",". `specimen` is the number of a
-    specimen if a file has several, from 1. `sheet` is the name of a workbook's sheet. `names` is
-    the pattern of the files' names, such as "pull_{vacuum}_{speed:mm/s}_*". `speed` [m/s] is the
-    crosshead's if nothing else states it; without elongation in the file, that is speed times time.
-    `reading` is the reference of a pressure, one of `REFERENCES`.
+    `negative` lists which of "force" and "elongation" the machine records with the opposite sign.
+    `columns` assigns the columns, in order (``time:ms,skip,force:N``) or by name
+    (``force:N=Load,time=Zeit``). An entry of `column` assigns one column by its name; in Python,
+    `column` may be a mapping, {"force:N": "Load"}. `decimal` is "." or ",". `specimen` is the
+    number (from 1) of a specimen if a file has several. `sheet` is the name of a worksheet. `names`
+    is the pattern of file names, such as "pull_{vacuum}_{speed:mm/s}_*". `speed` [m/s] is that of
+    the crosshead if nothing else states it; in a file without elongation, elongation is speed times
+    time. `reading` is the reference of a pressure, one of `REFERENCES`.
     """
 
     negative: Sequence[str] = value(ListSpec(each=TextSpec(choices=tuple(ROLES)), single=True), ())
@@ -68,15 +68,15 @@ class ReadingOptions:
                 entry.spec.check(setting, name)
 
     def over(self, sidecar: "ReadingOptions") -> "ReadingOptions":
-        """Return the options of both; these take precedence over `sidecar`."""
+        """Return the combined options; these take precedence over those of the `sidecar`."""
         settings = {f.name: v for f in fields(self) if (v := getattr(self, f.name))}
-        if self.column and sidecar.by_order:  # an explicit name overrides an order in the sidecar
+        if self.column and sidecar.by_order:  # an explicit name overrides the order in the sidecar
             settings["columns"] = self.columns
         return replace(sidecar, **settings)
 
     @property
     def by_order(self) -> list[str] | None:
-        """Return the entries of `columns` if they follow the file's order, else None."""
+        """Return the entries of `columns` if they are in file order, otherwise None."""
         if self.columns is None or "=" in self.columns:
             return None
         return [entry.strip() for entry in self.columns.split(",")]
@@ -84,8 +84,8 @@ class ReadingOptions:
     def entries(self, roles: Mapping[str, str]) -> dict[str, ColumnEntry]:
         """Return {role: entry of its column} for the required `roles` {role: SI unit}.
 
-        Raises QuantityError for an invalid entry, for a unit of the wrong role, and for a role that
-        appears twice.
+        Raises QuantityError for an invalid entry, a unit that does not suit the role, or a repeated
+        role.
         """
         order, out = self.by_order, {}
         texts = (
@@ -106,7 +106,7 @@ class ReadingOptions:
 
 
 def _split_names(columns: str) -> list[str]:
-    """Return ROLE=NAME entries; a part without "=" belongs to the previous name, with its comma."""
+    """Return ROLE=NAME entries; a part without "=" and its comma belong to the previous name."""
     out: list[str] = []
     for part in columns.split(",") if columns else ():
         if out and "=" not in part:
@@ -138,12 +138,12 @@ def _list_roles(roles: Mapping[str, str]) -> str:
 
 
 KEYS = tuple(f.name for f in fields(ReadingOptions))
-"""Keys of the `[read]` table, named as the options of the commands."""
+"""Keys of the `[read]` table, named like the options of the commands."""
 _FIELDS = dict(entries(ReadingOptions, f"{READ}."))
 
 
 def read_options_of(path: str | Path) -> ReadingOptions:
-    """Return the options in the `[read]` table of the sidecar or of the folder's conditions.toml.
+    """Return the options in the `[read]` table of the sidecar or the folder's conditions.toml.
 
     Raises FileError, with file and line, for an unknown key or an invalid value.
     """

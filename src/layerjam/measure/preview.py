@@ -19,17 +19,16 @@ from layerjam.measure.readers.unit_words import ROLES, convert
 from layerjam.measure.trace import Array
 
 ROWS, LETTERS, COLUMN_LIMIT = 6, 40, 40
-"""Largest number of rows, of characters in a cell, and of columns."""
+"""Largest number of rows, of characters per cell and of columns."""
 
 
 @dataclass(frozen=True)
 class Preview:
     """The largest table of a file.
 
-    `names` and `units` are as written, "column 1" and "" if missing. `rows` are the first ones as
-    text, `taken` {index of a column: (role, unit)} its interpretation, `sheets` those of a
-    workbook. `ours` states that this program wrote the file, so that its columns need no
-    correction.
+    `names` and `units` are as written, "column 1" and "" if missing. `rows` contains the first rows
+    as text, `taken` {index of a column: (role, unit)} the interpretation, `sheets` the sheets of a
+    workbook. `ours` means that this program wrote the file, so that its columns need no correction.
     """
 
     names: tuple[str, ...]
@@ -42,7 +41,7 @@ class Preview:
     def columns(self, index: int, role: str, unit: str) -> str:
         """Return the `columns` option that makes column `index` a `role` in `unit`, or ignores it.
 
-        Another column with the role loses it. The option is empty if no column is left.
+        Any other column with this role loses it. The option is empty if no column has a role.
         """
         roles = {i: pair for i, pair in self.taken.items() if i != index and pair[0] != role}
         if role:
@@ -52,7 +51,7 @@ class Preview:
 
 
 def preview(path: str | Path, options: ReadingOptions | None = None) -> Preview:
-    """Return the table of a file for a page; FileError if it has no row of numbers."""
+    """Return the table of a file for a page; raises FileError if it has no row of numbers."""
     every = (options or ReadingOptions()).over(read_options_of(path))
     sources = load_sources(path, every.sheet)
     source = max(sources, key=lambda s: len(s.data))
@@ -78,9 +77,9 @@ def preview(path: str | Path, options: ReadingOptions | None = None) -> Preview:
 def read_column(
     path: str | Path, index: int, unit: str, si: str, decimal: str | None = None
 ) -> Array:
-    """Return the numbers of one column of a file's largest table, in SI units.
+    """Return the numbers in one column of a file's largest table, in SI units.
 
-    Raises FileError if they are not numbers, or the unit has the wrong dimension.
+    Raises FileError if they are not numbers or the unit has the wrong dimension.
     """
     source = max(load_sources(path), key=lambda s: len(s.data))
     lines, block = _largest_block(source)
@@ -94,7 +93,7 @@ def read_column(
 
 
 def vacuum_columns(table: Preview) -> list[tuple[int, str]]:
-    """Return (index, unit) of columns whose name contains vacuum and whose unit is of pressure."""
+    """Return (index, unit) of columns named "vacuum" (in part) with a unit of pressure."""
     columns = []
     for index, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
         scale = convert(unit, "Pa") if unit else None
@@ -112,7 +111,7 @@ def _largest_block(source: Source) -> tuple[Lines, Block]:
 
 
 def _block_header(lines: Lines, block: Block) -> Header:
-    """Return the names and units of a block, as many as its rows have fields."""
+    """Return the names and units of a block, one for each field of its rows."""
     bare = bare_table(lines, block).header
     if block.table is None:
         return bare
@@ -151,6 +150,6 @@ def _assign_roles(
 
 
 def _shorten(text: str) -> str:
-    """Return a cell for a page: printable, in one line, at most `LETTERS` long."""
+    """Return a cell for a page: printable, on one line, at most `LETTERS` characters."""
     plain = " ".join("".join(c if c.isprintable() else " " for c in text).split())
     return plain if len(plain) <= LETTERS else plain[: LETTERS - 1] + "…"

@@ -1,4 +1,4 @@
-"""A run of a bench as CSV that every command reads, and the metadata for its sidecar."""
+"""A bench run as CSV that every command reads, and the metadata for its sidecar."""
 
 import io
 
@@ -19,20 +19,20 @@ UNITS = {
     "acceleration": "m/s^2",
 }
 FIRST = ("time", "elongation", "force", "vacuum", "target")
-"""Columns that commands need, in front; the board's own follow unchanged."""
+"""Columns that commands need, which come first; the board's own columns follow unchanged."""
 LONG = 400
-"""Largest number of characters of a metadata entry in a header."""
+"""Largest number of characters in a metadata entry of a header."""
 
 
 def ordered_columns(run: Run) -> dict[str, Array]:
-    """Return the columns of a run, with those of FIRST in front."""
+    """Return the columns of a run, starting with those of FIRST."""
     names = [name for name in FIRST if name in run.columns]
     names += [name for name in run.columns if name not in names]
     return {name: run.columns[name] for name in names}
 
 
 def csv_text(run: Run) -> str:
-    """Return the whole run as text: a header with metadata, names with units, rows of samples."""
+    """Return the run as text: a header with metadata, names with units, and rows of samples."""
     head = {"data": SYNTHETIC if run.simulated else MEASURED}
     head |= {key: text for key, text in run.meta.items() if text and key != "simulated"}
     short = {key: text for key, text in head.items() if "\n" not in text and len(text) <= LONG}
@@ -48,16 +48,16 @@ def csv_text(run: Run) -> str:
 
 
 def _format_cells(name: str, values: Array) -> list[str]:
-    """Return digits that can be read back to the same numbers; times are in microseconds."""
+    """Return digits from which the same numbers can be read; times are to the microsecond."""
     if name == "time":
         return [f"{value:.6f}" for value in values.tolist()]
     return list(map(repr, values.tolist()))
 
 
 def run_facts(run: Run) -> Facts:
-    """Return the metadata of a run for its sidecar: synthetic or not, vacuum, speed, ...
+    """Return a run's metadata for its sidecar: whether synthetic, vacuum, speed, ...
 
-    A vacuum or a speed counts if the procedure has only one.
+    A vacuum or a speed is included only if the procedure has exactly one.
     """
     meta = run.meta
     vacuums, speeds = set(), set()

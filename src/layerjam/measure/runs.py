@@ -1,7 +1,7 @@
-"""A run of a bench from its file: one SQLite database, also readable without this program.
+"""A bench run from its file: one SQLite database, also readable without this program.
 
-`rig/run_file.py` writes it. A file that was not closed is read in place, with the content of its
-`-wal` file.
+`rig/run_file.py` writes it. A file that was not closed is read in place, together with the content
+of its `-wal` file.
 """
 
 import json
@@ -27,9 +27,9 @@ ENDING = ".ljrun"
 COLUMNS = tuple(
     "boot seq board_us vacuum target raw temperature pump flags state fault".split()  # noqa: SIM905
 )
-"""Columns of the `samples` table, in its order; see runs.sql for their units."""
+"""Columns of the `samples` table, in order; see runs.sql for their units."""
 SCHEMA = Path(__file__).with_name("runs.sql").read_text(encoding="utf-8")
-"""Tables of the file and what their columns hold."""
+"""SQL of the tables in the file, with a description of their columns."""
 
 Array = npt.NDArray[Any]
 
@@ -38,10 +38,10 @@ Array = npt.NDArray[Any]
 class Run:
     """Content of a run file.
 
-    `columns` are those of `samples` preceded by `time` [s], shape (N,), with `elongation` [m] and
-    `force` [N] if a machine gave them. `time` is zero at the start of the recording; earlier
-    samples of the board are negative. Between two starts of the board the host's time is used.
-    `gaps` counts missing samples.
+    `columns` are those of `samples`, preceded by `time` [s], shape (N,), with `elongation` [m] and
+    `force` [N] if a machine recorded them. `time` is zero at the start of the recording, and
+    negative for earlier samples of the board. Between two starts of the board, the host's time is
+    used. `gaps` counts missing samples.
     """
 
     path: str
@@ -62,7 +62,7 @@ class Run:
 
     @property
     def outcome(self) -> str | None:
-        """Outcome of the run; None if nobody closed its file."""
+        """Outcome of the run; None if its file was never closed."""
         return self.meta.get("outcome") or None
 
     @property
@@ -76,7 +76,7 @@ class Run:
 
     @property
     def interrupted(self) -> bool:
-        """Whether the writer stopped before it closed the file."""
+        """Whether the writer stopped before closing the file."""
         return self.outcome is None
 
     @property
@@ -85,7 +85,7 @@ class Run:
         return self.meta.get("simulated") != "0"
 
     def between(self, start: float | None, end: float | None) -> "Run":
-        """Return the samples from `start` to `end` [s]; QuantityError if there are none."""
+        """Return the samples from `start` to `end` [s]; raises QuantityError if there are none."""
         time = self.columns["time"]
         inside = np.ones(len(time), bool)
         if start is not None:
@@ -103,7 +103,7 @@ class Run:
         return replace(self, columns=columns, gaps=gaps, shots=shots)
 
     def time_of(self, shot: Shot) -> float:
-        """Return the time of a shot's trigger [s]; NaN if no sample of its board exists."""
+        """Return the time of a shot's trigger [s]; NaN if its boot of the board has no sample."""
         inside = np.flatnonzero(self.columns["boot"] == shot.boot)
         if not len(inside):
             return math.nan
@@ -113,7 +113,7 @@ class Run:
 
 
 def count_missing(boot: Array, seq: Array) -> int:
-    """Return the number of samples missing between the first and the last of each boot."""
+    """Return the number of missing samples between the first and the last of each boot."""
     gaps = 0
     for number in np.unique(boot):
         numbers = seq[boot == number]
@@ -122,17 +122,16 @@ def count_missing(boot: Array, seq: Array) -> int:
 
 
 def open_run(path: str | Path, is_complete: bool = False) -> sqlite3.Connection:
-    """Open a run file for reading; FileError if it is not a run file.
+    """Open a run file for reading; raises FileError if it is not a run file.
 
-    `is_complete` is for a file to which nobody writes and that has no `-wal` file. SQLite then
-    creates no files next to it.
+    `is_complete` means that no process writes to the file and that it has no `-wal` file. SQLite
+    then creates no files next to it.
     """
     name = str(path)
     try:
         if not Path(path).is_file():
             raise FileError(name[:200], "is not a file")
-        # use SQLite only, because another open and close would release the locks of an active
-        # recorder
+        # use only SQLite: another open and close would release the locks of an active recorder
         uri = f"file:{quote(str(Path(path).absolute()))}?mode=ro{'&immutable=1' * is_complete}"
         base = sqlite3.connect(uri, uri=True)
     except (OSError, ValueError, sqlite3.Error) as error:
@@ -147,7 +146,7 @@ def open_run(path: str | Path, is_complete: bool = False) -> sqlite3.Connection:
 
 
 def _check_kind(base: sqlite3.Connection, name: str) -> None:
-    """Raise FileError if a database is not a run of a bench that this version reads."""
+    """Raise FileError if a database is not a bench run that this version can read."""
     try:
         kind = base.execute("PRAGMA application_id").fetchone()[0]
         version = base.execute("PRAGMA user_version").fetchone()[0]
@@ -169,7 +168,7 @@ def _describe_error(error: sqlite3.Error) -> str:
 
 
 def read_run(path: str | Path) -> Run:
-    """Read everything in a run file; FileError if it is not one, or damaged."""
+    """Read everything in a run file; raises FileError if it is not one or is damaged."""
     base = open_run(path)
     try:
         base.execute("BEGIN")
@@ -207,7 +206,7 @@ def read_run(path: str | Path) -> Run:
 
 
 def _crosshead_at(columns: Mapping[str, Array], board_us: Array, values: Array) -> Array:
-    """Return the machine's value at each sample, NaN if there is none."""
+    """Return the machine's value at each sample; NaN if there is none."""
     us = columns["board_us"]
     place = np.searchsorted(board_us, us)
     place[place == len(board_us)] = 0
@@ -216,9 +215,9 @@ def _crosshead_at(columns: Mapping[str, Array], board_us: Array, values: Array) 
 
 
 def sample_times(columns: Mapping[str, Array], clock: Array) -> Array:
-    """Return the seconds from the first sample on, shape (N,).
+    """Return the time since the first sample [s], shape (N,).
 
-    They follow the board's clock within a boot, and the host's between boots, never backwards.
+    It follows the board's clock within a boot and the host's between boots, and never decreases.
     """
     boot, board = columns["boot"], columns["board_us"]
     time = np.zeros(len(boot))
@@ -243,7 +242,7 @@ def sample_times(columns: Mapping[str, Array], clock: Array) -> Array:
 
 
 def _boot_clocks(clock: Array, first: int) -> tuple[int, int] | None:
-    """Return the host's clocks [ns] at a boot's first sample, None if unknown."""
+    """Return the host's clocks [ns] at a boot's first sample; None if unknown."""
     if not len(clock):
         return None
     _, _, board, mono, utc = (int(value) for value in clock[0])

@@ -1,7 +1,7 @@
-"""Detection of a record exported twice, with a different sampling, unit or separator.
+"""Detection of a record that was exported twice, with a different sampling, unit or separator.
 
-Repeats of one brake look similar, but the load cell's noise identifies a record. The noise is
-compared by second differences, which contain almost nothing else.
+Repeats of one brake look similar, but the noise of the load cell identifies a record. The noise is
+compared by means of second differences, which contain almost nothing else.
 """
 
 from collections.abc import Iterator
@@ -12,33 +12,33 @@ import numpy as np
 from layerjam.measure.trace import Array, Trace
 
 LEAST, SAMPLE_LIMIT = 30, 20_000
-"""Number of common samples needed for a comparison, and number of samples of a record stored."""
+"""Minimum number of common samples for a comparison, and maximum number stored of a record."""
 ALIKE = 0.75
 """Correlation of the noise above which two records are the same. Repeats of virtual brakes reach
-0.46. Strokes of a printed actuator reach 0.84, but these differ by 1.5 times their noise."""
+0.46. Strokes of a printed actuator reach 0.84, but their curves differ by 1.5 times the noise."""
 CLOSE_CURVES = 1.0
-"""Ratio of the curves' median difference to that of the noise below which records may match."""
+"""Ratio of the curves' median difference to that of the noise, below which records may match."""
 QUIET = 1e-5
-"""Noise, relative to the range of forces, below which a record is considered computed, so that two
-of them may be alike without being the same."""
+"""Noise, relative to the range of forces, below which a record counts as computed, so that two of
+them may be alike without being the same."""
 SHARED = 0.5
 """Fraction of the shorter record that both must have in common."""
 MOST_SIZE = 4.5
-"""Noise, relative to its median size, at which it is clipped, so that a jump does not dominate."""
+"""Level, relative to its median size, at which noise is clipped so that no jump dominates."""
 SAMPLE = 200
-"""Number of points at which two curves are compared before their noise."""
+"""Number of points at which two curves are compared before their noise is."""
 STARTS = 50
-"""Number of samples of the denser record at which the sparser one may start."""
+"""Number of samples of the denser record at which the sparser record may start."""
 
 
 @dataclass
 class Records:
-    """Records so far, by name."""
+    """Records read so far, by name."""
 
     seen: dict[str, Trace] = field(default_factory=dict)
 
     def find_same(self, trace: Trace) -> str | None:
-        """Return the name of an earlier record of which this one is a copy, or None."""
+        """Return the name of an earlier record of which this is a copy, or None."""
         part = _peak_window(trace)
         return next(
             (name for name, earlier in self.seen.items() if is_same_record(earlier, part)), None
@@ -50,12 +50,12 @@ class Records:
 
 
 def is_same_record(first: Trace, second: Trace) -> bool:
-    """Return whether two traces are the same record: the same up to noise, with the same noise."""
+    """Return whether two traces are one record: curves equal up to noise, and the same noise."""
     return noise_correlation(first, second) >= ALIKE
 
 
 def noise_correlation(trace: Trace, other_trace: Trace) -> float:
-    """Return the correlation of the noise of two records [1]; 0 if their curves differ by more."""
+    """Return the noise correlation of two records [-]; 0 if their curves differ by more."""
     best = 0.0
     for clock in ("elongation", "time"):
         first, second = _rising_part(trace, clock), _rising_part(other_trace, clock)
@@ -65,7 +65,7 @@ def noise_correlation(trace: Trace, other_trace: Trace) -> float:
 
 
 def _peak_window(trace: Trace) -> Trace:
-    """Return the stored samples around the greatest force."""
+    """Return the samples to store, around the maximum force."""
     start = max(0, min(int(trace.force.argmax()) - SAMPLE_LIMIT // 2, len(trace) - SAMPLE_LIMIT))
     part = slice(start, start + SAMPLE_LIMIT)
     time = None if trace.time is None else trace.time[part]
@@ -73,7 +73,7 @@ def _peak_window(trace: Trace) -> Trace:
 
 
 def _rising_part(trace: Trace, clock: str) -> tuple[Array, Array] | None:
-    """Return the clock up to its greatest value, and the force, with each clock value once."""
+    """Return the clock up to its maximum, and the force, with each clock value once."""
     values = getattr(trace, clock)
     if values is None or len(values) < LEAST:
         return None
@@ -82,9 +82,9 @@ def _rising_part(trace: Trace, clock: str) -> tuple[Array, Array] | None:
 
 
 def _correlations(curve: tuple[Array, Array], other_curve: tuple[Array, Array]) -> Iterator[float]:
-    """Yield the correlations of the noise with the same clock origin, and with the same start.
+    """Yield the noise correlations for a common clock origin, and for a common start.
 
-    A record of which every n-th sample was stored may start with a different sample.
+    A record with every n-th sample stored may start with a different sample.
     """
     yield 0.0
     dense, sparse = sorted((curve, other_curve), key=lambda pair: _clock_step(pair[0]))
@@ -98,7 +98,7 @@ def _correlations(curve: tuple[Array, Array], other_curve: tuple[Array, Array]) 
 
 
 def _is_near(sparse: tuple[Array, Array], dense: tuple[Array, Array]) -> bool:
-    """Return whether two curves differ by little more than noise, as copies do."""
+    """Return whether two curves differ by little more than noise, like copies."""
     part = slice(None, None, max(1, len(sparse[0]) // SAMPLE))
     gaps = np.abs(sparse[1][part] - np.interp(sparse[0][part], *dense))
     second = np.abs(sparse[1][1:-1] - (sparse[1][2:] + sparse[1][:-2]) / 2)
@@ -112,7 +112,7 @@ def _clock_step(clock: Array) -> float:
 def _correlate_samples(sparse: tuple[Array, Array], dense: tuple[Array, Array]) -> Iterator[float]:
     """Yield the correlations at the samples of the sparser record.
 
-    The denser record is taken at these points, and as means around them, as programs resample.
+    The denser record is sampled at these points, and averaged around them, as programs resample.
     """
     low, high = max(sparse[0][0], dense[0][0]), min(sparse[0][-1], dense[0][-1])
     spans = [clock[-1] - clock[0] for clock in (sparse[0], dense[0])]
@@ -137,7 +137,7 @@ def _smooth_values(values: Array) -> Array:
 
 
 def _correlation(force: Array, other_force: Array, step: int = 1) -> float:
-    """Return the correlation of second differences; 0 without noise, or if curves differ more."""
+    """Return the correlation of second differences; 0 without noise or if curves differ more."""
     noise = [v[step:-step] - (v[2 * step :] + v[: -2 * step]) / 2 for v in (force, other_force)]
     sizes = [float(np.median(np.abs(part))) for part in noise]
     if min(sizes) < QUIET * float(np.ptp(force)):

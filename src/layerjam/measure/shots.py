@@ -1,4 +1,4 @@
-"""The accelerometer's record of one drop, from a board or a run file."""
+"""Accelerometer record of one drop, from a board or a run file."""
 
 import json
 import sqlite3
@@ -23,10 +23,10 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Shot:
-    """One record; `counts` has shape (N,), int16, with `before` samples before the trigger.
+    """One record; `counts` (N,), int16, has `before` samples before the trigger.
 
     `zero` [counts], `gain` [m/s^2 per count], `range` [m/s^2] and `rate` [Hz] are the board's own.
-    `number` and `boot` are those of a run file; `size` is N if nothing is missing.
+    `number` and `boot` are those in a run file; `size` is N if nothing is missing.
     """
 
     counts: Array = field(repr=False)
@@ -37,20 +37,20 @@ class Shot:
     range: float
     before: int
     trigger_us: int
-    """Trigger time on the board's clock [us]; outside a run file only its low 32 bits."""
+    """Trigger time on the board's clock [us]; outside a run file, only its low 32 bits."""
     synthetic: bool
-    """Whether it comes from a virtual board."""
+    """Whether a virtual board recorded it."""
     number: int = 1
     boot: int = 0
 
     @property
     def time(self) -> Array:
-        """Time from the trigger on [s], shape (N,)."""
+        """Time since the trigger [s], shape (N,)."""
         return (np.arange(len(self.counts)) - self.before) / self.rate
 
     @property
     def acceleration(self) -> Array:
-        """Specific force along the sensor's axis [m/s^2], shape (N,): 0 in free fall."""
+        """Specific force along the sensor's axis [m/s^2], shape (N,); 0 in free fall."""
         return (self.counts.astype(float) - self.zero) * self.gain
 
     def row(self) -> dict[str, Any]:
@@ -97,7 +97,7 @@ class Shot:
         )
 
     def text(self, facts: Mapping[str, str] | None = None) -> str:
-        """Return CSV for `layerjam crash`; `facts` (metadata) are added to its first lines."""
+        """Return CSV for `layerjam crash`; the metadata `facts` are added to its first lines."""
         head = {
             **(facts or {}),
             "data": SYNTHETIC if self.synthetic else MEASURED,
@@ -112,7 +112,7 @@ class Shot:
         return "\n".join(lines) + "\n"
 
     def write(self, file: str | Path, overwrite: bool = False) -> Path:
-        """Write a CSV file; FileError if it exists (unless `overwrite`) or cannot be written."""
+        """Write a CSV file; raises FileError on failure, or if it exists without `overwrite`."""
         return write_whole(file, self.text(), overwrite)
 
 
@@ -135,7 +135,7 @@ def shots_in(base: sqlite3.Connection, synthetic: bool) -> tuple[Shot, ...]:
 
 
 def find_shot(shots: tuple[Shot, ...], number: int | None, path: str) -> Shot:
-    """Return the only shot of a run, or that of a number; raises FileError."""
+    """Return the only shot of a run, or the one with a number; raises FileError."""
     numbers = [shot.number for shot in shots]
     if not numbers:
         raise FileError(path, "contains no shot; 'layerjam bench run --shot' records one")

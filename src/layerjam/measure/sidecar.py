@@ -15,13 +15,13 @@ from layerjam.units import FlagSpec, build, like, quantity
 
 SIDECAR_ENDING = ".toml"
 FOLDER = "conditions.toml"
-"""File of metadata that apply to all files of its folder, with the same keys."""
+"""File of metadata for all files in its folder, with the same keys."""
 READ = "read"
 """Table of a sidecar with reading options; see `measure.options`."""
 
 
 def _text_field(text: str) -> str:
-    """Return the field of a text for the report, "not stated" if empty."""
+    """Return the field of a text that the report prints as "not stated" if empty."""
     field: str = value(TextSpec(text=text), default="")
     return field
 
@@ -39,8 +39,8 @@ def _limit_field(quantity_name: str) -> Any:
 class Facts:
     """Conditions of one test; None (or empty) if not stated.
 
-    The fields from `number` on are for a report to be signed (ASTM D1894, section 12; ISO/IEC
-    17025, section 7.8.2).
+    The fields from `number` onwards are for a signed report (ASTM D1894, section 12; ISO/IEC 17025,
+    section 7.8.2).
     """
 
     vacuum: float | None = like(VACUUM, "vacuum in the brake during the test", default=None)
@@ -106,17 +106,17 @@ def sidecar_path(path: str | Path) -> Path:
 
 
 def read_facts(path: str | Path) -> Facts:
-    """Return the metadata of the data file `path`; all unknown if there is no sidecar.
+    """Return the metadata of the data file `path`; all are unknown if there is no sidecar.
 
-    Metadata of all files of a folder are in its conditions.toml; a file's own sidecar has priority.
-    Raises FileError, with file and line, for broken TOML, an unknown key or a bad value.
+    Metadata of all files in a folder are in its conditions.toml; a file's own sidecar has priority.
+    Raises FileError, with file and line, for invalid TOML, an unknown key or an invalid value.
     """
     of_all, of_file = (_read_place(place) for place in fact_files(path))
     return build(Facts, {**of_all, **of_file})
 
 
 def fact_files(path: str | Path) -> tuple[Path, Path]:
-    """Return the paths of a data file's metadata: its folder's, and its own, which has priority."""
+    """Return the paths of a data file's metadata: the folder's, and its own (with priority)."""
     return Path(path).parent / FOLDER, sidecar_path(path)
 
 
@@ -125,27 +125,27 @@ def _read_place(place: Path) -> dict[str, Any]:
 
 
 def parse_facts(text: str, place: str | Path) -> dict[str, Any]:
-    """Return {key: SI value} of a sidecar's text; FileError names `path` and the line."""
+    """Return {key: SI value} from a sidecar's text; a FileError names the file and the line."""
     reader = Reader(text, place, _FIELDS, words={})
     reader.take({k: v for k, v in parse_toml(text, place).items() if k != READ})
     return reader.values
 
 
 def read_text_or_empty(place: Path) -> str:
-    """Return the text of a metadata file; empty if there is none."""
+    """Return the text of a metadata file, empty if there is none."""
     try:
         exists = place.exists()
-    except (OSError, ValueError):  # a name that is too long or contains a NUL has no sidecar
+    except (OSError, ValueError):  # a name that is too long or contains a NUL cannot have a sidecar
         exists = False
     return read_text(place) if exists else ""
 
 
 def facts_text(facts: Facts) -> str:
-    """Return the sidecar's TOML; `read_facts` returns exactly these metadata."""
+    """Return the TOML text of a sidecar, from which `read_facts` returns the same metadata."""
     lines = ["# Metadata that the data file next to this one does not contain."]
     return "\n".join([*lines, *plain(_FIELDS, vars(facts)), ""])
 
 
 def write_facts(path: str | Path, facts: Facts, overwrite: bool = False) -> Path:
-    """Write the sidecar of the data file `path`; FileError if one exists, unless `overwrite`."""
+    """Write the sidecar of data file `path`; raises FileError if one exists, unless `overwrite`."""
     return write_whole(sidecar_path(path), facts_text(facts), overwrite)

@@ -1,11 +1,11 @@
-"""Detection of files that a program generated, by their own words or by their sidecar."""
+"""Detection of files that a program generated, by their own text or by their sidecar."""
 
 import re
 
 from layerjam.errors import Notice
 
 SYNTHETIC = Notice("synthetic: written by a program, not measured", "synthetic")
-"""Notice of every result that uses such a file."""
+"""Notice for every result that uses such a file."""
 _WORD = re.compile(rb"(?i)\bsynthetic\b")
 
 

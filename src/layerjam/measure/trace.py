@@ -1,4 +1,4 @@
-"""A measured curve in SI units, and the checks that every curve passes."""
+"""A measured curve in SI units, and the checks that every curve must pass."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -13,7 +13,7 @@ from layerjam.units import show
 Array = npt.NDArray[np.float64]
 
 FEWEST_ROWS = 10
-# no test machine exceeds these: a larger number is damage, and its square would overflow
+# no test machine exceeds these: a larger number means a damaged file; its square could overflow
 _LARGEST = {"force": (1e8, "N"), "elongation": (1e3, "m"), "time": (1e11, "s")}
 
 
@@ -22,10 +22,10 @@ _LARGEST = {"force": (1e8, "N"), "elongation": (1e3, "m"), "time": (1e11, "s")}
 class Trace:
     """One pull or friction test as recorded by a machine, in SI units.
 
-    `force` [N] and `elongation` [m] (with the machine's own origin) are float64 arrays of the same
-    length, finite throughout; `time` [s] likewise, or None. `format` names the machine's format,
-    `understood` describes the interpretation of the columns, `warnings` are anomalies, `facts` are
-    the metadata of the sidecar.
+    `force` [N] and `elongation` [m] (with the machine's own origin) are float64 arrays of equal
+    length with finite values; so is `time` [s], if not None. `format` names the machine's format,
+    `understood` describes the interpretation of the columns, `warnings` lists anomalies, `facts`
+    contains the metadata of the sidecar.
     """
 
     force: Array = field(repr=False)
@@ -44,20 +44,20 @@ class Trace:
 
     @property
     def travel(self) -> Array:
-        """Return the elongation from the first sample on [m]."""
+        """Return the elongation relative to the first sample [m]."""
         return self.elongation - self.elongation[0]
 
     @property
     def synthetic(self) -> bool:
-        """Whether a program generated the file, according to its sidecar or the file itself."""
+        """Whether a program generated the file, according to its sidecar or to the file itself."""
         return self.facts.synthetic
 
     def between(
         self, start: float | None = None, end: float | None = None, *, over: str = "time"
     ) -> "Trace":
-        """Return the samples from `start` to `end` of `over`: "time" [s] or "elongation" [m].
+        """Return the samples from `start` to `end` in `over`: "time" [s] or "elongation" [m].
 
-        None leaves an end open. Raises QuantityError if fewer than 10 samples are left.
+        None leaves an end open. Raises QuantityError if fewer than 10 samples remain.
         """
         if over not in ("time", "elongation"):
             raise UnknownNameError("over", over, ("time", "elongation"))
@@ -84,14 +84,14 @@ class Trace:
         )
 
     def thinned(self, most: int) -> "Trace":
-        """Return the record with at most `most` samples, as means over neighbours."""
+        """Return the record reduced to at most `most` samples, as means of neighbours."""
         time = None if self.time is None else block_means(self.time, most)
         force, elongation = (block_means(a, most) for a in (self.force, self.elongation))
         return replace(self, force=force, elongation=elongation, time=time)
 
 
 def block_means(values: Array, limit: int) -> Array:
-    """Return means over equal numbers of neighbours, at most `limit` of them."""
+    """Return at most `limit` means, over equal numbers of neighbouring values."""
     size = -(-len(values) // limit)
     if size <= 1:
         return values
@@ -101,11 +101,11 @@ def block_means(values: Array, limit: int) -> Array:
 
 
 def check_trace(trace: Trace, line: Callable[[int], int | None], *, turned: bool = False) -> Trace:
-    """Return the trace with its warnings; FileError if it cannot be a tension test.
+    """Return the trace with its warnings; raises FileError if it cannot be a tension test.
 
-    `line` returns the line of the file for a row (0-based); `turned` states that the user changed
+    `line` returns the line in the file for a row (0-based); `turned` means that the user changed
     the sign of the force. The check rejects fewer than 10 rows, and values that are not finite or
-    exceed any test machine. It also rejects time that runs backwards, a force that never changes or
+    exceed those of any test machine. It also rejects decreasing time, a force that never changes or
     is saturated, and signs of compression.
     """
     rows = len(trace)
@@ -185,14 +185,14 @@ def _check_signs(trace: Trace, turned: bool) -> list[str]:
 
 
 def _check_stuck(trace: Trace) -> None:
-    """Reject a force that stays at its greatest value while the crosshead moves on.
+    """Reject a force that stays at its maximum while the crosshead keeps moving.
 
-    A saturated load cell repeats one number; a real plateau has noise, so its greatest value is
-    rare. The force is rejected if the greatest value occurs at least 20 times (fewer in short
-    records) and ten times as often, in a row or in all, as any other value in the upper half. If no
-    other value repeats, 20 times is enough. The factor ten accepts smooth peaks of coarse
-    resolution, whose top level is at most about five times as long as its neighbours. A hold with
-    the crosshead at rest is not a saturation.
+    A saturated load cell repeats one number; a real plateau has noise, so its maximum is rare. The
+    force is rejected if the maximum occurs at least 20 times (fewer in short records) and ten times
+    as often, consecutively or in total, as any other value in the upper half. If no other value
+    repeats, 20 times is enough. The factor of ten accepts smooth peaks of coarse resolution, whose
+    top level is at most about five times as long as its neighbours. A hold with the crosshead at
+    rest is not saturation.
     """
     force, rows = trace.force, len(trace)
     top = float(force.max())
@@ -223,7 +223,7 @@ def _check_stuck(trace: Trace) -> None:
 
 
 def _far_more(stuck: int, others: int, least: int) -> bool:
-    """Return whether the number is ten times that of others, or at least `least` without others."""
+    """Return whether the count is ten times that of others, or at least `least` without others."""
     return stuck >= max(least, 10 * others if others > 1 else least)
 
 

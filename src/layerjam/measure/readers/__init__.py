@@ -1,1 +1,1 @@
-"""Files of test machines, recognised by their content."""
+"""Readers for files of test machines, recognised by their content."""

@@ -1,9 +1,8 @@
 """Assignment of columns to quantities, by units first, then by names in several languages.
 
 A unit has priority over a name: a column in s is the time, whatever its name. Among several columns
-of one dimension, the name determines the choice (standard travel before the absolute crosshead),
-and the trace states the choice. If neither identifies the column, the reader asks the user and
-never guesses.
+of one dimension, the name determines the choice (standard travel before absolute crosshead
+position), and the trace states it. If neither identifies it, the reader asks and never guesses.
 """
 
 import re
@@ -28,10 +27,11 @@ from layerjam.measure.trace import Array
 
 @dataclass(frozen=True)
 class Want:
-    """A required quantity: its SI unit, possible units, and names of its column.
+    """A required quantity: its SI unit, its possible units and its possible column names.
 
-    `words` is a pattern for names in lower case without accents, `avoid` one for names with a
-    different meaning. An `optional` one may be missing. A pure number (SI unit "1") needs no unit.
+    `words` is a pattern for lower-case names without accents, `avoid` one for names with a
+    different meaning. An `optional` quantity may be missing. A pure number (SI unit "1") has no
+    unit.
     """
 
     role: str
@@ -48,7 +48,7 @@ class Want:
         return " or ".join([", ".join(units[:-1]), units[-1]] if len(units) > 1 else units)
 
     def named(self, name: str) -> bool:
-        """Return whether a name is one of this quantity."""
+        """Return whether a name may denote this quantity."""
         return re.search(self.words, plain_words(name)) is not None
 
     def rank(self, name: str) -> int | None:
@@ -59,16 +59,16 @@ class Want:
 
 
 def plain_words(name: str) -> str:
-    """Return a name in lower case, its words separated: p_abs."""
+    """Return a name in lower case with its words separated, as those of p_abs."""
     return normalise_name(name).replace("_", " ")
 
 
 @dataclass(frozen=True)
 class MachineWant(Want):
-    """A column of a test machine, with names in many languages."""
+    """A quantity in files of test machines, with column names in many languages."""
 
     def named(self, name: str) -> bool:
-        """Return whether the name alone belongs to this quantity."""
+        """Return whether the name alone identifies this quantity."""
         return role_of_name(name) == self.role
 
     def rank(self, name: str) -> int | None:
@@ -83,12 +83,12 @@ PULL = (
 )
 """Quantities of a pull or friction test."""
 TIMED = tuple(replace(w, optional=w.role == "elongation") for w in PULL)
-"""The same for a test whose elongation is its speed times its time."""
+"""The same for a test whose elongation is speed times time."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """A selected column: its index, its name and unit as written or given, its scale to SI."""
+    """A selected column: index, name and unit as written or given, and conversion to SI."""
 
     role: str
     index: int
@@ -100,7 +100,7 @@ class Column:
     """Whether the user named the column."""
 
     def si(self, values: Array) -> Array:
-        """Return values in SI units; for a factor such as 1/1000 it divides, to round only once."""
+        """Return values in SI units; a factor such as 1/1000 is a division, to round only once."""
         factor = self.factor
         if factor.numerator == 1:
             values = values / factor.denominator if factor.denominator != 1 else values
@@ -109,7 +109,7 @@ class Column:
         return values + self.offset if self.offset else values
 
     def sentence(self, others: "Sequence[Column]" = (), by_unit: bool = False) -> str:
-        """Return the interpretation of the column, with the columns that it was preferred to."""
+        """Describe the interpretation of the column, and the columns to which it was preferred."""
         text = f"{self.role} is the column '{shorten(self.name)}'"
         text += f" in {self.unit}" if self.unit else ", a pure number"
         text += ", as given" if self.given else " (by its unit)" if by_unit else ""
@@ -123,11 +123,11 @@ class Column:
 
 @dataclass(frozen=True)
 class Header:
-    """Columns of a file's table: names and units as written, and the line of the names.
+    """Columns of a table: names and units as written, and the line of the names.
 
-    `style` names the position of the units: "bracket row", "plain row", "names", "units", "units
-    above", "stated" or "" (none). `label` has the fields of the line above the names, which may
-    number specimens.
+    `style` is the position of the units: "bracket row", "plain row", "names", "units", "units
+    above", "stated" or "" (none). `label` has the fields of the line above, which may number
+    specimens.
     """
 
     names: tuple[str, ...]
@@ -143,7 +143,7 @@ class Header:
         return list(zip(self.names, self.units, strict=True))
 
     def select(self, indices: Collection[int]) -> "Header":
-        """Return the header with some columns; the others' names and units are empty."""
+        """Return the header with only some columns; names and units of the others are empty."""
         names = tuple(n if i in indices else "" for i, n in enumerate(self.names))
         units = tuple(u if i in indices else None for i, u in enumerate(self.units))
         return replace(self, names=names, units=units)
@@ -153,7 +153,7 @@ class Header:
         return FileError(self.path, reason, self.line, how=remedy, asks=asks if remedy else "")
 
     def describe(self) -> str:
-        """Return the list of columns, as the end of an error's sentence."""
+        """Return the list of columns, for the end of an error message."""
         names = [
             f"'{shorten(n)}' [{shorten(u)}]" if u else f"'{shorten(n)}'"
             for n, u in self.columns[:8]
@@ -161,7 +161,7 @@ class Header:
         return f"its columns are {', '.join(names)}" + (" and more" if self.names[8:] else "")
 
     def candidates(self, want: Want, entry: ColumnEntry | None = None) -> list[tuple[int, Column]]:
-        """Return (rank of the name, column) of all columns that can be the quantity."""
+        """Return (rank of the name, column) of all columns that may contain the quantity."""
         candidates = []
         for index, (name, file_unit) in enumerate(self.columns):
             if entry is not None and normalise_name(name) != normalise_name(entry.name or ""):
@@ -179,7 +179,7 @@ class Header:
 def columns_by_order(
     header: Header, wants: Sequence[Want], entries: Mapping[str, ColumnEntry], count: int
 ) -> "Assignment":
-    """Return the columns as the user lists them; FileError if the file has more or fewer."""
+    """Return the columns in the user's order; raises FileError if the file has more or fewer."""
     if count != len(header.names):
         raise header.fail(
             f"has {len(header.names)} columns",
@@ -197,7 +197,7 @@ def columns_by_order(
 
 
 Assignment = tuple[dict[str, Column], list[str]]
-"""{role: column}, and sentences with their interpretation."""
+"""{role: column}, and sentences that describe the interpretation."""
 
 
 def assign_columns(
@@ -206,10 +206,10 @@ def assign_columns(
     entries: Mapping[str, ColumnEntry],
     same: Callable[[Sequence[Column]], bool] | None = None,
 ) -> Assignment:
-    """Return the column of each required quantity, and sentences that describe them.
+    """Return the column of each required quantity, and sentences that describe the choice.
 
-    `same` returns whether several columns are the same measurement; then the first is used. Raises
-    FileError if a column is missing, has no unit or one of another dimension, or is ambiguous.
+    `same` returns whether several columns are the same measurement; the first is then used. Raises
+    FileError if a column is missing or ambiguous, or has no unit or a unit of the wrong dimension.
     """
     columns: dict[str, Column] = {}
     sentences = []
@@ -256,7 +256,7 @@ def columns_hint(wants: Sequence[Want]) -> str:
 
 
 def _missing_reason(header: Header, want: Want, entry: ColumnEntry | None) -> tuple[str, str]:
-    """Return the reason for a missing column, and the option that names it."""
+    """Return the reason why a column is missing, and the option that names it."""
     for name, unit in header.columns:
         if (
             entry is not None
@@ -305,7 +305,7 @@ def _unit_conflict(header: Header, column: Column, si: str) -> str | None:
 def unit_conflicts(
     header: Header, columns: Mapping[str, Column], wants: Sequence[Want]
 ) -> list[str]:
-    """Return the conflicts between the file's units and the user's, who lists the columns."""
+    """Return the conflicts between the units in the file and those that the user lists."""
     conflicts = [_unit_conflict(header, columns[w.role], w.si) for w in wants if w.role in columns]
     return [f"{conflict}; the given unit takes precedence" for conflict in conflicts if conflict]
 
@@ -331,7 +331,7 @@ def _unit_reason(want: Want, name: str, unit: str | None) -> tuple[str, str]:
 
 
 def shorten(text: str) -> str:
-    """Return a text for a message: printable, in one line, of at most forty letters."""
+    """Return a text for a message: printable, on one line, at most forty characters."""
     text = " ".join("".join(c if c.isprintable() else " " for c in text).split())
     return text if len(text) <= 40 else text[:37] + "..."
 
@@ -342,7 +342,7 @@ _CAMEL = re.compile(r"(.*[a-z])(kN|mN|N|MM|mm|MS|ms|Mm|Ms)")
 
 
 def split_unit(text: str) -> tuple[str, str | None]:
-    """Return ("Force", "kN") of "Force (kN)", "Kraft / kN" or "Load, N"; None without a unit."""
+    """Split names such as "Force (kN)", "Kraft / kN" or "Load, N" into (name, unit or None)."""
     text = unicodedata.normalize("NFKC", text).strip()
     match = re.fullmatch(rf"(.*?)\s*{_BRACKETS.pattern}", text, re.DOTALL)
     if match and unit_role(match[2]):
@@ -361,7 +361,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
 
 
 def _split_bare_unit(text: str) -> tuple[str, str | None]:
-    """Split off a unit without a bracket or slash if the name agrees with it."""
+    """Split off a unit without a bracket or slash if it suits the name."""
     if len(text) > 80:
         return text, None
     match = _LAST_WORD.fullmatch(text)

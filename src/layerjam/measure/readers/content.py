@@ -7,7 +7,7 @@ from layerjam.errors import FileError
 
 LONGEST_LINE = 20_000
 IN_CELL = "\x0b"
-"""Replacement for a line end within a quoted cell of the header."""
+"""Replacement for a line break within a quoted cell of the header."""
 
 
 @dataclass(frozen=True)
@@ -15,8 +15,8 @@ class Source:
     """A text file, or one sheet of a workbook as text.
 
     `data` is in UTF-8 or a code page that extends ASCII, with Unix newlines and no byte-order mark.
-    `decimal` is the decimal sign if the kind of file determines it, `notes` describe changes of its
-    layout.
+    `decimal` is the decimal sign if the kind of file determines it; `notes` describes changes to
+    the layout.
     """
 
     path: str
@@ -27,7 +27,7 @@ class Source:
     notes: tuple[str, ...] = ()
 
     def lines(self, offset: int = 0) -> Iterator[tuple[int, str]]:
-        """Yield (byte offset, text) of each line from a byte offset on."""
+        """Yield (byte offset, text) of each line, starting at a byte offset."""
         data = self.data
         while offset < len(data):
             end = data.find(b"\n", offset)
@@ -38,7 +38,7 @@ class Source:
             offset = end + 1
 
     def too_long(self, size: int, line: int) -> FileError:
-        """Return the error for a line of more bytes than a table has."""
+        """Return the error for a line that is too long for a table."""
         return FileError(
             self.path, (f"has a line of {size} bytes, so it is not a table of numbers"), line
         )

@@ -1,4 +1,4 @@
-"""Conversion of bytes to text: byte-order marks, UTF-16 without one, code page of a header."""
+"""Conversion of bytes to text: byte-order marks, UTF-16 without a mark, code page of a header."""
 
 import codecs
 import re
@@ -14,7 +14,7 @@ _MARKS = (
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
 _TWO_BYTES = ("cp932", "gb18030", "big5", "cp949", "euc-jp")
-# In all of these, digits, separators, quotes and line ends are the same bytes as in ASCII.
+# In all of these, digits, separators, quotes and line endings are the same bytes as in ASCII.
 _PAGES = ("cp1252", "cp1250", "cp1251", *_TWO_BYTES, "koi8-r", "cp1253", "cp1254")
 _HEAD = 16_384
 TYPOGRAPHY = {"\u2212": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "\u2019": "'"}
@@ -23,7 +23,7 @@ _ALLOWED = b"\t\n\r\f\x1a"
 
 
 def decode(name: str, data: bytes) -> tuple[bytes, str]:
-    """Return the bytes in an encoding in which digits and separators are single ASCII bytes.
+    """Return the bytes in an encoding with digits and separators as single ASCII bytes.
 
     Typographic minus signs, non-breaking spaces and apostrophes become ASCII. Raises FileError for
     incomplete UTF-16 and for binary data.
@@ -51,7 +51,7 @@ def decode(name: str, data: bytes) -> tuple[bytes, str]:
 
 
 def _replace_sign(data: bytes, mark: str, plain: str, encoding: str) -> bytes:
-    """Replace a typographic sign by ASCII, if that is safe in an encoding of two-byte letters."""
+    """Replace a typographic sign with ASCII if that is safe in a two-byte encoding."""
     try:
         code = mark.encode(encoding)
     except UnicodeEncodeError:
@@ -62,7 +62,7 @@ def _replace_sign(data: bytes, mark: str, plain: str, encoding: str) -> bytes:
 
 
 def _guess_utf16(data: bytes) -> str | None:
-    """Return the kind of UTF-16 without a mark: every second byte of its beginning is zero."""
+    """Return the kind of UTF-16 without a mark, in which every second byte at the start is zero."""
     head = data[:4096]
     if len(head) < 20 or b"\0" not in head:
         return None
@@ -96,7 +96,7 @@ def _encoding(data: bytes) -> str:
 
 
 def _score_text(text: str) -> int:
-    """Return the number of letters in known words and units of a header in one code page."""
+    """Return the number of letters in known words and units if decoded with one code page."""
     units = [u for u in re.split(r"[\t;,|\"'()\[\]/\n]+", text) if u and not u.isascii()]
     unit_letters = sum(8 for u in set(units) if len(u) <= 12 and unit_role(u.strip()))
     return known_words(text[:4000]) + unit_letters

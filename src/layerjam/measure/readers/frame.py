@@ -1,4 +1,4 @@
-"""A data frame as a measurement: its columns are read like those of a file."""
+"""A data frame as a measurement, with columns read like those of a file."""
 
 from dataclasses import replace
 from typing import Any
@@ -13,12 +13,12 @@ from layerjam.toml_files.values import entries
 
 
 def read_frame(frame: Any, options: ReadingOptions, number: int = 1) -> Trace:
-    """Return the trace in a DataFrame; `number` counts those of one call.
+    """Return the trace in a DataFrame; `number` counts the frames of one call.
 
     Columns are recognised by name and unit as in a file ("Force [N]"); `frame.attrs["units"]` may
-    give {column: unit}, and other attributes state the conditions under the names of a sidecar
+    be {column: unit}, and other attributes state the conditions under the keys of a sidecar
     (`frame.attrs["vacuum"] = "67 kPa"`). A named index counts as a column. Raises FileError as for
-    a file, QuantityError for a condition out of bounds.
+    a file, and QuantityError for a condition that is out of bounds.
     """
     path = f"<DataFrame>/{number}"
     units = frame.attrs.get("units", {})

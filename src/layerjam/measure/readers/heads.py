@@ -1,4 +1,4 @@
-"""Names and units of columns, from the lines of words above the numbers."""
+"""Names and units of columns, from the header lines above the numbers."""
 
 import re
 from collections.abc import Sequence
@@ -19,10 +19,10 @@ _OTHER_UNIT = re.compile(
 
 
 def find_head(above: Sequence[tuple[int, str]], separator: str, width: int) -> Header | None:
-    """Return names and units in the lines (number, text) above `width` columns of numbers.
+    """Return names and units from the lines (number, text) above `width` columns of numbers.
 
-    The last line may have the units, with the names above it, or the names with their units. If it
-    has neither, the lines above it are tried. None if no line has enough fields.
+    The last line may contain the units, with the names above it, or the names with their units. If
+    it contains neither, the lines above it are tried. None if no line has enough fields.
     """
     rows = [(n, _split_fields(text, separator, width)) for n, text in above]
     best: Header | None = None
@@ -98,10 +98,10 @@ def _make_head(
 
 
 def _merge_units(in_name: str | None, in_row: str | None) -> str | None:
-    """Return the unit of a column that may be in its name and in the row of units."""
+    """Return the unit of a column, which may be in its name and in the row of units."""
     name_role, row_role = unit_role(in_name or ""), unit_role(in_row or "")
     if name_role and row_role and name_role != row_role:
-        return f"{in_name} and {in_row}"  # ignore the unit: the file contradicts itself
+        return f"{in_name} and {in_row}"  # make the unit unknown: the file contradicts itself
     return in_row if in_row is not None else in_name
 
 
@@ -115,7 +115,7 @@ def _find_label(above: Sequence[tuple[int, list[str]]]) -> tuple[str, ...]:
 
 
 def _unit_row(fields: Sequence[str]) -> tuple[str | None, ...] | None:
-    """Return the units of a line that contains nothing else, None for any other line."""
+    """Return the units in a line that contains nothing else; None for any other line."""
     start = re.match(r"[^:]{2,20}:\s*(?=\S)", fields[0])
     if start and re.search(words.UNIT, normalise_name(start[0])):
         fields = [fields[0][start.end() :], *fields[1:]]  # for example: Units: s, mm, N
@@ -137,7 +137,7 @@ def _unit_row(fields: Sequence[str]) -> tuple[str | None, ...] | None:
 
 
 def _split_fields(text: str, separator: str, width: int) -> list[str]:
-    """Return the fields of a line of words, with any separator, without comment signs."""
+    """Return the fields of a header line, with any separator, without comment signs."""
     text = _COMMENT.sub("", text) if _COMMENT.match(text) else text
     if separator != " ":
         fields = trim(split_line(text, separator))
@@ -155,7 +155,7 @@ def _split_fields(text: str, separator: str, width: int) -> list[str]:
 
 
 def _cut_at_blanks(text: str) -> list[list[str]]:
-    """Return the ways to split a line of words at blanks, commas or tabs, the likeliest first."""
+    """Return the ways to split a header line at blanks, commas or tabs, most likely first."""
     ways = [trim(split_line(text, mark)) for mark in ("\t", ";", ",", "|") if mark in text]
     ways.append([w.strip() for w in re.split(r"\s{2,}|\t", text.strip())])
     ways.append(text.split())
@@ -165,7 +165,7 @@ def _cut_at_blanks(text: str) -> list[list[str]]:
 
 
 def trim(fields: list[str]) -> list[str]:
-    """Return the fields without empty ones at the end, which a trailing separator leaves."""
+    """Return the fields without empty ones at the end, which are due to trailing separators."""
     count = len(fields)
     while count and not fields[count - 1]:
         count -= 1
@@ -173,7 +173,7 @@ def trim(fields: list[str]) -> list[str]:
 
 
 def stated_units(texts: Sequence[str]) -> dict[str, str]:
-    """Return units stated in lines above the table: `Force unit;kN`, `Einheit Weg: mm`."""
+    """Return units stated in lines above the table, such as `Force unit;kN`, `Einheit Weg: mm`."""
     units_of: dict[str, set[str]] = {"time": set(), "elongation": set(), "force": set()}
     for text in texts:
         if len(text) > 200:

@@ -1,8 +1,7 @@
 """Layouts of particular programs, converted to plain tables.
 
-Each layout takes a file's bytes and returns the same number of lines, so that an error names the
-line of the user's file. The program's own header becomes blank; names and units are joined in one
-line.
+Each function converts a file's bytes to the same number of lines, so that an error names the line
+in the user's file. The program's own header is blanked; names and units are joined in one line.
 """
 
 import re
@@ -28,7 +27,7 @@ Layout = tuple[bytes, tuple[str, ...]]
 
 
 def plain_table(data: bytes) -> Layout:
-    """Return the lines of a file without its program's additions, and notes about these."""
+    """Return the lines of a file without the program's additions, and notes about the changes."""
     notes: list[str] = []
     for layout in _LAYOUTS:
         data, layout_notes = layout(data)
@@ -37,7 +36,7 @@ def plain_table(data: bytes) -> Layout:
 
 
 def _clean_serial_monitor(data: bytes) -> Layout:
-    """Remove time stamps before each line (`12:34:05.678 -> 12,0.3`); join comma and tab."""
+    """Remove the time stamp of each line (`12:34:05.678 -> 12,0.3`); merge comma and tab."""
     head = [line for line in data[:_HEAD].split(b"\n") if line.strip()][:_FEW]
     notes = []
     if head and 2 * sum(bool(_STAMP.match(line)) for line in head) > len(head):
@@ -50,7 +49,7 @@ def _clean_serial_monitor(data: bytes) -> Layout:
 
 
 def _name_sketch_columns(data: bytes) -> Layout:
-    """Name the columns of `millis,grams,mm`, the header of a sketch that uses units as names."""
+    """Name the columns of `millis,grams,mm`, the header of a sketch with units as names."""
     for number, line in enumerate(data[:_HEAD].split(b"\n")[:_FEW]):
         match = _UNITS_ALONE.fullmatch(line.strip().lower())
         if match:
@@ -61,7 +60,7 @@ def _name_sketch_columns(data: bytes) -> Layout:
 
 
 def _read_texture_analyser(data: bytes) -> Layout:
-    """Read Exponent's `Time,Distance,Force` over `sec,mm,g`, or `Force (g)` in one line."""
+    """Read Exponent's `Time,Distance,Force` above `sec,mm,g`, or `Force (g)` in one line."""
     lines = data[:_HEAD].split(b"\n")[:_FEW]
     for number, line in enumerate(lines):
         for mark in (b"\t", b",", b";"):
@@ -97,7 +96,7 @@ def _read_labview(data: bytes) -> Layout:
 def _rows_of_lvm(
     lines: list[bytes], head: int, above: dict[bytes, list[bytes]], mark: bytes
 ) -> int:
-    """Join units to the names below one header, add missing times, and return the rows' end."""
+    """Join units to the names below a header, add missing times, and return the rows' end."""
     units = iter(above.get(b"Y_Unit_Label", []))
     names = []
     for name in lines[head].rstrip(b"\r").split(mark) if head < len(lines) else []:
@@ -118,9 +117,9 @@ def _rows_of_lvm(
 
 
 def _read_mts(data: bytes) -> Layout:
-    """Join the blocks of one MTS 793 file, each with a title and the same names, in one table.
+    """Join the blocks of one MTS 793 file, each with a title and the same names, into one table.
 
-    If the time restarts, the blocks are separate tests and remain separate.
+    Blocks in which the time restarts are separate tests and remain separate.
     """
     if b"MTS793" not in data[:200]:
         return data, ()
@@ -142,7 +141,7 @@ def _read_mts(data: bytes) -> Layout:
 
 
 def _is_head(names: bytes, units: bytes) -> bool:
-    """Return whether two lines are names and units of the same number of columns."""
+    """Return whether two lines are the names and units of the same number of columns."""
     name_words, unit_words = _find_words(names, b"\t"), _find_words(units, b"\t")
     texts = [*name_words, *unit_words]
     return len(name_words) == len(unit_words) >= 2 and all(
@@ -151,7 +150,7 @@ def _is_head(names: bytes, units: bytes) -> bool:
 
 
 def _last_row(lines: list[bytes], head: int) -> int:
-    """Return the last line of numbers above a header."""
+    """Return the index of the last line of numbers above a header."""
     return next(
         (n for n in range(head - 1, -1, -1) if _first_number(lines[n].split(b"\t")) is not None),
         head - 1,
@@ -159,7 +158,7 @@ def _last_row(lines: list[bytes], head: int) -> int:
 
 
 def _read_number(lines: list[bytes], row: int, columns: list[int]) -> float | None:
-    """Return the number in the first of `columns` of a row, or None."""
+    """Return the number in the first of a row's `columns`, or None."""
     fields = lines[row].split(b"\t") if 0 <= row < len(lines) else []
     return _first_number(fields[columns[0] :]) if columns and columns[0] < len(fields) else None
 

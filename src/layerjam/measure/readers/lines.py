@@ -1,4 +1,4 @@
-"""Lines of a text: their separator, and whether they are numbers, words or blank.
+"""Lines of a text: their separator, and whether they contain numbers, words or nothing.
 
 The characters in a line determine its kind, so that 40,000 lines of numbers take milliseconds. Only
 lines with letters and digits are examined field by field.
@@ -28,14 +28,14 @@ _KIND_OF = {
 }
 _KIND = {byte: int(kind) for signs, kind in _KIND_OF.items() for byte in signs}
 _KINDS = bytes(_KIND.get(byte, int(_LETTER)) for byte in range(256))
-"""Kind of each byte: part of a number, between numbers, blank (0), or anything else."""
+"""Kind of each byte: part of a number, separator, blank (0), or anything else."""
 
 Flags = npt.NDArray[np.bool_]
 Places = npt.NDArray[np.int64]
 
 
 def split_line(line: str, separator: str) -> list[str]:
-    """Return the fields of one line without quotes; the separator " " means any blanks."""
+    """Return the fields of one line without quotes; the separator " " means any run of blanks."""
     if separator == " ":
         return line.replace('"', " ").split()
     if '"' not in line:
@@ -48,20 +48,20 @@ def split_line(line: str, separator: str) -> list[str]:
 
 
 def looks_numeric(field: str) -> bool:
-    """Return whether a field could be a number in some notation."""
-    # the pattern may try every pair of positions in a text, so it is not used for long texts
+    """Return whether a field may be a number in some notation."""
+    # the pattern may try every pair of positions, so it is not used for long texts
     return len(field) <= 60 and _LOOSE_NUMBER.fullmatch(field) is not None
 
 
 def find_separator(lines: Iterable[str]) -> str:
-    """Return tab, semicolon or bar if most lines have it outside quotes, else blanks or comma.
+    """Return tab, semicolon or bar if most lines contain it unquoted, else blank or comma.
 
-    If there are lines of numbers, only these count, because words may contain any character.
+    If there are lines of numbers, only these count, because texts may contain any character.
     """
     plain_lines = [re.sub(r'"[^"]*"', "0", line) for line in lines if line.strip()]
     numbers = [line for line in plain_lines if len(line) <= 2000 and _BARE_NUMBERS.fullmatch(line)]
     evidence = numbers if len(numbers) >= 3 else plain_lines
-    # a comma may be a decimal comma, so the others come first
+    # a comma may be a decimal comma, so try the other separators first
     for mark in ("\t", ";", "|"):
         if sum(mark in line.strip(" ") for line in evidence) * 2 > len(evidence):
             return mark
@@ -70,7 +70,7 @@ def find_separator(lines: Iterable[str]) -> str:
 
 
 def _only_words(line: str) -> bool:
-    """Return whether a line consists of two or more numbers, separated by blanks."""
+    """Return whether a line consists of at least two numbers separated by blanks."""
     fields = line.split()
     return len(fields) >= 2 and all(_WORD.fullmatch(f) for f in fields)
 
@@ -79,8 +79,8 @@ def _only_words(line: str) -> bool:
 class Lines:
     """Every line of a source, with its position and its kind.
 
-    `starts` and `stops` [bytes] exclude the line end. A line is a `number` if any field is a
-    number, `pure` if all fields are, and `blank` if it has only separators.
+    `starts` and `stops` [bytes] exclude the line ending. A line is a `number` if any field is a
+    number, `pure` if all fields are, and `blank` if it contains only separators.
     """
 
     source: Source
@@ -101,7 +101,7 @@ class Lines:
 
 
 def read_lines(source: Source) -> Lines:
-    """Return every line of a source; FileError if one is too long for a table."""
+    """Return every line of a source; raises FileError if one is too long for a table."""
     separator = find_separator(_sample_lines(source))
     raw = np.frombuffer(source.data, np.uint8)
     stops = np.flatnonzero(raw == ord("\n"))
@@ -123,7 +123,7 @@ def read_lines(source: Source) -> Lines:
 
 
 def _sample_lines(source: Source) -> list[str]:
-    """Return the last 200 of the first thousand lines."""
+    """Return the last 200 of the first 1000 lines."""
     head = source.data[:_HEAD_BYTES].split(b"\n")[:1000]
     if len(head) > 1 and len(source.data) > _HEAD_BYTES:
         head = head[:-1]

@@ -1,4 +1,4 @@
-"""Conversion of text to floats, exactly as written, with any decimal sign."""
+"""Conversion of text to the exact floats, with any decimal sign."""
 
 import io
 import re
@@ -15,7 +15,7 @@ from layerjam.measure.readers.rows import Rows, no_row_of_numbers
 from layerjam.measure.trace import Array
 
 Style = tuple[str, str]
-"""Decimal sign, and the sign that groups thousands, if any."""
+"""Decimal sign, and the thousands separator, if any."""
 _PLAIN: tuple[Style, ...] = ((".", ""), (",", ""))
 _GROUPED = ((".", ","), (",", "."), (".", " "), (",", " "), (".", "'"), (",", "'"))
 _STYLES = (*_PLAIN, *_GROUPED)
@@ -36,10 +36,10 @@ _CELLS = {style: re.compile(rf"(?:{_pattern(*style)}\n)*", re.ASCII) for style i
 
 
 def read_columns(rows: Rows, columns: Sequence[Column], decimal: str | None) -> list[Array]:
-    """Return the columns in SI units, each number bit for bit the float() of its text.
+    """Return the columns in SI units, each number bit-identical to float() of its text.
 
     `decimal` is "." or ",", or None to detect it. Raises FileError, with the line, for a cell that
-    is not a finite number, and for decimal and thousands signs that are not distinguishable.
+    is not a finite number, or if decimal sign and thousands separator are not distinguishable.
     """
     indices = [column.index for column in columns]
     arrays, style = _read_written(rows, columns, _styles(rows, indices, decimal))
@@ -50,7 +50,7 @@ def read_columns(rows: Rows, columns: Sequence[Column], decimal: str | None) -> 
 def _read_written(
     rows: Rows, columns: Sequence[Column], styles: Sequence[Style]
 ) -> tuple[list[Array], Style]:
-    """Return the columns as written, and the first style in which all their cells are numbers."""
+    """Return the columns as written, and the first style in which all cells are numbers."""
     for style in styles:
         if style in _PLAIN and (values := _read_fast(rows, columns, style[0])) is not None:
             return values, style
@@ -60,28 +60,28 @@ def _read_written(
             return _read_cells(rows, columns, style), style
         except FileError as error:
             errors.append(error)
-    # use the style that reads the most rows; it fails where the file is damaged
+    # report the error of the style that reads the most rows: that is where the file is damaged
     raise max(errors, key=lambda error: error.line or 0)
 
 
 def are_equal_columns(rows: Rows, columns: Sequence[Column], decimal: str | None) -> bool:
-    """Return whether columns agree to a ten-thousandth, apart from their origins."""
+    """Return whether columns agree to 1 in 10,000, apart from their origins."""
     try:
         first, *others = (v - v[0] for v in read_columns(rows, columns, decimal))
     except FileError:
-        return False  # an unreadable column contains something other than numbers
+        return False  # an unreadable column is not a measurement
     return all(float(np.abs(v - first).max()) <= 1e-4 * float(np.ptp(first)) for v in others)
 
 
 def _styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> list[Style]:
-    """Return the styles to try, the likeliest first."""
+    """Return the styles to try, most likely first."""
 
     def fit(styles: Iterable[Style], cells: Iterable[str]) -> list[Style]:
         column = "".join(f"{cell}\n" for cell in cells if cell)
         return [s for s in styles if _CELLS[s].fullmatch(column)]
 
     candidates = [s for s in _STYLES if decimal in (None, s[0])]
-    # numbers without quotes between commas have no other decimal sign
+    # unquoted numbers between commas can use only a point as the decimal sign
     asked = rows.table.separator == "," and b'"' not in rows.body
     if asked:
         candidates = [s for s in candidates if s[0] == "." and s[1] != ","]
@@ -104,7 +104,7 @@ def _styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> list[Sty
 
 
 def _read_fast(rows: Rows, columns: Sequence[Column], decimal: str) -> list[Array] | None:
-    """Return the columns as read by pandas; None if a row or a cell needs a closer look."""
+    """Return the columns as read by pandas; None if a row or a cell is unusual."""
     import pandas
 
     body, mark = rows.body.rstrip(b"\n"), rows.table.separator.encode()
@@ -140,7 +140,7 @@ def _read_fast(rows: Rows, columns: Sequence[Column], decimal: str) -> list[Arra
 
 
 def _read_cells(rows: Rows, columns: Sequence[Column], style: Style) -> list[Array]:
-    """Return the numbers of every cell; FileError for the first that is not a number.
+    """Return the number in every cell; raises FileError for the first that is not a number.
 
     A short specimen next to a longer one ends early: its last cells are empty.
     """
@@ -165,7 +165,7 @@ def _read_cells(rows: Rows, columns: Sequence[Column], style: Style) -> list[Arr
 
 
 def clock_seconds(cell: str) -> float | None:
-    """Return a clock time such as 00:53:18.250 [s]; None for any other text."""
+    """Return a clock time, such as 00:53:18.250, in seconds; None for any other text."""
     match = _CLOCK.fullmatch(cell)
     if match is None:
         return None
@@ -175,7 +175,7 @@ def clock_seconds(cell: str) -> float | None:
 
 def _cell_error(rows: Rows, line: int, fields: list[str], column: Column) -> FileError:
     path, cell = rows.source.path, fields[column.index]
-    # a row without any number is not damaged: it is a footer, or begins the next table
+    # a row without a number is not damaged: it is a footer or begins the next table
     if not any(map(looks_numeric, fields)):
         return no_row_of_numbers(path, fields, line)
     fault = f"'{shorten(cell)}' in column '{column.name[:40]}' is not a finite number"
@@ -186,11 +186,11 @@ def _cell_error(rows: Rows, line: int, fields: list[str], column: Column) -> Fil
 
 
 def _check_last(rows: Rows, decimal: str) -> None:
-    """Reject a last line without line end whose last number seems to be cut.
+    """Reject a last line without a line ending if its last number seems to be truncated.
 
-    Many programs omit the last line end, so this alone is not damage. A truncated number has fewer
-    decimals than those in all rows above. If the number of decimals varies, it has fewer digits
-    than any number above, or fewer digits and a jump.
+    Many programs omit the last line ending, so this alone is not damage. A truncated number has
+    fewer decimals than those in all rows above. If the number of decimals varies, it has fewer
+    digits than any number above, or fewer digits and a jump.
     """
     if rows.ended:
         return

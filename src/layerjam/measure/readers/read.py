@@ -1,8 +1,8 @@
-"""Files of test machines, recognised by their structure and units instead of brands.
+"""Files of test machines, recognised by structure and units instead of by brand.
 
-A file is text or a workbook (`source`). Its lines are numbers, words or blank (`lines`). A block of
-numbers has its names and units in the words above it (`heads`, `table`), and each specimen in it
-becomes a trace (`specimens`). The program's own CSV begins with "# layerjam ...".
+A file is text or a workbook (`source`). Its lines contain numbers, words or nothing (`lines`). The
+lines above a block of numbers contain its names and units (`heads`, `table`), and each specimen in
+it becomes a trace (`specimens`). The program's own CSV begins with "# layerjam ...".
 """
 
 import re
@@ -32,14 +32,14 @@ OWN_FORMAT = "layerjam CSV"
 
 @dataclass(frozen=True)
 class UnreadSpecimen:
-    """A specimen that is not read yet: its label in the file, and its sidecar's options."""
+    """A specimen that has not been read yet: its label in the file and the sidecar's options."""
 
     label: str
     take: Callable[[ReadingOptions], Trace]
     beside: ReadingOptions
 
     def read(self, options: ReadingOptions) -> Trace:
-        """Return the trace; raises FileError as `read_trace` does."""
+        """Return the trace; raises FileError like `read_trace`."""
         trace = self.take(options.over(self.beside))
         if self.beside == ReadingOptions():
             return trace
@@ -49,11 +49,11 @@ class UnreadSpecimen:
 
 @explain_arguments
 def read_trace(path: str | Path, options: ReadingOptions | None = None) -> Trace:
-    """Read the trace in a test machine's file.
+    """Read the trace in a file from a test machine.
 
     `options` resolve ambiguities of the file (sign, column, unit, decimal sign, specimen); the
-    [read] table of its sidecar is the default. Raises FileError, with the file and if known the
-    line, for anything that cannot be read with certainty. It also rejects a file of several
+    [read] table of its sidecar is the default. Raises FileError, with the file and, if known, the
+    line, for anything that cannot be read with certainty. It also rejects a file with several
     specimens unless one is selected.
     """
     entries = open_traces(path, options)
@@ -71,15 +71,15 @@ def read_trace(path: str | Path, options: ReadingOptions | None = None) -> Trace
 
 @explain_arguments
 def read_traces(path: str | Path, options: ReadingOptions | None = None) -> list[Trace]:
-    """Return every specimen of a file as a trace, in the file's order; see `read_trace`."""
+    """Return every specimen in a file as a trace, in file order; see `read_trace`."""
     return [entry.read(options or ReadingOptions()) for entry in open_traces(path, options)]
 
 
 def open_traces(path: str | Path, options: ReadingOptions | None = None) -> list[UnreadSpecimen]:
-    """Return the unread specimens of a file, each with `label` and `read(options)`.
+    """Return the unread specimens in a file, each with `label` and `read(options)`.
 
     A damaged specimen therefore does not affect the others. Raises FileError if nothing in the file
-    can be a tension test, and for a specimen that does not exist.
+    can be a tension test, or for a specimen that does not exist.
     """
     if not isinstance(path, str | Path):
         raise QuantityError.of("path", f"{abbreviate(path)} is not text or a path")
@@ -101,7 +101,7 @@ def open_traces(path: str | Path, options: ReadingOptions | None = None) -> list
 
 
 def _read_sheets(sources: list[Source], options: ReadingOptions) -> list[Specimen]:
-    """Return the specimens of all sheets that have any; FileError if their columns differ."""
+    """Return the specimens in all sheets; raises FileError if their columns differ."""
     curves = [s for s in sources if not re.search(words.RESULTS, normalise_name(s.sheet))]
     by_sheet: dict[str, list[Specimen]] = {}
     reasons: list[FileError] = []
@@ -130,7 +130,7 @@ def _read_sheets(sources: list[Source], options: ReadingOptions) -> list[Specime
 
 
 def read_own(source: Source, options: ReadingOptions) -> Trace:
-    """Return the measurement of this program's own file, with exact names (`force`).
+    """Return the measurement in a file that this program wrote, with exact names (`force`).
 
     Raises FileError if a column is missing or its unit has the wrong dimension.
     """
@@ -153,7 +153,7 @@ def read_own(source: Source, options: ReadingOptions) -> Trace:
 
 
 def _header_vacuum(source: Source) -> float | None:
-    """Return the vacuum of the header's procedure if it evacuates once and then only moves."""
+    """Return the vacuum in the header's procedure if this evacuates once and then only moves."""
     for _, text in source.lines():
         if not text.startswith("#"):
             break

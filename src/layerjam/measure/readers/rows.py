@@ -1,4 +1,4 @@
-"""Rows of a table in a text, split into fields one after another."""
+"""Rows of a table in a text, split into fields one by one."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -18,10 +18,10 @@ _SIGNS = str.maketrans(TYPOGRAPHY)
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of a table, and the position of its numbers in the text [bytes].
+    """Columns of a table, and the position [bytes] of its numbers in the text.
 
-    `first` is the first row of numbers, or the length of the text if there is none. `last` is the
-    byte after the last row, None at the text's end.
+    `first` is the start of the first row of numbers, or the length of the text if there is none.
+    `last` is the byte after the last row, None at the end of the text.
     """
 
     header: Header
@@ -33,9 +33,9 @@ class Table:
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of a table; each has its line (from 1) and one field for each column.
+    """Rows of a table; each has a line number (from 1) and one field per column.
 
-    Blank ones are skipped. Rows `shared` by adjacent specimens may end early.
+    Blank rows are skipped. Rows `shared` by adjacent specimens may end early.
     """
 
     source: Source
@@ -43,7 +43,7 @@ class Rows:
     shared: bool = False
 
     def __iter__(self) -> Iterator[tuple[int, list[str]]]:
-        """Yield the rows; FileError, with the line, if a row is broken or there are no rows."""
+        """Yield the rows; raises FileError, with the line, if a row is broken or there are none."""
         if not self.body.strip():
             header = self.table.header
             raise header.fail("contains column names but no rows of numbers")
@@ -51,16 +51,16 @@ class Rows:
 
     @cached_property
     def body(self) -> bytes:
-        """Return all rows as bytes of the text."""
+        """Return the bytes of all rows."""
         return self.source.data[self.table.first : self.table.last].rstrip(b"\x1a")
 
     @property
     def ended(self) -> bool:
-        """Return whether the last row has its line end."""
+        """Return whether the last row has a line ending."""
         return self.body.endswith(b"\n")
 
     def broken_off(self, line: int) -> bool:
-        """Return whether a line is the last of the text and has no line end."""
+        """Return whether a line is the last one in the text and has no line ending."""
         return not self.ended and line == self.source.line_number(len(self.source.data))
 
     def line(self, row: int) -> int:
@@ -68,7 +68,7 @@ class Rows:
         return next(islice(self, row, None))[0]
 
     def tail(self) -> list[list[str]]:
-        """Return the last rows: about two hundred of usual length."""
+        """Return the last rows, about two hundred if they have the usual length."""
         end = len(self.source.data) if self.table.last is None else self.table.last
         start = max(end - _TAIL_BYTES, self.table.first)
         if start > self.table.first:
@@ -76,7 +76,7 @@ class Rows:
         return [fields for _, fields in self._rows(start)]
 
     def sample(self) -> list[list[str]]:
-        """Return some rows from the beginning and the end."""
+        """Return some rows from the start and the end."""
         return [fields for _, fields in islice(self, _SAMPLE_ROWS)] + self.tail()
 
     def _rows(self, start: int) -> Iterator[tuple[int, list[str]]]:
@@ -101,7 +101,7 @@ class Rows:
         return split_line(text.rstrip("\x1a"), mark)
 
     def _complete(self, fields: list[str], line: int) -> list[str]:
-        """Return one field for each column; FileError if there are too few or too many."""
+        """Return one field per column; raises FileError if there are too few or too many."""
         path, width = self.source.path, len(self.table.header.names)
         missing, cut_off = width - len(fields), self.broken_off
         if missing == 0 or (missing < 0 and not any(fields[width:])):
@@ -119,7 +119,7 @@ class Rows:
 
 
 def no_row_of_numbers(path: str, parts: Sequence[str], line: int) -> FileError:
-    """Return the error for a line of words among the numbers."""
+    """Return the error for a line of text among the numbers."""
     return FileError(
         path,
         f"'{shorten(' '.join(parts))}' is not a row of numbers, and rows of numbers without names "

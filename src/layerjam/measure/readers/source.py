@@ -1,4 +1,4 @@
-"""Bytes of a file as plain lines: encoding, byte-order mark and line ends."""
+"""Bytes of a file as plain lines: encoding, byte-order mark and line endings."""
 
 from pathlib import Path
 
@@ -28,15 +28,15 @@ _WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 
 
 def load_source(path: str | Path) -> Source:
-    """Return a text file, or the largest sheet of a workbook; FileError if there is none."""
+    """Return a text file, or the largest sheet of a workbook; raises FileError if there is none."""
     return max(load_sources(path), key=lambda s: len(s.data))
 
 
 def load_sources(path: str | Path, sheet: str | None = None) -> list[Source]:
-    """Return a text file, a run of a bench as text, or each sheet with content of a workbook.
+    """Return a text file, a bench run as text, or each non-empty sheet of a workbook.
 
-    `sheet` selects one by name. Raises FileError if the file or the sheet does not exist, or is not
-    text.
+    `sheet` selects one by name. Raises FileError if the file or the sheet does not exist, or if the
+    file is not text.
     """
     name = str(path)
     if not name:
@@ -78,7 +78,7 @@ def _read_text(name: str, path: str | Path) -> bytes:
 
 
 def _cells_in_one_line(data: bytes) -> bytes:
-    """Join names over two lines in one quoted cell ("Load", line end, "(N)") in one line."""
+    """Join the two lines of a name in one quoted cell ("Load", line break, "(N)")."""
     head = data[:_HEAD]
     if b'"' not in head:
         return data

@@ -1,4 +1,4 @@
-"""Specimens in a file: below each other, next to each other, or one per sheet."""
+"""Specimens in a file: one below the other, side by side, or one per sheet."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -45,7 +45,7 @@ _COUNTED = re.compile(r"(.*?)[\s_.\-#(]*(\d{1,3})\)?")
 
 @dataclass(frozen=True)
 class Specimen:
-    """Columns of one specimen in a table; the header is empty for columns of other specimens."""
+    """Columns of one specimen in a table; the header is blank for columns of other specimens."""
 
     rows: Rows
     header: Header
@@ -55,11 +55,11 @@ class Specimen:
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     written: Header | None = None
-    """The file's own header if the user lists the columns in order."""
+    """Header in the file, if the user lists the columns in order."""
     wants: Sequence[Want] = PULL
 
     def read(self, options: ReadingOptions) -> Trace:
-        """Return the trace; FileError if a column, a unit or a row is invalid."""
+        """Return the trace; raises FileError if a column, a unit or a row is invalid."""
         rows, source = self.rows, self.rows.source
         decimal, entries = options.decimal or source.decimal, options.entries(ROLES)
         if (order := options.by_order) is not None:
@@ -103,7 +103,7 @@ class Specimen:
 
 
 def specimens(source: Source, options: ReadingOptions) -> list[Specimen]:
-    """Return the specimens in a text, in order; FileError if no table can be a specimen."""
+    """Return the specimens in a text, in order; raises FileError if no table can be one."""
     lines, entries = read_lines(source), options.entries(ROLES)
     blocks = list(share_heads(lines, find_blocks(lines)))
     if (order := options.by_order) is not None:
@@ -130,12 +130,11 @@ def specimens(source: Source, options: ReadingOptions) -> list[Specimen]:
 
 
 def _required_columns(source: Source, options: ReadingOptions) -> Sequence[Want]:
-    """Return the quantities required if there is no elongation: time, if the speed is known."""
+    """Return the required quantities; without elongation, that is time if the speed is known."""
     return PULL if conditions(source.path, options).speed is None else TIMED
 
 
 def _has_columns(block: Block, entries: Mapping[str, ColumnEntry], wants: Sequence[Want]) -> bool:
-    """Return whether a block has all required columns."""
     if block.table is None:
         return False
     header = block.table.header
@@ -150,7 +149,7 @@ def _is_over_time(header: Header, entries: Mapping[str, ColumnEntry]) -> bool:
 
 
 def _is_alike(block: Block, main: Block) -> bool:
-    """Return whether a block is a specimen like the largest: same columns, or the same length."""
+    """Return whether a block is a specimen like the largest: same columns or same length."""
     table, main_table = block.table, main.table
     if table and main_table and table.header.columns == main_table.header.columns:
         return True
@@ -158,7 +157,7 @@ def _is_alike(block: Block, main: Block) -> bool:
 
 
 def _select_by_order(lines: Lines, blocks: list[Block], count: int) -> list[Specimen]:
-    """Return the blocks with as many columns as the user lists."""
+    """Return, as specimens, the blocks with as many columns as the user lists."""
     fit = [b for b in blocks if b.width == count] or blocks
     if not fit:
         raise FileError(lines.source.path, "contains no row of numbers")
@@ -179,7 +178,7 @@ def _select_by_order(lines: Lines, blocks: list[Block], count: int) -> list[Spec
 
 
 def _add_stated_units(lines: Lines, block: Block) -> Block:
-    """Return a block with units that separate lines state: `Force unit: kN`."""
+    """Return a block with the units that separate lines state, such as `Force unit: kN`."""
     table = block.table
     if table is None or all(table.header.units):
         return block
@@ -193,7 +192,7 @@ def _add_stated_units(lines: Lines, block: Block) -> Block:
 
 
 def _add_clock_unit(lines: Lines, block: Block) -> Block:
-    """Return a block with the unit of clock time for columns whose first row shows one."""
+    """Return a block with the unit of clock time for columns whose first row is a clock time."""
     table = block.table
     if table is None:
         return block
@@ -219,7 +218,7 @@ def _explain_nothing(
     best = max(tables, key=lambda t: (bool(t.header.style), t.rows), default=None)
     if best is None or (bare is not None and bare.table is None and best.rows * 10 < bare.rows):
         if bare is not None and bare.rows >= FEWEST_ROWS and bare.width >= 2:
-            due = ["time:s", "elongation:mm", "force:N"][-bare.width :]  # both are needed
+            due = ["time:s", "elongation:mm", "force:N"][-bare.width :]  # both are required
             entries = ",".join([*due, *["skip"] * (bare.width - len(due))])
             return FileError(
                 path,
@@ -253,7 +252,7 @@ def _explain_nothing(
 
 
 def _check_orphans(lines: Lines, blocks: list[Block], used: list[Block], main: Block) -> None:
-    """Reject rows of the table's width without a header: the file is damaged there."""
+    """Reject headless rows as wide as the table: the file is damaged there."""
     for k, block in enumerate(blocks):
         if block in used or not block.pure or block.width != main.width:
             continue
@@ -272,7 +271,7 @@ def _check_orphans(lines: Lines, blocks: list[Block], used: list[Block], main: B
 
 
 def _unread_note(lines: Lines, blocks: list[Block], used: list[Block]) -> tuple[str, ...]:
-    """Return a note that words or numbers below the tables were skipped."""
+    """Return a note that text or numbers below the tables were skipped."""
     end = used[-1].last + 1
     below = [n for n in range(end, min(end + 50, len(lines.starts))) if not lines.blank[n]]
     if not below:
@@ -317,7 +316,7 @@ def _is_specimen_number(text: str) -> bool:
 
 
 def _group_columns(head: Header) -> list[list[int]]:
-    """Return columns of each specimen if specimens are next to each other; empty otherwise."""
+    """Return the columns of each specimen if specimens are side by side; empty otherwise."""
     columns = [i for i, n in enumerate(head.names) if n or head.units[i]]
     starts = [i for i, cell in enumerate(head.label) if cell and i < len(head.names)]
     labelled = len(starts) > 1 and starts[0] == columns[0] and len(starts) < len(columns)
@@ -366,14 +365,14 @@ def _is_time(unit: str | None) -> bool:
 
 
 def _base_name(name: str) -> str:
-    """Return a name without a specimen's number at its end."""
+    """Return a name without a specimen number at its end."""
     text = normalise_name(name)
     match = _COUNTED.fullmatch(text)
     return match[1] if match and match[1] else text
 
 
 def format_name(source: Source, table: Table) -> str:
-    """Return the format's name for display; nothing depends on it."""
+    """Return the format's name, for display only."""
     head = source.data[: min(table.first, 4000)]
     text = head.decode(source.encoding, errors="replace").lower()
     if source.sheet:

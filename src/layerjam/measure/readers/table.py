@@ -1,4 +1,4 @@
-"""Tables in a text: blocks of numbers, each with the names and units above it."""
+"""Tables in a text: blocks of numbers, each with names and units above it."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -23,11 +23,11 @@ _LINES_ABOVE = 8
 
 @dataclass(frozen=True)
 class Block:
-    """A run of lines of numbers with the lines above it; lines count from 0.
+    """Consecutive lines of numbers with the lines above them; lines are counted from 0.
 
-    `rows` is the number of lines that are not blank, `width` the number of fields of the first
-    line. A `pure` block has only numbers. `table` is the table to read, None if no line above can
-    have names.
+    `rows` is the number of non-blank lines, `width` the number of fields in the first line. A
+    `pure` block contains only numbers. `table` is the table to read, None if no line above can
+    contain names.
     """
 
     first: int
@@ -41,12 +41,12 @@ class Block:
 
     @property
     def styled(self) -> bool:
-        """Return whether units are above it."""
+        """Return whether there are units above it."""
         return self.table is not None and bool(self.table.header.style)
 
 
 def find_headless(lines: Lines, blocks: list[Block]) -> Table | None:
-    """Return a header without numbers below it, at the end of the file."""
+    """Return a header at the end of the file, without numbers below it."""
     after = blocks[-1].last + 1 if blocks else 0
     above = _text_lines(lines, range(after, len(lines.starts)))
     head = _find_head(lines, above[-_LINES_ABOVE:], 0)
@@ -54,7 +54,7 @@ def find_headless(lines: Lines, blocks: list[Block]) -> Table | None:
 
 
 def bare_table(lines: Lines, block: Block) -> Table:
-    """Return the table of a block whose columns the user lists, ignoring the lines above it."""
+    """Return the table of a block whose columns the user lists, ignoring the lines above."""
     names = tuple(f"column {i + 1}" for i in range(block.width))
     path = lines.source.path
     header = Header(names, (None,) * block.width, "", block.first + 1, path=path)
@@ -62,7 +62,6 @@ def bare_table(lines: Lines, block: Block) -> Table:
 
 
 def _make_table(header: Header, lines: Lines, block: Block) -> Table:
-    """Return the rows of a block under names and units."""
     first, last = int(lines.starts[block.first]), int(lines.stops[block.last]) + 1
     only_blanks_follow = bool(lines.blank[block.last + 1 :].all())
     return Table(header, lines.separator, first, None if only_blanks_follow else last, block.rows)
@@ -74,13 +73,13 @@ def _find_head(lines: Lines, above: Sequence[tuple[int, str]], width: int) -> He
 
 
 def find_blocks(lines: Lines) -> list[Block]:
-    """Return the blocks of numbers in order; FileError if there are too many to be tables.
+    """Return the blocks of numbers in order; raises FileError if there are too many.
 
-    Only the largest two hundred are searched for a header.
+    A header is searched for only above the largest two hundred.
     """
     rows = np.flatnonzero(~lines.blank)
     number = lines.number[rows]
-    # a header may contain a number and follow rows of numbers: 2,Time,Load
+    # a header may contain a number and follow rows of numbers, such as 2,Time,Load
     for place in np.flatnonzero(number & ~lines.pure[rows])[: 2 * _MOST_BLOCKS]:
         _mark_header_numbers(lines, rows, number, int(place))
     if len(rows) and number[0]:
@@ -104,7 +103,7 @@ def find_blocks(lines: Lines) -> list[Block]:
 
 
 def _mark_header_numbers(lines: Lines, rows: np.ndarray, number: np.ndarray, place: int) -> None:
-    """Mark names or units that contain a number ("Time (s)", "1") as words."""
+    """Mark names or units that contain a number ("Time (s)", "1") as text."""
     for k in range(place, min(place + 3, len(rows))):
         if lines.pure[rows[k]]:
             return
@@ -116,9 +115,9 @@ def _mark_header_numbers(lines: Lines, rows: np.ndarray, number: np.ndarray, pla
 
 
 def _mark_statistics(lines: Lines, rows: np.ndarray, number: np.ndarray) -> None:
-    """Mark statistics below the numbers ("Mean;1.2;3.4") as words if only statistics follow.
+    """Mark statistics below the numbers ("Mean;1.2;3.4") as text if only statistics follow.
 
-    They begin with a word for a statistic, or follow a blank line.
+    They begin with the name of a statistic, or follow a blank line.
     """
     pure = lines.pure[rows]
     pure_rows = np.flatnonzero(pure)
@@ -146,14 +145,14 @@ def _make_block(lines: Lines, inside: np.ndarray, above: tuple[int, ...]) -> Blo
 
 
 def _drop_empty_columns(head: Header | None, width: int) -> Header | None:
-    """Return the header without empty columns at the end, such as that of a comment."""
+    """Return the header without empty columns at the end, such as one for comments."""
     if head is None or not 2 <= width < len(head.names) or any(head.units[width:]):
         return head
     return replace(head, names=head.names[:width], units=head.units[:width])
 
 
 def _text_lines(lines: Lines, above: tuple[int, ...] | range) -> list[tuple[int, str]]:
-    """Return those of the lines above that have two or more fields."""
+    """Return those of the lines above that have at least two fields."""
     texts = []
     for line in above:
         if lines.blank[line]:
@@ -172,7 +171,7 @@ def _any_fields(text: str, separator: str) -> list[str]:
 
 
 def share_heads(lines: Lines, blocks: list[Block]) -> Iterator[Block]:
-    """Yield the blocks; one below a title such as "Specimen 2" uses the previous block's header."""
+    """Yield the blocks; below a title such as "Specimen 2", the previous header is used."""
     before: Block | None = None
     for plain_block in blocks:
         block = plain_block

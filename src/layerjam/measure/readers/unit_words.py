@@ -1,6 +1,6 @@
-"""Units of time, length and force in the spellings of machines: `Sek.`, `lbF`, `кН`, `毫米`, `㎜`.
+"""Units of time, length and force as machines spell them: `Sek.`, `lbF`, `кН`, `毫米`, `㎜`.
 
-They have priority over the table of all units, which would read `Min` as megainches.
+They have priority over the table of all units, which would interpret `Min` as megainches.
 """
 
 import math
@@ -39,13 +39,13 @@ _SANE = (Fraction(1, 10**12), Fraction(10**8))
 
 @lru_cache(maxsize=4096)
 def unit_role(unit: str) -> tuple[str, Fraction] | None:
-    """Return (role, factor to SI) of a unit's text; None for units of other quantities."""
+    """Return (role, factor to SI) of a unit; None for units of other quantities."""
     return common_unit(unit) or _look_up_unit(unit)
 
 
 @lru_cache(maxsize=4096)
 def common_unit(unit: str) -> tuple[str, Fraction] | None:
-    """Return the same for the units that machines use, without the table of all units."""
+    """Return the same for units as machines spell them, without the table of all units."""
     if not 0 < len(unit.strip()) <= 20:
         return None
     text = unicodedata.normalize("NFKC", unit).strip().replace("µ", "μ")
@@ -57,13 +57,13 @@ def common_unit(unit: str) -> tuple[str, Fraction] | None:
 
 
 def weight_unit(unit: str) -> str | None:
-    """Return the unit of force that corresponds to a unit of mass on a load cell: gf for g."""
+    """Return the force unit meant by a mass unit on a load cell, such as gf for g."""
     text = unicodedata.normalize("NFKC", unit).strip().rstrip(".").strip()
     return _WEIGHTS.get(text.lower()) if text not in ("G", "T") else None
 
 
 def _look_up_unit(unit: str) -> tuple[str, Fraction] | None:
-    """Return a unit from the table of all units (pdl, dm, Å) if its size is plausible."""
+    """Return (role, factor) from the table of all units (pdl, dm, Å) if its size is plausible."""
     text = unicodedata.normalize("NFKC", unit).strip()
     if not 0 < len(text) <= 20 or "/" in text or any(c.isdigit() for c in text):
         return None  # mm/min or mm2: other quantities
@@ -95,8 +95,8 @@ PRESSURE = re.compile(
 def convert(unit: str, si: str) -> tuple[Fraction, float] | None:
     """Return (factor, offset) with SI value = factor * value + offset, or None.
 
-    In addition to all units it accepts machines' spellings of time, length and force, °C and °F, g
-    as an acceleration, bara and barg.
+    Besides all units, it accepts machines' spellings of time, length and force, °C and °F, g as an
+    acceleration, bara and barg.
     """
     text = re.sub(r"(?<=m)([23])$", r"^\1", unit.strip())  # for example: N/mm2
     role = next((role for role, of_role in ROLES.items() if of_role == si), None)
@@ -118,9 +118,9 @@ def convert(unit: str, si: str) -> tuple[Fraction, float] | None:
 
 
 def is_other_unit(file_unit: str, unit: str, si: str) -> bool:
-    """Return whether a file's unit is known and differs from the given one.
+    """Return whether the unit in a file is known and differs from the given one.
 
-    It may differ in size or in dimension; for a force, g means gf. An unknown text never differs.
+    It may differ in size or in dimension; for a force, g means gf. An unknown unit never differs.
     """
     given_scale, file_scale = convert(unit, si), convert(file_unit, si)
     if file_scale is None and si == "N" and (weight := weight_unit(file_unit)):

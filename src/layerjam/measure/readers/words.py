@@ -1,9 +1,9 @@
-"""Words of machines for time, travel and force in many languages, from vocabulary.toml.
+"""Words that machines use for time, travel and force in many languages, from vocabulary.toml.
 
 Words are compared in lower case, without accents, and with full-width letters converted to half
-width. Latin and Cyrillic entries match the start of a word (`displacement`). German joins words, so
-its entries may match the end (`Standardkraft`). Chinese, Japanese and Korean have no blanks, so
-their entries may match anywhere.
+width. Latin and Cyrillic entries match the start of a word (`displacement`). German has compound
+words, so its entries may match the end (`Standardkraft`). Chinese, Japanese and Korean are written
+without spaces, so their entries may match anywhere.
 """
 
 import re
@@ -23,14 +23,14 @@ VOCABULARY: Mapping[str, Any] = MappingProxyType(tomllib.loads(_TEXT))
 
 @lru_cache(maxsize=8192)
 def normalise_name(name: str) -> str:
-    """Return a name in lower case, without accents and doubled blanks."""
+    """Return a name in lower case, without accents and with single blanks."""
     lower = unicodedata.normalize("NFKC", name).lower().translate(_LETTERS)
     letters = unicodedata.normalize("NFKD", lower)
     return " ".join("".join(c for c in letters if not unicodedata.combining(c)).split())
 
 
 def _pattern(name: str) -> str:
-    """Return one regular expression for entries that match a word's start, its end or any part."""
+    """Return one regular expression for entries that match the start, end or any part of a word."""
     entry = VOCABULARY["names"][name]
     begin, end, anywhere = (
         normalise_name(entry.get(k, "")).split() for k in ("begin", "end", "anywhere")
@@ -58,6 +58,6 @@ _ANY = re.compile("|".join([*ROLE.values(), SENSOR, SPECIMEN, UNIT, OTHER_QUANTI
 
 
 def known_words(text: str) -> int:
-    """Return the number of characters in words of machines, which identifies the code page."""
+    """Return the number of characters in known words, which identifies the code page."""
     matches = [m[0] for m in _ANY.finditer(normalise_name(text))]
     return sum(len(word) * (1 if word.isascii() else 4) for word in matches)

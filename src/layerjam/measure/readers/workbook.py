@@ -1,7 +1,7 @@
 """Workbooks (.xlsx, .xlsm, .xlsb, .xls, .ods): each sheet as tab-separated text.
 
-A sheet is therefore read like every other file. Numbers keep every digit; a cell's text is
-unchanged, without tabs and line ends.
+A sheet is therefore read like any other file. Numbers keep every digit; the text of a cell is
+unchanged, except for tabs and line breaks.
 """
 
 import io
@@ -14,11 +14,11 @@ from layerjam.errors import FileError, MissingExtraError
 from layerjam.measure.readers.content import Source
 
 MAX_UNPACKED = 250_000_000
-"""Largest size of an unpacked workbook [bytes]; reading it needs several times as much memory."""
+"""Largest size of an unpacked workbook [bytes]; reading takes several times as much memory."""
 MOST_CELLS = 10_000_000
-"""Largest number of cells of a sheet, including empty ones, which the reader stores."""
+"""Largest number of cells in a sheet, including empty cells, which the reader also stores."""
 FEW_CELLS, SPARSE = 200_000, 100
-"""A larger sheet is rejected if fewer than one in `SPARSE` cells is filled."""
+"""A sheet with more than `FEW_CELLS` is rejected if fewer than one in `SPARSE` is filled."""
 _CLEAN = str.maketrans({"\t": " ", "\n": " ", "\r": " ", '"': "''"})
 _ATTRIBUTES = rb"""((?:[^>"']++|"[^"]*"|'[^']*')*+)"""
 _CELL = re.compile(rb'<(?:\w+:)?(row|c)(?=[\s/>])(?: r="([A-Z]{0,9})(\d{1,20})")?' + _ATTRIBUTES)
@@ -30,7 +30,7 @@ _TIMES = re.compile(rb"""number-(?:rows|columns)-repeated\s*=\s*["'](\d{1,20})["
 
 
 def read_sheets(path: str, data: bytes, sheet: str | None) -> list[Source]:
-    """Return the sheets with content, or the one given; FileError if there is none."""
+    """Return the non-empty sheets, or the given one; raises FileError if there is none."""
     with MissingExtraError.raise_if_missing(f"{path}: reading a workbook", "excel"):
         import python_calamine
 
@@ -45,7 +45,7 @@ def read_sheets(path: str, data: bytes, sheet: str | None) -> list[Source]:
         rows = {n: book.get_sheet_by_name(n).to_python(skip_empty_area=False) for n in names_read}
     except FileError:
         raise
-    # the reader panics on some damaged files, and a panic is not an Exception
+    # on some damaged files the reader panics, and a panic is not an Exception
     except BaseException as err:
         if isinstance(err, KeyboardInterrupt | SystemExit | MemoryError):
             raise
@@ -59,7 +59,7 @@ def read_sheets(path: str, data: bytes, sheet: str | None) -> list[Source]:
 
 
 def _check_size(path: str, data: bytes) -> None:
-    """Reject a small file that becomes too large once unpacked with its gaps filled."""
+    """Reject a small file that becomes too large when it is unpacked and its gaps are filled."""
     if not data.startswith(b"PK"):
         return  # .xls: at most 65,536 rows of 256 columns
     with zipfile.ZipFile(io.BytesIO(data)) as book:
@@ -76,7 +76,7 @@ def _check_size(path: str, data: bytes) -> None:
 
 
 def _check_cells(path: str, cells: int, count: int) -> None:
-    """Reject a sheet that is too large, or far larger than its filled part."""
+    """Reject a sheet that is too large or far larger than its filled part."""
     if cells > MOST_CELLS:
         raise FileError(
             path,
@@ -92,9 +92,9 @@ def _check_cells(path: str, cells: int, count: int) -> None:
 
 
 def _cells_of(name: str, data: bytes) -> Iterator[tuple[int, int]]:
-    """Yield (rows times columns, filled cells) of a part of a workbook.
+    """Yield (rows times columns, filled cells) for a part of a workbook.
 
-    Any part may be a sheet, because names of parts are arbitrary.
+    Any part may be a sheet, because the names of parts are arbitrary.
     """
     if name == "content.xml":
         yield from _open_document_cells(data)
@@ -128,7 +128,7 @@ def _xml_cells(data: bytes) -> tuple[int, int]:
 
 @lru_cache(maxsize=20_000)
 def _column_number(letters: bytes) -> int:
-    """Return the number of a column, from 1: 28 for AB."""
+    """Return the number of a column, counted from 1: 28 for AB."""
     return sum(26**i * (c - 64) for i, c in enumerate(reversed(letters.upper())))
 
 
