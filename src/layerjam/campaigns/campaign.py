@@ -1,7 +1,7 @@
-"""A campaign of the virtual laboratory: friction tests and pulls of a known true brake.
+"""A campaign of the virtual laboratory: friction tests and pulls of brakes with known true values.
 
-This module writes nothing (`campaign_files` does). `Campaign.traces` returns the records as they
-would be read from files, so a study of thousands of campaigns needs no files.
+This module writes nothing (`campaign_files` does). `Campaign.traces` returns the records as if read
+from files, so a study of thousands of campaigns needs no files.
 """
 
 from collections.abc import Iterator
@@ -29,16 +29,16 @@ class Campaign:
     tests: tuple[Trial, ...]
 
     def traces(self, kind: str = "") -> list[Trace]:
-        """Return the records in order, of one kind ("pull", "friction") if it is given.
+        """Return the records in order, only those of `kind` ("pull", "friction") if given.
 
-        They include the faults of the machine, but not the practice faults of files. Raises
+        They contain the faults of the machine, but not the practice faults of files. Raises
         PrecisionError unless JAX is in double precision.
         """
         traces = {test.number: trace for test, trace in self.records(kind)}
         return [traces[number] for number in sorted(traces)]
 
     def records(self, kind: str = "") -> Iterator[tuple[Trial, Trace]]:
-        """Yield tests with their records in any order, in chunks that fit into memory.
+        """Yield tests with their records, in any order, from chunks that fit into memory.
 
         Raises QuantityError for an impossible pull.
         """
@@ -54,7 +54,7 @@ class Campaign:
 
 
 def campaign(spec: Spec | str | Path, seed: int | None = None) -> Campaign:
-    """Return the campaign of a spec, or of the path of its TOML file; `seed` replaces the spec's.
+    """Return the campaign of a spec or of a TOML file; `seed` replaces that of the spec.
 
     Raises QuantityError or FileError for an invalid spec; nothing is simulated yet.
     """

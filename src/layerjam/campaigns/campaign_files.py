@@ -1,4 +1,4 @@
-"""A campaign's folder: the machine's files, true values, and a README with the next steps."""
+"""A campaign's folder: the machine's files, the true values, and a README with the next steps."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -24,20 +24,20 @@ from layerjam.toml_files.writer import literal
 from layerjam.units import exact_text
 
 SATURATED_AT = 0.8
-"""Share of the greatest force at which the load cell of the practice fault saturates."""
+"""Fraction of the maximum force at which the load cell saturates in the practice fault."""
 Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, kw_only=True)
 class CampaignFiles:
-    """Files of a campaign in order, number of samples, and whether writing was stopped."""
+    """Files of a campaign, in order, the number of samples, and whether writing was stopped."""
 
     folder: Path
     files: tuple[Path, ...]
     samples: int
     stopped: bool
     strangers: int
-    """Other files that already exist in the folder."""
+    """Number of other files that already existed in the folder."""
 
 
 def select_form(campaign: Campaign, test: Trial) -> Form:
@@ -57,10 +57,10 @@ def write_campaign(
     overwrite: bool = False,
     progress: Progress | None = None,
 ) -> CampaignFiles:
-    """Write all files of a campaign, each completely or not at all; reproducible for a spec.
+    """Write all files of a campaign, each completely or not at all; a spec gives identical files.
 
-    A folder that is not empty is rejected unless `overwrite`. `progress` is called with
-    (stage, share). KeyboardInterrupt ends the writing between two files. Raises FileError, and
+    A folder that is not empty is rejected unless `overwrite`. `progress` is called with (stage,
+    fraction). KeyboardInterrupt ends the writing between two files. Raises FileError, and
     QuantityError for an impossible campaign, before anything is written.
     """
     folder = Path(folder)
@@ -130,7 +130,7 @@ def portable_brake(subject: Subject) -> str:
 
 
 def _make_portable(campaign: Campaign) -> Spec:
-    """Return the spec with brakes that can be found from the campaign's folder."""
+    """Return the spec with brakes whose paths are valid in the campaign's folder."""
     brakes = tuple(replace(s.truth, brake=portable_brake(s)) for s in campaign.subjects)
     return replace(campaign.spec, brakes=brakes)
 
@@ -155,7 +155,7 @@ def format_truth(campaign: Campaign) -> str:
 
 
 def _true_values(subject: Subject, compliance: float) -> dict[str, Any]:
-    """Return the values that fits should find, as SI texts: means over the campaign's scatter."""
+    """Return the values that fits should find, in SI units: means over the campaign's scatter."""
     true, file_brake, truth = subject.true, subject.known, subject.truth
     stiffness = float(true.stiffness_measured or 0.0)
     series = 1 / (1 / stiffness + compliance)
@@ -169,7 +169,7 @@ def _true_values(subject: Subject, compliance: float) -> dict[str, Any]:
         "ageing": true.film.ageing,
         "static_hold": _format_seconds(true.film.static_hold),
         "friction_product": true.scale_factor * true.film.kinetic,
-        # value that `calibrate` finds with the friction stated in the brake's own file
+        # the value that `calibrate` finds with the friction stated in the brake's own file
         "scale_factor_with_known_friction": true.scale_factor
         * true.film.kinetic
         / file_brake.film.kinetic,
@@ -241,7 +241,7 @@ def suggest_commands(campaign: Campaign, folder: Path) -> list[str]:
 
 
 def _file_patterns(campaign: Campaign, folder: Path, tests: Sequence[Trial]) -> str:
-    """Return shell patterns for the files of some tests at all speeds, without sidecars."""
+    """Return shell patterns for the files of some tests, without sidecars."""
     names = {}
     for test in tests:
         # all repeats, and for pulls all speeds

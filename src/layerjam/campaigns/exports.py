@@ -1,7 +1,7 @@
-"""Records in the style of exports of test machines, with one layout for each program.
+"""Records in the style of test machine exports, with one layout per program.
 
-Every file states that it is synthetic, in its own text and in its sidecar. The layouts imitate such
-files; no machine wrote them.
+Every file states that it is synthetic, in its text and in its sidecar. The layouts imitate exports;
+no machine wrote such a file.
 """
 
 import tomllib
@@ -25,20 +25,20 @@ _DATA: dict[str, Any] = tomllib.loads(
 LANGUAGES: dict[str, tuple[str, ...]] = {
     language: tuple(words) for language, words in _DATA["languages"].items()
 }
-"""Names of time, travel and force, then testXpert's for crosshead, travel and force."""
+"""Names of time, travel and force, then testXpert's names of crosshead, travel and force."""
 ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "latin-1", "cp1252", "cp932")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """Layout of a software: the lines above its numbers, its columns, and its defaults.
+    """Layout of a program: the lines above the numbers, the columns and the defaults.
 
-    `head` contains the header lines: "|" marks a new cell, and words in braces are replaced in each
-    file (see `_header_values`). `columns` contains the format of each column: t, time [s]; x,
-    travel [mm]; m, travel [m]; f, force [N]. testXpert also has c, the absolute crosshead [mm], X
-    and F, its travel and force. `name` and `unit` are the formats of a cell with a name or a unit,
-    `second` is the unit of time. `english` are the names of time, travel and force if they differ
-    from `LANGUAGES`. `fixed` means that encoding, decimal sign and language cannot change.
+    `head` contains the header lines: "|" starts a new cell, and words in braces are replaced in
+    each file (see `_header_values`). `columns` contains the format of each column: t, time [s]; x,
+    travel [mm]; m, travel [m]; f, force [N]. testXpert also has c, the absolute crosshead position
+    [mm], and X and F, its travel and force. `name` and `unit` are the formats of a cell with a name
+    or a unit; `second` is the unit of time. `english` contains the names of time, travel and force
+    if they differ from `LANGUAGES`. With `fixed`, encoding, decimal sign and language are fixed.
     """
 
     about: str
@@ -62,7 +62,7 @@ def synthetic_statement(facts: Facts) -> str:
     return f"SYNTHETIC, layerjam {__version__} virtual test machine, seed {facts.seed}"
 
 
-# {column: (place of its name in LANGUAGES, unit)}
+# {column: (index of its name in LANGUAGES, unit)}
 _COLUMNS = {
     "t": (0, "s"),
     "x": (1, "mm"),
@@ -77,7 +77,7 @@ LAYOUTS = {name: Layout(**layout) for name, layout in _DATA["layouts"].items()}
 
 @dataclass(frozen=True, kw_only=True)
 class Form:
-    """Form of one file: a layout, and choices that differ from its defaults."""
+    """Form of one file: a layout, and choices that differ from the defaults."""
 
     layout: str = "own"
     encoding: str = "usual"
@@ -86,7 +86,7 @@ class Form:
 
     @property
     def details(self) -> Layout:
-        """Layout with that name."""
+        """Layout of that name."""
         return LAYOUTS[self.layout]
 
     def choices(self) -> tuple[str, str, str]:
@@ -99,7 +99,7 @@ class Form:
         return encoding, decimal, self.language
 
     def check_encoding(self) -> None:
-        """Raise QuantityError if the encoding lacks letters of the language."""
+        """Raise QuantityError if the encoding lacks characters of the language."""
         encoding, _, language = self.choices()
         words = "".join([*LANGUAGES[language], *self.details.head])
         try:
@@ -114,7 +114,7 @@ class Form:
 
 
 def encode_file(trace: Trace, form: Form, force_unit: str = "N", cut: float | None = None) -> bytes:
-    """Return the file of a trace; `cut` is the share of its rows after which it ends mid-line."""
+    """Return the file of a trace; `cut` is the fraction of rows after which it ends mid-line."""
     if trace.time is None:
         raise QuantityError("a trace without time cannot be written")
     layout, (encoding, decimal, _) = form.details, form.choices()
@@ -129,7 +129,7 @@ def encode_file(trace: Trace, form: Form, force_unit: str = "N", cut: float | No
 
 
 def _header_values(trace: Trace, form: Form, force_unit: str, mark: str) -> dict[str, object]:
-    """Return {word in braces in the header lines: text}."""
+    """Return {word in braces in the header: replacement}."""
     layout, (_, decimal, language) = form.details, form.choices()
     names: tuple[str, ...] = LANGUAGES[language]
     if language == "en" and layout.english:
@@ -157,13 +157,13 @@ def _format_rows(layout: Layout, trace: Trace, time: Array, mark: str, decimal: 
     every = {"t": time, "m": trace.elongation, "f": force, "F": force}
     every |= {"x": travel, "X": travel, "c": travel + 250.0}
     flat = np.column_stack([every[c] for c in layout.columns]).ravel().tolist() if count else ()
-    # insert the decimal sign last, because a comma between columns is not one
+    # insert the decimal sign last: a comma between columns is not a decimal sign
     row = "\0".join(layout.columns.values()) + layout.newline
     return (row * count % tuple(flat)).replace(".", decimal).replace("\0", mark)
 
 
 def _truncate_rows(text: str, mark: str, rows: int, part: float) -> str:
-    """Return the text up to the second value of a row, which is half of its line."""
+    """Return the text up to the second value of a row, in the middle of a line."""
     lines = text.splitlines(keepends=True)
     row = len(lines) - rows + min(int(part * rows), rows - 1)
     last = lines[row]
@@ -173,20 +173,20 @@ def _truncate_rows(text: str, mark: str, rows: int, part: float) -> str:
 def write_trace(
     trace: Trace, path: str | Path, layout: str = "own", overwrite: bool = False
 ) -> Path:
-    """Write a trace in a layout, with its sidecar; FileError if one of them exists already."""
+    """Write a trace in a layout, with its sidecar; raises FileError if either exists."""
     return write_pair(trace, path, encode_file(trace, Form(layout=layout)), overwrite)
 
 
 def write_pair(
     trace: Trace, path: str | Path, data: bytes, overwrite: bool, sidecar: bool = True
 ) -> Path:
-    """Write the data file and its sidecar, or neither if one exists and `overwrite` is not set."""
+    """Write the data file and its sidecar, or neither if either exists without `overwrite`."""
     sidecar_file = sidecar_path(path)
     if not overwrite:
         for file in (sidecar_file, Path(path)):
             if file.exists():
                 raise FileError(file, "exists already; --overwrite replaces it")
-    # write the sidecar first, so that a data file always has its metadata
+    # write the sidecar first, so that a data file is never without metadata
     if sidecar:
         write_facts(path, replace(trace.facts, synthetic=True), overwrite)
     return write_whole(path, data, overwrite)

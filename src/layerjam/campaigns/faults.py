@@ -1,8 +1,7 @@
-"""Faults of a test machine, each with a size, and their effects on a record.
+"""Faults of a test machine, each with a magnitude, and their effects on a record.
 
 All arrays of force, travel and time have shape (M, N), M tests of N samples, and SI units. Each
-test and each fault draws its own random numbers, so that one more fault does not change the numbers
-of the others.
+fault draws its own random numbers in each test, so that adding a fault does not affect others.
 """
 
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from layerjam.units import quantity
 
 Bools = npt.NDArray[np.bool_]
 
-# a fixed number for each use of random numbers; it is part of the seed and must never change
+# one fixed number per use of random numbers; it is part of the seed and must never change
 STREAMS = {
     "scatter": 1,
     "jitter": 2,
@@ -31,13 +30,13 @@ STREAMS = {
 
 
 def fault(unit: str, text: str, hi: float, lo: float = 0.0) -> Any:
-    """Return a field for the size of a fault, 0 for none."""
+    """Return a field for the magnitude of a fault; 0 means none."""
     return quantity(unit, text, lo=lo, hi=hi, default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class LoadCell:
-    """A load cell and its recording; by default without any fault."""
+    """A load cell and its recording; has no fault by default."""
 
     sampling_rate: float = quantity("Hz", "samples per second", lo=0.1, hi=1e6, default=1000.0)
     force_noise: float = fault("N", "standard deviation of the load cell's white noise", 1e4)
@@ -50,7 +49,7 @@ class LoadCell:
 
 @dataclass(frozen=True, kw_only=True)
 class Faults(LoadCell):
-    """A test machine; by default without any fault."""
+    """A test machine; has no fault by default."""
 
     force_drift: float = fault("N/s", "drift of the load cell's zero", 100, lo=-100)
     travel_step: float = fault("m", "resolution of the recorded travel", 1e-3)
@@ -106,7 +105,7 @@ def check_consistency(machine: Faults) -> None:
 
 
 def generator(seed: int, stream: str, test: int) -> np.random.Generator:
-    """Return the random numbers of one fault of one test."""
+    """Return the random number generator for one fault in one test."""
     return np.random.Generator(np.random.PCG64([seed, STREAMS[stream], test]))
 
 
@@ -119,7 +118,7 @@ def draw_normal(seed: int, stream: str, tests: npt.NDArray[np.int64], count: int
 
 
 def round_to_step(values: Array, step: float) -> Array:
-    """Return values as read by a converter with that step; unchanged for a step of 0."""
+    """Return values rounded to a converter's step; unchanged for a step of 0."""
     return np.round(values / step) * step if step > 0 else values
 
 
@@ -134,17 +133,17 @@ def sample_times(machine: Faults, seed: int, tests: npt.NDArray[np.int64], count
     time = np.arange(count) / machine.sampling_rate
     if machine.jitter <= 0:
         return np.broadcast_to(time, (len(tests), count))
-    # limited to 2 standard deviations, so that stamps cannot overtake one another
+    # limited to 2 standard deviations, so that time stamps remain in order
     shift = np.clip(draw_normal(seed, "jitter", tests, count), -2, 2) * machine.jitter
     shift[:, [0, -1]] = 0.0
     return time + shift
 
 
 def saw_force(slip: Array, amplitude: float, stiffness: Array) -> Array:
-    """Return stick–slip about the mean force [N] over slip [m]: a saw with the spring's period.
+    """Return stick–slip about the mean force [N] versus slip [m]: a saw with the spring's period.
 
-    Between two slips the force rises by `amplitude` along `stiffness` [N/m], so that a slip occurs
-    after each amplitude/stiffness of travel; zero before the first slip.
+    Between two slips the force rises by `amplitude` with slope `stiffness` [N/m], so that a slip
+    occurs after each amplitude/stiffness of travel. It is zero before the first slip.
     """
     if amplitude <= 0:
         return np.zeros_like(slip)
@@ -160,7 +159,7 @@ def measured_force(
     seed: int,
     tests: npt.NDArray[np.int64],
 ) -> Array:
-    """Return the reading of the load cell for a true force; `warmer` [K] has shape (M, 1)."""
+    """Return the load cell's reading of a true force; temperature rise `warmer` [K] (M, 1)."""
     reading = force * (1 + machine.span_per_kelvin * warmer)
     reading += machine.force_offset + machine.zero_per_kelvin * warmer + machine.force_drift * time
     if machine.force_noise > 0:
@@ -171,12 +170,12 @@ def measured_force(
 
 
 def measured_travel(travel: Array, machine: Faults) -> Array:
-    """Return the reading of the crosshead for its travel."""
+    """Return the crosshead's reading of its true travel."""
     return round_to_step(travel + machine.crosshead_start, machine.travel_step)
 
 
 def sample_mask(machine: Faults, seed: int, test: int, count: int) -> Bools | None:
-    """Return a mask of samples that are not lost (the first and last never are), or None."""
+    """Return a mask of the samples that are kept (always the first and the last), or None."""
     if machine.dropped <= 0:
         return None
     keep = generator(seed, "dropped", test).random(count) >= machine.dropped
@@ -185,7 +184,7 @@ def sample_mask(machine: Faults, seed: int, test: int, count: int) -> Bools | No
 
 
 def recorded_times(time: Array, machine: Faults, seed: int, test: int) -> Array:
-    """Return the time stamps of a test, shape (N,); some repeat the previous one."""
+    """Return the time stamps of a test, shape (N,), some of which repeat the previous one."""
     if machine.repeated_stamps <= 0:
         return time
     repeats = generator(seed, "repeated", test).random(len(time)) < machine.repeated_stamps

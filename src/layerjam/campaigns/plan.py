@@ -1,4 +1,4 @@
-"""The tests of a campaign before the simulation: their conditions and their scatter."""
+"""The tests of a campaign before simulation: conditions and scatter."""
 
 import itertools
 import re
@@ -20,18 +20,18 @@ from layerjam.units import show
 
 @dataclass(frozen=True, kw_only=True)
 class Subject:
-    """A brake of the campaign with its true values."""
+    """A brake in the campaign, with its true values."""
 
     label: str
-    """Label in the names of its files; it contains no "_", the separator of the parts."""
+    """Label in its file names; it contains no "_", which separates the parts of a name."""
     name: str
-    """Name in the catalogue, or of the file that is copied into the campaign's folder."""
+    """Name in the catalogue, or name of the file that is copied into the campaign's folder."""
     file_text: str
-    """Text of that file, or "" for a brake of the catalogue."""
+    """Text of that file, or "" for a catalogue brake."""
     known: Brake
     """Brake as stated in its file."""
     true: Brake
-    """True brake with its stiffness, without scatter, speed law and the machine's compliance."""
+    """True brake with its stiffness, without scatter, speed law or machine compliance."""
     truth: Truth
 
 
@@ -39,13 +39,13 @@ class Subject:
 class Trial:
     """One pull or friction test: readings and true values, in SI units.
 
-    `kind` is "pull" or "friction", `name` that of its file without the ending. `vacuum` is the
-    gauge's reading and `true_vacuum` its true value, both None in a friction test. `friction`,
-    `static`, `stiffness` and `enclosure` are factors on the values of the brake or the film.
+    `kind` is "pull" or "friction"; `name` is the file name without its suffix. `vacuum` is the
+    gauge reading and `true_vacuum` its true value, both None in a friction test. `friction`,
+    `static`, `stiffness` and `enclosure` are multipliers for the values of the brake or the film.
     `overshoot` is the initial excess of the friction, `seating` [m] the yield of the grips. `speed`
-    is stated, `true_speed` its true value. `warmer` is the temperature rise since the first test
-    [K], `practice` the fault of its file or empty. `odd` marks an outlier, and `hold` is the time
-    under load before a friction test [s].
+    is the stated speed, `true_speed` its true value. `warmer` is the temperature rise since the
+    first test [K], `practice` the fault in its file, or empty. `odd` marks an outlier, and `hold`
+    is the time under load before a friction test [s].
     """
 
     number: int = 0
@@ -70,7 +70,7 @@ class Trial:
 
 
 def plan_tests(spec: Spec) -> tuple[tuple[Subject, ...], tuple[Trial, ...]]:
-    """Return the brakes and all tests of a checked spec; QuantityError for impossible tests."""
+    """Return the brakes and tests of a checked spec; raises QuantityError for impossible tests."""
     subjects = tuple(_build_subject(truth) for truth in spec.brakes)
     labels = [s.label for s in subjects]
     if len(set(labels)) < len(labels):
@@ -202,13 +202,13 @@ def _plan_friction_tests(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Tr
 
 
 def _padded_numbers(repeats: int) -> list[str]:
-    """Return 1, 2, ... as texts of the same length, so that files are sorted correctly."""
+    """Return 1, 2, ... as texts of equal length, so that files are sorted correctly."""
     return [f"{n:0{len(str(repeats))}d}" for n in range(1, repeats + 1)]
 
 
 def _add_scatter(spec: Spec, test: Trial) -> Trial:
     shared = test.kind == "pull" and spec.scatter.per == "repeat"
-    # all tests with one repeat number of a brake share the draws of an unused test number
+    # tests of a brake with the same repeat number share the draws of an unused test number
     brake = next(n for n, t in enumerate(spec.brakes) if t is test.subject.truth)
     place = 10**6 * (brake + 1) + test.repeat if shared else test.number
     draws = faults.generator(spec.seed, "scatter", place).standard_normal(3)
@@ -227,7 +227,7 @@ def _add_scatter(spec: Spec, test: Trial) -> Trial:
 
 
 def _add_practice_faults(spec: Spec, tests: list[Trial]) -> tuple[Trial, ...]:
-    """Return the tests; some pulls have a practice fault."""
+    """Return the tests, with practice faults in some pulls."""
     pulls = [t.number for t in tests if t.kind == "pull"]
     order = faults.generator(spec.seed, "practice", 0).permutation(len(pulls)).tolist()
     for fault, count in vars(spec.practice).items():
@@ -238,7 +238,7 @@ def _add_practice_faults(spec: Spec, tests: list[Trial]) -> tuple[Trial, ...]:
 
 
 def _add_outliers(spec: Spec, tests: Sequence[Trial]) -> tuple[Trial, ...]:
-    """Return the tests, with some pulls, or all pulls at some vacuums, turned into outliers."""
+    """Return the tests, with some pulls, or all pulls at some vacuums, made outliers."""
     odd = spec.odd
     places: dict[tuple[object, ...], list[int]] = {}
     for test in tests:

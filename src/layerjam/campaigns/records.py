@@ -1,4 +1,4 @@
-"""Records of a campaign's tests: the true force, then the readings of the machine."""
+"""Records of a campaign's tests: first the true force, then the readings of the machine."""
 
 from collections import defaultdict
 from collections.abc import Callable, Sequence
@@ -29,10 +29,10 @@ def simulate_gripped_pull(
     seating: Array,
     machine: Faults,
 ) -> tuple[Array, Array]:
-    """Return (slip [m], force [N]), shape (M, N), at elongations `stretch` [m] of the taut brake.
+    """Return (slip [m], force [N]), shape (M, N), at elongations `stretch` [m] from taut.
 
-    `spring` [N/m], `overshoot` [-] and `seating` [m] have shape (M, 1). Raises QuantityError if the
-    friction would fall faster than spring and seat can follow.
+    `spring` [N/m], `overshoot` [-] and `seating` [m] have shape (M, 1). Raises QuantityError if
+    friction would drop faster than spring and seat can follow.
     """
     from layerjam.mechanics.friction import sheet_friction
     from layerjam.mechanics.pull import brake_force
@@ -63,7 +63,7 @@ def simulate_gripped_pull(
 
 
 def _bisect(function: Callable[[Array], Array], low: Array, high: Array) -> Array:
-    """Return the zero of a rising function of arrays between two arrays, by bisection."""
+    """Return, by bisection, the zeros of an increasing function between two arrays."""
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         below = function(middle) < 0
@@ -76,7 +76,7 @@ def _as_column(values: Sequence[float]) -> Array:
 
 
 def group_pulls(tests: Sequence[Trial]) -> list[tuple[float, list[Trial]]]:
-    """Return (speed [m/s], pulls of one brake at that speed), for all brakes and speeds."""
+    """Return (speed [m/s], pulls of a brake at that speed) for all brakes and speeds."""
     groups: dict[tuple[str, float], list[Trial]] = defaultdict(list)
     for test in tests:
         if test.kind == "pull":
@@ -85,7 +85,7 @@ def group_pulls(tests: Sequence[Trial]) -> list[tuple[float, list[Trial]]]:
 
 
 def check_pulls(spec: Spec, tests: Sequence[Trial]) -> None:
-    """Raise QuantityError if a pull of the campaign is impossible; quick, without its samples."""
+    """Raise QuantityError if a pull is impossible; quick, because no samples are simulated."""
     for speed, group in group_pulls(tests):
         turn = (spec.machine.slack + spec.pulls.travel) / speed
         ends = np.array([[0.0, turn, turn + spec.pulls.unload / speed]])
@@ -93,7 +93,7 @@ def check_pulls(spec: Spec, tests: Sequence[Trial]) -> None:
 
 
 def simulate_pulls(spec: Spec, tests: Sequence[Trial], count: int) -> list[Trace]:
-    """Return the records of pulls of one brake at one speed."""
+    """Return the records of one brake's pulls at one speed."""
     machine, speed = spec.machine, tests[0].true_speed
     numbers = np.array([t.number for t in tests])
     time = faults.sample_times(machine, spec.seed, numbers, count)
@@ -110,7 +110,7 @@ def simulate_pulls(spec: Spec, tests: Sequence[Trial], count: int) -> list[Trace
 
 
 def _pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Array:
-    """Return the true force [N] at moments [s], shape (M, N)."""
+    """Return the true force [N] at times [s], shape (M, N)."""
     machine, subject, speed = spec.machine, tests[0].subject, tests[0].true_speed
     true = subject.true
     stiffness = float(true.stiffness_measured or 0.0) * _as_column([t.stiffness for t in tests])
@@ -131,7 +131,7 @@ def _pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Array:
     return_travel = speed * np.maximum(time - turn, 0.0)
     if spec.pulls.unload > 0:
         _check_return(subject, slip, vacuum, brakes)
-    # on the return stroke the sheets stick, so only the spring relaxes; a brake cannot push
+    # on the return stroke the sheets stick and only the spring relaxes; a brake cannot push
     force = np.maximum(rising_force - spring * return_travel, 0.0)
     jerks = faults.saw_force(np.where(return_travel > 0, 0.0, slip), machine.stick_slip, spring)
     return np.maximum(force + jerks, 0.0)
@@ -140,7 +140,7 @@ def _pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Array:
 def _compute_slip_and_force(
     spec: Spec, tests: Sequence[Trial], stretch: Array, vacuum: Array, brakes: Brake, spring: Array
 ) -> tuple[Array, Array]:
-    """Return slip [m] and force [N] at an elongation of brake, mount and grips, shape (M, N)."""
+    """Return slip [m] and force [N], (M, N), at a total elongation of brake, mount and grips."""
     from layerjam.mechanics.pull import slip_at_elongation
 
     slip = np.array(slip_at_elongation(stretch, vacuum, brakes))
@@ -162,14 +162,14 @@ def _compute_slip_and_force(
 
 
 def _stack_brakes(true: Brake, spring: Array, tests: Sequence[Trial]) -> Brake:
-    """Return the brakes of some tests in one record; scattered values have shape (M, 1)."""
+    """Return the brakes of some tests as one Brake; scattered values have shape (M, 1)."""
     sheets = _as_column([t.friction for t in tests])
     sleeve = _as_column([t.enclosure for t in tests])
     return change_shape(true, true.scale_factor * sheets, spring, sleeve)
 
 
 def _check_return(subject: Subject, slip: Array, vacuum: Array, brakes: Brake) -> None:
-    """Raise an error for a return stroke on which the enclosure would close the brake."""
+    """Raise an error if the enclosure would close the brake during the return stroke."""
     from layerjam.mechanics.enclosure import enclosure_force
     from layerjam.mechanics.friction import sheet_friction
 
@@ -200,7 +200,7 @@ def simulate_friction_test(spec: Spec, test: Trial) -> Trace:
     if test.hold is not None:
         static_friction = float(aged_static(test.hold, test.subject.true))
     static = max(static_friction * test.static * test_spec.normal_force, kinetic)
-    # the force rises along the string's stiffness to static friction, then follows the film's
+    # the force rises with the string's stiffness to static friction, then follows the film's
     # profile
     rising = test_spec.string_stiffness * travel_of_string
     sliding = np.maximum.accumulate(rising >= static)
@@ -217,7 +217,7 @@ def simulate_friction_test(spec: Spec, test: Trial) -> Trace:
 
 
 def _rough_profile(travel: Array, random: np.random.Generator) -> Array:
-    """Return a random profile, shape (N,), with a deviation of 1 and about 1 mm resolution."""
+    """Return a random profile, shape (N,), with an SD of 1 and a resolution of about 1 mm."""
     knots = np.arange(0.0, travel[-1] + 2e-3, 1e-3)
     return np.interp(travel, knots, random.standard_normal(len(knots)))
 
@@ -225,7 +225,7 @@ def _rough_profile(travel: Array, random: np.random.Generator) -> Array:
 def _record_traces(
     spec: Spec, machine: Faults, tests: Sequence[Trial], time: Array, travel: Array, force: Array
 ) -> list[Trace]:
-    """Return the records of tests, with lost samples and repeated stamps."""
+    """Return the records of tests, with lost samples and repeated time stamps."""
     out = []
     for row, test in enumerate(tests):
         keep = faults.sample_mask(machine, spec.seed, test.number, force.shape[1])

@@ -1,7 +1,7 @@
-"""Specification of a campaign: brakes with their true values, tests, faults, files.
+"""Specification of a campaign: brakes with their true values, tests, faults and files.
 
-Unit, meaning and bounds of every number are defined once, here and in `faults`. The file reader,
-its error messages and the commented example use them.
+The unit, meaning and bounds of every number are defined once, here or in `faults`, and used by the
+file reader, its error messages and the commented example.
 """
 
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ from layerjam.units import QuantitySpec, check, like, nested, quantity, show
 
 MOST_TESTS = 10_000
 MOST_SAMPLES = 5_000_000
-"""Largest number of samples of one test."""
+"""Largest number of samples in one test."""
 
 
 def _list_field(unit: str, text: str, default: tuple[float, ...], **bounds: Any) -> Any:
@@ -35,13 +35,13 @@ def _fault_field(fault_text: str) -> Any:
 
 
 def _word_field(text: str, default: Any, choices: tuple[str, ...] = ()) -> Any:
-    """Return a field for a text, one of `choices` if there are any."""
+    """Return a field for a text, which must be one of `choices` if there are any."""
     return value(TextSpec(text=text, choices=choices), default)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Truth:
-    """A brake and its true values if they differ from its file.
+    """A brake, and its true values if they differ from those in its file.
 
     None means the value in the file.
     """
@@ -106,7 +106,7 @@ class Pulls:
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionTests(LoadCell):
-    """Friction tests of each brake's film: a sled pulled over film by a string."""
+    """Friction tests of each brake's film: a string pulls a sled over the film."""
 
     repeats: int = quantity("1", "repeats; 0 for none", hi=1000, whole=True, default=0)
     normal_force: float = like(
@@ -131,7 +131,7 @@ class FrictionTests(LoadCell):
 
 @dataclass(frozen=True, kw_only=True)
 class Scatter:
-    """Scatter of the brake from pull to pull; each factor has mean 1 (log-normal)."""
+    """Scatter of the brake from pull to pull; each factor is log-normal with mean 1."""
 
     friction: float = _scatter_field("sheets' friction")
     stiffness: float = _scatter_field("stiffness")
@@ -160,14 +160,14 @@ class Files:
     language: str = _word_field("language of the column names", "en", tuple(LANGUAGES))
 
     def list_forms(self) -> list[Form]:
-        """Return the forms that files take in turn."""
+        """Return the forms between which the files alternate."""
         same = {"encoding": self.encoding, "decimal": self.decimal, "language": self.language}
         return [Form(layout=layout, **same) for layout in self.layouts]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Practice:
-    """Number of pull files with each fault that a reader should detect, chosen by the seed."""
+    """Number of pull files, chosen by the seed, with each fault that a reader should detect."""
 
     cut_off: int = _fault_field("cut off in the middle of a line")
     header_only: int = _fault_field("with a header but no numbers")
@@ -184,7 +184,7 @@ def _outlier_field(name: str, lo: float = -0.9) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Odd:
-    """Outlying pulls, chosen by the seed; apart from these changes they are like the others."""
+    """Outlying pulls, chosen by the seed, which differ from the others only by these changes."""
 
     how_many: int = quantity("1", "number of outliers", hi=1000, whole=True, default=0)
     per: str = _word_field(
@@ -204,7 +204,7 @@ class Odd:
 
 @dataclass(frozen=True, kw_only=True)
 class Spec:
-    """A complete campaign; the same spec always gives exactly the same numbers."""
+    """A complete campaign; the same spec always produces exactly the same numbers."""
 
     brakes: tuple[Truth, ...] = ()
     seed: int = like(SEED, "seed of all random numbers", default=1)
@@ -224,7 +224,7 @@ TABLES: Mapping[str, type] = MappingProxyType(
 
 
 def check_spec(spec: Spec) -> Spec:
-    """Return the spec if every number is within its bounds and all are consistent."""
+    """Return the spec if all numbers are within their bounds and consistent."""
     if not spec.brakes:
         raise QuantityError.of("brakes", "none is given; a campaign needs at least one [[brakes]]")
     for truth in spec.brakes:

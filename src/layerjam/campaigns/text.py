@@ -1,4 +1,4 @@
-"""A campaign's TOML, read with file and line in every error, and written with comments."""
+"""A campaign's TOML, read with the file and line in every error, and written with comments."""
 
 from dataclasses import replace
 from importlib.resources import files
@@ -27,7 +27,7 @@ _FIELDS = dict(entries(Spec))
 
 
 def example_spec() -> Spec:
-    """Return a campaign to start with: small, with the faults of an ordinary machine."""
+    """Return a small example campaign, with the faults of an ordinary machine."""
     place = files("layerjam.campaigns") / "practice.toml"
     return parse_spec(place.read_text(encoding="utf-8"), "practice.toml")
 
@@ -43,7 +43,7 @@ def read_spec(path: str | Path) -> Spec:
 
 
 def parse_spec(text: str, path: object, folder: Path | None = None) -> Spec:
-    """Return the campaign in a TOML text; errors name it by `path`."""
+    """Return the campaign in a TOML text; errors name its `path`."""
     tables = parse_toml(text, path)
     reader = Reader(text, path, _FIELDS, words={})
     brakes: tuple[Any, ...] = ()
@@ -55,7 +55,7 @@ def parse_spec(text: str, path: object, folder: Path | None = None) -> Spec:
 
 
 def _resolve_paths(rows: object, folder: Path | None) -> object:
-    """Return tables of brakes whose paths are relative to the campaign's folder."""
+    """Return the tables of brakes, with paths resolved from the campaign's folder."""
     if folder is None or not isinstance(rows, list):
         return rows
     tables = []
@@ -67,7 +67,7 @@ def _resolve_paths(rows: object, folder: Path | None) -> object:
 
 
 def format_spec(spec: Spec) -> str:
-    """Return the campaign as a commented file: every field with its meaning and bounds."""
+    """Return the campaign as a commented text, with the meaning and bounds of every field."""
     lines = [
         "# A campaign of the virtual laboratory: layerjam lab THIS.toml --out DIR",
         "# Every quantity carries its unit; a missing value takes the default in its comment.",
