@@ -1,4 +1,4 @@
-"""Files in a campaign's folder, and their uses."""
+"""Files in a campaign's folder, and the use of each."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -17,12 +17,12 @@ from layerjam.measure.sidecar import FOLDER, Facts, sidecar_path
 LIMIT = 5_000
 """Largest number of files in a campaign."""
 FITTED = "depth"
-"""Note that a calibration writes to the brake's file."""
+"""Key of a note that a calibration writes to the brake file."""
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """Paths inside the folder: measurements by their use, and every file."""
+    """Paths inside the folder: measurements by use, and every file."""
 
     folder: Path
     files: tuple[str, ...]
@@ -39,10 +39,10 @@ class Campaign:
 
 
 def read_campaign(folder: str | Path, options: ReadingOptions) -> Campaign:
-    """Return the files of a folder; one with a normal force is a friction test, others are pulls.
+    """Return the files in a folder: tests with a normal force are friction tests, others are pulls.
 
     A file is a measurement if it has a sidecar or a reader can open it. Hidden files and links are
-    left out. Raises FileError if there is no such folder, or no measurement in it.
+    omitted. Raises FileError if there is no such folder, or no measurement in it.
     """
     root = Path(folder)
     if not root.is_dir():
@@ -66,9 +66,9 @@ def read_campaign(folder: str | Path, options: ReadingOptions) -> Campaign:
 
 
 def find_brake(tests: Campaign) -> str:
-    """Return the tested brake: a path inside the folder, or a name of the catalogue.
+    """Return the tested brake: a path inside the folder, or a name in the catalogue.
 
-    It is the folder's only brake that was not calibrated, or else the one that all sidecars name.
+    It is the folder's only uncalibrated brake, or else the one that all sidecars name.
     Raises FileError if neither determines the brake.
     """
     plain = [n for n in tests.brakes if FITTED not in load(tests.folder / n).notes]
@@ -86,7 +86,7 @@ def find_brake(tests: Campaign) -> str:
 
 
 def split_calibration_pulls(tests: Campaign) -> tuple[list[str], list[str]]:
-    """Return the pulls to which a calibrated brake of the folder was fitted, and the others.
+    """Return the pulls to which a calibrated brake in the folder was fitted, and the others.
 
     The first list is empty if there is no such brake, or if it was fitted to all or none of the
     pulls.
@@ -113,7 +113,7 @@ def _is_measurement(path: Path, options: ReadingOptions) -> bool:
 
 
 def _read_facts(path: Path, options: ReadingOptions) -> Facts:
-    """Return the metadata, or none if unreadable: the stage that uses the file reports it."""
+    """Return the metadata, empty if unreadable: the stage that uses the file reports that."""
     try:
         return conditions(path, options)
     except LayerjamError:

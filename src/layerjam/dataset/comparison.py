@@ -1,4 +1,4 @@
-"""Comparison of published with recomputed files, number by number and word by word."""
+"""Comparison of published files with recomputed ones, number by number and word by word."""
 
 import csv
 import html
@@ -14,23 +14,23 @@ from pathlib import PurePosixPath
 from typing import Any
 
 SAME = 1e-6
-"""Relative difference below which two numbers count as the same, because processors and libraries
-round differently, and a fit ends within its own tolerance."""
+"""Relative difference below which two numbers count as identical, because processors and libraries
+round differently and a fit ends within its own tolerance."""
 MISSING = object()
 Number = float | int | bool | None
 Leaf = Number | str
 DRAWN = 0.01
-"""Distance below which two points of a drawing count as the same [pt]."""
+"""Distance [pt] below which two points in a drawing count as identical."""
 _SVG = re.compile(r"(<svg\b.*?</svg>)", re.DOTALL)
 _ID = re.compile(r"\b[a-zA-Z]\w*?[0-9a-f]{10}\b")
-"""Names in a drawing that are digests of the named shape."""
+"""Pattern of names in a drawing that are digests of the named shape."""
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A number or word that differs; `share` is the relative difference.
+    """A number or word that differs, with the relative difference `share`.
 
-    `number` names it inside the file. `recomputed` is None if this version has no such number,
+    `number` is its name in the file. `recomputed` is None if this version has no such number,
     `share` if there is no ratio.
     """
 
@@ -42,9 +42,9 @@ class Difference:
 
 
 def file_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
-    """Yield all differences between a published file and the same file computed here.
+    """Yield all differences between a published file and the same file recomputed here.
 
-    In drawings, points may differ by `DRAWN`, and only the first difference is reported.
+    In drawings, points may differ by `DRAWN`; only the first difference is reported.
     """
     if old == new:
         return
@@ -63,9 +63,9 @@ def file_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
 
 
 def number_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
-    """Yield the published numbers that other versions of the programs do not reproduce.
+    """Yield the published numbers that different versions of the programs do not reproduce.
 
-    Words, drawings, and the order of numbers on a page or in a table are not compared.
+    Words, drawings and the order of numbers on a page or in a table are not compared.
     """
     kind = PurePosixPath(file).suffix
     if kind in _READERS and kind != ".csv":
@@ -83,9 +83,9 @@ def number_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference
 
 
 def differences(old: Any, new: Any, file: str, words: bool = False) -> Iterator[Difference]:
-    """Yield the numbers of `old` (JSON) that `new` does not contain, in order.
+    """Yield, in order, the numbers in `old` (JSON) that `new` does not contain.
 
-    `words` compares words too, and also yields entries that only `new` contains.
+    With `words`, words are compared too, and entries that only `new` contains are included.
     """
     before: dict[str, Any] = dict(_iterate_leaves(old))
     after: dict[str, Any] = dict(_iterate_leaves(new))
@@ -102,7 +102,7 @@ def differences(old: Any, new: Any, file: str, words: bool = False) -> Iterator[
 
 
 def count_numbers(file: str, content: bytes) -> int:
-    """Return how many numbers of a file are compared; drawings are not counted."""
+    """Return the number of values compared in a file, not counting drawings."""
     kind = PurePosixPath(file).suffix
     if kind in _READERS:
         leaves = _iterate_leaves(_READERS[kind](content.decode()))
@@ -111,7 +111,7 @@ def count_numbers(file: str, content: bytes) -> int:
 
 
 def entries_by_name(document: Any) -> Any:
-    """Return a linked document with its entries by name instead of by position."""
+    """Return a JSON-LD document with its entries keyed by name instead of by position."""
     graph = document.get("@graph") if isinstance(document, dict) else None
     if isinstance(graph, list) and all(isinstance(e, dict) and "@id" in e for e in graph):
         return {str(entry["@id"]): entry for entry in graph}
@@ -119,7 +119,7 @@ def entries_by_name(document: Any) -> Any:
 
 
 def prune(document: Any, names: Collection[str]) -> Any:
-    """Return a linked document without the entries of these names and references to them."""
+    """Return a JSON-LD document without the entries of these names and references to them."""
     if isinstance(document, dict):
         return {key: prune(inner, names) for key, inner in document.items()}
     if isinstance(document, list):
@@ -129,7 +129,7 @@ def prune(document: Any, names: Collection[str]) -> Any:
 
 
 def _parse_table(text: str) -> Any:
-    """Return the rows of a CSV file by their first cell, with cells by column name."""
+    """Return the rows of a CSV file keyed by first cell, with cells keyed by column name."""
     rows = list(csv.reader(io.StringIO(text)))
     counts: Counter[str] = Counter()
     table = {}
@@ -186,7 +186,7 @@ def _relative_difference(a: Any, b: Any) -> float | None:
 
 
 def _page_differences(file: str, old: str, new: str) -> Iterator[Difference]:
-    """Yield the differences of the text and of the drawings of a page, one after the other."""
+    """Yield the differences in the text of a page, then those in its drawings."""
     pair = [_SVG.split(text) for text in (old, new)]
     if len(pair[0]) != len(pair[1]):
         count = [len(parts) // 2 for parts in pair]
@@ -204,7 +204,7 @@ def _page_differences(file: str, old: str, new: str) -> Iterator[Difference]:
 
 
 def _number_digests(drawing: str) -> str:
-    """Return a drawing with its digests replaced by numbers in order of appearance."""
+    """Return a drawing with its digests replaced by numbers, in order of appearance."""
     ids: dict[str, str] = {}
     return _ID.sub(lambda m: ids.setdefault(m[0], f"id-{len(ids)}"), drawing)
 
@@ -231,7 +231,7 @@ def _text_differences(file: str, old: str, new: str, room: float = 0.0) -> Itera
 
 
 def _changed_words(old: str, new: str) -> tuple[str, str]:
-    """Return the words in which two lines differ, without a common start and end."""
+    """Return the words in which two lines differ, without their common start and end."""
     left, right = old.split(" "), new.split(" ")
     while left and right and left[0] == right[0]:
         del left[0], right[0]
@@ -261,7 +261,7 @@ _HIDDEN = re.compile(r"<(style|script|svg|title)\b.*?</\1>|<!--.*?-->", re.DOTAL
 _SHOWN = re.compile(r"<!--(.*?)-->", re.DOTALL)
 DPI = 100.0
 SHADES = 48
-"""Largest difference, of 255, between two points of a page that is ignored, as edges shift."""
+"""Largest difference (of 255) between two pixels of a page that is ignored, as edges shift."""
 
 
 def can_read_pdf() -> bool:
@@ -270,7 +270,7 @@ def can_read_pdf() -> bool:
 
 
 def printed_numbers(file: str, content: bytes) -> list[float]:
-    """Return the visible numbers of a file in order; a drawing's words are in its comments."""
+    """Return the visible numbers in a file, in order; a drawing's text is in its comments."""
     if file.endswith(".pdf"):
         text = "\n".join(pdf_pages(content) or ())
     elif file.endswith(".svg"):

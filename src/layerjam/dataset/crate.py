@@ -1,4 +1,4 @@
-"""Description of a dataset, for repositories (RO-Crate 1.1) and for people."""
+"""Description of a dataset, for repositories (RO-Crate 1.1) and for readers."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -37,7 +37,7 @@ CONTEXT = ["https://w3id.org/ro/crate/1.1/context", {"sha256": "https://schema.o
 def format_readme(
     recipe: Recipe, details: Details, brake: str, synthetic: bool, entries: Iterable[Acceptance]
 ) -> str:
-    """Return README.md for a reader who does not know the dataset; `brake` is the brake's name."""
+    """Return README.md for readers who do not know the dataset; `brake` is the brake's name."""
     lines = [f"# {details.name}", ""]
     if synthetic:
         lines += ["**Synthetic**: a program wrote these files; nothing was measured.", ""]
@@ -65,7 +65,6 @@ def format_readme(
 
 
 def _describe_counts(recipe: Recipe) -> str:
-    """Return the number of files of each use, as text."""
     return (
         f"{count_noun(len(recipe.friction), 'friction test')}, "
         f"{count_noun(len(recipe.calibrate), 'calibration pull')} and "
@@ -81,7 +80,7 @@ def crate_metadata(
     brake: str,
     synthetic: bool,
 ) -> dict[str, Any]:
-    """Return ro-crate-metadata.json for files of a folder; `brake` is the brake's name."""
+    """Return ro-crate-metadata.json for files in a folder; `brake` is the brake's name."""
     names = sorted({*files, checksums.NAME} - {METADATA})
     kind = "Synthetic tests" if synthetic else "Tests"
     people = [{"@id": p.id, "@type": "Person", "name": p.name} for p in details.authors]
@@ -144,7 +143,7 @@ def _file_entry(folder: Path, name: str) -> dict[str, str]:
 def _computation_entry(
     recipe: Recipe, details: Details, names: Sequence[str]
 ) -> list[Mapping[str, Any]]:
-    """Return the computation: its raw files, its results, and the programs."""
+    """Return the entries of the computation: its raw files, its results and the programs."""
     others = ", ".join(f"{k} {v}" for k, v in recipe.versions.items() if k != "layerjam")
     raw = [recipe.brake, *recipe.friction, *recipe.calibrate, *recipe.validate]
     program = {

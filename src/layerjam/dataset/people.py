@@ -28,7 +28,7 @@ LONGEST = 200
 
 @dataclass(frozen=True)
 class Author:
-    """A person by name, with the ORCID iD if known (16 digits in groups of four)."""
+    """A person's name and, if known, ORCID iD (16 digits in groups of four)."""
 
     name: str
     orcid: str = ""
@@ -43,7 +43,7 @@ class Author:
 
 @dataclass(frozen=True, kw_only=True)
 class Details:
-    """The user's details about a dataset: name, SPDX licence, authors, and day (ISO)."""
+    """The user's details of a dataset: name, SPDX licence, authors and date (ISO 8601)."""
 
     name: str
     licence: str | None
@@ -52,7 +52,7 @@ class Details:
 
     @classmethod
     def read(cls, row: Mapping[str, Any]) -> Self:
-        """Return the details in a table; KeyError, TypeError or ValueError if it is invalid."""
+        """Return the details in a table; raises KeyError, TypeError or ValueError if invalid."""
         authors = [Author(**a) for a in row["authors"]]
         texts = [row["name"], row["date"], *(t for a in authors for t in vars(a).values())]
         if not all(isinstance(text, str) for text in texts):
@@ -62,14 +62,14 @@ class Details:
         return cls(name=row["name"], licence=row["licence"], authors=authors, date=row["date"])
 
     def notices(self) -> list[Notice]:
-        """Return notices of missing licence and authors; QuantityError for an invalid licence."""
+        """Return notices of a missing licence or authors; QuantityError for an invalid licence."""
         return licence_notices(self.licence, self.authors)
 
 
 def parse_author(text: str) -> Author:
-    """Return the author in "NAME" or "NAME,ORCID".
+    """Return the author from "NAME" or "NAME,ORCID".
 
-    Raises QuantityError for an empty name, or an ORCID iD whose check digit is wrong.
+    Raises QuantityError for an empty name or an ORCID iD with a wrong check digit.
     """
     name, comma, orcid = (part.strip() for part in text.rpartition(","))
     if not comma or not re.search(r"\d", orcid):
@@ -98,7 +98,7 @@ def _is_orcid(number: str) -> bool:
 
 
 def licence_notices(licence: str | None, authors: Sequence[Author]) -> list[Notice]:
-    """Return notices of a missing licence and missing authors.
+    """Return notices of a missing licence or missing authors.
 
     Raises QuantityError for a licence that is not an SPDX identifier.
     """

@@ -1,4 +1,4 @@
-"""Recipe of a dataset, from which a program recomputes its numbers from the raw files."""
+"""Recipe of a dataset, by which a program recomputes its numbers from the raw files."""
 
 import json
 import platform
@@ -15,18 +15,18 @@ from layerjam.errors import FileError, QuantityError
 
 RECIPE = "recipe.json"
 FORMAT = 2
-"""Version of the recipe's format; a program reads its own version and all lower ones. Format 1 does
-not state title and authors, and its dataset has no checksum of the description."""
+"""Version of the recipe's format; a program reads its own version and all earlier ones. Format 1
+has no title or authors, and its dataset has no checksum of the description."""
 LIBRARIES = ("numpy", "scipy", "jax", "matplotlib", "jinja2", "typst")
 Paths = tuple[str, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Recipe:
-    """Files by their paths inside the dataset.
+    """Files, as paths inside the dataset.
 
-    `options` are {name in Python: value} of `report` that differ from the defaults. `unused` is
-    {file: {"use": ..., "why": ...}} of rejected measurements.
+    `options` contains {name in Python: value} of those of `report` that differ from the defaults.
+    `unused` is {file: {"use": ..., "why": ...}} of rejected measurements.
     """
 
     format: int = FORMAT
@@ -61,7 +61,7 @@ def program_versions() -> dict[str, str]:
 
 
 def read_recipe(folder: Path) -> Recipe:
-    """Return the recipe of a dataset; FileError if it is broken, newer, or points outside."""
+    """Return a dataset's recipe; raises FileError if it is invalid, newer or points outside."""
     path = folder / RECIPE
     try:
         plain = json.loads(path.read_text(encoding="utf-8"))
@@ -86,7 +86,7 @@ def read_recipe(folder: Path) -> Recipe:
 
 
 def _check_value(path: Path, name: str, value: Any) -> Any:
-    """Return a value of the type of its field; FileError for any other type."""
+    """Return a value if its type is that of the field; otherwise raises FileError."""
     if name == "stated":
         try:
             return value and Details.read(value)

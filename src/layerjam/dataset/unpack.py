@@ -1,4 +1,4 @@
-"""A dataset from its folder or from a zip file, which may come from a stranger."""
+"""A dataset in a folder or in a zip file, whose origin may not be trusted."""
 
 import contextlib
 import stat
@@ -15,7 +15,7 @@ MOST_FILES = 20_000
 LARGEST = 20 * 2**30
 """Largest size of all files together [bytes]."""
 RATIO = 1_000
-"""Largest ratio of unpacked to packed size; numbers as text shrink at most to a tenth."""
+"""Largest ratio of unpacked to packed size; numbers as text compress to a tenth at best."""
 
 
 @contextlib.contextmanager
@@ -23,7 +23,7 @@ def open_root(source: str | Path) -> Iterator[Path]:
     """Open a dataset; a zip file is unpacked into a temporary folder.
 
     Raises FileError for anything else, and for a zip file that would write outside its folder,
-    unpack to more than 20 GB, or contains links.
+    would unpack to more than 20 GB or contains links.
     """
     path = Path(source)
     if path.is_dir():
