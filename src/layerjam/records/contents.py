@@ -1,6 +1,6 @@
-"""Content of a file, and the files that it cites: by digests, never by similarity.
+"""Content of a file, and the files that it cites, identified by digests, never by similarity.
 
-A run is read from its own tables. For a file of a test machine, only its bytes are used here.
+A run is read from its own tables. Only the bytes of a test machine's file are used here.
 """
 
 import json
@@ -42,13 +42,13 @@ STATED = (
 )
 """Key of `meta` for each column of the table of runs."""
 NONE = {"zero": 0.0, "gain": 1.0, "name": ""}
-"""Response of a board whose sensor was never calibrated."""
+"""Calibration that a board reports if its sensor was never calibrated."""
 BOARD = {"serial": "board", "model": "model", "firmware": "firmware"}
-"""{column of a board: key of `meta`}."""
+"""{column of a board record: key of `meta`}."""
 
 
 def check_whole(path: str) -> None:
-    """Raise FileError for a run of which a part is in a separate file."""
+    """Raise FileError for a run that is partly in a separate file."""
     log = Path(f"{path}-wal")
     if log.exists() and log.stat().st_size:
         close = ("sqlite3", Path(path).name, "PRAGMA journal_mode = DELETE")
@@ -60,9 +60,9 @@ def check_whole(path: str) -> None:
 
 
 def read_run_content(path: str, file: Mapping[str, Any]) -> Content:
-    """Return a run, with the brake, line, board and sensor calibration inside it.
+    """Return a run, with the brake, line, board and sensor calibration that it contains.
 
-    Raises FileError for a file that is not a run, or not a complete one.
+    Raises FileError for a file that is not a run or is incomplete.
     """
     base = open_run(path, is_complete=True)
     try:
@@ -95,7 +95,7 @@ def read_run_content(path: str, file: Mapping[str, Any]) -> Content:
         path=path,
         file={**file, "kind": "run", "simulated": simulated},
         piece=Piece(kind="run", columns=columns),
-        # also link a file of the same brake that is added later
+        # also link a file of the same brake that may be added later
         cited=tuple(Cited(text_digest(text), kind, f"its {kind}") for kind, text in texts),
         others=others,
         notes=tuple(notes),
@@ -103,7 +103,7 @@ def read_run_content(path: str, file: Mapping[str, Any]) -> Content:
 
 
 def _read_inside(path: str, meta: Mapping[str, str]) -> tuple[dict[str, Piece], list[str]]:
-    """Return {role: record} of the records inside a run, and notes on unreadable ones."""
+    """Return {role: record} of the records in a run, and notes on unreadable records."""
     records: dict[str, Piece] = {}
     notes = []
     for kind in ("brake", "line"):
@@ -126,7 +126,7 @@ def _read_inside(path: str, meta: Mapping[str, str]) -> tuple[dict[str, Piece], 
 
 
 def _parse_calibration(text: str) -> dict[str, Any]:
-    """Return zero [Pa], gain and name of a sensor's calibration as the board reports it."""
+    """Return the zero [Pa], gain and name of a sensor calibration as reported by the board."""
     zero, gain, name = ([*text.split(",", 2), "", "", ""])[:3]
     try:
         return {"zero": float(zero), "gain": float(gain), "name": name.strip(' "')}
@@ -143,7 +143,7 @@ LARGEST_JSON = 50_000_000
 
 
 def read_content(path: str | Path) -> Content:
-    """Return the content of a file; FileError if it is unreadable or of an unknown kind."""
+    """Return the content of a file; raises FileError if it is unreadable or of unknown kind."""
     place, name = Path(path), str(path)
     with report_failure(name, "cannot be read"):
         if place.is_dir():
@@ -154,7 +154,7 @@ def read_content(path: str | Path) -> Content:
         if not size:
             raise FileError(name, "is empty")
         if place.suffix == ENDING:
-            check_whole(name)  # closing the file would release a recorder's locks
+            check_whole(name)  # do not open the file: closing it would release a recorder's locks
         with place.open("rb") as handle:
             head = handle.read(HEAD)
         digest = sha256(name)
@@ -172,7 +172,7 @@ def read_content(path: str | Path) -> Content:
 
 
 def _read_toml(path: str, file: Mapping[str, Any]) -> Content:
-    """Return a brake, a line, or the metadata of a measurement."""
+    """Return a brake, a vacuum line, or the metadata of a measurement."""
     text = read_text(Path(path))
     tables = parse_toml(text, path)
     if "sheets" in tables:
@@ -194,7 +194,7 @@ def _read_toml(path: str, file: Mapping[str, Any]) -> Content:
 
 
 def _read_brake(path: str, entry: Mapping[str, Any], text: str) -> Content:
-    """Return a brake; if a layerjam command wrote it, it also contains a calibration."""
+    """Return a brake, with its calibration if a layerjam command wrote one into it."""
     piece = make_piece("brake", text, path)
     file = {**entry, "kind": "brake"}
     notes = BrakeFile.read(text, path).notes
@@ -213,7 +213,7 @@ def _read_brake(path: str, entry: Mapping[str, Any], text: str) -> Content:
             "covariance": _covariance(notes.get("covariance")),
             "checks": notes.get("verdict"),
             "result_toml": result,
-            # identical text in two brakes with different numbers means two calibrations
+            # the same text in two brakes with different numbers means two calibrations
             "sha256": text_digest(f"{piece.columns['sha256']}\n{result}"),
             "simulated": _any_synthetic(files),
         },
@@ -224,7 +224,7 @@ def _read_brake(path: str, entry: Mapping[str, Any], text: str) -> Content:
 
 
 def _cited_files(entries: Any, role: str) -> list[Cited]:
-    """Return the files in a list of names and digests; entries without a digest are left out."""
+    """Return the files in a list of names and digests, without entries that lack a digest."""
     citations = []
     for entry in entries if isinstance(entries, list) else ():
         if not isinstance(entry, dict):
@@ -238,7 +238,7 @@ def _cited_files(entries: Any, role: str) -> list[Cited]:
 
 
 def _covariance(rows: Any) -> str | None:
-    """Return {value: {value: covariance}} as JSON, from the rows in a brake's [made_by]."""
+    """Return {value: {value: covariance}} as JSON, from the rows in a brake's [made_by] table."""
     matrix: dict[str, dict[str, float]] = {}
     for row in rows if isinstance(rows, list) else ():
         if isinstance(row, dict) and row.keys() >= {"of", "and", "value"}:
@@ -248,13 +248,13 @@ def _covariance(rows: Any) -> str | None:
 
 
 def _any_synthetic(files: Any) -> bool | None:
-    """Return True if a file of a list is marked as synthetic, otherwise None (unknown)."""
+    """Return True if any file in a list is marked as synthetic, otherwise None (unknown)."""
     marks = any(isinstance(row, dict) and row.get("synthetic") is True for row in files or ())
     return True if marks else None
 
 
 def _read_json(path: str, file: Mapping[str, Any]) -> Content:
-    """Return the JSON of a calibration, as `calibrate --json` prints it."""
+    """Return a calibration from the JSON that `calibrate --json` prints."""
     if file["bytes"] > LARGEST_JSON:
         raise FileError(path, "is too large for a result (more than 50 MB)")
     try:
@@ -290,7 +290,7 @@ def _read_json(path: str, file: Mapping[str, Any]) -> Content:
 
 
 def _read_data(path: str, entry: Mapping[str, Any], head: bytes) -> Content:
-    """Return a measurement or an export of a run; comment lines distinguish them."""
+    """Return a measurement or an exported run; the comment lines distinguish them."""
     comments = _head_comments(head)
     synthetic = says_synthetic("\n".join(comments).encode())
     with_facts = False
@@ -315,7 +315,7 @@ def _read_data(path: str, entry: Mapping[str, Any], head: bytes) -> Content:
 
 
 def _head_comments(head: bytes) -> list[str]:
-    """Return the comment lines at the start, without the '#'."""
+    """Return the comment lines at the start, without '#'."""
     comments = []
     for line in head.decode("utf-8-sig", "replace").splitlines():
         if not line.startswith("#"):

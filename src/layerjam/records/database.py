@@ -47,7 +47,7 @@ ORDER = (
     *("derived_from", "cited", "withdrawn", "files", "runs", "calibrations"),
     *("sensor_calibrations", "boards", "brakes", "lines", "entries", "schema_version"),
 )
-"""Tables of version 1, in an order such that tables that refer to others come first."""
+"""Tables of version 1, ordered so that each precedes the tables to which it refers."""
 
 
 def move_typed_tables(db: Connection) -> None:
@@ -76,7 +76,7 @@ def move_typed_tables(db: Connection) -> None:
 
 
 def _table_rows(db: Connection, table: str) -> list[dict[str, Any]]:
-    """Return the rows of a table; SQLite stores a bool as 0 or 1."""
+    """Return the rows of a table, with bools, which SQLite stores as 0 or 1."""
     rows = [dict(row) for row in db.execute(text(f"SELECT * FROM {table}")).mappings()]
     for row in rows:
         if row.get("simulated") is not None:
@@ -85,18 +85,18 @@ def _table_rows(db: Connection, table: str) -> list[dict[str, Any]]:
 
 
 PATIENCE = 60
-"""Longest wait for another writer [s]."""
+"""Maximum wait for another writer [s]."""
 REACHED = 10
-"""Longest wait for the first response of a server [s]."""
+"""Maximum wait for the first response of a server [s]."""
 LOCK = 0x4C4A5243
-"""PostgreSQL's advisory lock for writers, so that one writes at a time, as with SQLite."""
+"""Advisory lock for writers in PostgreSQL, so that one writes at a time, as in SQLite."""
 POSTGRES = ("postgresql", "postgres", "postgresql+psycopg")
 STEPS: dict[int, Callable[[Connection], None]] = {1: move_typed_tables}
-"""{version: function that upgrades the tables of that version to the next}."""
+"""{version: function that upgrades the tables from that version to the next}."""
 
 
 class RecordsError(LayerjamError):
-    """A database of records that is not available, or that is not one."""
+    """Error: the database is not available or is not a database of records."""
 
     key = "records"
 
@@ -107,9 +107,9 @@ def default_file() -> Path:
 
 
 def database_url(db: str | Path | None) -> URL:
-    """Return the database of a URL or of a path to a SQLite file.
+    """Return the URL of a database, given as a URL or as the path of a SQLite file.
 
-    Raises RecordsError for an unsupported URL, MissingExtraError if psycopg is not installed.
+    Raises RecordsError for an unsupported URL, and MissingExtraError if psycopg is not installed.
     """
     if db is None:
         return URL.create("sqlite", database=str(default_file()))
@@ -130,7 +130,7 @@ def database_url(db: str | Path | None) -> URL:
 
 
 class Database:
-    """One database, opened for each transaction and closed after it."""
+    """A database that is opened for each transaction and closed after it."""
 
     def __init__(self, db: str | Path | None = None) -> None:
         self.url = database_url(db)
@@ -145,9 +145,9 @@ class Database:
 
     @contextlib.contextmanager
     def writing(self) -> Iterator[Connection]:
-        """Open a transaction for writing, after all others; it is done completely or not at all.
+        """Open a transaction for writing, after all others; it is applied completely or not at all.
 
-        Creates the database if there is none. Raises RecordsError.
+        Creates the database if it does not exist. Raises RecordsError.
         """
         with self._report_errors():
             if self.file is not None:
@@ -161,7 +161,7 @@ class Database:
 
     @contextlib.contextmanager
     def reading(self) -> Iterator[Connection | None]:
-        """Open a constant view of the records, or None if there is no database yet."""
+        """Open a consistent snapshot of the records; None if there is no database yet."""
         if self.file is not None and not self.file.exists():
             yield None
             return
@@ -175,7 +175,7 @@ class Database:
 
     @contextlib.contextmanager
     def _report_errors(self) -> Iterator[None]:
-        """Raise an error of the database or the disk as a RecordsError of one sentence."""
+        """Convert errors of the database or the disk to a RecordsError of one sentence."""
         try:
             yield
         except DBAPIError as error:
@@ -186,9 +186,9 @@ class Database:
 
 
 def _table_version(db: Connection, place: str) -> int | None:
-    """Return the version of the tables, None for an empty database.
+    """Return the version of the tables; None for an empty database.
 
-    Raises RecordsError for another program's tables, or a version that cannot be upgraded.
+    Raises RecordsError for tables of another program or a version that cannot be upgraded.
     """
     tables = set(inspect(db).get_table_names())
     if not tables:
@@ -217,7 +217,7 @@ def _table_version(db: Connection, place: str) -> int | None:
 
 
 def _upgrade_tables(db: Connection, place: str) -> None:
-    """Create the tables or upgrade older ones, inside a transaction of the caller."""
+    """Create the tables or upgrade older ones, within the caller's transaction."""
     current = _table_version(db, place)
     if current is None:
         METADATA.create_all(db, checkfirst=False)
@@ -229,7 +229,7 @@ def _upgrade_tables(db: Connection, place: str) -> None:
 
 
 def _make_engine(url: URL) -> Engine:
-    """Return an engine; each SQLite connection must turn on the check of foreign keys."""
+    """Return an engine; each SQLite connection must enable the check of foreign keys."""
     if url.drivername != "sqlite":
         options = {"connect_timeout": REACHED}
         return create_engine(
@@ -239,7 +239,7 @@ def _make_engine(url: URL) -> Engine:
 
     @event.listens_for(engine, "connect")
     def _set_up_connection(connection: Any, _record: Any) -> None:
-        connection.isolation_level = None  # this module starts the transactions itself
+        connection.isolation_level = None  # this module begins transactions itself
         connection.execute("PRAGMA foreign_keys = ON")
         connection.execute("PRAGMA synchronous = FULL")
 

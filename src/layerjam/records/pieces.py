@@ -1,4 +1,4 @@
-"""Content of a file for the database: its record, other records inside it, and their sources."""
+"""Content of a file for the database: its record, other records in it, and their sources."""
 
 import re
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from layerjam.toml_files.changes import RecordFile
 
 @dataclass(frozen=True)
 class Cited:
-    """A source that a record cites: a digest or the number of a run, its role, its name."""
+    """A source that a record cites: its digest or run number, its role and its name."""
 
     key: str
     role: str
@@ -22,7 +22,7 @@ class Cited:
 
 @dataclass(frozen=True, kw_only=True)
 class Piece:
-    """One record: its kind, its own columns, and its citations."""
+    """One record: its kind, its own columns and its citations."""
 
     kind: str
     columns: Mapping[str, Any]
@@ -31,10 +31,10 @@ class Piece:
 
 @dataclass(frozen=True, kw_only=True)
 class Content:
-    """A file: `file` are the columns of `files`, `piece` its record, if it is one.
+    """A file: `file` contains its columns in `files`, `piece` its record, if any.
 
-    `others` are independent records inside it, by their role as its source. `notes` are messages
-    about it.
+    `others` contains independent records inside it, keyed by their role as its source. `notes`
+    contains messages about it.
     """
 
     path: str
@@ -46,18 +46,18 @@ class Content:
 
 
 def strip_invalid(text: str) -> str:
-    """Return a text that a database accepts: without NUL and bytes that are not UTF-8."""
+    """Return a text that a database accepts: without NUL and invalid UTF-8."""
     return text.replace("\0", "\ufffd").encode("utf-8", "replace").decode("utf-8")
 
 
 def to_hex(value: Any) -> str | None:
-    """Return a SHA-256 in hex, or None for anything else."""
+    """Return a SHA-256 in hexadecimal, or None for anything else."""
     right = isinstance(value, str) and re.fullmatch("[0-9a-f]{64}", value)
     return str(value) if right else None
 
 
 def make_piece(kind: str, text: str, path: str) -> Piece:
-    """Return the record of a brake or a line of this text; raises FileError."""
+    """Return the record of the brake or vacuum line in a text; raises FileError."""
     file: RecordFile[Any] = (BrakeFile if kind == "brake" else LineFile).read(text, path)
     notes: Mapping[str, Any] = getattr(file, "notes", {})
     columns = {
@@ -71,5 +71,5 @@ def make_piece(kind: str, text: str, path: str) -> Piece:
 
 
 def text_digest(text: str) -> str:
-    """Return the SHA-256 of a text in UTF-8."""
+    """Return the SHA-256 digest of a text in UTF-8."""
     return sha256(text.encode()).hexdigest()

@@ -1,10 +1,9 @@
-"""The tables of the records; the database itself rejects changes and deletion of rows.
+"""The tables of the records; the database itself rejects changes and deletions of rows.
 
-`entries` holds every record of any kind, with its own data as JSON; a view shows each kind as a
-table. `keys` holds the keys by which others may cite a record, `cited` the sources that a record
+`entries` contains every record of any kind, with its own data as JSON; a view shows each kind as a
+table. `keys` contains the keys by which others may cite a record, `cited` the sources that a record
 cites. The view `derived_from` joins these two, so that a link appears as soon as both ends exist.
-Times are text, UTC in RFC 3339 with `Z`, because SQLite loses the zone of a time. An `id` is a
-UUID.
+Times are text, UTC in RFC 3339 with `Z`, because SQLite stores no time zones. An `id` is a UUID.
 """
 
 from collections.abc import Iterable, Mapping
@@ -37,12 +36,12 @@ NEVER = "a row of the records is never changed; withdraw the record instead"
 
 
 def _origin_columns() -> Iterable[Column[Any]]:
-    """Return columns for the time, the program and the user that made a row."""
+    """Return columns for the time, program and user of a row."""
     return [Column(name, Text, nullable=False) for name in ("made_at", "software", "by")]
 
 
 def _id_column(name: str) -> Column[Any]:
-    """Return a column for a record's id, as a part of the primary key."""
+    """Return a column for a record's id, as part of the primary key."""
     return Column(name, Text, ForeignKey("entries.id"), primary_key=True)
 
 
@@ -65,7 +64,7 @@ ENTRIES = Table(
     Column("content", JSON, nullable=False),
 )
 """Every record. `identity` distinguishes it from all others of its kind. `simulated` is NULL if
-unknown, and `content` has the columns of its kind."""
+unknown, and `content` contains the columns of its kind."""
 FILES = Table(
     "files",
     METADATA,
@@ -79,9 +78,9 @@ FILES = Table(
     Column("host", Text, nullable=False),
     Column("simulated", Boolean),
 )
-"""Files that were added, with their record; `folder` and `host` are their location at that time."""
+"""Files that were added, with their records; `folder` and `host` were the location at that time."""
 KEYS = Table("keys", METADATA, _id_column("id"), Column("key", Text, primary_key=True, index=True))
-"""Digests of a record's file and text, the number of a run, and the record's id."""
+"""Digests of a record's file and text, a run's number, and the record's id."""
 CITED = Table(
     "cited",
     METADATA,
@@ -91,7 +90,7 @@ CITED = Table(
     Column("name", Text, nullable=False),
     Index("cited_by_key", "key"),
 )
-"""Keys of a record's sources; a source may be added later."""
+"""Keys of a record's sources, which may be added later."""
 WITHDRAWN = Table(
     "withdrawn",
     METADATA,
@@ -112,7 +111,7 @@ DERIVED_FROM = LINKS.subquery("derived_from")
 
 @dataclass(frozen=True, kw_only=True)
 class Kind:
-    """A kind of record: its view and columns, some of which name, identify or cite a record."""
+    """A kind of record: its view and its columns, some of which name, identify or cite a record."""
 
     view: str | None = None
     columns: tuple[str, ...] = ()
@@ -128,13 +127,13 @@ TYPES = {
     "gain": "as_float",
     "simulated": "as_boolean",
 }
-"""{column: accessor in a view}; the others are text."""
+"""{column: accessor in a view}; other columns are text."""
 _BRAKE = Kind(
     view="brakes",
     columns=("name", "serial", "toml", "sha256", "rendered_sha256", "parent"),
     keys=("sha256", "rendered_sha256"),
 )
-"""`parent` is the digest of the text from which this one was made."""
+"""`parent` is the digest of the text from which this one was derived."""
 _FILE = Kind()
 KINDS = {
     "brake": _BRAKE,
@@ -175,11 +174,11 @@ KINDS = {
     "export": _FILE,
 }
 """{kind of record: definition}. The `brake` of a calibration is the calibrated brake, if it was in
-the database at that time. Data, metadata and exports only have their file."""
+the database at that time. Data, metadata and exports have only their file."""
 
 
 def utc_timestamp() -> str:
-    """Return the current time, UTC in RFC 3339 to the millisecond: 2026-11-23T03:27:39.123Z."""
+    """Return the current time in UTC to the millisecond (RFC 3339): 2026-11-23T03:27:39.123Z."""
     return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
@@ -191,7 +190,7 @@ def identity(kind: str, columns: Mapping[str, Any]) -> str:
 def insert_record(
     db: Connection, ident: str, kind: str, origin: Mapping[str, str], columns: Mapping[str, Any]
 ) -> None:
-    """Write one record with its keys; `origin` has the time, the program and the user."""
+    """Write one record with its keys; `origin` contains the time, the program and the user."""
     spec = KINDS[kind]
     row = {
         "id": ident,
@@ -230,7 +229,7 @@ def _create_view(name: str, query: Select[Any]) -> None:
 
 
 def _select_kind(kind: str, spec: Kind) -> Select[Any]:
-    """Return a query of the records of a kind, their content as columns."""
+    """Return a query for the records of a kind, with their content as columns."""
     common = [ENTRIES.c[name] for name in ("id", "made_at", "software", "by")]
     columns = [
         getattr(ENTRIES.c.content[name], TYPES.get(name, "as_string"))().label(name)
@@ -246,7 +245,7 @@ BEGIN RAISE EXCEPTION '{NEVER}'; END $$
 
 
 def _create_guard(table: Table) -> None:
-    """Create triggers with a table that reject changes of its rows."""
+    """Create, with a table, triggers that reject changes to its rows."""
     for act in ("update", "delete"):
         head = f'CREATE TRIGGER "{table.name}_no_{act}" BEFORE {act.upper()} ON "{table.name}" '
         sqlite = DDL(head + f"BEGIN SELECT RAISE(ABORT, '{NEVER}'); END")

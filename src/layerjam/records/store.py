@@ -1,4 +1,4 @@
-"""Additions to the database: files with their records, links between them, withdrawals."""
+"""Additions to the database: files with their records, links between them and withdrawals."""
 
 import getpass
 import uuid
@@ -37,7 +37,7 @@ from layerjam.records.schema import (
 class Additions:
     """Result of an addition.
 
-    `ids` is {path: id}, `others` {id: kind and file}, `refused` {path: reason}. `unlinked` are
+    `ids` is {path: id}, `others` {id: kind and file}, `refused` {path: reason}. `unlinked` lists
     (path, role, name, key) of sources that are not in the database.
     """
 
@@ -51,8 +51,8 @@ class Additions:
 def add(database: Database, paths: Iterable[str | Path], serial: str | None = None) -> Additions:
     """Add files in one transaction; rejected files do not affect the others.
 
-    `serial` belongs to the only brake or line of the call. Raises RecordsError if the database
-    cannot be written; then nothing was added.
+    `serial` is that of the only brake or line in the call. Raises RecordsError if the database
+    cannot be written; nothing is then added.
     """
     result = Additions()
     contents: list[Content] = []
@@ -85,7 +85,7 @@ def _add_serial(content: Content, serial: str | None) -> Content:
 
 
 def _add(db: Connection, contents: Iterable[Content], result: Additions) -> None:
-    """Enter files one by one, then list their missing sources."""
+    """Enter the files one by one, then list their missing sources."""
     fresh: dict[str, str] = {}
     for content in contents:
         problem = refusal_reason(db, content)
@@ -104,9 +104,9 @@ def _add(db: Connection, contents: Iterable[Content], result: Additions) -> None
 
 
 def _cite_later_facts(db: Connection, content: Content) -> None:
-    """Link new metadata to their measurements, if these were added before.
+    """Link new metadata to their measurement if it was added before.
 
-    The file next to them must still have the digest of the measurement in the database.
+    The file next to the metadata must still have the digest of the measurement in the database.
     """
     file = content.file
     if file["kind"] != "facts":
@@ -136,7 +136,7 @@ def refusal_reason(db: Connection, content: Content) -> str | None:
     """Return the reason why a file cannot be added, or None."""
     piece = content.piece
     same = [FILES.c.sha256 == content.file["sha256"]]
-    if piece is not None:  # a byte order mark changes the bytes but not the text
+    if piece is not None:  # a byte-order mark changes the bytes but not the text
         same.append(FILES.c.id == _existing_id(db, piece))
     row = db.execute(select(FILES.c.id, FILES.c.name, FILES.c.made_at).where(or_(*same))).first()
     if row is not None:
@@ -166,7 +166,7 @@ def _withdrawal_reason(db: Connection, ident: str) -> str | None:
 
 
 def _enter_file(db: Connection, content: Content, inside: dict[str, str]) -> str:
-    """Enter a file and its record; return its id. `inside` receives {id: kind} of new others."""
+    """Enter a file and its record; return its id. `inside` receives {id: kind} of the others."""
     origin = make_stamp()
     parents: dict[str, str] = {}
     for role, content_piece in content.others.items():
@@ -212,21 +212,21 @@ def _enter_piece(db: Connection, piece: Piece, origin: Mapping[str, str]) -> str
 
 
 def make_stamp() -> dict[str, str]:
-    """Return the time, the program and the user, for every row."""
+    """Return the time, program and user to be stored in every row."""
     return {"made_at": utc_timestamp(), "software": f"layerjam {__version__}", "by": user_name()}
 
 
 def user_name() -> str:
-    """Return the name of the user, or an empty text if the system does not know it."""
+    """Return the name of the user, empty if the system does not know it."""
     with suppress(OSError, KeyError, ImportError):
         return getpass.getuser()
     return ""
 
 
 def withdraw(database: Database, ident: str, reason: str) -> tuple[str, list[str]]:
-    """Mark a record as withdrawn; return its id and the ids that derive from it.
+    """Mark a record as withdrawn; return its id and the ids of records derived from it.
 
-    Raises RecordsError for an unknown record, one that was withdrawn before, or no reason.
+    Raises RecordsError for an unknown or already withdrawn record, or without a reason.
     """
     if not reason.strip():
         raise RecordsError("why: is empty; write in a few words what is wrong with the record")

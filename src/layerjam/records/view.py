@@ -1,4 +1,4 @@
-"""Views of the records: all of them, one with its sources, and a check of the files."""
+"""Views of the records: all of them, one with its sources, or a check of the files."""
 
 import json
 from collections import defaultdict
@@ -24,8 +24,8 @@ SAME_NATURE = {"measured", "start", "run", "calibration"}
 class RecordView:
     """One record.
 
-    `derived_from` lists all its sources, the nearest first. `used_by` lists the records that derive
-    directly from it. `unlinked` are cited sources that are not in the database.
+    `derived_from` lists all its sources, nearest first. `used_by` lists the records that are
+    derived directly from it. `unlinked` lists cited sources that are not in the database.
     """
 
     record: dict[str, Any]
@@ -36,7 +36,7 @@ class RecordView:
 
 @dataclass
 class Verification:
-    """Number of compared digests, and the rows of changed or missing files."""
+    """Number of digests compared, and the rows of changed or missing files."""
 
     checked: int = 0
     changed: list[dict[str, Any]] = field(default_factory=list)
@@ -54,7 +54,7 @@ def rows(db: Connection) -> list[dict[str, Any]]:
 
 
 def _find_synthetic(db: Connection, start: Iterable[str]) -> set[str]:
-    """Return the records that are synthetic or simulated, or derive from such records."""
+    """Return the records that are synthetic or simulated, or derived from such records."""
     children: dict[str, list[str]] = defaultdict(list)
     for row in db.execute(select(DERIVED_FROM)):
         if row.role in SAME_NATURE:
@@ -70,7 +70,7 @@ def _find_synthetic(db: Connection, start: Iterable[str]) -> set[str]:
 
 
 def show(database: Database, ident: str) -> RecordView:
-    """Return one record by its id, or the first characters of it; RecordsError if there is none."""
+    """Return one record, given the start of its id or its name; RecordsError if there is none."""
     with database.reading() as db:
         full_id = resolve_record_id(db, ident, database.where)
         if db is None:  # `resolve_record_id` has already rejected an unknown id
@@ -96,14 +96,14 @@ def show(database: Database, ident: str) -> RecordView:
 
 
 def _summary_columns(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the columns that describe a record in a list."""
+    """Return the columns by which a list describes a record."""
     return {key: row[key] for key in ("id", "kind", "name", "simulated", "withdrawn")}
 
 
 def _iterate_sources(
     ident: str, parents: Mapping[str, Sequence[Any]], every: Mapping[str, Mapping[str, Any]]
 ) -> Iterator[dict[str, Any]]:
-    """Yield the sources of a record, the nearest first; `child` derives from the source."""
+    """Yield the sources of a record, nearest first; `child` is derived from the source."""
     links: set[tuple[str, str, str]] = set()
     waiting = [ident]
     for child in waiting:
@@ -137,7 +137,7 @@ def _make_record(db: Connection, row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _parse_json(text: str) -> Any:
-    """Return the value of a JSON text; other text is returned unchanged."""
+    """Return the value of a JSON text, or any other text unchanged."""
     try:
         return json.loads(text)
     except ValueError:
@@ -145,9 +145,9 @@ def _parse_json(text: str) -> Any:
 
 
 def verify(database: Database, folders: Sequence[str | Path] = ()) -> Verification:
-    """Compare every file that is not withdrawn with its digest, and every text in the tables.
+    """Compare every file that is not withdrawn, and every text in the tables, with its digest.
 
-    A file that has been moved is searched for by its name in `folders`.
+    A file that has been moved is searched for by name in `folders`.
     """
     result = Verification()
     with database.reading() as db:
@@ -175,14 +175,14 @@ def verify(database: Database, folders: Sequence[str | Path] = ()) -> Verificati
 
 
 def _file_state(file: Mapping[str, Any], folders: Sequence[str | Path]) -> str:
-    """Return "changed" or "missing" for a file, or "" if it is unchanged."""
+    """Return "changed", "missing" or, for an unchanged file, ""."""
     origin = Path(file["folder"]) / file["name"]
     digests = {
         path: _file_digest(path) for path in (origin, *(Path(f) / file["name"] for f in folders))
     }
     if file["sha256"] in digests.values():
         return ""
-    # the same path on a different machine is a different file
+    # the same path on a different computer is a different file
     is_here = file["host"] == node()
     return "changed" if is_here and digests[origin] is not None else "missing"
 
