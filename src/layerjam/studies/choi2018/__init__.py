@@ -1,1 +1,1 @@
-"""A reproduction of the paper: every claim with the result computed here."""
+"""A reproduction of the paper: every claim, with the result computed here."""

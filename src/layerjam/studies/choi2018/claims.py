@@ -22,7 +22,7 @@ class Verdict(StrEnum):
 
 
 class Basis(StrEnum):
-    """Basis of our result, which limits what an agreement means; see paper.toml."""
+    """Basis of our result, which limits the meaning of an agreement; see paper.toml."""
 
     OTHER_NUMBERS = "other numbers"
     OWN_WORDS = "own words"
@@ -40,7 +40,7 @@ VERDICTS: Mapping[Basis, tuple[Verdict, Verdict]] = MappingProxyType(
         Basis.NOTHING: (Verdict.NOT_REPRODUCIBLE, Verdict.NOT_REPRODUCIBLE),
     }
 )
-"""Verdict on a claim that agrees, and on one that does not, for each basis."""
+"""{basis: (verdict if a claim agrees, verdict if it does not)}."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +62,7 @@ class PrintedClaim:
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """One row of the report: `paper` is printed, `ours` was computed, both in `unit`."""
+    """One row of the report: printed value `paper` and computed value `ours`, both in `unit`."""
 
     claim: str
     section: str
@@ -73,16 +73,16 @@ class Claim:
     because: str
     why: str
     again: str
-    """Key of the claim that it repeats; empty for a claim that is counted."""
+    """Key of the claim that it repeats; empty if the claim itself is counted."""
 
     def row(self) -> dict[str, float | str | None]:
-        """Return the row of results.json."""
+        """Return the row for results.json."""
         return asdict(self) | {"verdict": str(self.verdict)}
 
 
 @cache
 def paper() -> Mapping[str, Any]:
-    """Return the tables of paper.toml: `part` as a list, `claim` by key."""
+    """Return the tables of paper.toml: `part` as a list, `claim` keyed by claim."""
     text = (files("layerjam.studies.choi2018") / "paper.toml").read_text(encoding="utf-8")
     return MappingProxyType(tomllib.loads(text))
 
@@ -95,9 +95,9 @@ def claim(
     instead: Mapping[str, Any] | None = None,
     **words: Any,
 ) -> Claim:
-    """Return a claim of paper.toml by its key, with our number, or whether it `holds`.
+    """Return a claim in paper.toml, given its key, with our value or whether it `holds`.
 
-    `words` fill the placeholders of its sentences; `instead` replaces entries of the file.
+    `words` fill the placeholders in its sentences; `instead` replaces entries of the file.
     """
     return judge_claim(
         PrintedClaim(**(paper()["claim"][key] | (instead or {}))), ours, holds, **words
@@ -107,11 +107,11 @@ def claim(
 def judge_claim(
     row: PrintedClaim, ours: float | str | None = None, holds: bool | None = None, **words: Any
 ) -> Claim:
-    """Return a claim with its verdict: a number or a statement compared, or neither.
+    """Return a claim with its verdict, by comparing a number or a statement, or neither.
 
-    A number agrees within its tolerance, half of the last printed digit by default. The basis of
-    our result limits the meaning of an agreement. Raises ValueError if there is nothing to compare
-    although the claim requires it, or the reverse.
+    A number agrees if it is within the tolerance, by default half of the last printed digit. The
+    basis of our result limits the meaning of an agreement. Raises ValueError if the claim requires
+    a comparison but there is nothing to compare, or vice versa.
     """
     paper_value, reason, otherwise = (
         row.paper,
@@ -146,6 +146,6 @@ def judge_claim(
 
 
 def tally(claims: Iterable[Claim]) -> dict[Verdict, int]:
-    """Return the number of claims for each verdict, without claims that repeat another one."""
+    """Return the number of claims for each verdict, without claims that repeat others."""
     verdicts = [claim.verdict for claim in claims if not claim.again]
     return {verdict: verdicts.count(verdict) for verdict in Verdict}

@@ -1,4 +1,4 @@
-"""The paper's figures drawn from our model, with the paper's printed numbers."""
+"""The paper's figures, drawn from our model, with the numbers that the paper prints."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -31,7 +31,7 @@ STIFFNESSES = {"choi2018-kapton": (131e3, 107e3), "choi2018-ptfe": (55e3, 42e3)}
 
 
 def _curve(vacuum: float, brake: Brake, end: float = TESTED) -> tuple[np.ndarray, np.ndarray]:
-    """Return elongation [m] and force [N] of a pull, dense around the onset."""
+    """Return elongation [m] and force [N] of a pull, densely sampled around the onset."""
     k = float(working_stiffness(brake))
     rise = 3 * float(peak(vacuum, end, brake).force) / k
     u = np.union1d(np.linspace(0, min(rise, end), 300), np.linspace(0, end, 300))
@@ -41,7 +41,7 @@ def _curve(vacuum: float, brake: Brake, end: float = TESTED) -> tuple[np.ndarray
 def _frame_pull(
     axes: style.Axes, ends: list[tuple[float, str, str]], detail: str, name: str
 ) -> None:
-    """Draw the axes of a pull to the paper's 40 mm, with a label at each curve's end."""
+    """Draw the axes of a pull to 40 mm, as in the paper, with a label at each curve's end."""
     axes.set(xlim=(0, TESTED * MM), ylim=(0, None), xlabel="elongation [mm]", ylabel="force [N]")
     style.labels_right(axes, TESTED * MM, ends)
     style.title(axes, name, detail)
@@ -83,9 +83,9 @@ def fig7_9() -> style.Figure:
 
 @style.in_style
 def fig8(fits: Mapping[str, Calibration]) -> style.Figure:
-    """Draw the calibration pulls near their peaks, with the paper's two stiffnesses as lines.
+    """Draw the calibration pulls near their peaks, with lines for the paper's two stiffnesses.
 
-    `fits` are the calibrations of the procedure for each film.
+    `fits` contains the procedure's calibration for each film.
     """
     figure, panels = style.canvas(columns=2, width=8.6, height=3.9)
     for axes, name in zip(panels, CALIBRATED, strict=True):
@@ -142,7 +142,7 @@ def eq5() -> style.Figure:
 
 @style.in_style
 def sheets_and_mass() -> style.Figure:
-    """Draw force and mass as sheets are added, with the paper's 17.5 N and 0.4 g."""
+    """Draw force and mass versus the number of sheets, with the paper's 17.5 N and 0.4 g."""
     brake = load("choi2018-kapton").brake
     counts = np.arange(3, 32)
     variants = [replace(brake, sheets=replace(brake.sheets, count=int(n))) for n in counts]

@@ -1,4 +1,4 @@
-"""Fig. 11 and possible causes of its difference from the model: filter and rope."""
+"""Fig. 11, and possible causes of its difference from the model: filter and rope."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -25,18 +25,18 @@ from layerjam.units import show
 
 MASS, SPEED, FASTEST, SLIP, FULL, G = 1.0, 2.5, 3.7, 0.040, 94.5e3, 9.80665
 PAPER_TUNED, PAPER_FULL, PAPER_BARE = 2.0, 10.0, 50.0
-"""Peaks that the paper reads from Fig. 11 [g]."""
+"""Peaks [g] that the paper states for Fig. 11."""
 
 
 def brake_and_rope() -> tuple[Brake, float]:
-    """Return the paper's Kapton brake and the rope [N/m] that its bare drop implies."""
+    """Return the paper's Kapton brake, and the rope stiffness [N/m] that its bare drop implies."""
     brake = load("choi2018-kapton").brake
     return brake, float(brake.rope.stiffness) if brake.rope is not None else np.inf
 
 
 @cache_threadsafe
 def stops() -> tuple[DropRecord, DropRecord]:
-    """Return the paper's stop of 1 kg at 2.5 m/s: at full vacuum, and tuned to slip 40 mm."""
+    """Return the paper's stop of 1 kg at 2.5 m/s at full vacuum, and tuned to slip 40 mm."""
     brake, rope = brake_and_rope()
     vacuum = float(tuned_vacuum(MASS, SPEED, SLIP, series_spring(brake, rope), G, brake))
     file = load("choi2018-kapton")
@@ -47,7 +47,7 @@ def stops() -> tuple[DropRecord, DropRecord]:
 
 
 def bare_peak(rope: Any, speed: float) -> Any:
-    """Return the peak [g] of the mass on an undamped rope [N/m] alone, without a filter."""
+    """Return the unfiltered peak [g] of the mass on an undamped rope [N/m] alone."""
     return 1 + np.sqrt(1 + rope * speed**2 / (MASS * G**2))
 
 
@@ -60,7 +60,7 @@ def bare(rope: float, speed: float = FASTEST) -> tuple[np.ndarray, np.ndarray]:
 
 
 def filtered_peak(signal: tuple[np.ndarray, np.ndarray], cutoff: float) -> float:
-    """Return the peak [g] after a filter shaped like SAE J211-1 with -3 dB at `cutoff` [Hz]."""
+    """Return the peak [g] after an SAE J211-1 type filter with -3 dB at `cutoff` [Hz]."""
     time, value = signal
     # the pulses last tens of milliseconds, and the rate must also suit cutoffs below 25 Hz
     rate, room = max(400 * cutoff, 20e3), filter_memory(0.6 * cutoff)
@@ -71,13 +71,13 @@ def filtered_peak(signal: tuple[np.ndarray, np.ndarray], cutoff: float) -> float
 
 @cache_threadsafe
 def cutoffs() -> tuple[float, float]:
-    """Return the cutoffs [Hz] at which the two stops have the paper's 10 g and 2 g."""
+    """Return the cutoffs [Hz] at which the two stops peak at the paper's 10 g and 2 g."""
     full, tuned_force = (specific_force_of(run) for run in stops())
     return _cutoff_for(full, PAPER_FULL), _cutoff_for(tuned_force, PAPER_TUNED)
 
 
 def _cutoff_for(signal: tuple[np.ndarray, np.ndarray], peak: float) -> float:
-    """Return the cutoff [Hz] at which the signal has a peak [g]; a higher cutoff gives more."""
+    """Return the cutoff [Hz] for a filtered peak of `peak` [g], which grows with the cutoff."""
     from scipy.optimize import brentq
 
     root = brentq(lambda x: filtered_peak(signal, float(np.exp(x))) - peak, *np.log([1, 300]))
@@ -85,11 +85,11 @@ def _cutoff_for(signal: tuple[np.ndarray, np.ndarray], peak: float) -> float:
 
 
 def most_without_brake(cutoff: float) -> float:
-    """Return the largest reading [g] of the mass at 3.7 m/s after the filter, on any rope.
+    """Return the largest filtered reading [g] of the mass at 3.7 m/s on any rope.
 
-    An infinitely stiff rope reverses the mass at once. The reading is then 2 v times the filter's
-    greatest response to an impulse, which for this shape is pi fc/(sqrt(2) (sqrt(2) - 1)^(1/4)).
-    Softer ropes add the effect of gravity in the meantime.
+    An infinitely stiff rope reverses the mass instantly. The reading is then 2 v times the filter's
+    maximum impulse response, which for this shape is pi fc/(sqrt(2) (sqrt(2) - 1)^(1/4)). With
+    softer ropes, gravity also acts during the reversal.
     """
     stiff = 2 * FASTEST * np.pi * cutoff / (np.sqrt(2) * (np.sqrt(2) - 1) ** 0.25) / G
     ropes = np.geomspace(1e3, 1e6, 13)
@@ -98,10 +98,10 @@ def most_without_brake(cutoff: float) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class RopeStudy:
-    """Peaks [g] of the stop at rope stiffnesses [N/m], shape (N,); NaN if none.
+    """Peaks [g] of the stop versus rope stiffness [N/m], shape (N,); NaN if none.
 
-    `tuned` is at the vacuum for 40 mm of slip, if the brake slips at all, `full` at 94.5 kPa, and
-    `bare` without a brake. The speed is 2.5 m/s.
+    `tuned` is at the vacuum for 40 mm of slip, if the brake slips at all, `full` is at 94.5 kPa,
+    and `bare` is without a brake. The speed is 2.5 m/s.
     """
 
     rope: np.ndarray
@@ -112,7 +112,7 @@ class RopeStudy:
 
 @cache_threadsafe
 def rope_study(points: int = 400) -> RopeStudy:
-    """Compute the peaks for ropes from 10 N/m to 1 MN/m, without a filter."""
+    """Compute the unfiltered peaks for ropes from 10 N/m to 1 MN/m."""
     brake, _ = brake_and_rope()
     rope = np.geomspace(10, 1e6, points)
     brake_spring = series_spring(brake, None)
@@ -121,7 +121,7 @@ def rope_study(points: int = 400) -> RopeStudy:
     pressure = np.where(np.isfinite(vacuum), vacuum, 0.0)
     soft = stop(MASS, SPEED, pressure, spring, G, brake)
     slips = np.isfinite(vacuum) & (np.asarray(soft.outcome) == STOPPED)
-    # as an array, so that `stop` is compiled once for both
+    # an array, so that `stop` is compiled once for both
     hard = stop(MASS, SPEED, np.full_like(pressure, FULL), spring, G, brake)
     return RopeStudy(
         rope=rope,
@@ -132,7 +132,7 @@ def rope_study(points: int = 400) -> RopeStudy:
 
 
 def claims() -> list[Claim]:
-    """Return the claims on the peaks of Fig. 11, and the filter or rope that they require."""
+    """Return the claims on the peaks in Fig. 11, and on the filter or rope that they require."""
     from scipy.optimize import brentq
 
     (full, tuned_stop), study = stops(), rope_study()

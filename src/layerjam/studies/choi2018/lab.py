@@ -1,7 +1,7 @@
 """Claims about procedures (friction tests, calibration, validation), tested on synthetic files.
 
-The paper's raw curves are not published. This module runs its procedure on files of a virtual test
-machine whose true values are the paper's results, and checks that it recovers them.
+The paper's raw curves are not published. This module runs the paper's procedure on files from a
+virtual test machine whose true values are the paper's results, and checks that it recovers them.
 """
 
 from dataclasses import dataclass, replace
@@ -37,7 +37,7 @@ TABLE_SD = {"choi2018-kapton": (0.0818, 0.0277), "choi2018-ptfe": (0.0871, 0.031
 CALIBRATED_ON = Pulls(vacuums=(FULL,), speeds=(13e-3,), repeats=1, travel=TESTED)
 VALIDATED_ON = Pulls(vacuums=tuple(FIG7), speeds=(7e-3, 19e-3), repeats=2, travel=TESTED)
 PRINTED, SPREAD = 0.32, 0.11
-"""Error of the paper's model before calibration, and its standard deviation."""
+"""Printed error of the paper's model before calibration, and its standard deviation."""
 REPEATS = 3
 TEST_COUNT = "3 friction tests, 1 calibration pull, 12 validation pulls"
 """Number of tests of each film."""
@@ -56,7 +56,7 @@ class FilmRun:
 
 
 def friction_files(file: BrakeFile, folder: Path) -> list[Path]:
-    """Write friction tests of a film in Bluehill's layout, with the scatter of table I."""
+    """Write friction tests of a film in the layout of Bluehill, with the scatter of table I."""
     static, kinetic = TABLE_SD[file.name]
     tests = FrictionTests(
         repeats=REPEATS,
@@ -77,7 +77,7 @@ def friction_files(file: BrakeFile, folder: Path) -> list[Path]:
 
 
 def pull_files(file: BrakeFile, folder: Path, pulls: Pulls, layout: str, stem: str) -> list[Path]:
-    """Write pulls of a brake as files of one layout; the names begin with `stem`."""
+    """Write pulls of a brake as files in one layout, with names that begin with `stem`."""
     spec = Spec(brakes=(Truth(brake=file),), seed=7, pulls=pulls, machine=PULL_MACHINE)
     film, ending = NAMES[file.name].lower(), LAYOUTS[layout].ending
     paths = []
@@ -90,7 +90,7 @@ def pull_files(file: BrakeFile, folder: Path, pulls: Pulls, layout: str, stem: s
 
 
 def read_pulls(paths: list[Path]) -> list[tuple[PullFeatures, float]]:
-    """Return the pulls of files whose sidecars state the vacuum."""
+    """Return the pulls in files, and their vacuums from the sidecars."""
     out = []
     for path in paths:
         trace = read_trace(path)
@@ -100,7 +100,7 @@ def read_pulls(paths: list[Path]) -> list[tuple[PullFeatures, float]]:
 
 @cache
 def run_film(name: str) -> FilmRun:
-    """Run the paper's whole procedure for one film, on synthetic files; cached."""
+    """Run the paper's whole procedure for one film on synthetic files; the result is cached."""
     file = load(name)
     with TemporaryDirectory() as place:
         folder = Path(place)
@@ -131,7 +131,7 @@ def fig8() -> style.Figure:
 
 
 def friction_claims() -> list[Claim]:
-    """Return the claims of section III-C: table I."""
+    """Return the claims in section III-C: table I."""
     out = [claim("test-pressure", NORMAL_FORCE / CONTACT_AREA / 1e3)]
     for name, run in runs().items():
         for kind, sd in zip(("static", "kinetic"), TABLE_SD[name], strict=True):
@@ -143,7 +143,7 @@ def friction_claims() -> list[Claim]:
 
 
 def _read_by_eq8_and_eq9(name: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return text for two claims: whether the printed a and k are results of eq. 8 and 9."""
+    """Return the text of two claims: whether the printed a and k result from eq. 8 and 9."""
     brake, variant_name = load(name).brake, f"{name}-eq9"
     printed_pair = brake.scale_factor, brake.stiffness_measured or np.nan
     factor, slope = factor_and_stiffness_of_eq8_and_eq9(*printed_pair, FULL, brake)
@@ -156,7 +156,7 @@ def _read_by_eq8_and_eq9(name: str) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def calibration_claims() -> list[Claim]:
-    """Return the claims of section III-D: Fig. 8 and 9, eq. 7 to 9."""
+    """Return the claims in section III-D: Fig. 8 and 9, eq. 7 to 9."""
     out = []
     for name, run in runs().items():
         factor, result = run.file.brake.scale_factor, run.calibration
@@ -175,7 +175,7 @@ def calibration_claims() -> list[Claim]:
 
 
 def validation_claims() -> list[Claim]:
-    """Return the claims of sections III-C and III-D: MAPE before and after calibration."""
+    """Return the claims in sections III-C and III-D: MAPE before and after calibration."""
     before = [c.mape for run in runs().values() for c in run.uncalibrated.curves]
     after = [c.mape for run in runs().values() for c in run.calibrated.curves]
     factor_errors = [abs(1 / run.file.brake.scale_factor - 1) for run in runs().values()]

@@ -1,4 +1,4 @@
-"""Claims that the force laws can test."""
+"""Claims that can be tested with the force laws."""
 
 from dataclasses import replace
 from typing import Any
@@ -30,7 +30,7 @@ G = 9.80665
 
 
 def brakes() -> tuple[Brake, Brake]:
-    """Return the paper's calibrated brakes: Kapton, PTFE."""
+    """Return the paper's calibrated brakes: Kapton and PTFE."""
     return load("choi2018-kapton").brake, load("choi2018-ptfe").brake
 
 
@@ -40,7 +40,7 @@ def _top(brake: Brake) -> float:
 
 
 def structure() -> list[Claim]:
-    """Return the claims of section II-A: description of the brake."""
+    """Return the claims in section II-A: description of the brake."""
     kapton, _ = brakes()
     sheets = kapton.sheets
     buckling = float(buckling_force(0.0, kapton))
@@ -56,11 +56,11 @@ def structure() -> list[Claim]:
 
 
 def equations() -> list[Claim]:
-    """Return the claims of section II-B: the model's equations."""
+    """Return the claims in section II-B: the model's equations."""
     kapton, ptfe = brakes()
     right = float(enclosure_force(0.02, FULL, kapton))
     printed_force = right / 0.02**0.5 * 0.02
-    # lengths in mm: E, P per mm^2 and A in mm^2 increase the root's argument by 1000
+    # with lengths in mm, E and P per mm^2 and A in mm^2 increase the argument of the root 1000-fold
     in_mm = right / 0.02**0.5 * 1e3**-0.5 * 20.0
     sheets, section = kapton.sheets, kapton.sheets.width * kapton.sheets.thickness
     springs = [(6, sheets.free_left), (11, sheets.overlap), (5, sheets.free_right)]
@@ -84,7 +84,7 @@ def equations() -> list[Claim]:
 
 
 def materials() -> list[Claim]:
-    """Return the claims of section III-A, Fig. 4."""
+    """Return the claims in section III-A, Fig. 4."""
     films = ("kapton", "polyester", "ptfe", "ptfe-fiberglass")
     peaks = {name: _top(load(f"choi2018-{name}").brake) for name in films}
     bounds = [float(peak_vacuum(b)) / 1e3 for b in brakes()]
@@ -105,7 +105,7 @@ def _slope_at(slip: float, vacuum: float, brake: Brake) -> float:
 
 
 def fluids() -> list[Claim]:
-    """Return the claims of section III-B: air and water."""
+    """Return the claims in section III-B: air and water."""
     file, line = load("choi2018-kapton"), load_line("choi2018").line
     slow, fast = (
         float(tensile(file, simple_pull(FULL, v, TESTED)).force.max()) for v in (1e-3, 25e-3)
@@ -121,7 +121,7 @@ def fluids() -> list[Claim]:
 
 
 def stiffnesses() -> list[Claim]:
-    """Return the claims of section III-D: measured stiffness, text compared with caption."""
+    """Return the claims in section III-D: measured stiffness, text compared with caption."""
     kapton, ptfe = brakes()
     out = []
     for name in CALIBRATED:
@@ -142,7 +142,7 @@ def stiffnesses() -> list[Claim]:
 
 
 def _share_of_enclosure() -> Claim:
-    """Return the enclosure's share of the force at the peak, by slip and by displacement."""
+    """Return the enclosure's share of the peak force, at the slip and at the elongation."""
     shares: dict[str, Any] = {}
     for name in CALIBRATED:
         brake = load(name).brake
@@ -153,7 +153,7 @@ def _share_of_enclosure() -> Claim:
 
 
 def damping() -> list[Claim]:
-    """Return the claims of section III-E: energy and collisions of 1 kg on the implied rope."""
+    """Return the claims in section III-E: energy and collisions of 1 kg on the implied rope."""
     from scipy.integrate import quad
 
     kapton, _ = brakes()
@@ -182,7 +182,7 @@ def damping() -> list[Claim]:
 
 
 def force_density() -> list[Claim]:
-    """Return the claims of section III-F, Fig. 12."""
+    """Return the claims in section III-F, Fig. 12."""
     kapton, _ = brakes()
     thicker_stack = replace(kapton, sheets=replace(kapton.sheets, count=kapton.sheets.count + 1))
     top = _top(kapton)

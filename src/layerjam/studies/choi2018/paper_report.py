@@ -71,7 +71,7 @@ MARKS = {
     Verdict.OURS: "!",
 }
 LAB_SHARE = 0.2
-"""Fraction of the time that the procedures on synthetic files take."""
+"""Fraction of the total time that the procedures on synthetic files take."""
 Draw = Callable[[], "style.Figure"]
 MACHINES = {
     "seat-belt": page.belt_over_displacement,
@@ -87,7 +87,7 @@ def _machine(name: str) -> Result:
 
 
 def machine_claims() -> list[Claim]:
-    """Return the paper's proposals with our verdicts."""
+    """Return the paper's proposals, with our verdicts."""
     results = {name: _machine(name) for name in MACHINES}
     words = {True: "feasible", False: "not as built"}
     return [claim(name, words[r.feasible], reason=r.reason) for name, r in results.items()]
@@ -120,7 +120,7 @@ FIGURES: dict[str, Draw] = {
     "fig12": density_figures.fig12,
     **{f"machine-{name}": partial(machine_picture, name) for name in MACHINES},
 }
-"""{picture of paper.toml: function that draws it}."""
+"""{picture in paper.toml: function that draws it}."""
 CLAIMS: dict[str, Sequence[Callable[[], list[Claim]]]] = {
     "device": [model.structure, model.equations],
     "materials": [model.materials, speed.judder_claims, model.fluids, speed.wet_claims],
@@ -130,7 +130,7 @@ CLAIMS: dict[str, Sequence[Callable[[], list[Claim]]]] = {
     "density": [model.force_density],
     "machines": [machine_claims],
 }
-"""{part of paper.toml: function that computes its claims}."""
+"""{part in paper.toml: functions that compute its claims}."""
 
 
 def write_report(
@@ -141,10 +141,10 @@ def write_report(
     extra: Sequence[Part] = (),
     numbers: Sequence[tuple[str, str]] = (),
 ) -> dict[Verdict, int]:
-    """Write report.html, results.json and figures/*.svg into `out`; return the tally of verdicts.
+    """Write report.html, results.json and figures/*.svg to `out`; return the tally of verdicts.
 
-    `extra` parts and `numbers` are first on the page (the demo uses them). Raises FileError if the
-    report exists and `overwrite` is not set, or the folder cannot be created.
+    `extra` parts and `numbers` come first on the page (the demo uses them). Raises FileError if the
+    report exists and `overwrite` is not set, or if the folder cannot be created.
     """
     tell: Progress = progress or (lambda *_: None)
     check_extras()
@@ -187,7 +187,7 @@ def write_report(
 
 
 def part_of(name: str, draw: Mapping[str, Draw], claims: Sequence[Claim] = ()) -> Part:
-    """Return a part of paper.toml with its pictures and its computed claims."""
+    """Return a part in paper.toml, with its pictures and its computed claims."""
     row = next(part for part in paper()["part"] if part["id"] == name)
     pictures = [
         Picture(name=p["name"], figure=draw[p["name"]], caption=p["caption"])
@@ -205,7 +205,7 @@ def part_of(name: str, draw: Mapping[str, Draw], claims: Sequence[Claim] = ()) -
 
 
 def _row(claim: Claim) -> list[Word]:
-    """Return a claim as a row of its part's table; brackets mark verdicts that are not counted."""
+    """Return a claim as a table row; brackets mark verdicts that are not counted."""
     verdict = f"{MARKS[claim.verdict]} {claim.verdict}"
     return [
         Word(claim.claim, "claim"),
@@ -237,7 +237,7 @@ def main_job(
     validation: Validation,
     vacuum: tuple[float, float, float],
 ) -> Part:
-    """Return the part of the page that shows one run, from files to a vacuum.
+    """Return the part of the page that shows one analysis, from the files to a vacuum.
 
     `vacuum` is (slip [m], required force [N], vacuum [Pa]).
     """

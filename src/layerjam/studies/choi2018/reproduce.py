@@ -1,4 +1,4 @@
-"""`reproduce`: recomputes the paper on one page."""
+"""The `reproduce` command: recomputes the paper on one page."""
 
 from pathlib import Path
 from typing import Annotated
@@ -36,7 +36,7 @@ def reproduce(
     """Recompute the paper and compare every claim with our result.
 
     Writes report.html, results.json and the figures. Raises FileError if the report exists and
-    `overwrite` is not set, or the folder cannot be created.
+    `overwrite` is not set, or if the folder cannot be created.
     """
     from layerjam.studies.choi2018.claims import Verdict
     from layerjam.studies.choi2018.paper_report import write_report

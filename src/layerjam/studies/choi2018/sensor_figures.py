@@ -1,4 +1,4 @@
-"""Accelerometer readings of the paper's stop, and conditions that would give its numbers."""
+"""Accelerometer readings of the paper's stop, and conditions that would explain its numbers."""
 
 import numpy as np
 
@@ -22,7 +22,7 @@ COLORS = dict(zip(NAMES, (BLUE, RED, ORANGE, PURPLE, SKY), strict=True))
 
 
 def chains(record: DropRecord) -> dict[str, Reading]:
-    """Return readings of one stop by filter: the sensor alone, then each class alone."""
+    """Return {filter: reading} of one stop: the sensor alone, then each class alone."""
     read = [
         measure_acceleration(record, ADXL193),
         *(measure_acceleration(record, IDEAL, c) for c in CLASSES),
@@ -32,7 +32,7 @@ def chains(record: DropRecord) -> dict[str, Reading]:
 
 @style.in_style
 def readings() -> style.Figure:
-    """Draw the paper's stop at full and at tuned vacuum, ideal and filtered, with details below."""
+    """Draw the paper's stop at full and tuned vacuum, ideal and filtered, with details below."""
     figure, panels = style.canvas(2, 2, width=10.4, height=7.2, height_ratios=(1, 1.15))
     for column, name in enumerate(("Full vacuum", "Tuned for 40 mm")):
         record = impact.stops()[column]

@@ -1,4 +1,4 @@
-"""Claims on stick–slip (Fig. 4) and on wet sheets (Fig. 6), and the study behind the first."""
+"""Claims on stick–slip (Fig. 4) and wet sheets (Fig. 6), and the study behind the former."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -21,9 +21,9 @@ from layerjam.units import show
 FULL, SLOW, FAST = 94.5e3, 1e-3, 25e-3
 FILMS = {"Kapton": "choi2018-kapton", "PTFE": "choi2018-ptfe"}
 STRIBECK = np.geomspace(1e-5, 1e2, 15)
-"""Stribeck speeds of the study [m/s], a log-uniform prior without measurements."""
+"""Stribeck speeds in the study [m/s]: a log-uniform prior, for lack of measurements."""
 DAMPING = np.geomspace(0.3, 300.0, 16)
-"""Damping of mount and film in the study [N s/m], the same for both films; log-uniform prior."""
+"""Damping of mount and film in the study [N s/m], equal for both films: a log-uniform prior."""
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
@@ -32,19 +32,19 @@ class FilmJudder:
     """Stick–slip of one film at 94.5 kPa."""
 
     together: float
-    """Ratio of half the saw's swing to kinetic force, from Table I alone."""
+    """Ratio of half the sawtooth's swing to the kinetic force, from Table I alone."""
     apart: float
-    """The same with the staggered bound."""
+    """The same ratio with the bound for staggered sliding."""
     slack: bool
-    """Whether the spring becomes slack with Table I alone."""
+    """Whether the spring becomes slack, from Table I alone."""
     stiffness: float
     """Stiffness [N/m]."""
     mass: float
     """Mass [kg]."""
     judders: Array
-    """Whether the film shows stick–slip at 1 mm/s with the staggered bound, (DAMPING, STRIBECK)."""
+    """Whether there is stick–slip at 1 mm/s with the staggered bound, shape (DAMPING, STRIBECK)."""
     settles: float
-    """Least damping without stick–slip at 1 mm/s for a small v_s [N s/m]."""
+    """Smallest damping [N s/m] without stick–slip at 1 mm/s, for a small v_s."""
 
 
 def _saw_share(static: float, kinetic: float, stiffness: float, mass: float) -> tuple[float, bool]:
@@ -72,7 +72,7 @@ def _study(name: str) -> FilmJudder:
     kinetic = float(sheet_friction(0.0, FULL, brake))
     pull = simple_pull(FULL, SLOW, 0.005)
     tops = [float(tensile_stack(file, pull, static=s)[0].force.max()) for s in (True, False)]
-    # the ratio to the kinetic peak of the same stack excludes the load on the enclosure at the peak
+    # the ratio to the kinetic peak of the same stack excludes the enclosure's force at the peak
     staggered_force = kinetic * tops[0] / tops[1]
     spring, mass = series_stiffness(brake), moving_mass(brake)
     together, slack = _saw_share(static, kinetic, spring, mass)
@@ -96,12 +96,12 @@ def _study(name: str) -> FilmJudder:
 
 @cache_threadsafe
 def fig4_study() -> dict[str, FilmJudder]:
-    """Return both films of Table I at 94.5 kPa and 1 mm/s; cached, as it takes seconds."""
+    """Return both films of Table I at 94.5 kPa and 1 mm/s; cached because it takes seconds."""
     return {film: _study(name) for film, name in FILMS.items()}
 
 
 def judder_claims() -> list[Claim]:
-    """Return the claims of section III-A: which film shows stick–slip."""
+    """Return the claims in section III-A: which film shows stick–slip."""
     study = fig4_study()
     kapton, ptfe = study["Kapton"], study["PTFE"]
     kapton_only = kapton.judders & ~ptfe.judders
@@ -129,7 +129,7 @@ def judder_claims() -> list[Claim]:
 
 
 def wet_claims() -> list[Claim]:
-    """Return the claims of section III-B, Fig. 6: wet sheets."""
+    """Return the claims in section III-B, Fig. 6: wet sheets."""
     brake = load("choi2018-kapton").brake
     dry, dry_end = (float(brake_force(x, FULL, brake)) for x in (0.0, 0.04))
     slow, slow_end = (float(wet_force(x, SLOW, FULL, brake, ILLUSTRATIVE)) for x in (0.0, 0.04))

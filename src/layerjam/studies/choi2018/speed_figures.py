@@ -1,4 +1,4 @@
-"""Figures of stick–slip and speed: the map, Fig. 4 explained, Fig. 6."""
+"""Figures of stick–slip and speed: the map, Fig. 4 explained, and Fig. 6."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -34,7 +34,7 @@ RATIO = 0.05
 
 @style.in_style
 def amplitude() -> style.Figure:
-    """Draw stick–slip versus speed and vacuum for both films, and the mount that stops it."""
+    """Draw stick–slip versus speed and vacuum for both films, and the mount that prevents it."""
     speeds, vacuums = np.geomspace(1e-3, 20, 44), np.linspace(2e3, 100e3, 22)
     figure, (*maps, design) = style.canvas(columns=3, width=12.4, height=4.0)
     for axes, (film, name) in zip(maps, FILMS.items(), strict=True):

@@ -1,10 +1,10 @@
 """Ankle exoskeleton (paper, Fig. 13c): a spring at the calf, with brakes as its clutch.
 
-The clutch closes at a point of the stride. The ankle's dorsiflexion then stretches the spring in
-series with the brakes, which must not slip, and plantarflexion recovers the energy. Before the next
-stride the vacuum must be released, because otherwise the clutch pulls the foot down in swing. When
-the clutch closes, the vacuum rises from zero at full pump power. The brakes are assumed to hold
-with their kinetic friction; the margin of static friction is not counted.
+The clutch closes at some point in the stride. Dorsiflexion of the ankle then stretches the spring
+in series with the brakes, which must not slip, and plantarflexion recovers the energy. Before the
+next stride the vacuum must be released; otherwise the clutch pulls the foot down in swing. When the
+clutch closes, the vacuum rises from zero at full pump power. The brakes are assumed to hold with
+their kinetic friction; the additional static friction is not counted.
 """
 
 import math
@@ -33,16 +33,16 @@ from layerjam.units import show
 SAMPLES = 1200
 """Number of samples in a stride."""
 RATES = np.geomspace(2e-3, 6.0, 400)
-"""Stride rates that are examined [Hz]."""
+"""Stride rates examined [Hz]."""
 
 
 class Stride(NamedTuple):
-    """A stride from the closing of the clutch: shape (N,), or (N, B) for B stride rates."""
+    """A stride from the closing of the clutch; shape (N,), or (N, B) for B stride rates."""
 
     force: Array
     slip: Array
     hold: Array
-    """Holding force of the clutch at the present vacuum [N]."""
+    """Holding force of the clutch at the momentary vacuum [N]."""
     vacuum: Array
 
 
@@ -54,11 +54,11 @@ class Record(NamedTuple):
     angle: Array
     stride: Stride
     ready: Stride
-    """The same if the vacuum is present from the start."""
+    """The same stride if the vacuum is present from the start."""
     slips: Array
-    """Greatest slip at each of RATES [m]."""
+    """Largest slip at each of RATES [m]."""
     window: tuple[float, float]
-    """Phases of the stride: closing, and the point at which the spring is slack again."""
+    """Phases of the stride at which the clutch closes and the spring is slack again."""
 
 
 @declare_fields("ankle-clutch")
@@ -79,10 +79,10 @@ class AnkleClutch(Machine):
             raise QuantityError.of("gait.part", "must rise from 0 to 100 % of the stride")
 
     def stretch(self) -> tuple[Array, Array, Array, tuple[float, float]]:
-        """Return (phase of the stride, angle, payout, window) from the closing of the clutch.
+        """Return (phase of the stride, angle, payout, window), starting when the clutch closes.
 
-        The payout [m] is measured from the angle at which the clutch closes, and ends when the
-        ankle returns to that angle. The phase continues past 1 into the next stride.
+        The payout [m] is measured from the angle at which the clutch closes; it ends when the ankle
+        returns to that angle. The phase continues past 1 into the next stride.
         """
         part = self.gait.close + np.arange(SAMPLES + 1) / SAMPLES
         angle = np.interp(part % 1.0, self.gait.part, self.gait.angle)
@@ -93,7 +93,7 @@ class AnkleClutch(Machine):
         return part, angle, payout, (float(part[0]), float(part[end]))
 
     def walk(self, rate: Any, line: Line | None) -> Stride:
-        """Return a stride at rates [Hz]; without a line the vacuum is present from the start."""
+        """Return a stride at rates [Hz]; without a line, the vacuum is present from the start."""
         part, _, payout, _ = self.stretch()
         brakes, time = self.brakes, np.divide.outer(part - part[0], rate)
         vacuum = np.full_like(time, brakes.vacuum)
@@ -109,7 +109,7 @@ class AnkleClutch(Machine):
         return Stride(force, slip, np.asarray(straps.onset), vacuum)
 
     def analyse(self) -> Result:
-        """Analyse hold, readiness, energy return and speed of the clutch."""
+        """Analyse the holding force, readiness, energy return and speed of the clutch."""
         brakes, brake, rate = self.brakes, self.brake.brake, self.gait.stride_rate
         line = line_for(self.line.line, brakes.count)
         part, angle, payout, window = self.stretch()
@@ -132,7 +132,7 @@ class AnkleClutch(Machine):
         static = float(holding_force(brakes.vacuum, brake)) * brakes.parallel
         result.add("N", spring_force=largest_force, holding_force=hold, static_holding_force=static)
         if brake.film.ageing is not None:
-            # the force at breakaway after the rise of the load, during which the sheets rest
+            # force at breakaway after the load has risen, during which time the sheets are at rest
             aged_force = float(aged_holding_force(top / SAMPLES / rate, brakes.vacuum, brake))
             result.add("N", aged_holding_force=aged_force * brakes.parallel)
         torque = largest_force * self.spring.lever
@@ -186,7 +186,7 @@ class AnkleClutch(Machine):
 
 @jax.jit
 def _slip_and_force(payout: Any, step: Any, straps: Strap) -> tuple[Any, Any]:
-    """Return (slip, force) along a stride; payout (N,) or (N, B), with as many strap values.
+    """Return (slip, force) along a stride; payout (N,) or (N, B), with strap values to match.
 
     `step` [s] is the time between two samples; it is unused without a speed law.
     """
@@ -209,9 +209,9 @@ def _slip_and_force(payout: Any, step: Any, straps: Strap) -> tuple[Any, Any]:
 
 
 def vacuum_after(time: Array, limit: float, line: Line) -> Array:
-    """Return the vacuum [Pa] a time [s] after the pump started from zero, up to `limit` [Pa].
+    """Return the vacuum [Pa] at a time [s] after pumping started at zero, up to `limit` [Pa].
 
-    It inverts the closed form by interpolation between 2000 pressures.
+    The closed form is inverted by interpolation between 2000 pressures.
     """
     a = line.site.atmosphere
     top = min(limit, reachable_vacuum(line) * (1 - 1e-9))
@@ -223,7 +223,7 @@ def vacuum_after(time: Array, limit: float, line: Line) -> Array:
 
 
 def energies(payout: Array, stride: Stride) -> tuple[float, float, float]:
-    """Return (energy stored, returned, lost in slip) of a stride [J], by the trapezoidal rule."""
+    """Return a stride's (stored, returned, lost in slip) energy [J], by the trapezoidal rule."""
     mean = (stride.force[1:] + stride.force[:-1]) / 2
     travel = np.diff(payout)
     slip_work = float(np.sum(mean * np.diff(stride.slip)))
@@ -232,7 +232,7 @@ def energies(payout: Array, stride: Stride) -> tuple[float, float, float]:
 
 
 def fall_time(vacuum: float, line: Line) -> float:
-    """Return the time [s] from 90 to 10 % of a vacuum [Pa] by valve, or by reversed pump."""
+    """Return the time [s] from 90 to 10 % of a vacuum [Pa], by valve or by reversed pump."""
     if line.valve is not None:
         return fall_by_valve(vacuum, line)
     time = fall_by_pump(vacuum, line)
@@ -240,7 +240,7 @@ def fall_time(vacuum: float, line: Line) -> float:
 
 
 def last_before(values: Array, fine: Any) -> float:
-    """Return the greatest of rising values before the first unacceptable one.
+    """Return the largest of ascending values before the first that is not acceptable.
 
     It is 0 if none is acceptable.
     """

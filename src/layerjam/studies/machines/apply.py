@@ -1,4 +1,4 @@
-"""`scenario`: whether a machine with brakes, from a scenario file, can work."""
+"""The `scenario` command: checks whether a machine with brakes, from a scenario file, can work."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class MachineResult(Result):
     """A machine's requirements on its brakes, and whether the brakes meet them.
 
-    `record` is the machine's own result with its scenario.
+    `record` is the machine's own result, with its scenario.
     """
 
     record: "Machine | None" = None
@@ -45,11 +45,11 @@ class MachineResult(Result):
 
     @property
     def units(self) -> dict[str, str]:
-        """Return {key: SI unit}, including those of the machine's own numbers."""
+        """Return {key: SI unit}, including the machine's own results."""
         return {**super().units, **({} if self.record is None else self.record.own_units)}
 
     def rows(self) -> list[tuple[str, str]]:
-        """Return the rows, with the machine's own numbers."""
+        """Return the rows, including the machine's own results."""
         units = self.units
         machine_rows = [
             (name.replace("_", " "), format_words(value, units.get(name, "")))
@@ -59,7 +59,7 @@ class MachineResult(Result):
         return [*super().rows(), *machine_rows]
 
     def pictures(self, progress: Progress) -> list[tuple[str, str]]:
-        """Return (SVG text, caption) of each drawing of the machine's page, in order."""
+        """Return (SVG text, caption) of each drawing on the machine's page, in order."""
         from layerjam.report.style import svg_text
         from layerjam.studies.machines.page import pictures
 
@@ -70,7 +70,7 @@ class MachineResult(Result):
         return drawings
 
     def lines(self) -> Iterator[str]:
-        """Yield every limit and the verdict, or the scenarios' names."""
+        """Yield every limit and the verdict, or the names of the scenarios."""
         yield from self.scenarios or ()
         if self.record is None:
             return
@@ -97,11 +97,11 @@ def scenario(
     """Check a machine of the paper's Fig. 13 against its limits.
 
     It is a seat belt, neck guard, ankle clutch or rehabilitation orthosis with its loads and
-    limits. With `out` a page with pictures is written there (`page`). `feasible` states whether all
-    `limits` are met, `reason` names the decisive one, and `conclusion` summarises the requirements.
-    `brakes_needed` is None if no number of brakes is enough. `results` has the machine's own keys;
-    `units` the unit of each. Raises FileError for an invalid file, QuantityError for values out of
-    bounds.
+    limits. With `out`, a page with pictures is written there (`page`). `feasible` states whether
+    all `limits` are met, `reason` names the decisive one, and `conclusion` summarises the
+    requirements. `brakes_needed` is None if no number of brakes is enough. `results` has the
+    machine's own keys, `units` the unit of each. Raises FileError for an invalid file,
+    QuantityError for values out of bounds.
     """
     from layerjam.report.folder import check_folder
     from layerjam.report.page import check_extras

@@ -1,4 +1,4 @@
-"""Injury criteria of the standards; every constant with its source."""
+"""Injury criteria of the standards; every constant has its source."""
 
 import math
 
@@ -10,37 +10,37 @@ from layerjam.simulate.accelerometer import LEAST_RATE, cfc_filter
 
 Array = npt.NDArray[np.float64]
 BRIC_CRITICAL = (66.25, 56.45, 42.87)
-"""Critical angular velocities [rad/s] about x, y, z: averages of those based on CSDM and MPS in
-Takhounts et al. 2013 (Stapp 57), as printed at elemance.com, knowledge base, "BrIC"."""
+"""Critical angular velocities [rad/s] about x, y and z: averages of those based on CSDM and MPS in
+Takhounts et al. 2013 (Stapp 57), as stated at elemance.com, knowledge base, "BrIC"."""
 HIC_WINDOW = 0.015
-"""Longest window [s] of HIC15 (49 CFR 571.208: at most 700, law.cornell.edu)."""
+"""Longest window [s] of HIC15, whose limit is 700 (49 CFR 571.208, law.cornell.edu)."""
 _AIS2 = (0.602, 2.84)
 """Scale and shape of the risk of an AIS 2 injury as a function of BrIC, from the same page."""
 
 
 def bric(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> float:
-    """Return the brain injury criterion from the greatest angular velocities [rad/s] per axis."""
+    """Return the brain injury criterion from the peak angular velocity [rad/s] about each axis."""
     parts = zip((x, y, z), BRIC_CRITICAL, strict=True)
     return math.sqrt(sum((speed / critical) ** 2 for speed, critical in parts))
 
 
 def concussion_risk(value: float) -> float:
-    """Return the fraction of injuries of AIS 2 or more at a BrIC (Takhounts et al. 2013)."""
+    """Return the probability of an injury of at least AIS 2 at a BrIC (Takhounts et al. 2013)."""
     scale, shape = _AIS2
     return -math.expm1(-((value / scale) ** shape))
 
 
 def hic15(acceleration: Array, dt: float) -> float:
     """Return HIC15 of the head's resultant acceleration [m/s^2] at equal steps [s], shape (N,)."""
-    # ten samples per millisecond are enough, since the windows are counted in samples
+    # ten samples per millisecond are enough, because windows are counted in samples
     stride = max(1, int(1e-4 / dt))
     return head_injury(acceleration[::stride], 1 / (dt * stride), HIC_WINDOW)[0]
 
 
 def filter_signal(signal: Array, dt: float, cfc: float) -> Array:
-    """Return a signal at equal steps [s] after the SAE J211-1 filter of a class, shape (N,).
+    """Return a signal (N,) at equal steps [s] after the SAE J211-1 filter of a class.
 
-    Raises QuantityError for fewer samples per second than ten times the class.
+    Raises QuantityError if the sampling rate is below ten times the class.
     """
     stride = max(1, int(1 / (dt * LEAST_RATE * cfc * 10)))
     small = cfc_filter(signal[::stride], 1 / (dt * stride), cfc)

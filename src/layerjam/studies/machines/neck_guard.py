@@ -1,10 +1,10 @@
-"""Helmet and neck guard (paper, Fig. 13b): brakes hold a head that a blow turns.
+"""Helmet and neck guard (paper, Fig. 13b): brakes restrain a head that a blow turns.
 
 The helmeted head turns about one axis of the neck: I w' = t(t) - r T(r angle - slack). t is the
-blow's torque, given as its angular acceleration without brakes, and T the tension of the brakes at
-their lever arm r. The equation is that of the seat belt's strap with travel = r angle and mass =
-I/r^2. The neck's own stiffness and muscles, the compliance of the shoulders and the linear motion
-of the head are ignored. Brakes resist turning in one direction only.
+torque of the blow, given as the angular acceleration without brakes, and T the tension of the
+brakes at their lever arm r. The equation is that of the seat belt's strap, with travel = r angle
+and mass = I/r^2. The stiffness and muscles of the neck, the compliance of the shoulders and the
+linear motion of the head are ignored. Brakes resist turning in one direction only.
 """
 
 import math
@@ -33,22 +33,22 @@ from layerjam.studies.machines.verdict import Machine, Result
 from layerjam.units import nested, show
 
 STEPS = 8000
-"""Number of steps during a blow and for four times its duration afterwards."""
+"""Number of steps during a blow, and during the four times as long period after it."""
 CHAIN_LIMIT = 200
 """Largest number of parallel brakes examined."""
 STIFFER = 2.0 ** np.arange(11)
-"""Multiples of the straps' stiffness examined."""
+"""Multiples of the straps' stiffness that are examined."""
 
 
 class HeadTurn(NamedTuple):
-    """One blow, in SI."""
+    """Response to one blow, in SI units."""
 
     name: str
     ride: Ride
     angular: Array
     """Angular acceleration [rad/s^2]."""
     acceleration: float
-    """Greatest acceleration of the head."""
+    """Maximum acceleration of the head [m/s^2]."""
     speed: float
     rotation: float
     bric: float
@@ -61,7 +61,7 @@ class Record(NamedTuple):
 
     turned: tuple[HeadTurn, ...]
     tried: pandas.DataFrame
-    """Numbers of chains with the present straps, and the greatest angular acceleration `turns`."""
+    """Numbers of chains with the present straps, and the maximum angular acceleration `turns`."""
 
 
 @declare_fields("neck-guard")
@@ -72,7 +72,7 @@ class NeckGuard(Machine):
 
     @property
     def inertia(self) -> float:
-        """Moment of inertia with the helmet about the axis of turning [kg m^2]."""
+        """Moment of inertia, with the helmet, about the axis of rotation [kg m^2]."""
         head = self.head
         about_center = head.mass * head.gyration**2 * head.helmet_factor
         return float(about_center + (head.mass + head.helmet_mass) * head.height**2)
@@ -80,7 +80,7 @@ class NeckGuard(Machine):
     def trial(self) -> tuple[Trial, float]:
         """Return (the head under the blow, its change of angular velocity [rad/s])."""
         blow, r = self.blow, self.guard.lever
-        # a pulse of unit velocity change in unit time has this peak
+        # peak of a pulse with unit velocity change in unit time
         unit = {"half-sine": math.pi / 2, "haversine": 2.0, "trapezoid": 1.25}[blow.pulse]
         change, after = blow.peak * blow.duration / unit, 4 * blow.duration
         free, dt, change = drive(blow.pulse, change, blow.duration, after, STEPS, Path())
@@ -88,7 +88,7 @@ class NeckGuard(Machine):
         return Trial(self, body, self.guard.stiffness, free * r, dt), change
 
     def turn(self, name: str, trial: Trial, strap: Strap) -> HeadTurn:
-        """Return the head's motion under a blow, held by a strap."""
+        """Return the head's motion under a blow if restrained by a strap."""
         r = self.guard.lever
         ride_made = ride(trial.drive, trial.dt, trial.body, strap)
         angular = ride_made.acceleration / r
@@ -99,13 +99,13 @@ class NeckGuard(Machine):
         return HeadTurn(name, ride_made, angular, top, speed, rotation, injury, risk, hic)
 
     def torque(self, chains: int) -> float:
-        """Return the greatest torque [N m] of `chains` of brakes about the axis of turning."""
+        """Return the maximum torque [N m] of `chains` of brakes about the axis of rotation."""
         brake = self.brake.brake
         top = peak(self.brakes.vacuum, brake.sheets.usable_travel, brake).force
         return chains * float(top) * self.guard.lever
 
     def analyse(self) -> Result:
-        """Analyse the head's turn with and without brakes, their number and readiness."""
+        """Analyse the head's rotation with and without brakes, their number and their readiness."""
         brakes, lever = self.brakes, self.guard.lever
         trial, change = self.trial()
         strap = trial.strap()
@@ -145,9 +145,9 @@ class NeckGuard(Machine):
         return result
 
     def search(self, trial: Trial) -> tuple[pandas.DataFrame, dict[str, Any]]:
-        """Return (rows of 1 to CHAIN_LIMIT chains, the first sufficient number or {}).
+        """Return (rows for 1 to CHAIN_LIMIT chains, the row of the first sufficient number or {}).
 
-        If none is enough with these straps (`as_built` False), the softest sufficient ones of
+        If none is enough with these straps (`as_built` False), the softest sufficient straps of
         STIFFER times their stiffness are used (`stiffness`). Brakes that snap are excluded.
         """
         counts, webbing = np.arange(1, CHAIN_LIMIT + 1), self.guard.stiffness * STIFFER

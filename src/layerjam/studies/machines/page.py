@@ -1,6 +1,6 @@
 """A machine's result as a complete folder: report.html, results.json and figures.
 
-The pictures show the effect on the person, and the decisive quantity.
+The pictures show the effect on the person and the decisive quantity.
 """
 
 import functools
@@ -28,7 +28,7 @@ from layerjam.units import get, show
 G = 9.80665
 RADIANS = "[1000 rad/s²]"
 _LINES = ((BLUE, 2.2), (GREY, 1.3), (GREEN, 1.6))
-"""Line styles of brakes, webbing alone, and limiter."""
+"""Line styles for brakes, webbing alone and limiter."""
 
 
 def pictures(result: Result) -> list[Picture]:
@@ -41,7 +41,7 @@ def pictures(result: Result) -> list[Picture]:
 
 @style.in_style
 def belt_in_time(result: Result) -> style.Figure:
-    """Draw chest acceleration and displacement versus time, for three kinds of restraint."""
+    """Draw chest acceleration and displacement versus time for three kinds of restraint."""
     record: seat_belt.Record = result.record
     restraints, limits = record.held, get(result.scenario, "limits")
     figure, (left, right) = style.canvas(columns=2, width=10.6, height=4.3)
@@ -72,7 +72,7 @@ def belt_in_time(result: Result) -> style.Figure:
 
 @style.in_style
 def belt_over_displacement(result: Result) -> style.Figure:
-    """Draw the force in the belt versus the chest's displacement."""
+    """Draw the force in the belt versus the displacement of the chest."""
     record: seat_belt.Record = result.record
     figure, (axes,) = style.canvas(width=6.8, height=4.3)
     for curve, (color, width) in zip(record.held, _LINES, strict=True):
@@ -122,7 +122,7 @@ def neck_in_time(result: Result) -> style.Figure:
 
 @style.in_style
 def neck_over_count(result: Result) -> style.Figure:
-    """Draw the peak versus the number of brakes."""
+    """Draw the peak acceleration versus the number of brakes."""
     record: neck_guard.Record = result.record
     have, free = result.scenario.brakes.parallel, record.turned[0].acceleration / 1e3
     limit = get(result.scenario, "limits.acceleration") / 1e3
@@ -251,7 +251,7 @@ PICTURES: dict[str, Callable[[Result], style.Figure]] = {
     "rehabilitation-time": exercise_in_time,
     "rehabilitation-angle": exercise_over_angle,
 }
-"""{picture: function that draws it}; the kind of machine has the captions, in page order."""
+"""{picture: function that draws it}; captions and page order are those of the kind of machine."""
 
 
 MET = Word("✓ met", "verdict reproduced")

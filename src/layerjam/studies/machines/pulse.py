@@ -1,4 +1,4 @@
-"""Crash and impact pulses: a shape with its velocity change and duration, or a record."""
+"""Crash and impact pulses: a shape with a velocity change and duration, or a record."""
 
 from pathlib import Path
 
@@ -11,11 +11,11 @@ from layerjam.measure.log import ACCELERATION, TIME, read_log
 Array = npt.NDArray[np.float64]
 SHAPES = ("half-sine", "haversine", "trapezoid")
 RAMP = 0.2
-"""Fraction of a trapezoid's duration in which it rises; it falls for the same time (assumed)."""
+"""Fraction of a trapezoid's duration in which it rises; the fall is equally long (assumed)."""
 
 
 def pulse(shape: str, change: float, duration: float, time: Array) -> Array:
-    """Return the acceleration [m/s^2] at times [s], (N,), with the integral `change` [m/s]."""
+    """Return the acceleration [m/s^2] at times [s], (N,), whose integral is `change` [m/s]."""
     part = time / duration
     inside = (part >= 0) & (part <= 1)
     if shape == "half-sine":
@@ -30,10 +30,10 @@ def pulse(shape: str, change: float, duration: float, time: Array) -> Array:
 
 
 def read_record(path: Path) -> tuple[Array, Array]:
-    """Return (time [s] from the first sample, magnitude of deceleration [m/s^2]) of a log.
+    """Return (time [s] since the first sample, magnitude of deceleration [m/s^2]) of a log.
 
-    A mostly negative record, such as that of a braking car, is inverted. Raises FileError if its
-    time does not rise.
+    A mostly negative record, such as that of a braking car, is inverted. Raises FileError if time
+    does not increase.
     """
     log = read_log(path, (TIME, ACCELERATION))
     time, value = log["time"] - log["time"][0], log["acceleration"]
@@ -45,10 +45,10 @@ def read_record(path: Path) -> tuple[Array, Array]:
 def drive(
     shape: str, change: float, duration: float, after: float, steps: int, folder: Path
 ) -> tuple[Array, float, float]:
-    """Return (acceleration [m/s^2] at equal steps, the step [s], the velocity change [m/s]).
+    """Return (acceleration [m/s^2] at equal steps, step [s], velocity change [m/s]).
 
     The `steps` cover the pulse and `after` [s] without load. A `shape` that is a path is read as a
-    log, which has its own velocity change and duration.
+    log, with its own velocity change and duration.
     """
     if shape not in SHAPES and not Path(shape).suffix:
         raise UnknownNameError("pulse", shape, SHAPES)

@@ -1,4 +1,4 @@
-"""Readiness of the vacuum: present beforehand, or reached after a warning."""
+"""Readiness of the vacuum: present beforehand, or built up after a warning."""
 
 import math
 from dataclasses import replace
@@ -13,7 +13,7 @@ from layerjam.units import quantity, record, show
 
 @record
 class VacuumSupply:
-    """Mode of the vacuum supply, and the time available."""
+    """Mode of the vacuum supply, and the available time."""
 
     mode: str = word(
         "whether the vacuum is always present or built up after a warning", "standing", "triggered"
@@ -22,7 +22,7 @@ class VacuumSupply:
 
 
 class Ready(NamedTuple):
-    """Time needed for the vacuum, its limits, and notes."""
+    """Time to reach the vacuum, its limits, and notes."""
 
     time: float
     limits: list[Limit]
@@ -30,9 +30,9 @@ class Ready(NamedTuple):
 
 
 def line_for(line: Line, brakes: float) -> Line:
-    """Return the line with the gas volume of several brakes; the file has that of one.
+    """Return the vacuum line with the gas volume of several brakes; its file has that of one.
 
-    Tubes between them are ignored.
+    Tubes between the brakes are ignored.
     """
     chamber = line.chamber
     water = None if chamber.compliance is None else chamber.compliance * brakes
@@ -47,7 +47,7 @@ def line_for(line: Line, brakes: float) -> Line:
 
 
 def vacuum_time(vacuum: float, line: Line) -> float:
-    """Return the time from the atmosphere to a vacuum [Pa] at full pump power [s]; or infinity."""
+    """Return the time [s] from zero to a vacuum [Pa] at full pump power; infinity if never."""
     a = line.site.atmosphere
     if vacuum >= reachable_vacuum(line):
         return math.inf
@@ -58,7 +58,7 @@ def vacuum_time(vacuum: float, line: Line) -> float:
 def readiness(
     scenario: Scenario, supply: VacuumSupply, vacuum: float, *, tuned: bool = False
 ) -> Ready:
-    """Return the limit on the time for the vacuum, if it must be built up, and the notes."""
+    """Return the limit on the time to reach the vacuum, if it must be built up, and notes."""
     line, brakes = scenario.line, scenario.brakes.count
     time = vacuum_time(vacuum, line_for(line.line, brakes))
     words = show(time, "s", 3) if math.isfinite(time) else "forever"

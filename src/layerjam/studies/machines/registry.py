@@ -1,4 +1,4 @@
-"""The machines by name, and the scenarios that come with them."""
+"""The machines by name, and the scenarios supplied with them."""
 
 from pathlib import Path
 
@@ -23,12 +23,12 @@ def _texts() -> dict[str, str]:
 
 
 def scenarios() -> list[str]:
-    """Return the names of the scenarios that come with the program."""
+    """Return the names of the scenarios supplied with the program."""
     return list(_texts())
 
 
 def load_scenario(scenario: str | Path) -> Machine:
-    """Return a scenario by name, or from the path of its TOML file.
+    """Return a scenario, given its name or the path of its TOML file.
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """

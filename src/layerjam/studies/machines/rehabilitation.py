@@ -1,11 +1,11 @@
 """Rehabilitation of elbow or finger flexion (paper, Fig. 13d): resistance prescribed by angle.
 
 A cord on a pulley about the joint extends the brakes in flexion. The target resistance is a torque
-that depends on the angle, plus one in proportion to speed. A controller sets the vacuum for it, by
-the inverse law of the brake. In extension the target is zero. The cord only pulls, the vacuum is
+that depends on the angle, plus one proportional to speed. A controller sets the vacuum for it, by
+the inverse law of the brake. In extension the target is zero: the cord only pulls, the vacuum is
 released, and the enclosure retracts the brakes as far as the remaining friction allows. The
-remaining extension becomes slack at the next flexion. The body's own torques, the cord's stretch
-and the compliance of the brace are ignored.
+remaining extension becomes slack in the next flexion. The body's own torques, the stretch of the
+cord and the compliance of the brace are ignored.
 """
 
 import math
@@ -28,13 +28,13 @@ from layerjam.studies.machines.verdict import Machine, Result
 from layerjam.units import show
 
 SPEEDS = np.radians(np.concatenate([np.arange(0.25, 10, 0.25), np.arange(10, 181, 1.0)]))
-"""Mean speeds that are examined [rad/s]."""
+"""Mean speeds examined [rad/s]."""
 FINE = 512
-"""Number of samples of a flexion, for the fraction that can be followed."""
+"""Number of samples per flexion, for the fraction that can be followed."""
 
 
 class Session(NamedTuple):
-    """The exercise at the controller's samples, shape (N,)."""
+    """The exercise at the sampling times of the controller, shape (N,)."""
 
     time: Array
     angle: Array
@@ -53,9 +53,9 @@ class Record(NamedTuple):
     given: Array
     """Torque produced in flexion [N m], NaN elsewhere."""
     shares: Array
-    """Fraction of a flexion that can be followed, at each of SPEEDS."""
+    """Fraction of a flexion that can be followed at each of SPEEDS."""
     reachable: Array
-    """Torque of all brakes at full vacuum, and the angle at which it applies, shape (2, M)."""
+    """Torque of all brakes at full vacuum, with the angle at which it applies, shape (2, M)."""
 
 
 @declare_fields("rehabilitation")
@@ -63,7 +63,7 @@ class Rehabilitation(Machine):
     """Rehabilitation device with everything in its scenario."""
 
     def together(self) -> None:
-        """Check that angles, curve and travel fit together."""
+        """Check that angles, curve and travel are consistent."""
         super().together()
         exercise, angle, torque = self.exercise, self.resistance.angle, self.resistance.torque
         if len(angle) != len(torque) or (np.diff(angle) <= 0).any():
@@ -100,7 +100,7 @@ class Rehabilitation(Machine):
             )
 
     def session(self, speed: float, repetitions: int, dt: float) -> Session:
-        """Return repetitions of rest, flexion, hold, extension; turns are half a cosine each."""
+        """Return repetitions of rest, flexion, hold and extension; each turn is half a cosine."""
         exercise = self.exercise
         turn = max(round((exercise.end - exercise.start) / speed / dt), 2)
         hold, rest_samples = round(exercise.hold / dt), round(exercise.rest / dt)
@@ -116,9 +116,9 @@ class Rehabilitation(Machine):
         return Session(time, angle, pace, torque, flexing)
 
     def regulator(self) -> Regulator:
-        """Return the controller for the line with the volume of all brakes, at up to 60 kPa.
+        """Return the controller, up to 60 kPa, for the line with the volume of all brakes.
 
-        Raises QuantityError for a line that cannot vent, and without a safe state.
+        Raises QuantityError if the line cannot vent or there is no safe state.
         """
         line = line_for(self.line.line, self.brakes.parallel)
         design_vacuum = 0.6 * min(self.brakes.vacuum, line.site.atmosphere)
@@ -136,7 +136,7 @@ class Rehabilitation(Machine):
     def followed_at(self, regulator: Regulator, speed: float) -> tuple[float, list[str]]:
         """Return (fraction of a flexion at a mean speed [rad/s] that can be followed, reasons).
 
-        It uses FINE samples for every speed, so that the laws are compiled once.
+        FINE samples are used at every speed, so that the laws are compiled only once.
         """
         exercise, r = self.exercise, self.orthosis.pulley
         part = np.linspace(0.0, 1.0, FINE)
@@ -158,7 +158,7 @@ class Rehabilitation(Machine):
         return torque + self.exercise.viscosity * np.maximum(pace, 0.0)
 
     def analyse(self) -> Result:
-        """Compare the torque with its target; report unreachable parts and the return."""
+        """Compare the torque with its target; report unreachable parts and the return stroke."""
         brakes, r = self.brakes, self.orthosis.pulley
         exercise, brake = self.exercise, self.brake.brake
         controller = self.regulator()
@@ -205,7 +205,7 @@ class Rehabilitation(Machine):
         return result
 
     def lost_angle(self, vacuum: float, slip: float) -> float:
-        """Return the angle [rad] through which friction still holds the enclosure."""
+        """Return the angle [rad] by which friction keeps the enclosure extended."""
         slips = np.linspace(0.0, slip, 400)[1:]
         closes = np.asarray(self_closing_vacuum(slips, at_speed(0.0, self.brake.brake))) > vacuum
         held_slip = 0.0 if closes.all() else float(slips[np.flatnonzero(~closes)[-1]])
@@ -230,8 +230,8 @@ class Rehabilitation(Machine):
 
 
 def _vacuum_left(session: Session, run: Following) -> float:
-    """Return the least vacuum of the last extension [Pa]."""
+    """Return the lowest vacuum during the last extension [Pa]."""
     starts = np.flatnonzero(session.flexing)
     after = run.loop.vacuum[int(starts[-1]) + 1 :]
-    # a pump run backwards may raise the pressure slightly above the atmosphere
+    # a pump that runs backwards may raise the pressure slightly above atmospheric
     return max(float(after.min()), 0.0)

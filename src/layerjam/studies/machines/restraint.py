@@ -1,20 +1,20 @@
 """Identical brakes in a strap that restrains a body, simulated in time.
 
-The strap is an elastic line that slips, with the force k (u - S), where u is its payout and S the
-total slip of all brakes of a chain. The force of a brake falls after its peak. In a chain, brakes
-therefore slip one after the other, each to the end of its travel, where an end stop of webbing
+The strap is an elastic element that slips, with the force k (u - S), where u is its payout and S
+the total slip of all brakes in a chain. The force of a brake falls after its peak. In a chain, the
+brakes therefore slip one after another, each to the end of its travel, where an end stop of webbing
 takes the load. The order does not matter for identical brakes. At a payout that exceeds all earlier
 ones, the slip is the closed form of a slow pull (mechanics, section 2). Below that payout the strap
-is elastic, and it only pulls. After the last travel, end stops hold the strap. The slip of the
-other brakes of a chain before their peak (0.19 mm each at full vacuum) is ignored.
+is elastic, and it can only pull. When all travel is used, end stops hold the strap. The slip of the
+other brakes in a chain before their peak (0.19 mm each at full vacuum) is ignored.
 
 If friction grows with the sliding speed (a brake with a speed law), identical brakes in a chain
 share its slip evenly, and nothing snaps: force k (u - S) = R(S/s, S'/s). s is the number of brakes
 in series and R the sliding force of all chains at a slip and a speed. A difference in slip or
-friction between two brakes of a chain grows with the slip x of each as (L2/(L2 - x))^(1/n), with n
-the law's power.
+friction between two brakes in a chain grows with the slip x of each as (L2/(L2 - x))^(1/n), n the
+law's exponent.
 
-The same applies to rotation with a lever: payout = lever * angle, mass = inertia / lever^2.
+The same applies to rotation with a lever arm: payout = lever * angle, mass = inertia / lever^2.
 """
 
 from typing import Any, NamedTuple
@@ -36,23 +36,23 @@ from layerjam.simulate.speed import without_idle_speed_law
 from layerjam.studies.machines.scenario import Array, Scenario
 
 ROOMS = (256, 4096)
-"""Number of lanes computed at once; fewer are padded."""
+"""Numbers of lanes (cases) computed at once; fewer are padded."""
 NEWTON = 60
 SETTLED = 1e-11
-"""Last step of a settled search, relative to the strap's slip in one time step."""
+"""Last step of a converged search, relative to the strap's slip in one time step."""
 LITTLE = 1e-9
-"""Smallest such slip [m] that the search assumes."""
+"""Smallest slip per time step [m] that the search assumes."""
 
 
 class Strap(NamedTuple):
-    """Constants of a strap, over all chains; leaves broadcast."""
+    """Constants of a strap with all its chains; leaves broadcast."""
 
     stiffness: Any
-    """k [N/m], brakes (stuck) and webbing in series."""
+    """Stiffness k of the stuck brakes and the webbing in series [N/m]."""
     onset: Any
-    """Force at which an unused brake starts to slide, N c L2 [N]; infinite if nothing slides."""
+    """Force at which an unused brake begins to slide, N c L2 [N]; infinite if nothing slides."""
     fall: Any
-    """N c [N/m], at the test speed of a speed law; the onset is that at rest."""
+    """Fall of friction with slip, N c [N/m], at a speed law's test speed; the onset is at rest."""
     sleeve: EnclosureLaw
     travel: Any
     """Usable travel of one brake [m]."""
@@ -66,8 +66,8 @@ class Strap(NamedTuple):
 def strap_of(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Brake) -> Strap:
     """Return `parallel` chains of `series` identical brakes at a vacuum [Pa] with webbing [N/m].
 
-    The arguments broadcast. Valid while the strap's stiffness exceeds the fall of friction, k > N
-    c; see `snaps`. A speed law of the brake is included.
+    The arguments broadcast. The strap is valid while its stiffness exceeds the fall of friction, k
+    > N c; see `snaps`. A speed law of the brake is included.
     """
     one_modulus(brake)
     every = jnp.broadcast_arrays(parallel, series, vacuum, webbing)
@@ -88,9 +88,9 @@ def strap_of(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Brake
 
 
 def limiter_of(force: Any, stiffness: Any, travel: Any = jnp.inf) -> Strap:
-    """Return a load limiter: elastic up to a force [N] that is then constant over its travel [m].
+    """Return a load limiter: elastic up to a force [N], which is then constant over `travel` [m].
 
-    If the force is infinite, it is plain webbing.
+    With an infinite force, it is plain webbing.
     """
     force, stiffness, travel = jnp.broadcast_arrays(
         *(jnp.asarray(a, jnp.float64) for a in (force, stiffness, travel))
@@ -103,8 +103,8 @@ def limiter_of(force: Any, stiffness: Any, travel: Any = jnp.inf) -> Strap:
 def least_stiffness(strap: Strap) -> Any:
     """Return the stiffness of the strap [N/m] below which its brakes may snap.
 
-    Because friction falls by onset/L2 per metre, a strap of stiffness k slides steadily only up to
-    k L2. Zero if friction grows with speed, which stabilises any spring.
+    Because friction falls by onset/L2 per metre, a strap of stiffness k slides steadily only if the
+    onset is at most k L2. Zero if friction grows with speed, which stabilises any spring.
     """
     return strap.fall if strap.law is None else 0.0 * strap.fall
 
@@ -118,7 +118,7 @@ def chain_slip(payout: Any, before: Any, strap: Strap) -> Any:
     """Return the slip [m] of a chain at a payout [m], at least its earlier slip `before`.
 
     A call uses at most one brake's travel; the next call continues with the next brake. A strap
-    that snaps uses a travel instantly.
+    that snaps uses one travel instantly.
     """
     finite = jnp.where(jnp.isfinite(strap.travel), strap.travel, 1.0)
     used = jnp.where(jnp.isfinite(strap.travel), jnp.floor(before / finite * (1 + 1e-12)), 0.0)
@@ -134,8 +134,8 @@ def chain_slip(payout: Any, before: Any, strap: Strap) -> Any:
 def paced_slip(law: SpeedLaw, payout: Any, before: Any, pace: Any, dt: Any, strap: Strap) -> Any:
     """Return `chain_slip` if friction grows with speed: the slip [m] after a step of `dt` [s].
 
-    `pace` [m/s] is the chain's mean speed of slip in the step before, of the same length. The speed
-    at the end is that of a parabola through the two steps, which is of second order in time.
+    `pace` [m/s] is the chain's mean slip speed in the previous step, which has the same length. The
+    final speed is that of a parabola through the two steps, which is second-order in time.
     """
     series, end = strap.series, strap.series * strap.travel
 
@@ -169,7 +169,7 @@ def paced_slip(law: SpeedLaw, payout: Any, before: Any, pace: Any, dt: Any, stra
 
 
 def difference_growth(law: SpeedLaw, slip: Any, series: Any, brake: Brake) -> float:
-    """Return the growth factor of a difference between two brakes of a chain at its `slip` [m].
+    """Return the growth factor of a difference between two brakes in a chain at its `slip` [m].
 
     To first order, without the enclosure, it is (L2/(L2 - x))^(1/n), with x the slip of each.
     """
@@ -178,7 +178,7 @@ def difference_growth(law: SpeedLaw, slip: Any, series: Any, brake: Brake) -> fl
 
 
 def tension(payout: Any, slip: Any, strap: Strap) -> Any:
-    """Return the force of the strap [N], which only pulls."""
+    """Return the force [N] of the strap, which can only pull."""
     return jnp.maximum(strap.stiffness * (payout - slip), 0.0)
 
 
@@ -192,7 +192,7 @@ class Body(NamedTuple):
 
 
 class Ride(NamedTuple):
-    """State of a ride at one moment, or in time: arrays of shape (N, ...)."""
+    """State of a ride at one time, or versus time as arrays of shape (N, ...)."""
 
     time: Any
     way: Any
@@ -205,26 +205,26 @@ class Ride(NamedTuple):
     slip: Any
     """Slip of a chain [m]."""
     heat: Any
-    """Work of the strap's slip [J]: heat, and energy stored in the enclosures."""
+    """Work of the strap's slip [J]: heat and the energy stored in the enclosures."""
     put_in: Any
-    """Work of the drive on the body [J]."""
+    """Work done by the drive on the body [J]."""
     pace: Any = None
-    """Mean speed of a chain's slip in the last step [m/s]; None without a speed law."""
+    """Mean slip speed of a chain in the last step [m/s]; None without a speed law."""
 
 
 class Extremes(NamedTuple):
-    """Greatest values of the simulated cases, and the last slip; arrays of the lanes' shape."""
+    """Maximum values of the simulated cases, and the final slip; arrays in the lanes' shape."""
 
     way: Any
     force: Any
     held: Any
-    """Acceleration of the body due to the restraint only [m/s^2]."""
+    """Acceleration of the body due to the restraint alone [m/s^2]."""
     acceleration: Any
-    """Magnitude of the acceleration by drive and restraint together [m/s^2]."""
+    """Magnitude of the acceleration due to drive and restraint together [m/s^2]."""
     end_speed: Any
-    """The last speed, with its sign [m/s]."""
+    """Final speed, with its sign [m/s]."""
     slip: Any
-    """The last slip [m]."""
+    """Final slip [m]."""
 
 
 def _start(drive: Any, body: Body, strap: Strap) -> Ride:
@@ -235,7 +235,7 @@ def _start(drive: Any, body: Body, strap: Strap) -> Ride:
 
 
 def _next(ride_now: Ride, drive: Any, dt: Any, body: Body, strap: Strap) -> Ride:
-    """Return a step of velocity Verlet; without a speed law the strap's slip is exact."""
+    """Return the state after a velocity Verlet step; without a speed law, the slip is exact."""
     half = ride_now.speed + ride_now.acceleration * dt / 2
     travel_ = ride_now.way + half * dt
     payout = body.ratio * travel_ - body.slack
@@ -281,9 +281,9 @@ def _extremes(drive: Any, dt: Any, body: Body, strap: Strap) -> Extremes:
 
 
 def ride(drive: Any, dt: float, body: Body, strap: Strap) -> Ride:
-    """Simulate a body under a drive [m/s^2], shape (N,), at steps of `dt` [s].
+    """Simulate a body under a drive [m/s^2], shape (N,), in steps of `dt` [s].
 
-    The method is of second order in time.
+    The method is second-order in time.
 
     `drive` is the acceleration of the body relative to its mount if it is unrestrained.
     """
@@ -292,11 +292,11 @@ def ride(drive: Any, dt: float, body: Body, strap: Strap) -> Ride:
 
 
 def extremes(drive: Any, dt: float, body: Body, strap: Strap) -> Extremes:
-    """Return the greatest values of many rides; body and strap may have lanes, shape (B,)."""
+    """Return the maximum values of many rides; body and strap may have lanes, shape (B,)."""
     leaves, tree = jax.tree.flatten((_doubles(body), strap))
     wide = np.broadcast_arrays(*(np.asarray(a) for a in leaves))
     shape, count = wide[0].shape, wide[0].size
-    # use few sizes, so that little is compiled
+    # use few array sizes, so that little is compiled
     room = next((size for size in ROOMS if count <= size), -(-count // ROOMS[-1]) * ROOMS[-1])
     lanes = [np.pad(a.ravel(), (0, room - count), mode="edge") for a in wide]
     padded_extremes = _extremes(
@@ -310,11 +310,11 @@ def _doubles(body: Body) -> Body:
 
 
 COARSE = 4
-"""Stride of the drive's steps in a search."""
+"""Stride through the steps of the drive in a search."""
 
 
 class Trial(NamedTuple):
-    """A body that a drive [m/s^2] at steps of `dt` [s] throws into brakes with webbing [N/m]."""
+    """A body that a drive [m/s^2], in steps of `dt` [s], throws into brakes with webbing [N/m]."""
 
     scenario: Scenario
     body: Body
@@ -323,7 +323,7 @@ class Trial(NamedTuple):
     dt: float
 
     def strap(self, **instead: Any) -> Strap:
-        """Return the scenario's strap, with `parallel`, `series`, `vacuum` or `webbing` instead."""
+        """Return the scenario's strap, with any of its values replaced."""
         brakes = self.scenario.brakes
         brake = straight(without_idle_speed_law(self.scenario.brake.brake), "the restraint")
         settings = {"parallel": brakes.parallel, "series": brakes.series, "vacuum": brakes.vacuum}
@@ -333,9 +333,9 @@ class Trial(NamedTuple):
     def run_grid(self, **grid: Any) -> pandas.DataFrame:
         """Return one row for each combination of `webbing`, `series`, `parallel` and `vacuum`.
 
-        The scenario's own values are the default. The other columns are those of Extremes, the
+        The scenario's own values are the defaults. The other columns are those of Extremes, the
         `count` of brakes, `mass` [kg], `as_built` (the present webbing), `sound` (the brakes do not
-        snap) and `stops` (the body has stopped, with travel left).
+        snap) and `stops` (the body stops with travel left).
         """
         brakes = self.scenario.brakes
         axes = {
@@ -359,6 +359,6 @@ class Trial(NamedTuple):
 
 
 def best_row(rows: pandas.DataFrame, *order: str) -> dict[str, Any]:
-    """Return the row with the least values in the columns of `order`; IndexError without rows."""
+    """Return the row with the smallest values in columns `order`; IndexError for no rows."""
     row: dict[str, Any] = rows.sort_values(list(order)).to_dict("records")[0]
     return row

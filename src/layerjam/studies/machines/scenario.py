@@ -1,8 +1,8 @@
 """A scenario file: the person, the load case, the brakes, and the limits of a machine.
 
-It is TOML, read like brakes and lines: every number has its unit, its kind and its source. There
-are also words (one of several, or a path) and curves ("0 2.5 4 deg"). `kinds/NAME.toml` declares
-the content of a machine's scenario, its limits and its pictures.
+It is TOML and read like brakes and lines: every number has a unit, a kind and a source. There are
+also words (one of several, or a path) and curves ("0 2.5 4 deg"). `kinds/NAME.toml` declares the
+content of a machine's scenario, its limits and its pictures.
 """
 
 import re
@@ -50,7 +50,7 @@ _ROW = re.compile(r"((?:[-+.\deE]+(?:\s+|$))+)(.*)")
 
 @record
 class Brakes:
-    """Identical brakes: `parallel` chains, each of `series` brakes in series."""
+    """Identical brakes: `parallel` chains, each with `series` brakes in series."""
 
     parallel: int = quantity("1", "chains of brakes in parallel", lo=1, hi=10000, whole=True)
     series: int = quantity(
@@ -70,16 +70,16 @@ class Brakes:
 
 
 def word(text: str, *choices: str) -> Any:
-    """Return a field for a word of the file: one of `choices`, or any text if there are none."""
+    """Return a field for a word in the file: one of `choices`, or any text if there are none."""
     return value(TextSpec(text=text, choices=choices, blank=False))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Curve(QuantitySpec):
-    """Numbers in a row with one unit at the end, such as "0 2.5 4 deg"."""
+    """A sequence of numbers with one unit at the end, such as "0 2.5 4 deg"."""
 
     def read(self, text: object, name: str) -> Any:
-        """Return the SI values, shape (N,); QuantityError for any other text."""
+        """Return the SI values, shape (N,); raises QuantityError for any other text."""
         row = _ROW.fullmatch(text.strip()) if isinstance(text, str) and len(text) < 20_000 else None
         words, unit = (row.group(1).split(), row.group(2)) if row else ([], "")
         if len(words) < 2:
@@ -87,7 +87,7 @@ class Curve(QuantitySpec):
         return self.check(np.array([parse(f"{w} {unit}", self.unit, name) for w in words]), name)
 
     def check(self, value: Any, name: str) -> Any:
-        """Return the values if all are within the bounds; QuantityError if not."""
+        """Return the values if all are within bounds; otherwise raises QuantityError."""
         for number in value:
             super().check(float(number), name)
         return value
@@ -95,7 +95,7 @@ class Curve(QuantitySpec):
 
 @record
 class Scenario:
-    """Common content of every scenario, in SI units; each machine adds its own tables."""
+    """Content common to all scenarios, in SI units; each machine adds its own tables."""
 
     machine: str = word("which machine")
     brake: BrakeFile = word("catalogue name or path of a brake")
@@ -111,10 +111,10 @@ class Scenario:
     title: str = ""
     sources: Mapping[str, Source] = field(default_factory=dict, repr=False)
     folder: Path = field(default=Path(), repr=False)
-    """Folder from which relative paths in the file start."""
+    """Folder to which paths in the file are relative."""
 
     def together(self) -> None:
-        """Raise QuantityError for values that contradict each other."""
+        """Raise QuantityError if values contradict each other."""
         vacuum, atmosphere = self.brakes.vacuum, self.brake.brake.site.atmosphere
         if vacuum > atmosphere:
             raise QuantityError.of(
@@ -124,7 +124,7 @@ class Scenario:
             )
 
     def warnings(self) -> list[str]:
-        """Return the warnings about the numbers of the scenario, the brake and the line."""
+        """Return the warnings about the values of the scenario, the brake and the line."""
         out = []
         for kind in ("assumed", "inferred", "unstated"):
             paths = [p for p in paths_of(self.sources, kind) if p not in _NAMES]
@@ -159,7 +159,7 @@ def kind_of(machine: str) -> dict[str, Any]:
 
 
 def declare_fields(machine: str) -> Callable[[type[S]], type[S]]:
-    """Return a decorator that adds to a scenario's class the fields that its kind declares."""
+    """Return a decorator that adds to a scenario class the fields that its kind declares."""
 
     def with_fields(cls: type[S]) -> type[S]:
         for name, declaration in kind_of(machine)["scenario"].items():
@@ -178,7 +178,7 @@ def declare_fields(machine: str) -> Callable[[type[S]], type[S]]:
 
 
 def _declared_field(declaration: Mapping[str, Any]) -> Any:
-    """Return a field of a record, or None if a table of fields is declared."""
+    """Return the declared field, or None if a table of fields is declared."""
     if "like" in declaration:
         owner, name = str(declaration["like"]).split(".")
         return like(spec_of(_KNOWN[owner], name))
@@ -202,9 +202,9 @@ def _in_words(value: Any, spec: Any) -> str:
 def read_scenario(
     text: str, path: object, machines: Mapping[str, type[S]], folder: Path | None = None
 ) -> S:
-    """Return a Scenario from TOML text; FileError with file and line for an invalid text.
+    """Return a Scenario from TOML text; raises FileError, with file and line, if invalid.
 
-    Relative paths in the file start from `folder`.
+    Paths in the file are relative to `folder`.
     """
     tables: dict[str, Any] = parse_toml(text, path)
     machine = tables.get("machine")
@@ -236,6 +236,6 @@ def read_scenario(
 
 
 def _resolve_path(name: str, folder: Path) -> str:
-    """Return a path next to the scenario file if it exists, else the name unchanged."""
+    """Return the path next to the scenario file if it exists, otherwise the name unchanged."""
     local_file = folder / name
     return str(local_file) if name.endswith(".toml") and local_file.is_file() else name

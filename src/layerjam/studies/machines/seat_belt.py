@@ -1,9 +1,10 @@
 """Seat belt (paper, Fig. 13a): an occupant thrown into a belt that contains brakes.
 
-The part of the occupant that the shoulder belt holds is one mass. In the car's frame it is driven
-by the car's deceleration and held by the belt: m x'' = m a(t) - g T(g x - slack). T is the belt's
-tension. g is the payout per metre of chest travel, and therefore also the ratio of the chest's
-force to T. Airbag, knees, pretensioner, chest compression and the lap belt's part are ignored.
+The part of the occupant that the shoulder belt restrains is one mass. In the frame of the car it is
+driven by the car's deceleration and restrained by the belt: m x'' = m a(t) - g T(g x - slack). T is
+the belt tension. g is the payout per metre of chest travel, and therefore also the ratio of the
+force on the chest to T. Airbag, knees, pretensioner, chest compression and the lap belt's share are
+ignored.
 """
 
 import math
@@ -35,9 +36,9 @@ from layerjam.units import nested, show
 STEPS = 8000
 MOST_SERIES, MOST_PARALLEL = 24, 1024
 STIFFER = 2.0 ** np.arange(9)
-"""Multiples of the webbing's stiffness that are examined."""
+"""Multiples of the webbing stiffness that are examined."""
 LEVELS = 40
-"""Vacuums that are examined for the tuned one."""
+"""Number of vacuums examined to find the tuned one."""
 
 
 class HeldOccupant(NamedTuple):
@@ -46,7 +47,7 @@ class HeldOccupant(NamedTuple):
     name: str
     ride: Ride
     chest: Array
-    """Acceleration of the chest [m/s^2], filtered."""
+    """Filtered acceleration of the chest [m/s^2]."""
     excursion: float
     chest_acceleration: float
     belt_force: float
@@ -66,10 +67,9 @@ class SeatBelt(Machine):
     supply: VacuumSupply = nested(VacuumSupply)
 
     def trial(self) -> tuple[Trial, float]:
-        """Return (the held part of the occupant in the pulse, its change of velocity [m/s])."""
+        """Return (trial of the restrained mass in the pulse, its velocity change [m/s])."""
         crash, belt = self.crash, self.belt
-        # the stopping time at constant force is twice the space divided by the speed; then it
-        # rebounds
+        # at constant force the stop takes twice the space divided by the speed; a rebound follows
         after = crash.duration + 4 * self.limits.space / crash.change
         pulse = crash.pulse, crash.change, crash.duration
         push, dt, change = drive(*pulse, after, STEPS, self.folder)
@@ -77,7 +77,7 @@ class SeatBelt(Machine):
         return Trial(self, body, belt.stiffness, push, dt), change
 
     def analyse(self) -> Result:
-        """Compare loads and excursion with brakes, webbing alone and the ideal limiter."""
+        """Compare loads and excursion for brakes, webbing alone and the ideal limiter."""
         belt, brakes, brake = self.belt, self.brakes, self.brake.brake
         trial, change = self.trial()
         adjusts = brakes.mode == "tuned"
@@ -103,7 +103,7 @@ class SeatBelt(Machine):
         result.add("N", steady_force=belt.stiffness * brake.sheets.overlap)
         result.add("m", slip=float(brake_ride.slip[-1]), travel=end)
         result.add("1", bottomed_out=is_bottomed_out, snaps=soft)
-        # at the vacuum of this crash, not at the site's full vacuum
+        # use the vacuum in this crash, not the site's full vacuum
         work = float(slip_work(brake.sheets.usable_travel, vacuum, brake))
         result.add("J", energy_capacity=brakes.count * work)
         result.add("J", energy_put_in=float(brake_ride.put_in.max()))
@@ -112,7 +112,7 @@ class SeatBelt(Machine):
         result.add("m/s", change=change)
         result.add("s", vacuum_time=ready.time)
         if brake.film.ageing is not None and math.isfinite(ready.time):
-            # force at breakaway if the crash comes as soon as the vacuum is present
+            # force at breakaway if the crash occurs as soon as the vacuum is present
             aged_force = float(aged_holding_force(ready.time, vacuum, brake))
             result.add("N", aged_holding_force=aged_force * brakes.parallel)
         result.take("needed", best, "needed_")
@@ -136,7 +136,7 @@ class SeatBelt(Machine):
         return result
 
     def hold(self, name: str, trial: Trial, strap: Strap) -> HeldOccupant:
-        """Return the occupant in a strap, filtered as in a crash laboratory."""
+        """Return the occupant restrained by a strap, filtered as in a crash laboratory."""
         motion = ride(trial.drive, trial.dt, trial.body, strap)
         acceleration = motion.force * self.belt.payout / float(trial.body.mass)
         chest = filter_signal(acceleration, trial.dt, self.filter.chest)
@@ -146,7 +146,7 @@ class SeatBelt(Machine):
         )
 
     def stopping(self, trial: Trial, **grid: Any) -> pandas.DataFrame:
-        """Return the belts of a grid that stop the occupant within the space, with travel left."""
+        """Return the belts in a grid that stop the occupant within the space, with travel left."""
         rows = trial.run_grid(**grid)
         names = {"way": "excursion", "held": "chest_acceleration", "force": "belt_force"}
         rows = rows[rows.stops & (rows.way <= self.limits.space)].rename(columns=names)
@@ -155,18 +155,18 @@ class SeatBelt(Machine):
         return rows.assign(meets_loads=inside, stiffness=rows.webbing, burdens=~inside)
 
     def tune_vacuum(self, trial: Trial) -> float:
-        """Return the least of LEVELS vacuums [Pa] that stops the occupant, with travel left.
+        """Return the lowest of LEVELS vacuums [Pa] that stops the occupant with travel left.
 
-        It is `brakes.vacuum`, or a lower vacuum if that is enough.
+        It is `brakes.vacuum`, or a lower vacuum if that is sufficient.
         """
         levels = self.brakes.vacuum * np.arange(1, LEVELS + 1) / LEVELS
         fine = self.stopping(trial, vacuum=levels).vacuum
         return float(fine.min()) if len(fine) else self.brakes.vacuum
 
     def least_limiter(self, trial: Trial) -> float:
-        """Return the least constant force [N] that stops the occupant within the space.
+        """Return the smallest constant force [N] that stops the occupant within the space.
 
-        It is infinite if even stiff webbing does not stop the occupant.
+        It is infinite if not even stiff webbing stops the occupant.
         """
         from scipy.optimize import brentq
 
@@ -181,16 +181,16 @@ class SeatBelt(Machine):
         return math.inf if excess(webbing) > 0 else float(brentq(excess, 0.0, webbing, rtol=1e-12))
 
     def search(self, trial: Trial) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return (required belt, belt with the least force); empty if none is enough.
+        """Return (required belt, belt with the smallest force), empty if none is sufficient.
 
         A grid of chains is examined, then every number near the best. The best belt stops the
-        occupant within the space with travel left, and has the fewest brakes that also keep the
+        occupant within the space with travel left, and has the fewest brakes that also meet the
         limits of chest and belt. If none does, it has the fewest brakes that stop the occupant
         (`meets_loads` False). If none stops the occupant with the present webbing (`as_built`
         False), it has the softest sufficient webbing of STIFFER times that stiffness (`stiffness`).
         Belts whose brakes may snap are excluded.
         """
-        # a chain longer than the whole available payout is never used up
+        # a chain whose travel exceeds the whole available payout is never used up
         end = self.brake.brake.sheets.usable_travel
         longest = math.ceil(self.limits.space * self.belt.payout / end) + 1
         series = np.arange(1, min(max(longest, 2), MOST_SERIES) + 1)

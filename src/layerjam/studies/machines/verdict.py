@@ -1,4 +1,4 @@
-"""Verdict on a machine: every limit with its value, the decisive one, and its factor."""
+"""Verdict on a machine: every limit with its value, and the decisive limit with its factor."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -16,9 +16,9 @@ from layerjam.units import get, record, show
 
 @dataclass(frozen=True, kw_only=True)
 class Limit:
-    """A value and its limit: an upper `limit`, or a lower `limit` if `least` is set.
+    """A value and its `limit`, which is an upper limit, or a lower one if `least` is set.
 
-    Both are in SI units; a `value` that is not finite means that it is never reached.
+    Both are in SI units; if `value` is not finite, it is never reached.
     """
 
     name: str
@@ -49,7 +49,7 @@ class Limit:
         return asdict(self) | {"met": self.met}
 
     def sentence(self) -> str:
-        """Return value, limit and factor as a sentence."""
+        """Return the value, limit and factor as a sentence."""
         value = show(self.value, self.unit) if math.isfinite(self.value) else "never reached"
         side = "at least" if self.least else "at most"
         sentence = f"{self.name} is {value}; {side} {show(self.limit, self.unit)} is allowed"
@@ -59,15 +59,15 @@ class Limit:
 
 
 def deciding(limits: Sequence[Limit]) -> Limit:
-    """Return the limit that is missed by the greatest factor, or the tightest if all are met."""
+    """Return the limit missed by the largest factor or, if all are met, the tightest one."""
     return max(limits, key=lambda limit: (not limit.met, limit.factor))
 
 
 @dataclass(kw_only=True)
 class Result:
-    """Result of a machine; `own` has its own keys in SI, `units` their units.
+    """Result of a machine; `own` contains its own results in SI units, `units` their units.
 
-    `bounding` contains values of limits that are not results; `record` is used for drawings.
+    `bounding` contains values for limits that are not results; `record` is used for drawings.
     """
 
     scenario: Scenario
@@ -77,7 +77,7 @@ class Result:
     limits: list[Limit] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     brakes_needed: int | None = None
-    """Number of brakes required, None if no number is enough."""
+    """Number of brakes required; None if no number is sufficient."""
     needed: str = ""
     """Requirements, as a sentence."""
     record: Any = field(default=None, repr=False)
@@ -87,31 +87,31 @@ class Result:
 
     @property
     def mass(self) -> float:
-        """Mass of all brakes of the scenario [kg]."""
+        """Mass of all brakes in the scenario [kg]."""
         return float(self.scenario.brakes.count * self.scenario.mass)
 
     @property
     def own_units(self) -> dict[str, str]:
-        """{key: SI unit} of the machine's own keys with a unit."""
+        """{key: SI unit} of those of the machine's own results that have a unit."""
         return {key: self.units[key] for key in self.own if self.units[key] != "1"}
 
     def add(self, unit: str, **values: Any) -> None:
-        """Add results of one unit."""
+        """Add results that have the same unit."""
         self.own |= values
         self.units |= dict.fromkeys(values, unit)
 
     def take(self, group: str, values: Mapping[str, Any], prefix: str) -> None:
-        """Add the results of a declared group with a prefix; missing ones are None."""
+        """Add the results of a declared group, with a prefix; missing results are None."""
         for key, unit in kind_of(self.scenario.machine)["results"][group].items():
             self.add(unit, **{prefix + key: values.get(key)})
 
     def bound(self, unit: str, **values: Any) -> None:
-        """Add values of one unit that are used for limits only."""
+        """Add values, in one unit, that are used only for limits."""
         self.bounding |= values
         self.units |= dict.fromkeys(values, unit)
 
     def judge(self) -> None:
-        """Add the declared limits of this kind of machine, with their values."""
+        """Add the limits declared for this kind of machine, with their values."""
         values = self.own | self.bounding
         bounds = values | vars(get(self.scenario, "limits"))
         self.limits += [
@@ -154,11 +154,11 @@ class Machine(Scenario):
     """A scenario with its analysis."""
 
     def analyse(self) -> Result:
-        """Return the result; each machine implements it."""
+        """Return the result; implemented by each machine."""
         raise NotImplementedError
 
     def slid(self, slip: float, pace: Any) -> list[Notice]:
-        """Return notices about chains that slipped [m] at paces [m/s], or None."""
+        """Return notices about chains that slipped [m] at `pace` [m/s], None if there is no law."""
         law = self.brake.brake.speed_law
         if pace is None or law is None:
             return []
