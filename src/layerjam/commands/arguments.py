@@ -20,11 +20,11 @@ def bind(
     args: Sequence[Any],
     keyword_values: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Return the arguments of a call by name.
+    """Return the arguments of a call, keyed by name.
 
     `record_fields` are the names of fields that may be given instead of a whole record, `required`
-    is {required parameter: its meaning}. Raises ArgumentError for an unknown name, with the nearest
-    ones, and for missing arguments, with their meaning.
+    is {required parameter: meaning}. Raises ArgumentError for an unknown name, with the nearest
+    names, and for missing arguments, with their meanings.
     """
     names = [*signature.parameters, *record_fields]
     for name in keyword_values:
@@ -59,10 +59,10 @@ def bind(
 def gather_options(
     name: str, cls: type, record: Any, loose: Mapping[str, Any], options: Sequence[str]
 ) -> Mapping[str, Any]:
-    """Return the `options` of a record, `record` as a whole or `loose`, by name.
+    """Return the options of a record by name, given as a whole (`record`) or as `loose` fields.
 
-    Raises ArgumentError for both, UnknownNameError for an option that the record does not have, and
-    QuantityError for an object that is not such a record.
+    Raises ArgumentError if both are given, UnknownNameError for an option that the record does not
+    have, and QuantityError for an object that is not such a record.
     """
     if isinstance(record, Mapping):
         record, loose = None, {**record, **loose}
@@ -78,14 +78,14 @@ def gather_options(
 
 
 def make_list(value: Any, kind: Any) -> Any:
-    """Return an iterator as a list; wrap a single member if only a list of them is allowed."""
+    """Return an iterator as a list; a single member becomes a list if only lists are allowed."""
     if isinstance(value, Iterator):
         return list(value)
     return [value] if not fits(value, kind) and fits([value], kind) else value
 
 
 def check_kind(value: Any, kind: Any, name: str) -> None:
-    """Raise QuantityError for an argument that is not of its declared type."""
+    """Raise QuantityError if an argument is not of its declared type."""
     if not fits(value, kind):
         raise QuantityError.of(name, f"{abbreviate(value)} is not {describe_type(kind)}")
 
@@ -111,7 +111,7 @@ def fits(value: Any, kind: Any) -> bool:
             and not hasattr(value, "columns")
             and all(fits(member, inside[0]) for member in value)
         )
-    if kind is float:  # its specification checks it, in any unit
+    if kind is float:  # its specification checks the value, in any unit
         return not isinstance(value, str | list | tuple | Mapping)
     if kind is str:  # a path may also be given as text
         return isinstance(value, str | os.PathLike)
@@ -146,6 +146,6 @@ def union(kind: Any) -> Iterator[Any]:
 
 
 def command_line_name(python_name: str, group: str = "") -> str:
-    """Return the command line name of a function, after the word `group`: "export c"."""
+    """Return the command line name of a function, after the word `group`, such as "export c"."""
     words = python_name.removeprefix(f"{group.replace('-', '_')}_") if group else python_name
     return f"{group} {words.replace('_', '-')}".lstrip()

@@ -24,7 +24,7 @@ from layerjam.toml_files.source import Source
 from layerjam.units import build, show
 
 MEASURED = MappingProxyType({"rate": "1/s", "top": "Pa", "leak": "1/s", "vent": "1/s", "lag": "s"})
-"""Values of a line that `bench check` measures, with their units."""
+"""Values of a line that `bench check` measures, and their units."""
 REPLACED = (
     "pump.flow",
     "pump.ultimate",
@@ -40,7 +40,7 @@ FIRST_RUN = (
 )
 """Options of a first run that do not depend on the bench."""
 DIGITS = 4
-"""Significant digits of the written values; the fits are accurate to about 1 %."""
+"""Number of significant digits written; the fits are accurate to about 1 %."""
 
 
 @result
@@ -150,7 +150,7 @@ def bench_check(
 
 
 def _tune(line: LineFile, checks: Checked, sensor: Sensor, address: str) -> LineFile:
-    """Return a line with the measured values and their source; QuantityError if one is missing."""
+    """Return a line with the measured values and their source; a missing value is an error."""
     from layerjam.control.plant import Plant, match_line
     from layerjam.rig.plant import LINEAR_AT
 

@@ -27,7 +27,7 @@ TABLE_UNITS = {
     "doubted_after": "s",
 }
 FALSE = 0.01
-"""Largest share of healthy runs in which a fault may be reported."""
+"""Largest fraction of healthy runs in which a fault may be reported."""
 Row = Mapping[str, Any]
 
 
@@ -177,7 +177,7 @@ def bench_faults(
 
 
 def summarise_fault(name: str, trials: "Sequence[Trial]") -> Row:
-    """Return the runs of one fault as a row, with the worst run in full."""
+    """Return a row that summarises the runs of one fault, with the worst run in full."""
     worst = max(trials, key=lambda trial: trial.share)
     misses = sum(not trial.met for trial in trials)
     return {

@@ -50,7 +50,7 @@ class DropRigOptions:
     ] = None
 
     def make_rig(self, brake: BrakeFile) -> "DropRig | None":
-        """Return the drop rig; without a shot None, or QuantityError for options that need one."""
+        """Return the drop rig, None if there is no shot; QuantityError if an option needs one."""
         from layerjam.rig.shots import DropRig
 
         if not self.shot:
@@ -282,7 +282,7 @@ def _open_crosshead(
 def _resolve_address(address: str, steps: Procedure) -> Address:
     """Return the address, with the vacuum at which a virtual line is linearised.
 
-    That is the regulator's vacuum, unless the address states a different one.
+    This is the regulator's vacuum unless the address states a different one.
     """
     target = address_of(address)
     highest = steps.highest_vacuum()
@@ -296,7 +296,7 @@ def _report(sentence: str) -> None:
 
 
 def companion_notice(file: Path) -> list[str]:
-    """Return a notice about the file of unmerged samples that a run leaves if the disk is full."""
+    """Return a notice about the file of unmerged samples that remains after the disk was full."""
     companion = Path(f"{file}-wal")
     if not companion.exists():
         return []
@@ -310,7 +310,7 @@ def companion_notice(file: Path) -> list[str]:
 
 
 def simulated_notice(simulated: bool) -> list[str]:
-    """Return the notice that the numbers come from a virtual bench."""
+    """Return the notice that the numbers are from a virtual bench."""
     text = "simulated: computed by a virtual bench, not measured"
     return [Notice(text, "simulated")] if simulated else []
 

@@ -165,7 +165,7 @@ def _turning_results(device: Brake, vacuum: float, angle: float, slip: float) ->
 
 
 def _buckling_notices(moment: float, buckling: float) -> list[Notice]:
-    """Yield a notice if compressed sheets buckle before the moment is reached."""
+    """Return a notice if compressed sheets buckle before the moment is reached."""
     if moment <= buckling:
         return []
     text = (
@@ -178,7 +178,7 @@ def _buckling_notices(moment: float, buckling: float) -> list[Notice]:
 def _joint_results(
     device: Brake, vacuum: float, angle: float, slip: float, radius: float
 ) -> dict[str, float]:
-    """Return friction and stress of a pull over the joint, with and without vacuum."""
+    """Return the friction and stress of a pull over the joint, with and without vacuum."""
     from layerjam.mechanics.enclosure import enclosure_force
     from layerjam.mechanics.fan import flat
     from layerjam.mechanics.friction import sheet_friction
@@ -190,7 +190,7 @@ def _joint_results(
 
     case = (slip, vacuum, angle, radius, stress_at(vacuum), device)
     force = float(joint_friction(*case))
-    # self-amplification over a joint is unknown, so both values ignore it
+    # self-amplification at a joint is unknown, so both values ignore it
     straight = float(sheet_friction(slip, vacuum, flat(device)))
     numbers = {
         "joint_friction": force,
@@ -205,7 +205,7 @@ def _joint_results(
 def _joint_notices(
     device: Brake, angle: float, slip: float, radius: float, joint: dict[str, float]
 ) -> list[Notice]:
-    """Yield notices about the limits of the joint's numbers."""
+    """Return notices about the limits of the joint results."""
     out, overlap = [], device.sheets.overlap - slip
     if device.mount.spacers is False:
         out.append(LEAST_OVER_JOINT)

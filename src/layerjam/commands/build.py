@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 BRAKES_LIMIT = 100
 """Largest number of brakes in one build."""
 MARKS = {"passed": "ok  ", "warning": "LOOK", "failed": "FAIL"}
-"""Symbol of a check's level at the start of its line."""
+"""Symbol for the level of a check, at the start of its line."""
 
 
 def _size(sides: int, name: str) -> Callable[[Any, Mapping[str, Any]], Size]:
-    """Return a reader of lengths such as "600x400mm", or of SI numbers."""
+    """Return a function that reads lengths from "600x400mm" or from SI numbers."""
     spec = SizeSpec("", sides)
 
     def convert(value: str | Collection[float], arguments: Mapping[str, Any]) -> Size:
@@ -171,7 +171,7 @@ def build(
 
 
 CHOICES = ("workshop", "cutter", "kerf", "stock", "laser_bed", "print_bed")
-"""Inputs that determine how the brake is built."""
+"""Inputs that affect how the brake is built."""
 
 
 def build_verdict(brake: Any, **options: Any) -> Built:
@@ -255,7 +255,7 @@ def _build_content(
 ) -> dict[str, str | bytes]:
     """Return {path: content} of all files except the list.
 
-    A file that cannot be created adds to `notices`.
+    For a file that cannot be created, a notice is added to `notices`.
     """
     from layerjam.fabricate.folder import build_files
     from layerjam.report.assembly_steps import PATTERN
@@ -276,7 +276,7 @@ def _build_content(
 
 
 def _array_counts(rows: int, row: int) -> tuple[int, int]:
-    """Return the number of chains in parallel, and of brakes in each chain."""
+    """Return the number of chains in parallel and the number of brakes in each chain."""
     if rows * row > BRAKES_LIMIT:
         raise QuantityError(
             f"build: {rows} by {row} are {rows * row} brakes; at most {BRAKES_LIMIT} are allowed"
@@ -299,7 +299,7 @@ def _draw_brake(file: BrakeFile, choices: Choices, parallel: int, series: int) -
 
 
 def _refused_build(error: Any, file: BrakeFile, brakes: int) -> Built:
-    """Return the result for a brake whose lengths are unknown, so that nothing can be checked."""
+    """Return the result for a brake of unknown lengths, of which nothing can be checked."""
     check = {
         "code": "C4",
         "ok": False,
@@ -322,7 +322,7 @@ def _refused_build(error: Any, file: BrakeFile, brakes: int) -> Built:
 
 
 def _build_facts(drawing: Drawing) -> dict[str, Any]:
-    """Return the values of the result's keys; masses, film and silicone are for all brakes."""
+    """Return {key of the result: value}; masses, film and silicone are for all brakes."""
     from layerjam.fabricate.masses import UNWEIGHED, screw_name
     from layerjam.fabricate.silicone import cavity_volume
 
@@ -364,7 +364,7 @@ def _build_facts(drawing: Drawing) -> dict[str, Any]:
 
 
 def _format_list(result: Built, file: BrakeFile) -> str:
-    """Return the result as a file of the folder, with its inputs."""
+    """Return the result and its inputs as the text of a file in the folder."""
     facts = {
         "layerjam": __version__,
         "brake": file.name,

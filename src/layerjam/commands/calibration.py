@@ -31,8 +31,8 @@ PRECISION = QuantitySpec(
     "1", ("half of a 95 % interval, relative to its value"), lo=1e-5, hi=1, example="1%"
 )
 ALIKE = 1.001
-"""Largest ratio of the widest interval after one more pull to the narrowest at which all conditions
-count as equal.
+"""Largest ratio of the widest to the narrowest interval after one more pull, at which all
+conditions count as equivalent.
 """
 Within = Annotated[
     float | None,
@@ -44,9 +44,9 @@ Within = Annotated[
 def predict_more_pulls(
     calibration: "Calibration", precision: float | None
 ) -> dict[str, Any] | None:
-    """Return {value: (half width now, after one more pull by condition, pulls needed)}.
+    """Return {value: (half-width now, after one more pull by condition, pulls needed)}.
 
-    Returns None if not requested; a value is None if the current pulls give no interval. Widths are
+    Returns None if not requested; a value is None if it has no interval at present. Widths are
     relative to the value.
     """
     if precision is None:
@@ -63,7 +63,7 @@ def predict_more_pulls(
 
 
 def format_more_pulls(further: Mapping[str, Any]) -> Iterator[str]:
-    """Yield for each value its current interval and the number of pulls needed."""
+    """Yield, for each value, its current interval and the number of pulls needed."""
     if further:
         yield ""
     for name, row in further.items():
@@ -166,7 +166,7 @@ class BrakeCalibration(FromFiles, Judged):
         return [(name, values.get(name, text)) for name, text in super().rows()]
 
     def _number_text(self, name: str) -> str:
-        """Return a number with its interval, or with the standard error if it has no interval."""
+        """Return a number with its interval or, if it has none, with its standard error."""
         unit, interval, error = self.units[name], self.intervals[name], self.standard_errors[name]
 
         number = getattr(self, name)
@@ -286,9 +286,9 @@ def _leave_out_outliers(
 
 
 def _select_free_parameters(free: Sequence[str] | str, depth: str) -> list[str]:
-    """Return the additional parameters to fit, each once.
+    """Return the additional parameters to fit, without duplicates.
 
-    FitError for a depth other than curves.
+    Raises FitError for a depth other than curves.
     """
     names = list(dict.fromkeys([free] if isinstance(free, str) else free))
     if names and depth != "curves":
@@ -306,7 +306,7 @@ def _calibration_notices(
 
 
 def _slope_notices(calibration: "Calibration") -> Iterator[Notice]:
-    """Yield notices about pulls used for the scale factor only, and about a fit over speed."""
+    """Yield notices about pulls used only for the scale factor, and about a fit versus speed."""
     from layerjam.identify.calibration.speed_law import speed_notices
 
     yield from speed_notices(calibration)

@@ -29,14 +29,14 @@ RANGE = replace(spec_of(Accelerometer, "range"), text="range of the sensor", exa
 BEFORE = QuantitySpec("s", "time before the event", open_lo=True, hi=1e6, example="50ms")
 SHOT = QuantitySpec("1", "number of the drop in a run", lo=1, hi=1e6, whole=True)
 LEAST = 20
-"""Number of samples needed in a pulse."""
+"""Minimum number of samples in a pulse."""
 HIC = QuantitySpec(
     "s", "longest window of the head injury criterion", lo=1e-3, hi=0.1, example="15ms"
 )
 
 
 def _parse_range(value: float | str, _arguments: Mapping[str, Any]) -> float:
-    """Return [m/s^2] from "250 g", "2450 m/s^2" or a number of m/s^2."""
+    """Return the range [m/s^2] from "250 g", "2450 m/s^2" or a number in m/s^2."""
     match = re.fullmatch(r"\s*(\d{1,9}(?:\.\d{1,9})?)\s*g\s*", str(value))
     return RANGE.si(float(match[1]) * STANDARD_GRAVITY if match else value, "range")
 
@@ -44,7 +44,7 @@ def _parse_range(value: float | str, _arguments: Mapping[str, Any]) -> float:
 def _read_signal(
     file: str | Path, shot: Any, sampling: Any, options: TableOptions
 ) -> tuple[Log, float | None, list[str]]:
-    """Return the log, the range that its file states [m/s^2], and the notices."""
+    """Return the log, the range [m/s^2] that its file states, and the notices."""
     if Path(file).suffix == ENDING:
         shot_log = _read_shot(file, shot, sampling, options)
         return _read_shot_log(shot_log, file), shot_log.range, _truncation_notice(shot_log)
@@ -71,7 +71,7 @@ def _crash_notices(falling: bool, hic: Any) -> list[str]:
 
 
 def _read_shot(file: str | Path, number: Any, sampling: Any, options: TableOptions) -> Shot:
-    """Return the record in a run; QuantityError for an option that the run already states."""
+    """Return a run's record; raises QuantityError for options that the run already states."""
     for name, value in {"sampling": sampling, **vars(options)}.items():
         if value not in (None, ()):
             raise QuantityError.of(
@@ -94,7 +94,7 @@ def _read_shot_log(shot: Shot, file: str | Path) -> Log:
 
 
 def _truncation_notice(shot: Shot) -> list[str]:
-    """Return a notice that part of a record is missing."""
+    """Return a notice if part of a record is missing."""
     size = len(shot.counts)
     text = f"only {size} of the record's {shot.size} samples were kept: the run was interrupted"
     return [] if size == shot.size else [Notice(text, "cut-shot")]

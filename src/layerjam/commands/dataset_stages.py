@@ -33,11 +33,11 @@ STAGES = ("friction", "calibration", "validation")
 def derive_results(
     root: Path, recipe: Recipe, out: Path, tell: Progress
 ) -> "tuple[Recipe, BrakeReport]":
-    """Write the results of a dataset in `root` into the folder `out`.
+    """Write the results of a dataset in `root` to the folder `out`.
 
-    These are report, calibrated brake, recipe and README. Returns the recipe, including rejected
-    files and measurements that no stage uses, and the report. Raises LayerjamError for inputs that
-    give no result.
+    These are the report, calibrated brake, recipe and README. Returns the recipe, including
+    rejected files and measurements that no stage uses, and the report. Raises LayerjamError for
+    inputs without a result.
     """
     from layerjam.report import brake_files
 
@@ -99,7 +99,7 @@ def _split_uses(
             digest = sha256(path) if path.is_file() else ""
             if digest in hashes or name not in reasons:
                 groups[use] = (*groups.get(use, ()), file)
-                hashes.discard(digest)  # a second file with the same content was rejected
+                hashes.discard(digest)  # only one of the files with this content was rejected
             else:
                 unused[file] = {"use": use, "why": reasons[name]}
     return [groups.get(use, ()) for use in USES], unused
@@ -125,7 +125,7 @@ def changed_options(methods: HowTested) -> dict[str, Any]:
 
 
 def read_settings(recipe: Recipe, root: Path) -> HowTested:
-    """Return the settings with which the files of a dataset were read and fitted.
+    """Return the settings with which a dataset's files were read and fitted.
 
     Raises FileError for invalid settings.
     """

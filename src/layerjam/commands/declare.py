@@ -318,11 +318,11 @@ class Command:
         return inspect.signature(self.function)
 
     def _resolve(self, text: Any) -> Any:
-        """Return the type that an annotation's text names; Any for names of type checkers only."""
+        """Return the type that an annotation names; Any for names that only type checkers know."""
         if not isinstance(text, str):
             return text
         try:
-            return eval(text, vars(sys.modules[self.module]))  # the text is from this package
+            return eval(text, vars(sys.modules[self.module]))  # source code of this package
         except (NameError, TypeError):
             return PYTHON_ONLY
 
@@ -410,7 +410,7 @@ class Command:
 
 
 def precision() -> contextlib.AbstractContextManager[None]:
-    """Return a context of double precision; it loads JAX only if something is computed."""
+    """Return a context of double precision, which loads JAX only if something is computed."""
     from layerjam.mechanics.law import double_precision
 
     return double_precision()

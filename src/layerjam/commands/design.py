@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 MOST_SHOWN = 500
 """Largest number of front designs in the result; `sweep` writes all of them."""
 MOST_IN_MEMORY = 300_000_000
-"""Largest number of designs; more need `sweep`, which can be stopped and resumed."""
+"""Largest number of designs; for more, use `sweep`, which can be stopped and resumed."""
 NEAR_MISSES, SLOPES = 3, 4
-"""Number of excluded designs and sensitivities that are printed."""
+"""Numbers of excluded designs and of sensitivities that are printed."""
 DESIGN_NUMBER = QuantitySpec("1", "number of a design", whole=True)
 Row = Mapping[str, Any]
 
@@ -144,7 +144,7 @@ R = TypeVar("R", bound=DesignResult)
 def _read_spec(
     value: str | Path | DesignSpecification, _: Mapping[str, Any]
 ) -> DesignSpecification:
-    """Return the specification, with the function that draws brakes as `build` does."""
+    """Return the specification, with the function that draws brakes as in `build`."""
     from layerjam.design.requirements import DesignSpecification
     from layerjam.design.specification import load_spec
     from layerjam.fabricate.choices import resolve_choices
@@ -310,7 +310,7 @@ def best_result(
 
 
 def _chosen_brake_notices(spec: DesignSpecification, file: BrakeFile) -> Iterator[Notice]:
-    """Return notices about the chosen brake's spacers, and about the gauges of its film."""
+    """Return notices about the spacers of the chosen brake and the gauges of its film."""
     from layerjam.device.gauge import gauge_notices
 
     keys = {notice.key for notice in spec.brake.spacer_notices()}

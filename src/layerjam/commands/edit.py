@@ -1,4 +1,4 @@
-"""Edits of numbers in the text of a brake's or line's file, keeping comments and sources."""
+"""Edits of numbers in the text of a brake file or line file that keep comments and sources."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -24,7 +24,7 @@ LINE_FIELDS: Fields = {path: (spec, is_required) for path, spec, is_required in 
 BY_HAND = "set by hand"
 GEOMETRY = ("sheets", "film", "enclosure", "mount")
 OF_THE_BRAKE = ("scale_factor", "stiffness_measured", "weighed_mass", "fittings_mass")
-"""Numbers measured or fitted on one brake, which are not valid for any other."""
+"""Numbers measured or fitted on one brake that are not valid for any other."""
 
 
 @result
@@ -93,7 +93,7 @@ def _make_changes(
     kind: str,
     source: str,
 ) -> dict[str, tuple[Any, Source] | None]:
-    """Return {dotted path: (SI value, its source), or None} of the numbers to change in a file."""
+    """Return {dotted path: (SI value, source) or None} of the numbers to change in a file."""
     if kind not in KINDS:
         raise UnknownNameError("kind", kind, KINDS)
     entries: dict[str, tuple[Any, Source] | None] = {}
@@ -110,7 +110,7 @@ def _make_changes(
 
 
 def _original_value(file: RecordFile[Any], path: str, spec: QuantitySpec) -> str:
-    """Return the value before any edit, with its source."""
+    """Return the value before all edits, with its source."""
     value, old = get(file.record, path), file.sources.get(path)
     if old is not None and old.was:
         return old.was
@@ -121,7 +121,7 @@ def _original_value(file: RecordFile[Any], path: str, spec: QuantitySpec) -> str
 
 
 def find_stale_numbers(file: BrakeFile) -> list[Notice]:
-    """Return the numbers measured or fitted before other numbers of the brake were changed."""
+    """Return notices of numbers measured or fitted before other numbers were changed."""
     by_hand = [path for path, source in file.sources.items() if source.was]
     sizes = [path for path in by_hand if path.split(".")[0] in GEOMETRY]
     paths = [path for path in OF_THE_BRAKE if path in file.sources and path not in by_hand]

@@ -204,7 +204,7 @@ def _write(
 ) -> tuple[str | None, list[Notice]]:
     """Write the changed brake.
 
-    Return its path, and a notice that its scale factor belongs to the old enclosure.
+    Return its path, and a notice that its scale factor is that of the old enclosure.
     """
     if brake is None:
         return None, []
@@ -226,7 +226,7 @@ def _brake_changes(
     brake: BrakeFile | None,
     hyperelastic: bool,
 ) -> dict[str, tuple[float, Source] | None]:
-    """Return the modulus, and the chosen model if requested, in the form of a brake file."""
+    """Return the modulus and, if requested, the chosen model, in the form of a brake file."""
     from layerjam.identify.provenance import mark_synthetic
 
     if brake is None:
@@ -269,7 +269,7 @@ def _add_model(
 def _add_modulus(
     values: Mapping[str, Any], results: Mapping[str, Any]
 ) -> dict[str, tuple[float, Source]]:
-    """Return the mean 100 % modulus in the form of a brake file; FitError if there is none."""
+    """Return the mean 100 % modulus in the form of a brake file; raises FitError if none."""
     from layerjam.identify.provenance import sha256
 
     if values.get("modulus_100") is None:

@@ -177,7 +177,7 @@ def export_fmu(
 
 
 def friction_at_full_vacuum(file: BrakeFile, numbers: Parameters) -> float:
-    """Return c [N/m] at full vacuum of the site."""
+    """Return c [N/m] at the full vacuum of the site."""
     full = file.brake.site.atmosphere
     return numbers.contact * full * (full / numbers.test_pressure) ** numbers.exponent
 

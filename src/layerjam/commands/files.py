@@ -31,9 +31,9 @@ S = TypeVar("S", bound=Measured)
 T = TypeVar("T")
 SpecimenReaders = Sequence[tuple[str, Callable[[], T] | None]]
 CURVE, PICTURE = 10_000, 2_000
-"""Number of samples kept of a pull, and of a record that is only drawn, after it has been read, so
-that a gigabyte of files need not fit into memory. Kept samples are means over neighbours; maxima,
-slopes and noise are computed from all samples beforehand.
+"""Number of samples kept of a pull, and of a record that is only drawn. A gigabyte of files
+therefore need not fit into memory. The samples kept are means over neighbours; maxima, slopes and
+noise are computed beforehand from all samples.
 """
 
 
@@ -55,9 +55,9 @@ def read_each(
 ) -> tuple[list[T], dict[str, str]]:
     """Return the result of `use` for every usable file and trace, and {rejected file: reason}.
 
-    The results of `use` stay in memory, so they should not contain a long record. `left_out` names
-    specimens of files that are left out. A record that was exported twice is counted once; the
-    second file is rejected.
+    The results of `use` stay in memory, so they should not contain long records. `left_out` names
+    the specimens of files to be left out. A record that was exported twice counts once; the second
+    file is rejected.
     """
     from layerjam.measure.readers.read import open_traces
     from layerjam.measure.same_record import Records
@@ -103,9 +103,9 @@ def map_each(
     open_source: Callable[[S], SpecimenReaders[T]],
     progress: Progress | None = None,
 ) -> tuple[list[T], dict[str, str]]:
-    """Return the results of each specimen of each source, and {rejected source: reason}.
+    """Return the result for each specimen of each source, and {rejected source: reason}.
 
-    `open_source` yields the specimens of a source with a function that reads each, or None if it is
+    `open_source` yields each specimen of a source with a function that reads it, or None if it is
     left out. If no source can be used, the error of the first is raised. After Ctrl-C the results
     so far are returned; the other sources count as rejected.
     """
@@ -157,7 +157,7 @@ def map_each(
 
 
 def _count_refusals(refusals: Sequence[str], files: Sequence[str]) -> str:
-    """Return how many more files and specimens were rejected, as the end of a sentence."""
+    """Return the number of other files and specimens rejected, as the end of a sentence."""
     file_count = sum(name in files for name in refusals)
     parts = [
         f"{count} more {noun if count == 1 else noun + 's'}"
@@ -173,7 +173,7 @@ def _specimen_name(source: Measured, number: int) -> str:
 
 
 def _digest(source: Measured) -> str:
-    """Return the same key for two sources with the same content."""
+    """Return a key that is identical for sources with the same content."""
     from layerjam.identify.provenance import sha256
 
     if not isinstance(source, Trace):
@@ -190,7 +190,7 @@ def _shorten_reason(error: LayerjamError, path: str) -> str:
 
 
 def describe_readings(traces: Iterable[Trace]) -> dict[str, list[str]]:
-    """Return {file, with the specimen if there are several: interpretation of it}."""
+    """Return {file, with the specimen if it has several: interpretation}."""
     return {
         f"{t.path}, specimen {t.specimen}" if t.specimen else t.path: list(t.understood)
         for t in traces
@@ -198,7 +198,7 @@ def describe_readings(traces: Iterable[Trace]) -> dict[str, list[str]]:
 
 
 def _filter_measurements(files: Sequence[Measured]) -> list[Measured]:
-    """Return the files without sidecars and lists, which `*` also matches."""
+    """Return the files without the sidecars and lists that `*` also matches."""
     paths = {str(f) for f in files if not isinstance(f, Trace)}
     neighbours = {
         name
@@ -212,7 +212,7 @@ def _filter_measurements(files: Sequence[Measured]) -> list[Measured]:
 def fact_notices(
     trace: Trace, file: BrakeFile, vacuum: float | None, pressure: float
 ) -> Iterator[Notice]:
-    """Return notices about metadata of the sidecar that contradict the command."""
+    """Yield notices about metadata in the sidecar that contradict the command."""
     name = Path(trace.path).name
     if vacuum is not None and abs(vacuum - pressure) > 1e-6 * pressure:
         yield Notice(
@@ -241,7 +241,7 @@ def _other_sheets(file_sheets: Sheets, brake_sheets: Sheets) -> str:
 
 
 def _record_notices(trace: Trace) -> Iterator[Notice]:
-    """Yield notices about features of a pull that no law of a brake describes."""
+    """Yield notices about features of a pull that the law of a brake does not describe."""
     from layerjam.identify.pull.summary import is_off_zero, pull_summary
 
     name, summary = Path(trace.path).name, pull_summary(trace)
@@ -289,9 +289,9 @@ def read_pulls(
     progress: Progress | None = None,
     specimens_out: Mapping[str, Collection[str]] | None = None,
 ) -> "tuple[list[tuple[Trace, PullFeatures, float]], dict[str, str], list[str]]":
-    """Return pulls with features and vacuums [Pa], rejected files, and notices about the rest.
+    """Return pulls with features and vacuums [Pa], rejected files, and notices about the others.
 
-    `test` raises for a pull that cannot be used; `specimens_out` are specimens left out by hand.
+    `test` raises an error for an unusable pull; `specimens_out` are specimens excluded manually.
     """
     from layerjam.identify.pull.features import pull_features
 
@@ -325,7 +325,7 @@ def write_brake(
     partial: bool,
     verdict: Verdict | None = None,
 ) -> tuple[str | None, list[Notice]]:
-    """Write a brake's file unless a failed check or rejected files prevent this.
+    """Write a brake file unless a failed check or rejected files prevent this.
 
     Returns the path, None if nothing was written, and the notices.
     """

@@ -31,9 +31,9 @@ SLIP_NOISE = QuantitySpec("m", "standard deviation of a measured slip", hi=0.1, 
 FORCE_COLUMN = Want("force", "N", r"\b(force|load|kraft|f)\b", ("N", "kN"))
 SLIP_COLUMN = Want("slip", "m", r"\b(slip|travel|weg|x|s)\b", ("mm", "m"), optional=True)
 HELD_AT = 0.6
-"""Share of the atmosphere at which leak and valve are linearised."""
+"""Fraction of atmospheric pressure at which leak and valve are linearised."""
 FREQUENCIES = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
-"""Frequencies that are tried [Hz]; those with fewer than twenty samples per period are skipped."""
+"""Frequencies tried [Hz], except those with fewer than twenty samples per period."""
 
 
 @options
@@ -165,7 +165,7 @@ def _bode_rows(bode: "Bode") -> list[dict[str, float]]:
 
 
 def _read_profile(profile: str, dt: float, swing: Swing) -> tuple[Any, Any]:
-    """Return the target force [N] and the slip [m] at the samples."""
+    """Return the target force [N] and the slip [m] at each sample."""
     from layerjam.control.follow import rehabilitation
 
     missing = [name for name, value in vars(swing).items() if value is None]
@@ -188,7 +188,7 @@ def _read_profile(profile: str, dt: float, swing: Swing) -> tuple[Any, Any]:
 
 
 def _read_profile_file(path: str | Path, dt: float) -> tuple[Any, Any]:
-    """Return the same from a file with time, force and slip, interpolated linearly."""
+    """Return the same from a file of time, force and slip, by linear interpolation."""
     log = read_log(path, (TIME, FORCE_COLUMN, SLIP_COLUMN))
     if "slip" not in log:
         raise FileError(path, "has no slip column, on which the force depends")

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 DISPLACEMENT = QuantitySpec("m", "displacement of the sled", hi=10)
 ALIKE = 1.5
-"""Largest ratio of pressures without a notice."""
+"""Largest ratio of pressures that causes no notice."""
 
 
 @options
@@ -57,7 +57,7 @@ class FrictionTest:
     ] = False
 
     def window(self, rule: Standard) -> tuple[float, float] | None:
-        """Return the window of the kinetic mean [m], open ends from the standard, or None."""
+        """Return the window of the kinetic mean [m], open ends as in the standard, or None."""
         if self.start is None and self.end is None:
             return None
         low, high = (
@@ -198,7 +198,7 @@ def _common_load(forces: Iterable[float]) -> float:
 def _film_range(traces: Sequence[Trace], brake: BrakeFile | None) -> tuple[float, float] | None:
     """Return the plausible kinetic friction [-] of the film; None if the film is unknown.
 
-    The film is that of `brake`, or of the catalogue's brake that all files name.
+    The film is that of `brake`, or that of the catalogue brake that all files name.
     """
     from layerjam.identify.friction.agreement import film_range
 
@@ -211,7 +211,7 @@ def _film_range(traces: Sequence[Trace], brake: BrakeFile | None) -> tuple[float
 def _load_notices(
     traces: Sequence[Trace], load: float, assumed: bool, rule: Standard
 ) -> Iterator[Notice]:
-    """Yield notices about normal forces that sidecars contradict, or that are not stated."""
+    """Yield notices about normal forces that are not stated or that sidecars contradict."""
     for trace in traces:
         own_load = trace.facts.normal_force
         if own_load is not None and abs(own_load - load) > 1e-3 * load:
@@ -234,7 +234,7 @@ def _pressure(
 ) -> tuple[dict[str, Any], list[Notice]]:
     """Return the pressures in the test and in use, and a notice if they differ.
 
-    The area under the sled is the one given, otherwise that of a sidecar, otherwise that of the
+    The area of the sled is the given one, otherwise that in a sidecar, otherwise that of the
     standard.
     """
     area: Any = test.area or next((t.facts.area for t in traces if t.facts.area), None)

@@ -235,7 +235,7 @@ def _check_options(
 
 
 def _check_leak(values: tuple[Any, Any, Any], history: Any, no_brake: bool) -> None:
-    """Check that share, leak time and `held` are given only with a brake and one vacuum."""
+    """Check that vacuum share, leak time and `held` are given only with a brake and one vacuum."""
     values_by_name = dict(zip(("vacuum share", "leak time", "held"), values, strict=True))
     for name, value in values_by_name.items():
         if value is not None and no_brake:
@@ -255,7 +255,7 @@ def _stop_with_brake(
     until: float | None,
     progress: Progress | None,
 ) -> Stop:
-    """Return the stop: in closed form, or integrated in time if damped or if the vacuum changes."""
+    """Return the stop in closed form, or integrated in time if damped or if the vacuum changes."""
     from layerjam.mechanics.pull import least_stiffness
     from layerjam.simulate.speed import follows_speed
 
@@ -313,7 +313,7 @@ def _stop_with_brake(
 
 
 def _crash(record: DropRecord, g: float) -> tuple[Crash | None, dict[str, Any], list[Notice]]:
-    """Return the impact at the end of the travel, its numbers, and notices about it."""
+    """Return the impact at the end of the travel, its results, and notices about it."""
     if record.outcome is not Outcome.BOTTOMED_OUT:
         return None, {}, []
     crash_record = crash(record)
@@ -334,7 +334,7 @@ def _crash(record: DropRecord, g: float) -> tuple[Crash | None, dict[str, Any], 
 
 
 def _peak_results(force: float, mass: float, gravity: float, g: float) -> dict[str, Any]:
-    """Return a peak force [N] and decelerations of a mass [kg]; `gravity` is along the pull."""
+    """Return a mass's [kg] peak force [N] and decelerations; `gravity` is along the pull."""
     return {
         "peak_force": force,
         "peak_deceleration": force / mass - gravity,

@@ -1,7 +1,7 @@
-"""List of commands, found by their declarations without importing the code that computes.
+"""List of commands, found by their declarations without importing code that computes.
 
-Files below `commands/` or `studies/` that contain `@command(` declare commands. `--help` reads
-their decorator, name and first sentence from the source, in milliseconds; a command's module is
+Files below `commands/` or `studies/` that contain `@command(` declare commands. `--help` reads the
+decorator, name and first sentence of each from the source, in milliseconds; a command's module is
 imported when the command is used. Their order and examples are in help.toml.
 """
 
@@ -48,7 +48,7 @@ class Entry:
 
 
 def _read_entries(path: Path) -> Iterator[Entry]:
-    """Return the entries of a file; RuntimeError if the header of a command cannot be parsed."""
+    """Yield the entries in a file; raises RuntimeError if a command's header cannot be parsed."""
     text = path.read_text(encoding="utf-8")
     heads, count = HEAD.findall(text), len(DECORATOR.findall(text))
     if len(heads) != count:
@@ -79,7 +79,7 @@ def _source_entries() -> tuple[Entry, ...]:
 
 
 def commands() -> dict[str, Entry]:
-    """Return {name: Entry} of every command, by group and then in the order of help.toml."""
+    """Return {name: Entry} of every command, ordered by group and then as in help.toml."""
     entries = {entry.name: entry for entry in _source_entries()}
     for name, c in REGISTRY.items():
         if name not in entries:
@@ -91,7 +91,7 @@ def commands() -> dict[str, Entry]:
 
 
 def find_entry(name: str) -> Entry | None:
-    """Return the command with a name, as typed or as in Python; former names work too."""
+    """Return the command of the given name, as typed or as in Python; former names work too."""
     typed_name = name.replace("_", "-")
     typed_name = FORMER.get(typed_name, typed_name)
     return next(

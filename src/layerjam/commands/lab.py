@@ -72,7 +72,7 @@ def lab_example(out: str | Path | None = None, *, overwrite: bool = False) -> st
     """
     from layerjam.campaigns.text import example_spec, format_spec
 
-    # replace µ, because Windows shells garble it after `>`
+    # replace µ, because Windows shells corrupt it after `>`
     text = format_spec(example_spec()).replace("µ", "u")
     if out is not None:
         if Path(out).suffix != ".toml":

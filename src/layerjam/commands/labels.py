@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from layerjam.report.chart import Pane
 
 ROWS = 12
-"""Largest number of rows of an array result that are printed."""
+"""Largest number of rows printed of an array result."""
 MOST_CURVES = 24
-"""Largest number of curves of an array result in one figure."""
+"""Largest number of curves in one figure of an array result."""
 MOST_ELEMENTS = 10_000_000
 """Largest number of combinations of array arguments in one call, limited by memory."""
 
@@ -33,8 +33,8 @@ class Grid:
     """The array arguments of one call, and the dimensions of the results.
 
     `inputs` are SI arrays that broadcast to `shape`, `units` their SI units. `coordinates` maps a
-    name to the dimensions, values and attributes of a coordinate; one with the name of an input
-    holds its SI values. If the arguments were `labelled`, so are the arrays of the result.
+    name to the dimensions, values and attributes of a coordinate; one named like an input contains
+    its SI values. If the arguments were `labelled`, so are the arrays in the result.
     """
 
     inputs: Mapping[str, np.ndarray]
@@ -45,7 +45,7 @@ class Grid:
     labelled: bool = False
 
     def label(self, values: Mapping[str, Any], units: Mapping[str, str]) -> dict[str, Any]:
-        """Return the values that have the grid's shape, as labelled arrays."""
+        """Return the values that have the shape of the grid, as labelled arrays."""
         import xarray
 
         return {
@@ -61,7 +61,7 @@ class Grid:
         }
 
     def to_frame(self, values: Mapping[str, Any]) -> "pandas.DataFrame":
-        """Return one row for each element: first the inputs, then the computed numbers."""
+        """Return one row per element: first the inputs, then the computed numbers."""
         import pandas
 
         columns = {
@@ -73,7 +73,7 @@ class Grid:
         return pandas.DataFrame(columns)
 
     def to_xarray(self, values: Mapping[str, Any], units: Mapping[str, str]) -> "xarray.Dataset":
-        """Return the numbers over the dimensions of the inputs; single numbers stay single."""
+        """Return the numbers along the dimensions of the inputs; single numbers remain single."""
         with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
             import xarray
         plain = {name: value for name, value in values.items() if np.ndim(value) == 0}
@@ -83,7 +83,7 @@ class Grid:
         return data
 
     def lines(self, values: Mapping[str, Any], units: Mapping[str, str]) -> Iterator[str]:
-        """Yield a table of inputs and numbers in their usual units, shortened in the middle."""
+        """Yield a table of inputs and numbers in usual units, with rows omitted in the middle."""
         units = {**self.units, **units}
         frame = self.to_frame({name: v for name, v in values.items() if np.ndim(v)})
         columns: list[list[str]] = []
@@ -105,7 +105,7 @@ class Grid:
             yield "  ".join(f"{cell:>{width}}" for cell, width in zip(row, wide, strict=True))
 
     def panes(self, name: str, value: Any, unit: str) -> "list[Pane]":
-        """Return panes of a number versus the first dimension, with one curve for each case."""
+        """Return panes of a number versus the first dimension, with one curve per case."""
         from layerjam.report.chart import Curve, Pane
         from layerjam.report.style import CYCLE
 
@@ -136,7 +136,7 @@ class Grid:
         return [Pane(curves, x, height, ends, (None, None))]
 
     def inputs_at(self, name: str, place: int) -> float:
-        """Return the value of an input in the first row of a case, in SI."""
+        """Return the value of an input in the first row of a case, in SI units."""
         values = np.broadcast_to(self.inputs[name], self.shape)
         return float(np.reshape(values, (self.shape[0], -1))[0, place])
 
@@ -153,11 +153,11 @@ def usual_unit_factor(si: str) -> float:
 
 
 def align_grid(arguments: dict[str, Any], units: Mapping[str, str]) -> Grid | None:
-    """Return the grid of the arguments that have units; None if all are single numbers.
+    """Return the grid of the arguments with units; None if all are single numbers.
 
-    Labelled arrays among the arguments are replaced by plain ones of the grid's shape. They
+    Labelled arrays among the arguments are replaced by plain arrays in the shape of the grid. They
     broadcast by the names of their dimensions, others by NumPy's rules. Raises QuantityError if
-    arrays do not fit each other, or if only some of them are labelled.
+    arrays cannot be broadcast together or if only some of them are labelled.
     """
     values = {n: arguments[n] for n in units if arguments.get(n) is not None}
     arrays = {name: value for name, value in values.items() if np.ndim(value)}
@@ -209,7 +209,7 @@ def align_grid(arguments: dict[str, Any], units: Mapping[str, str]) -> Grid | No
 
 
 def _check_size(shape: tuple[int, ...], arrays: Mapping[str, Any]) -> None:
-    """Raise QuantityError for more combinations than fit into memory."""
+    """Raise QuantityError if there are more combinations than fit into memory."""
     if (size := math.prod(shape)) > MOST_ELEMENTS:
         raise QuantityError.of(
             next(iter(arrays)),

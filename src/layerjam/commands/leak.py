@@ -140,7 +140,7 @@ def _time_constant(rate: float) -> float | None:
 
 
 def _open_questions(result: "Leak", no_volume: bool, logged: bool, given: bool) -> Iterator[Notice]:
-    """Yield the unknown numbers, each with the measurement that would determine it."""
+    """Yield notices of unknown numbers, each with the measurement that would determine it."""
     if logged and given:
         sentence = "the log has a temperature column, which overrides --temperature"
         yield Notice(sentence, "temperature-logged")

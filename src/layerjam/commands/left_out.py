@@ -1,4 +1,4 @@
-"""Files and specimens excluded by hand, each with a reason that is stored in the result.
+"""Files and specimens excluded manually, each with a reason that the result states.
 
 A specimen of a file with several is named as in results: `FILE, specimen LABEL`.
 """
@@ -16,7 +16,7 @@ from layerjam.measure.trace import Trace
 
 Name = TypeVar("Name", str, tuple[str, str])
 SEPARATOR = ", specimen "
-"""Text between a file and its specimen."""
+"""Text between the names of a file and of a specimen."""
 Specimens = Mapping[str, Collection[str]]
 """{file: its excluded specimens}."""
 
@@ -38,7 +38,7 @@ class LeftOut:
     ] = ()
 
     def reasons(self) -> dict[str, str]:
-        """Return {file as named: reason}; QuantityError if either is missing."""
+        """Return {file as named: reason}; raises QuantityError if either is missing."""
         if isinstance(self.exclude, Mapping):
             if self.because:
                 raise QuantityError.of("because", "the reasons are already stored with the files")
@@ -61,9 +61,9 @@ class LeftOut:
     def split_excluded(
         self, files: Sequence[Measured] | Measured, options: ReadingOptions
     ) -> tuple[list[Measured], Specimens, list[dict[str, Any]]]:
-        """Return the remaining files, their excluded specimens, and a list of everything excluded.
+        """Return the remaining files, their excluded specimens, and a list of all exclusions.
 
-        The list gives `file` (with its specimen), `because` and `sha256`. A file is named by its
+        The list contains `file` (with its specimen), `because` and `sha256`. A file is named by its
         path, or by its name if that is unique. Raises QuantityError if a name matches no file, if
         the file does not contain the specimen, or if nothing is left. Raises FileError if a file
         with a named specimen cannot be read.
@@ -90,7 +90,7 @@ class LeftOut:
         return sources_left, labels_of, out
 
     def split_groups(self, *groups: Sequence[Measured]) -> "Iterator[LeftOut]":
-        """Return the same for several groups of files; each name must occur in one of them."""
+        """Yield the same for several groups of files; each name must occur in one of them."""
         meanings = self._resolve_reasons(
             [*{_source_name(f): f for group in groups for f in group}.values()]
         )
@@ -115,7 +115,7 @@ def left_out_row(source: Measured, reason: str) -> dict[str, Any]:
 
 
 def excluded_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """Return the files left out, with reasons, as lines of text."""
+    """Yield the files left out, with reasons, as lines of text."""
     if rows:
         yield from ("", "left out")
     for row in rows:
@@ -127,7 +127,7 @@ def _format_texts(texts: Sequence[str]) -> list[str]:
 
 
 def _unique_pairs(pairs: Iterable[tuple[Name, str]]) -> dict[Name, str]:
-    """Return a dictionary; QuantityError if a name occurs twice."""
+    """Return the pairs as a dictionary; raises QuantityError if a name occurs twice."""
     reasons_by_name: dict[Name, str] = {}
     for name, reason in pairs:
         if name in reasons_by_name:
@@ -146,7 +146,7 @@ def _source_name(source: Measured) -> str:
 
 
 def _resolve_source(name: str, files: Sequence[Measured]) -> tuple[str, str]:
-    """Return the path and specimen that a name refers to; "" for a whole file."""
+    """Return the path and specimen to which a name refers; the specimen of a whole file is ""."""
     parts = name.split(SEPARATOR)
     for count in range(len(parts), 0, -1):
         source = _match_path(SEPARATOR.join(parts[:count]), files)
@@ -157,7 +157,7 @@ def _resolve_source(name: str, files: Sequence[Measured]) -> tuple[str, str]:
 
 
 def _match_path(name: str, files: Sequence[Measured]) -> str | None:
-    """Return the file with that path or unique name; None if it does not exist."""
+    """Return the file with that path or unique name; None if there is none."""
     same = [f for f in files if _source_name(f) == name]
     same = same or [f for f in files if Path(_source_name(f)).name == name]
     if len(same) > 1:
@@ -169,7 +169,7 @@ def _match_path(name: str, files: Sequence[Measured]) -> str | None:
 def _named_specimens(
     source: Measured, labels_out: Collection[str], options: ReadingOptions
 ) -> set[str]:
-    """Return the specimens of a file; QuantityError if it lacks a named one."""
+    """Return the named specimens of a file; raises QuantityError if it lacks one of them."""
     from layerjam.measure.readers.read import open_traces
 
     path, labels = _source_name(source), []

@@ -18,7 +18,7 @@ ONLY_COMPLIANCE = Notice(
 
 
 def line_file(line: AnyLine, atmosphere: float | str | None = None) -> LineFile:
-    """Return the line with its name and sources, at the given atmosphere if there is one.
+    """Return the line with its name and sources, at the given atmosphere, if any.
 
     A record created in Python is checked like a file. Raises UnknownNameError, FileError or
     QuantityError.
@@ -27,7 +27,7 @@ def line_file(line: AnyLine, atmosphere: float | str | None = None) -> LineFile:
 
 
 def convert_line(value: AnyLine, arguments: Mapping[str, Any]) -> LineFile:
-    """Return the line of an argument, at the atmosphere that a second argument gives."""
+    """Return the line of an argument, at the atmosphere in a second argument."""
     return line_file(value, arguments.get("atmosphere"))
 
 

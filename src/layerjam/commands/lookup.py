@@ -1,4 +1,4 @@
-"""Values of a result by name, from the records behind it."""
+"""Values of a result by name, from the underlying records."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass
@@ -12,12 +12,12 @@ class _PrefixedRecords:
 
 
 def add_prefix(prefix: str, *records: object) -> object:
-    """Return records whose fields get a prefix: with "tuned_", `slip` is the `tuned_slip` key."""
+    """Return records with prefixed fields: with "tuned_", `slip` becomes the key `tuned_slip`."""
     return _PrefixedRecords(prefix, records)
 
 
 def look_up(name: str, records: Iterable[object]) -> Any:
-    """Return the value of the first record or mapping with this name; MISSING if none has it."""
+    """Return the value from the first record or mapping with this name; MISSING if none has it."""
     for record in records:
         if isinstance(record, _PrefixedRecords):
             mine = name.startswith(record.prefix)

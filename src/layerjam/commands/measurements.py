@@ -1,4 +1,4 @@
-"""Files of one campaign by their use: friction tests, pulls to calibrate and to validate on."""
+"""Files of one campaign by use: friction tests, pulls for calibration and for validation."""
 
 import re
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from layerjam.units import QuantitySpec, show
 
 SPEED = QuantitySpec("m/s", "speed of the crosshead", open_lo=True)
 SAME_SHARE = 0.03
-"""Relative tolerance between a reserved vacuum or speed and the measured one."""
+"""Relative tolerance between a reserved and the measured vacuum or speed."""
 Paths = Sequence[Measured] | Measured
 
 
@@ -46,7 +46,7 @@ class Measurements:
     def split_pulls(
         self, reading: FileOptions, tell: Progress
     ) -> tuple[Sequence[Measured], Sequence[Measured]]:
-        """Return the pulls for calibration, and those for validation."""
+        """Return the pulls for calibration and those for validation."""
         pulls, others = as_files(self.pulls), as_files(self.validate)
         choice = as_files(self.calibrate_on)
         holdout = [self.holdout] if isinstance(self.holdout, str) else list(self.holdout)
@@ -75,7 +75,7 @@ def _identity(source: Measured) -> str:
 def _split_holdout(
     pulls: Sequence[Measured], holdout: Sequence[str], reading: FileOptions, tell: Progress
 ) -> tuple[list[Measured], list[Measured]]:
-    """Return the pulls to calibrate on, and those at a vacuum, speed or repeat in `holdout`."""
+    """Return the pulls for calibration, and those at a vacuum, speed or repeat in `holdout`."""
     from layerjam.identify.curves import crosshead_speed
     from layerjam.measure.readers.read import read_trace
 
@@ -88,7 +88,7 @@ def _split_holdout(
         try:
             trace = source if isinstance(source, Trace) else read_trace(source, reading)
         except LayerjamError:
-            kept_pulls.append(source)  # the file is rejected later, with a reason, when it is used
+            kept_pulls.append(source)  # the file will be rejected, with a reason, when it is used
             continue
         facts = asdict(replace(trace.facts, speed=crosshead_speed(trace)))
         if facts["vacuum"] is not None:
@@ -111,7 +111,7 @@ def _matches(value: float | None, reference: float, quantity: str) -> bool:
 
 
 def _parse_condition(text: str) -> tuple[str, float]:
-    """Return ("vacuum", Pa), ("speed", m/s) or ("repeat", number) of the pulls to hold back."""
+    """Return ("vacuum", Pa), ("speed", m/s) or ("repeat", number) of the pulls to reserve."""
     match = re.fullmatch(r"\s*repeat\s*(\d{1,6})\s*", text)
     if match:
         return "repeat", float(match.group(1))

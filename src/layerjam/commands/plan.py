@@ -159,7 +159,7 @@ class CollisionPlan(Judged):
         """Return the text of a quantity that must not be rounded down; None for any other."""
         key = name.replace(" ", "_")
         if key not in LEAST_SIZES or (key == "tuned_vacuum" and self.tuned_capped):
-            return None  # a capped value is the vacuum that is reached
+            return None  # a limited value is the vacuum that is reached
         limit = math.inf
         if key == "standing_needed":
             limit = self.reachable
@@ -178,7 +178,7 @@ LEAST_SIZES = {
     *("needed", "tuned_vacuum", "warning_needed", "reservoir_needed", "conductance_needed"),
     *("standing_needed", "cv_needed"),
 }
-"""Keys that are minimum values and must therefore not be rounded down."""
+"""Keys of minimum values, which must therefore not be rounded down."""
 SPREAD = ("expected_g", "g_95", "beyond", "out")
 _UNCERTAIN = {f"{mode}_{key}" for mode in ("full", "tuned") for key in SPREAD} | {
     *("expected_g_error", "chance_error", "samples", "seed")
@@ -258,7 +258,7 @@ def plan(
 
 
 def _stop_results(plan: Plan) -> tuple[Any, ...]:
-    """Return both stops, and the iteration of each with the line."""
+    """Return both stops, and the iteration of each with the vacuum line."""
     full, tuned_coupling = plan.full.coupled, plan.tuned.coupled
     later_stop = add_prefix(
         "tuned_", plan.tuned, tuned_coupling, add_prefix("coupling_", tuned_coupling)
@@ -291,7 +291,7 @@ def _reservoir_pressure(vacuum: float, line: Line) -> float:
 
 
 def _check_case(case: Arrival, line: LineFile, brake: BrakeFile, water: bool) -> float:
-    """Return the greatest vacuum of the line [Pa]; QuantityError for contradicting options."""
+    """Return the line's highest vacuum [Pa]; raises QuantityError for contradictory options."""
     from layerjam.fluid.closed_forms import reachable_vacuum
 
     ours, theirs = line.line.site.atmosphere, brake.brake.site.atmosphere
@@ -323,7 +323,7 @@ def _check_case(case: Arrival, line: LineFile, brake: BrakeFile, water: bool) ->
 
 
 def _failure_reason(plan: Plan) -> str:
-    """Return why the estimate does not stop within the travel."""
+    """Return the reason why the estimate does not stop within the travel."""
     case = plan.case
     if plan.needed is None:
         numbers = {k: getattr(case, k) for k in ("mass", "speed", "travel", "rope_stiffness")}
@@ -343,7 +343,7 @@ def _failure_reason(plan: Plan) -> str:
 
 
 def _suggest_build(plan: Plan) -> Build | None:
-    """Return possible changes if the vacuum reached in time is too low and more suffices."""
+    """Return possible changes if the vacuum reached in time is too low but more would suffice."""
     from layerjam.control.plan_build import suggest_sizes
 
     stops = plan.full.stops_within(plan.case.travel)
@@ -353,7 +353,7 @@ def _suggest_build(plan: Plan) -> Build | None:
 
 
 def _plan_spreads(plan: Plan, samples: int, seed: int) -> tuple[Spread, Spread]:
-    """Return the uncertain collision at the full vacuum reached in time, and at the tuned one."""
+    """Return the spread of collisions at the full vacuum reached in time, and at the tuned one."""
     from layerjam.control.plan_spread import predict_spread
 
     full = predict_spread(plan.reached, plan.brake.brake, plan.case, samples, seed)
@@ -363,7 +363,7 @@ def _plan_spreads(plan: Plan, samples: int, seed: int) -> tuple[Spread, Spread]:
 
 
 def _stop_chances(full: Spread, later: Spread) -> dict[str, float]:
-    """Return expected peaks and probabilities of both, and the greater of their errors."""
+    """Return the expected peaks and probabilities of both, and the larger of their errors."""
     out: dict[str, float] = {
         "samples": full.tried,
         "expected_g_error": max(full.peak_g_error, later.peak_g_error),
@@ -376,7 +376,7 @@ def _stop_chances(full: Spread, later: Spread) -> dict[str, float]:
 
 
 def _suggest_sizes(plan: Plan, build: Build | None) -> dict[str, Any]:
-    """Return sufficient sizes, or a reason for each; one reason for all if `build` is None."""
+    """Return sufficient sizes or the reason why there is none; one reason if `build` is None."""
     from layerjam.control.plan_build import Size, valve_cv
     from layerjam.mechanics.pull import brake_force
 
@@ -399,7 +399,7 @@ def _suggest_sizes(plan: Plan, build: Build | None) -> dict[str, Any]:
 
 
 def _standby_power(head: str, vacuum: float, standby: Standby) -> dict[str, float | None]:
-    """Return the power to hold a vacuum [Pa] in air while waiting."""
+    """Return the power for maintaining a vacuum [Pa] in air while waiting."""
     from layerjam.fluid.energy import holding
 
     if standby.water:
@@ -409,7 +409,7 @@ def _standby_power(head: str, vacuum: float, standby: Standby) -> dict[str, floa
 
 
 def _plan_cost(plan: Plan) -> dict[str, Any]:
-    """Return the heat of the stop, the work of this jam and the power of waiting."""
+    """Return the heat of the stop, the work of this evacuation and the power while waiting."""
     from layerjam.fluid import energy
     from layerjam.fluid.network import RESERVOIR
 

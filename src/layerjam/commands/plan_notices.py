@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def plan_notices(plan: "Plan", build: "Build | None") -> Iterator[Notice]:
-    """Return the assumptions of a plan and the effects that it neglects."""
+    """Yield the assumptions of a plan and the effects that it neglects."""
     from layerjam.control.plan_spread import SHIFTS
     from layerjam.fluid.closed_forms import final_pressure
     from layerjam.simulate.coupled import MATTERS

@@ -43,7 +43,7 @@ RESTS_ON = {
     ),
     "peak_vacuum": (*FRICTION, *ENCLOSURE),
 }
-"""{measured key of `show`: numbers of a brake's file on which it depends}."""
+"""{measured key of `show`: numbers in a brake file on which it depends}."""
 
 
 @result
@@ -70,7 +70,7 @@ def new(
 
     Raises FileError if `out` exists and `overwrite` is not set, or if the name is not allowed.
     """
-    # the title names the original brake; the user chooses the name of the new one
+    # the title names the original brake; the user chooses the name of the new brake
     file = replace(load(start), title="")
     text = file.render(name)
     BrakeFile.read(text, f"brake named '{name[:80]}'")
@@ -333,7 +333,7 @@ def vacuum(
 
 
 def _apply_sliding_speed(file: BrakeFile, speed: Any) -> BrakeFile:
-    """Return the file with the friction of sheets that slide at a speed [m/s], if given."""
+    """Return the file with the friction at a sliding speed [m/s], if one is given."""
     from layerjam.mechanics.friction import at_speed
 
     return file if speed is None else replace(file, brake=at_speed(speed, file.brake))

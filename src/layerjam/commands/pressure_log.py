@@ -1,4 +1,4 @@
-"""Pressure logs as arguments of commands: the pressure reference, and the part that is used."""
+"""Pressure logs as arguments of commands: the pressure reference and the part that is used."""
 
 import re
 from collections.abc import Sequence
@@ -21,11 +21,11 @@ from layerjam.units import QuantitySpec, show
 VOLUME = QuantitySpec("m^3", "volume", lo=1e-10, hi=1e3, example="120mL")
 ZERO = QuantitySpec("Pa", "reading of the sensor at the atmosphere", lo=-1e6, hi=1e6)
 ROOM = 293.15
-"""Default temperature [K] of the gas, assumed: 20 °C."""
+"""Default temperature of the gas [K]: 20 °C (assumed)."""
 
 
 def parse_temperature(text: float | str | None, _arguments: object = None) -> float | None:
-    """Return the kelvins of "23 °C", "296 K" or a number; QuantityError for other text."""
+    """Return the temperature [K] from "23 °C", "296 K" or a number; raises QuantityError."""
     if text is None:
         return None
     value = float(text) if isinstance(text, int | float) else None
@@ -84,9 +84,9 @@ def read_pressure(
     zero: float | None = None,
     warm: bool = False,
 ) -> PressureLog:
-    """Return the absolute pressure of a log; with `warm` also its temperature, if it has one.
+    """Return the absolute pressure of a log and, with `warm`, its temperature, if any.
 
-    Raises FileError if the pressure reference is unknown, or if the pressure would be negative.
+    Raises FileError if the pressure reference is unknown or the pressure would be negative.
     """
     around = Site().atmosphere if atmosphere is None else atmosphere
     log = read_log(file, [TIME, PRESSURE, *[TEMPERATURE] * warm], options)
@@ -108,7 +108,7 @@ def read_pressure(
 
 
 def check_window(start: float | None, end: float | None) -> tuple[float | None, float | None]:
-    """Return begin and end [s] of the window; QuantityError if they are in the wrong order."""
+    """Return the start and end [s] of the window; raises QuantityError if in the wrong order."""
     if start is not None and end is not None and start >= end:
         raise QuantityError(f"from: {show(start, 's')} is not below to, {show(end, 's')}")
     return start, end

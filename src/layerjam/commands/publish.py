@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from layerjam.report.brake_report import BrakeReport
 
 SHOWN = 6
-"""Number of differences of a file that the table lists."""
+"""Number of differences per file that the table lists."""
 Author = Annotated[
     Sequence[str], Help("Author, with the ORCID iD if known.", metavar="NAME[,ORCID]")
 ]

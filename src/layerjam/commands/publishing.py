@@ -42,7 +42,7 @@ def write_dataset(
 ) -> tuple[BrakeFile, dict[str, Any]]:
     """Write a dataset, completely or not at all, unless a check fails.
 
-    Returns the brake that was tested and the values of the result's keys.
+    Returns the tested brake and {key of the result: value}.
     """
     from layerjam.report import page
 
@@ -116,7 +116,7 @@ def _write_results(
     details: Details,
     tell: Progress,
 ) -> "tuple[Recipe, BrakeReport]":
-    """Compute the results from the raw files, and write them next to those."""
+    """Compute the results from the raw files, and write them next to the raw files."""
     options = changed_options(methods)
     if "exclude" in options:
         exclusions = options["exclude"].items()
@@ -176,7 +176,7 @@ def _find_brake(
 
 
 def _group_by_use(campaign: campaigns.Campaign, request: Measurements) -> Measurements:
-    """Return the files by their use, as paths inside the campaign's folder."""
+    """Return the files by use, as paths inside the campaign's folder."""
     lists = {
         f.name: list(
             campaigns.relative_paths(campaign.folder, _make_list(getattr(request, f.name)))

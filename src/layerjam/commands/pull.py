@@ -147,7 +147,7 @@ def _second_rise_time(trace: Trace, summary: PullSummary) -> float | None:
 
 
 def _count_rises(used: list[tuple[Trace, PullSummary]]) -> Check:
-    """Check that each record has one rise; stiffness and onset are meaningless for two."""
+    """Check that each record has one rise; with two, stiffness and onset are meaningless."""
     places = []
     for trace, summary in used:
         if summary.second_rise is not None:
@@ -172,7 +172,7 @@ def _trace_name(trace: Trace) -> str:
 
 
 def _pull_row(trace: Trace, summary: PullSummary) -> dict[str, Any]:
-    """Return the row of one pull with every key; None if the record does not show a value."""
+    """Return the row of one pull with every key; a value that the record does not show is None."""
     from layerjam.identify.stick_slip import CAUSE
 
     features, start, steady = summary.features, summary.start, summary.steady

@@ -1,4 +1,4 @@
-"""The table of pulls as printed by commands: rows for JSON, lines of text, and notices."""
+"""The table of pulls that commands print: rows for JSON, lines of text, and notices."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
@@ -16,7 +16,7 @@ NONE = "-"
 
 
 def pull_rows(pulls: "Sequence[SinglePull]") -> list[dict[str, Any]]:
-    """Return the rows in the form of the `pulls` key, SI."""
+    """Return the rows in the form of the `pulls` key, in SI units."""
     return [{**asdict(pull), "odd": pull.is_outlier} for pull in pulls]
 
 
@@ -41,7 +41,7 @@ def format_cells(row: Mapping[str, Any]) -> list[str]:
 
 
 def pull_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """Yield the lines of the table; none for a single pull, which has no others to match."""
+    """Yield the lines of the table; none for a single pull, which has no others to compare with."""
     if len(rows) < 2:
         return
     table = [list(HEADS), *(format_cells(row) for row in rows)]

@@ -178,7 +178,7 @@ def _fit_shrink(
     flow: float | None,
     fit_with: Callable[[float | None], PumpDown],
 ) -> PumpDown:
-    """Return the fit with a volume that shrinks with vacuum, by `compliance` [m^3/Pa] or "fit"."""
+    """Return the fit with a volume that shrinks under vacuum, by `compliance` [m^3/Pa] or "fit"."""
     from layerjam.identify.logs.pump_down import relative_shrink
 
     if compliance == "fit":
@@ -198,7 +198,7 @@ def _pump_results(
     flow: float | None,
     volume_added: float | None,
 ) -> dict[str, Any]:
-    """Return the numbers of pump and volume that the fits determine."""
+    """Return the values of pump and volume that the fits determine."""
     from layerjam.identify.logs.pump_down import chamber_volume, combine_logs, pump_flow
 
     derivations: dict[str, DerivedValue] = {}

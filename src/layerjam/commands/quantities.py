@@ -1,4 +1,4 @@
-"""The quantities and arguments that commands share: one definition each, and their checks."""
+"""Quantities and arguments that commands share, each with one definition and its checks."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 else:
-    Array = Sequence[float]  # help must be shown without loading NumPy
+    Array = Sequence[float]  # the help must be displayed without loading NumPy
 
 T = TypeVar("T")
 F = TypeVar("F", bound=RecordFile[Any])
@@ -103,7 +103,7 @@ Accept = Annotated[
 
 
 def convert_brake(brake: AnyBrake, atmosphere: float | str | None = None) -> BrakeFile:
-    """Return the brake with its name and sources, at the given atmosphere if there is one.
+    """Return the brake with its name and sources, at the given atmosphere, if any.
 
     A record created in Python is checked like a file. Raises UnknownNameError, FileError or
     QuantityError.
@@ -117,7 +117,7 @@ def record_file(
     read: Callable[[str | Path], F],
     atmosphere: float | str | None,
 ) -> F:
-    """Return the checked file of a brake or line, from its name, its path, a file or a record."""
+    """Return the validated file of a brake or line, given a name, a path, a file or a record."""
     if isinstance(source, str | Path):
         file = read(source)
     elif isinstance(source, kind):
@@ -165,7 +165,7 @@ TargetBrake = Annotated[
 
 
 def apply_share(file: BrakeFile, share: Any) -> BrakeFile:
-    """Return the file with the command's value for the share of the vacuum, if one is given."""
+    """Return the file with the command's value of the vacuum share, if given."""
     if share is None:
         return file
     sources = {"vacuum_share": Source(kind="unstated", text="given with the command")}
@@ -174,7 +174,7 @@ def apply_share(file: BrakeFile, share: Any) -> BrakeFile:
 
 
 def parse_options(cls: type[T], values: Mapping[str, Any]) -> T:
-    """Return a record of `options` from text or SI numbers, checked, for other functions."""
+    """Return a checked record of `options`, for other functions, from text or SI numbers."""
     by_name = {p.name: p for p in record_parameters(cls)}
     unknown = [name for name in values if name not in by_name]
     if unknown:
@@ -184,7 +184,7 @@ def parse_options(cls: type[T], values: Mapping[str, Any]) -> T:
 
 
 def check_vacuum(value: Any, device: "Brake | Line", name: str = "vacuum") -> Any:
-    """Return a vacuum [Pa], number or array; QuantityError if it exceeds the site's atmosphere."""
+    """Return a vacuum [Pa], number or array; raises QuantityError above the site's atmosphere."""
     import numpy as np
 
     greatest = float(np.max(value)) if np.size(value) else 0.0
@@ -197,9 +197,9 @@ def check_vacuum(value: Any, device: "Brake | Line", name: str = "vacuum") -> An
 
 
 def slip_notices(value: Any, brake: Brake) -> list[Notice]:
-    """Return notices about a slip [m], number or array, beyond the usable travel.
+    """Return notices about a slip [m] (number or array) beyond the usable travel.
 
-    Raises QuantityError for one beyond the overlap.
+    Raises QuantityError for a slip beyond the overlap.
     """
     import numpy as np
 

@@ -1,4 +1,4 @@
-"""Measured files as arguments of commands: paths or traces, and the options for reading them."""
+"""Measured files as arguments of commands: paths or traces, and options for reading them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""`recompute`: computes a published dataset again and compares it file by file."""
+"""The `recompute` command: computes a published dataset again and compares it file by file."""
 
 import json
 import tempfile
@@ -29,7 +29,7 @@ from layerjam.verdict import Acceptance
 
 @dataclass
 class _Comparison:
-    """Comparison of a dataset in `root` with its recomputed files, as far as it has come."""
+    """Comparison, in progress, of a dataset in `root` with its recomputed files."""
 
     root: Path
     recipe: Recipe
@@ -39,7 +39,7 @@ class _Comparison:
     not_compared: dict[str, str] = field(default_factory=dict)
 
     def compare_file(self, name: str, content: bytes) -> None:
-        """Compare a published file, but only its numbers if other versions wrote it."""
+        """Compare a published file; only its numbers if different versions wrote it."""
         path = self.root / name
         if not path.is_file():
             if self.recipe.format == FORMAT and name not in self.changed:
@@ -58,7 +58,7 @@ class _Comparison:
         self.found += differences
 
     def compare_description(self, text: str) -> None:
-        """Compare ro-crate-metadata.json, without files whose checksum already differs."""
+        """Compare ro-crate-metadata.json, except files whose checksums already differ."""
         path = self.root / METADATA
         try:
             original = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
@@ -76,9 +76,9 @@ class _Comparison:
         return differences(was, local, name)
 
     def _list_versions(self) -> str:
-        """Return the other versions that wrote the dataset, as text.
+        """Return, as text, the different versions that wrote the dataset.
 
-        Empty if there are none.
+        It is empty if there are none.
         """
         original, local = self.recipe.versions, program_versions()
         differing = [
@@ -94,7 +94,7 @@ class _Comparison:
 def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
     """Compute everything in a dataset again.
 
-    Returns the values of the result's keys, and as `decisions` the failed checks that are accepted.
+    Returns the values of the result's keys, and the accepted failed checks as `decisions`.
     """
     with open_root(source) as root, tempfile.TemporaryDirectory(prefix="layerjam-again-") as folder:
         recipe, (checksums_listed, strange) = read_recipe(root), checksums.read_checksums(root)
@@ -145,7 +145,7 @@ def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
 
 
 def _recompute_failure(error: LayerjamError, root: Path) -> Difference:
-    """Return the difference for a dataset whose files give no results."""
+    """Return the difference for a dataset whose files yield no results."""
     path = Path(error.path) if isinstance(error, FileError) else root / RECIPE
     inside = path.is_relative_to(root)
     name = path.relative_to(root).as_posix() if inside else RECIPE

@@ -120,7 +120,7 @@ class RecordWithdrawn(Result):
 
 
 def _format_value(value: Any) -> str:
-    """Return a value as text; "" if it is unknown or does not fit on a line."""
+    """Return a value as text, empty if it is unknown or does not fit on a line."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, Mapping):
@@ -207,7 +207,7 @@ def records_list(*, db: RecordsDatabase = None) -> RecordsListed:
 
 
 def _empty_notice(database: Any, records: Sequence[Any]) -> list[Notice]:
-    """Return a notice that there are no records yet, so that a mistyped name is noticed."""
+    """Return a notice that there are no records yet, which reveals a mistyped name."""
     text = f"{database.where}: there are no records yet; create them with 'layerjam records add'"
     return [] if records else [Notice(text, "no-records")]
 

@@ -213,13 +213,13 @@ def _fault_injection(
         )
     injection, words = make_injection(fault, start, regulator, target)
     if file.line.valve is None and injection.pump < 1:
-        # the vacuum can fall only by running the pump backwards
+        # the vacuum can be lowered only by running the pump backwards
         injection = replace(injection, vent=injection.pump)
     return injection, words
 
 
 def _check_fault_report(fault: str, injection: FaultInjection, loop: ClosedLoop) -> Check:
-    """Return the check that an injected fault is reported, and not before it begins."""
+    """Return the check that an injected fault is reported, but not before it begins."""
     if loop.fault_time < injection.at:
         sentence = (
             f"{loop.outcome} was reported at {show(loop.fault_time, 's')}, before the fault began"

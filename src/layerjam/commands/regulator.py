@@ -25,9 +25,9 @@ LEAST_RUN = replace(spec_of(Regulator, "minimum_on"), example="0.2s")
 FAR_OFF = 1.2
 """Ratio of identified to expected rate above which a notice is given."""
 FELT = 1.05
-"""Ratio of the time constants with and without tube above which a step is not exponential."""
+"""Ratio of time constants with and without the tube, above which a step is not exponential."""
 FEWEST = 20
-"""Least number of samples in a step."""
+"""Minimum number of samples in a step."""
 
 
 @options
@@ -100,7 +100,7 @@ def make_regulator(
         sensor=sensor,
         kind=settings.kind,
         safe_state=settings.safe_state or "",
-        # without a valve the vacuum cannot be lowered in another way
+        # without a valve, the vacuum can be lowered only by reversing the pump
         reversible=settings.reversible or (file.line.valve is None and plant.backwards > 0),
         tuned_at=vacuum,
         **_known_options(sample_time=settings.sample_time, minimum_on=run, minimum_off=run),
@@ -109,7 +109,7 @@ def make_regulator(
 
 
 def make_sensor(file: LineFile, span: float | None, noise: float | None = None) -> Sensor:
-    """Return a line's sensor with a given range and noise [Pa]; QuantityError without a range."""
+    """Return a line's sensor with a given range and noise [Pa]; a missing range is an error."""
     if file.line.sensor is None and span is None:
         raise QuantityError.of(
             "sensor",
@@ -119,7 +119,7 @@ def make_sensor(file: LineFile, span: float | None, noise: float | None = None) 
 
 
 def _neglect_notices(file: LineFile, plant: Plant) -> list[Notice]:
-    """Yield notices about the parts of tube and reservoir that the loop neglects."""
+    """Return notices about the effects of tube and reservoir that the loop neglects."""
     line, notices = file.line, []
     if plant.water and line.tube is not None:
         notices.append(ONLY_COMPLIANCE)
@@ -150,7 +150,7 @@ def _known_options(**values: Any) -> dict[str, Any]:
 
 
 def _check_step(plant: Plant) -> None:
-    """Raise QuantityError if the tube changes a step so that it is not a single exponential."""
+    """Raise QuantityError if, because of the tube, a step is not a single exponential."""
     tube = plant.passage
     if tube is None or plant.time_constant(tube.vacuum) < FELT / (plant.rate + plant.leak):
         return
@@ -175,7 +175,7 @@ def tune_from_step(
     Leak and vent are those of the line.
 
     The scatter of the readings about the fit becomes the sensor's noise unless `keep_noise`. Raises
-    FileError for a log that cannot be read, FitError if it holds no step.
+    FileError if the log cannot be read, FitError if it contains no step.
     """
     _check_step(regulator.plant)
     from layerjam.commands.pressure_log import check_window, read_pressure

@@ -72,7 +72,7 @@ class Report(Result):
 
 @dataclass(frozen=True, kw_only=True)
 class _Work:
-    """Inputs of the stages, and the report that they complete."""
+    """Inputs of the stages, and the report to which they add."""
 
     report: "BrakeReport"
     how: "HowTested"
@@ -99,7 +99,7 @@ class _Work:
     def add_result(
         self, stage: str, result: Result, traces: Sequence[Trace], *left_out: str
     ) -> None:
-        """Add a command's result to the report, without warnings with the keys `left out`."""
+        """Add a command's result to the report, without the warnings of the keys `left out`."""
         from layerjam.report.brake_tables import file_used
 
         report = self.report
@@ -118,7 +118,7 @@ class _Work:
         report.files += [file_used(trace, stage) for trace in traces]
 
     def adopt_brake(self, file: BrakeFile) -> None:
-        """Take the brake from a stage, at the site's atmosphere."""
+        """Use the brake of a stage from now on, at the site's atmosphere."""
         self.report.file = convert_brake(file, self.how.atmosphere)
 
 
@@ -218,9 +218,9 @@ def compute_stages(
     date: str | None = None,
     names: Mapping[str, str] | None = None,
 ) -> "BrakeReport":
-    """Return the computed stages of a report; `publish` and `recompute` use them too.
+    """Return the computed stages of a report, which `publish` and `recompute` also use.
 
-    `command`, `date` and `names` as in `report`. Raises FitError if no file is given, and
+    `command`, `date` and `names` are as in `report`. Raises FitError if no file is given, and
     QuantityError or UnknownNameError for an accepted check that did not fail.
     """
     from layerjam.report.brake_report import BrakeReport
@@ -324,7 +324,7 @@ def _add_calibration(work: _Work, files: Sequence[Measured], exclusions: LeftOut
 
 
 def _add_validation(work: _Work, files: Sequence[Measured], exclusions: LeftOut) -> None:
-    """Add to the report the validation before and after calibration, and the files used twice."""
+    """Add the validation before and after calibration to the report, and the files used twice."""
     from layerjam.identify.validation.table import validation_checks
 
     work.tell(f"validation: {count_noun(len(files), 'pull')}", 0.6)

@@ -352,7 +352,7 @@ class Result:
             if value is None or not f.metadata["listed"]:
                 continue
             if self.grid is not None and getattr(value, "shape", None):
-                continue  # one column of the table
+                continue  # it is one column of the table
             spec = f.metadata["quantity"]
             text = show_text(value) if show_text else format_words(value, spec.unit if spec else "")
             low, high = self.interval(f.name) if f.metadata["interval"] else (None, None)

@@ -24,7 +24,7 @@ PLAIN = {
 
 
 class _Names(dict[str, Any]):
-    """Types by their names in annotations; a name that only type checkers know is Any."""
+    """{name in an annotation: type}; a name that only type checkers know is Any."""
 
     def __missing__(self, name: str) -> Any:
         return getattr(builtins, name, Any)
@@ -43,7 +43,7 @@ def _field_type(cls: type, name: str) -> Any:
 
 
 def type_schema(kind: Any) -> dict[str, Any]:
-    """Return the schema of values of a Python type; {} for unknown types."""
+    """Return the schema for values of a Python type; {} for unknown types."""
     members = list(union(kind))
     if len(members) > 1:
         schemas = [type_schema(member) for member in members]
@@ -117,7 +117,7 @@ def command_schema(command: Command) -> dict[str, Any]:
     }
     summary = (inspect.getdoc(cls) or "").split("\n\n")[0].replace("\n", " ")
     schema = _object_schema({**keys, **common})
-    # keys that are present if checks judged these numbers, or those of an input file
+    # these keys are present if checks judged the numbers or those of an input file
     schema["properties"] = {**verdict_schema, **schema["properties"]}
     return {
         "title": f"layerjam {command.name} --json",

@@ -128,7 +128,7 @@ class Heating(Result):
 
 
 def parse_channel_class(text: str | None) -> int | None:
-    """Return 180 for ``"cfc180"``, None for ``"none"`` or None; QuantityError for others."""
+    """Return 180 for ``"cfc180"``, None for ``"none"`` or None; raises QuantityError otherwise."""
     if text is None or text.lower() == "none":
         return None
     match = re.fullmatch(r"(?:cfc)?[ -]?([0-9]{1,6})", text.strip().lower())
@@ -141,7 +141,7 @@ def parse_channel_class(text: str | None) -> int | None:
 def configure_sensor(
     accelerometer: str | Accelerometer, low_pass: float | None, sampling: float | None
 ) -> Accelerometer:
-    """Return a named sensor, with a different low-pass or rate if given.
+    """Return a named sensor, with a different low-pass filter or rate, if given.
 
     A low-pass is a 2-pole Butterworth filter unless the sensor has its own kind.
     """
@@ -193,7 +193,7 @@ def reading(
 
 
 def _sensor_checks(measurement: Seen, signal: Signal, sensor: Accelerometer) -> Iterator[Check]:
-    """Return the checks of a sensor with a range and a rate; an ideal sensor has none."""
+    """Yield the checks of a sensor's range and rate; there are none for an ideal sensor."""
     if sensor.range is not None:
         fits = "the sensor's range contains the peak"
         limit = show(sensor.range, "m/s^2")

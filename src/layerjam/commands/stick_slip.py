@@ -151,7 +151,7 @@ judder = stick_slip
 
 
 def _friction_curve(brake: Brake, speed: float, static: float | None) -> Stribeck:
-    """Return the film's friction with a Stribeck speed [m/s] and, if given, a static friction."""
+    """Return the film's friction with a Stribeck speed [m/s] and, if given, static friction."""
     from layerjam.mechanics.stick_slip.laws import of_film
 
     curve = of_film(brake, speed)
@@ -166,7 +166,7 @@ def _friction_curve(brake: Brake, speed: float, static: float | None) -> Stribec
 
 
 def _check_travel(slip: float, travel: float | None, brake: Brake) -> None:
-    """Raise QuantityError if the overlap leaves no room for a pull, or if it is too long."""
+    """Raise QuantityError if the overlap leaves no room for a pull or the pull is too long."""
     room = brake.sheets.overlap - slip
     if room <= 0:
         raise QuantityError.of("slip", f"{show(slip, 'm')} leaves no overlap to pull on")
@@ -179,7 +179,7 @@ def _check_travel(slip: float, travel: float | None, brake: Brake) -> None:
 
 
 def _last_swing(record: StickSlipRecord) -> dict[str, float]:
-    """Return the numbers of the last slip, or the force of steady sliding."""
+    """Return the values of the last slip, or the force of steady sliding."""
     import numpy as np
 
     from layerjam.simulate.stick_slip import force_bounds
@@ -204,13 +204,13 @@ def _last_swing(record: StickSlipRecord) -> dict[str, float]:
 
 
 def _stick_slip_limits(slide: Slide, bounds: Bounds, ratio: float) -> dict[str, float]:
-    """Return the speed and the stiffness that end stick–slip; infinite if none ends it."""
+    """Return the speed and the stiffness that prevent stick–slip; infinite if none does."""
     from layerjam.mechanics.stick_slip.laws import stable_speed, stiffness_without_stick_slip
     from layerjam.simulate.stick_slip import critical_speed_of
 
     drag = float(slide.damping) + float(slide.level) * float(slide.viscous)
     out = {"critical_speed": critical_speed_of(slide)}
-    # without damping, steady sliding is never stable; the jump law is at best neutrally stable
+    # steady sliding without damping is never stable; with the jump law it is at best neutral
     if drag and slide.law is None:
         drop = bounds.static - bounds.kinetic
         out["stable_speed"] = float(stable_speed(drop, slide.stribeck, slide.exponent, drag))

@@ -67,7 +67,7 @@ class Tensile(Result):
     motion: "SheetMotion | None" = None
 
     def panes(self) -> "Sequence[Pane]":
-        """Return the pane of force over elongation."""
+        """Return the pane of force versus elongation."""
         from layerjam.report import force_figures
 
         return force_figures.tensile(self.record)
@@ -173,7 +173,7 @@ def _pull_stack(
     seed: int | None,
     tell: Progress,
 ) -> Tensile:
-    """Return the pull sheet by sheet, and its spread over stacks with scattered interfaces."""
+    """Return the sheet-by-sheet pull, and its spread over stacks with scattered interfaces."""
     import numpy as np
 
     # use compiled loops only if requested

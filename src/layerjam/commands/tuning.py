@@ -45,7 +45,7 @@ class TunedVacuum(Result):
 def arrival_speed(
     speed: float | None, height: float | None, horizontal: bool, gravity: float
 ) -> float:
-    """Return the speed [m/s] at the taut rope, from a speed or a height.
+    """Return the speed [m/s] when the rope becomes taut, from a speed or a height.
 
     Raises QuantityError if both or neither are given.
     """
@@ -122,7 +122,7 @@ def tuning_case(
     rope_stiffness: float | None,
     horizontal: bool,
 ) -> "Case":
-    """Return the stop for which a vacuum is tuned; QuantityError if the brake has less travel."""
+    """Return the stop for which a vacuum is tuned; raises QuantityError for too much travel."""
     from layerjam.simulate.tuned import Case
 
     device = brake.brake
@@ -140,7 +140,7 @@ def tuning_case(
 
 
 def _suggest_alternatives(case: "Case", reach: tuple[float, float] | None) -> dict[str, Any]:
-    """Return why no vacuum is sufficient, with alternatives, each checked by tuning it."""
+    """Return the reason why no vacuum suffices, with alternatives, each checked by tuning it."""
     from layerjam.simulate import tuned
 
     out: dict[str, Any] = {
@@ -165,7 +165,7 @@ def _suggest_alternatives(case: "Case", reach: tuple[float, float] | None) -> di
 
 
 def _failure_reason(case: "Case", reach: tuple[float, float] | None) -> str:
-    """Return why no vacuum stops it after exactly the travel, and the speeds for which one does."""
+    """Return the reason why no vacuum uses exactly the travel, and the speeds that allow it."""
     from layerjam.mechanics.pull import least_stiffness
     from layerjam.simulate.drop import series_spring
     from layerjam.simulate.tuned import balanced_speeds
@@ -175,7 +175,7 @@ def _failure_reason(case: "Case", reach: tuple[float, float] | None) -> str:
     if math.isnan(high):
         return f"the brake cannot hold {weight} at {travel} of slip"
     if high < low:
-        # not even the force of full vacuum minus the weight can absorb the drop into the rope
+        # even at full vacuum, the force minus the weight cannot absorb the energy of the fall
         return (
             f"no vacuum stops {show(case.mass, 'kg')} after exactly {travel} at any "
             f"speed: a vacuum that holds its weight of {weight} there stops it sooner"
@@ -204,19 +204,19 @@ def _failure_reason(case: "Case", reach: tuple[float, float] | None) -> str:
 
 
 def _slow_mass_reason(case: "Case") -> str:
-    """Return why a slow mass stops before the travel is used."""
+    """Return the reason why a slow mass stops before the travel is used."""
     from layerjam.mechanics.pull import brake_force
 
     if float(brake_force(case.travel, 0.0, case.brake)) >= case.mass * case.gravity:
-        # the enclosure pulls harder than the weight, so it stops the mass too early without vacuum
+        # even without vacuum the enclosure, whose pull exceeds the weight, stops the mass too early
         return "the enclosure alone, without vacuum, stops the mass before that"
     return "a vacuum low enough for that travel could not hold the weight there"
 
 
 def _format_inner_range(case: "Case", low: float, high: float) -> tuple[str, str]:
-    """Return the ends of a range of speeds [m/s] as text whose values lie inside the range.
+    """Return the ends of a range of speeds [m/s] as text, with values inside the range.
 
-    Rounded inwards, with as many digits as needed.
+    They are rounded inwards, with as many digits as necessary.
     """
     from layerjam.simulate.tuned import tuning_vacuum
 

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from layerjam.report.chart import Pane
 
 MATTERS = 0.05
-"""Share of the rise time above which the delay of the tube is reported."""
+"""Fraction of the rise time above which the delay of the tube is reported."""
 CELLS = 10
-"""Suggested number of tube cells; it resolves a wave front to a tenth of the length."""
+"""Suggested number of tube cells, which resolves a wave front to a tenth of the length."""
 
 
 @result
@@ -98,7 +98,7 @@ def rise(
         means = None if falls is None else "pumps run backwards"
     elif rises is not None:
         falls, means = air_fall_time(target, pipe, _progress_share(progress, "fall"))
-    if response is None:  # in air, the vacuum that the line reaches if it never reaches the target
+    if response is None:  # in air, this is the vacuum reached if the target is never reached
         response = (
             forms.filling(target, pipe) if water else respond(pipe, 8 * forms.time_constant(pipe))
         )
@@ -157,7 +157,7 @@ def _fall_time(target: float, line: Line, device: str | None, water: bool) -> fl
 
 
 def _tube_notices(line: Line, tube: Tube, rise: float, delay: float, lag: float) -> list[Notice]:
-    """Return notices about a tube with a long delay or a flow that is not laminar."""
+    """Return notices about a tube with a long delay or with a flow that is not laminar."""
     from layerjam.fluid.pump import pump_throughput
     from layerjam.fluid.tube import LAMINAR_UP_TO, reynolds_number
 

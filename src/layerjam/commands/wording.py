@@ -7,7 +7,7 @@ from layerjam.units import show
 
 
 def format_words(value: Any, unit: str) -> str:
-    """Return a value as text; an array as its shape and range, without its elements."""
+    """Return a value as text; for an array, its shape and range instead of its elements."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int | float):
@@ -33,7 +33,7 @@ def remove_controls(line: str) -> str:
 
 
 def wrap_text(text: str, head: str, width: int) -> list[str]:
-    """Return the lines of a text wrapped to `width`, after the words `head`."""
+    """Return the lines of a text, wrapped to `width`, after the words `head`."""
     body = text.lstrip(" ")
     indent = " " * (len(text) - len(body))
     hang = " " * len(head) if head else indent + "    "
