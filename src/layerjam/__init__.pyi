@@ -1806,7 +1806,7 @@ def reproduce(
     """Recompute the paper and compare every claim with our result.
 
     Writes report.html, results.json and the figures. Raises FileError if the report exists and
-    `overwrite` is not set, or the folder cannot be created.
+    `overwrite` is not set, or if the folder cannot be created.
     """
 
 def scenario(
@@ -1820,11 +1820,11 @@ def scenario(
     """Check a machine of the paper's Fig. 13 against its limits.
 
     It is a seat belt, neck guard, ankle clutch or rehabilitation orthosis with its loads and
-    limits. With `out` a page with pictures is written there (`page`). `feasible` states whether all
-    `limits` are met, `reason` names the decisive one, and `conclusion` summarises the requirements.
-    `brakes_needed` is None if no number of brakes is enough. `results` has the machine's own keys;
-    `units` the unit of each. Raises FileError for an invalid file, QuantityError for values out of
-    bounds.
+    limits. With `out`, a page with pictures is written there (`page`). `feasible` states whether
+    all `limits` are met, `reason` names the decisive one, and `conclusion` summarises the
+    requirements. `brakes_needed` is None if no number of brakes is enough. `results` has the
+    machine's own keys, `units` the unit of each. Raises FileError for an invalid file,
+    QuantityError for values out of bounds.
     """
 
 (design := design_brake)  # noqa: PLW0131
