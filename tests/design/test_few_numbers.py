@@ -99,7 +99,7 @@ def test_no_margin_where_no_strength_is_known():
 def test_no_file_is_opened_where_none_is_given(tmp_path):
     own = tmp_path / "own.toml"
     own.write_text(KAPTON.text)
-    for name in (str(own), "own.toml", "/etc/passwd", "../x.toml"):
+    for name in (own.as_posix(), "own.toml", "/etc/passwd", "../x.toml"):
         for line in (f'brake = "{name}"', f'brake = "choi2018-kapton"\nline = "{name}"',
                      f'brake = "choi2018-kapton"\n[[film]]\nuse = "{name}"'):  # fmt: skip
             with pytest.raises(FileError, match="unknown"):
