@@ -13,7 +13,7 @@ from layerjam.commands.index import commands, load_entry
 from layerjam.errors import FileError, QuantityError
 from layerjam.workbench.pages.laboratory import FREE as FREE_CHOICE
 from layerjam.workbench.pages.laboratory import STICK_SLIP
-from layerjam.workbench.spoken import FREE, OTHERWISE, in_print, on_page, sentence_of
+from layerjam.workbench.spoken import FREE, OTHERWISE, PHRASES, in_print, on_page, sentence_of
 
 FLAG = re.compile(r"(?<![\w-])--[a-z]")
 ROOT = Path(layerjam.__file__).parent
@@ -38,6 +38,13 @@ def test_every_sentence_of_the_source_loses_its_flags():
                 found += 1
                 assert not FLAG.search(on_page(text)), on_page(text)
     assert found > 100
+
+
+def test_each_phrase_is_in_a_sentence_of_the_source():
+    """A phrase whose sentence was reworded would leave half of it on the page."""
+    texts = [t for path in ROOT.rglob("*.py") if path.name != "spoken.py" for t in said_in(path)]
+    for pattern, _ in PHRASES:
+        assert any(re.search(pattern, text) for text in texts), pattern
 
 
 def test_a_flag_becomes_the_name_of_its_field():

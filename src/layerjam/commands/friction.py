@@ -265,7 +265,7 @@ def _stick_slip_notices(friction: FrictionResult) -> Iterator[Notice]:
         f"{', '.join(envelope.files)}: the films stick and slip between "
         f"{envelope.lower:.4g} and {envelope.upper:.4g}, every "
         f"{show(envelope.spacing, 'm', 3)}; {consequence}",
-        "stick-slip-accepted" if envelope.accepted else "stick-slip",
+        "stick-slip" if envelope.accepted else "no-kinetic-friction",
     )
     if not friction.standard.first_maximum:
         yield Notice(

@@ -30,9 +30,9 @@ PHRASES = (
     (r"tensile --model stack", "'sheet by sheet' model of a pull"),
     (r"; 'layerjam pull --tare' shows its effect, depth curves can", "; whole curves can"),
     (r" \(--tare subtracts it\)", ""),
-    (r", or say what its name states \(--names '[^']*'\)", ""),
+    (r", or a pattern of its name \(--names '[^']*'\)", ""),
     (r"--standard d1894", "'Evaluate friction tests as', ASTM D1894,"),
-    *((rf"--free {word}\b", f"'Also fit': {said}") for word, said in FREE.items() if word),
+    (rf"--free ({'|'.join(filter(None, FREE))})\b", lambda m: f"'Also fit': {FREE[m[1]]}"),
     (r"--from, --to", "'From' and 'To'"),
     (
         r" \(--negative (force|elongation)\)",
@@ -41,7 +41,6 @@ PHRASES = (
     (r" \(--decimal\)", " (choose the decimal separator)"),
     (r" \(--specimen 1\)", " (choose a specimen)"),
     (r" \(--sheet NAME\)", " (choose a sheet)"),
-    (r"layerjam bench export FILE --out run\.csv", "layerjam bench export FILE"),
     (r"layerjam (\w[\w-]*) --[a-z-]+", r"layerjam \1"),
 )
 """Phrases that contain more than a flag."""

@@ -388,7 +388,7 @@ def with_friction(
             "friction: the films stick and slip, so there is no kinetic friction to "
             "write into the brake (--accept-stick-slip uses the middle of the stick–slip)"
         )
-        error.notice = "stick-slip"
+        error.notice = "no-kinetic-friction"
         raise error
     blank = Source(kind="assumed", text="not yet calibrated with this friction")
     changes = {**result.sources(), "scale_factor": (1.0, blank)}

@@ -179,7 +179,7 @@ class Card:
 
 REMEDIES = MappingProxyType(
     {
-        "stick-slip": ("Use the middle of the stick–slip", {"judder": "yes"}),
+        "no-kinetic-friction": ("Use the middle of the stick–slip", {"judder": "yes"}),
         "static-of-teeth": ("Evaluate the tests as ASTM D1894", {"standard": "d1894"}),
     }
 )
