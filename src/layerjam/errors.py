@@ -38,7 +38,7 @@ class LayerjamError(Exception):
 
 
 class QuantityError(LayerjamError, ValueError):
-    """A value without a unit, with the wrong dimension, not a number, or out of bounds."""
+    """A value that lacks a unit, has the wrong dimension, is not a number or is out of bounds."""
 
     key = "quantity"
 

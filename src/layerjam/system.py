@@ -33,7 +33,7 @@ def is_windows() -> bool:
 def check_name(path: PurePath) -> None:
     """Raise FileError for a path with a file or folder name that Windows rejects.
 
-    Call this first, because for Windows the name of a device already exists.
+    Call this first, because on Windows the name of a device counts as an existing file.
     """
     for name in path.parts[bool(path.anchor) :] if WINDOWS else ():
         if name != ".." and (problem := _refusal(name)):

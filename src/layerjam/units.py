@@ -49,8 +49,8 @@ def examples(si: str, number: str = "") -> str:
 def parse(text: object, si: str, name: str) -> float:
     """Return the SI value of a text such as ``"94.5 kPa"``.
 
-    `si` is the expected SI unit ("1" for a pure number, which takes no unit or %) and `name` is the
-    quantity's name in the error. Raises QuantityError if the unit is missing or has the wrong
+    `si` is the expected SI unit ("1" for a pure number, which has no unit and no %) and `name` is
+    the quantity's name in the error. Raises QuantityError if the unit is missing or has the wrong
     dimension, or if the text is not a finite number.
     """
     if si == "1" and isinstance(text, int | float) and not isinstance(text, bool):
@@ -407,7 +407,7 @@ def quantities(cls: type, prefix: str = "") -> Iterator[tuple[str, QuantitySpec,
 
 
 def nested(cls: type, *, default: Any = MISSING) -> Any:
-    """Return a field that holds another record."""
+    """Return a field that contains another record."""
     return field(default=default, metadata={"record": cls})
 
 

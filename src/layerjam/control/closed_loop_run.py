@@ -96,7 +96,7 @@ def _read_sensor(value, noise, chain):  # type: ignore[no-untyped-def]  # pragma
 
 @cache_threadsafe
 def compile_loop_of_runs() -> Any:
-    """Return the compiled loop; a changed law takes a few seconds to compile, then it is cached."""
+    """Return the compiled loop, which is cached; a changed law takes a few seconds to compile."""
     folder = Path(__file__).parent
     names = ("law.py", "noise.py", "exact.py", "closed_loop_run.py", "through_tube.py")
     stamp = stamp_of(folder / name for name in names)

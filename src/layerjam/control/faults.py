@@ -23,7 +23,7 @@ PROVOKED = {
     ),
 }
 OFFSET = 2.5
-"""Ratio of the injected offset to the highest zero reading; detectors must report 2 or more."""
+"""Ratio of the injected offset to the highest reading accepted as zero; 2 must be reported."""
 
 
 @dataclass(frozen=True, kw_only=True)

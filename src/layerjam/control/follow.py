@@ -64,9 +64,9 @@ class Following:
 
 
 def _pad_values(values: Array) -> Array:
-    """Return the values padded to one of a few lengths, because each length needs a compilation.
+    """Return the values padded to one of a few lengths, because each length has to be compiled.
 
-    The laws take 0.2 ms for 4,096 values; compiling them takes a hundred times longer.
+    The laws take 0.2 ms for 4,096 values; compiling them takes a hundred times as long.
     """
     count, length = len(values), 4096
     while length < count:

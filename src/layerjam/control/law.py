@@ -17,7 +17,7 @@ LEAST_ROOM = 0.05
 
 
 def fresh() -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the state at power-up: pump off, vent closed, no history, no fault."""
+    """Return the state at power-up: pump off, vent closed, no history and no fault."""
     long_ago = 1e9
     drive = (0.0, 0.0, 0.0, long_ago, long_ago, 0.0, 0.0, 0.0)
     return drive, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -31,8 +31,8 @@ def step(
 ) -> tuple[tuple[tuple[float, ...], tuple[float, ...]], float, int, int]:
     """Return (state, pump command, vent command, fault code) from a reading and a target [Pa].
 
-    The pump command is 0 to 1 (-1 to 1 with a reversible pump), the vent 1 = open. A target of zero
-    or less releases the vacuum. A fault stays until the state is replaced by `fresh()`.
+    The pump command is 0 to 1 (-1 to 1 with a reversible pump), a vent command of 1 opens. A target
+    of zero or less releases the vacuum. A fault stays until the state is replaced by `fresh()`.
     """
     regulator, watch = settings
     drive, memory = state
@@ -230,7 +230,7 @@ def healthy_rises(
     flow_slope: float,
     bend: float,
 ) -> tuple[float, float, float]:
-    """Return (least, largest rise of a healthy line per sample, largest delayed by the lag)."""
+    """Return (smallest, largest rise of a healthy line per sample, largest delayed by the lag)."""
     # a zero error of the sensor hides how close the pump is to its limit
     high = healthy_rise(pump, vacuum - zero, rise, top, fall, flow_limit, flow_slope, bend)
     low = healthy_rise(pump, vacuum + zero, rise, top, fall, flow_limit, flow_slope, bend)
@@ -259,7 +259,7 @@ def healthy_rise(
 def excess(surplus: float, rate: float, loss: float, fast: float, sound: float) -> float:
     """Return the largest rise since an earlier sample in excess of a sound line's, at least 0.
 
-    This way, the history before a block does not hide it. A sound line may have no leak at all.
+    The history before a block therefore does not hide it. A sound line may have no leak at all.
     """
     allowance = fast * (rate - loss)
     if allowance < sound * rate:

@@ -1,4 +1,4 @@
-"""Remedies if the vacuum is not reached in time: a reservoir, its valve, an idle vacuum.
+"""Remedies if the vacuum is not reached in time: a reservoir, its valve, or an idle vacuum.
 
 Every size is found as a bracketed root of the same line model. The vacuum is assumed constant
 during the stop; a stretched enclosure increases it slightly, which is on the safe side.
@@ -80,7 +80,7 @@ def least_root(excess: Callable[[float], float], low: float, high: float) -> flo
 
 
 def suggest_sizes(standby: Standby, vacuum: float, warning: float) -> Build:
-    """Return sizes with which a vacuum [Pa] is reached after the warning [s]."""
+    """Return sizes with which the line reaches a vacuum [Pa] within the warning time [s]."""
     line = standby.line
     tank = line.reservoir or Reservoir(
         volume=ASSUMED_RATIO * line.chamber.volume,

@@ -169,7 +169,7 @@ class Regulator:
         """Excess over the target at which the vent opens [Pa]."""
         least = 2 * self.half_band + 12 * self.sensor.noise + 2 * self.sensor.resolution
         plant, tube = self.plant, self.plant.passage
-        if tube is not None:  # the emptied tube still takes in some gas, which need not be vented
+        if tube is not None:  # some gas still flows into the emptied tube, and need not be vented
             least += max(tube.rise_after_stop(tube.vacuum, plant.rate, plant.top), 0.0)
         return max(0.01 * self.plant.top, least) if self.vent_band is None else self.vent_band
 
@@ -321,7 +321,7 @@ class Regulator:
         return float(math.ceil(time / self.sample_time - 1e-9))
 
     def pack(self) -> LawSettings:
-        """Return the tuples that `law.step` takes as settings."""
+        """Return the tuples that `law.step` accepts as settings."""
         plant, gains, dt = self.plant.joined, self.gains(), self.sample_time
         owed = self.owed_rise
         gain = gains.gain if self.gain is None else self.gain

@@ -1,4 +1,4 @@
-"""Two brakes over a pulley, which act as one brake in both directions (paper, section II-A).
+"""Two brakes over a pulley, which together act in both directions (paper, section II-A).
 
 Turning the pulley by an angle pulls one brake and slackens the other. A slack brake carries no
 force.

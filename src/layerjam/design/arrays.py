@@ -29,7 +29,7 @@ _BLOCK = 4096
 class Member:
     """One brake of an array, at a constant vacuum.
 
-    The stage lengthens by `slack` [m] before this brake carries force. With `stop`, a strap takes
+    The stage lengthens by `slack` [m] before this brake carries force. With `stop`, a strap carries
     the load at the usable travel; otherwise the sheets separate at the end of the overlap.
     """
 

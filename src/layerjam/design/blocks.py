@@ -29,7 +29,7 @@ from layerjam.units import QuantitySpec
 MANIFEST, FRONT, NOTE = "manifest.json", "front.parquet", "sweep.json"
 LOCK, FOLDER = ".lock", "blocks"
 COUNTED = ("examined", "built", "feasible", "failed", "low", "high")
-"""Totals of all designs of a block, in its metadata; the table holds the other fields."""
+"""Totals over all designs of a block, which are in its metadata; other fields are in the table."""
 
 
 def import_parquet() -> Any:
@@ -62,7 +62,7 @@ def encode_block(search: Search, index: int, result: SweepResult, mark: str) -> 
 
 
 def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any]) -> bytes:
-    """Return designs with all variables and merits as a Parquet file, `note` being metadata."""
+    """Return designs with all variables and merits as a Parquet file; `note` becomes metadata."""
     pq = import_parquet()
     import pyarrow as pa  # type: ignore[import-untyped]
 

@@ -10,7 +10,7 @@ SHEETS = (21, 41, 81, 161, 321)
 
 @dataclass(frozen=True, kw_only=True)
 class SheetLine:
-    """One brake with increasing numbers of sheets: counts, masses [kg] and forces [N]."""
+    """A brake with increasing numbers of sheets: sheet counts, masses [kg] and forces [N]."""
 
     brake: str
     vacuum: float

@@ -213,7 +213,7 @@ def make_brake(point: Point, base: Brake) -> Brake:
 
 
 def is_buildable(point: Point, brake: Brake) -> Any:
-    """Return whether a design is a valid brake, travel within overlap, holes within width."""
+    """Return whether a design is valid: its travel fits its overlap and its holes fit its width."""
     sheets = brake.sheets
     valid = (sheets.usable_travel > 0) & (sheets.usable_travel <= sheets.overlap * (1 + 1e-12))
     holes = brake.mount.screws_across(point.width) * brake.mount.screw_hole

@@ -1,7 +1,7 @@
 """Local search that starts from the best design of a grid and uses gradients.
 
 JAX differentiates the merits; the search is SciPy's SLSQP on their logarithms. Film, thickness,
-whole numbers, and variables that the specification gives as a list or a single value do not change.
+whole numbers, and variables for which the specification has a list or a single value do not change.
 """
 
 import functools

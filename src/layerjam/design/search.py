@@ -100,7 +100,7 @@ class Search:
         return results[0]
 
     def quantity(self, name: str, values: Array, numbers: Numbers) -> Array:
-        """Return a merit from the kernel's rows, or a variable of the designs."""
+        """Return a merit from the kernel's rows, or a design variable."""
         if name in self.row:
             return values[self.row[name]]
         return np.asarray(self.spec.grid.columns(numbers)[name], float)

@@ -1,4 +1,4 @@
-"""Two numbers for sheets that fan out of their caps at rest, for warnings and bounds.
+"""Two quantities of sheets that fan out of their caps at rest, for warnings and bounds.
 
 The law itself is in `mechanics.fan`. Each `brake` is a `Brake`, whose module imports this one.
 """

@@ -1,4 +1,4 @@
-"""Flat parts other than sheets [mm]: the jig, an array's yokes and links, the coupons."""
+"""Flat parts other than sheets [mm]: the jig, an array's yokes and links, and the coupons."""
 
 from layerjam.fabricate.outline import Circle, Cut, Outline
 

@@ -57,7 +57,7 @@ def _round_value(value: Any, digits: int) -> Any:
 
 
 def _to_count(value: Any) -> Any:
-    """Return a count as an int, or as whole numbers in an array of floats."""
+    """Return a count as an int; an array of counts is returned as it is."""
     return value if np.ndim(value) else int(value)
 
 

@@ -12,7 +12,7 @@ from layerjam.fabricate.solid import PLANE, Axis, Prism, Solid
 
 AXES: tuple[Axis, ...] = ("x", "y", "z")
 FINEST = 1e-4
-"""Length below which edges are collapsed, because 32-bit numbers could not represent them [mm]."""
+"""Length below which edges are collapsed, because 32-bit numbers cannot represent them [mm]."""
 
 
 @dataclass(frozen=True)

@@ -136,7 +136,7 @@ class _Filling:
         return _Row(len(self.places) - 1, low, wide, self.margin)
 
     def least(self) -> list[tuple[float, float]]:
-        """Return length and width that each piece needs."""
+        """Return the length and width that each piece needs."""
         ends = [(0.0, 0.0)] * len(self.places)
         for row in self.rows:
             long, wide = ends[row.piece]

@@ -115,7 +115,7 @@ class Outline:
         return x, y - self.width / 2, x + self.length, y + self.width / 2
 
     def rim(self) -> Any:
-        """Return the least width [mm] between a hole and an edge or hole; below 0 they overlap."""
+        """Return the smallest gap [mm] from a hole to an edge or hole; below 0 they overlap."""
         least = [self._edge_distance(hole) for hole in self.holes]
         for i, first in enumerate(self.holes):
             for second in self.holes[i + 1 :]:

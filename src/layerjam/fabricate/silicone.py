@@ -51,7 +51,7 @@ def filling_pressure(lengths: Lengths, viscosity: float, pot_life: float) -> flo
 
     It is 12 η (V / ½ pot life) ℓ / (girth w³), the Poiseuille flow between two plates a distance w
     apart and as wide as the girth at mid-wall. The mould is just full, so its whole length resists.
-    Corners count as rounded; the sharp ones of the paper's brake let 5 % more through.
+    Corners count as rounded; with the sharp ones of the paper's brake, 5 % more flows through.
     """
     mould = lengths.mould
     wall = (mould.outer_width - mould.inner_width) / 2

@@ -151,12 +151,12 @@ def _prism_extent(prism: Prism) -> dict[Axis, Point]:
 
 
 def add(axis: Axis, start: float, end: float, section: Section) -> Prism:
-    """Return a prism to be added."""
+    """Return a prism that is added to a part."""
     return Prism(axis, start, end, section)
 
 
 def cut(axis: Axis, start: float, end: float, section: Section) -> Prism:
-    """Return a prism to be cut."""
+    """Return a prism that is cut from a part."""
     return Prism(axis, start, end, section, True)
 
 

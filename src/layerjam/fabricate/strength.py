@@ -34,7 +34,7 @@ def screw_preload(force: float, brake: Brake, lengths: Lengths) -> float:
 
 
 def screw_torque(force: float, brake: Brake, build: Build, lengths: Lengths) -> float:
-    """Return the torque [N m] that gives this preload."""
+    """Return the torque [N m] that produces this preload."""
     return build.nut_factor * screw_preload(force, brake, lengths) * lengths.thread.size * 1e-3
 
 
@@ -61,7 +61,7 @@ def _sheet_check(force: Any, brake: Brake, lengths: Lengths, clamp: Any) -> Iter
     sheets, screws, hole = lengths.count // 2, lengths.screws, lengths.hole
     net = lengths.width - screws * hole
     shorter = np.minimum(lengths.left.clamped, lengths.right.clamped)
-    # a hole that reaches the sheet's end tears out at once
+    # a hole that reaches the end of the sheet tears out immediately
     strip = np.maximum((shorter - hole) / 2, 0.0)
     areas = {
         "net section": sheets * net * lengths.thickness,

@@ -1,4 +1,4 @@
-"""Checks of a build (C1 to C15): numbers with their limits first, sentences only on request."""
+"""Checks of a build (C1 to C15): values and limits first, sentences only on request."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -19,7 +19,7 @@ ROUNDING = 1e-9
 class Check:
     """Value and limit in SI, for one brake or arrays for many; `words` returns the sentence.
 
-    `passes` states the outcome if given; otherwise the two numbers determine it. `applies` is False
+    `passes` states the outcome if given; otherwise value and limit determine it. `applies` is False
     if the check is not relevant. If it does not pass, geometry that cannot be drawn is `refused`. A
     part that is loaded beyond its strength has `failed`, which a person may accept.
     """

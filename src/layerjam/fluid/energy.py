@@ -27,7 +27,7 @@ def emptying_work(p: float, volume: float, atmosphere: float) -> float:
 def jam_work(vacuum: float, line: Line, water: bool = False, standing: float = 0.0) -> float:
     """Return a pump's minimum work [J] from an idle vacuum [Pa] to a higher one, without a leak.
 
-    Air: the integral of ln(a/p) d(pV) with V = V0 - C_w vacuum; water: C P^2/2.
+    It is the integral of ln(a/p) d(pV) with V = V0 - C_w vacuum for air, C P^2/2 for water.
     """
     if standing:
         return jam_work(vacuum, line, water) - jam_work(standing, line, water)

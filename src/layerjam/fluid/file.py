@@ -21,7 +21,7 @@ from layerjam.toml_files.values import Entry, entries
 
 @dataclass(frozen=True, kw_only=True)
 class LineFile(RecordFile[Line]):
-    """A line with its name, and the source of each of its numbers."""
+    """A line with its name, and the source of each of its values."""
 
     line: Line
     parts: Mapping[str, str] = field(default_factory=dict)

@@ -62,7 +62,7 @@ class Tube:
 class Pump:
     """One of `count` identical pumps in parallel, with a displacement or a flow curve (`pump.py`).
 
-    A displacement gives q = flow (p - ultimate) for each pump; a curve replaces both numbers.
+    A displacement gives q = flow (p - ultimate) for each pump; a curve replaces both values.
     """
 
     flow: float | None = quantity(
@@ -169,7 +169,7 @@ class Line:
 
     @explain_arguments
     def with_(self, **changes: Change) -> "Line":
-        """Return the line with numbers changed by name: chamber_volume="8 mL", flow="2 L/min".
+        """Return the line with values changed by name: chamber_volume="8 mL", flow="2 L/min".
 
         The values are checked as in `Brake.with_`; raises UnknownNameError or QuantityError.
         """

@@ -25,7 +25,7 @@ def _pump_displacement(pump: Pump) -> float:
 
 
 def lowest_pressure(pump: Pump, atmosphere: float) -> float:
-    """Return the absolute pressure [Pa] at which a pump takes in no more gas, without a leak."""
+    """Return the absolute pressure [Pa] at which a pump without a leak takes in no more gas."""
     if pump.curve is not None:
         return atmosphere * (1 - pump.curve[-1][0] / STANDARD)
     return pump.ultimate

@@ -281,8 +281,8 @@ def decay(time: Array, rate: float, lag: float) -> Array:
 def _fit_pump(rise: tuple[Array, Array], after: tuple[Array, Array]) -> dict[str, float | None]:
     """Return the leak after the pump stops, and the rate, final vacuum and lag of the rise.
 
-    The lag is fitted only to the start of the rise, where the pump's curve matters least. Values
-    that cannot be fitted are None.
+    The lag is fitted only to the start of the rise, where the pump's flow curve matters least.
+    Values that cannot be fitted are None.
     """
     late = after[0] > BEGUN
     slope = float(np.polyfit(after[0][late], after[1][late], 1)[0])

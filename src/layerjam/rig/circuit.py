@@ -28,7 +28,7 @@ class Wire:
     pin: int | None
     """Pin of the socket, the first of several with the same name, or None."""
     label: str
-    """Label of the pin: GP16, GND, VSYS."""
+    """Label of the pin, such as GP16, GND or VSYS."""
     use: str | None
     """Name of the pin's use in the board file, None for a supply."""
     name: str
@@ -192,7 +192,7 @@ def _wire(circuit: Circuit, entry: Mapping[str, str]) -> Wire:
 
 
 def _sockets(circuit: Circuit) -> Iterator[str]:
-    """Yield pins of the chip that the socket does not have."""
+    """Yield a conflict for pins of the chip that are not on the socket."""
     for use, number in asdict(circuit.file.wiring.pins).items():
         if use not in INSIDE and f"GP{number}" not in circuit.socket:
             yield f"{use}: GP{number} is not connected to a pin of the socket"

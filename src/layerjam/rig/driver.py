@@ -28,7 +28,7 @@ TARGET = QuantitySpec("Pa", "vacuum to hold", lo=0.0, hi=1.2e5)
 
 
 class InstrumentError(LayerjamError):
-    """Raised if the instrument rejects a command; `code` is the SCPI number, below zero."""
+    """Raised if the instrument rejects a command; `code` is the SCPI number, which is negative."""
 
     key = "instrument"
     code: int
@@ -112,7 +112,7 @@ class Bench:
 
     @property
     def vacuum(self) -> float:
-        """Last reading [Pa]; NaN if the sensor gives no reading."""
+        """Latest reading [Pa]; NaN if the sensor provides none."""
         return self._number("MEAS:VAC?")
 
     @property

@@ -168,8 +168,8 @@ def fall(
 
     The vacuum stays at the plant's present value. The mass is at rest for `delay` [s] of the
     board's time, falls freely for speed/g, and stops as `layerjam drop` computes it. The board's
-    accelerometer, an ADXL193 with its low-pass, measures the motion. The board's clock stops during
-    the computation. Raises QuantityError if the bench is not a virtual board of this program.
+    accelerometer, an ADXL193 with a low-pass filter, measures the motion. The board's clock stops
+    meanwhile. Raises QuantityError if the bench is not a virtual board of this program.
     """
     plant = bench.plant
     if plant is None:

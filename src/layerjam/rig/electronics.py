@@ -1,6 +1,6 @@
 """Worst case of the bench's electronics: voltages, currents, times and heat, with their limits.
 
-Formulas and sources are in docs/electronics.md. All tolerances take their worst values at once.
+Formulas and sources are in docs/electronics.md. All tolerances have their worst values.
 """
 
 import math

@@ -250,7 +250,7 @@ def wait_for(look: Callable[[], Path | None], otherwise: str) -> Path:
 
 
 def load(image: bytes, place: Path) -> None:
-    """Copy an image to the boot loader's drive; FileError for any other drive."""
+    """Copy an image to the boot loader's drive; FileError if `place` is a different drive."""
     try:
         text = (place / MARK).read_text("ascii", "replace")
     except OSError:

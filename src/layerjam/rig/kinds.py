@@ -81,8 +81,8 @@ class FaultKind:
 
     `breaks` applies it to the plant. `host` is the host's action; the deadline runs from the host's
     release command, or from the last line that the board received. `answers` names the fault whose
-    guaranteed time applies; if there is none, `promise` gives the deadline. The board may report it
-    by any of `names`.
+    guaranteed time applies; if there is none, `promise` returns the deadline. The board may report
+    it by any of `names`.
     """
 
     text: str
@@ -150,7 +150,7 @@ def _samples(count: int) -> Callable[[Case], float]:
 
 
 def _leak_shows(case: Case) -> float:
-    """Return the time until the healthy leak moves the vacuum out of the band, like a loss."""
+    """Return the time until the healthy leak takes the vacuum out of the band, as a loss would."""
     return case.falls(case.regulator.plant.joined.leak, 0.0) + case.promised_times["VACUUM_LOST"]
 
 
@@ -225,7 +225,7 @@ _PROMISES: dict[str, Callable[[Case], float]] = {
 
 
 def _kinds() -> Iterator[tuple[str, FaultKind]]:
-    """Yield (name, kind) of every fault of kinds.toml."""
+    """Yield (name, kind) of every fault in kinds.toml."""
     text = files("layerjam.rig").joinpath("kinds.toml").read_text(encoding="utf-8")
     for name, row in tomllib.loads(text).items():
         yield (

@@ -33,7 +33,7 @@ LEVELS = (0.02, 0.6)
 ROOM = 3.0
 """Number of decision steps of rise over which the detectors evaluate a pump at full power."""
 FULL = 1.5
-"""Distance from the target, in saturating errors, at which a PI regulator runs the pump fully."""
+"""Distance from the target, relative to the saturating error, at which a PI loop pumps fully."""
 WAITS = (0.2, 5.0)
 """Range of times [s] for which a vacuum is held before a fault."""
 PATIENCE = 120.0
@@ -190,7 +190,7 @@ class Observer:
         self.lost: float | None = None
         """Time at which a tenth of the target was lost [s]."""
         self.vacuum = math.nan
-        """True vacuum at the end [Pa]."""
+        """True vacuum at the end of the trial [Pa]."""
         self.began: float | None = None
         self._safe = (0.0, plan.behind.normally_open)
         self._held: float | None = None

@@ -1,4 +1,4 @@
-"""Results of operations on a bench: state, check, zero, log, soak test, flashed board.
+"""Results of operations on a bench: state, check, zero, log, soak test and flashed board.
 
 The results of the commands inherit the unit and description of each quantity.
 """

@@ -29,7 +29,7 @@ import numpy as np
 from layerjam.simulate.accelerometer import ADXL193, STANDARD_GRAVITY
 
 TOLD = struct.Struct("<dIBBH")
-"""Message from the board: pump, board's clock [us, 30 bits], power of the vent, request, count."""
+"""Message from the board: pump, board's clock [us, 30 bits], vent power, request and count."""
 READING, SAMPLES, START = 1, 2, 3
 """Requests: a reading, accelerometer samples, or their scale, which starts the sampling."""
 SHOWN = struct.Struct("<dHhBBHd")

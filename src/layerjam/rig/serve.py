@@ -30,7 +30,7 @@ PORT = 5025
 SESSIONS = 14
 """Largest number of clients that may command at the same time."""
 GUEST = 15
-"""Session of the board that all other clients share."""
+"""Session on the board that all other clients share."""
 GUESTS = 64
 """Largest number of such clients; one more disconnects the oldest."""
 WAITING = 1024
@@ -119,7 +119,7 @@ class Gateway:
         self._tasks: set[asyncio.Task[None]] = set()
 
     async def ask(self, session: int, text: bytes) -> bytes:
-        """Return the board's response; if the line is down, the gateway ends."""
+        """Return the board's response; if the line is down, stop the gateway."""
         loop = asyncio.get_running_loop()
         try:
             return await loop.run_in_executor(self._thread, self.line.ask, session, text)

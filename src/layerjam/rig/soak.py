@@ -37,7 +37,7 @@ ROUNDS = 5
 an old word on its stack seems to point to it; a real leak shows in every reading.
 """
 BLOCK = 200
-"""Number of records fetched at once."""
+"""Number of records fetched at a time."""
 HELD_BACK = ((950, 5e-3), (500, 1e-3))
 """(records that wait in the board's ring, delay of each sample [s])."""
 PAUSE = 4e-3

@@ -51,8 +51,8 @@ def unwrap_clock(
     """Return the board's clock [us] without overflows, int64 of shape (N,).
 
     `last` is (seq, unwrapped us) of an earlier sample; without one, the first value is unchanged.
-    The result is correct across any gap, because the samples' numbers give the number of overflows.
-    The board's clock must stay within 35 minutes of one sample every 10 ms.
+    The result is correct across any gap, because the sample numbers determine the number of
+    overflows. The board's clock must stay within 35 minutes of one sample every 10 ms.
     """
     counts, numbers = board_us.astype(np.int64), seq.astype(np.int64)
     if not len(counts):

@@ -104,7 +104,7 @@ def validate(wiring: Wiring) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class WiringFile(RecordFile[Wiring]):
-    """A wiring with its name, and the source of each of its numbers."""
+    """A wiring with its name, and the source of each of its values."""
 
     wiring: Wiring
 

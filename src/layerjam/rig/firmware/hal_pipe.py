@@ -38,7 +38,7 @@ ESTOP, SUPPLY_LOW, DIAGNOSTIC, SECOND, CONTACT = 1, 2, 4, 8, 16
 
 
 class Hal:
-    """`words`: descriptors of the pipes from and to the plant, speed, serial, settings file."""
+    """HAL; `words` are the pipes from and to the plant, speed, serial number and settings file."""
 
     collects = True
 

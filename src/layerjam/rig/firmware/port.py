@@ -59,7 +59,7 @@ class Port:
         self.outbox += data
 
     def feed(self, data: bytes) -> None:
-        """Process bytes from the line; answer every complete line."""
+        """Process bytes from the line, and respond to every complete line."""
         inbox = self.inbox
         inbox.extend(data)
         begin = 0
@@ -135,7 +135,7 @@ class Port:
         self.put(response)
 
     def execute(self, line: bytes, number: int) -> bytes:
-        """Return the response to one line, or PENDING; an error goes to the session's queue."""
+        """Return the response to one line, or PENDING; an error is added to the session's queue."""
         session, pending = self.bench.sessions[number], None
         if line == frame.PENDING:
             pending, session.held = session.held, None

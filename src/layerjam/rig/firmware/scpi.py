@@ -1,7 +1,7 @@
 """SCPI: a tree of headers, their parameters, and the parser of one line.
 
-The nodes of the tree hold the names; the actions are stored outside the namespace of the mnemonics.
-Errors have the numbers of the standard. After an error, the rest of the line is dropped.
+The nodes of the tree contain the mnemonics; the actions are stored outside their namespace. Errors
+have the numbers of the standard. After an error, the rest of the line is dropped.
 """
 
 DIGITS = "0123456789"

@@ -5,7 +5,7 @@ import math
 import struct
 
 LAW = 39
-"""Number of doubles in the law's settings: 15 of the regulator, 24 of its detectors."""
+"""Number of doubles in the law's settings: 15 for the regulator, 24 for its detectors."""
 REGULATOR = 15
 MAGIC = b"LJ01"
 FIXED = "<4sIBBddB"

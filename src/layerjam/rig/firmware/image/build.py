@@ -197,7 +197,7 @@ def compile_program(tree: Path, library: Path, work: Path, log: Path, jobs: int)
     usb = find_file(library, "src/tusb.h").parents[1]
     shutil.rmtree(tree / "lib" / "tinyusb", ignore_errors=True)
     (tree / "lib" / "tinyusb").symlink_to(usb)
-    # the same sources must give the same image at any time and place
+    # the same sources must produce the same image at any time and in any folder
     epoch = run(
         ["dpkg-parsechangelog", "-l", str(tree / "debian/changelog"), "-STimestamp"], work, log
     )
