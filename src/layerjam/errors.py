@@ -178,7 +178,7 @@ class ProcedureError(LayerjamError, ValueError):
 
 
 class FitError(LayerjamError, ValueError):
-    """Measurements that do not determine a quantity; `path` is set if it concerns one file."""
+    """Measurements that do not determine a quantity; `path` is set if one file is concerned."""
 
     key = "fit"
     path: str = ""

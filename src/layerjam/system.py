@@ -90,7 +90,7 @@ def is_reader_gone(error: OSError) -> bool:
 def lock_file(file: int, wait: bool = False) -> bool:
     """Lock an open file until it is closed or the process ends.
 
-    Returns False if another program has locked it, or if the system cannot lock it.
+    Returns False if another program has locked it, or if locking is impossible.
     """
     try:
         if WINDOWS:

@@ -159,7 +159,7 @@ def exact_text(value: float, si: str) -> str:
 
 
 def _exact_in(value: float, unit: str, si: str) -> str | None:
-    """Return the shortest text in one unit, or None if 17 digits do not reproduce the value."""
+    """Return the shortest text in one unit, or None if even 17 digits do not give the value."""
     factor = unit_factor(unit, si) or Fraction(1)
     number = float(Fraction(value) / factor)
     for digits in range(1, 18):

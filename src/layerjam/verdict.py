@@ -50,7 +50,7 @@ def check(
 
 
 def interval_check(name: str, value: float, low: float, high: float) -> Check:
-    """Return the check of a 95 % interval of a quantity that is positive by nature.
+    """Return the check of a 95 % interval of a quantity that must be positive.
 
     It fails if the interval reaches zero or is wider than half of the value (`WIDEST`).
     """

@@ -1,1 +1,1 @@
-"""Control law of the vacuum, its settings, its tuning, and closed loops."""
+"""Control law of the vacuum, with its settings, its tuning and closed loops."""

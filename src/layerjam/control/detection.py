@@ -33,8 +33,7 @@ FINE = 0.01
 """Duration of a trial step, relative to the blocked line's time constant, if that exceeds a sample.
 """
 BLOCKS = (1.0, 0.01)
-"""Volumes remaining after a block, relative to the largest stated one; a tube can hide a small one.
-"""
+"""Volumes left after a block, relative to the largest to be found; a tube can hide a small one."""
 STARTS = 5
 """Number of vacuums, from zero to the requested one, at which a fault is tested."""
 LONGEST = 20_000

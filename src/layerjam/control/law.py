@@ -184,7 +184,7 @@ def detect(
         )
         # an orifice leaks as much at a low vacuum
         loss = leak * (value if value > 0.5 * top else 0.5 * top)
-        # a vent that has just closed still affects a slow sensor
+        # a vent that has just closed still affects the reading of a slow sensor
         pumping = pump > 0.0 and vent == 0.0 and drive[4] > fade_steps
         surplus = excess(surplus + change, largest, loss, fast, sound) if pumping else 0.0
         if surplus > jump:
@@ -271,7 +271,7 @@ def excess(surplus: float, rate: float, loss: float, fast: float, sound: float) 
 def pump_fault(
     owed: float, risen: float, quiet: float, off_zero: bool, clear: float, none: float, weak: float
 ) -> tuple[float, float, float, float]:
-    """Return (fault code, owed, risen, `quiet`: part of `owed` without a change of the reading).
+    """Return (fault code, owed, risen, quiet); `quiet` is the part of `owed` without any change.
 
     A sufficient rise resets the count, so that the history before a failure does not hide it.
     """

@@ -52,9 +52,9 @@ class Passage:
     """Tube of the plant, relative to the chamber's volume."""
 
     volume: float
-    """Gas volume of the tube relative to the chamber [1]."""
+    """Gas volume of the tube relative to that of the chamber [1]."""
     passes: float
-    """Ratio of flow to the difference of the squared pressures [1/(s Pa)]."""
+    """Ratio of flow to the difference between the squared pressures [1/(s Pa)]."""
     atmosphere: float
     """Pressure around the line [Pa]."""
     vacuum: float
@@ -67,7 +67,7 @@ class Passage:
         return (p * p + 2 * half * lowest) / (np.sqrt(square) + half)
 
     def rise(self, vacuum: Any, rate: Any, top: float) -> Any:
-        """Return the rise of the chamber's vacuum [Pa/s] with a running pump of this rate."""
+        """Return the rise of the chamber's vacuum [Pa/s] while a pump of this rate runs."""
         p, low = self.atmosphere - np.asarray(vacuum, float), self.atmosphere - top
         s = self.pump_pressure(p, rate, low)
         # the gas in the tube is also pumped out, as far as its pressure follows the chamber's

@@ -1,9 +1,9 @@
 """A collision with a warning: the vacuum that is reached in time, and the resulting stop.
 
-The line waits at its idle vacuum (`standby`); the rope is taut at the end of the warning. There are
-the paper's two modes. `full` uses all the vacuum that is reached in time. `tuned` is the vacuum
-that just stops the estimated mass within the travel, limited to the vacuum reached in time; after
-which the line is shut off.
+The line waits at its idle vacuum (`standby`); the rope becomes taut at the end of the warning.
+There are the paper's two modes. `full` uses all the vacuum that is reached in time. `tuned` is the
+vacuum that just stops the estimated mass within the travel, limited to the vacuum reached in time;
+after which the line is shut off.
 """
 
 import math
@@ -220,7 +220,7 @@ def plan_stop(
 ) -> Plan:
     """Plan for one collision; all values are in SI and checked by the caller.
 
-    With `leaks` the line continues to leak during the stop, even without a volume per slip.
+    With `leaks`, the line continues to leak during the stop, even without a volume per slip.
     """
     standby = Standby(line, case.standing, stored, water)
     rising = standby.respond(case.warning)

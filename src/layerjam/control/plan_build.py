@@ -29,7 +29,7 @@ LARGEST = {"volume": 1.0, "conductance": 1e-6}
 
 @dataclass(frozen=True)
 class Size:
-    """A sufficient size, or the reason why there is none."""
+    """A sufficient size, or the reason why no size is sufficient."""
 
     value: float | None
     reason: str | None = None

@@ -23,7 +23,7 @@ from layerjam.units import check, quantity, show
 
 @dataclass(frozen=True, kw_only=True)
 class Plant:
-    """Pump, volume, leak and vent as four rates; see the equation of this module."""
+    """Pump, volume, leak and vent as four rates; see the equation in this module."""
 
     rate: float = quantity("1/s", "rate of the full pump", hi=1e4, open_lo=True, symbol="k")
     """Ratio of flow to volume for air, of the rise to `top` for water."""

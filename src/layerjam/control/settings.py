@@ -54,8 +54,8 @@ LawSettings = tuple[tuple[float, ...], tuple[float, ...]]
 class Regulator:
     """Settings of the law; missing ones are calculated from plant and sensor.
 
-    Raises QuantityError for an unknown kind or safe state, or if no safe state is given: it depends
-    on the load on the brake.
+    Raises QuantityError for an unknown kind or safe state, or if no safe state is given, because
+    that depends on the load on the brake.
     """
 
     plant: Plant
@@ -230,7 +230,7 @@ class Regulator:
 
     @property
     def owed_rise(self) -> Owed:
-        """Return the rise that is expected of a healthy pump, before its leak."""
+        """Return the rise that is expected of a healthy pump, before the leak is subtracted."""
         plant, tube = self.plant, self.plant.passage
         if tube is None:
             return Owed(plant.rate, plant.top, plant.weight)

@@ -43,7 +43,7 @@ class Gains:
 
 
 def simc_gains(plant: Plant, *, sample_time: float, lag: float, vacuum: float = 0.0) -> Gains:
-    """Return PI gains of a plant at `vacuum` [Pa] by the rule of this module; times in seconds."""
+    """Return the PI gains for a plant at `vacuum` [Pa] by the rule of this module; times in s."""
     dead = 0.5 * sample_time + lag
     slow = max(dead, 4 * sample_time, 0.05 / plant.rate)
     room = max(plant.top - plant.weight * vacuum, LEAST_ROOM * plant.top)
@@ -69,7 +69,7 @@ class Identified:
     reach_interval: tuple[float, float]
     """Interval of the final vacuum of the step [Pa]."""
     noise: float
-    """Standard deviation of a reading, from the fit's residuals [Pa]."""
+    """Standard deviation of a reading [Pa], from the residuals of the fit."""
     checks: tuple[Check, ...]
 
 

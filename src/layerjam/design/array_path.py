@@ -77,7 +77,7 @@ def backbone(brake: Brake, vacuum: float, travel: float, stop: bool, name: str) 
 
 @dataclass(frozen=True)
 class Path:
-    """Force path of a chain: N samples, M members in the order of the stages."""
+    """Force path of a chain: N samples, and M members in the order of the stages."""
 
     elongation: np.ndarray
     force: np.ndarray

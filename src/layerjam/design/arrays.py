@@ -52,7 +52,7 @@ Chain = tuple[Stage, ...]
 
 @dataclass(frozen=True, kw_only=True)
 class Array:
-    """Chains in parallel, each of stages in series, each of members in parallel.
+    """Chains in parallel, each made of stages in series, each made of members in parallel.
 
     Raises QuantityError for an empty chain or stage, more than 10,000 members, a vacuum above the
     site's atmosphere, a slack out of bounds or a brake with contradictory values.
@@ -192,7 +192,7 @@ def pull(array: Array, until: float | None = None) -> ArrayLoading:
     and the next one slips only when the first is at its stop. Only first loading is covered:
     members relax elastically and carry no force below zero.
 
-    Raises QuantityError for a brake that snaps on its own stiffness.
+    Raises QuantityError for a brake that snaps even on its own.
     """
     backbones = _backbones(array.members)
     paths, first = [], 0

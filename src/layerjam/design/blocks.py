@@ -40,7 +40,7 @@ def import_parquet() -> Any:
 
 
 def fingerprint(spec: DesignSpecification, block: int) -> str:
-    """Return the SHA-256 of everything that affects the result: designs, inputs, version."""
+    """Return the SHA-256 of everything that affects the result: designs, inputs and version."""
     grid: Grid = spec.grid
     parts: list[Any] = [__version__, block, CHUNK, grid.names, grid.thickness.tolist()]
     parts += [[np.asarray(row).tolist() for row in grid.stock]]
@@ -54,7 +54,7 @@ def fingerprint(spec: DesignSpecification, block: int) -> str:
 
 
 def encode_block(search: Search, index: int, result: SweepResult, mark: str) -> bytes:
-    """Return the Parquet file of a block, the same bytes for the same block."""
+    """Return the Parquet file of a block, with the same bytes for the same block."""
     totals = {name: np.asarray(getattr(result, name)).tolist() for name in COUNTED}
     on_front = np.isin(np.arange(len(result.numbers)), search.find_highlights(result).front)
     note = {"block": index, "fingerprint": mark, "found": totals}

@@ -54,7 +54,7 @@ direction is unknown.
 
 
 def merit_direction(merit: str, variable: str, tied: bool) -> int | None:
-    """Return 1, -1 or 0 if a merit rises, falls or stays constant with a variable; None if unknown.
+    """Return 1, -1 or 0 if a merit rises, falls or is constant with a variable; None if unknown.
 
     If `tied`, the usable travel follows the overlap. Otherwise, a weak brake's force at the end of
     travel, and its work, may fall as the overlap increases.
@@ -137,7 +137,7 @@ class Boxes:
         return best, sure
 
     def prove(self, constraints: Sequence[Constraint]) -> Proof:
-        """Return whether designs can meet all constraints that have bounds at corners."""
+        """Return whether any design can meet all constraints that have bounds at corners."""
         rules = [c for c in constraints if c.name not in LATE_MERITS]
         if not rules:
             return Proof(UNKNOWN)

@@ -1,4 +1,4 @@
-"""Figures of merit of buildable brakes, as one pure batch function over designs.
+"""Figures of merit of buildable brakes, as a pure, batched function of designs.
 
 A design is a `Point`: sheets, film, lengths, enclosure, vacuum, and the number of identical brakes
 in series and in parallel. A base brake supplies everything else. All forces follow from the laws of

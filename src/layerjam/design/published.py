@@ -65,7 +65,7 @@ class PublishedDevices:
     devices: tuple[PublishedDevice, ...]
     sheet: PublishedDevice
     looked_for: Mapping[str, str]
-    """{class: search history} of classes without a device that states both numbers."""
+    """{class: search history} of classes without a device whose mass and force are published."""
 
 
 @cache

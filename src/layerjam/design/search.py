@@ -318,7 +318,7 @@ def _compile_front() -> Any:
                         break
                 if worse:
                     beaten = True
-                    # a design that dominates one often dominates the next one too
+                    # a design that dominates one design often dominates the next one too
                     front[j], front[j // 2] = front[j // 2], front[j]
                     break
             if not beaten:

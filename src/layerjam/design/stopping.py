@@ -1,4 +1,4 @@
-"""Stop requirement of a design: exact for brakes in parallel.
+"""Stop requirement of a design: it is exact for brakes in parallel.
 
 Brakes in series are assumed to be rigid.
 """

@@ -58,7 +58,7 @@ def check_exponent_of_fan(brake: Any) -> None:
         )
     alpha = fan_exponent(brake) * (lowest / (brake.test_pressure or lowest)) ** exponent
     factor = fan_factor(alpha)
-    # d ln M/d ln alpha of M = sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha))
+    # d ln M/d ln alpha for M = sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha))
     growth = (1 - factor + 2 * alpha * factor) / (2 * factor)
     if 1 + exponent * (1 + growth) <= 0:
         raise QuantityError.of(

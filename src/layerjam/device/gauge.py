@@ -1,4 +1,4 @@
-"""Warning for a brake whose film is not sold in the thickness of its sheets."""
+"""Warning about a brake whose film is not sold in the thickness of its sheets."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Mount of the brake: the clamp in the caps, the rope of the drop test, and the site."""
+"""Mounting of the brake: the clamp in the caps, the rope of the drop test, and the site."""
 
 from typing import Any
 

@@ -227,7 +227,7 @@ def find_changed_input(build: Build, *names: str) -> str:
 
 
 def check_build(brake: Brake, build: Build) -> None:
-    """Raise QuantityError if choices contradict each other or the brake."""
+    """Raise QuantityError if choices contradict each other or the values of the brake."""
     hole, width = brake.mount.screw_hole, brake.sheets.width
 
     def refuse(key: str, problem: str, unit: str = "m") -> None:

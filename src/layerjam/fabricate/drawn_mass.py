@@ -117,7 +117,7 @@ def _select_rows(place: Any, row: Any) -> Any:
 
 
 def drawn_mass(file: BrakeFile) -> float | None:
-    """Return the mass [kg] of one brake as drawn, without parts of unknown mass.
+    """Return the mass [kg] of one brake as drawn, excluding parts of unknown mass.
 
     It is None if the parts do not fit together.
     """

@@ -260,7 +260,7 @@ def _hole_text(key: str, value: float, limit: float, ok: bool | None) -> str:
 def more_files(
     build: Build, lengths: Lengths, parallel: int, series: int, coupons: bool
 ) -> dict[str, bytes]:
-    """Return {path: bytes} of auxiliary parts (jig, yoke, link, coupons), all nominal."""
+    """Return {path: bytes} of auxiliary parts (jig, yoke, link, coupons), all at nominal size."""
     flat = auxiliary_plates(build, lengths, parallel, series)
     content = {f"cut/{name}.dxf": write_dxf([part]) for name, part in flat.items()}
     if coupons:

@@ -76,7 +76,7 @@ def _read_list(path: Path) -> set[str]:
 
 
 def write_folder(out: Path, content: Mapping[str, str | bytes], overwrite: bool = False) -> None:
-    """Write {path inside `out`: content} completely or not at all; raises FileError."""
+    """Write all files, {path inside `out`: content}, or none; raises FileError."""
     path = check_folder(out, overwrite)
     with report_failure(out, "cannot be written"), hidden_folder(path.parent) as hidden:
         write_files(hidden / "build", content)

@@ -92,7 +92,7 @@ def _mould_half(lengths: Lengths, build: Build, below: bool) -> Iterator[Prism]:
 
 
 def bolt_places(lengths: Lengths) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
-    """Return the positions of the bolts, and of the keys that replace the middle pair."""
+    """Return the positions of the bolts, and those of the keys that replace the middle pair."""
     mould = lengths.mould
     y_row = (mould.outer_width + mould.flange) / 2
     first = -(mould.length - mould.flange) / 2

@@ -31,7 +31,7 @@ class Piece:
     """Name and number of each part, in the order in which the parts were given."""
 
     def used(self) -> tuple[float, float]:
-        """Return length and width [mm] up to the last part, from the origin."""
+        """Return the length and width [mm] that the parts use, from the origin."""
         return bounding_box(self.parts)[2:]
 
 

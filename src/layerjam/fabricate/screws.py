@@ -20,7 +20,7 @@ class Thread:
     """One size of screw, nut and hole [mm]."""
 
     size: float
-    """Nominal diameter of the thread, coarse pitch (ISO 261)."""
+    """Nominal diameter of the thread, which has the coarse pitch (ISO 261)."""
     pitch: float
     head: float
     """Diameter of the head (ISO 4762, dk of a plain (unknurled) head)."""

@@ -41,7 +41,7 @@ class Box:
         return (c - a) * (d - b) - (4 - math.pi) * self.radius**2
 
     def outline(self) -> list[Point]:
-        """Return the corners, or points along the rounded corners, counter-clockwise."""
+        """Return the corners, or points along the rounded corners, anticlockwise."""
         (a, b), (c, d), r = self.low, self.high, self.radius
         if not r:
             return [(a, b), (c, b), (c, d), (a, d)]

@@ -132,7 +132,7 @@ def holding_time(end: Any, start: Any, rate: Any, atmosphere: Any) -> Any:
 
 
 def rise_time(target: float, line: Line, water: bool = False) -> float | None:
-    """Return the time from 10 to 90 % of a vacuum [Pa] at full pump power, or None if never."""
+    """Return the 10 to 90 % rise time [s] of a vacuum [Pa] at full pump power, or None if never."""
     a = line.site.atmosphere
     if target > reachable_vacuum(line, water) or (not water and target == reachable_vacuum(line)):
         return None

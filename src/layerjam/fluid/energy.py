@@ -79,7 +79,7 @@ class Holding(NamedTuple):
     duty: float
     """Fraction of the time, or of the flow, that the pumps need; above 1 they are too weak."""
     electric_power: float | None
-    """Duty times electric power [W]; None if the power is not known or the duty is above 1."""
+    """Duty times electric power [W]; None if the power is unknown or the duty is above 1."""
 
 
 def holding(vacuum: float, line: Line) -> Holding:

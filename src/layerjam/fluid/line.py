@@ -1,4 +1,4 @@
-"""A vacuum line: chamber, tube, pumps, vent valve, reservoir, leak, sensor (mechanics, section 5).
+"""A vacuum line: chamber, tube, pumps, vent valve, reservoir, leak and sensor (mechanics, 5).
 
 A flow is a volume per time at the inlet pressure. A throughput q is pressure times volume per time
 [Pa m^3/s], which is a measure of gas at one temperature.
@@ -126,7 +126,7 @@ class Leak:
 
 @record
 class Reservoir:
-    """A vessel that is evacuated beforehand; its valve connects it to the chamber."""
+    """A vessel that is evacuated beforehand; a valve connects it to the chamber."""
 
     volume: float = quantity("m^3", "volume of the reservoir", lo=1e-7, hi=10)
     conductance: float = quantity(

@@ -71,7 +71,7 @@ def family_fields(family: str) -> dict[str, QuantitySpec | CurveSpec]:
 
 @cache
 def parts(family: str) -> Mapping[str, Part]:
-    """Return every entry of a family, "pump", "valve" or "sensor", by name; read only."""
+    """Return the entries of a family ("pump", "valve" or "sensor") by name, read-only."""
     if family not in FAMILIES:
         raise UnknownNameError("family of parts", family, FAMILIES)
     place = files("layerjam.fluid") / "catalogue" / f"{family}s.toml"

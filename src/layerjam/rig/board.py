@@ -134,7 +134,7 @@ class VirtualBoard:
 def connect(address: str | Address) -> tuple[Line, VirtualBoard | None]:
     """Return the line to the board at an address; a virtual board is started.
 
-    Raises LineError if nobody responds, FileError if the port is not available.
+    Raises LineError if no board responds, FileError if the port is not available.
     """
     target = address_of(address)
     if target.kind == "sim":

@@ -49,7 +49,7 @@ class Trial:
     deadline: float | None
     vacuum_after: float
     doubted_after: float | None
-    """Time to the third opening of the vent within a minute."""
+    """Time until the vent has opened three times within a minute."""
     lost_after: float | None
     """Time until a tenth of the target was lost; 0 if the target had not been reached."""
     trouble: str = ""
@@ -93,7 +93,7 @@ def select_faults(names_wanted: Sequence[str]) -> list[str]:
 
 
 def accelerate(text: str | Address) -> Address:
-    """Return the address of a virtual board, at full speed unless it states a speed."""
+    """Return the address of a virtual board, with full speed unless the text states a speed."""
     target = address_of(text)
     if not target.simulated:
         raise QuantityError.of(

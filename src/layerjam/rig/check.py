@@ -35,7 +35,7 @@ ONSET = 0.6
 SURE = 5e-3
 """Largest acceptable standard error [s] of a lag."""
 MOVED = 300.0
-"""Smallest change [Pa] treated as motion; ten times the noise if that is larger."""
+"""Smallest change [Pa] treated as motion; or ten times the noise if that is larger."""
 RELEASED = 0.5
 """Largest fraction of the vacuum that may remain when the vent is open."""
 LEFT = 0.1
@@ -46,7 +46,7 @@ LEAKY = 2.0
 TIGHT = 1e-3
 """Leak [1/s] that is always acceptable."""
 ZEROED = 4.5
-"""Time [s] for which the vent is open before and during the measurement of the zero."""
+"""Time [s] for which the vent is open before and while the zero is measured."""
 STEADY = 20.0
 """Largest change [Pa] of the half-second mean of a steady reading, or the scatter if larger."""
 FARTHEST = 0.05
@@ -349,7 +349,7 @@ def _fit(
 
 
 def _judge(data: Checked, plant: Plant | None, lag: float, tune: bool) -> Checked:
-    """Return the data with the expected values, and the reason that prevents regulation, if any."""
+    """Return the data with the expected values, and the reason against regulation, if any."""
     faulty = (name for bit, name in TESTS.items() if data.self_test & bit)
     reasons = [f"{name} fails the self-test" for name in faulty]
     reasons += [FAULTS[key] for key in data.wiring]

@@ -191,7 +191,7 @@ def patience(step: Pull | Return, start: float) -> float:
 
 
 def tell_person(text: str) -> None:
-    """Print a text for the person at the bench immediately."""
+    """Print a text for the person at the bench, without buffering."""
     print(text, file=sys.stderr, flush=True)
 
 
@@ -211,7 +211,7 @@ def _enter() -> bool:
 
 
 def _key() -> bool:
-    """Return whether Enter was pressed in Windows' console, which `select` cannot watch."""
+    """Return whether Enter was pressed in the Windows console, which `select` cannot watch."""
     keys: Any = importlib.import_module("msvcrt")
     is_enter = False
     while keys.kbhit():

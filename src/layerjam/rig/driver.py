@@ -234,7 +234,7 @@ class Bench:
         self.tell("SYST:LOCK:REL")
 
     def wait(self, seconds: float, *, until: float | None = None) -> float:
-        """Keep the lease alive for a time [s] of the host's clock; return the last vacuum [Pa].
+        """Keep the lease alive for a time [s] of the host's clock; return the latest vacuum [Pa].
 
         The wait ends early once the vacuum rises to `until` [Pa]. Raises TrippedError if a fault
         puts the bench into its safe state.
@@ -298,7 +298,7 @@ class Bench:
         )
 
     def close(self) -> None:
-        """Switch the outputs off if this client commanded anything, and disconnect."""
+        """Switch the outputs off if this client has sent any command, and disconnect."""
         try:
             if self._commanded:
                 self.off()

@@ -81,7 +81,7 @@ def prepare(
 
 
 def arm(bench: Bench) -> None:
-    """Start sampling and wait for the trigger; raises InstrumentError."""
+    """Make the board sample and wait for the trigger; raises InstrumentError."""
     bench.tell("INIT")
 
 

@@ -340,8 +340,8 @@ def execute(
 ) -> RunResult:
     """Carry out a procedure on a bench that has a regulator and a safe state, and record it.
 
-    `meta` are further entries of the file (brake_toml, line_toml). Raises QuantityError or
-    ProcedureError for an impossible procedure, InstrumentError if the bench refuses to start,
+    `meta` are further entries in the file (brake_toml, line_toml). Raises QuantityError or
+    ProcedureError for an impossible procedure, InstrumentError if the bench does not start,
     FileError for the file. After an error no file is left. Ctrl-C, SIGTERM and `stop` end the run
     with OPERATOR_STOPPED. `watch` receives every block of samples after it is on disk. With a
     `rig`, the accelerometer's records of drops are stored in the file. `say` receives the first

@@ -181,7 +181,7 @@ def at_prompt(port: str) -> tuple[Prompt, Serial]:
 
 
 def greeting(port: str) -> str:
-    """Return the firmware's `*IDN?`, or "" if the firmware is not running."""
+    """Return the firmware's response to `*IDN?`, or "" if the firmware is not running."""
     line = Line(Serial(port), port)
     try:
         response = line.ask(1, b"*IDN?", tries=2).decode("ascii", "replace")

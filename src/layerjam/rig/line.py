@@ -227,7 +227,7 @@ class Line:
             self._buffer += data
 
     def greet(self, patience: float) -> str:
-        """Return the board's `*IDN?` once it has started; end the sessions of earlier clients."""
+        """Return the board's `*IDN?` response after its start; end earlier clients' sessions."""
         end = time.monotonic() + patience
         while True:
             try:

@@ -67,7 +67,7 @@ class BoardLink:
 
 
 def connect_socket(address: Address) -> socket.socket:
-    """Return the socket of a `tcp:` address; FileError if nobody listens."""
+    """Return the socket of a `tcp:` address; FileError if no gateway listens there."""
     try:
         connection = socket.create_connection(address.host_port, PATIENCE)
     except OSError as error:
@@ -151,7 +151,7 @@ class VisaEnds:
     """A VISA resource, used like a connected socket; errors are OSError.
 
     Its address is `visa:TCPIP::10.0.0.7::5025::SOCKET` or `visa:ASRL/dev/ttyACM0::INSTR`. PyVISA
-    uses the installed VISA library, or else its own in Python.
+    uses the installed VISA library, or otherwise its own one in Python.
     """
 
     def __init__(self, address: Address) -> None:

@@ -93,8 +93,8 @@ def draw_plan(
     """Return the plan of run `number` of a fault; it depends on the seed, not on other runs.
 
     The line is a random variation of the board's line, and the regulator is designed for it. With
-    `mismatch` the real line differs from it within the tolerances. `size` is the size of the fault,
-    random by default.
+    `mismatch`, the real line differs from it within the tolerances. `size` is the size of the
+    fault, random by default.
     """
     draw = random.Random(f"{seed} {name} {number}")
 
@@ -284,7 +284,7 @@ class Observer:
 
     @property
     def safe_after(self) -> float | None:
-        """Return the time [s] from the event until the outputs were safe and stayed safe."""
+        """Return the time [s] from the event until the outputs became safe and stayed safe."""
         if self.since is None or self.event is None:
             return None
         return max(self.since - self.event, 0.0)

@@ -48,7 +48,7 @@ HEALTHY = FaultInjection()
 SCALE = struct.Struct("<4d")
 """Counts at 0, m/s^2 per count, range [m/s^2], rate [Hz]."""
 SENSITIVITY = 8e-3
-"""Sensitivity of a 250 g ADXL193 on 5 V [V/g]; from memory, not read in a data sheet."""
+"""Sensitivity of a 250 g ADXL193 on 5 V [V/g]; from memory, not from a data sheet."""
 DIVIDER, REFERENCE, CODES = 2 / 3, 3.3, 4096
 ZERO = 2.5 * DIVIDER / REFERENCE * CODES
 """Counts at 0."""

@@ -385,7 +385,7 @@ class _Log:
                     return failure
 
     def _reconnect(self, reason: str) -> tuple[str, str | None] | None:
-        """Try to restore the connection; return None once it works."""
+        """Try to restore the connection; return None once it works again."""
         recorder = self.recorder
         bench, end = recorder.bench, time.monotonic() + self._patience
         recorder.file.note("link", f"connection lost: {reason}", recorder.now)

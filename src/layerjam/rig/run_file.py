@@ -158,7 +158,7 @@ class RunFile:
         return None if row is None else (row[0], row[1])
 
     def counts(self) -> tuple[int, int, int]:
-        """Return the numbers of samples, missing samples and starts of the board."""
+        """Return the numbers of samples, of missing samples and of starts of the board."""
         rows = self._base.execute(
             "SELECT count(*), max(seq) - min(seq) + 1 FROM samples GROUP BY boot"
         ).fetchall()

@@ -66,7 +66,7 @@ class Listening:
 
 
 class Splitter:
-    """Splits bytes into lines; only the start of an overlong line is returned."""
+    """Splitter of bytes into lines; it returns only the start of an overlong line."""
 
     def __init__(self) -> None:
         self._rest = b""
@@ -182,7 +182,7 @@ class Gateway:
             self._free.append(session)
 
     def _admit(self, client: Client) -> None:
-        """Give a client that may command its own session, if one is free."""
+        """Assign a session of its own to a client that may command, if one is free."""
         if client.door.open and client.session == GUEST and self._free:
             client.session = self._free.pop()
             self._guests.pop(client, None)

@@ -1,6 +1,6 @@
 """Images for a Pico's boot loader: UF2, 256 bytes of flash in each block of 512.
 
-The format is Microsoft's (github.com/microsoft/uf2); family and addresses are the RP2040's.
+The format is Microsoft's (github.com/microsoft/uf2); family and addresses are for the RP2040.
 """
 
 import struct

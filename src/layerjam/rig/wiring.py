@@ -133,7 +133,7 @@ def boards() -> list[str]:
 
 
 def load_wiring(board: str | Path) -> WiringFile:
-    """Return a wiring by a board's name, or from the path of its TOML file.
+    """Return a wiring, given a board's name or the path of the wiring's TOML file.
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """

@@ -143,7 +143,7 @@ class Bench:
     def renew(self, session, commands: bool) -> None:
         """Restart the lease after a line from the commanding client.
 
-        This is the owner of the lock, otherwise the client of the last command (`commands`).
+        That client is the owner of the lock, otherwise the sender of the last command (`commands`).
         Queries from other clients do not renew the lease.
         """
         if self.owner >= 0 and self.owner != session.number:
@@ -332,7 +332,7 @@ class Bench:
                 self.openings = self.openings[1 - VENTS :] + [self.count]
 
     def disagree(self, watch) -> bool:
-        """Return whether a second sensor, if present, has differed for long enough."""
+        """Return whether a second sensor, if present, has disagreed for long enough."""
         second_reading = None if self.second is None else self.second()
         if second_reading is None:
             return False

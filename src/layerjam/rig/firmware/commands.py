@@ -232,7 +232,7 @@ TABLE = COMMON + TABLE + CAPTURE
 
 
 def tree(bench) -> Node:
-    """Return the tree of all headers; `bench.headers` keeps their names."""
+    """Return the tree of all headers; `bench.headers` stores their names."""
     root = Node()
     bench.headers = [
         header + ("/qonly/" if command is None else "/nquery/" if query is None else "")

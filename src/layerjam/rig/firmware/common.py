@@ -1,4 +1,4 @@
-"""Headers that every instrument has (IEEE 488.2, SCPI-99), as a table with their functions.
+"""Headers that every instrument has (IEEE 488.2, SCPI-99), in a table with their functions.
 
 Flags: L is rejected from other clients while the instrument is locked, S is allowed only in SAFE, W
 waits until no capture is waiting or running.

@@ -22,7 +22,7 @@ PACE = 36
 FIRST, CHANNELS = 26, 5
 CODES, FULL = 4096, 65535
 ASIDE, ASIDE_BITS = 16, 5
-"""Number of stored readings of the other voltages, and number of bits that count their bytes."""
+"""Number of stored readings of the other voltages, and number of address bits of their ring."""
 RING_BITS = 15
 TRIES = 1000
 
@@ -35,7 +35,7 @@ class Voltage:
         self.adc = machine.ADC(machine.Pin(number))
 
     def mean(self, reads: int) -> float:
-        """Return the mean of some conversions, 0 to 65535; during a record, of the latest ones."""
+        """Return the mean of some conversions (during a record: the latest), from 0 to 65535."""
         converter = self.converter
         if converter.running:
             codes = converter.aside[converter.others.index(self.channel) :: len(converter.others)]

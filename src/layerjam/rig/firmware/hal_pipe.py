@@ -156,7 +156,7 @@ class Hal:
         return PATIENCE - (host_time - self.pressed)
 
     def receive(self) -> bytes:
-        """Return the bytes that have arrived; the end of the pipe ends the board."""
+        """Return the bytes that have arrived; at the end of the pipe, the board ends."""
         data = self.read_line()
         if data == b"":
             raise EOFError
@@ -202,11 +202,11 @@ class Hal:
         return self.estop_open
 
     def supply(self) -> bool:
-        """Return whether the supply was in order at the last sample."""
+        """Return whether the supply voltage was sufficient at the last sample."""
         return not self.supply_low
 
     def show(self, state: int, sync: int) -> None:
-        """Do nothing: the virtual board has neither a lamp nor a marker."""
+        """Do nothing: a virtual board has neither a lamp nor a marker."""
 
     def arm(self) -> None:
         """Do nothing: the virtual board is not for testing hangs, so it has no watchdog."""

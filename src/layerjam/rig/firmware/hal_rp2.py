@@ -48,7 +48,7 @@ def wiring() -> dict:
 
 
 class Hal:
-    """The board; `reset` is not needed, because the chip resets itself."""
+    """HAL of the board; `reset` is not needed, because the chip resets itself."""
 
     collects = True
 

@@ -22,14 +22,14 @@ CORRUPT, CORRUPT_WINDOW = 10, 1000
 
 
 class Port:
-    """Reads lines and sends responses; nothing is executed twice."""
+    """The line's end: reads lines and sends responses; nothing is executed twice."""
 
     def __init__(self, bench) -> None:
         self.bench = bench
         self.root = tree(bench)
         self.inbox = bytearray()
         self.outbox = b""
-        # number of bytes already sent; removing them after each write would copy the others
+        # number of bytes already sent; removing them after each write would mean copying the rest
         self.taken = 0
         self.skipping = False
         self.done: dict[int, tuple[int, bytes, bytes]] = {}
@@ -120,7 +120,7 @@ class Port:
                 self.plain(self.later.pop(0))
 
     def frame(self, number: int, count: int, payload: bytes) -> None:
-        """Process one frame; a repeated one gets the stored response."""
+        """Process one frame; the response to a repeated one is the stored response."""
         before = self.done.get(number)
         if before is not None and before[0] == count and before[1] == payload:
             self.put(before[2])

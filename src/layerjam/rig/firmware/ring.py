@@ -22,7 +22,7 @@ class Ring:
         self.places = [-1] * sessions
         """First record that a session has not acknowledged; -1 before its first fetch."""
         self.recorders: list[int] = []
-        """Sessions that acknowledge; without them, nothing counts as lost."""
+        """Sessions that acknowledge records; without any, nothing counts as lost."""
         self.begin = 0
         """First record that no session has acknowledged, where a new session begins."""
         self.slowest = 0

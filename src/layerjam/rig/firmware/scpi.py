@@ -119,7 +119,7 @@ def limit(value, bench) -> float:
 class Number:
     """A number from `lo` to `hi` in `unit` ("" means no suffix); MIN, MAX and DEF name values.
 
-    `empty` is the message of error -221 if there is no range yet.
+    `empty` is the message of error -221 if the range is not known yet.
     """
 
     def __init__(

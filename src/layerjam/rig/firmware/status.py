@@ -92,7 +92,7 @@ class Session:
         return byte | 64 if byte & self.service_enable & ~64 else byte
 
     def clear(self) -> None:
-        """Clear events, the queue and a waiting `*OPC` (`*CLS`); enables stay."""
+        """Clear events, the queue and a waiting `*OPC` (`*CLS`); enable registers are kept."""
         self.standard = 0
         self.completes = False
         self.operation.event = self.questionable.event = 0

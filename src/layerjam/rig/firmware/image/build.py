@@ -1,4 +1,4 @@
-"""Builds a board's image from Debian's packages alone: `make firmware`.
+"""Building a board's image from Debian packages alone: `make firmware`.
 
 MicroPython's source code, the chip maker's library and the USB stack are from Debian 13. They are
 fetched from this machine's mirror with apt's signature check, and compiled with the machine's own
