@@ -176,9 +176,9 @@ def section(found: dict[str, Tally], campaigns: int, seed: int) -> str:
 
 {table(found)}
 
-*failed* is the share of campaigns in which a check failed or a file was refused. The first row
-lists the false alarms. *named* is the share in which the faulty test, and no other, was named.
-**Bold** rows must reach {MUST:.0%}.
+*failed* is the percentage of campaigns in which a check failed or a file was rejected. The first
+row shows the false alarms. *named* is the percentage in which the faulty test, and no other, was
+named. **Bold** rows must reach {MUST:.0%}.
 
 {MARKS[1]}"""
 

@@ -309,88 +309,90 @@ def page(found: dict[str, dict[str, Tally]], campaigns: int, seed: int) -> str:
     return f"""# Do the intervals hold?
 
 Check how far you can trust the intervals and checks of a calibration. A 95 % interval must contain
-the true value 95 times in 100. Here the true value is known, because campaigns are drawn at random
-in a virtual laboratory. The table is made by
-`--campaigns {campaigns} --seed {seed}` of `tests/interval_coverage.py`:
+the true value 95 times in 100. Here the true values are known, because the campaigns are generated
+at random in a virtual laboratory. The table is produced by `--campaigns {campaigns} --seed {seed}`
+of `tests/interval_coverage.py`:
 
 ```sh
 make coverage
 ```
 
-**All data are synthetic.** Their true value is this program's own law of the brake. The table shows
-that the statistics are right, not that a real brake follows the law. To test that, use the checks
-of a calibration and `layerjam validate`.
+**All data are synthetic** and follow this program's own law of the brake. The table shows that the
+statistics are right, not that a real brake follows the law. To test that, use the checks of a
+calibration and `layerjam validate`.
 
 {table(found)}
 
-*t* and bootstrap are the shares of campaigns whose 95 % interval contains the true value. A share
-measured on {campaigns:,} campaigns is itself uncertain by {uncertainty(campaigns):.1%} (95 %). In
-rows with a share for the bootstrap whole records are drawn and read. The other rows draw the
-results of a pull (its peak, its slope, its own parameters) with the errors of reading. Their
-intervals are those of `calibrate`, and the posterior is integrated on a grid. Tests compare both
-with whole records.
+The *t* and bootstrap columns show the percentage of campaigns whose 95 % interval contains the true
+value. A percentage measured on {campaigns:,} campaigns itself has an uncertainty of
+{uncertainty(campaigns):.1%} (95 %). In rows with a bootstrap value, whole records are generated and
+read. In the other rows, the results of a pull (its peak, its slope, its own parameters) are
+generated with reading errors. Their intervals are those of `calibrate`, and the posterior is
+integrated on a grid. Tests compare both with whole records.
 
-Every row must reach {LEAST:.0%}. At depth exact, shares of the scale factor exceed 95 % if the true
-enclosure is that of the file, because the interval allows for another one. Half widths (of *t*) are
-medians, relative to the true value for scale factor, stiffness and the enclosure's factor. With
-three repeats in all Student's *t* is 4.3, with two 12.7. The intervals are accordingly wide: more
-repeats help more than more samples.
+Every row must reach {LEAST:.0%}. With the exact method, percentages for the scale factor exceed 95
+% if the true enclosure is that of the file, because the interval allows for a different one. Half
+widths (of *t*) are medians, relative to the true value for the scale factor, the stiffness and the
+enclosure factor. Student's *t* is 4.3 for three repeats in all, and 12.7 for two. The intervals are
+accordingly wide: more repeats help more than more samples.
 
 ## Random campaigns
 
-A campaign has Kapton or PTFE sheets. Relative to the catalogue, the scale factor is 0.75 to 1.3
-times and the stiffness 0.7 to 1.4 times. At depth curves and in the Bayesian fit the enclosure
-varies as well, 0.7 to 1.4 times. There are one to three vacuums between 22 and 94.5 kPa, with three
-to five repeats of each, drawn separately.
+A campaign has Kapton or PTFE sheets. The scale factor is 0.75 to 1.3 times that of the catalogue,
+and the stiffness 0.7 to 1.4 times. For whole curves and the Bayesian fit the enclosure also varies,
+by 0.7 to 1.4 times. There are one to three vacuums between 22 and 94.5 kPa, with three to five
+repeats of each, generated separately.
 
-Every repeat has its own friction (SD of 1 to 5 % from campaign to campaign), stiffness (1 to 5 %)
-and enclosure (1 to 10 %). The zero of the force has an error (SD 0.2 % of the peak; 2 % if the
-offset is free). There is up to 3 mm of slack and noise of 0.02 to 0.3 % of the peak, in {SAMPLES:,}
+Every repeat has its own friction (SD of 1 to 5 %, depending on the campaign), stiffness (1 to 5 %)
+and enclosure (1 to 10 %). The force has a zero error (SD 0.2 % of the peak; 2 % if the offset is
+free). There is up to 3 mm of slack and a noise of 0.02 to 0.3 % of the peak, in {SAMPLES:,}
 samples.
 
-True pressure exponents are within ±0.15, true speed slopes (of the logarithm of friction) within
-±0.1 a decade. At depth exact the mean enclosure equals that of the file, or is 25 % off in the
-rows named so.
+True pressure exponents are within ±0.15, and true speed slopes (of the logarithm of friction)
+within ±0.1 per decade. With the exact method, the mean enclosure equals that of the file, except in
+the rows marked "25 % off".
 
-In the rows with mountings, pull *n* of each vacuum and speed belongs to mounting *n*. Per pull,
-every pull has its own friction, stiffness and enclosure. Per repeat, all pulls of a mounting have
-the same. Mixed, half of the variance is shared.
+In the rows with mountings, pull *n* of each vacuum and speed belongs to mounting *n*. In rows
+marked "per pull", every pull has its own friction, stiffness and enclosure. In rows marked "per
+repeat", all pulls of a mounting have the same values. In "mixed" rows, half of the variance is
+shared.
 
 ## Pulls that share a mounting
 
-Pulls of one mounting share its friction and its grips. Taken as independent, 18 pulls in three
-mountings give intervals that contain the true value in 45 % of campaigns. Intervals therefore use
-the scatter between mountings. `mounting` in a pull's sidecar numbers them; if it is not given,
-`repeat` counts. If you repeat pulls without taking the brake out, give them one `mounting`. This
-leaves few degrees of freedom: three mountings have Student's *t* of 4.3, two have 12.7.
+Pulls of one mounting share the same friction and grips. If 18 pulls in three mountings are treated
+as independent, the intervals contain the true value in only 45 % of campaigns. Intervals therefore
+use the scatter between mountings. `mounting` in a pull's sidecar numbers them; if it is omitted,
+`repeat` is used. If you repeat pulls without removing the brake, give them the same `mounting`.
+This leaves few degrees of freedom: Student's *t* is 4.3 for three mountings and 12.7 for two.
 
-If no mounting is stated, the first, second, ... pulls of each vacuum and speed are candidates. An F
-test compares the scatter between them with that within. They count as mountings if so much scatter
-between three or more groups has a probability below 25 % by chance (below 5 % for two groups). The
-check `mountings` states which assumption was made. It is a warning if the probability is below
-0.5 %. Pulls at one vacuum alone cannot reveal mountings.
+If no mounting is stated, the groups of first, second, ... pulls at each vacuum and speed are
+candidates. An F test compares the scatter between groups with that within groups. They count as
+mountings if the probability of so much scatter between three or more groups by chance is below 25 %
+(below 5 % for two groups). The `mountings` check states which assumption was made. It is a warning
+if the probability is below 0.5 %. Pulls at a single vacuum cannot reveal mountings.
 
 ## The enclosure
 
-A peak contains the enclosure's force, which the default method takes from the brake's file. Its
-uncertainty (`force_uncertainty` in `[enclosure]`, 30 % if it is not stated) enters the interval
-with the sensitivity of the scale factor. The standard uncertainties are added as squares, and
+A peak includes the enclosure's force, which the default method takes from the brake file. Its
+uncertainty (`force_uncertainty` in `[enclosure]`, 30 % if not stated) contributes to the interval
+with the sensitivity of the scale factor. The standard uncertainties are combined in quadrature, and
 Student's *t* has the effective degrees of freedom of Welch and Satterthwaite (GUM, annex G.4). With
-one or two degrees of freedom this formula would reward a further uncertainty with a narrower
-interval, so the interval is never narrower than that of the scatter alone. At depth curves and in
-the Bayesian fit the enclosure is fitted.
+one or two degrees of freedom, this formula would give a narrower interval for an additional
+uncertainty. The interval is therefore never narrower than that of the scatter alone. For whole
+curves and in the Bayesian fit, the enclosure is fitted.
 
 ## Why *t* over curves
 
-The samples of a curve share one mounting, so they do not show its repeatability. Intervals use only
-the scatter between curves, or between mountings. At depth exact that is Student's *t* of the pulls'
-values. At depth curves it is the sandwich over curves with residuals enlarged for their leverage
-(CR2) and Satterthwaite's degrees of freedom. The references are Bell and McCaffrey 2002 and
-Pustejovsky and Tipton 2018. If all curves have the same weight, the result is the same *t*.
+The samples of a curve share one mounting, so they do not show the repeatability. Intervals use only
+the scatter between curves, or between mountings. With the exact method this is Student's *t* of the
+pulls' values. For whole curves it is the sandwich estimator over curves with residuals scaled for
+their leverage (CR2) and Satterthwaite's degrees of freedom (Bell and McCaffrey 2002; Pustejovsky
+and Tipton 2018). If all curves have the same weight, the result is the same *t*.
 
-The bootstrap draws, within a condition, one curve fewer than the condition has, and uses the
-standard deviation of the results with *t*. The percentiles of three resampled repeats would cover
-74 %. Intervals of positive values are symmetric about the logarithm, so they never reach zero.
+The bootstrap resamples, within each condition, one curve fewer than the condition has, and combines
+the standard deviation of the results with *t*. The percentiles of three resampled repeats would
+have a coverage of 74 %. Intervals of positive values are symmetric on a logarithmic scale, so they
+never include zero.
 """
 
 
