@@ -360,8 +360,8 @@ def write(table: Iterable[str], cases: int, seed: int) -> None:
 |---|---|---|---|---|
 {chr(10).join(table)}
 
-A failed check in a row **healthy** is a false alarm. *refused* means that the command rejected the
-file with an error.
+In rows marked **healthy**, a failed check is a false alarm. *refused* means that the command
+rejected the file with an error.
 
 {MARKS[1]}"""
     PAGE.write_text(before + made + rest.split(MARKS[1])[1], encoding="utf-8")
