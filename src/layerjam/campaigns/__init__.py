@@ -1,1 +1,1 @@
-"""A virtual test machine, and campaigns of tests with a known true brake."""
+"""A virtual test machine, and campaigns of tests with known true values."""

@@ -244,7 +244,7 @@ def _file_patterns(campaign: Campaign, folder: Path, tests: Sequence[Trial]) -> 
     """Return shell patterns for the files of some tests, without sidecars."""
     names = {}
     for test in tests:
-        # all repeats, and for pulls all speeds
+        # match all repeats and, for pulls, all speeds
         parts = test.name.split("_")[: 3 if test.kind == "pull" else 2]
         names["_".join([*parts, "*"]) + select_form(campaign, test).details.ending] = test
     return " ".join(quote_pattern(folder, name) for name in names)

@@ -38,7 +38,7 @@ class Layout:
     travel [mm]; m, travel [m]; f, force [N]. testXpert also has c, the absolute crosshead position
     [mm], and X and F, its travel and force. `name` and `unit` are the formats of a cell with a name
     or a unit; `second` is the unit of time. `english` contains the names of time, travel and force
-    if they differ from `LANGUAGES`. With `fixed`, encoding, decimal sign and language are fixed.
+    if they differ from `LANGUAGES`. `fixed` means a fixed encoding, decimal sign and language.
     """
 
     about: str

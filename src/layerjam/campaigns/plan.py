@@ -37,7 +37,7 @@ class Subject:
 
 @dataclass(frozen=True, kw_only=True)
 class Trial:
-    """One pull or friction test: readings and true values, in SI units.
+    """One pull or friction test, with its readings and true values in SI units.
 
     `kind` is "pull" or "friction"; `name` is the file name without its suffix. `vacuum` is the
     gauge reading and `true_vacuum` its true value, both None in a friction test. `friction`,

@@ -39,8 +39,8 @@ def interval_ends(value: float, reach: float, positive: bool = True) -> tuple[fl
     """Return the ends of an interval that extends by `reach` on either side of a value.
 
     The interval of a positive quantity is symmetric about the value's logarithm, so that it never
-    reaches zero; if `reach` is small, the two forms agree. A negative value, such as an outward
-    flow, counts by its size.
+    reaches zero; if `reach` is small, the two forms agree. For a negative value, such as an outward
+    flow, the absolute value is used.
     """
     if not positive or value == 0:
         return value - reach, value + reach

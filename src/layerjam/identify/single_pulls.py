@@ -3,7 +3,8 @@
 `factor` is the scale factor of a pull's peak, `slope` its stiffness. `shape` compares the scale
 factor after the peak with that of the peak. `vacuum` and `speed` compare the scale factors of the
 pulls at one vacuum or speed with the others, and the recorded crosshead speed with the stated one.
-`seating` is about the straightness of the rise. A verdict is "ok", "odd" or, if unknown, "untold".
+`seating` states whether the rise is straight. A verdict is "ok", "odd" or, if too little is known,
+"untold".
 
 A single pull with a different friction looks like one with a different vacuum. Only the enclosure
 could distinguish them, but its sixth of the force scatters too much.
@@ -65,7 +66,7 @@ SOFT = 0.08
 
 @dataclass(frozen=True, kw_only=True)
 class SinglePull:
-    """Results of one pull, SI units; None if unknown.
+    """Results of one pull, in SI units; None if unknown.
 
     `factor` and `stiffness` are from its peak and its slope. `shape` is the relative deviation of
     the scale factor after the peak from that of the peak. `seating` is the relative excess of the

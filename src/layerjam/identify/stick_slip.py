@@ -56,7 +56,7 @@ CAUSE = "motor steps, screw or drive of the machine"
 
 @dataclass(frozen=True, kw_only=True)
 class SawTeeth:
-    """Stick–slip in a section of a record, SI units.
+    """Stick–slip in a section of a record, in SI units.
 
     `upper` and `lower` are the mean forces at which the teeth end and begin [N], with standard
     errors from their scatter. `spacing` is the crosshead travel between two slips [m], `period` the

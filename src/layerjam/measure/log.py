@@ -1,7 +1,7 @@
 """Time log from any logger or test machine, with named columns and units.
 
-A command lists the quantities it needs (`Want`). A column is selected first by its unit, then by
-its name. If the file is ambiguous, `ReadingOptions` decide.
+A command lists the quantities that it requires (`Want`). A column is selected first by its unit,
+then by its name. If the file is ambiguous, `ReadingOptions` decide.
 """
 
 import re

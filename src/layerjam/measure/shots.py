@@ -67,7 +67,7 @@ class Shot:
         }
 
     def parts(self) -> list[tuple[int, int, bytes]]:
-        """Return the rows of `shot_data`: first, n, samples."""
+        """Return the rows of `shot_data`: (first, n, samples)."""
         counts = self.counts.astype("<i2")
         pieces = {first: counts[first : first + PIECE] for first in range(0, len(counts), PIECE)}
         return [(first, len(piece), piece.tobytes()) for first, piece in pieces.items()]

@@ -232,7 +232,7 @@ class Guess(NamedTuple):
     a: CurveEstimates
     k: CurveEstimates
     mounting: Any = None
-    """Whether curves share a mounting, (curves, curves); None if no two do."""
+    """Whether curves share a mounting, shape (curves, curves); None if no two do."""
 
 
 class _UnitMap(NamedTuple):

@@ -25,7 +25,7 @@ Array = np.ndarray[Any, Any]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Band:
-    """Quantiles of one quantity, SI units.
+    """Quantiles of one quantity, in SI units.
 
     `values` has shape (levels, n) and may be infinite; `chances` are {other outcome: (n,)}.
     """

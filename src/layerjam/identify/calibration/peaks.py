@@ -59,7 +59,7 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     """Return scale factor and stiffness of one pull at `vacuum` [Pa].
 
     Raises FitError if the pull has no peak, a peak below the enclosure's own force, or a rise that
-    bends long before the peak. A pull that rises within a few samples gives only a scale factor.
+    bends long before the peak. A pull that rises within a few samples yields only a scale factor.
     """
     if vacuum <= 0:
         raise FitError.of(pull.path, f"a vacuum of {show(vacuum, 'Pa')} jams no sheet")
@@ -352,7 +352,8 @@ def after_peaks(
 
     The force is linear in the contributions of sheets and enclosure. Both are free, so errors of
     the enclosure's parameters have no effect. The first tenth after the peak is excluded, because
-    static friction fades there. `stiffness` [N/m] is for pulls without one. None for short parts.
+    static friction fades there. `stiffness` [N/m] is used for pulls that have none. None if the
+    part is too short.
     """
     out: list[float | None] = [None] * len(fits)
     parts: list[tuple[int, PullFit, Array, Array]] = []

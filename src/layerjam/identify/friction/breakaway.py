@@ -20,7 +20,7 @@ RISE = (0.2, 0.8)
 
 @dataclass(frozen=True, kw_only=True)
 class Breakaway:
-    """The first maximum of a friction record and the start of sliding, SI units.
+    """The first maximum of a friction record and the start of sliding, in SI units.
 
     `index` and `sliding` are indices. `distinct` is False if sliding begins without a peak; `force`
     is then the sliding force at the end of the rise. `noise` is that of one sample [N].
@@ -35,7 +35,7 @@ class Breakaway:
 
 @dataclass(frozen=True, kw_only=True)
 class Inertia:
-    """Force from accelerating the sled, SI units.
+    """Force due to the acceleration of the sled, in SI units.
 
     If a spring k brings a sled of mass m from rest to the speed V, the force overshoots the
     friction by at most V sqrt(k m). This is `bound` [N], the limit of the error of the static
@@ -100,7 +100,7 @@ def inertia_effect(
 ) -> Inertia | None:
     """Return the effect of the sled's inertia; None if the record has no rise.
 
-    `mass` [kg] of the sled, `speed` [m/s] of the crosshead.
+    `mass` [kg] is that of the sled, `speed` [m/s] that of the crosshead.
     """
     rise = force[: breakaway.index + 1]
     below = rise <= RISE[0] * breakaway.force

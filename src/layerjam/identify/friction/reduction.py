@@ -2,9 +2,9 @@
 
 In the paper, static friction is from the maximum force of a repeat, and kinetic friction from the
 mean over 40 to 100 mm of travel. In the standards, static friction is from the first maximum, and
-kinetic friction from the mean over a travel that begins when the films slide. The result has mean,
-sample standard deviation and 95 % t interval over the repeats. A record with stick–slip has no
-meaningful mean; its envelope is reported instead.
+kinetic friction from the mean over a travel that begins when the films slide. The result states the
+mean, sample standard deviation and 95 % t interval over the repeats. A record with stick–slip has
+no meaningful mean; its envelope is reported instead.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -40,7 +40,7 @@ FEWEST = 10
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionRepeat:
-    """One repeat: coefficients [-], travel at its maximum [m], and its source.
+    """One repeat: coefficients [-], travel at the maximum force [m], and source.
 
     `kinetic` is None if the record shows stick–slip, unless the middle of the envelope was
     accepted. `mean` is the ratio of mean force to normal force over the travel `window` [m].

@@ -14,7 +14,7 @@ from layerjam.errors import UnknownNameError
 
 @dataclass(frozen=True, kw_only=True)
 class Standard:
-    """Rules of one friction test, SI units.
+    """Rules of one friction test, in SI units.
 
     `window` is the travel of the kinetic mean [m]. It starts at the record's first sample or, with
     `from_sliding`, where the films slide after the static peak. With `first_maximum` the static

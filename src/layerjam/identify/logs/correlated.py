@@ -99,8 +99,8 @@ def fit_series(
     """Fit the parameters of `model` (parameters to values at every sample, shape (N,)) to a log.
 
     `scale` is the typical size of each parameter. The model is averaged over the bins like the
-    samples, so that binning does not reduce accuracy. Raises FitError for under 20 samples or a
-    non-finite model.
+    samples, so that binning does not reduce accuracy. Raises FitError for fewer than 20 samples or
+    if the model has no finite value.
     """
     if len(log_values) < LEAST:
         raise FitError(f"a fit needs at least {LEAST} samples; there are {len(log_values)}")

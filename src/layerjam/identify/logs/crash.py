@@ -83,7 +83,7 @@ def sampling_rate(time: Array) -> tuple[float, list[str]]:
     """Return the sampling rate [Hz], and notes on uneven steps.
 
     Raises FitError if the time stamps are not evenly spaced, because a filter requires equal steps.
-    Stamps of a coarse clock count as even if each is within one clock step of its proper time.
+    Stamps of a coarse clock count as even if each is within one clock step of its expected time.
     """
     count = len(time)
     if count < 20:

@@ -13,8 +13,8 @@ CHANCE, the noise has vanished, which only saturation explains. Otherwise the re
 off if q is less than FINE of the pulse height, because no force remains that constant naturally. If
 q is larger, the record is inconclusive.
 
-Correlated noise makes longer runs: if neighbours have the correlation r, k counts as k (1 - r)/(1 +
-r) samples.
+Correlated noise produces longer runs: if neighbours have the correlation r, k counts as k (1 -
+r)/(1 + r) samples.
 """
 
 import math

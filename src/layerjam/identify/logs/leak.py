@@ -1,4 +1,4 @@
-"""Leak from a pressure-hold log: the return of a closed chamber to the atmosphere.
+"""Leak from a pressure-hold log: the return of a closed chamber to atmospheric pressure.
 
 For a rigid isothermal chamber of volume V, V dp/dt = -q, with q the leak [Pa m³/s] out of it. With
 p absolute and a the atmosphere,
@@ -9,8 +9,8 @@ p absolute and a the atmosphere,
                                              √(1 - ((r - b)/(1 - b))²), the root of the difference
 
 The index 1 is the side of higher pressure; b = 0.528, that of a lossless nozzle. All three have
-closed forms above and below the atmosphere. C is the conductance at a small pressure difference for
-the first two, the sonic conductance for an orifice.
+closed forms above and below atmospheric pressure. C is the conductance at a small pressure
+difference for the first two, the sonic conductance for an orifice.
 """
 
 from collections.abc import Mapping
@@ -160,8 +160,8 @@ def fit_leak(
 
     `window` [s] is the section used; by default it starts at the largest difference from the
     atmosphere. `temperature` [K] of the gas is one value or one per sample; pressures are first
-    converted to the mean temperature. Raises FitError if under 20 samples or no pressure difference
-    remain.
+    converted to the mean temperature. Raises FitError if fewer than 20 samples, or no difference
+    from the atmosphere, remain.
     """
     warnings = []
     gap = np.abs(absolute - atmosphere)

@@ -31,7 +31,7 @@ SLIP = 0.2
 
 @dataclass(frozen=True, kw_only=True)
 class PullFeatures:
-    """Features of one pull, SI units.
+    """Features of one pull, in SI units.
 
     `elongation` and `force` are the loading branch, with zero elongation where the straight line
     before onset meets zero force. Standard errors are from the scatter about the two fits.
@@ -112,8 +112,8 @@ def pull_features(trace: Trace) -> PullFeatures:
     The slope before onset is that of a straight line through 20 to 80 % of the maximum force. The
     peak is the top of A - c x + e sqrt(x), the brake's own shape, because the raw maximum of a
     noisy record is too high. It is fitted by least squares over the slip x = u - F/k from onset
-    until the force has dropped by 10 %. Raises FileError if a rise, or both slope and peak, are
-    missing.
+    until the force has dropped by 10 %. Raises FileError if the record has no rise, or neither a
+    slope nor a peak.
     """
     elongation, force = loading_branch(trace)
     smooth = _running_mean(force, 9)  # one spike of noise is not a peak

@@ -42,7 +42,8 @@ class SecondRise:
 class _Parts:
     """Mean forces [N] of the initial samples and of equal parts of the travel to the peak.
 
-    For each sample up to the peak, `part` is the index of its part; `few` samples are initial.
+    For each sample up to the peak, `part` is the index of the part to which it belongs; `few` is
+    the number of initial samples.
     """
 
     mean: Array

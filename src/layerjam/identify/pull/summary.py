@@ -36,7 +36,7 @@ TELLS = 0.002
 
 @dataclass(frozen=True, kw_only=True)
 class Start:
-    """Start of a pull, SI units.
+    """Start of a pull, in SI units.
 
     `onset` is the elongation, in the machine's coordinate, at which the straight rise meets the
     force before it (`baseline`); `slack` is the crosshead travel until then. Standard errors are
@@ -54,7 +54,7 @@ class Start:
 
 @dataclass(frozen=True, kw_only=True)
 class Steady:
-    """Sliding part after the peak, SI units: a straight line fitted to the force.
+    """Sliding part after the peak, in SI units: a straight line fitted to the force.
 
     `slope` [N per m of elongation] has a standard error, and `force` [N] is that in the middle;
     `start` and `end` are elongations from the pull's origin.

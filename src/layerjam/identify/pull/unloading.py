@@ -17,7 +17,7 @@ FEWEST_BACK = 8
 
 @dataclass(frozen=True, kw_only=True)
 class Unloading:
-    """Unloading branch of a pull, SI units.
+    """Unloading branch of a pull, in SI units.
 
     `stiffness` is the slope just after the reversal [N/m], or None if it has fewer than 4 samples.
     `residual_force` is the mean force over the last 1 % of the return [N]. `residual_elongation` is

@@ -53,8 +53,8 @@ WINDOW = (
 class Errors:
     """Errors of a model at measured points.
 
-    `mape` is the mean of |measured - model| / measured [-], `rmse` [N], `bias` the mean of model -
-    measured [N]; `r_squared` is None if the measured force never changes.
+    `mape` is the mean of |measured - model| / measured [-], `rmse` is in N, `bias` is the mean of
+    model - measured [N]; `r_squared` is None if the measured force never changes.
     """
 
     mape: float
@@ -333,7 +333,8 @@ def pool_curves(conditions: Sequence[ConditionError], curves: Sequence[CurveErro
 def validate_curves(curves: Sequence[Curve], brake: Brake) -> Validation:
     """Compare a brake with pulls of known vacuum, speed and repeat.
 
-    Raises FitError for no pulls or if the brake would snap, FileError if a pull ends at its peak.
+    Raises FitError if no pull is given or the brake would snap, FileError if a pull ends at its
+    peak.
     """
     if not curves:
         raise FitError("validate: no pull was given")

@@ -63,7 +63,7 @@ class Record(NamedTuple):
 
 @declare_fields("ankle-clutch")
 class AnkleClutch(Machine):
-    """Ankle clutch with everything in its scenario."""
+    """Ankle clutch with all data of its scenario."""
 
     def together(self) -> None:
         """Check that the gait's curves have the same length."""

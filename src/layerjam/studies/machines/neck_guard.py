@@ -66,7 +66,7 @@ class Record(NamedTuple):
 
 @declare_fields("neck-guard")
 class NeckGuard(Machine):
-    """Neck guard with everything in its scenario."""
+    """Neck guard with all data of its scenario."""
 
     supply: VacuumSupply = nested(VacuumSupply)
 
@@ -78,7 +78,7 @@ class NeckGuard(Machine):
         return float(about_center + (head.mass + head.helmet_mass) * head.height**2)
 
     def trial(self) -> tuple[Trial, float]:
-        """Return (the head under the blow, its change of angular velocity [rad/s])."""
+        """Return (trial of the head under the blow, its change in angular velocity [rad/s])."""
         blow, r = self.blow, self.guard.lever
         # peak of a pulse with unit velocity change in unit time
         unit = {"half-sine": math.pi / 2, "haversine": 2.0, "trapezoid": 1.25}[blow.pulse]

@@ -60,7 +60,7 @@ class Record(NamedTuple):
 
 @declare_fields("rehabilitation")
 class Rehabilitation(Machine):
-    """Rehabilitation device with everything in its scenario."""
+    """Rehabilitation device with all data of its scenario."""
 
     def together(self) -> None:
         """Check that angles, curve and travel are consistent."""

@@ -62,7 +62,7 @@ class Record(NamedTuple):
 
 @declare_fields("seat-belt")
 class SeatBelt(Machine):
-    """Seat belt with everything in its scenario."""
+    """Seat belt with all data of its scenario."""
 
     supply: VacuumSupply = nested(VacuumSupply)
 
