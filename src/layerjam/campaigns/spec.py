@@ -178,7 +178,6 @@ class Practice:
 
 
 def _outlier_field(name: str, lo: float = -0.9) -> Any:
-    """Return a field for a change in the outlying pulls."""
     return quantity("1", f"{name}, as a fraction", lo=lo, hi=1, default=0.0)
 
 

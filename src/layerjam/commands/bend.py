@@ -205,7 +205,6 @@ def _joint_results(
 def _joint_notices(
     device: Brake, angle: float, slip: float, radius: float, joint: dict[str, float]
 ) -> list[Notice]:
-    """Return notices about the limits of the joint results."""
     out, overlap = [], device.sheets.overlap - slip
     if device.mount.spacers is False:
         out.append(LEAST_OVER_JOINT)

@@ -30,7 +30,7 @@ MARKS = {"passed": "ok  ", "warning": "LOOK", "failed": "FAIL"}
 
 
 def _size(sides: int, name: str) -> Callable[[Any, Mapping[str, Any]], Size]:
-    """Return a function that reads lengths from "600x400mm" or from SI numbers."""
+    """Return a function that parses lengths such as "600x400mm", or SI numbers."""
     spec = SizeSpec("", sides)
 
     def convert(value: str | Collection[float], arguments: Mapping[str, Any]) -> Size:

@@ -288,8 +288,6 @@ def export_mujoco(
 
 
 class _CompiledPlugin:
-    """A compiled plugin."""
-
     def __init__(self, file: Path) -> None:
         self.name = f"liblayerjam_mujoco{file.suffix}"
         self.content = file.read_bytes()

@@ -135,7 +135,6 @@ def leak(
 
 
 def _time_constant(rate: float) -> float | None:
-    """Return the time constant of a rate; None if there is no leak."""
     return 1 / rate if rate > 0 else None
 
 

@@ -283,7 +283,6 @@ def _add_leak(line: LineFile, leak_time: Any, water: bool) -> LineFile:
 
 
 def _reservoir_pressure(vacuum: float, line: Line) -> float:
-    """Return the absolute pressure of the reservoir [Pa]."""
     if line.reservoir is None:
         raise QuantityError.of("stored", "the line has no reservoir; omit this option")
     check_vacuum(vacuum, line, "stored")

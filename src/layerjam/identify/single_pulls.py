@@ -94,8 +94,6 @@ class SinglePull:
 
 @dataclass
 class _Findings:
-    """Verdicts and sentences collected by the tests."""
-
     verdicts: list[dict[str, str]]
     sentences: dict[int, list[str]]
 
@@ -272,7 +270,6 @@ def _compare_speeds(findings: _Findings, curves: Sequence[Curve]) -> None:
 
 
 def _compare_seating(findings: _Findings, curves: Sequence[Curve]) -> None:
-    """Find bent rises: those of single pulls, or those of all pulls."""
     bends, indices = findings.known_values("seating", [c.pull.seating for c in curves], 1)
     if not indices:
         return

@@ -249,7 +249,6 @@ def _large_turns(smooth: Array, least: float) -> tuple[Indices, Indices]:
 
 
 def _robust_scatter(values: Array) -> float:
-    """Return a robust estimate of the scatter relative to the median."""
     middle = float(np.median(values))
     return 1.4826 * float(np.median(np.abs(values - middle))) / max(abs(middle), 1e-300)
 

@@ -96,7 +96,6 @@ def show(database: Database, ident: str) -> RecordView:
 
 
 def _summary_columns(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the columns by which a list describes a record."""
     return {key: row[key] for key in ("id", "kind", "name", "simulated", "withdrawn")}
 
 

@@ -87,7 +87,6 @@ def fit_ageing(
 
 
 def _line_notices(fit: AgeingFit, decades: Array) -> list[Notice]:
-    """Return notices of reasons to doubt a straight-line fit to the pulls."""
     out, (low, high) = [], fit.ageing_interval
     if low <= 0 <= high:
         out.append(

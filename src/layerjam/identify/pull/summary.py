@@ -321,7 +321,6 @@ def _summary_notes(
     ripple: SawTeeth | None,
     tare_force: float | None,
 ) -> list[str]:
-    """Return notes on circumstances that a user of the results must know."""
     out = []
     if tare_force is not None:
         out.append(f"{show(tare_force, 'N')} was subtracted from the force (tare)")

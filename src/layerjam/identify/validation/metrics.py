@@ -212,7 +212,6 @@ def _comparison_window(pull: PullFeatures, vacuum: float) -> tuple[float, float,
 
 
 def _error_fields(forces: np.ndarray, model: np.ndarray) -> dict[str, Any]:
-    """Return the fields of `Errors` for measured and modelled forces [N]."""
     error, mean = model - forces, float(forces.mean())
     r_squared = None
     if np.ptp(forces) > 1e-12 * abs(mean):  # equal values may differ from their mean by rounding

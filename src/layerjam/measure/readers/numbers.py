@@ -74,8 +74,6 @@ def are_equal_columns(rows: Rows, columns: Sequence[Column], decimal: str | None
 
 
 def _styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> list[Style]:
-    """Return the styles to try, most likely first."""
-
     def fit(styles: Iterable[Style], cells: Iterable[str]) -> list[Style]:
         column = "".join(f"{cell}\n" for cell in cells if cell)
         return [s for s in styles if _CELLS[s].fullmatch(column)]

@@ -365,7 +365,6 @@ def _is_time(unit: str | None) -> bool:
 
 
 def _base_name(name: str) -> str:
-    """Return a name without a specimen number at its end."""
     text = normalise_name(name)
     match = _COUNTED.fullmatch(text)
     return match[1] if match and match[1] else text

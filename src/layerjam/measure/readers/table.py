@@ -145,7 +145,6 @@ def _make_block(lines: Lines, inside: np.ndarray, above: tuple[int, ...]) -> Blo
 
 
 def _drop_empty_columns(head: Header | None, width: int) -> Header | None:
-    """Return the header without empty columns at the end, such as one for comments."""
     if head is None or not 2 <= width < len(head.names) or any(head.units[width:]):
         return head
     return replace(head, names=head.names[:width], units=head.units[:width])
