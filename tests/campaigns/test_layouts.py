@@ -33,7 +33,7 @@ def test_files_give_the_record_back(form: str, kind: str, tmp_path: Path) -> Non
     assert back.facts == trace.facts == read_facts(path) and back.facts.synthetic
     assert b"SYNTHETIC" in path.read_bytes()[:400]
     assert back.synthetic
-    with pytest.raises(FileError, match="exists already"):
+    with pytest.raises(FileError, match="already exists"):
         virtual.WRITERS[form](trace, path)
     virtual.WRITERS[form](trace, path, overwrite=True)
     (tmp_path / "x.dat.toml").unlink()
@@ -42,6 +42,6 @@ def test_files_give_the_record_back(form: str, kind: str, tmp_path: Path) -> Non
 
 def test_nothing_is_written_beside_a_sidecar_of_another(tmp_path: Path) -> None:
     (tmp_path / "x.csv.toml").write_text('note = "mine"')
-    with pytest.raises(FileError, match="x.csv.toml: exists already"):
+    with pytest.raises(FileError, match="x.csv.toml: already exists"):
         virtual.write_own(virtual.pull(KAPTON, 5e4, 0.013, 0.04), tmp_path / "x.csv")
     assert not (tmp_path / "x.csv").exists()

@@ -66,7 +66,7 @@ def test_python_runs_the_package_as_a_module() -> None:
 def test_a_unit_that_is_typed_as_a_word_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["force", "choi2018-kapton", "--slip", "20mm", "--vacuum", "50", "kPa"]) == 2
     err = capsys.readouterr().err
-    assert 'write number and unit as one word: --vacuum 50kPa or --vacuum "50 kPa"' in err
+    assert 'write the number and unit as one word: --vacuum 50kPa or --vacuum "50 kPa"' in err
 
 
 def test_brake_and_file_in_the_wrong_order(capsys: pytest.CaptureFixture[str]) -> None:

@@ -63,7 +63,7 @@ def test_an_old_figure_stays(
     path = tmp_path / "mine.svg"
     path.write_text("mine")
     words = (*drawing(command, files), "--figure", path)
-    assert "exists already; --overwrite replaces it" in refuses(*words)
+    assert "already exists; --overwrite replaces it" in refuses(*words)
     assert run(*words, "--overwrite").code == 0 and path.read_bytes().startswith(MAGIC["svg"])
 
 
@@ -143,7 +143,7 @@ def test_a_record_keeps_the_site(run: Run, tmp_path: Path) -> None:
 def test_an_old_record_stays(refuses: Refuses, run: Run, tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"run.{ending}"
     path.write_text("mine")
-    assert "exists already" in refuses(*PULL, "--out", path)
+    assert "already exists" in refuses(*PULL, "--out", path)
     assert run(*PULL, "--out", path, "--overwrite").code == 0
     assert path.stat().st_size > 5000
 
@@ -157,7 +157,7 @@ def test_an_old_brake_stays(refuses: Refuses, run: Run, files: Files, tmp_path: 
         ("friction", *files.friction, "--normal-force", "2.45N", "--brake", KAPTON, "--out", path),
     ):
         path.write_text("mine")
-        assert "exists already" in refuses(*words)
+        assert "already exists" in refuses(*words)
         assert run(*words, "--overwrite").code == 0 and "[sheets]" in path.read_text()
 
 

@@ -38,7 +38,7 @@ def test_files(run: Run, tmp_path: Path) -> None:
     assert "# static friction: 0.3" in text and "synthetic" in text
     assert figure.read_text().lstrip().startswith("<?xml")
     again = run(*words)
-    assert again.code == 2 and "exists already" in again.err
+    assert again.code == 2 and "already exists" in again.err
 
 
 @pytest.mark.parametrize(

@@ -60,7 +60,7 @@ def test_people_see_units_and_the_numbers_of_the_json(run: Run) -> None:
     for text in ("20 g", "808.1 kN/m", "131 kN/m", "60 mm", "7.032 J", "kN/kg"):
         assert text in shown, text
     assert "2.047 MN/m" in shown or "2047 kN/m" in shown
-    assert "where the numbers come from" in shown and "section III-D" in shown
+    assert "sources of the numbers" in shown and "section III-D" in shown
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -137,7 +137,7 @@ def test_an_interval_for_every_value(files: list[Path]) -> None:
 def test_what_is_refused(files: list[Path]) -> None:
     with pytest.raises(UnknownNameError, match="unknown depth 'deep'"):
         layerjam.calibrate("choi2018-kapton", files, depth="deep")
-    with pytest.raises(FitError, match="can be fitted at depth 'curves' only"):
+    with pytest.raises(FitError, match="can be fitted only at depth 'curves'"):
         layerjam.calibrate("choi2018-kapton", files, free=("speed",))
     with pytest.raises(FitError, match="'mass' is not known"):
         layerjam.calibrate("choi2018-kapton", files, depth="curves", free=("mass",))

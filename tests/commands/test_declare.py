@@ -96,7 +96,7 @@ def test_results_print_save_and_turn_into_frames(tmp_path: Path) -> None:
     assert data["force"].attrs["units"] == "N"
     for name in ("stop.csv", "stop.json", "stop.svg"):
         assert stop.save(tmp_path / name).stat().st_size > 500
-        with pytest.raises(LayerjamError, match="exists already"):
+        with pytest.raises(LayerjamError, match="already exists"):
             stop.save(tmp_path / name)
     with pytest.raises(LayerjamError, match=r"\.docx"):
         stop.save(tmp_path / "stop.docx")

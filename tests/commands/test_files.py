@@ -46,7 +46,7 @@ def test_ctrl_c_keeps_what_was_read_and_names_the_rest(files: list[Path]) -> Non
     used, refused = read_each(files, lambda trace: trace.path, FileOptions(), told)
     assert shares == [0.25, 0.5]
     assert used == [str(f) for f in files[:2]]
-    assert refused == {str(f): "not read to its end: interrupted" for f in files[2:]}
+    assert refused == {str(f): "not read completely: interrupted" for f in files[2:]}
 
 
 def test_ctrl_c_within_a_file_refuses_that_one_too(files: list[Path]) -> None:

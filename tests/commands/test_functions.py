@@ -139,7 +139,7 @@ def test_the_lab_in_python(tmp_path: Path) -> None:
     assert answer.file == str(tmp_path / "mine.toml")
     assert layerjam.load(tmp_path / "mine.toml").brake.scale_factor == answer.scale_factor
     assert answer.record[1].scale_factor == answer.scale_factor
-    with pytest.raises(FileError, match="exists already"):
+    with pytest.raises(FileError, match="already exists"):
         layerjam.calibrate("choi2018-kapton", [path], out=tmp_path / "mine.toml")
     checked = layerjam.validate(tmp_path / "mine.toml", [str(path)])
     assert any("also used to calibrate this brake" in w for w in checked.warnings)
@@ -201,7 +201,7 @@ def test_friction_in_python(tmp_path: Path) -> None:
 def test_new_in_python(tmp_path: Path) -> None:
     answer = layerjam.new("mine", "choi2018-ptfe", tmp_path / "mine.toml")
     assert answer.file == str(tmp_path / "mine.toml")
-    with pytest.raises(FileError, match="exists already"):
+    with pytest.raises(FileError, match="already exists"):
         layerjam.new("mine", "choi2018-ptfe", tmp_path / "mine.toml")
     layerjam.new("other", "choi2018-kapton", tmp_path / "mine.toml", overwrite=True)
     assert layerjam.load(tmp_path / "mine.toml").name == "other"
@@ -243,7 +243,7 @@ def test_a_pull_far_beyond_the_overlap_has_the_wrong_unit(tmp_path: Path) -> Non
     path = _pull_csv(tmp_path / "metres.csv", scale=1000.0)
     for use in (calibration.calibrate, validation.validate):
         with pytest.raises(
-            FileError, match=r"pulls to \d+\.?\d* m, but the sheets overlap by 68 mm"
+            FileError, match=r"pulls to \d+\.?\d* m, but the sheets overlap by only 68 mm"
         ):
             use(KAPTON, [path], vacuum=94.5e3)
 

@@ -87,8 +87,8 @@ def test_the_whole_way_on_the_command_line(
         ([], "SPEC and --out are needed"),
         ([str(spec)], "SPEC and --out are needed"),
         (["--example", "--out", "x"], "does not end in .toml"),
-        (["--example", "practice"], "only --out and --overwrite are valid"),
-        (["--example", "--out", str(spec)], "exists already; --overwrite"),
+        (["--example", "practice"], "only with --out and --overwrite"),
+        (["--example", "--out", str(spec)], "already exists; --overwrite"),
         ([str(tmp_path / "no.toml"), "--out", str(tmp_path / "e")], "No such file"),
     ):
         assert entry.main(["lab", *wrong]) == 2

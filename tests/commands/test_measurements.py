@@ -236,9 +236,9 @@ def test_a_pump_down_with_compliance(tmp_path):
 def test_pump_downs_that_contradict_themselves(tmp_path):
     path = emptied(tmp_path, "one.csv", 0.44)
     for given, words in (
-        ({"volume": "7 mL", "flow": "3 mL/s"}, "one of them is enough"),
+        ({"volume": "7 mL", "flow": "3 mL/s"}, "give only one of them"),
         ({"added_volume": "7 mL"}, "second log"),
-        ({"compliance": "1 mL/kPa"}, "needs --volume or --flow"),
+        ({"compliance": "1 mL/kPa"}, "requires --volume or --flow"),
         ({"compliance": "1 mL/kPa", "volume": "7 mL"}, "would reduce"),
         ({"start": "5 s", "end": "2 s"}, "is not below"),
     ):

@@ -89,7 +89,7 @@ def test_a_reservoir_a_leak_and_their_cost():
     assert made.refill_work > 0 and made.pump_energy == pytest.approx(0.6)
     assert made.heat_per_pump_energy == pytest.approx(made.dissipated_energy / 0.6)
     assert any("opens after" in w for w in asked(line, warning="10 ms").warnings)
-    assert any("emptied to" in w for w in asked(line).warnings)
+    assert any("evacuated to" in w for w in asked(line).warnings)
 
 
 @pytest.mark.slow

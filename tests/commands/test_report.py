@@ -189,10 +189,10 @@ def test_only_a_failed_check_is_accepted(files: Campaign, tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("given", "kind", "words"),
     [
-        ({}, FitError, "nothing was given"),
-        ({"holdout": ["46.1kPa"]}, QuantityError, "no --pulls"),
+        ({}, FitError, "nothing to report"),
+        ({"holdout": ["46.1kPa"]}, QuantityError, "requires --pulls"),
         ({"pulls": "pulls", "holdout": ["a lot"]}, QuantityError, "'repeat 3'"),
-        ({"pulls": "pulls", "holdout": ["12kPa"]}, FitError, "pulls is held back"),
+        ({"pulls": "pulls", "holdout": ["12kPa"]}, FitError, "pulls is reserved"),
         ({"pulls": "pulls", "holdout": ["94.5kPa"]}, FitError, "pulls is to calibrate on"),
         ({"pulls": "pulls", "calibrate_on": "pulls"}, QuantityError, "none is left"),
         ({"pulls": "pulls", "calibrate_on": "pulls", "holdout": ["1kPa"]}, QuantityError, "one of"),

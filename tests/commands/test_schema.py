@@ -81,6 +81,6 @@ def test_all_of_them_are_one_schema() -> None:
 
 
 def test_for_people_there_are_lines_and_an_unknown_name_is_said() -> None:
-    assert "  peak_force [N], number or null: greatest force on the mass" in str(schema("drop"))
+    assert "  peak_force [N], number or null: maximum force on the mass" in str(schema("drop"))
     with pytest.raises(UnknownNameError, match="did you mean force"):
         schema("forse")

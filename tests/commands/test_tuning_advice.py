@@ -56,8 +56,8 @@ def advised(answer: TunedVacuum) -> dict[str, list[str]]:
     said, found = answer.reason or "", {}
     found["travel"] = re.findall(rf"{QUANTITY} of travel", said)
     found["sheets"] = re.findall(r"(\d+) sheets(?= or| would)", said)
-    found["brakes"] = re.findall(r"(\d+) brakes side by side would", said)
-    if "would do" in said and "none of" in said:
+    found["brakes"] = re.findall(r"(\d+) brakes in parallel would", said)
+    if "would be enough" in said and "none of" in said:
         found |= {"sheets": [], "brakes": []}
     ends = [e for pair in re.findall(rf"from {QUANTITY} to {QUANTITY} there", said) for e in pair]
     ends += re.findall(rf"stops up to {QUANTITY}", said)

@@ -118,7 +118,7 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "brake as table": (lambda: lj.show(FRAME), "brake: DataFrame of the shape (3, 2) is not text"),
     "by place": (
         lambda: lj.force(KAPTON, 0.02, 1e4),
-        "force() takes brake without a name, not 3 values; write the others by name, such as slip",
+        "force() accepts brake by position, not 3 values; pass the others by name, such as slip",
     ),
     "twice": (lambda: lj.force(KAPTON, brake=KAPTON, slip=0.0, vacuum=0.0), "got brake twice"),
     "array for one": (lambda: drop(mass=np.ones(2)), "mass: ndarray of the shape (2,) is not a nu"),
@@ -147,7 +147,7 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
         lambda: lj.calibrate(KAPTON, 5),
         "files: 5 is not text, a path, a Trace, a DataFrame or a list of them",
     ),
-    "no file": (lambda: lj.calibrate(KAPTON, None), "files: missing; Exports of a test machine"),
+    "no file": (lambda: lj.calibrate(KAPTON, None), "files: missing; Files from a test machine"),
     "a file": (lambda: lj.friction("nofile.csv"), "nofile.csv: does not exist"),
     "file as dict": (lambda: lj.calibrate(KAPTON, {"Load": [1, 2]}), "files: {'Load': [1, 2]} is"),
     "columns": (
@@ -208,7 +208,7 @@ def test_other_arguments(name: str) -> None:
 def test_dimensions_of_one_name() -> None:
     with pytest.warns(UserWarning, match="Duplicate dimension"):
         square = labelled([[0.01]], "x", "x")
-        assert "two of its dimensions have one name" in refused(lambda: force(slip=square))
+        assert "two of its dimensions have the same name" in refused(lambda: force(slip=square))
 
 
 @pytest.mark.parametrize("name", commands())

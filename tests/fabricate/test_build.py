@@ -247,7 +247,7 @@ def test_refusals_on_the_command_line(
 def test_a_folder_that_exists_is_not_touched(tmp_path: Path) -> None:
     place = tmp_path / "here"
     write_folder(place, {LIST: json.dumps({"files": [LIST, "cut/a"]}), "cut/a": b"1"})
-    with pytest.raises(FileError, match="exists already"):
+    with pytest.raises(FileError, match="already exists"):
         check_folder(place, False)
     write_folder(place, {LIST: json.dumps({"files": [LIST]})}, overwrite=True)
     assert set(folder(place)) == {LIST}

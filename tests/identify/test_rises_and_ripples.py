@@ -56,7 +56,7 @@ def test_a_part_is_chosen_by_time_and_in_order() -> None:
     with pytest.raises(QuantityError, match="from: 2 s is not below to, 1 s"):
         pull(trace, start=2.0, end=1.0)
     timeless = Trace(trace.force, trace.elongation, None, "bare.csv", "made")
-    with pytest.raises(LayerjamError, match="contains no time, which --from and --to need"):
+    with pytest.raises(LayerjamError, match="has no time column for --from and --to"):
         pull(timeless, start=1.95)
     assert "second from" not in pull(timeless).checks[0]["sentence"]
     with pytest.raises(LayerjamError, match="samples"):

@@ -51,7 +51,7 @@ def test_the_keys_on_the_command_line(tmp_path, capsys):
         assert key in said
     assert said["kind"] == "mujoco" and said["plugin"] == "layerjam.brake"
     assert main(given) == 2
-    assert "exists already" in capsys.readouterr().err
+    assert "already exists" in capsys.readouterr().err
     assert main([*given, "--overwrite"]) == 0
 
 

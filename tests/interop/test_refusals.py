@@ -126,7 +126,7 @@ def test_platforms_and_existing_files_on_the_command_line(tmp_path, monkeypatch,
     assert not list(tmp_path.iterdir())
     (tmp_path / "made.fmu").write_text("mine")
     assert main([*words, "--sources-only"]) == 2
-    assert "exists already" in capsys.readouterr().err
+    assert "already exists" in capsys.readouterr().err
     assert (tmp_path / "made.fmu").read_text() == "mine"
 
 

@@ -77,7 +77,7 @@ def test_written_and_read_back(tmp_path: Path) -> None:
     assert (
         path == sidecar_path(tmp_path / "pull.csv") and read_facts(tmp_path / "pull.csv") == facts
     )
-    with pytest.raises(FileError, match="exists already"):
+    with pytest.raises(FileError, match="already exists"):
         write_facts(tmp_path / "pull.csv", facts)
     write_facts(tmp_path / "pull.csv", Facts(), overwrite=True)
     assert read_facts(tmp_path / "pull.csv") == Facts()

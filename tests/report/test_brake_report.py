@@ -296,7 +296,7 @@ def test_whole_or_not_at_all(files: Campaign, tmp_path: Path) -> None:
     made(files, out, validate=())
     assert {p.name for p in out.iterdir()} == {*FILES, "mine.txt"}
     before = {p: p.read_bytes() for p in out.rglob("*") if p.is_file()}
-    with pytest.raises(FileError, match="exists already; --overwrite replaces it"):
+    with pytest.raises(FileError, match="already exists; --overwrite replaces it"):
         made(files, out, validate=())
     assert {p: p.read_bytes() for p in out.rglob("*") if p.is_file()} == before
     made(files, out, pulls=(), validate=(), overwrite=True)  # friction alone

@@ -87,8 +87,8 @@ def test_twice_in_a_row(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> No
         # every run of the bench has a number and a time of its own, the log states both
         run = kept[-1].pop(out / "bench.ljrun")
         assert run.startswith(b"SQLite format 3") and kept[-1].pop(out / "demo.log")
-        assert f"Open {out / 'report.html'}" in shown and "The five numbers that matter" in shown
-        numbers = shown.split("The five numbers that matter")[1].splitlines()[1:6]
+        assert f"Open {out / 'report.html'}" in shown and "The five key numbers" in shown
+        numbers = shown.split("The five key numbers")[1].splitlines()[1:6]
         assert all(line.startswith("  ") for line in numbers)
     assert kept[0].keys() == kept[1].keys()
     # everything comes from stated truths and seeds

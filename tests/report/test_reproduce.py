@@ -265,7 +265,7 @@ def test_an_old_report_stays(tmp_path: Path, name: str, capfd: pytest.CaptureFix
     (tmp_path / name).write_text("mine")
     assert main(["reproduce", "--out", str(tmp_path)]) == 2
     out, err = capfd.readouterr()
-    assert out == "" and err.count("\n") == 1 and "exists already; --overwrite" in err
+    assert out == "" and err.count("\n") == 1 and "already exists; --overwrite" in err
     assert [p.name for p in tmp_path.iterdir()] == [name]
     assert (tmp_path / name).read_text() == "mine"
 

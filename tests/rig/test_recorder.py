@@ -201,7 +201,7 @@ def test_an_open_file_is_read_and_a_second_recorder_refused(tmp_path: Path) -> N
     assert read_run(path).interrupted and read_run(path).samples == 50
     with pytest.raises(FileError, match="another recorder"):
         RunFile.resume(path)
-    with pytest.raises(FileError, match="exists already"):
+    with pytest.raises(FileError, match="already exists"):
         RunFile.create(path, META)
     board.run(50)
     made.pump()
@@ -240,7 +240,7 @@ def test_export_takes_the_former_keyword_of_overwrite(tmp_path: Path) -> None:
     RunFile.create(run, META).close("FINISHED")
     for keyword in ("overwrite", "force"):
         out.write_text("old")
-        with pytest.raises(FileError, match="exists already"):
+        with pytest.raises(FileError, match="already exists"):
             export(run, out)
         export(run, out, **{keyword: True})
         assert out.read_text() != "old"

@@ -428,7 +428,7 @@ def test_a_log_and_its_resume(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     first = said(out, capsys)
     assert (first["outcome"], first["gaps"], first["boots"]) == ("FINISHED", 0, 1)
     assert first["samples"] >= 500 and first["simulated"]
-    assert main(out) == 2 and "exists already" in capsys.readouterr().err
+    assert main(out) == 2 and "already exists" in capsys.readouterr().err
     again = said([*out, "--resume"], capsys)
     assert again["boots"] == 2 and again["samples"] >= first["samples"] + 500
     assert again["gaps"] == 0

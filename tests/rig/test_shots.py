@@ -130,7 +130,7 @@ def test_crash_reads_the_run_as_it_reads_the_export(
         assert main(["crash", path, *more]) == 2
         assert why in capsys.readouterr().err
     assert main(["crash", files[0], "--shot", "1"]) == 2
-    assert "holds shots" in capsys.readouterr().err
+    assert "contains shots" in capsys.readouterr().err
     # an export is not half replaced
     assert main(["bench", "export", path, "--out", str(tmp_path / "b.csv")]) == 0
     (tmp_path / "b.csv").unlink(), (tmp_path / "b.csv.toml").unlink()

@@ -109,7 +109,7 @@ def test_an_existing_file_stays_unless_forced(
 ) -> None:
     path = tmp_path / f"run.{ending}"
     path.write_text("mine")
-    with pytest.raises(FileError, match="exists already"):
+    with pytest.raises(FileError, match="already exists"):
         record.save(path)
     assert path.read_text() == "mine"
     record.save(path, overwrite=True)

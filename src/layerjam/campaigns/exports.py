@@ -185,7 +185,7 @@ def write_pair(
     if not overwrite:
         for file in (sidecar_file, Path(path)):
             if file.exists():
-                raise FileError(file, "exists already; --overwrite replaces it")
+                raise FileError(file, "already exists; --overwrite replaces it")
     # write the sidecar first, so that a data file is never without metadata
     if sidecar:
         write_facts(path, replace(trace.facts, synthetic=True), overwrite)

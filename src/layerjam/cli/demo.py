@@ -62,7 +62,7 @@ def _prepare_folder(out: Path) -> None:
             raise FileError(
                 out,
                 "exists and was not created by the demo, which would delete its "
-                "contents; choose another folder or remove this one",
+                "contents; choose a different folder or remove this one",
             )
         shutil.rmtree(out)
     with report_failure(out, "cannot be created"):
@@ -109,7 +109,7 @@ class _Steps:
         with self.step(content):
             print(f"\n$ {line}", flush=True)
             if code := layerjam(words):
-                raise LayerjamError(f"'{line}' ended with exit code {code}; {self.path} states why")
+                raise LayerjamError(f"'{line}' ended with exit code {code}; see {self.path}")
 
 
 def _write_test_files(folder: Path) -> Files:
@@ -130,15 +130,15 @@ def _write_test_files(folder: Path) -> Files:
 class DemoResult(Result):
     """Files of the demo."""
 
-    folder: str = fact("the folder")
-    report: str = fact("the page")
-    pictures: str = fact("folder of the page's pictures")
-    log: str = fact("output of each step")
+    folder: str = fact("folder of the demo")
+    report: str = fact("report page")
+    pictures: str = fact("folder with the pictures of the page")
+    log: str = fact("log with the output of each step")
     brake: str = fact("the calibrated brake")
-    build: str = fact("files for a workshop to build it")
-    run: str = fact("the virtual bench's run")
-    dataset: str = fact("the campaign as a dataset that others can recompute")
-    duration: float = number("s", "time it took")
+    build: str = fact("files with which a workshop can build the brake")
+    run: str = fact("run of the virtual bench")
+    dataset: str = fact("dataset of the campaign that others can recompute")
+    duration: float = number("s", "duration of the demo")
 
 
 @command("share")
@@ -147,7 +147,7 @@ def demo(
     out: Annotated[
         str | Path, Help("Folder to create, or one that an earlier demo created.", metavar="DIR")
     ] = "out/demo",
-    typed: Annotated[str, PythonOnly("The command line, if one was typed.", typed=True)] = "",
+    typed: Annotated[str, PythonOnly("Command line, if one was typed.", typed=True)] = "",
 ) -> DemoResult:
     """Show everything in about a minute: test, calibrate, predict, build, run a bench, publish.
 
@@ -172,12 +172,10 @@ def _run_demo(out: Path) -> DemoResult:
     from layerjam.studies.choi2018.paper_report import write_report
 
     print("The brake of Choi et al. (2018), from test files to a report, in 11 steps. The files")
-    print(
-        "are synthetic: the paper publishes no raw curves, so a virtual machine writes the files.\n"
-    )
+    print("are synthetic: the paper has no raw curves, so a virtual test machine generates them.\n")
     steps = _Steps(out / LOG)
     mine, calibrated_path = out / "my-brake.toml", out / "my-brake-calibrated.toml"
-    with steps.step("measure: write the files of a virtual test machine"):
+    with steps.step("measure: generate the files of a virtual test machine"):
         files = _write_test_files(out / "measurements")
     for content, words in _plan_commands(out, mine, calibrated_path, files).items():
         steps.run(content, *map(str, words))
@@ -186,7 +184,7 @@ def _run_demo(out: Path) -> DemoResult:
         run, numbers = _describe_main_job(load(mine), load(calibrated_path), files)
         extra = [_draw_glance(load(calibrated_path)), run]
         claims = write_report(out, progress=tell, extra=extra, numbers=numbers)
-    print("\nThe five numbers that matter (from synthetic files):")
+    print("\nThe five key numbers (from synthetic files):")
     for value, meaning in numbers:
         print(f"  {value:>12}  {meaning}")
     counts = ", ".join(f"{verdict} {count}" for verdict, count in claims.items())
@@ -239,7 +237,7 @@ def _plan_commands(
             *("publish", out / "measurements", "--brake", BRAKE, "--calibrate-on", pull),
             *("--out", out / DATASET, *TITLE),
         ),
-        "recompute: every number of the dataset once more": ("recompute", out / DATASET),
+        "recompute: every number of the dataset again": ("recompute", out / DATASET),
     }
 
 
@@ -268,10 +266,10 @@ def _describe_main_job(
     numbers = [
         (
             f"{friction.kinetic:.4f}",
-            f"kinetic friction, ± {friction.kinetic_sd:.4f} SD over three repeats (truth 0.24)",
+            f"kinetic friction, ± {friction.kinetic_sd:.4f} SD over three repeats (true: 0.24)",
         ),
         (f"{calibration.scale_factor:.4f}", "scale factor with that friction"),
-        (show(calibration.stiffness, "N/m"), "stiffness of brake and rig (truth 131 kN/m)"),
+        (show(calibration.stiffness, "N/m"), "stiffness of the brake and rig (true: 131 kN/m)"),
         (f"{validation.mape:.2%}", "MAPE on pulls not used in the calibration"),
         (show(needed_vacuum, "Pa"), "vacuum for 100 N at 20 mm of slip"),
     ]
@@ -294,7 +292,7 @@ def _draw_glance(brake: "BrakeFile") -> "Part":
     from layerjam.report.page import Part, Picture
 
     if (drawing := build_verdict(brake).record) is None:
-        raise LayerjamError(f"{brake.name}: it cannot be drawn")
+        raise LayerjamError(f"{brake.name}: the brake cannot be drawn")
     stop = drop(
         brake, mass=1.0, speed=2.5, vacuum="tuned", travel=0.04, rope_stiffness=ROPE_STIFFNESS
     )
@@ -303,9 +301,12 @@ def _draw_glance(brake: "BrakeFile") -> "Part":
     drawers: dict[str, tuple[Callable[[], Figure], str]] = {
         "device": (partial(device, brake), "The brake at rest, extended, and in cross-section."),
         "exploded": (partial(build_pictures.add_labels, *shot), "Its parts, separated."),
-        "pull": (pull.draw, "A pull at 94.5 kPa, computed."),
-        "stop": (stop.draw, "1 kg at 2.5 m/s, stopped within 40 mm, computed."),
-        "rise": (rise(load_line("choi2018"), target=80e3).draw, "The paper's pumps, computed."),
+        "pull": (pull.draw, "Computed pull at 94.5 kPa."),
+        "stop": (stop.draw, "Computed stop of 1 kg from 2.5 m/s within 40 mm."),
+        "rise": (
+            rise(load_line("choi2018"), target=80e3).draw,
+            "Computed rise with the paper's pumps.",
+        ),
     }
     pictures = [
         Picture(name=f"glance-{name}", figure=draw, caption=words)

@@ -92,7 +92,7 @@ def check_target(path: Path | None, overwrite: bool, endings: tuple[str, ...]) -
         if exists and not path.is_file():
             raise FileError(path, "is a folder or not a regular file")
         if exists and not overwrite:
-            raise FileError(path, "exists already; --overwrite replaces it")
+            raise FileError(path, "already exists; --overwrite replaces it")
         if not path.parent.is_dir():
             raise FileError(path, f"cannot be written: there is no folder {path.parent}")
         if not os.access(path.parent, os.W_OK):
@@ -220,13 +220,13 @@ def _common_parameters(entry: Command, names_used: set[str]) -> list[inspect.Par
     draws, endings = entry.result.drawable(), entry.record_endings
     options = []
     if endings and "out" not in names_used:
-        text = f"Write the record: {' or '.join(endings)}."
+        text = f"Write the record to a file: {' or '.join(endings)}."
         note = typer.Option("--out", metavar="FILE", help=text)
         options.append(_typer_parameter(RECORD, Path | None, None, note))
     if draws:
-        note = typer.Option("--figure", metavar="FILE", help="Draw it: .svg, .png or .pdf.")
+        note = typer.Option("--figure", metavar="FILE", help="Draw the result: .svg, .png or .pdf.")
         options.append(_typer_parameter(FIGURE, Path | None, None, note))
-    note = typer.Option("--json", help="One JSON object in SI units, nothing else.")
+    note = typer.Option("--json", help="Print only one JSON object, in SI units.")
     options.append(_typer_parameter(JSON, bool, False, note))
     return options
 

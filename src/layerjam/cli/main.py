@@ -58,7 +58,7 @@ class Commands(TyperGroup):
         """Return the typed words; a family needs a second word."""
         if self.first and not args:
             words = (f"layerjam {name}" for name in self._next_words())
-            raise LayerjamError(f"add what to {self.first}: {' or '.join(words)}")
+            raise LayerjamError(f"{self.first} is incomplete; type {' or '.join(words)}")
         return super().parse_args(ctx, args)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
@@ -112,7 +112,7 @@ def _command_family(word: str) -> Any:
     inner = typer.Typer(
         name=word,
         cls=type("Family", (Commands,), {"first": word}),
-        help="Name one of the commands below.",
+        help="Choose one of the commands below.",
         add_completion=False,
         rich_markup_mode=None,
         context_settings={"help_option_names": ["-h", "--help"]},
@@ -165,7 +165,7 @@ def _handle_common_options(
         typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version."),
     ] = False,
     verbose: Annotated[
-        bool, typer.Option("--verbose", help="With --version: print the engine of pulls, too.")
+        bool, typer.Option("--verbose", help="With --version: also print the engine of pulls.")
     ] = False,
 ) -> None:
     pass
@@ -227,7 +227,7 @@ def _run_words(words: Sequence[str]) -> int:
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         if is_reader_gone(error):
             return 0
-        return _print_error(f"the answer could not be printed: {error.strerror or error}", 2)
+        return _print_error(f"the result could not be printed: {error.strerror or error}", 2)
     except (MemoryError, RecursionError):
         return _print_error("the input is too large for this machine's memory", 2)
 
@@ -266,7 +266,7 @@ def _explain_split_quantity(message: str, words: Sequence[str]) -> str:
         typed = option.startswith("-") and number.replace(".", "", 1).isdigit()
         if typed and any(unit in units for units in FACTORS.values()):
             remedy = f'{option} {number}{unit} or {option} "{number} {unit}"'
-            return f"{option} {number} {unit}: write number and unit as one word: {remedy}"
+            return f"{option} {number} {unit}: write the number and unit as one word: {remedy}"
     return message
 
 

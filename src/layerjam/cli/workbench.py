@@ -21,7 +21,7 @@ class WorkbenchResult(Result):
 def workbench(
     *,
     port: Annotated[int, PORT] = 8321,
-    host: Annotated[str, Help("Address to listen on. Other machines need a token.")] = "127.0.0.1",
+    host: Annotated[str, Help("Address to listen on. Remote clients need a token.")] = "127.0.0.1",
     show: Annotated[bool, Help("Open a browser.", option="--show/--no-show")] = True,
 ) -> WorkbenchResult:
     """Open the workbench: all of layerjam on a page of your browser."""

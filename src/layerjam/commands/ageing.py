@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from layerjam.identify.friction.ageing import AgeingFit
     from layerjam.measure.trace import Trace
 
-HOLD = replace(spec_of(Film, "static_hold"), text="hold under load", example="10s")
+HOLD = replace(spec_of(Film, "static_hold"), text="hold time under load", example="10s")
 
 
 @result
@@ -33,7 +33,7 @@ class Ageing(FromFiles):
     record: "AgeingFit"
     static: float = number("1", "static friction after the hold", interval=True)
     ageing: float = number("1", "growth of static friction per decade of hold time", interval=True)
-    hold: float = number("s", "hold of that static friction")
+    hold: float = number("s", "hold time of that static friction")
     scatter: float = number("1", "SD of the pulls about the fitted line")
     pulls: int = number("1", "pulls used")
     pulls_table: Sequence[Mapping[str, Any]] = fact("each pull", listed=False)
@@ -58,7 +58,7 @@ def ageing(
     *,
     test: FrictionTest = FrictionTest(),
     hold: Annotated[
-        float | None, HOLD, Help("Hold at which the static friction is reported.")
+        float | None, HOLD, Help("Hold time for which the static friction is reported.")
     ] = None,
     brake: TargetBrake | None = None,
     out: OutBrake | None = None,
@@ -89,7 +89,7 @@ def ageing(
             raise FitError("the normal force of the films is unknown; give --normal-force")
         hold_time = trace.facts.hold
         if hold_time is None:
-            raise FitError('its sidecar states no hold before the pull, such as hold = "10 s"')
+            raise FitError('its sidecar must state the hold before the pull, e.g. hold = "10 s"')
         repeat = reduce_repeat(trace, pressed, span, rule, test.accept_stick_slip)
         return trace.thinned(2), hold_time, repeat.static
 

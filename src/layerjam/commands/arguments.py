@@ -33,7 +33,7 @@ def bind(
             hint = (
                 f"did you mean {' or '.join(suggestions)}?"
                 if suggestions
-                else f"it has {', '.join(names)}"
+                else f"its parameters are {', '.join(names)}"
             )
             raise ArgumentError(f"{function}() has no parameter '{name}'; {hint}")
     try:
@@ -50,8 +50,8 @@ def bind(
             words = f"got {twice[0]} twice"
         else:
             words = (
-                f"takes {', '.join(order) or 'nothing'} without a name, not {len(args)} values; "
-                f"write the others by name, such as {(keywords or order)[0]}=..."
+                f"accepts {', '.join(order) or 'nothing'} by position, not {len(args)} values; "
+                f"pass the others by name, such as {(keywords or order)[0]}=..."
             )
         raise ArgumentError(f"{function}() {words}") from None
 

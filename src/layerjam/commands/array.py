@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from layerjam.report.chart import Pane
 
 PARALLEL = QuantitySpec("1", "chains of brakes in parallel", lo=1, hi=100, whole=True)
-SERIES = QuantitySpec("1", "brakes in series in a chain", lo=1, hi=100, whole=True)
+SERIES = QuantitySpec("1", "brakes in series in each chain", lo=1, hi=100, whole=True)
 BRAKES_LIMIT = 1000
 """Largest number of brakes in one array; `layerjam.Array` accepts more, and different ones."""
 
@@ -27,28 +27,28 @@ class ArrayPull(Result):
     record: "ArrayLoading"
     brake: str = fact("name of the brake")
     parallel: int = number("1", "chains in parallel")
-    series: int = number("1", "brakes in series in a chain")
+    series: int = number("1", "brakes in series in each chain")
     brakes: int = number("1", "total number of brakes")
-    vacuum: float = number("Pa", "vacuum of all brakes")
+    vacuum: float = number("Pa", "vacuum in all brakes")
     until: float | None = number("m", "target elongation of the pull")
-    peak_force: float = number("N", "greatest force of the pull")
-    peak_elongation: float = number("m", "elongation at the greatest force")
+    peak_force: float = number("N", "maximum force of the pull")
+    peak_elongation: float = number("m", "elongation at the maximum force")
     force_at_end: float = number("N", "force at the end of the pull")
     end: float = number("m", "elongation at the end of the pull")
-    work: float = number("J", "work of the pull")
-    outcome: str = fact("how the pull ended")
-    travel: float = number("m", "travel by slip alone")
-    energy: float = number("J", "work to slip all brakes through their travel")
-    mass: float = number("kg", "mass of all brakes")
+    work: float = number("J", "work done in the pull")
+    outcome: str = fact("outcome of the pull")
+    travel: float = number("m", "travel from slip alone")
+    energy: float = number("J", "work of all brakes slipping through their full travel")
+    mass: float = number("kg", "total mass of the brakes")
     stiffness: float = number("N/m", "stiffness before slip")
-    force_density: float = number("N/kg", "greatest force over mass")
+    force_density: float = number("N/kg", "ratio of maximum force to mass")
 
     def panes(self) -> "Sequence[Pane]":
         """Return the pane of force versus elongation."""
         from layerjam.report import force_figures
 
         words = f"{self.parallel} × {self.series} {self.brake}: {self.record.outcome}"
-        return force_figures.pull_panes(self.record, words, "simulated; an even share is assumed")
+        return force_figures.pull_panes(self.record, words, "simulated; an even load is assumed")
 
 
 @command("design")
@@ -58,10 +58,10 @@ def array(
     parallel: Annotated[int, PARALLEL] = 1,
     series: Annotated[int, SERIES] = 1,
     vacuum: Annotated[
-        float | None, VACUUM, Help("Vacuum of all brakes. Default: full vacuum of the site.")
+        float | None, VACUUM, Help("Vacuum in all brakes. Default: full vacuum of the site.")
     ] = None,
     until: Annotated[
-        float | None, ELONGATION, Help("Elongation to pull to. Default: the end of the travel.")
+        float | None, ELONGATION, Help("Target elongation. Default: the end of the travel.")
     ] = None,
     atmosphere: Atmosphere = None,
 ) -> ArrayPull:
@@ -79,7 +79,7 @@ def array(
     rows, row = int(parallel), int(series)
     if rows * row > BRAKES_LIMIT:
         raise QuantityError(
-            f"array: {rows} by {row} are {rows * row} brakes; at most {BRAKES_LIMIT} are allowed"
+            f"array: {rows} by {row} makes {rows * row} brakes; at most {BRAKES_LIMIT} are allowed"
         )
     device = brake.brake
     pressure = device.site.atmosphere if vacuum is None else check_vacuum(vacuum, device)
@@ -91,7 +91,7 @@ def array(
     if totals.brakes > 1:
         notices.append(
             Notice(
-                ("equal brakes share the load evenly; real brakes do so only approximately"),
+                ("identical brakes are assumed to share the load evenly, as real ones nearly do"),
                 "even-share",
             )
         )

@@ -88,13 +88,13 @@ def bench_serve(
     address: BenchAddress,
     *,
     port: Annotated[int, PORT] = 5025,
-    host: Annotated[str, Help("Address to listen on. Other machines need a token.")] = "127.0.0.1",
+    host: Annotated[str, Help("Address to listen on. Remote clients need a token.")] = "127.0.0.1",
     token_file: Annotated[
         str | Path | None,
-        Help(("File of the token. It is created if it does not exist."), metavar="FILE"),
+        Help("Token file, created if it does not exist.", metavar="FILE"),
     ] = None,
     pty: Annotated[
-        str | Path | None, Help("Also create a serial port, with this link to it.", metavar="PATH")
+        str | Path | None, Help("Also create a virtual serial port at this link.", metavar="PATH")
     ] = None,
 ) -> BenchServed:
     """Let many clients talk to one bench, over TCP and as a serial port.
@@ -123,7 +123,7 @@ def bench_serve(
 class BoardWiring(Result):
     """Wires of a board, and contradictions between them."""
 
-    board: str = fact("the board")
+    board: str = fact("name of the board")
     pins: Sequence[Any] = fact(
         "for each wire: socket pin, label, purpose, parts and other end",
         listed=False,
@@ -136,12 +136,14 @@ class BoardWiring(Result):
         "parts to order, alternatives, data sheet limits and computed values", listed=False
     )
     conflicts: Sequence[str] = fact("contradictions in the wiring; empty if there are none")
-    out: str | None = fact("file of the drawing", default=None)
+    out: str | None = fact("drawing file", default=None)
 
 
 @command("bench", parent="bench", computes=False)
 def bench_wiring(
-    board: Annotated[str | Path, Help("A board's TOML file, or pico.", metavar="BOARD.toml")],
+    board: Annotated[
+        str | Path, Help("TOML file of a board, or pico (built in).", metavar="BOARD.toml")
+    ],
     *,
     out: Annotated[
         str | Path | None, Help("Write the drawing to this SVG file.", metavar="FILE")
@@ -192,12 +194,12 @@ class BoardFlashed(Result, Flashed):
 def bench_flash(
     port: Annotated[str, Help("Serial port, or the boot loader's drive.", metavar="PORT")],
     *,
-    board: Annotated[str, Help("Kind of board.", metavar="BOARD")] = "pico",
+    board: Annotated[str, Help("Board type.", metavar="BOARD")] = "pico",
     image: Annotated[
-        str | Path | None, Help("Image that `make firmware` built.", metavar="FILE.uf2")
+        str | Path | None, Help("Firmware image built by `make firmware`.", metavar="FILE.uf2")
     ] = None,
     settings: Annotated[
-        str | Path | None, Help("Connections of the board's pins.", metavar="FILE.toml")
+        str | Path | None, Help("Wiring of the board's pins.", metavar="FILE.toml")
     ] = None,
 ) -> BoardFlashed:
     """Put firmware and wiring onto a board.

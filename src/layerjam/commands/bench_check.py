@@ -48,7 +48,7 @@ class BenchChecked(Result, Checked):
     """Result of a bench check."""
 
     tuned: str | None = fact("file of the measured line; null unless --tune is given", default=None)
-    next_step: str | None = fact("command to type next", listed=False, default=None)
+    next_step: str | None = fact("next command to run", listed=False, default=None)
 
     def lines(self) -> Iterator[str]:
         """Yield each measured value with the value for which the regulator is tuned."""
@@ -64,7 +64,7 @@ class BenchChecked(Result, Checked):
 
 VentRest = Annotated[
     Literal["open", "closed"] | None,
-    Help("Position of the vent valve without power. Needed if the board does not know it."),
+    Help("Position of the vent valve without power. Required if the board has not stored it."),
 ]
 
 
@@ -107,7 +107,7 @@ def bench_check(
         ),
     ] = None,
     sensor_range: Annotated[
-        float | None, SENSOR_RANGE, Help("Greatest vacuum of the sensor, for --tune.")
+        float | None, SENSOR_RANGE, Help("Measuring range of the vacuum sensor, for --tune.")
     ] = None,
     overwrite: Overwrite = False,
 ) -> BenchChecked:
@@ -124,7 +124,7 @@ def bench_check(
     from layerjam.rig.plant import LINEAR_AT
 
     if tune is not None and line is None:
-        raise QuantityError.of("line", "missing; --tune replaces values of --line")
+        raise QuantityError.of("line", "missing; required because --tune replaces its values")
     sensor = None if line is None or tune is None else make_sensor(line, sensor_range)
     plant, lag = None, 0.0
     if line is not None:

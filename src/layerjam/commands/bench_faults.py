@@ -16,7 +16,7 @@ from layerjam.units import QuantitySpec, show
 if TYPE_CHECKING:
     from layerjam.rig.campaign import Trial
 
-RUNS = QuantitySpec("1", "runs of each fault", lo=1, hi=1e5, whole=True, example="100")
+RUNS = QuantitySpec("1", "runs per fault", lo=1, hi=1e5, whole=True, example="100")
 HOURS = QuantitySpec("1", "hours of board time", hi=1e4, open_lo=True, example="24")
 TABLE_UNITS = {
     "onset": "s",
@@ -44,7 +44,7 @@ class FaultCampaign(Result):
 
     record: "tuple[Trial, ...]"
     address: str = fact("virtual board under test", listed=False)
-    board: str = fact("interpreter of the firmware")
+    board: str = fact("Python interpreter that runs the firmware")
     faults: Sequence[Row] = fact(
         "each fault: text, onset, named, safe_after, named_after, deadline, met, vacuum_after, "
         "doubted_after, runs, missed, worst_run",
@@ -52,14 +52,14 @@ class FaultCampaign(Result):
     )
     runs: int = number("1", "completed runs")
     missed: int = fact(
-        "runs in which the bench was not safe, or the fault not named, within the deadline"
+        "runs in which the bench was not safe, or the fault not identified, by the deadline"
     )
     healthy: int = fact("runs without a fault", listed=False, default=0)
     false_faults: int = fact(
-        "runs among them in which the board reported a fault", listed=False, default=0
+        "runs without a fault in which the board reported one", listed=False, default=0
     )
     left_out: Mapping[str, str] = fact("faults not tested, with reasons", listed=False)
-    complete: bool = fact("whether all runs were made")
+    complete: bool = fact("whether all runs were completed")
 
     @property
     def exit_code(self) -> int:
@@ -85,7 +85,7 @@ class FaultCampaign(Result):
 
 
 def _sentence(row: Row) -> str:
-    names = ", ".join(f"{name} {count}" for name, count in row["named"].items()) or "not named"
+    names = ", ".join(f"{name} {count}" for name, count in row["named"].items()) or "not identified"
     safe = (
         "never safe" if row["safe_after"] is None else f"safe after {show(row['safe_after'], 's')}"
     )
@@ -122,9 +122,9 @@ def bench_faults(
         Sequence[str], Help("Faults to inject. Default: all.", metavar="NAME...", greedy=True)
     ] = (),
     runs: Annotated[int, RUNS] = 10,
-    seed: Annotated[Seed, Help("Seed of lines, targets, times and noise.")] = 0,
+    seed: Annotated[Seed, Help("Random seed for lines, targets, times and noise.")] = 0,
     mismatch: Annotated[
-        bool, Help("Let the lines differ from the model within the stated tolerances.")
+        bool, Help("Vary the lines about the model within the stated tolerances.")
     ] = False,
     progress: Progress = lambda what, share: None,
 ) -> FaultCampaign:
@@ -159,7 +159,7 @@ def bench_faults(
         Notice(f"{t.plan.name}: {t.trouble}", "run-broken") for t in record.trials if t.trouble
     ]
     if record.stopped:
-        sentence = f"stopped after {len(record.trials)} runs; the rows contain only those"
+        sentence = f"stopped after {len(record.trials)} runs; the table contains only those"
         notices.append(Notice(sentence, "stopped"))
     return FaultCampaign(
         address=address,
@@ -208,8 +208,8 @@ def bench_soak(
         str, Help("Line of the virtual board: a line, or sim:LINE with options.", metavar="LINE")
     ] = VIRTUAL,
     hours: Annotated[float, HOURS] = 24.0,
-    kind: Annotated[Literal["bang-bang", "pi", "scheduled"], Help("The control law.")] = "pi",
-    seed: Annotated[Seed, Help("Seed of targets, holds and noise.")] = 0,
+    kind: Annotated[Literal["bang-bang", "pi", "scheduled"], Help("Control law.")] = "pi",
+    seed: Annotated[Seed, Help("Random seed for targets, holds and noise.")] = 0,
     progress: Progress = lambda what, share: None,
 ) -> Soak:
     """Let a virtual board regulate for hours of board time, and report any unexpected event.
@@ -225,7 +225,7 @@ def bench_soak(
     if record.heap_growth is None:
         notices.append(
             Notice(
-                (f"{record.board} does not count its memory, so heap growth is unknown"),
+                (f"{record.board} does not report its memory use, so heap growth is unknown"),
                 "memory-unknown",
             )
         )

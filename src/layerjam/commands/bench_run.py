@@ -41,12 +41,12 @@ class DropRigOptions:
         bool, Help("During a hold, record the accelerometer of a mass that falls into the brake.")
     ] = False
     mass: Annotated[
-        float | None, MASS, Help("Mass that falls. On a virtual board it falls in each hold.")
+        float | None, MASS, Help("Falling mass. On a virtual board it falls during each hold.")
     ] = None
-    speed: Annotated[float | None, ARRIVAL_SPEED, Help("Speed of the mass on arrival.")] = None
+    speed: Annotated[float | None, ARRIVAL_SPEED, Help("Arrival speed of the mass.")] = None
     rope_stiffness: RopeStiffness | None = None
     trigger_level: Annotated[
-        float | None, LEVEL, Help("Acceleration that triggers, in g. Default: 5.")
+        float | None, LEVEL, Help("Acceleration that triggers the recording, in g. Default: 5.")
     ] = None
 
     def make_rig(self, brake: BrakeFile) -> "DropRig | None":
@@ -70,7 +70,7 @@ class DropRigOptions:
         )
 
 
-RECORDED = QuantitySpec("s", "time to record, by the board's clock", lo=0.1, hi=1e8, example="60s")
+RECORDED = QuantitySpec("s", "recording time, by the board's clock", lo=0.1, hi=1e8, example="60s")
 BOARD_PERIOD = 0.01
 RunInput = Annotated[str | Path, Help("Run file.", metavar="FILE.ljrun")]
 FINISHED, STOPPED = "FINISHED", "OPERATOR_STOPPED"
@@ -81,14 +81,14 @@ class RunRecorded(Judged):
     """Outcome of a procedure on a bench; `record` is None if a check failed first."""
 
     record: "RunResult | None" = None
-    outcome: str = fact("FINISHED, or the reason for its end")
-    reason: str | None = fact("why it did not finish")
+    outcome: str = fact("FINISHED, or the reason that the run ended")
+    reason: str | None = fact("why the run did not finish")
     run_id: str = fact("number of the run, also in the file")
     samples: int = number("1", "samples in the file")
     gaps: int = number("1", "samples missing between the first and the last")
     duration: float = number("s", "time from the start to the last sample")
-    steps: Sequence[Mapping[str, Any]] = fact("each step with its time of completion", listed=False)
-    fault: str | None = fact("fault that ended it")
+    steps: Sequence[Mapping[str, Any]] = fact("each step with its completion time", listed=False)
+    fault: str | None = fact("fault that ended the run")
     fault_time: float | None = number("s", "time of that fault")
     file: str | None = fact("file of the run; null if a check failed")
     simulated: bool = fact("whether the bench was simulated")
@@ -138,10 +138,10 @@ class RunExported(Result):
 
     samples: int = number("1", "samples written")
     gaps: int = number("1", "samples missing between the first and the last")
-    interrupted: bool = fact("whether the run was not closed")
-    outcome: str | None = fact("how the run ended")
+    interrupted: bool = fact("whether the run was interrupted before its file was closed")
+    outcome: str | None = fact("outcome of the run")
     file: str = fact("file written")
-    sidecar: str | None = fact("file with the facts of a CSV")
+    sidecar: str | None = fact("metadata file (sidecar) of a CSV file")
     shots: Sequence[str] = fact("files of the accelerometer's records", listed=False)
     simulated: bool = fact("whether the bench was simulated")
 
@@ -150,7 +150,7 @@ class RunExported(Result):
 def bench_run(
     address: BenchAddress,
     *,
-    procedure: Annotated[str, Help("Steps, in the form of tensile --procedure.", metavar="TEXT")],
+    procedure: Annotated[str, Help("Steps, in the format of tensile --procedure.", metavar="TEXT")],
     brake: BrakeInput,
     line: LineInput,
     vent_rest: Annotated[
@@ -162,12 +162,12 @@ def bench_run(
         Literal["manual", "trigger", "virtual"] | None,
         Help(
             "Crosshead drive: a person, a machine connected by two contacts, or the virtual "
-            "machine."
+            "test machine."
         ),
     ] = None,
     drop: DropRigOptions = DropRigOptions(),
     out: Annotated[
-        str | Path, OutFile("File of the run.", metavar="FILE.ljrun", endings=(".ljrun",))
+        str | Path, OutFile("Run file to write.", metavar="FILE.ljrun", endings=(".ljrun",))
     ],
     accept: Accept = None,
     overwrite: Overwrite = False,
@@ -234,7 +234,7 @@ def _refused_run(
     return RunRecorded.of(
         verdict,
         outcome="NOT_BEGUN",
-        reason="a check of the regulator failed, so the bench did not move anything",
+        reason="a check of the regulator failed, so the bench did not switch anything on",
         run_id="",
         samples=0,
         gaps=0,
@@ -319,11 +319,11 @@ def simulated_notice(simulated: bool) -> list[str]:
 def bench_log(
     address: BenchAddress,
     *,
-    out: Annotated[str | Path, Help("File of the run.", metavar="FILE.ljrun")],
+    out: Annotated[str | Path, Help("Run file to write.", metavar="FILE.ljrun")],
     duration: Annotated[
-        float | None, RECORDED, Help("Time to record. Default: until Ctrl-C.")
+        float | None, RECORDED, Help("Recording time. Default: until Ctrl-C.")
     ] = None,
-    resume: Annotated[bool, Help("Continue the file of an interrupted log.")] = False,
+    resume: Annotated[bool, Help("Append to the file of an interrupted log.")] = False,
     overwrite: Overwrite = False,
 ) -> RunLogged:
     """Record every sample of a bench that another client controls.

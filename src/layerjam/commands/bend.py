@@ -45,14 +45,14 @@ class Bend(Result):
     """
 
     record: "tuple[BrakeFile, float, float, float, float | None]"
-    bending_stiffness_free: float = number("N m^2", "E I of the overlap without vacuum")
-    bending_stiffness_jammed: float = number("N m^2", "E I of the overlap before it slips")
+    bending_stiffness_free: float = number("N m^2", "bending stiffness without vacuum")
+    bending_stiffness_jammed: float = number("N m^2", "bending stiffness before slip")
     stiffness_ratio: float = number("1", "ratio of jammed to free stiffness")
-    turning_stiffness_free: float = number("N m/rad", "moment over angle without vacuum")
-    turning_stiffness_jammed: float = number("N m/rad", "moment over angle before it slips")
-    moment_free: float = number("N m", "moment at the angle without vacuum")
-    moment: float = number("N m", "moment at the angle and the vacuum")
-    slip_moment: float = number("N m", "added moment of friction once every interface slips")
+    turning_stiffness_free: float = number("N m/rad", "rotational stiffness without vacuum")
+    turning_stiffness_jammed: float = number("N m/rad", "rotational stiffness before slip")
+    moment_free: float = number("N m", "moment at this angle without vacuum")
+    moment: float = number("N m", "moment at this angle and vacuum")
+    slip_moment: float = number("N m", "additional friction moment once all interfaces slip")
     slip_angle: float = number(
         "rad",
         "angle at which the initial slope reaches the moment of full slip",
@@ -64,18 +64,18 @@ class Bend(Result):
     shear_at_first_slip: float = number(
         "N", "transverse force at which the innermost interfaces slip"
     )
-    shear_at_full_slip: float = number("N", "transverse force from which all interfaces slip")
+    shear_at_full_slip: float = number("N", "transverse force above which all interfaces slip")
     least_radius: float | None = number(
-        "m", "least radius to which one film bends without lasting curl"
+        "m", "smallest radius to which a film bends without permanent curl"
     )
     straight_friction: float = number("N", "friction of the sheets in a straight pull")
     joint_friction: float | None = number("N", "friction of the sheets in a pull over the joint")
-    joint_friction_off: float | None = number("N", "the same without vacuum")
+    joint_friction_off: float | None = number("N", "friction over the joint without vacuum")
     amplification: float | None = number(
-        "1", ("ratio of the friction over the joint to that of a straight pull")
+        "1", "ratio of the friction over the joint to that in a straight pull"
     )
-    sheet_stress: float | None = number("Pa", "greatest stress of a sheet over the joint")
-    end_force_ratio: float | None = number("1", "ratio of the pulls at the two caps")
+    sheet_stress: float | None = number("Pa", "maximum stress in a sheet over the joint")
+    end_force_ratio: float | None = number("1", "ratio of the forces at the two caps")
 
     def draw(self) -> Figure:
         """Return the figure of moment versus angle, and of pull versus the joint's angle."""
@@ -95,7 +95,7 @@ def bend(
         float | None, RADIUS, Help("Radius of the joint over which the brake is pulled.")
     ] = None,
     limb_friction: Annotated[
-        float | None, LIMB, Help("Friction of the enclosure on the surface below it.")
+        float | None, LIMB, Help("Friction coefficient of the enclosure on the surface below it.")
     ] = None,
     atmosphere: Atmosphere = None,
 ) -> Bend:
@@ -169,8 +169,8 @@ def _buckling_notices(moment: float, buckling: float) -> list[Notice]:
     if moment <= buckling:
         return []
     text = (
-        f"above {show(buckling, 'N m')} compressed sheets buckle in the free lengths, unless "
-        f"something holds them: the moment of {show(moment, 'N m')} is an upper bound"
+        f"above {show(buckling, 'N m')}, unsupported compressed sheets buckle in the free lengths: "
+        f"the moment of {show(moment, 'N m')} is an upper bound"
     )
     return [Notice(text, "compressed-sheets-buckle")]
 
@@ -222,7 +222,7 @@ def _joint_notices(
         if joint["sheet_stress"] + curl > strength:
             out.append(
                 Notice(
-                    f"pulled over this joint one sheet bears {show(joint['sheet_stress'], 'Pa')} "
+                    f"a sheet pulled over this joint bears {show(joint['sheet_stress'], 'Pa')} "
                     f"and {show(curl, 'Pa')} of bending, more than the film's "
                     f"{show(strength, 'Pa')}",
                     "joint-overloads-film",

@@ -57,36 +57,34 @@ class Built(Result):
     """
 
     record: Drawing | None = None
-    feasible: bool = fact("whether it can be drawn and every failed check was accepted")
-    reason: str | None = fact("reason if it is not")
+    feasible: bool = fact("whether the brake can be drawn and every failed check was accepted")
+    reason: str | None = fact("reason if it is not feasible")
     files: Sequence[str] = fact(
         "files in the folder", shown=lambda found: f"{len(found)} in the folder" if found else ""
     )
     brakes: int = number("1", "total number of brakes")
-    mass: float | None = number("kg", "drawn mass of the parts whose mass is known")
-    fittings_mass: float | None = number("kg", "of that, everything except sheets and enclosure")
-    pin_to_pin: float | None = number("m", "distance of the pins at rest")
-    overall_length: float | None = number("m", "length over both heads at rest")
-    sleeve_length: float | None = number("m", "length of the enclosure, trimmed")
-    strap_length: float | None = number("m", "distance of the pins at the end of the travel")
+    mass: float | None = number("kg", "mass of the parts as drawn, except those of unknown mass")
+    fittings_mass: float | None = number("kg", "of that, all except sheets and enclosure")
+    pin_to_pin: float | None = number("m", "distance between the pins at rest")
+    overall_length: float | None = number("m", "overall length at rest, including both heads")
+    sleeve_length: float | None = number("m", "trimmed length of the enclosure")
+    strap_length: float | None = number("m", "distance between the pins at the end of the travel")
     film_pieces: int | None = number("1", "pieces of film")
     film_area: float | None = number("m^2", "area of all film parts")
-    film_used: float | None = number("1", "share of the film used for parts")
+    film_used: float | None = number("1", "fraction of the film used for parts")
     cut_length: float | None = number("m", "length of all cuts")
-    silicone_volume: float | None = number("m^3", "silicone in the mould, all castings")
-    silicone_mass: float | None = number("kg", "silicone to mix, waste included")
-    silicone_parts: Mapping[str, float] | None = fact("of that, parts A and B [kg]", shown=_amounts)
-    printed_volume: float | None = number("m^3", "plastic to print, mould and core included")
+    silicone_volume: float | None = number("m^3", "silicone in the mould, over all castings")
+    silicone_mass: float | None = number("kg", "silicone to mix, including waste")
+    silicone_parts: Mapping[str, float] | None = fact("components A and B [kg]", shown=_amounts)
+    printed_volume: float | None = number("m^3", "plastic to print, including mould and core")
     screw: str | None = fact("screw of the clamps")
-    preload: float | None = number("N", "force of each screw that holds the sheets by friction")
-    torque: float | None = number("N m", "torque for that force")
-    yoke_moment: float | None = number("N m", "bending moment of each yoke")
+    preload: float | None = number("N", "preload per screw that clamps the sheets by friction")
+    torque: float | None = number("N m", "torque for that preload")
+    yoke_moment: float | None = number("N m", "bending moment in each yoke")
     mass_parts: Sequence[Mapping[str, Any]] | None = fact("mass of each part", listed=False)
     mass_missing: Sequence[str] | None = fact("parts whose mass is unknown until they are weighed")
     checks: Sequence[Mapping[str, Any]] = fact("checks", listed=False)
-    assumptions: Sequence[str] = fact(
-        ("assumptions: values neither measured nor given"), listed=False
-    )
+    assumptions: Sequence[str] = fact("assumed values, neither measured nor given", listed=False)
 
     @classmethod
     def table_units(cls) -> Mapping[str, str]:
@@ -111,12 +109,12 @@ def build(
     workshop: Annotated[
         str | Path | None,
         Help(
-            ("A workshop's own [build] table. That of the brake takes precedence."),
+            "A workshop's own [build] table. The brake's table takes precedence.",
             metavar="FILE.toml",
         ),
     ] = None,
     cutter: Annotated[
-        str | None, Help("Who cuts the film: service, laser or knife.", metavar="|".join(CUTTERS))
+        str | None, Help("How the film is cut: service, laser or knife.", metavar="|".join(CUTTERS))
     ] = None,
     kerf: Annotated[float | None, spec_of(Build, "kerf")] = None,
     stock: Annotated[
@@ -131,9 +129,9 @@ def build(
     parallel: Annotated[int, PARALLEL] = 1,
     series: Annotated[int, SERIES] = 1,
     coupons: Annotated[
-        bool, Help("Also draw a comb for the kerf and strips for the friction.")
+        bool, Help("Also draw test parts: a comb for the kerf and strips for the friction.")
     ] = False,
-    no_step: Annotated[bool, Help("Write no STEP files.")] = False,
+    no_step: Annotated[bool, Help("Do not write STEP files.")] = False,
     accept: Accept = None,
     overwrite: Overwrite = False,
     progress: Progress = lambda what, share: None,
@@ -268,7 +266,7 @@ def _build_content(
     if PATTERN not in content:
         notices.append(
             Notice(
-                ("no paper pattern: a piece of film is larger than any paper format"), "no-pattern"
+                ("no paper pattern: a piece of film is larger than every paper size"), "no-pattern"
             )
         )
     progress("writing files", 0.9)
@@ -279,7 +277,7 @@ def _array_counts(rows: int, row: int) -> tuple[int, int]:
     """Return the number of chains in parallel and the number of brakes in each chain."""
     if rows * row > BRAKES_LIMIT:
         raise QuantityError(
-            f"build: {rows} by {row} are {rows * row} brakes; at most {BRAKES_LIMIT} are allowed"
+            f"build: {rows} by {row} makes {rows * row} brakes; at most {BRAKES_LIMIT} are allowed"
         )
     return rows, row
 

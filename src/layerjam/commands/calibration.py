@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 PRECISION = QuantitySpec(
-    "1", ("half of a 95 % interval, relative to its value"), lo=1e-5, hi=1, example="1%"
+    "1", "half-width of a 95 % interval, relative to the value", lo=1e-5, hi=1, example="1%"
 )
 ALIKE = 1.001
 """Largest ratio of the widest to the narrowest interval after one more pull, at which all
@@ -37,7 +37,7 @@ conditions count as equivalent.
 Within = Annotated[
     float | None,
     PRECISION,
-    Help("Print how many more pulls narrow each interval to plus or minus this."),
+    Help("Print how many more pulls would narrow each interval to ± this value."),
 ]
 
 
@@ -69,7 +69,7 @@ def format_more_pulls(further: Mapping[str, Any]) -> Iterator[str]:
     for name, row in further.items():
         value = name.replace("_", " ")
         if row is None:
-            yield f"{value}: the pulls so far give no interval; repeat one of them first"
+            yield f"{value}: the pulls so far determine no interval; repeat one of them first"
             continue
         yield f"{value} is known to ± {row['half_width']:.2%}; {_pulls_needed(row)}"
 
@@ -79,7 +79,7 @@ def _pulls_needed(row: Mapping[str, Any]) -> str:
     if row["likely"] == 0:
         return f"already within {width}"
     if row["likely"] is None:
-        return f"even 1000 further pulls do not narrow it to {width}"
+        return f"even 1000 further pulls would not narrow it to {width}"
     alike = max(widths.values()) <= ALIKE * widths[condition]
     place = "any of these vacuums" if alike and len(widths) > 1 else condition
     after = f"one more pull at {place}: ± {widths[condition]:.2%}"
@@ -90,7 +90,7 @@ def _pulls_needed(row: Mapping[str, Any]) -> str:
     )
 
 
-DRAWS = QuantitySpec("1", "draws of a chain", lo=100, hi=100_000, whole=True)
+DRAWS = QuantitySpec("1", "draws per chain", lo=100, hi=100_000, whole=True)
 CHAINS = QuantitySpec("1", "chains", lo=1, hi=64, whole=True)
 SHEETS = ("scale_factor", "stiffness_measured")
 ENCLOSURE = ("enclosure.modulus", "film.friction_on_silicone")
@@ -110,7 +110,7 @@ class Sampling:
 
     draws: Annotated[int, DRAWS, Help("Draws per chain (depth bayesian).")] = 1000
     chains: Annotated[int, CHAINS, Help("Number of chains (depth bayesian).")] = 2
-    seed: Annotated[int, SEED, Help("Seed of the draws (depth bayesian).")] = 1
+    seed: Annotated[int, SEED, Help("Random seed of the draws (depth bayesian).")] = 1
 
 
 @result
@@ -122,9 +122,9 @@ class BrakeCalibration(FromFiles, Judged):
     """
 
     record: "tuple[BrakeFile, Calibration]"
-    depth: str = fact("how it was fitted", shown=lambda depth: "" if depth == "exact" else depth)
+    depth: str = fact("fitting method", shown=lambda depth: "" if depth == "exact" else depth)
     scale_factor: float = number("1", "calibration factor on the sheets' friction")
-    stiffness: float = number("N/m", "stiffness of brake and rig")
+    stiffness: float = number("N/m", "stiffness of the brake and rig")
     scale_factor_eq8: float | None = number(
         "1", ("scale factor by the paper's eq. 8, from the peaks")
     )
@@ -139,12 +139,12 @@ class BrakeCalibration(FromFiles, Judged):
     standard_errors: Mapping[str, Any] = fact("standard errors and their basis", listed=False)
     intervals: Mapping[str, Any] = fact("95 % intervals", listed=False)
     covariance: Mapping[str, Any] = fact(
-        "covariance of each pair of values, SI; empty if there is no scatter", listed=False
+        "covariance of each pair of values, in SI units; empty without scatter", listed=False
     )
-    bootstrap: Mapping[str, Any] | None = fact("intervals of resampled repeats", listed=False)
+    bootstrap: Mapping[str, Any] | None = fact("intervals from resampled repeats", listed=False)
     leave_one_out: Mapping[str, Any] | None = fact("influence of each file", listed=False)
-    identifiability: Mapping[str, Any] | None = fact("condition of the fit", listed=False)
-    posterior: Mapping[str, Any] | None = fact("what was sampled", listed=False)
+    identifiability: Mapping[str, Any] | None = fact("conditioning of the fit", listed=False)
+    posterior: Mapping[str, Any] | None = fact("samples of the posterior", listed=False)
     pulls: Sequence[Mapping[str, Any]] = fact(
         "each pull, and how it differs from the others", listed=False
     )
@@ -155,7 +155,7 @@ class BrakeCalibration(FromFiles, Judged):
         ("files excluded by hand, with reasons"), listed=False
     )
     understood: Mapping[str, Any]
-    made_from: Mapping[str, Any] = fact("brake and files by their SHA-256", listed=False)
+    made_from: Mapping[str, Any] = fact("SHA-256 of the brake and files", listed=False)
     refused: Mapping[str, str]
     file: str | None
     traces: Sequence[Trace] = ()
@@ -207,7 +207,10 @@ def calibrate(
     depth: Depth = "exact",
     free: Annotated[
         Sequence[str],
-        Help("Also fit this (depth curves).", metavar="pressure_exponent|speed|force_offset"),
+        Help(
+            "Parameter to fit as well (depth curves).",
+            metavar="pressure_exponent|speed|force_offset",
+        ),
     ] = (),
     vacuum: FileVacuum = None,
     out: OutBrake | None = None,
@@ -292,7 +295,7 @@ def _select_free_parameters(free: Sequence[str] | str, depth: str) -> list[str]:
     """
     names = list(dict.fromkeys([free] if isinstance(free, str) else free))
     if names and depth != "curves":
-        raise FitError(f"free: {', '.join(names)} can be fitted at depth 'curves' only")
+        raise FitError(f"free: {', '.join(names)} can be fitted only at depth 'curves'")
     return names
 
 
@@ -315,7 +318,7 @@ def _slope_notices(calibration: "Calibration") -> Iterator[Notice]:
             samples = count_noun(entry.pull.rise_samples, "sample")
             yield Notice(
                 f"{Path(entry.pull.path).name}: {samples} on its rise are too few for a "
-                "stiffness; it is used for the scale factor only (pull more slowly, or "
+                "stiffness; it is used only for the scale factor (pull more slowly, or "
                 "sample faster)",
                 "no-slope",
             )

@@ -34,8 +34,8 @@ TABLE_UNITS = {
 }
 NOTES = (
     Notice(
-        "force density is force over the mass of the device alone: pump, valve and "
-        "supply are not included for any device",
+        "force density is the ratio of force to the mass of the device alone: pump, valve "
+        "and supply are excluded for every device",
         "own-mass",
     ),
     Notice(
@@ -54,7 +54,7 @@ class Comparison(Result):
 
     record: "tuple[list[dict[str, Any]], list[SheetLine], PublishedDevices]"
     devices: Sequence[Mapping[str, Any]] = fact(
-        "brakes and devices: mass, greatest force, force density, source", listed=False
+        "brakes and devices: mass, maximum force, force density, source", listed=False
     )
     sheet: Mapping[str, Any] = fact(
         "force added to the first brake by one more sheet, with the paper's claim", listed=False
@@ -63,7 +63,7 @@ class Comparison(Result):
         "each brake with more sheets", listed=False, key="lines"
     )
     none_found: Mapping[str, str] = fact(
-        "class without a sourced device: sources searched", listed=False
+        "for each class without a sourced device, the sources searched", listed=False
     )
 
     @classmethod
@@ -73,7 +73,7 @@ class Comparison(Result):
 
     def lines(self) -> Iterator[str]:
         """Yield devices with sources, the effect of one more sheet, and classes without one."""
-        yield "mass, greatest force, force over mass"
+        yield "mass, maximum force, force density"
         for row in self.devices:
             yield ""
             yield (
@@ -120,13 +120,13 @@ def compare(
     *brakes: Annotated[
         BrakeFile,
         Input(
-            "Brakes to compare. Default: those of the catalogue.",
+            "Brakes to compare. Default: all in the catalogue.",
             metavar="BRAKE",
             convert=_read_brakes,
         ),
     ],
     vacuum: Annotated[
-        float | None, VACUUM, Help("Vacuum of our brakes. Default: full vacuum of the site.")
+        float | None, VACUUM, Help("Vacuum of the brakes. Default: full vacuum of the site.")
     ] = None,
     atmosphere: Atmosphere = None,
 ) -> Comparison:

@@ -49,7 +49,7 @@ def _read_signal(
         shot_log = _read_shot(file, shot, sampling, options)
         return _read_shot_log(shot_log, file), shot_log.range, _truncation_notice(shot_log)
     if shot is not None:
-        raise QuantityError.of("shot", f"{file} is one log; only a run ({ENDING}) holds shots")
+        raise QuantityError.of("shot", f"{file} is one log; only a run ({ENDING}) contains shots")
     return read_log(file, [ACCELERATION] if sampling else [TIME, ACCELERATION], options), None, []
 
 
@@ -58,7 +58,7 @@ def _crash_notices(falling: bool, hic: Any) -> list[str]:
     if falling:
         sentence = (
             "gravity is subtracted from the velocity change, because the sensor was in free "
-            "fall before"
+            "fall before the impact"
         )
         sentences.append(Notice(sentence, "falling"))
     if hic is not None:
@@ -118,14 +118,15 @@ class CrashFound(Judged, Pulse):
 @command("test", computes=False)
 def crash(
     file: Annotated[
-        str | Path, Help("Log: a column of time, one of acceleration.", metavar="FILE")
+        str | Path, Help("Log with a time column and an acceleration column.", metavar="FILE")
     ],
     *,
     filter_class: Annotated[
-        str, Help("SAE J211-1: cfc60, 180, 600, 1000 or none.", metavar="CLASS", option="--filter")
+        str,
+        Help("SAE J211-1: cfc60, 180, 600, 1000 or none.", metavar="CLASS", option="--filter"),
     ] = "cfc180",
     sampling: Annotated[
-        float | None, SAMPLING, Help("Sampling rate of a file without time.")
+        float | None, SAMPLING, Help("Sampling rate of a file without a time column.")
     ] = None,
     before: Annotated[float | None, BEFORE, Help("Length of the quiet part at the start.")] = None,
     sensor_range: Annotated[
@@ -137,10 +138,10 @@ def crash(
             convert=_parse_range,
         ),
     ] = None,
-    falling: Annotated[bool, Help("The sensor was in free fall before, along its axis.")] = False,
+    falling: Annotated[bool, Help("Sensor in free fall along its axis before impact.")] = False,
     hic: Annotated[float | None, HIC, Help("Longest window of the head injury criterion.")] = None,
     shot: Annotated[
-        int | None, SHOT, Help("Number of the drop in a run that holds several.")
+        int | None, SHOT, Help("Number of the drop in a run that contains several.")
     ] = None,
     accept: Accept = None,
     options: TableOptions = TableOptions(),

@@ -46,9 +46,9 @@ T = TypeVar("T")
 GROUPS = {
     "predict": "Predict what a brake does",
     "test": "Read tests and calibrate",
-    "vacuum": "Make and hold the vacuum",
+    "vacuum": "Create and control the vacuum",
     "design": "Design a brake",
-    "build": "Build it",
+    "build": "Build a brake",
     "bench": "Run the bench",
     "share": "Report and share",
 }
@@ -212,8 +212,8 @@ class Parameter:
         if 0 < number < spec.unlikely_below:
             notices.append(
                 Notice(
-                    f"{self.label}: {number:g} was read as {show(number, spec.unit)}; for "
-                    f"another unit, write it, such as '{number:g} kPa'",
+                    f"{self.label}: {number:g} was read as {show(number, spec.unit)}; for a "
+                    f"different unit, append it, such as '{number:g} kPa'",
                     "unlikely-unit",
                 )
             )

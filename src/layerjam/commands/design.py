@@ -49,29 +49,29 @@ class DesignResult(Judged):
 
     record: Designed
     name: str = fact("name of the specification")
-    feasible: bool | None = fact("whether any design meets it")
+    feasible: bool | None = fact("whether any design meets the specification")
     reason: str | None = fact("reason if none does")
-    designs: int = number("1", "designs of the specification")
-    examined: int | None = number("1", "designs that were computed")
+    designs: int = number("1", "designs in the specification")
+    examined: int | None = number("1", "designs computed")
     feasible_designs: int | None = number("1", "designs that meet the specification")
-    killed_by: str | None = fact("the constraint that rules all of them out")
-    reachable: float | None = fact("the best value of that constraint's quantity", listed=False)
+    killed_by: str | None = fact("constraint that rules out every design")
+    reachable: float | None = fact("best value of that constraint's quantity", listed=False)
     excludes: Sequence[str] | None = fact("constraints that contradict it", listed=False)
-    chosen: Row | None = fact("best design of the grid", listed=False)
+    chosen: Row | None = fact("best design on the grid", listed=False)
     refined: Row | None = fact("best design between the grid steps", listed=False)
-    runner_up: Row | None = fact("best design with another film or other sheets", listed=False)
-    runner_up_lost: str | None = fact("reason why it lost", listed=False)
+    runner_up: Row | None = fact("best design with a different film or sheets", listed=False)
+    runner_up_lost: str | None = fact("reason why the runner-up lost", listed=False)
     binding: Sequence[str] | None = fact("constraints met with less than 2 % margin", listed=False)
     forbidden: Sequence[Row] | None = fact(
-        "designs that only one constraint excludes from winning", listed=False
+        "designs that would win but for one constraint", listed=False
     )
     front_size: int | None = number("1", "designs on the front")
-    front: Sequence[Row] | None = fact("the front, 500 at most", listed=False)
+    front: Sequence[Row] | None = fact("the front, at most 500 designs", listed=False)
     sensitivities: Mapping[str, Row] | None = fact(
         "relative sensitivity of each merit to each variable", listed=False
     )
     robustness: Mapping[str, Row] | None = fact(
-        "chance that each constraint holds with the scatter in friction", listed=False
+        "probability that each constraint is met, given the scatter in friction", listed=False
     )
 
     @classmethod
@@ -127,7 +127,7 @@ class DesignResult(Judged):
 
     def _margins(self) -> Iterator[str]:
         if self.robustness:
-            yield from ("", "chance that it holds, with the scatter in friction")
+            yield from ("", "probability that it is met, given the scatter in friction")
             for name, chance in self.robustness.items():
                 yield f"  {chance['probability']:>6.1%}  {name}"
         first = self.record.spec.objectives[0].name
@@ -157,7 +157,7 @@ def _read_spec(
 SpecInput = Annotated[
     "DesignSpecification",
     Input(
-        "Requirement: a TOML file, or the example wrist or stop.",
+        "Requirements: a TOML file, or the built-in example wrist or stop.",
         metavar="SPEC.toml",
         convert=_read_spec,
     ),
@@ -180,7 +180,7 @@ def design(
 
     if spec.grid.size > MOST_IN_MEMORY:
         raise QuantityError(
-            f"designs: {spec.grid.size} are more than {MOST_IN_MEMORY} in memory; use "
+            f"designs: {spec.grid.size} exceed the limit of {MOST_IN_MEMORY} in memory; use "
             "`layerjam sweep`"
         )
     search = Search(spec)
@@ -330,7 +330,7 @@ def _design_notices(
         yield Notice(f"the front has {on_front} designs; {MOST_SHOWN} are listed", "front-cut")
     if scattered and spec.scatter is not None:
         yield Notice(
-            f"robustness: friction log-normal, SD {spec.scatter.static:.2%} static and "
+            f"robustness: log-normal friction, SD {spec.scatter.static:.2%} static and "
             f"{spec.scatter.kinetic:.2%} kinetic, from {spec.scatter.source}",
             "scatter",
         )
@@ -347,6 +347,6 @@ def _spec_notices(spec: DesignSpecification) -> Iterator[str]:
         )
     if spec.evaluation.stop is not None and spec.grid.most_in_row > 1:
         yield Notice(
-            "brakes in series are assumed rigid and use up their travel one after another",
+            "brakes in series are assumed rigid, each using up its travel before the next",
             "rigid-series",
         )

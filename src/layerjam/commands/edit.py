@@ -32,8 +32,8 @@ class EditedFile(Result):
     """A changed brake or line; `record` is its BrakeFile or LineFile."""
 
     record: BrakeFile | LineFile
-    name: str = fact("its name")
-    text: str = fact("text of its file", listed=False)
+    name: str = fact("name of the record")
+    text: str = fact("text of the file", listed=False)
 
 
 @explain_arguments

@@ -21,9 +21,7 @@ if TYPE_CHECKING:
     from layerjam.identify.rubber.hyperelastic import Fit
     from layerjam.identify.rubber.tensile import Moduli, Specimen
 
-GAUGE_LENGTH = QuantitySpec(
-    "m", "length of the specimen that stretches", lo=1e-4, hi=10, example="33mm"
-)
+GAUGE_LENGTH = QuantitySpec("m", "gauge length of the specimen", lo=1e-4, hi=10, example="33mm")
 STRAIN = QuantitySpec("1", "engineering strain", hi=30)
 SEVERAL_MATERIALS = Notice(
     "the files contain several materials, so no mean is given; see each one in 'files'",
@@ -54,29 +52,29 @@ class SiliconeFit(FromFiles, Judged):
     """
 
     record: "dict[str, tuple[Specimen, Moduli, dict[str, Fit], str]]"
-    material: str | None = fact("silicone of the catalogue")
+    material: str | None = fact("silicone from the catalogue")
     specimens: int | None = number("1", "specimens used")
     modulus_100: float | None = number("Pa", "engineering stress at 100 % strain")
     modulus_100_sd: float | None = number("Pa", "SD over the specimens")
-    data_sheet: float | None = number("Pa", "the same from the manufacturer's data sheet")
+    data_sheet: float | None = number("Pa", "100 % modulus from the manufacturer's data sheet")
     difference: float | None = number(
         "1", ("relative difference from the data sheet"), shown=_percent
     )
     initial_modulus: float | None = number("Pa", "slope over the strain window")
     initial_modulus_sd: float | None = number("Pa", "SD over the specimens")
     modulus_300: float | None = number("Pa", "engineering stress at 300 % strain")
-    strength: float | None = number("Pa", "greatest engineering stress")
+    strength: float | None = number("Pa", "maximum engineering stress")
     strain_at_end: float | None = number("1", "strain where the record ends", shown="{:.0%}".format)
-    model: str | None = fact("model chosen")
-    parameters: Mapping[str, float] | None = fact("its parameters", shown=_format_parameters)
+    model: str | None = fact("chosen model")
+    parameters: Mapping[str, float] | None = fact("model parameters", shown=_format_parameters)
     why: str | None = fact("reason for the choice")
     model_modulus: float | None = number("Pa", "initial modulus of the model")
-    strain_range: Sequence[float] | None = number("1", "strains that were fitted", shown=_range)
+    strain_range: Sequence[float] | None = number("1", "fitted strain range", shown=_range)
     rmse: float | None = number("Pa", "root mean square error")
     error_at_100: float | None = number("1", "error of the model at 100 % strain", shown=_percent)
     stable: bool | None = fact("whether the model is stable")
-    models: Mapping[str, Any] | None = fact("every model", listed=False)
-    window: Sequence[float] = number("1", "strain of the initial slope", listed=False)
+    models: Mapping[str, Any] | None = fact("every fitted model", listed=False)
+    window: Sequence[float] = number("1", "strain window of the initial slope", listed=False)
     files: Mapping[str, Mapping[str, Any]] = fact("each specimen", listed=False)
 
     def lines(self) -> Iterator[str]:
@@ -105,14 +103,14 @@ class SiliconeFit(FromFiles, Judged):
 @command("test", computes=False)
 def enclosure(
     files: Annotated[
-        Sequence[str | Path] | str | Path, Help("Exports of a test machine.", metavar="FILE...")
+        Sequence[str | Path] | str | Path, Help("Files from a test machine.", metavar="FILE...")
     ],
     *,
     area: Annotated[
-        float | None, AREA, Help("Cross-section of the specimen, for files of force.")
+        float | None, AREA, Help("Cross-section of the specimen, for files with force.")
     ] = None,
     gauge_length: Annotated[
-        float | None, GAUGE_LENGTH, Help("Its length, for files of elongation.")
+        float | None, GAUGE_LENGTH, Help("Gauge length, for files with elongation.")
     ] = None,
     start: Annotated[
         float, STRAIN, Help("Strain where the initial slope starts.", option="--from")
@@ -121,10 +119,10 @@ def enclosure(
         float, STRAIN, Help("Strain where the initial slope ends.", option="--to")
     ] = 0.2,
     fit_to: Annotated[
-        float | None, STRAIN, Help("Greatest strain to fit, e.g. 200%. Default: all.")
+        float | None, STRAIN, Help("Maximum strain to fit, e.g. 200%. Default: all.")
     ] = None,
     material: Annotated[
-        str | None, Help("Silicone of the catalogue to compare with.", metavar="NAME")
+        str | None, Help("Catalogue silicone to compare with.", metavar="NAME")
     ] = None,
     brake: TargetBrake | None = None,
     out: OutBrake | None = None,
@@ -186,7 +184,7 @@ def _check_options(
     if (brake is None) != (out is None):
         raise QuantityError("--brake and --out: give both to write a brake, or neither")
     if hyperelastic and brake is None:
-        raise QuantityError("hyperelastic: give brake and out too; it is written into a brake")
+        raise QuantityError("hyperelastic: give brake and out too; a brake stores the model")
     if start >= end:
         raise QuantityError(f"from: {start:.3g} is not below to, {end:.3g}")
     if material is not None and material not in sheets:
@@ -248,14 +246,14 @@ def _add_model(
     if not wanted:
         if old:
             raise QuantityError(
-                "hyperelastic: the brake has the model of another enclosure; replace it too "
-                "(--hyperelastic), or take [hyperelastic] out of its file"
+                "hyperelastic: the brake has the model of a different enclosure; replace it too "
+                "(--hyperelastic), or remove [hyperelastic] from its file"
             )
         return {}
     if not values["stable"]:
         raise FitError(
-            f"hyperelastic: {values['model']} is not stable in tension over the curve; "
-            "fit a smaller part (--fit-to)"
+            f"hyperelastic: {values['model']} is not stable in tension over the whole "
+            "curve; fit a smaller strain range (--fit-to)"
         )
     text = modulus.text.replace("engineering stress at 100 %", f"{values['model']} fitted")
     source = Source(kind="measured", text=text)
@@ -278,7 +276,7 @@ def _add_modulus(
     sd = values.get("modulus_100_sd")
     source = Source(
         kind="measured",
-        text=f"tensile test after ASTM D412, engineering stress at 100 %, first loading; {names}",
+        text=f"tensile test to ASTM D412, engineering stress at 100 %, first loading; {names}",
         spread=f"SD {show(sd, 'Pa')} over {values['specimens']} specimens" if sd else "",
     )
     return {"enclosure.modulus": (float(values["modulus_100"]), source)}

@@ -14,7 +14,7 @@ from layerjam.kernel.parameters import Parameters
 from layerjam.outputs import outputs
 from layerjam.units import QuantitySpec, show
 
-Strict = Annotated[bool, Help("Write nothing if the brake could snap on its stiffness.")]
+Strict = Annotated[bool, Help("Write nothing if the brake is so compliant that it could snap.")]
 
 
 def list_parameters(parameters: Mapping[str, float]) -> str:
@@ -29,8 +29,8 @@ class Export:
     """Base of the results of all exports."""
 
     kind: str = fact("target of the export")
-    feasible: bool = fact("whether it was written; false with --strict if the brake could snap")
-    reason: str | None = fact("reason if it is not")
+    feasible: bool = fact("whether files were written; false with --strict if the brake could snap")
+    reason: str | None = fact("reason if none were written")
     files: Sequence[str] = fact("files in the folder")
     holds: float = number("N", "force at rest at full vacuum of the site, c L2")
 
@@ -40,7 +40,7 @@ class ExportedNumbers(Result, Export):
     """An export with the eight numbers of the brake."""
 
     parameters: Mapping[str, float] = fact(
-        "the eight numbers of the brake, SI units", shown=list_parameters
+        "the eight parameters of the brake, in SI units", shown=list_parameters
     )
 
     @classmethod
@@ -65,7 +65,7 @@ class Exported(ExportedNumbers):
 def export_c(
     brake: BrakeInput,
     *,
-    out: Annotated[str | Path, Help("Folder to write into.", metavar="DIR")],
+    out: Annotated[str | Path, Help("Folder to write to.", metavar="DIR")],
     precision: Annotated[
         Literal["double", "single"],
         Help("Precision of all numbers. Use single if the chip lacks double precision."),
@@ -105,12 +105,12 @@ class ExportedFmu(Result, Export):
     """The FMU that was written."""
 
     record: dict[str, float]
-    files: Sequence[str] = fact("the file")
-    bytes: int | None = number("B", "its size; None if it was not written")
-    fmi_version: str = fact("version of the standard")
+    files: Sequence[str] = fact("FMU file")
+    bytes: int | None = number("B", "size of the FMU; null if it was not written")
+    fmi_version: str = fact("version of the FMI standard")
     token: str = fact("instantiation token, the same for every brake")
     platforms: Sequence[str] = fact("platforms with a compiled library")
-    compiler: str | None = fact("compiler of this machine's library; None with sources only")
+    compiler: str | None = fact("compiler of this machine's library; null with sources only")
     variables: Sequence[str] = fact("names of all variables")
     holds: float
 
@@ -119,17 +119,17 @@ class ExportedFmu(Result, Export):
 def export_fmu(
     brake: BrakeInput,
     *,
-    out: Annotated[str | Path, Help("The FMU to write.", metavar="FILE.fmu")],
+    out: Annotated[str | Path, Help("FMU file to write.", metavar="FILE.fmu")],
     fmi: Annotated[Literal["3", "2"], Help("Version of the standard, 3.0 or 2.0.")] = "3",
     platforms: Annotated[
         str | None,
         Help(
             "Platforms with a library, separated by commas: linux, linux-arm, windows, macos, "
-            "macos-arm; this machine's own if not given. Others than its own need the extra fmu."
+            "macos-arm; default: this machine's own. Any other needs the extra fmu."
         ),
     ] = None,
     sources_only: Annotated[
-        bool, Help("Include no library; the importer compiles the sources.")
+        bool, Help("Do not include a compiled library; the importer compiles the sources.")
     ] = False,
     rope_stiffness: RopeStiffness | None = None,
     strict: Strict = False,
@@ -152,7 +152,7 @@ def export_fmu(
     numbers, values = parameters(brake, rope_stiffness), units.start_values(brake, rope_stiffness)
     if sources_only and platforms is not None:
         raise QuantityError.of(
-            "platforms", ("with sources only there are no libraries; omit the platforms")
+            "platforms", ("sources are not built for a platform; omit the platforms")
         )
     platform_names = None if platforms is None else [name.strip() for name in platforms.split(",")]
     platform_choice = () if sources_only else units.chosen_platforms(fmi, platform_names)
@@ -188,7 +188,7 @@ def export_facts(kind: str, file: BrakeFile, numbers: Parameters, strict: bool) 
     least = friction_at_full_vacuum(file, numbers)
     if numbers.stiffness <= least:
         snaps = Notice(
-            f"the stiffness of {show(numbers.stiffness, 'N/m')} is not above the "
+            f"the stiffness of {show(numbers.stiffness, 'N/m')} does not exceed the "
             f"{show(least, 'N/m')} by which the friction falls at full vacuum of the "
             "site: the brake would snap, and its force would jump",
             "snaps",
@@ -197,8 +197,8 @@ def export_facts(kind: str, file: BrakeFile, numbers: Parameters, strict: bool) 
     if numbers.exponent:
         notices.append(
             Notice(
-                "the pressure exponent uses pow of the target's C library, so the last "
-                "bits of a force may differ between machines",
+                "the pressure exponent uses the pow function of the target's C library, so "
+                "the last bits of a force may differ between machines",
                 "pow",
             )
         )
@@ -221,7 +221,7 @@ class ExportedMujoco(ExportedNumbers):
 
     record: Parameters
     plugin: str = fact("name of the plugin in a model")
-    library: str | None = fact("the compiled plugin; none with --no-build")
+    library: str | None = fact("compiled plugin; null with --no-build")
     mujoco_version: str | None = fact("version of MuJoCo that it was compiled for")
     parameters: Mapping[str, float]
     holds: float
@@ -231,7 +231,7 @@ class ExportedMujoco(ExportedNumbers):
 def export_mujoco(
     brake: BrakeInput,
     *,
-    out: Annotated[str | Path, Help("Folder to write into.", metavar="DIR")],
+    out: Annotated[str | Path, Help("Folder to write to.", metavar="DIR")],
     tendon: Annotated[str, Help("Name of the tendon that carries the brake.", metavar="NAME")] = (
         "cable"
     ),
@@ -243,7 +243,7 @@ def export_mujoco(
             "cannot resolve."
         ),
     ] = "limited",
-    no_build: Annotated[bool, Help("Sources only; needs neither MuJoCo nor a compiler.")] = False,
+    no_build: Annotated[bool, Help("Sources only, without MuJoCo or a compiler.")] = False,
     rope_stiffness: RopeStiffness | None = None,
     strict: Strict = False,
     overwrite: Overwrite = False,

@@ -70,8 +70,8 @@ def read_each(
         same = records.find_same(trace)
         if same is not None:
             raise FitError(
-                f"contains the same record as {same}, exported with another sampling or "
-                "number format; it is counted once"
+                f"contains the same record as {same}, exported with a different sampling "
+                "rate or number format; it is counted once"
             )
         value = use(trace)
         records.add(name, trace)
@@ -146,7 +146,7 @@ def map_each(
             if not results:
                 raise
             names_left = names[count + is_whole :]
-            refusals |= dict.fromkeys(names_left, "not read to its end: interrupted")
+            refusals |= dict.fromkeys(names_left, "not read completely: interrupted")
             break
     if not results:
         if not refusals:
@@ -248,22 +248,22 @@ def _record_notices(trace: Trace) -> Iterator[Notice]:
     if is_off_zero(summary.start, summary.features):
         yield Notice(
             f"{name}: the force is {show(summary.start.baseline, 'N')} before the load "
-            "rises, a preload or the load cell's zero. It is not subtracted; 'layerjam "
-            "pull --tare' shows its effect, depth curves can fit it (--free force_offset)",
+            "rises: a preload or a load cell offset. It is not subtracted; 'layerjam pull "
+            "--tare' shows its effect, and depth curves can fit it (--free force_offset)",
             "preload",
         )
     if summary.teeth is not None:
         yield Notice(
-            f"{name}: sticks and slips, {show(summary.teeth.amplitude, 'N')} about its "
+            f"{name}: stick–slip of ±{show(summary.teeth.amplitude, 'N')} about its "
             "middle: its peak shows static friction, whereas the law of a brake "
             "describes the middle",
             "stick-slip",
         )
     if summary.second_rise is not None:
         yield Notice(
-            f"{name}: the force rises twice, as if the brake was switched on while it "
-            "slid; view each rise with 'layerjam pull --from --to', and use a file with "
-            "one of them",
+            f"{name}: the force rises twice, as if the brake had been switched on while "
+            "sliding; view each rise with 'layerjam pull --from --to', and use a file that "
+            "contains only one rise",
             "two-rises",
         )
 
@@ -273,9 +273,9 @@ def _pull_vacuum(trace: Trace, default: float | None, brake: Brake) -> float:
         return float(check_vacuum(trace.facts.vacuum, brake, "vacuum in its sidecar"))
     if default is None:
         raise FitError(
-            f"its vacuum is not stated; give --vacuum, or write "
+            f"its vacuum is not stated; give --vacuum, write "
             f'{Path(trace.path).name}.toml next to it with a line such as vacuum = "94.5 kPa", or '
-            f"one {LIST} for the folder, or a pattern of its name (--names '*_{{vacuum}}_*')"
+            f"one {LIST} for the folder, or give a pattern of its name (--names '*_{{vacuum}}_*')"
         )
     return default
 
@@ -304,7 +304,7 @@ def read_pulls(
         end, overlap = float(pull.elongation[-1]), file.brake.sheets.overlap
         if end > 2 * overlap:
             raise FitError(
-                f"pulls to {show(end, 'm')}, but the sheets overlap by "
+                f"pulls to {show(end, 'm')}, but the sheets overlap by only "
                 f"{show(overlap, 'm')}: check the unit of the elongation"
             )
         test(pull, pressure, file.brake)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 PROFILES = ("step", "sine", "rehabilitation")
 PERIOD = replace(DURATION, text="period of the profile", example="10s")
-SLIP_SPEED = replace(CROSSHEAD_SPEED, text="speed of the slip", lo=0.0, example="1mm/s")
+SLIP_SPEED = replace(CROSSHEAD_SPEED, text="slip speed", lo=0.0, example="1mm/s")
 MODEL_ERROR = QuantitySpec(
     "1", "ratio of the true friction to that assumed by the regulator", lo=0.1, hi=10, example="1.1"
 )
@@ -40,15 +40,15 @@ FREQUENCIES = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 class ScheduledSettings(RegulatorSettings):
     """Settings of the regulator; its gain follows the vacuum unless a different law is chosen."""
 
-    kind: Annotated[Literal["bang-bang", "pi", "scheduled"], Help("The control law.")] = "scheduled"
+    kind: Annotated[Literal["bang-bang", "pi", "scheduled"], Help("Control law.")] = "scheduled"
 
 
 @options
 class Swing:
     """Generated profile that alternates between two forces while the brake slips steadily."""
 
-    low: Annotated[float | None, FORCE, Help("Least force of the profile.")] = None
-    high: Annotated[float | None, FORCE, Help("Greatest force of the profile.")] = None
+    low: Annotated[float | None, FORCE, Help("Minimum force of the profile.")] = None
+    high: Annotated[float | None, FORCE, Help("Maximum force of the profile.")] = None
     period: Annotated[float | None, PERIOD] = None
     duration: Annotated[float | None, DURATION] = None
     speed: Annotated[float | None, SLIP_SPEED] = None
@@ -59,10 +59,10 @@ class FollowedForce(Result):
     """Accuracy of the followed force; `record` is (Following, Bode)."""
 
     record: "tuple[Following, Bode | None]"
-    rms_error: float = number("N", "root mean square of the force's error")
-    greatest_error: float = number("N", "greatest error of the force")
+    rms_error: float = number("N", "root mean square error of the force")
+    greatest_error: float = number("N", "maximum error of the force")
     possible: float = fact(
-        "share of the time in which brake and line can follow the profile",
+        "fraction of the time in which brake and line can follow the profile",
         shown=lambda share: f"{share:.1%} of the time",
     )
     reasons: list[str] = fact("reason why they cannot at other times", listed=False)
@@ -70,14 +70,14 @@ class FollowedForce(Result):
         "whether the whole profile can be followed", shown=lambda yes: "" if yes else "no"
     )
     outcome: str = fact("state reported by the detector: HEALTHY, or the fault")
-    greatest_vacuum: float = number("Pa", "greatest vacuum")
-    pump_switches: int = fact("how often the pump was switched")
-    vent_switches: int = fact("how often the vent was switched")
+    greatest_vacuum: float = number("Pa", "highest vacuum")
+    pump_switches: int = fact("number of times the pump was switched")
+    vent_switches: int = fact("number of times the vent was switched")
     bandwidth: float | None = number(
         "Hz", ("frequency at which a sine of half the swing is reduced to 71 %")
     )
     bode: list[dict[str, float]] | None = fact("frequency response", listed=False)
-    sample_time: float = number("s", "time between two samples")
+    sample_time: float = number("s", "sampling interval")
 
     def lines(self) -> Iterator[str]:
         """Yield the parts of the profile that cannot be followed."""
@@ -99,7 +99,7 @@ def follow(
     profile: Annotated[
         str | Path,
         Help(
-            "Profile of force over time. A file also contains the slip.",
+            "Profile of force versus time. A file also needs a slip column.",
             metavar="step|sine|rehabilitation|FILE",
         ),
     ],
@@ -107,7 +107,7 @@ def follow(
     settings: ScheduledSettings = ScheduledSettings(),
     slip_noise: Annotated[float, SLIP_NOISE] = 0.0,
     model_error: Annotated[float, MODEL_ERROR] = 1.0,
-    seed: Annotated[Seed, Help("Seed of the sensor's noise.")] = 0,
+    seed: Annotated[Seed, Help("Random seed for the sensor noise.")] = 0,
     atmosphere: Atmosphere = None,
 ) -> FollowedForce:
     """Make a sliding brake's force follow a profile, and report where this is impossible.
@@ -170,7 +170,7 @@ def _read_profile(profile: str, dt: float, swing: Swing) -> tuple[Any, Any]:
 
     missing = [name for name, value in vars(swing).items() if value is None]
     if missing:
-        raise QuantityError(f"{', '.join(missing)}: missing; the profile {profile} needs them")
+        raise QuantityError(f"{', '.join(missing)}: missing; required by the profile {profile}")
     low, high, period, length, speed = vars(swing).values()
     if high <= low:
         raise QuantityError.of(
@@ -178,7 +178,7 @@ def _read_profile(profile: str, dt: float, swing: Swing) -> tuple[Any, Any]:
         )
     time = np.arange(round(length / dt)) * dt
     if len(time) < 2:
-        raise QuantityError.of("duration", f"{show(length, 's')} is less than two samples")
+        raise QuantityError.of("duration", f"{show(length, 's')} is shorter than two samples")
     slip = speed * time
     if profile == "rehabilitation":
         return rehabilitation(time, low=low, high=high, period=period), slip
@@ -191,9 +191,9 @@ def _read_profile_file(path: str | Path, dt: float) -> tuple[Any, Any]:
     """Return the same from a file of time, force and slip, by linear interpolation."""
     log = read_log(path, (TIME, FORCE_COLUMN, SLIP_COLUMN))
     if "slip" not in log:
-        raise FileError(path, "has no slip column, on which the force depends")
+        raise FileError(path, "has no slip column, but the force depends on the slip")
     time = log["time"] - log["time"][0]
     if len(time) < 2 or (np.diff(time) <= 0).any():
-        raise FileError(path, "its time must rise from row to row")
+        raise FileError(path, "its time must increase from row to row")
     times = np.arange(round(float(time[-1]) / dt) + 1) * dt
     return np.interp(times, time, log["force"]), np.interp(times, time, log["slip"])

@@ -37,7 +37,7 @@ class FrictionTest:
     normal_force: Annotated[
         float | None, NORMAL_FORCE, Help("Force that presses the films together.")
     ] = None
-    standard: Annotated[Literal["paper", "d1894", "iso8295"], Help("How the records are read.")] = (
+    standard: Annotated[Literal["paper", "d1894", "iso8295"], Help("Evaluation standard.")] = (
         "paper"
     )
     start: Annotated[
@@ -53,7 +53,7 @@ class FrictionTest:
     area: Annotated[float | None, AREA, Help("Area under the sled.")] = None
     accept_stick_slip: Annotated[
         bool,
-        Help("Use the middle of stick–slip as kinetic friction.", old=("--accept-judder",)),
+        Help("Use the middle of the stick–slip as kinetic friction.", old=("--accept-judder",)),
     ] = False
 
     def window(self, rule: Standard) -> tuple[float, float] | None:
@@ -79,11 +79,11 @@ class Friction(FromFiles, Judged):
     static_sd: float | None = number("1", "SD over the repeats")
     kinetic_sd: float | None = number("1", "SD over the repeats")
     repeats: int = number("1", "repeats used")
-    standard: str = fact("how the records were read", listed=False)
+    standard: str = fact("evaluation standard", listed=False)
     window: list[float] = number("m", "displacement range of the kinetic mean", listed=False)
     intervals: Mapping[str, Any] = fact("95 % intervals of the means", listed=False)
     stick_slip: Mapping[str, Any] | None = fact("envelope of the stick–slip", listed=False)
-    pressure: Mapping[str, Any] = number("Pa", "pressures in the test and in use", listed=False)
+    pressure: Mapping[str, Any] = number("Pa", "pressures in test and brake", listed=False)
     repeats_table: Sequence[Mapping[str, Any]] = fact("each repeat", listed=False)
 
     def lines(self) -> Iterator[str]:
@@ -240,11 +240,11 @@ def _pressure(
     area: Any = test.area or next((t.facts.area for t in traces if t.facts.area), None)
     sled_area, use = area or rule.area, site.atmosphere
     stress = load / sled_area
-    whose = "the given area" if area else f"the area of {rule.title}; set --area for another"
+    whose = "the given area" if area else f"the area of {rule.title}; set --area to change it"
     sentence = (
         f"the films were pressed with {show(stress, 'Pa')} ({whose}), but a brake presses "
-        f"them with up to {show(use, 'Pa')}, {use / stress:.0f} times more. Friction "
-        "changes with pressure; only pulls of the brake show by how much"
+        f"them with up to {show(use, 'Pa')}, {use / stress:.0f} times as much. "
+        "Friction changes with pressure; only pulls of the brake show by how much"
     )
     ratio = use / stress
     pressures = {"test": stress, "use": use, "ratio": ratio, "area": sled_area}
@@ -257,7 +257,7 @@ def _stick_slip_notices(friction: FrictionResult) -> Iterator[Notice]:
     if envelope is None:
         return
     consequence = (
-        f"the middle, {envelope.middle:.4g}, is used as kinetic friction"
+        f"its middle, {envelope.middle:.4g}, is used as kinetic friction"
         if envelope.accepted
         else "there is no steady kinetic friction to average (--accept-stick-slip uses the middle)"
     )
@@ -269,9 +269,9 @@ def _stick_slip_notices(friction: FrictionResult) -> Iterator[Notice]:
     )
     if not friction.standard.first_maximum:
         yield Notice(
-            "static friction is taken from the greatest force, here the highest of many "
-            "teeth and therefore above their mean; --standard d1894 uses the first "
-            "maximum",
+            "static friction is taken from the maximum force, here the highest of many "
+            "stick–slip peaks and therefore above their mean; --standard d1894 uses the "
+            "first maximum",
             "static-of-teeth",
         )
 

@@ -63,30 +63,30 @@ class Stop(Reading, Heating):
 
     record: DropRecord | BareDrop | None = None
     slip: float | None = number("m", "slip of the brake", default=None)
-    peak_force: float | None = number("N", "greatest force on the mass", default=None)
+    peak_force: float | None = number("N", "maximum force on the mass", default=None)
     peak_deceleration: float | None = number(
-        "m/s^2", "peak force over mass, less gravity along the pull", default=None
+        "m/s^2", "ratio of peak force to mass, minus gravity along the pull", default=None
     )
-    peak_g: float | None = number("1", "peak force over weight", default=None)
-    stopping_time: float | None = number("s", "time from the taut rope", default=None)
-    dissipated_energy: float | None = number("J", "heat until then", default=None)
+    peak_g: float | None = number("1", "ratio of peak force to weight", default=None)
+    stopping_time: float | None = number("s", "time since the rope became taut", default=None)
+    dissipated_energy: float | None = number("J", "heat generated until then", default=None)
     end_speed: float | None = number("m/s", "speed at the end", default=None)
     crash_force: float | None = number(
-        "N", "greatest force after the travel is used up, if its end is rigid", default=None
+        "N", "maximum force after the travel is used up, if its end is rigid", default=None
     )
-    crash_g: float | None = number("1", "the same over weight", default=None)
+    crash_g: float | None = number("1", "ratio of that force to weight", default=None)
     vacuum: float | None = number("Pa", "vacuum of the brake", default=None)
     outcome: str | None = fact("outcome", default=None)
-    speed: float | None = number("m/s", "speed at the taut rope", default=None)
+    speed: float | None = number("m/s", "speed when the rope becomes taut", default=None)
     feasible: bool = fact(
-        "whether it could be computed", default=True, shown=lambda yes: "" if yes else "no"
+        "whether the drop could be computed", default=True, shown=lambda yes: "" if yes else "no"
     )
-    reason: str | None = fact("reason if it is not", default=None)
+    reason: str | None = fact("reason if it could not", default=None)
     least_stiffness: float | None = number(
-        "N/m", "stiffness of rope and brake above which it cannot snap", default=None
+        "N/m", "stiffness of rope and brake above which the brake cannot snap", default=None
     )
-    slip_at_end: float | None = number("m", "slip when `duration` is over", default=None)
-    outcome_at_end: str | None = fact("outcome of the time after it", default=None)
+    slip_at_end: float | None = number("m", "slip at the end of `duration`", default=None)
+    outcome_at_end: str | None = fact("outcome at the end of `duration`", default=None)
     crash: Crash | None = None
     """Outcome of an impact at the end of the travel, or None if it is unknown."""
 
@@ -105,7 +105,7 @@ class Stop(Reading, Heating):
         if isinstance(self.record, BareDrop):
             return impact_figures.bare(self.record)
         if self.record is None:
-            raise QuantityError(f"an impossible drop has no curve: {self.reason}")
+            raise QuantityError(f"a drop that was not computed has no curve: {self.reason}")
         return impact_figures.drop(self.record, self.crash)
 
     def quiet_curves(self) -> "Sequence[Curve]":
@@ -126,7 +126,7 @@ def drop(
     rope_damping: RopeDamping | None = None,
     vacuum_history: Annotated[
         str | Path | History | None,
-        Help("CSV of time and vacuum, instead of one vacuum.", metavar="FILE"),
+        Help("CSV of vacuum versus time, for a varying vacuum.", metavar="FILE"),
     ] = None,
     log: LogOptions = LogOptions(),
     vacuum_share: VacuumShare | None = None,
@@ -198,7 +198,7 @@ def _note_ignored_effects(damping: bool, leak: bool, stop: Stop, travel: float) 
     ):
         if is_there and stop.slip is not None:
             sentence = (
-                f"the vacuum is tuned {words}; with it the brake slips {show(stop.slip, 'm')}, "
+                f"the vacuum is tuned {words}; with {key} the brake slips {show(stop.slip, 'm')}, "
                 f"not {show(travel, 'm')}"
             )
             stop = stop.noting(Notice(sentence, f"tuned-without-{key}"))
@@ -221,15 +221,15 @@ def _check_options(
         return
     if history is None and log != LogOptions():
         raise QuantityError(
-            "reading, columns and decimal: only valid with the file of a vacuum history"
+            "reading, columns and decimal: only valid with a file of a vacuum history"
         )
     if history is not None:
         if vacuum is not None or travel is not None:
-            raise QuantityError.of("vacuum", "a history is given; leave vacuum and travel out")
+            raise QuantityError.of("vacuum", "a history is given; omit vacuum and travel")
     elif vacuum is None:
         raise QuantityError.of("vacuum", "missing; give one, or 'tuned' together with travel")
     elif vacuum == "tuned" and travel is None:
-        raise QuantityError.of("travel", "missing; a tuned vacuum needs the slip to stop within")
+        raise QuantityError.of("travel", "missing; a tuned vacuum requires the slip of the stop")
     elif vacuum != "tuned" and travel is not None:
         raise QuantityError.of("travel", "only valid with a tuned vacuum")
 
@@ -239,10 +239,10 @@ def _check_leak(values: tuple[Any, Any, Any], history: Any, no_brake: bool) -> N
     values_by_name = dict(zip(("vacuum share", "leak time", "held"), values, strict=True))
     for name, value in values_by_name.items():
         if value is not None and no_brake:
-            raise QuantityError(f"{name}: not valid without a brake, which needs no vacuum")
+            raise QuantityError(f"{name}: only valid with a brake")
     if values_by_name["leak time"] is None:
         if values_by_name["held"] is not None:
-            raise QuantityError("held: goes only with a leak; give its leak time too")
+            raise QuantityError("held: only valid with a leak; give its leak time too")
     elif history is not None:
         raise QuantityError("leak time: not valid with a history, which already includes the leak")
 
@@ -349,8 +349,8 @@ def _drop_without_brake(case: dict[str, Any], damping: float, g: float) -> Stop:
     if rope is None:
         raise QuantityError.of(
             "rope stiffness",
-            "missing; without a brake the mass hangs on the rope, and the command "
-            "takes its stiffness (--rope-stiffness), not the brake's file",
+            "missing; without a brake the mass hangs on the rope, so give the stiffness "
+            "of the rope (--rope-stiffness), not a brake",
         )
     force, time, heat = damped_rope_only(mass, speed, rope, damping, gravity)
     stands = math.isfinite(time)
@@ -379,7 +379,7 @@ def _read_history(source: str | Path | History, atmosphere: float, log: LogOptio
     if not isinstance(source, History):
         return read_history(source, atmosphere, log)
     if log != LogOptions():
-        raise QuantityError("reading: goes only with a file; a History holds the vacuum itself")
+        raise QuantityError("reading: only valid with a file; a History contains the vacuum itself")
     return source
 
 

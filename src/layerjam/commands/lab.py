@@ -30,18 +30,18 @@ class PracticeFiles(Result):
     """
 
     record: "Campaign | None" = None
-    folder: str | None = fact("the folder", default=None)
+    folder: str | None = fact("folder created", default=None)
     files: Sequence[str] | None = fact(
-        "the files", default=None, shown=lambda files: f"{len(files)}, each with its sidecar"
+        "files created", default=None, shown=lambda files: f"{len(files)}, each with its sidecar"
     )
     friction_tests: int | None = number("1", "friction tests", default=None)
     pulls: int | None = number("1", "pulls", default=None)
-    samples: int | None = number("1", "samples of all files", default=None)
+    samples: int | None = number("1", "samples in all files", default=None)
     faulty: int | None = number("1", "files with an intentional fault", default=None)
     seed: int | None = number("1", "seed of the campaign", default=None)
     truth: str | None = fact("file with the true values", default=None)
     next: Sequence[str] | None = fact("commands to try", default=None, listed=False)
-    stopped: bool | None = fact("whether it was stopped", default=None, listed=False)
+    stopped: bool | None = fact("whether writing was interrupted", default=None, listed=False)
     text: str = ""
 
     @property
@@ -85,17 +85,17 @@ def lab_example(out: str | Path | None = None, *, overwrite: bool = False) -> st
 def lab(
     spec: Annotated[
         str | Path | Spec | None,
-        Help("TOML file of the campaign, or the built-in campaign practice.", metavar="SPEC"),
+        Help("TOML file of the campaign, or 'practice' for the built-in one.", metavar="SPEC"),
     ] = None,
     *,
     out: Annotated[
         str | Path | None,
-        Help("New or empty folder to write; with --example, a .toml file.", metavar="DIR"),
+        Help("New or empty folder to write to; with --example, a .toml file.", metavar="DIR"),
     ] = None,
     example: Annotated[
-        bool, Help("Print a commented campaign for you to edit, or write it to --out.")
+        bool, Help("Print a commented campaign to edit, or write it to --out.")
     ] = False,
-    seed: Annotated[int | None, SEED, Help("Seed, in place of the campaign's own.")] = None,
+    seed: Annotated[int | None, SEED, Help("Random seed, instead of the campaign's own.")] = None,
     overwrite: Overwrite = False,
     progress: Progress | None = None,
 ) -> PracticeFiles:
@@ -113,7 +113,7 @@ def lab(
 
     if example:
         if spec is not None or seed is not None:
-            raise QuantityError("--example: only --out and --overwrite are valid with it")
+            raise QuantityError("--example: can be combined only with --out and --overwrite")
         text = lab_example(out, overwrite=overwrite)
         if out is not None:
             text = f"Edit it, then: layerjam lab {quote_word(str(out))} --out DIR"

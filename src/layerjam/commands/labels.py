@@ -113,8 +113,8 @@ class Grid:
         if cases.shape[1] > MOST_CURVES:
             raise QuantityError.of(
                 name,
-                f"{cases.shape[1]} curves are too many for one figure, at most {MOST_CURVES} are "
-                "drawn; choose some of them",
+                f"{cases.shape[1]} curves are too many for one figure; choose at most "
+                f"{MOST_CURVES} of them",
             )
         inputs = {
             n: np.reshape(np.broadcast_to(array, self.shape), cases.shape)
@@ -182,7 +182,7 @@ def align_grid(arguments: dict[str, Any], units: Mapping[str, str]) -> Grid | No
         shapes = " and ".join(f"{n} {np.shape(v)}" for n, v in arrays.items())
         raise QuantityError.of(
             next(iter(arrays)),
-            f"shapes do not broadcast: {shapes}; give equal lengths, or name the dimensions with "
+            f"shapes do not broadcast: {shapes}; use equal lengths, or name the dimensions with "
             "xarray.DataArray(..., dims=...) for every combination",
         ) from None
     _check_size(shape, arrays)
@@ -213,8 +213,8 @@ def _check_size(shape: tuple[int, ...], arrays: Mapping[str, Any]) -> None:
     if (size := math.prod(shape)) > MOST_ELEMENTS:
         raise QuantityError.of(
             next(iter(arrays)),
-            f"{' and '.join(arrays)} span {size:,} combinations; at most {MOST_ELEMENTS:,} are "
-            "computed in one call, so give them in parts",
+            f"{' and '.join(arrays)} span {size:,} combinations; at most {MOST_ELEMENTS:,} can be "
+            "computed in one call, so split them into several calls",
         )
 
 
@@ -225,15 +225,15 @@ def _label_axes(
 
     for name, array in arrays_by_name.items():
         if len(set(array.dims)) < array.ndim:
-            raise QuantityError.of(name, f"two of its dimensions have one name: {array.dims}")
+            raise QuantityError.of(name, f"two of its dimensions have the same name: {array.dims}")
     try:
         arrays = xarray.align(*arrays_by_name.values(), join="exact", copy=False)
     except ValueError:
         sizes_of = " and ".join(f"{name} {dict(a.sizes)}" for name, a in arrays_by_name.items())
         raise QuantityError.of(
             next(iter(arrays_by_name)),
-            f"coordinates of the arrays differ: {sizes_of}; along a dimension of one name all need "
-            "the same coordinates",
+            f"coordinates of the arrays differ: {sizes_of}; arrays that share a dimension need "
+            "the same coordinates along it",
         ) from None
     by_name = dict(zip(arrays_by_name, xarray.broadcast(*arrays), strict=True))
     first = next(iter(by_name.values()))

@@ -39,22 +39,22 @@ class LeakFound(Judged):
     record: "Leak"
     model: str = fact("law that fits best")
     distinct: bool = fact("whether it fits clearly better than the others")
-    rate: float = number("1/s", "conductance over volume", listed=False, interval=True)
+    rate: float = number("1/s", "ratio of conductance to volume", listed=False, interval=True)
     time_constant: float | None = number("s", "time constant of the leak", interval=True)
     conductance: float | None = number("m^3/s", "conductance of the leak")
-    leak_rate: float | None = number("Pa m^3/s", "leak at the mean pressure", interval=True)
-    leak_rate_sccm: float | None = number("cm^3/min at 0 °C and 101325 Pa", "the same in sccm")
-    pressure_change_rate: float = number("Pa/s", "change of the pressure there")
+    leak_rate: float | None = number("Pa m^3/s", "leak rate at the mean pressure", interval=True)
+    leak_rate_sccm: float | None = number("cm^3/min at 0 °C and 101325 Pa", "leak rate in sccm")
+    pressure_change_rate: float = number("Pa/s", "rate of pressure change there")
     mean_pressure: float = number("Pa", "mean absolute pressure of the window")
     side: str = fact("whether the pressure is above or below the atmosphere")
     reading: str = fact("pressure reference")
     atmosphere: float = number("Pa", "atmosphere of the site")
-    zero_fitted: float | None = number("Pa", "zero of the sensor, as fitted")
+    zero_fitted: float | None = number("Pa", "fitted zero of the sensor")
     temperature: float = number("K", "temperature of the gas")
     temperature_equivalent: float = number("K", "temperature change with the same effect")
     window: Sequence[float] = number("s", "part of the log used", shown=span_text)
     samples: int = number("1", "samples used")
-    models: Mapping[str, Any] = fact("every law", listed=False)
+    models: Mapping[str, Any] = fact("every fitted law", listed=False)
     understood: Sequence[str] = fact("how the file was read", listed=False)
 
     def lines(self) -> Iterator[str]:
@@ -146,7 +146,7 @@ def _open_questions(result: "Leak", no_volume: bool, logged: bool, given: bool) 
     if no_volume:
         yield Notice("without --volume only the rate is known, not the leak", "no-volume")
     elif not (given or logged):
-        sentence = "the gas is assumed to be at 20 °C for sccm; set --temperature if it is not"
+        sentence = "sccm assumes a gas temperature of 20 °C; set --temperature if it differs"
         yield Notice(sentence, "temperature-assumed")
     if not result.distinct:
         yield Notice(

@@ -28,8 +28,8 @@ class LeftOut:
     exclude: Annotated[
         Sequence[str] | Mapping[str, str],
         Help(
-            "Exclude this file, or 'FILE, specimen NAME' of a file with several; give "
-            "the reason with --because.",
+            "Exclude this file, or one of its specimens ('FILE, specimen NAME'); give the "
+            "reason with --because.",
             metavar="FILE",
         ),
     ] = ()
@@ -48,13 +48,13 @@ class LeftOut:
         if len(names) != len(reasons):
             raise QuantityError.of(
                 "exclude",
-                f"{len(names)} named, {count_noun(len(reasons), 'reason')} given; give a "
+                f"{len(names)} excluded, {count_noun(len(reasons), 'reason')} given; give a "
                 "reason for each: --exclude FILE --because TEXT",
             )
         for name, reason in zip(names, reasons, strict=True):
             if not reason.strip():
                 raise QuantityError.of(
-                    "because", (f"is empty for {name}; give the reason why it is excluded")
+                    "because", (f"is empty for {name}; give the reason for excluding it")
                 )
         return _unique_pairs((n, reason.strip()) for n, reason in zip(names, reasons, strict=True))
 
@@ -183,7 +183,7 @@ def _named_specimens(
             text = ", ".join(f"'{s[:30]}'" for s in labels[:6]) + ", ..." * (len(labels) > 6)
             count_word = "no" if label not in labels else "more than one"
             raise QuantityError.of(
-                "exclude", f"{path} holds {count_word} specimen '{label}': {text}"
+                "exclude", f"{path} contains {count_word} specimen '{label}': {text}"
             )
     return set(labels)
 

@@ -13,7 +13,7 @@ from layerjam.fluid.line import Line
 AnyLine = str | Path | LineFile | Line
 Fluid = Annotated[Literal["air", "water"], Help("Fluid in the line.")]
 ONLY_COMPLIANCE = Notice(
-    "water: pump and compliance only; neither tube nor bubbles are counted", "water-simplified"
+    "water: pump and compliance only; neither tube nor bubbles are modelled", "water-simplified"
 )
 
 

@@ -13,7 +13,7 @@ from layerjam.measure.trace import Trace
 from layerjam.simulate.quantities import VACUUM
 from layerjam.units import QuantitySpec, show
 
-SPEED = QuantitySpec("m/s", "speed of the crosshead", open_lo=True)
+SPEED = QuantitySpec("m/s", "crosshead speed", open_lo=True)
 SAME_SHARE = 0.03
 """Relative tolerance between a reserved and the measured vacuum or speed."""
 Paths = Sequence[Measured] | Measured
@@ -51,9 +51,9 @@ class Measurements:
         choice = as_files(self.calibrate_on)
         holdout = [self.holdout] if isinstance(self.holdout, str) else list(self.holdout)
         if choice and holdout:
-            raise QuantityError("--calibrate-on and --holdout: give one of them")
+            raise QuantityError("--calibrate-on and --holdout: give only one of them")
         if holdout and not pulls:
-            raise QuantityError("--holdout: no --pulls are given to hold back from")
+            raise QuantityError("--holdout: requires --pulls, from which it reserves some")
         if holdout:
             calibration, held_back = _split_holdout(pulls, holdout, reading, tell)
             return calibration, [*held_back, *others]
@@ -80,7 +80,7 @@ def _split_holdout(
     from layerjam.measure.readers.read import read_trace
 
     conditions = [_parse_condition(text) for text in holdout]
-    tell(f"holding back {', '.join(holdout)}", 0.05)
+    tell(f"reserving {', '.join(holdout)}", 0.05)
     kept_pulls: list[Measured] = []
     held_pulls: list[Measured] = []
     levels: set[float] = set()
@@ -95,7 +95,7 @@ def _split_holdout(
             levels.add(facts["vacuum"])
         is_held = any(_matches(facts[quantity], value, quantity) for quantity, value in conditions)
         (held_pulls if is_held else kept_pulls).append(source)
-    for side, word in ((kept_pulls, "to calibrate on"), (held_pulls, "held back")):
+    for side, word in ((kept_pulls, "to calibrate on"), (held_pulls, "reserved")):
         if not side:
             sentence = f"--holdout {', '.join(holdout)}: none of {len(pulls)} pulls is {word}"
             vacuums = ", ".join(show(level, "Pa") for level in sorted(levels))
@@ -121,6 +121,6 @@ def _parse_condition(text: str) -> tuple[str, float]:
         except QuantityError:
             continue
     raise QuantityError(
-        f"holdout: '{text[:60]}' is not a vacuum, speed or repeat; write for example 46.1kPa, "
+        f"holdout: '{text[:60]}' is not a vacuum, speed or repeat; write, for example, 46.1kPa, "
         "19mm/s or 'repeat 3'"
     )

@@ -55,7 +55,9 @@ class PartList(Result):
 
 @command("vacuum", computes=False)
 def parts(
-    name: Annotated[str | None, Help("One part, with its sources in full.", metavar="PART")] = None,
+    name: Annotated[
+        str | None, Help("Part to print with its full sources.", metavar="PART")
+    ] = None,
 ) -> PartList:
     """Pumps, valves and sensors of the catalogue, with their numbers in SI and their sources.
 
@@ -109,7 +111,7 @@ def _part_numbers(part: Part, guessed: bool) -> list[str]:
     if part.sources["curve"].kind != "assumed":
         return out if guessed else [f"curve {_format_number('curve', part.values['curve'])}", *out]
     if guessed:
-        return ["flow linear between these two", *out]
+        return ["flow assumed linear between these two", *out]
     ends = ("free_flow", "ultimate_vacuum")
     return [f"{k.replace('_', ' ')} {_format_number(k, part.printed[k])}" for k in ends] + out
 

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from layerjam.control.standby import Standby
 
 NO_VACUUM = "no vacuum available at the site stops it within the travel"
-WARNING = QuantitySpec("s", "warning time, up to the taut rope,", hi=1e5, example="3s")
+WARNING = QuantitySpec("s", "warning time, until the rope is taut,", hi=1e5, example="3s")
 SAMPLES = QuantitySpec("1", "masses and speeds to try", lo=100, hi=10_000_000, whole=True)
 MASS_SD = QuantitySpec("kg", "standard deviation of the mass", hi=MASS.hi, example="0.1kg")
 SPEED_SD = QuantitySpec(
@@ -71,19 +71,19 @@ class CollisionPlan(Judged):
     reason: str | None = fact("reason if it does not")
     warning: float = number("s", "warning time")
     standing: float = number("Pa", "idle vacuum, held while waiting")
-    reached: float = number("Pa", "vacuum at the taut rope")
-    reachable: float = number("Pa", "greatest vacuum that the line reaches")
+    reached: float = number("Pa", "vacuum when the rope becomes taut")
+    reachable: float = number("Pa", "highest vacuum that the line reaches")
     needed: float | None = number(
-        "Pa", ("least vacuum that stops the estimated mass within the travel")
+        "Pa", "lowest vacuum that stops the estimated mass within the travel"
     )
     knife_edge: bool = fact(
-        "whether 1 ppm less vacuum runs out of travel", shown=lambda edge: "yes" * edge
+        "whether 1 ppm less vacuum would exceed the travel", shown=lambda edge: "yes" * edge
     )
-    safe_vacuum: float | None = number("Pa", "vacuum with the margin needed at a knife edge")
+    safe_vacuum: float | None = number("Pa", "vacuum with the margin required at a knife edge")
     outcome: str = fact("outcome of the stop")
     slip: float | None = number("m", "slip of the brake")
-    peak_force: float | None = number("N", "greatest force on the mass")
-    peak_g: float | None = number("1", "peak force over weight")
+    peak_force: float | None = number("N", "maximum force on the mass")
+    peak_g: float | None = number("1", "ratio of peak force to weight")
     end_speed: float | None = number("m/s", "speed at the end")
     dissipated_energy: float | None = number("J", "heat of the stop")
     vacuum_change: float | None = number("Pa", "change of the vacuum as the enclosure stretches")
@@ -91,11 +91,11 @@ class CollisionPlan(Judged):
     peak_change: float | None = number("N", "resulting change of the peak force")
     coupling_matters: bool | None = fact("whether that change is significant")
     tuned_vacuum: float = number("Pa", "tuned vacuum")
-    tuned_capped: bool = fact("whether the line limits it")
+    tuned_capped: bool = fact("whether the line limits the tuned vacuum")
     tuned_outcome: str = fact("outcome of the stop")
     tuned_slip: float | None = number("m", "slip of the brake")
-    tuned_peak_force: float | None = number("N", "greatest force on the mass")
-    tuned_peak_g: float | None = number("1", "peak force over weight")
+    tuned_peak_force: float | None = number("N", "maximum force on the mass")
+    tuned_peak_g: float | None = number("1", "ratio of peak force to weight")
     tuned_vacuum_change: float | None = number("Pa", "change of the vacuum during the stop")
     tuned_slip_change: float | None = number("m", "resulting change of the slip")
     tuned_peak_change: float | None = number("N", "resulting change of the peak force")
@@ -103,35 +103,35 @@ class CollisionPlan(Judged):
     coupling_rounds: int | None = fact("iterations between line and stop")
     coupling_remaining: float | None = number("1", "relative change in the last iteration")
     full_expected_g: float | None = number("1", "expected peak in g")
-    full_g_95: float | None = number("1", "peak in g that 95 % do not exceed")
+    full_g_95: float | None = number("1", "95th percentile of the peak in g")
     full_beyond: float = number("1", "probability of needing more slip than the travel")
     full_out: float = number("1", "probability of needing more slip than the brake has")
     tuned_expected_g: float | None = number("1", "expected peak in g")
-    tuned_g_95: float | None = number("1", "peak in g that 95 % do not exceed")
+    tuned_g_95: float | None = number("1", "95th percentile of the peak in g")
     tuned_beyond: float = number("1", "probability of needing more slip than the travel")
     tuned_out: float = number("1", "probability of needing more slip than the brake has")
     expected_g_error: float | None = number("1", "standard error of the expected peaks")
     chance_error: float = number("1", "standard error of the probabilities")
     samples: int = fact("masses and speeds tried")
-    seed: int = fact("seed of their random shifts")
+    seed: int = fact("random seed of their shifts")
     warning_needed: float | None = number("s", "sufficient warning time")
     warning_needed_reason: str | None = fact("reason if there is none")
     reservoir_needed: float | None = number("m^3", "sufficient reservoir volume")
     reservoir_needed_reason: str | None = fact("reason if there is none")
-    conductance_needed: float | None = number("m^3/(s Pa)", "conductance of its valve")
+    conductance_needed: float | None = number("m^3/(s Pa)", "conductance of the reservoir valve")
     conductance_needed_reason: str | None = fact("reason if there is none")
     standing_needed: float | None = number("Pa", "sufficient idle vacuum")
     standing_needed_reason: str | None = fact("reason if there is none")
     cv_needed: float | None = number("1", "flow coefficient Cv of the valve")
     reservoir_conductance: float | None = number("m^3/(s Pa)", "conductance used for it")
     conductance_volume: float | None = number("m^3", "volume used for that conductance")
-    standing_needed_power: float | None = number("W", "least pump power to hold that idle vacuum")
+    standing_needed_power: float | None = number("W", "minimum pump power to hold that idle vacuum")
     standing_needed_electric: float | None = number("W", "electric power for it")
     standing_needed_force: float | None = number("N", "force of the brake at that idle vacuum")
-    jam_work: float = number("J", "work done on the gas by this jam")
-    refill_work: float = number("J", "work to empty the reservoir again")
+    jam_work: float = number("J", "work done on the gas by jamming once")
+    refill_work: float = number("J", "work to evacuate the reservoir again")
     pump_energy: float | None = number("J", "electric energy of the pump during the warning")
-    standing_power: float | None = number("W", "least power to hold the idle vacuum")
+    standing_power: float | None = number("W", "minimum power to hold the idle vacuum")
     standing_electric: float | None = number("W", "electric power for it")
     heat_per_work: float | None = number(
         "1", ("ratio of the heat of the stop to the work of jamming")
@@ -191,8 +191,8 @@ def plan(
     brake: BrakeInput,
     *,
     mass: Mass,
-    speed: Annotated[ArrivalSpeed, Help("Speed on arrival, as estimated.")],
-    warning: Annotated[float, WARNING, Help("Time from the warning to the taut rope.")],
+    speed: Annotated[ArrivalSpeed, Help("Estimated arrival speed.")],
+    warning: Annotated[float, WARNING, Help("Time from the warning until the rope is taut.")],
     travel: StopTravel,
     mass_sd: Annotated[float, MASS_SD] = 0.0,
     speed_sd: Annotated[float, SPEED_SD] = 0.0,
@@ -205,8 +205,8 @@ def plan(
     fluid: Fluid = "air",
     vacuum_share: VacuumShare | None = None,
     leak_time: LeakTime | None = None,
-    samples: Annotated[int, SAMPLES, Help("Least number of masses and speeds to try.")] = 40_000,
-    seed: Annotated[Seed, Help("Seed of their random shifts.")] = 1,
+    samples: Annotated[int, SAMPLES, Help("Minimum number of masses and speeds to try.")] = 40_000,
+    seed: Annotated[Seed, Help("Random seed of their shifts.")] = 1,
     accept: Accept = None,
     atmosphere: Atmosphere = None,
 ) -> CollisionPlan:
@@ -298,7 +298,7 @@ def _check_case(case: Arrival, line: LineFile, brake: BrakeFile, water: bool) ->
         raise QuantityError.of(
             "atmosphere",
             f"{show(ours, 'Pa', 6)} in the line {line.name} and {show(theirs, 'Pa', 6)} "
-            f"in the brake {brake.name}; give the one at your site",
+            f"in the brake {brake.name}; give that of your site",
         )
     if water:
         water_compliance(line.line)
@@ -330,8 +330,8 @@ def _failure_reason(plan: Plan) -> str:
         return f"no vacuum at the site is sufficient: {tuning.reason}"
     if plan.full.outcome is Outcome.SNAPS:
         return (
-            f"at {show(plan.reached, 'Pa')} the brake snaps on a rope so soft; the tuned vacuum, "
-            f"{show(plan.needed, 'Pa')}, does it"
+            f"at {show(plan.reached, 'Pa')} the brake snaps on such a soft rope; the tuned vacuum, "
+            f"{show(plan.needed, 'Pa')}, stops the mass"
         )
     enough = show_at_least(plan.needed, "Pa", plan.brake.brake.site.atmosphere)
     vacuum = format_distinct(plan.reached, plan.needed, "Pa")

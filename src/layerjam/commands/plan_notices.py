@@ -24,7 +24,7 @@ def plan_notices(plan: "Plan", build: "Build | None") -> Iterator[Notice]:
     yield from stop_notices(plan.brake)
     if case.mass_sd or case.speed_sd:
         yield Notice(
-            "mass and speed: log-normal, independent; chances and expected peak by exact stops at "
+            "mass and speed: log-normal, independent; probabilities and peak by exact stops at "
             f"constant vacuum on a Fibonacci lattice with {SHIFTS} random shifts, whose scatter is "
             "the error",
             "chances",
@@ -37,7 +37,7 @@ def plan_notices(plan: "Plan", build: "Build | None") -> Iterator[Notice]:
         yield Notice(late, "reservoir-late")
     if (tank is not None or build is not None) and standby.stored is None and not standby.water:
         yield Notice(
-            f"reservoir: emptied to {show(final_pressure(line), 'Pa')} absolute before the "
+            f"reservoir: evacuated to {show(final_pressure(line), 'Pa')} absolute before the "
             "warning, the lowest pressure that pump and leak allow",
             "reservoir-emptied",
         )
@@ -50,15 +50,15 @@ def plan_notices(plan: "Plan", build: "Build | None") -> Iterator[Notice]:
         if mode.coupled is not None and mode.coupled.matters:
             yield Notice(
                 f"{name} vacuum: the enclosure's stretching changes slip or peak by more "
-                f"than {MATTERS:.0%}; probabilities and sizes assume constant vacuum",
+                f"than {MATTERS:.0%}; probabilities and sizes assume a constant vacuum",
                 "coupling-matters",
             )
     if plan.needed is not None and plan.tuned.vacuum > plan.needed and not plan.capped:
         yield Notice(
-            f"the idle vacuum cannot be let off in time to the tuned {show(plan.needed, 'Pa')}; "
-            f"{show(plan.tuned.vacuum, 'Pa')} is left",
+            f"the idle vacuum cannot be released in time to the tuned {show(plan.needed, 'Pa')}; "
+            f"{show(plan.tuned.vacuum, 'Pa')} remains",
             "idle-vacuum-left",
         )
     if plan.rising.vacuum[-1] < case.standing * (1 - 1e-9):
-        falls = "the vacuum falls during the warning: the leak exceeds the flow of the pump"
+        falls = "the vacuum decreases during the warning: the leak exceeds the flow of the pump"
         yield Notice(falls, "vacuum-falls")

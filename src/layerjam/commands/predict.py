@@ -28,7 +28,7 @@ from layerjam.units import QuantitySpec
 from layerjam.units import show as in_words
 
 SLIDING_SPEED = QuantitySpec("m/s", "sliding speed of the sheets", hi=100, example="500mm/s")
-SlidingSpeed = Annotated[float | None, SLIDING_SPEED, Help("Speed at which the sheets slide.")]
+SlidingSpeed = Annotated[float | None, SLIDING_SPEED, Help("Sliding speed of the sheets.")]
 
 FRICTION = ("scale_factor", "film.kinetic", "film.static", "pressure_exponent")
 ENCLOSURE = ("enclosure.modulus", "film.friction_on_silicone")
@@ -90,16 +90,16 @@ class BrakeSummary(Result):
     )
     stiffness_before_slip: float = number("N/m", "stiffness before slip, eq. 1")
     stiffness_sliding: float = number("N/m", "stiffness while sliding, eq. 6, at rest lengths")
-    stiffness_measured: float | None = number("N/m", "measured stiffness of brake and rig")
+    stiffness_measured: float | None = number("N/m", "measured stiffness of the brake and rig")
     stiffness_mount: float | None = number("N/m", "stiffness of the mount, inferred from both")
     usable_travel: float = number("m", "usable slip of the brake")
-    max_force: float = number("N", "peak of a pull at the site's full vacuum")
+    max_force: float = number("N", "peak force of a pull at the site's full vacuum")
     holding_force: float = number("N", "static holding force at the same vacuum")
     energy_capacity: float = number("J", "work over the usable travel at the same vacuum")
-    force_density: float = number("N/kg", "greatest force over mass")
+    force_density: float = number("N/kg", "ratio of maximum force to mass")
     buckling_force: float = number("N", "compression at which one sheet buckles, fixed–free")
-    sheet_stress: float = number("Pa", "stress of the sheets at the greatest force")
-    clamp_stress: float = number("Pa", "stress of the sheets next to the screw holes")
+    sheet_stress: float = number("Pa", "stress in the sheets at the maximum force")
+    clamp_stress: float = number("Pa", "stress in the sheets next to the screw holes")
     film_strength: float | None = number("Pa", "yield stress of the film")
     scale_factor: float = number("1", "calibration factor on the sheets' friction")
     peak_vacuum: float = number("Pa", "vacuum above which a pull has a peak")
@@ -126,7 +126,7 @@ class BrakeSummary(Result):
 
     def lines(self) -> Iterator[str]:
         """Yield the sources of the numbers."""
-        yield from ("", "where the numbers come from")
+        yield from ("", "sources of the numbers")
         for path, text in self.sources.items():
             yield f"  {path}: {text}"
 
@@ -158,7 +158,7 @@ def show(brake: BrakeInput, *, atmosphere: Atmosphere = None) -> BrakeSummary:
     if strength is not None and stress > strength:
         notices.append(
             Notice(
-                "at the greatest force the stress at the clamp exceeds the film's strength",
+                "at the maximum force the stress at the clamp exceeds the film's strength",
                 "clamp-stress",
             )
         )
@@ -197,7 +197,7 @@ class BrakeForce(Result):
     record: tuple[BrakeFile, float | Array, float | Array]
     sheet_friction: float = number("N", "friction of the jammed sheets, eq. 4 and 7")
     enclosure_force: float = number("N", "force of the enclosure, eq. 5")
-    force: float = number("N", "force of the brake, both together")
+    force: float = number("N", "total force of the brake")
 
     def draw(self) -> Figure:
         """Return force versus slip, with the slip marked; for arrays, versus their first axis."""
@@ -257,7 +257,7 @@ def _check_fitted_strain(enclosure: Any, vacuum: Any, device: Any) -> None:
     greatest = float(np.min(greatest_slip(vacuum, device)))
     raise QuantityError.of(
         "slip",
-        f"beyond {in_words(greatest, 'm')} the enclosure is stretched beyond the measured "
+        f"above {in_words(greatest, 'm')} the enclosure is stretched beyond the measured "
         f"{device.hyperelastic.strain:.0%} (hyperelastic.strain)",
     )
 
@@ -277,8 +277,8 @@ class VacuumForForce(Result):
     """
 
     record: tuple[BrakeFile, float | Array, float | Array, float | Array]
-    vacuum: float | None = number("Pa", "vacuum that gives the force; null if there is none")
-    feasible: bool = fact("whether there is such a vacuum, for each element")
+    vacuum: float | None = number("Pa", "vacuum that produces the force; null if there is none")
+    feasible: bool = fact("for each element, whether there is such a vacuum")
     reason: str | None = fact("reason for the first element without such a vacuum")
     least_force: float = number("N", "force of the enclosure alone at that slip")
     greatest_force: float = number("N", "force at the site's full vacuum at that slip")
@@ -356,6 +356,6 @@ def _explain_missing_vacuum(
         )
     full = in_words(device.site.atmosphere, "Pa", 6)
     return (
-        f"{place} this brake reaches {in_words(greatest, 'N')} at most, at the site's full vacuum "
+        f"{place} this brake reaches at most {in_words(greatest, 'N')}, at the site's full vacuum "
         f"of {full}"
     )

@@ -19,7 +19,7 @@ from layerjam.measure.trace import Array
 from layerjam.units import QuantitySpec, show
 
 VOLUME = QuantitySpec("m^3", "volume", lo=1e-10, hi=1e3, example="120mL")
-ZERO = QuantitySpec("Pa", "reading of the sensor at the atmosphere", lo=-1e6, hi=1e6)
+ZERO = QuantitySpec("Pa", "sensor reading at atmospheric pressure", lo=-1e6, hi=1e6)
 ROOM = 293.15
 """Default temperature of the gas [K]: 20 °C (assumed)."""
 
@@ -40,13 +40,13 @@ def parse_temperature(text: float | str | None, _arguments: object = None) -> fl
     if value is None or not 150 <= value <= 600:
         value_text = f"{value:.4g} K" if value is not None else type(text).__name__
         raise QuantityError(
-            f"temperature: {value_text} is not allowed; the gas has 150 K to 600 K, such as '23 °C'"
+            f"temperature: {value_text} is not within 150 K to 600 K; write, e.g., '23 °C'"
         )
     return value
 
 
-LogFile = Annotated[str | Path, Help("Log: a column of time, one of pressure.", metavar="FILE")]
-Zero = Annotated[float | None, ZERO, Help("Reading of the sensor at the atmosphere. Default: 0.")]
+LogFile = Annotated[str | Path, Help("Log with columns of time and pressure.", metavar="FILE")]
+Zero = Annotated[float | None, ZERO, Help("Sensor reading at atmospheric pressure. Default: 0.")]
 Start = Annotated[float | None, LOG_TIME, Help("Start time of the part to use.", option="--from")]
 End = Annotated[float | None, LOG_TIME, Help("End time of the part to use.", option="--to")]
 Temperature = Annotated[

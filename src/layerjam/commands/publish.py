@@ -39,15 +39,15 @@ class Published(Result):
     """The dataset that was written; `record` is the BrakeReport."""
 
     record: "BrakeReport | None" = None
-    folder: str | None = fact("the dataset; null if it was not written")
-    files: Sequence[str] = fact("files in it", shown=lambda files: f"{len(files)} in the folder")
+    folder: str | None = fact("folder of the dataset; null if it was not written")
+    files: Sequence[str] = fact("dataset files", shown=lambda files: f"{len(files)} in the folder")
     friction_tests: int = number("1", "friction tests")
-    calibrated_on: int = number("1", "pulls that the brake was calibrated on")
-    validated_on: int = number("1", "pulls that it was validated on")
+    calibrated_on: int = number("1", "pulls used to calibrate the brake")
+    validated_on: int = number("1", "pulls used to validate the brake")
     crate: str | None = fact("description of the dataset for repositories")
     checksums: str | None = fact("SHA-256 of every file")
     fingerprint: str | None = fact("digest of the checksums, which changes if any file changes")
-    report: str | None = fact("the page")
+    report: str | None = fact("page of the dataset")
     licence: str | None = fact("licence")
     authors: Sequence[Mapping[str, str]] = fact("authors", listed=False)
     refused: Mapping[str, str] = fact("files not used, with reasons", listed=False)
@@ -61,17 +61,17 @@ class Published(Result):
 
 @command("share")
 def publish(
-    campaign: Annotated[str | Path, Help("Folder of the measurements.", metavar="CAMPAIGN")],
+    campaign: Annotated[str | Path, Help("Folder with the measurements.", metavar="CAMPAIGN")],
     *,
     out: Annotated[
-        str | Path, Help(("Folder to write: new, or an existing dataset."), metavar="DIR")
+        str | Path, Help("Folder to write: a new one, or an existing dataset.", metavar="DIR")
     ],
     brake: Annotated[
         AnyBrake | None,
         Input("Brake that was tested, if the folder does not state it.", metavar="BRAKE"),
     ] = None,
     line: Annotated[
-        str | Path | None, Help("Vacuum line it was tested with.", metavar="LINE")
+        str | Path | None, Help("Vacuum line used in the tests.", metavar="LINE")
     ] = None,
     measurements: Measurements = Measurements(),
     test: FrictionTest = FrictionTest(),
@@ -137,7 +137,7 @@ class Recomputed(Result):
     equal: bool = fact("whether every number and every file is as published")
     numbers: int = number("1", "numbers compared")
     differs: Sequence[Mapping[str, Any]] = fact(
-        "numbers and words that differ", shown=lambda found: str(len(found))
+        "numbers and texts that differ", shown=lambda found: str(len(found))
     )
     changed_files: Sequence[str] = fact("files that are not as published", shown=_format_names)
     added_files: Sequence[str] = fact(
@@ -203,7 +203,7 @@ def recompute(
     original, local = outcome["versions"]["published"], outcome["versions"]["recomputed"]
     notices = []
     if not outcome["equal"] and original != local:
-        sentence = "other versions computed this; the versions, not the data, may explain a "
+        sentence = "computed with different versions; these, not the data, may explain a "
         notices.append(Notice(f"{sentence}difference", "other-versions"))
     verdict = Verdict(decisions=outcome.pop("decisions"))
     return Recomputed.of(verdict, **outcome, warnings=notices)

@@ -102,7 +102,7 @@ def _dataset_notices(content: "BrakeReport") -> Iterator[Notice]:
         yield Notice("synthetic: written by a program, not measured", "synthetic")
     if content.seen:
         yield Notice(
-            "validated on pulls that were also calibrated on, which does not test the "
+            "validated on pulls that were also used for calibration, which does not test the "
             "model: reserve some with --holdout or --calibrate-on",
             "calibrated-on",
         )
@@ -160,9 +160,9 @@ def _check_writable(folder: Path, out: Path, overwrite: bool) -> None:
             if not (out / RECIPE).is_file():
                 raise FileError(out, "is not empty and is not a dataset; choose another folder")
             if not overwrite:
-                raise FileError(out, "exists already; --overwrite replaces it")
+                raise FileError(out, "already exists; --overwrite replaces it")
     if out.resolve().is_relative_to(folder.resolve()):
-        raise FileError(out, f"lies in the campaign's own folder {folder}; choose one outside it")
+        raise FileError(out, f"is inside the campaign's own folder {folder}; choose one outside it")
 
 
 def _find_brake(

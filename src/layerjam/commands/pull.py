@@ -133,7 +133,7 @@ def _select_span(trace: Trace, span: tuple[float | None, float | None]) -> Trace
     if span == (None, None):
         return trace
     if trace.time is None:
-        raise FileError(trace.path, "contains no time, which --from and --to need; cut the file")
+        raise FileError(trace.path, "has no time column for --from and --to; crop the file")
     return trace.between(*span)
 
 
@@ -245,7 +245,7 @@ def _format_pull(row: Mapping[str, Any]) -> Iterator[str]:
         )
     if row["stick_slip"]:
         yield (
-            f"  stick–slip ± {words_for('stick_slip_amplitude')}, {row['teeth']} teeth, every "
+            f"  stick–slip ± {words_for('stick_slip_amplitude')}, {row['teeth']} slips, every "
             f"{words_for('stick_slip_spacing')}, {words_for('stick_slip_period')}"
         )
     if row["ripple"]:

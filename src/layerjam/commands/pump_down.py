@@ -32,20 +32,20 @@ if TYPE_CHECKING:
 
 FLOW = replace(spec_of(Pump, "flow"), text="flow of the pump", example="20mL/s")
 COMPLIANCE = QuantitySpec(
-    "m^3/Pa", "volume lost per vacuum", lo=-1e-3, hi=1e-3, example="0.01mL/kPa"
+    "m^3/Pa", "compliance of the pumped volume", lo=-1e-3, hi=1e-3, example="0.01mL/kPa"
 )
 
 PROPORTION = (
-    "one log tells flow over volume only: any pump and volume in this proportion draw the same "
-    "curve; give --volume, --flow, or a second log with --added-volume"
+    "one log determines only the ratio of flow to volume: any pump and volume with this ratio fit "
+    "it; give --volume, --flow, or a second log with --added-volume"
 )
 LIMIT_AND_LEAK = (
     "the ultimate pressure combines the pump's own limit and the leak of the line; a "
-    "pressure-hold log (layerjam leak) gives the leak"
+    "pressure-hold log (layerjam leak) shows the leak alone"
 )
 NO_COMPLIANCE = (
-    "a volume that changes with vacuum is not clearly better than a constant one (AICc); "
-    "this log does not show its compliance"
+    "a volume that changes with vacuum does not fit clearly better than a constant one "
+    "(AICc); this log does not show its compliance"
 )
 
 
@@ -58,8 +58,8 @@ class PumpFound(Judged):
     """
 
     record: tuple[PumpDown, PumpDown | None, PumpDown | None]
-    rate: float = number("1/s", "flow over volume", interval=True)
-    rate_with_volume: float | None = number("1/s", "the same with the volume added")
+    rate: float = number("1/s", "ratio of flow to volume", interval=True)
+    rate_with_volume: float | None = number("1/s", "ratio of flow to volume, with the added volume")
     time_constant: float = number("s", "time constant of the pump-down")
     volume: float | None = number("m^3", "pumped volume", interval=True)
     flow: float | None = number("m^3/s", "flow of the pump", interval=True)
@@ -69,7 +69,7 @@ class PumpFound(Judged):
     ultimate_vacuum: float = number("Pa", "vacuum that the pump reaches")
     start_pressure: float = number("Pa", "absolute pressure at the start")
     compliance_ratio: float | None = number("1/Pa", "relative compliance", interval=True)
-    compliance: float | None = number("m^3/Pa", "volume lost per vacuum")
+    compliance: float | None = number("m^3/Pa", "compliance of the pumped volume")
     rmse: float = number("Pa", "root mean square error")
     identifiable: str = fact("quantities that the logs determine")
     reading: str = fact("pressure reference")
@@ -100,7 +100,7 @@ def pump_down(
     compliance: Annotated[
         float | Literal["fit"] | None,
         COMPLIANCE,
-        Help("Volume lost per vacuum, or 'fit' to fit it too."),
+        Help("Volume lost per unit of vacuum, or 'fit' to fit it too."),
     ] = None,
     zero: Zero = None,
     start: Start = None,
@@ -165,9 +165,9 @@ def _name_of_given(volume: Any, flow: Any, added_volume: Any, compliance: Any) -
     numbers = {"volume": volume, "flow": flow, "added volume": added_volume}
     names = [name for name, value in numbers.items() if value is not None]
     if len(names) > 1:
-        raise QuantityError(f"{names[0]} and {names[1]}: one of them is enough; give one")
+        raise QuantityError(f"{names[0]} and {names[1]}: give only one of them")
     if compliance is not None and added_volume is not None:
-        raise QuantityError("compliance: two logs are compared at constant volume; leave it out")
+        raise QuantityError("compliance: two logs are compared at constant volume; omit it")
     return names
 
 
@@ -184,7 +184,7 @@ def _fit_shrink(
     if compliance == "fit":
         return fit_with(None)
     if volume is None and flow is None:
-        raise QuantityError("compliance: needs --volume or --flow, or write --compliance fit")
+        raise QuantityError("compliance: requires --volume or --flow, or use --compliance fit")
     fit = constant
     for _ in range(12 if volume is None else 1):  # the flow determines the volume, and vice versa
         fit = fit_with(relative_shrink(volume, flow, compliance, fit))

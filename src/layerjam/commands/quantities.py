@@ -45,8 +45,8 @@ F = TypeVar("F", bound=RecordFile[Any])
 AnyBrake = str | Path | BrakeFile | Brake
 
 ATMOSPHERE = replace(spec_of(Site, "atmosphere"), example="95kPa")
-TARGET = replace(VACUUM, text="vacuum to reach", symbol="", open_lo=True)
-HEIGHT = QuantitySpec("m", "height of the fall", open_lo=True, hi=1e5, example="30cm")
+TARGET = replace(VACUUM, text="target vacuum", symbol="", open_lo=True)
+HEIGHT = QuantitySpec("m", "fall height", open_lo=True, hi=1e5, example="30cm")
 ROPE_STIFFNESS = replace(
     spec_of(Rope, "stiffness"), text="stiffness of the rope", example="16.8kN/m"
 )
@@ -73,15 +73,15 @@ RopeDamping = Annotated[float, ROPE_DAMPING]
 Duration = Annotated[float, DURATION]
 Seed = Annotated[int, SEED]
 VacuumShare = Annotated[
-    float, SHARE, Help("Share of the vacuum that presses the sheets. Default: all of it.")
+    float, SHARE, Help("Fraction of the vacuum that presses the sheets. Default: all of it.")
 ]
-LeakTime = Annotated[float, LEAK_TIME, Help("Time constant of the leak, as `leak` prints it.")]
+LeakTime = Annotated[float, LEAK_TIME, Help("Time constant of the leak, as printed by `leak`.")]
 HoldTime = Annotated[
-    float, HELD, Help("With a leak: from shutting the line off to the taut rope (0 s).")
+    float, HELD, Help("With a leak: time from shutting off the line until the rope is taut.")
 ]
 TunedKeyword = Literal["tuned"]
-Horizontal = Annotated[bool, Help("No gravity along the pull.")]
-Overwrite = Annotated[bool, Help("Replace files that exist.", old=("--force", "--replace"))]
+Horizontal = Annotated[bool, Help("Ignore gravity along the pull.")]
+Overwrite = Annotated[bool, Help("Replace existing files.", old=("--force", "--replace"))]
 OutBrake = Annotated[
     str | Path, OutFile("Brake file to write.", metavar="FILE.toml", endings=(".toml",))
 ]
@@ -128,8 +128,8 @@ def record_file(
         file = kind.of(source)
     else:
         raise QuantityError(
-            f"{kind.holds}: {type(source).__name__} is not a {kind.holds}; give a name of the "
-            f"catalogue, the path of its file, or what layerjam.{read.__name__} returns"
+            f"{kind.holds}: {type(source).__name__} is not a {kind.holds}; give a catalogue "
+            f"name, the path of its file, or the result of layerjam.{read.__name__}"
         )
     if atmosphere is None:
         return file
@@ -191,7 +191,7 @@ def check_vacuum(value: Any, device: "Brake | Line", name: str = "vacuum") -> An
     if greatest > device.site.atmosphere:
         raise QuantityError(
             f"{name}: {show(greatest, 'Pa', 6)} is more than the atmosphere, "
-            f"{show(device.site.atmosphere, 'Pa', 6)}; a vacuum is at most that"
+            f"{show(device.site.atmosphere, 'Pa', 6)}; a vacuum cannot be higher"
         )
     return value
 

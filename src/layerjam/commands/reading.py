@@ -56,12 +56,12 @@ def _read_frame(frame: DataFrame, options: ReadingOptions, number: int) -> Trace
 
 Files = Annotated[
     Sequence[Measured],
-    Input("Exports of a test machine.", metavar="FILE...", convert=_read_measurements),
+    Input("Files from a test machine.", metavar="FILE...", convert=_read_measurements),
 ]
 FileVacuum = Annotated[
     float | None, VACUUM, Help("Vacuum of files whose sidecar does not state it.")
 ]
-Partial = Annotated[bool, Help("Write the brake even if some files were refused.")]
+Partial = Annotated[bool, Help("Write the brake even if some files were rejected.")]
 Columns = Annotated[
     str | None,
     Help(
@@ -69,7 +69,7 @@ Columns = Annotated[
         metavar="ROLE:UNIT,...",
     ),
 ]
-Decimal = Annotated[str | None, Help("Decimal sign of the files.", metavar=". or ,")]
+Decimal = Annotated[str | None, Help("Decimal separator of the files.", metavar=". or ,")]
 
 
 @options
@@ -94,7 +94,7 @@ class LogOptions(TableOptions):
     ] = None
     reading: Annotated[
         str | None,
-        Help("Zero of the pressure.", metavar="absolute|gauge|vacuum"),
+        Help("Pressure reference.", metavar="absolute|gauge|vacuum"),
     ] = None
 
 
@@ -104,24 +104,24 @@ class FileOptions(TableOptions):
 
     negative: Annotated[
         Sequence[str],
-        Help("Columns that the machine counts with the opposite sign.", metavar="force|elongation"),
+        Help("Columns recorded with the opposite sign.", metavar="force|elongation"),
     ] = ()
     column: Annotated[
         Sequence[str] | Mapping[str, str],
         Help(
-            "Which column is force, elongation or time, in which unit.",
+            "Column of a role (force, elongation or time), with its unit.",
             metavar="ROLE[:UNIT]=NAME",
         ),
     ] = ()
     specimen: Annotated[
-        int | None, SPECIMEN, Help("Which specimen of files that hold several.")
+        int | None, SPECIMEN, Help("Specimen to use from files that contain several.")
     ] = None
-    sheet: Annotated[str | None, Help("Which sheet of workbooks.", metavar="NAME")] = None
+    sheet: Annotated[str | None, Help("Sheet to use from workbooks.", metavar="NAME")] = None
     names: Annotated[
         str | None,
         Help(
-            "Pattern of the files' names, such as 'pull_{vacuum}_{speed:mm/s}_*'; for files of "
-            "two kinds two patterns with | between them.",
+            "Pattern of the files' names, such as 'pull_{vacuum}_{speed:mm/s}_*'; for two "
+            "kinds of files, two patterns separated by |.",
             metavar="PATTERN",
         ),
     ] = None

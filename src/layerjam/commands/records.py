@@ -11,10 +11,7 @@ from layerjam.errors import MissingExtraError, Notice
 RecordsDatabase = Annotated[
     str | None,  # a Path type would remove a slash from a URL
     Help(
-        (
-            "File of the records, or URL of a PostgreSQL database; by default, a file in "
-            "your data folder."
-        ),
+        ("Records file, or URL of a PostgreSQL database. Default: a file in your data folder."),
         metavar="URL",
     ),
 ]
@@ -27,7 +24,7 @@ SHORT = 8
 class RecordsAdded(Result):
     """Records added."""
 
-    ids: Mapping[str, str] = fact("id of each file that was added", listed=False)
+    ids: Mapping[str, str] = fact("ID of each file that was added", listed=False)
     also_added: Mapping[str, str] = fact("IDs of the records contained in them", listed=False)
     refused: Mapping[str, str] = fact("files not added, with reasons", listed=False)
     database: str = fact("location of the records")
@@ -60,11 +57,11 @@ class RecordsListed(Result):
 class RecordShown(Result):
     """One record and its sources."""
 
-    record_: Mapping[str, Any] = fact("all information about it", listed=False, key="record")
-    derived_from: Sequence[Mapping[str, Any]] = fact("its sources", listed=False)
-    used_by: Sequence[Mapping[str, Any]] = fact("entries derived from it", listed=False)
+    record_: Mapping[str, Any] = fact("all information about the entry", listed=False, key="record")
+    derived_from: Sequence[Mapping[str, Any]] = fact("sources of the entry", listed=False)
+    used_by: Sequence[Mapping[str, Any]] = fact("entries derived from this one", listed=False)
     unlinked: Sequence[Mapping[str, Any]] = fact(
-        "entries that it names but the records do not contain", listed=False
+        "entries to which it refers, but which the records do not contain", listed=False
     )
 
     def rows(self) -> list[tuple[str, str]]:
@@ -95,7 +92,7 @@ class RecordsVerified(Result):
     """Whether files are unchanged since they were added."""
 
     checked: int = fact("files and texts compared with their digests")
-    changed: Sequence[Mapping[str, Any]] = fact("those whose content has changed", listed=False)
+    changed: Sequence[Mapping[str, Any]] = fact("entries whose content has changed", listed=False)
     missing: Sequence[Mapping[str, Any]] = fact("files that cannot be found", listed=False)
 
     @property
@@ -115,7 +112,7 @@ class RecordsVerified(Result):
 class RecordWithdrawn(Result):
     """A withdrawn record."""
 
-    id: str = fact("its id")
+    id: str = fact("ID of the entry")
     used_by: Sequence[str] = fact("IDs of the records derived from it", listed=False)
 
 
@@ -158,7 +155,7 @@ def records_add(
     *,
     db: RecordsDatabase = None,
     serial: Annotated[
-        str | None, Help("Serial number of the one brake or line given.", metavar="TEXT")
+        str | None, Help("Serial number, if only one brake or line is given.", metavar="TEXT")
     ] = None,
 ) -> RecordsAdded:
     """Add files to the records, linked to their sources.
@@ -181,7 +178,7 @@ def records_add(
             *(
                 Notice(
                     f"{path}: derived from {name} ({role}, {key[:16]}), which is not in "
-                    "the records; it will be linked when that is added",
+                    "the records; the link will be made when that is added",
                     "not-linked",
                 )
                 for path, role, name, key in result.unlinked
@@ -249,7 +246,7 @@ def records_verify(
 def records_withdraw(
     ident: RecordId,
     *,
-    why: Annotated[str, Help("Fault in the entry.", metavar="TEXT")],
+    why: Annotated[str, Help("Error in the entry.", metavar="TEXT")],
     db: RecordsDatabase = None,
 ) -> RecordWithdrawn:
     """Withdraw a record; it is kept, with the reason.
@@ -261,6 +258,6 @@ def records_withdraw(
     from layerjam.records.store import withdraw
 
     result, used_by = withdraw(database, ident, why)
-    text = "records are derived from it and do not change; see 'layerjam records show'"
+    text = "records derived from it remain unchanged; see 'layerjam records show'"
     notices = [Notice(f"{len(used_by)} {text}", "used")] if used_by else []
     return RecordWithdrawn(id=result, used_by=used_by, warnings=notices)

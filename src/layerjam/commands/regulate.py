@@ -41,14 +41,14 @@ Fault = Literal[
     "sensor-offset",
 ]
 RUNS_FULL = (
-    "; it shows only if the pump runs at full power, as during a rise, and here it hardly runs"
+    "; it shows only if the pump runs at full power, as during a rise, but here it hardly runs"
 )
 UNSEEN = {
     "pump-weak": RUNS_FULL,
     "line-blocked": RUNS_FULL,
     "pump-dead": RUNS_FULL,
-    "sensor-offset": "; an offset shows only if the line is vented, and here the vacuum is held",
-    "sensor-stuck": "; a sensor without noise shows one constant number at the target in any case",
+    "sensor-offset": "; an offset shows only if the line is vented, but here the vacuum is held",
+    "sensor-stuck": "; a sensor without noise always shows a constant value at the target",
 }
 """{fault: why the detector may miss it}."""
 
@@ -61,28 +61,28 @@ class Regulation(Judged):
     """
 
     record: tuple[Regulator, ClosedLoop]
-    target: float = number("Pa", "vacuum to hold")
+    target: float = number("Pa", "target vacuum")
     kind: str = fact("control law")
     safe_state: str = fact("safe state after a fault")
     outcome: str = fact("state reported by the detector: HEALTHY, or the fault")
     rise_time: float | None = number("s", "time from 10 to 90 % of the target")
-    overshoot: float = number("Pa", "greatest vacuum beyond the target")
-    steady_error: float | None = number("Pa", "mean error at the end")
-    ripple: float | None = number("Pa", "swing of the vacuum at the end")
-    pump_switches: int = fact("how often the pump was switched")
-    vent_switches: int = fact("how often the vent was switched")
-    pump_on: float = number("s", "time for which the pump ran")
+    overshoot: float = number("Pa", "largest excess of the vacuum over the target")
+    steady_error: float | None = number("Pa", "mean error at the end of the run")
+    ripple: float | None = number("Pa", "swing of the vacuum at the end of the run")
+    pump_switches: int = fact("number of times the pump was switched")
+    vent_switches: int = fact("number of times the vent was switched")
+    pump_on: float = number("s", "run time of the pump")
     fault_time: float | None = number("s", "time at which a fault was reported")
     fault: str | None = fact("injected fault")
     fault_at: float | None = number("s", "time at which the fault started")
     broken: str | None = fact("description of the fault")
-    said_after: float | None = number("s", "detection time, from its start")
-    reachable: float = number("Pa", "greatest vacuum that the pump holds")
+    said_after: float | None = number("s", "detection time, from the start of the fault")
+    reachable: float = number("Pa", "highest vacuum that the pump can hold")
     time_constant: float = number("s", "time constant of the line at the target")
-    gain: float | None = number("1/Pa", "pump command per error")
+    gain: float | None = number("1/Pa", "gain: pump command per unit of error")
     integral_time: float | None = number("s", "integral time")
-    sample_time: float = number("s", "time between two samples")
-    duration: float = number("s", "time simulated")
+    sample_time: float = number("s", "sampling interval")
+    duration: float = number("s", "simulated time")
     identified: Mapping[str, Any] | None = fact(
         ("values from the step, with 95 % intervals"), listed=False
     )
@@ -119,7 +119,7 @@ class Regulation(Judged):
 def regulate(
     line: LineInput,
     *,
-    target: Annotated[Target, Help("Vacuum to hold.")],
+    target: Annotated[Target, Help("Target vacuum.")],
     settings: RegulatorSettings = RegulatorSettings(),
     duration: Annotated[
         float | None, DURATION, Help("Time to simulate. Default: 12 time constants.")
@@ -127,7 +127,7 @@ def regulate(
     recorded: RecordedStep = RecordedStep(),
     fault: Annotated[Fault | None, Help("Fault to inject.")] = None,
     fault_at: Annotated[float | None, FAULT_AT, Help("Time of the fault.")] = None,
-    seed: Annotated[Seed, Help("Seed of the sensor's noise.")] = 0,
+    seed: Annotated[Seed, Help("Random seed for the sensor noise.")] = 0,
     accept: Accept = None,
     atmosphere: Atmosphere = None,
 ) -> Regulation:
@@ -145,7 +145,7 @@ def regulate(
 
     if (fault is None) != (fault_at is None):
         given_name, missing = ("fault", "fault at") if fault_at is None else ("fault at", "fault")
-        raise QuantityError.of(missing, f"missing; {given_name} is given, and they go together")
+        raise QuantityError.of(missing, f"missing; required because {given_name} is given")
     check_vacuum(target, line.line, "target")
     law, notices = make_regulator(line, target, settings)
     step_fit = None

@@ -38,20 +38,18 @@ class RegulatorSettings:
         Literal["release", "hold"] | None,
         Help("Safe state after a fault: vented, or with the valves closed. Required."),
     ] = None
-    kind: Annotated[Literal["bang-bang", "pi", "scheduled"], Help("The control law.")] = "pi"
+    kind: Annotated[Literal["bang-bang", "pi", "scheduled"], Help("Control law.")] = "pi"
     fluid: Fluid = "air"
     sample_time: Annotated[
-        float | None, SAMPLE_TIME, Help("Time between two samples. Default: 10 ms.")
+        float | None, SAMPLE_TIME, Help("Sampling interval. Default: 10 ms.")
     ] = None
-    sensor_range: Annotated[float | None, SENSOR_RANGE, Help("Greatest vacuum of the sensor.")] = (
+    sensor_range: Annotated[float | None, SENSOR_RANGE, Help("Measuring range of the sensor.")] = (
         None
     )
-    noise: Annotated[
-        float | None, NOISE, Help("Standard deviation of a reading of the sensor.")
-    ] = None
-    reversible: Annotated[bool, Help("Lower the vacuum by running the pump backwards.")] = False
+    noise: Annotated[float | None, NOISE, Help("Standard deviation of a sensor reading.")] = None
+    reversible: Annotated[bool, Help("Reduce the vacuum by running the pump backwards.")] = False
     least_run: Annotated[
-        float | None, LEAST_RUN, Help("Shortest run time and rest time of the pump.")
+        float | None, LEAST_RUN, Help("Minimum run time and rest time of the pump.")
     ] = None
 
 
@@ -68,7 +66,7 @@ class RecordedStep:
     ] = None
     reading: Annotated[
         Literal["absolute", "gauge", "vacuum"] | None,
-        Help("Zero of the log's pressure."),
+        Help("Pressure reference of the log."),
     ] = None
     start: Annotated[
         float | None, LOG_TIME, Help("Start of the step in the log.", option="--from")
@@ -113,7 +111,7 @@ def make_sensor(file: LineFile, span: float | None, noise: float | None = None) 
     if file.line.sensor is None and span is None:
         raise QuantityError.of(
             "sensor",
-            (f"{file.name} has no sensor; give --sensor-range, the greatest vacuum of yours"),
+            (f"{file.name} has no sensor; give --sensor-range, its highest vacuum"),
         )
     return replace(file.line.sensor or Sensor(range=1.0), **_known_options(range=span, noise=noise))
 
@@ -127,7 +125,7 @@ def _neglect_notices(file: LineFile, plant: Plant) -> list[Notice]:
         delay = wave_delay(line.tube, line.polytropic)
         notices.append(
             Notice(
-                "tube: its resistance and gas are counted, its cells are not; a pressure wave "
+                "tube: its resistance and gas are modelled, its cells are not; a pressure wave "
                 f"takes {show(delay, 's')}",
                 "tube-waves",
             )
@@ -158,8 +156,8 @@ def _check_step(plant: Plant) -> None:
         "step",
         f"the line's tube adds a lag of {show(tube.filling(tube.vacuum), 's')} at "
         f"{show(tube.vacuum, 'Pa')} and {tube.volume:.3g} of the chamber's gas. A step is then "
-        "not one exponential, and pump and tube cannot be distinguished. Omit --step, or record "
-        "the step with the pump at the brake and give a line without [tube]",
+        "not a single exponential, and pump and tube cannot be distinguished. Omit --step, or "
+        "record the step with the pump at the brake and give a line without [tube]",
     )
 
 
@@ -201,7 +199,7 @@ def tune_from_step(
     except FitError as err:
         raise FitError(
             f"{log.name}: {err}; a step needs the pump at full power from rest (--from, "
-            "--to) and the right pressure reference (--reading)"
+            "--to) and the correct pressure reference (--reading)"
         ) from None
     notices = [*read.notices]
     plant = replace(fit.plant, backwards=old.backwards)
@@ -210,7 +208,7 @@ def tune_from_step(
         notices.append(
             Notice(
                 f"the step's rate of {show(plant.rate, '1/s')} is {ratio:.3g} times that "
-                f"of the line's file, {show(old.rate, '1/s')}; the step takes precedence",
+                f"of the line file, {show(old.rate, '1/s')}; the step takes precedence",
                 "step-far-off",
             )
         )

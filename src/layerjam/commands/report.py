@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 class Issued:
     """Identity of a report, in addition to its brake and date."""
 
-    report_number: Annotated[
-        str, Help(("Number of the report, printed on every page."), metavar="TEXT")
-    ] = ""
-    customer: Annotated[str, Help("Customer, with the address.", metavar="TEXT")] = ""
+    report_number: Annotated[str, Help("Report number, printed on every page.", metavar="TEXT")] = (
+        ""
+    )
+    customer: Annotated[str, Help("Customer, with address.", metavar="TEXT")] = ""
 
 
 @result
@@ -45,18 +45,18 @@ class Report(Result):
     """
 
     record: "BrakeReport | None" = None
-    report: str | None = fact("the page; null if a check failed")
-    pdf: str | None = fact("the page as PDF; null unless the extra 'pdf' is installed")
-    numbers: str | None = fact("every number, as CSV")
-    results: str | None = fact("everything, as JSON")
+    report: str | None = fact("report page; null if a check failed")
+    pdf: str | None = fact("report as PDF; null unless the extra 'pdf' is installed")
+    numbers: str | None = fact("all numbers, as CSV")
+    results: str | None = fact("all results, as JSON")
     figures: Sequence[str] = fact(
-        "the figures",
+        "files of the figures",
         default=(),
         shown=lambda found: found and f"{len(found)} in {Path(found[0]).parent}",
     )
-    friction: Mapping[str, Any] | None = fact("results of friction", listed=False)
-    calibration: Mapping[str, Any] | None = fact("results of calibrate", listed=False)
-    validation: Mapping[str, Any] | None = fact("results of validate", listed=False)
+    friction: Mapping[str, Any] | None = fact("results of the friction tests", listed=False)
+    calibration: Mapping[str, Any] | None = fact("results of the calibration", listed=False)
+    validation: Mapping[str, Any] | None = fact("results of the validation", listed=False)
     calibrated_on_the_same: Sequence[str] = fact(
         "files used for both calibration and validation", listed=False
     )
@@ -140,11 +140,11 @@ def report(
     issued: Issued = Issued(),
     overwrite: Overwrite = False,
     command: Annotated[
-        str, PythonOnly("Program named on the page.", typed=True)
+        str, PythonOnly("Program printed on the page.", typed=True)
     ] = "layerjam.report(...) in Python",
-    date: Annotated[str | None, PythonOnly("Date (ISO) instead of today.")] = None,
+    date: Annotated[str | None, PythonOnly("ISO date to print instead of today's.")] = None,
     names: Annotated[
-        Mapping[str, str] | None, PythonOnly("Names of the files on the page, by file name.")
+        Mapping[str, str] | None, PythonOnly("Names to print for the files, by file name.")
     ] = None,
     progress: Progress | None = None,
 ) -> Report:
@@ -236,7 +236,7 @@ def compute_stages(
     fitted_on, tested_on = measurements.split_pulls(methods.options, tell)
     tests = as_files(measurements.friction)
     if not (tests or fitted_on or tested_on):
-        raise FitError("nothing was given to report: --friction, --pulls or --validate")
+        raise FitError("nothing to report; give --friction, --pulls or --validate")
     files_out = [*methods.left_out.split_groups(fitted_on, tested_on)]
     if tests:
         _add_friction(work, tests)
@@ -257,7 +257,7 @@ def _report_result(content: "BrakeReport", files: "ReportFiles | None") -> Repor
         warnings.insert(0, Notice(sentence, "synthetic"))
     if content.seen:
         sentence = (
-            "validated on pulls that were also calibrated on, which does not test the "
+            "validated on pulls that were also used for calibration, which does not test the "
             "model: reserve some with --holdout or --calibrate-on, or give others with "
             "--validate"
         )
@@ -286,7 +286,7 @@ def _add_friction(work: _Work, files: Sequence[Measured]) -> None:
     verdict = work.judge("friction", fit.checks, [f"film.{kind}" for kind in fit.means])
     name = work.report.file.name
     if fit.kinetic is None:
-        stands = f"the kinetic friction in the file of {name} is kept: these tests give none"
+        stands = f"the kinetic friction in the file of {name} is kept: these tests do not yield any"
         work.report.warnings["friction"].append(Notice(stands, "kinetic-stands"))
     else:
         text, _ = with_friction(work.report.file, fit, name, verdict.decisions)

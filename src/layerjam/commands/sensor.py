@@ -70,7 +70,7 @@ class Sensing:
     ] = "ideal"
     filter_class: Annotated[
         str | None,
-        Help("SAE J211: cfc60, 180, 600, 1000 or none.", metavar="CLASS", option="--filter"),
+        Help("SAE J211 filter: cfc60, 180, 600, 1000 or none.", metavar="CLASS", option="--filter"),
     ] = None
     low_pass: Annotated[float | None, LOW_PASS, Help("Low-pass of the accelerometer.")] = None
     sampling: Annotated[float | None, SAMPLING, Help("Sampling rate of the accelerometer.")] = None
@@ -98,13 +98,13 @@ class Reading(Judged):
     """Reading of an accelerometer; `record` holds the signal after sensor and filter."""
 
     record: "Seen | DropRecord | BareDrop | None" = None
-    measured_peak: float | None = number("m/s^2", "peak that the sensor shows", default=None)
-    measured_peak_g: float | None = number("1", "the same in g of the site", default=None)
+    measured_peak: float | None = number("m/s^2", "peak measured by the sensor", default=None)
+    measured_peak_g: float | None = number("1", "measured peak in g of the site", default=None)
     measured_peak_time: float | None = number("s", "time of the measured peak", default=None)
-    peak_loss: float | None = number("1", "share of the true peak that is lost", default=None)
+    peak_loss: float | None = number("1", "fraction of the true peak that is lost", default=None)
     measured_rate: float | None = number("Hz", "sampling rate", default=None)
-    accelerometer: str | None = fact("the sensor", default=None)
-    filter: str | None = fact("the filter after it", default=None)
+    accelerometer: str | None = fact("name of the sensor", default=None)
+    filter: str | None = fact("filter after the sensor", default=None)
     saturated: bool | None = fact("whether the sensor saturated", default=None)
 
 
@@ -113,10 +113,10 @@ class Heating(Result):
     """Temperature rise of the sheets by a stop."""
 
     temperature_rise: float | None = number(
-        "K", "temperature rise of the rubbing part, its mean", default=None
+        "K", "mean temperature rise of the rubbing part", default=None
     )
     temperature_rise_of_sheets: float | None = number(
-        "K", "temperature rise of the whole sheets, their mean", default=None
+        "K", "mean temperature rise of the whole sheets", default=None
     )
     stops_per_minute: float | None = number(
         "1/min", "stops per minute that stay below the allowed rise", default=None
@@ -214,8 +214,8 @@ def _sensor_checks(measurement: Seen, signal: Signal, sensor: Accelerometer) -> 
         yield check(
             "sampling",
             samples >= LEAST_SAMPLES,
-            f"sampled at {show(sensor.sampling, 'Hz')} the pull of {show(span, 's')} has "
-            f"{samples:.2g} samples",
+            f"sampled at {show(sensor.sampling, 'Hz')}, the pull of {show(span, 's')} has "
+            f"only {samples:.2g} samples",
             ": the peak falls between them",
         )
 

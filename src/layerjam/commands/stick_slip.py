@@ -46,9 +46,9 @@ class StickSlip(Result):
     """The last slip of the run, and remedies for stick–slip; `record` is the StickSlipRecord."""
 
     record: StickSlipRecord
-    outcome: str = fact("how the run ended")
-    amplitude: float | None = number("N", "half of the force's swing in the last slip")
-    relative_amplitude: float | None = number("1", "amplitude over the kinetic force")
+    outcome: str = fact("outcome of the run")
+    amplitude: float | None = number("N", "half the force drop of the last slip")
+    relative_amplitude: float | None = number("1", "ratio of amplitude to kinetic force")
     force_high: float | None = number("N", "force before the last slip")
     force_low: float | None = number("N", "force after the last slip")
     slip_per_event: float | None = number("m", "distance slid in the last slip")
@@ -59,11 +59,11 @@ class StickSlip(Result):
     critical_speed: float | None = number("m/s", "speed above which stick–slip decays")
     stable_speed: float | None = number("m/s", "speed above which steady sliding is stable")
     stiffness_needed: float | None = number(
-        "N/m", "stiffness that brings the critical speed down to this speed"
+        "N/m", "stiffness that lowers the critical speed to this speed"
     )
     mass: float = number("kg", "moving mass")
     stiffness: float = number("N/m", "stiffness of sheets and mount in series")
-    damping_ratio: float = number("1", "damping over the critical damping")
+    damping_ratio: float = number("1", "ratio of damping to critical damping")
 
     def draw_panes(self, panes: Sequence[Pane]) -> Figure:
         """Return force versus elongation between its bounds, and the last slip in slow motion."""
@@ -84,15 +84,15 @@ def stick_slip(
     *,
     vacuum: Vacuum,
     speed: CrossheadSpeed,
-    mass: Annotated[Mass, Help("Moving mass. Default: half of the brake.")] | None = None,
+    mass: Annotated[Mass, Help("Moving mass. Default: half the brake's mass.")] | None = None,
     mount_stiffness: Annotated[
-        float | None, MOUNT, Help("Stiffness of your mount, instead of the measured one.")
+        float | None, MOUNT, Help("Stiffness of your mount, instead of the measured value.")
     ] = None,
     damping: Annotated[float, DAMPING] = 0.0,
     stribeck_speed: Annotated[float, STRIBECK_SPEED] = 0.0,
     static: Annotated[float | None, STATIC, Help("Static friction, instead of the film's.")] = None,
     slip: Annotated[Slip, Help("Slip at the start.")] = 0.0,
-    travel: Annotated[Elongation, Help("Elongation of the pull. Default: about a dozen slips.")]
+    travel: Annotated[Elongation, Help("Elongation of the pull. Default: for a dozen slips.")]
     | None = None,
     atmosphere: Atmosphere = None,
 ) -> StickSlip:
@@ -160,7 +160,7 @@ def _friction_curve(brake: Brake, speed: float, static: float | None) -> Stribec
     if static < curve.kinetic:
         raise QuantityError(
             f"static: {static:g} is below the film's kinetic friction, {curve.kinetic:g}; "
-            "static friction is at least that"
+            "static friction cannot be less"
         )
     return replace(curve, static=static)
 
@@ -229,14 +229,14 @@ def _assumption_notices(record: StickSlipRecord, assumed: bool) -> list[Notice]:
         times = f"{count} time{'s' if count > 1 else ''}"
         out.append(
             Notice(
-                f"it stuck {times} before it settled: friction and critical speed fall with slip",
+                f"it stuck {times} before settling: friction and critical speed fall with slip",
                 "settled-late",
             )
         )
     if assumed:
         out.append(
             Notice(
-                f"moving mass {show(record.mass, 'kg')}: half of the brake (assumed). Add "
+                f"moving mass {show(record.mass, 'kg')}: half the brake's mass (assumed). Add "
                 "any mass attached to it",
                 "assumed-mass",
             )
@@ -244,7 +244,7 @@ def _assumption_notices(record: StickSlipRecord, assumed: bool) -> list[Notice]:
     if not record.damping:
         out.append(
             Notice(
-                "no damping was given, so stick–slip decays at no speed; critical speed "
+                "no damping was given, so stick–slip never decays; critical speed "
                 "and required stiffness are unknown",
                 "no-damping",
             )
@@ -254,7 +254,7 @@ def _assumption_notices(record: StickSlipRecord, assumed: bool) -> list[Notice]:
             "static friction is assumed to vanish immediately; no Stribeck speed was measured"
         )
     else:
-        sentence = "the Stribeck speed is an input: none is measured for the catalogue's films"
+        sentence = "the Stribeck speed is an input: it was not measured for the catalogue's films"
     fastest = float(record.speed_of_mass.max())
     notices = slide_notices(record.brake, record.speed, fastest)
     return [*out, Notice(sentence, "stribeck-speed"), *notices]

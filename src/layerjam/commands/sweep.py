@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 class DesignSweep(DesignResult):
     """A design's result, and the blocks of the sweep on disk."""
 
-    out: str = fact("folder of the blocks")
+    out: str = fact("folder with the blocks")
     complete: bool = fact("whether all blocks are done")
     blocks: int = number("1", "blocks of the sweep")
-    blocks_done: int = number("1", "blocks on disk now")
-    blocks_found: int = number("1", "blocks that were on disk before")
+    blocks_done: int = number("1", "blocks completed")
+    blocks_found: int = number("1", "blocks completed in earlier runs")
     bytes: int = number("B", "size of the folder", shown=lambda size: f"{size / 1e6:.3g} MB")
 
     @property
@@ -38,7 +38,7 @@ def sweep(
     spec: SpecInput,
     *,
     out: Annotated[
-        str | Path, Help("Folder for the blocks. Give the same one to resume.", metavar="DIR")
+        str | Path, Help("Folder for the blocks. Give the same folder to resume.", metavar="DIR")
     ],
     scheduler: Annotated[
         str | None, Help("Dask cluster, e.g. tcp://10.0.0.1:8786.", metavar="ADDRESS")

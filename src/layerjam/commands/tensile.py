@@ -29,14 +29,12 @@ if TYPE_CHECKING:
     from layerjam.simulate.sheet_motion import SheetMotion
     from layerjam.simulate.stack_layout import Housing, Interfaces
 
-SCATTER = QuantitySpec(
-    "1", "scatter of the interfaces' friction, its relative SD", hi=2, example="10%"
-)
+SCATTER = QuantitySpec("1", "relative SD of the interfaces' friction", hi=2, example="10%")
 SAMPLES = QuantitySpec(
     "1", "stacks pulled to estimate the scatter", lo=2, hi=10_000_000, whole=True
 )
-LUMPED = "needs the model 'lumped'; the stack keeps its initial vacuum"
-STACK = "belongs to the model 'stack'; the lumped brake has one friction"
+LUMPED = "only valid with the model 'lumped'; the stack keeps its initial vacuum"
+STACK = "only valid with the model 'stack'; the lumped brake has one friction force"
 
 
 @result
@@ -48,15 +46,15 @@ class Tensile(Result):
     """
 
     record: "TensileRecord"
-    peak_force: float = number("N", "greatest force of the pull")
-    peak_elongation: float = number("m", "elongation at the greatest force")
+    peak_force: float = number("N", "maximum force of the pull")
+    peak_elongation: float = number("m", "elongation at the maximum force")
     force_at_end: float = number("N", "force at the end of the pull")
-    work: float = number("J", "work of the test machine")
+    work: float = number("J", "work done by the test machine")
     dissipated_energy: float = number("J", "work minus the energy stored at the end")
-    outcome: str = fact("how the pull ended")
+    outcome: str = fact("outcome of the pull")
     procedure: str = fact("steps that were run")
     samples: int | None = number("1", "number of stacks pulled", default=None)
-    seed: int | None = number("1", "seed of the scatter", default=None)
+    seed: int | None = number("1", "random seed of the scatter", default=None)
     scatter: float | None = number("1", "relative SD of the interfaces' friction", default=None)
     peak_mean: float | None = number("N", "mean of the stacks' peaks", default=None)
     peak_sd: float | None = number("N", "SD of the stacks' peaks", default=None)
@@ -96,7 +94,7 @@ def tensile(
         ),
     ] = None,
     model: Annotated[
-        Literal["lumped", "stack"], Help("One friction force, or the stack sheet by sheet.")
+        Literal["lumped", "stack"], Help("A single friction force, or the stack sheet by sheet.")
     ] = "lumped",
     static: Annotated[bool, Help("Stack: use static friction until an interface slides.")] = False,
     one_by_one: Annotated[
@@ -106,7 +104,7 @@ def tensile(
     housing: "Housing | None" = None,
     scatter: Annotated[float | None, SCATTER, Help("Stack: relative SD of the friction.")] = None,
     samples: Annotated[int | None, SAMPLES, Help("Stack: number of stacks pulled (1000).")] = None,
-    seed: Annotated[int | None, SEED, Help("Stack: seed of the scatter (1).")] = None,
+    seed: Annotated[int | None, SEED, Help("Stack: random seed of the scatter (1).")] = None,
     vacuum_share: VacuumShare | None = None,
     leak_time: LeakTime | None = None,
     progress: Progress | None = None,
@@ -182,7 +180,7 @@ def _pull_stack(
     from layerjam.simulate.stack_spread import peak_spread
 
     if scatter is None and (samples is not None or seed is not None):
-        raise QuantityError("samples and seed need scatter; give it as well")
+        raise QuantityError("samples and seed: only valid with scatter")
     highest = check_vacuum(steps.highest_vacuum(), brake.brake)
     tell("pull", 0.0)
     record, pull = tensile_stack(brake, steps, **layout, progress=lambda p: tell("pull", p))
@@ -227,5 +225,5 @@ def _pull_procedure(
         return procedure if isinstance(procedure, Procedure) else parse_procedure(procedure)
     missing = [name for name, value in numbers.items() if value is None]
     if missing:
-        raise ProcedureError(f"{', '.join(missing)} missing (or give a procedure)")
+        raise ProcedureError(f"{', '.join(missing)}: missing; give them or a procedure")
     return simple_pull(check_vacuum(vacuum, brake.brake), speed, travel)

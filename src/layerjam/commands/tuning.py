@@ -34,9 +34,9 @@ class TunedVacuum(Result):
     )
     feasible: bool = fact("whether there is such a vacuum", shown=lambda yes: "" if yes else "no")
     reason: str | None = fact("reason if there is none, with alternatives", default=None)
-    floor_g: float | None = number("1", "least possible peak of a stop within the travel, in g")
-    least_speed: float | None = number("m/s", "least arrival speed that can be stopped so")
-    greatest_speed: float | None = number("m/s", "greatest arrival speed that can be stopped so")
+    floor_g: float | None = number("1", "lowest possible peak of a stop within the travel, in g")
+    least_speed: float | None = number("m/s", "lowest arrival speed for such a stop")
+    greatest_speed: float | None = number("m/s", "highest arrival speed for such a stop")
     travel_needed: float | None = number("m", "nearest sufficient travel", default=None)
     sheets_needed: int | None = number("1", "sufficient number of sheets", default=None)
     brakes_needed: int | None = number("1", "sufficient number of brakes in parallel", default=None)
@@ -57,7 +57,7 @@ def arrival_speed(
     if horizontal:
         raise QuantityError("height: nothing falls in a horizontal stop; give the speed")
     if not gravity:
-        raise QuantityError("height: nothing falls where gravity is 0 m/s^2; give the speed")
+        raise QuantityError("height: nothing falls if gravity is 0 m/s^2; give the speed")
     return math.sqrt(2 * gravity * height)
 
 
@@ -151,16 +151,16 @@ def _suggest_alternatives(case: "Case", reach: tuple[float, float] | None) -> di
     sentences = {
         "travel_needed": f"{show(out['travel_needed'], 'm', tuned.DIGITS)} of travel",
         "sheets_needed": f"{out['sheets_needed']} sheets",
-        "brakes_needed": f"{out['brakes_needed']} brakes side by side",
+        "brakes_needed": f"{out['brakes_needed']} brakes in parallel",
     }
     ways = [text for key, text in sentences.items() if out[key] is not None]
     none = (
         f"none of {tuned.TRAVELS} other travels, no 2 to {tuned.MOST_SHEETS} sheets and no 2 to "
-        f"{tuned.MOST_BRAKES} brakes side by side"
+        f"{tuned.MOST_BRAKES} brakes in parallel"
     )
     return {
         **out,
-        "reason": f"{_failure_reason(case, reach)}; {' or '.join(ways) or none} would do",
+        "reason": f"{_failure_reason(case, reach)}; {' or '.join(ways) or none} would be enough",
     }
 
 
@@ -193,7 +193,7 @@ def _failure_reason(case: "Case", reach: tuple[float, float] | None) -> str:
         stiff = float(least_stiffness(case.brake.site.atmosphere, case.brake))
         stiff = _round_digits(stiff, 4, ROUND_CEILING)
         return (
-            "rope and brake together have "
+            "rope and brake in series have a stiffness of "
             f"{show(series_spring(case.brake, case.rope), 'N/m')}: on such a soft spring the "
             f"mass stops, or the brake snaps, before {travel} at "
             f"{show(case.speed, 'm/s')}; {range_text}; above {show(stiff, 'N/m')} it "

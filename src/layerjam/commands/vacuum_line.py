@@ -35,14 +35,14 @@ class VacuumRise(Result):
     fall_by: str | None = fact("device that vents the line: the valve, or the pumps run backwards")
     feasible: bool = fact("whether the target is reached", shown=lambda yes: "" if yes else "no")
     reason: str | None = fact("reason if it is never reached")
-    reachable: float = number("Pa", "greatest vacuum that the line reaches")
-    target: float = number("Pa", "vacuum to reach")
+    reachable: float = number("Pa", "highest vacuum that the line reaches")
+    target: float = number("Pa", "target vacuum")
     fluid: str = fact("fluid in the line")
     closed_form: float | None = number("s", "rise time by the closed form, if valid")
     closed_form_fall: float | None = number("s", "fall time by the closed form, if valid")
     gas_work: float | None = number("J", "work done on the gas up to the target")
     tube_delay: float | None = number("s", "travel time of a pressure wave along the tube")
-    tube_lag: float | None = number("s", "time constant of tube resistance and chamber at target")
+    tube_lag: float | None = number("s", "time constant of tube and chamber at the target")
     line: LineFile
 
     def draw_panes(self, panes: "Sequence[Pane]") -> Figure:
@@ -140,7 +140,7 @@ def _explain_unreached(line: Line, target: float, low: float, water: bool) -> st
         cause = "pump and leak balance"
     else:
         cause = "the pump reaches its ultimate pressure"
-    return f"{show(target, 'Pa')} is never reached: at {show(low, 'Pa')} {cause}"
+    return f"{show(target, 'Pa')} is never reached: at {show(low, 'Pa')}, {cause}"
 
 
 def _progress_share(progress: Progress | None, label: str) -> "Callable[[float], None] | None":

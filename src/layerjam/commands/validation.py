@@ -33,19 +33,19 @@ class ModelErrors(Judged):
     """
 
     record: "tuple[BrakeFile, Validation]"
-    mape: float = number("1", "mean absolute error of the force, relative", shown=_format_percent)
+    mape: float = number("1", "relative mean absolute error of the force", shown=_format_percent)
     mape_sd: float | None = number("1", "SD over the pulls", shown=_format_percent)
     mape_conditions: float = number("1", "mean over the conditions", listed=False)
     mape_conditions_sd: float | None = number("1", "SD over the conditions", listed=False)
     rmse: float = number("N", "root mean square error")
-    bias: float = number("N", "mean of model minus measured force")
+    bias: float = number("N", "mean difference of model and measured force")
     r_squared: float | None = number(
-        "1", "part of the variance that is explained", shown="{:.4f}".format
+        "1", "fraction of the variance explained", shown="{:.4f}".format
     )
-    scatter: Mapping[str, Any] | None = fact("share of the error due to repeats", listed=False)
+    scatter: Mapping[str, Any] | None = fact("fraction of the error due to repeats", listed=False)
     conditions: Sequence[Mapping[str, Any]] = fact("each vacuum and speed", listed=False)
     uncalibrated: Mapping[str, Any] | None = fact(
-        "the same of the brake with a scale factor of 1 and the sheets' own stiffness", listed=False
+        "the same with a scale factor of 1 and the sheets' own stiffness", listed=False
     )
     pulls: Sequence[Mapping[str, Any]] = fact(
         "each pull, and how it differs from the others", listed=False

@@ -90,7 +90,7 @@ def write_whole(
     with report_failure(path, "cannot be written"):
         exists = os.path.lexists(path)
     if exists and not overwrite:
-        raise FileError(path, "exists already; --overwrite replaces it")
+        raise FileError(path, "already exists; --overwrite replaces it")
     if path.is_dir():
         raise FileError(path, "is a folder, not a file")
     with report_failure(path, "cannot be written"), contextlib.ExitStack() as leftovers:

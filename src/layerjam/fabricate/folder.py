@@ -49,7 +49,7 @@ def _validate(path: Path, overwrite: bool) -> Path:
         pass  # os.access is unreliable for administrators, so try to write
     if path.is_dir():
         if not overwrite:
-            raise FileError(path, "exists already; --overwrite replaces it")
+            raise FileError(path, "already exists; --overwrite replaces it")
         strange = sorted(_list_files(path) - _read_list(path))
         if strange:
             others = f" and {len(strange) - 1} more" if len(strange) > 1 else ""

@@ -23,7 +23,7 @@ def check_folder(out: Path, overwrite: bool, names: Sequence[str] = NAMES) -> No
             raise FileError(out, "is a file, not a folder")
         for name in names:
             if os.path.lexists(out / name) and not overwrite:
-                raise FileError(out / name, "exists already; --overwrite replaces it")
+                raise FileError(out / name, "already exists; --overwrite replaces it")
         parent = _nearest(out)
         if not os.access(parent, os.W_OK):
             raise FileError(out, f"cannot be created: the folder {parent} is read-only")

@@ -54,12 +54,12 @@ def export(
         run_ = run_.between(start, end)
     shot_files = {} if ending == ".nc" else {shot_file(out, s): s for s in run_.shots}
     if (existing := next((path for path in shot_files if path.exists()), None)) and not overwrite:
-        raise FileError(existing, "exists already; --overwrite replaces it")
+        raise FileError(existing, "already exists; --overwrite replaces it")
     sidecar = None
     if ending == ".csv":
         sidecar_file = sidecar_path(out)
         if sidecar_file.exists() and not overwrite:
-            raise FileError(sidecar_file, "exists already; --overwrite replaces it")
+            raise FileError(sidecar_file, "already exists; --overwrite replaces it")
         write_whole(out, csv_text(run_), overwrite)
         sidecar = write_facts(out, run_facts(run_), overwrite)
     elif ending == ".parquet":

@@ -99,7 +99,7 @@ class RunFile:
             try:
                 lock = os.open(path, flags, 0o644)
             except FileExistsError:
-                raise FileError(path, "exists already; --overwrite replaces it") from None
+                raise FileError(path, "already exists; --overwrite replaces it") from None
         try:
             run = cls._open_database(path, lock)
             base = run._base
