@@ -23,7 +23,7 @@ from layerjam.cli.main import app
 from layerjam.commands import index
 from layerjam.commands.declare import GROUPS, Command
 from layerjam.commands.index import commands
-from layerjam.commands.results import key_of
+from layerjam.commands.results import field_key
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load, materials
@@ -222,7 +222,7 @@ def usage(declared: Command) -> str:
     words = ["layerjam", declared.name]
     rest = False
     for p in declared.parameters:
-        if p.stands_alone:
+        if p.is_positional:
             name = f"{p.metavar}..." if p.several else p.metavar
             words.append(name if p.required else f"[{name}]")
         elif p.required:
@@ -262,7 +262,7 @@ def keys(declared: Command) -> str:
     listed = declared.result.keys()
     for f in listed:
         spec = f.metadata["quantity"]
-        rows.append(row(f"`{key_of(f)}`", unit(spec) if spec else "", f.metadata["result"]))
+        rows.append(row(f"`{field_key(f)}`", unit(spec) if spec else "", f.metadata["result"]))
     return table(("JSON key", "SI unit", "meaning"), rows)
 
 
@@ -270,7 +270,7 @@ def command_quantities() -> str:
     """What commands are asked with: one line for each quantity, however many take it."""
     takers: dict[tuple[str, str, str, str, str], list[str]] = {}
     for entry in commands().values():
-        for p in entry.load().parameters:
+        for p in entry.load_command().parameters:
             if p.spec is not None:
                 about = (symbol(p.spec.symbol), p.name, unit(p.spec), p.spec.text.rstrip(","))
                 takers.setdefault((*about, p.spec.limits()), []).append(entry.name)
@@ -285,7 +285,7 @@ def command_functions() -> str:
     """A place in the reference for the function and the result of every command."""
     members: dict[str, list[str]] = {}
     for entry in commands().values():
-        declared = entry.load()
+        declared = entry.load_command()
         named = [*members.get(declared.module, ()), declared.python_name, declared.result.__name__]
         members[declared.module] = list(dict.fromkeys(named))
     return "\n\n".join(

@@ -21,7 +21,7 @@ from layerjam.commands.declare import (
     Input,
     Parameter,
     declare_parameter,
-    union,
+    variants,
 )
 from layerjam.commands.results import Result
 
@@ -73,7 +73,7 @@ class Stub:
             return self.text(inside[0], module)
         if origin is Literal:
             return f"Literal[{', '.join(map(repr, inside))}]"
-        if len(members := list(union(kind))) > 1:
+        if len(members := list(variants(kind))) > 1:
             return " | ".join(dict.fromkeys(self.text(one, module) for one in members))
         if origin is collections.abc.Callable:
             takes = ", ".join(self.text(one, module) for one in inside[0])
@@ -123,7 +123,7 @@ class Stub:
         yield f"def {name}("
         keyword_only = False
         for parameter_name, at in command.signature.parameters.items():
-            kind = command._resolve(at.annotation)
+            kind = command._find_type(at.annotation)
             kind = at.annotation if kind is PYTHON_ONLY else kind
             if parameter_name in known:
                 words = self.given(known[parameter_name], kind, command.module, arrays)

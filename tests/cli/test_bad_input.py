@@ -67,8 +67,8 @@ def pull(**changed: str | None) -> list[str]:
     [
         (pull(procedure="vent"), ("procedure", "vacuum, speed, travel", "not both")),
         (pull(speed=None, travel=None, procedure="vent"), ("vacuum", "not both")),
-        (pull(speed=None), ("speed missing", "procedure")),
-        (["tensile", KAPTON], ("vacuum, speed, travel missing",)),
+        (pull(speed=None), ("speed: missing", "procedure")),
+        (["tensile", KAPTON], ("vacuum, speed, travel: missing",)),
         (pull(speed="0 mm/s"), ("speed", "at least 0.0001 mm/s")),
         (pull(speed="13 mm"), ("speed", "units of m/s")),
         (pull(travel="0 mm"), ("travel", "at least 1 µm")),

@@ -83,7 +83,7 @@ def test_vacuum(run: Run) -> None:
 
 
 @pytest.mark.parametrize(
-    ("force", "reason"), [("0.5N", "the enclosure alone resists with"), ("200N", "143.2 N at most")]
+    ("force", "reason"), [("0.5N", "the enclosure alone resists with"), ("200N", "at most 143.2 N")]
 )
 def test_an_infeasible_force_is_an_answer(run: Run, force: str, reason: str) -> None:
     ran = run("vacuum", "choi2018-kapton", "--slip", "20mm", "--force", force, "--json")

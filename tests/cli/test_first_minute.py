@@ -99,7 +99,7 @@ def test_what_a_command_needs_is_in_the_line_to_type(capsys: pytest.CaptureFixtu
     checked = 0
     for name in commands():
         required = [p for p in load_entry(name).parameters if p.required]
-        options = {p.option for p in required if not p.stands_alone}
+        options = {p.option for p in required if not p.is_positional}
         alone = ["x"] * (len(required) - len(options))
         for words in ([alone] if options else []) + ([[]] if alone else []):
             assert main([*name.split(), *words]) == 2

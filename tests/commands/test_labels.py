@@ -220,7 +220,9 @@ def test_names_that_a_function_does_not_have() -> None:
         lj.force(KAPTON, slip=0.02, vaccum=5e4)
     with pytest.raises(TypeError, match=r"force\(\) needs vacuum \(Vacuum, the atmosphere less"):
         lj.force(KAPTON, slip=0.02)
-    with pytest.raises(ArgumentError, match="has no parameter 'zzz'; it has brake, slip"):
+    with pytest.raises(
+        ArgumentError, match="has no parameter 'zzz'; its parameters are brake, slip"
+    ):
         lj.force(KAPTON, slip=0.02, vacuum=5e4, zzz=1)
 
 

@@ -71,9 +71,9 @@ def test_a_file_that_cannot_be_read_may_be_left_out(files: list[Path], tmp_path:
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"exclude": "pull-1.csv"}, "1 named, 0 reasons given"),
+        ({"exclude": "pull-1.csv"}, "1 excluded, 0 reasons given"),
         ({"exclude": "pull-1.csv", "because": " "}, "is empty for pull-1.csv"),
-        ({"because": "wet"}, "0 named, 1 reason given"),
+        ({"because": "wet"}, "0 excluded, 1 reason given"),
         ({"exclude": "pull-9.csv", "because": "wet"}, "pull-9.csv is not one of the files given"),
         ({"exclude": ["pull-1.csv"] * 2, "because": ["a", "b"]}, "named twice"),
         ({"exclude": {f"pull-{n}.csv": "wet" for n in range(8)}}, "none is left"),
@@ -151,7 +151,7 @@ def test_a_specimen_that_is_not_there(files: list[Path], tmp_path: Path) -> None
     path = specimens(tmp_path / "x.csv", ("Specimen A 1", "Specimen A 2"))
     names = [row["specimen"] for row in layerjam.pull(path).pulls]
     for name, words in (
-        ("x.csv, specimen B", "holds no specimen 'B': '"),
+        ("x.csv, specimen B", "contains no specimen 'B': '"),
         ("pull-1.csv, specimen 1", "has only one specimen; exclude it by the file name alone"),
         ("y.csv, specimen 1", "is not one of the files given"),
     ):

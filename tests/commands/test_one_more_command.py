@@ -166,7 +166,7 @@ def test_one_more_option_is_one_file_as_contributing_says(
     upright = impact.drop("choi2018-kapton", **case).slip
     slips = [drop("choi2018-kapton", slope=s, **case).slip for s in ("30 deg", "90 deg")]
     assert level < slips[0] < slips[1] == pytest.approx(upright)
-    monkeypatch.setattr(Entry, "load", lambda _: drop.declaration)
+    monkeypatch.setattr(Entry, "load_command", lambda _: drop.declaration)
     assert "--slope Q Slope of the rail, 90 deg is upright" in said(capsys, "drop", "--help")[1]
     for wrong, words in (("30", "no unit"), ("2rad", "at most 1.571 rad")):
         given = ("--mass", "1kg", "--speed", "2.5m/s", "--vacuum", "94.5kPa", "--slope", wrong)

@@ -25,24 +25,24 @@ LOOP = SimpleNamespace(vacuum=6e4, rise_time=math.nan, outcome="HEALTHY", certai
 
 
 def test_the_first_record_with_a_name_counts_and_what_is_given_comes_before():
-    made = Held.of({"vacuum": 5e4}, LOOP, None, outcome="LEAK")
+    made = Held.create({"vacuum": 5e4}, LOOP, None, outcome="LEAK")
     assert made.values == {
         "vacuum": 5e4, "rise_time": None, "outcome": "LEAK", "tuned_vacuum": None
     }  # fmt: skip
 
 
 def test_only_keys_are_taken():
-    assert Held.of(LOOP).certain is False
+    assert Held.create(LOOP).certain is False
 
 
 def test_a_prefix_keeps_records_of_one_kind_apart():
-    made = Held.of(add_prefix("tuned_", SimpleNamespace(vacuum=1e4, outcome="STOPPED")), LOOP)
+    made = Held.create(add_prefix("tuned_", SimpleNamespace(vacuum=1e4, outcome="STOPPED")), LOOP)
     assert (made.vacuum, made.tuned_vacuum, made.outcome) == (6e4, 1e4, "HEALTHY")
 
 
 def test_a_key_that_nobody_has_raises():
     with pytest.raises(TypeError, match="outcome"):
-        Held.of({"vacuum": 5e4, "rise_time": 1.0})
+        Held.create({"vacuum": 5e4, "rise_time": 1.0})
 
 
 @outputs
@@ -62,7 +62,7 @@ class PumpAnswer(Judged, Pump):
     holds: float
 
 
-PUMPS = PumpAnswer.of(Pump(flow=2e-6, flow_low=1e-6, kind="piston", holds=4e4))
+PUMPS = PumpAnswer.create(Pump(flow=2e-6, flow_low=1e-6, kind="piston", holds=4e4))
 
 
 def test_a_result_has_the_keys_of_the_record_it_inherits():
@@ -82,8 +82,8 @@ def test_a_number_stands_in_the_table_with_its_interval():
 
 
 def test_a_result_compares_and_prints_as_a_result():
-    again = PumpAnswer.of(Pump(flow=2e-6, flow_low=1e-6, kind="piston", holds=4e4))
+    again = PumpAnswer.create(Pump(flow=2e-6, flow_low=1e-6, kind="piston", holds=4e4))
     assert again == PUMPS and len({PUMPS, again}) == 1
-    other = PumpAnswer.of(Pump(flow=2e-6, flow_low=1e-6, kind="piston", holds=4.1e4))
+    other = PumpAnswer.create(Pump(flow=2e-6, flow_low=1e-6, kind="piston", holds=4.1e4))
     assert other != PUMPS and PUMPS != 1
     assert repr(PUMPS) == PUMPS.table(100)

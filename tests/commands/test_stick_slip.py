@@ -30,7 +30,7 @@ def test_kapton_saws() -> None:
     for key in ("critical_speed", "stable_speed", "stiffness_needed"):
         assert found.values[key] is None
     assert any("no damping" in w for w in found.warnings)
-    assert any("half of the brake" in w for w in found.warnings)
+    assert any("half the brake's mass" in w for w in found.warnings)
     assert set(found.values) - {"outcome"} == set(found.units)
 
 

@@ -77,7 +77,7 @@ class _Steps:
         self.path = path
 
     @contextlib.contextmanager
-    def step(self, content: str) -> Iterator[Callable[[str, float], None]]:
+    def log_step(self, content: str) -> Iterator[Callable[[str, float], None]]:
         """Print the name and the duration of a step; append its output to the log.
 
         The progress of a long step goes into the log, and its percentage also to a terminal.
@@ -103,10 +103,10 @@ class _Steps:
             raise
         print(f"{line}{time.perf_counter() - began:6.1f} s")
 
-    def run(self, content: str, *words: str) -> None:
+    def run_step(self, content: str, *words: str) -> None:
         """Run a command as one step. Raises LayerjamError if its exit code is not 0."""
         line = typed_line(("layerjam", *words))
-        with self.step(content):
+        with self.log_step(content):
             print(f"\n$ {line}", flush=True)
             if code := layerjam(words):
                 raise LayerjamError(f"'{line}' ended with exit code {code}; see {self.path}")
@@ -175,11 +175,11 @@ def _run_demo(out: Path) -> DemoResult:
     print("are synthetic: the paper has no raw curves, so a virtual test machine generates them.\n")
     steps = _Steps(out / LOG)
     mine, calibrated_path = out / "my-brake.toml", out / "my-brake-calibrated.toml"
-    with steps.step("measure: generate the files of a virtual test machine"):
+    with steps.log_step("measure: generate the files of a virtual test machine"):
         files = _write_test_files(out / "measurements")
     for content, words in _plan_commands(out, mine, calibrated_path, files).items():
-        steps.run(content, *map(str, words))
-    with steps.step("reproduce: the paper's claims and figures on one page") as tell:
+        steps.run_step(content, *map(str, words))
+    with steps.log_step("reproduce: the paper's claims and figures on one page") as tell:
         print(f"\n$ layerjam reproduce --out {quote_word(str(out))}", flush=True)
         run, numbers = _describe_main_job(load(mine), load(calibrated_path), files)
         extra = [_draw_glance(load(calibrated_path)), run]

@@ -19,12 +19,12 @@ def enable_double_precision() -> None:
     with _delay_interrupts():
         import jax
     keep_compiled_code()
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler and _is_main():
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler and _is_main_thread():
         signal.signal(signal.SIGINT, _raise_interrupt)
     jax.config.update("jax_enable_x64", True)
 
 
-def _is_main() -> bool:
+def _is_main_thread() -> bool:
     return threading.current_thread() is threading.main_thread()
 
 
@@ -49,7 +49,7 @@ def _raise_interrupt(number: int, frame: FrameType | None) -> None:
 def _delay_interrupts() -> Iterator[None]:
     """Delay interrupts inside the block, because they crash Python while compiled modules load."""
     before = signal.getsignal(signal.SIGINT)
-    if before is None or not _is_main():
+    if before is None or not _is_main_thread():
         yield
         return
     caught: list[int] = []

@@ -107,16 +107,16 @@ FIGURE, RECORD, JSON = "figure_", "record_", "json_"
 """Options that the command line adds to those of the function."""
 
 
-def build(entry: Command) -> Callable[..., int]:
+def build_function(entry: Command) -> Callable[..., int]:
     """Return a function for typer with one parameter for each option of a command."""
     options = [p for p in entry.parameters if p.type not in (Progress, PYTHON_ONLY)]
     names = {p.name for p in options}
-    if "overwrite" not in names and (entry.result.drawable() or entry.record_endings):
+    if "overwrite" not in names and (entry.result.is_drawable() or entry.record_endings):
         overwrite = declare_parameter("overwrite", Overwrite, False)
         # in `vacuum`, --force is a force in newtons
         old = tuple(o for o in overwrite.help.old if o not in {p.option for p in options})
         options.append(replace(overwrite, help=replace(overwrite.help, old=old)))
-    places = [_sort_key(p) for p in options]
+    places = [_convert_parameter(p) for p in options]
     places += [_former_parameter(p, old) for p in options for old in p.help.old]
     places += _common_parameters(entry, names)
     mandatory = [p for p in places if p.default is inspect.Parameter.empty]
@@ -132,7 +132,7 @@ def build(entry: Command) -> Callable[..., int]:
     return run_entry
 
 
-def command_class(entry: Command) -> type[TyperCommand]:
+def make_command_class(entry: Command) -> type[TyperCommand]:
     """Return a command class in which some options take all words up to the next option."""
     greedy = {p.option for p in entry.parameters if p.help.greedy}
 
@@ -160,13 +160,13 @@ def repeat_options(args: Sequence[str], greedy: Container[str]) -> list[str]:
     return out
 
 
-def _sort_key(p: Parameter) -> inspect.Parameter:
+def _convert_parameter(p: Parameter) -> inspect.Parameter:
     kind, several = _typer_type(p)
     default: Any = inspect.Parameter.empty if p.required else p.default
     if kind is not bool and not p.required and not several:
         default = p.default_text or None
     sentence = p.sentence
-    if p.stands_alone:
+    if p.is_positional:
         note = typer.Argument(metavar=p.metavar or None, help=sentence)
     else:
         note = typer.Option(
@@ -217,7 +217,7 @@ def _former_name(p: Parameter, old: str) -> str:
 
 def _common_parameters(entry: Command, names_used: set[str]) -> list[inspect.Parameter]:
     """Return --out of a record, --figure and --json."""
-    draws, endings = entry.result.drawable(), entry.record_endings
+    draws, endings = entry.result.is_drawable(), entry.record_endings
     options = []
     if endings and "out" not in names_used:
         text = f"Write the record to a file: {' or '.join(endings)}."

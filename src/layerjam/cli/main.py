@@ -38,39 +38,39 @@ class Commands(TyperGroup):
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the possible next words: names, by group and then most used first."""
         head = f"{self.first} " if self.first else ""
-        names = (name.removeprefix(head) for name in self._next_words())
+        names = (name.removeprefix(head) for name in self._list_next_words())
         return list(dict.fromkeys(name.split()[0] for name in names))
 
-    def _next_words(self) -> tuple[str, ...]:
+    def _list_next_words(self) -> tuple[str, ...]:
         return family_names(self.first) if self.first else tuple(commands())
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Return one command, a group of all commands that begin with a word, or None."""
-        entry = self._find_commands(cmd_name)
+        entry = self._find_command(cmd_name)
         if entry is not None:
             return _build_command(entry.name)
-        return _command_family(cmd_name) if not self.first and family_names(cmd_name) else None
+        return _build_family(cmd_name) if not self.first and family_names(cmd_name) else None
 
-    def _find_commands(self, word: str) -> Entry | None:
+    def _find_command(self, word: str) -> Entry | None:
         return find_entry(f"{self.first} {word}".lstrip())
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Return the typed words; a family needs a second word."""
         if self.first and not args:
-            words = (f"layerjam {name}" for name in self._next_words())
+            words = (f"layerjam {name}" for name in self._list_next_words())
             raise LayerjamError(f"{self.first} is incomplete; type {' or '.join(words)}")
         return super().parse_args(ctx, args)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the typed command; for an unknown one raise an error with the nearest names."""
-        entry = self._find_commands(args[0])
+        entry = self._find_command(args[0])
         if entry is None:
             if args[0].startswith("-"):
                 return super().resolve_command(ctx, args)
             if not self.first and family_names(args[0]):
-                return args[0], _command_family(args[0]), args[1:]
+                return args[0], _build_family(args[0]), args[1:]
             raise UnknownNameError(
-                "command", f"{self.first} {args[0]}".lstrip(), self._next_words()
+                "command", f"{self.first} {args[0]}".lstrip(), self._list_next_words()
             )
         word = entry.name.split()[-1]
         if word != args[0]:
@@ -82,8 +82,8 @@ class Commands(TyperGroup):
         self.format_usage(ctx, formatter)
         self.format_help_text(ctx, formatter)
         every = self.first or TYPED.get() == HELP_OF_ALL
-        names = self._next_words() if every else MOST_USED
-        entries = [commands()[name] for name in self._next_words() if name in names]
+        names = self._list_next_words() if every else MOST_USED
+        entries = [commands()[name] for name in self._list_next_words() if name in names]
         wide = max(len(entry.name) for entry in entries) + 2
         for group, title in GROUPS.items():
             members = [entry for entry in entries if entry.group == group]
@@ -91,7 +91,7 @@ class Commands(TyperGroup):
                 with formatter.section(title):
                     _list_commands(formatter, members, wide)
         words = f"layerjam {self.first}".rstrip()
-        hidden_count = len(self._next_words()) - len(entries)
+        hidden_count = len(self._list_next_words()) - len(entries)
         others = (
             f" layerjam help all lists the other {hidden_count} commands." if hidden_count else ""
         )
@@ -107,7 +107,7 @@ def _list_commands(formatter: Any, members: Sequence[Entry], wide: int) -> None:
             formatter.write(f"{'':>{formatter.current_indent}}$ {example}\n")
 
 
-def _command_family(word: str) -> Any:
+def _build_family(word: str) -> Any:
     """Return the commands that begin with a word, as a separate group."""
     inner = typer.Typer(
         name=word,
@@ -122,7 +122,7 @@ def _command_family(word: str) -> Any:
 
 
 def _build_command(name: str) -> Any:
-    from layerjam.cli.generate import build, command_class
+    from layerjam.cli.generate import build_function, make_command_class
 
     entry = load_entry(name)
     app_ = typer.Typer(add_completion=False, rich_markup_mode=None)
@@ -133,8 +133,8 @@ def _build_command(name: str) -> Any:
         name,
         epilog=lines if entry.examples else None,
         context_settings=settings,
-        cls=command_class(entry),
-    )(build(entry))
+        cls=make_command_class(entry),
+    )(build_function(entry))
     return typer.main.get_command(app_)
 
 
@@ -180,7 +180,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = tuple(_expand_patterns(sys.argv[1:]) if arguments is None else arguments)
     before = TYPED.set(words)
     try:
-        return _run_words(_normalise_help(words))
+        return _run_command_line(_normalise_help(words))
     finally:
         TYPED.reset(before)
 
@@ -200,7 +200,7 @@ def _expand_patterns(words: Sequence[str]) -> list[str]:
     return [file for word, files in zip(words, matches, strict=True) for file in files or [word]]
 
 
-def _run_words(words: Sequence[str]) -> int:
+def _run_command_line(words: Sequence[str]) -> int:
     try:
         if sys.stdout is not None and hasattr(sys.stdout, "reconfigure"):
             # a terminal that cannot show µ gets a replacement character
@@ -241,7 +241,7 @@ def _describe_missing(error: Any) -> str:
         option, lines = error.param.metavar, entry.examples
     else:
         options = {word.partition("=")[0] for word in TYPED.get()}
-        missing = [p for p in entry.parameters if p.required and not p.stands_alone]
+        missing = [p for p in entry.parameters if p.required and not p.is_positional]
         words = [
             w
             for p in missing

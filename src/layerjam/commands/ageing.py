@@ -80,7 +80,7 @@ def ageing(
     if (brake is None) != (out is None):
         raise QuantityError("--brake and --out: give both to write a brake, or neither")
     rule = find_standard(test.standard)
-    span = test.window(rule)
+    span = test.kinetic_window(rule)
     by_rule = None if rule.sled_mass is None else rule.sled_mass * GRAVITY
 
     def reduce_pull(trace: "Trace") -> "tuple[Trace, float, float]":
@@ -96,10 +96,10 @@ def ageing(
     used, refusals = read_each(files, reduce_pull, options, progress)
     fit = fit_ageing([h for _, h, _ in used], [s for _, _, s in used], hold)
     path, notices = write_brake(
-        out, lambda name: _brake_text(brake, fit, used, name), overwrite, bool(refusals), partial
+        out, lambda name: _render_brake(brake, fit, used, name), overwrite, bool(refusals), partial
     )
     table = [{"file": t.path, "hold": h, "static": s} for t, h, s in used]
-    return Ageing.of(
+    return Ageing.create(
         fit,
         **bounds(static=fit.static_interval, ageing=fit.ageing_interval),
         scatter=fit.sd,
@@ -108,33 +108,33 @@ def ageing(
         understood=describe_readings(t for t, _, _ in used),
         refused=refusals,
         file=path,
-        warnings=[*[SYNTHETIC] * _any_synthetic(used), *fit.warnings, *notices],
+        warnings=[*[SYNTHETIC] * _has_synthetic(used), *fit.warnings, *notices],
         record=fit,
     )
 
 
-def _brake_text(
+def _render_brake(
     brake: Any, fit: Any, used: "Sequence[tuple[Trace, float, float]]", name: str
 ) -> str:
     from layerjam.device.file import updated_text
     from layerjam.identify.provenance import file_digests, mark_synthetic
     from layerjam.toml_files.source import Source
 
-    def source_of(interval: tuple[float, float]) -> Source:
+    def make_source(interval: tuple[float, float]) -> Source:
         low, high = interval
         text = f"{len(used)} pulls after holds; 95 % interval {low:.4g} to {high:.4g}"
         return Source(kind="measured", text=text)
 
     hold = Source(kind="measured", text="hold of film.static")
     changes = {
-        "film.static": (fit.static, source_of(fit.static_interval)),
-        "film.ageing": (fit.ageing, source_of(fit.ageing_interval)),
+        "film.static": (fit.static, make_source(fit.static_interval)),
+        "film.ageing": (fit.ageing, make_source(fit.ageing_interval)),
         "film.static_hold": (fit.hold, hold),
     }
     files = file_digests([t.path for t, _, _ in used], [t.path for t, _, _ in used if t.synthetic])
     made_by = {"program": "layerjam ageing", "files": files}
-    return updated_text(brake, name, mark_synthetic(changes, _any_synthetic(used)), made_by)
+    return updated_text(brake, name, mark_synthetic(changes, _has_synthetic(used)), made_by)
 
 
-def _any_synthetic(used: "Sequence[tuple[Trace, float, float]]") -> bool:
+def _has_synthetic(used: "Sequence[tuple[Trace, float, float]]") -> bool:
     return any(trace.synthetic for trace, _, _ in used)

@@ -12,7 +12,7 @@ from typing import Any, get_args, get_origin
 from layerjam.errors import ArgumentError, QuantityError, UnknownNameError, abbreviate
 
 
-def bind(
+def bind_arguments(
     function: str,
     signature: inspect.Signature,
     record_fields: Iterable[str],
@@ -81,23 +81,23 @@ def make_list(value: Any, kind: Any) -> Any:
     """Return an iterator as a list; a single member becomes a list if only lists are allowed."""
     if isinstance(value, Iterator):
         return list(value)
-    return [value] if not fits(value, kind) and fits([value], kind) else value
+    return [value] if not is_of_kind(value, kind) and is_of_kind([value], kind) else value
 
 
 def check_kind(value: Any, kind: Any, name: str) -> None:
     """Raise QuantityError if an argument is not of its declared type."""
-    if not fits(value, kind):
+    if not is_of_kind(value, kind):
         raise QuantityError.of(name, f"{abbreviate(value)} is not {describe_type(kind)}")
 
 
-def fits(value: Any, kind: Any) -> bool:
+def is_of_kind(value: Any, kind: Any) -> bool:
     """Return whether an argument is of a declared type.
 
     A type known only to type checkers accepts any argument.
     """
     origin, inside = get_origin(kind), get_args(kind)
     if origin in (typing.Union, types.UnionType):
-        return any(fits(value, member) for member in inside)
+        return any(is_of_kind(value, member) for member in inside)
     if origin is typing.Literal:
         return value in inside
     if origin is Callable:
@@ -109,7 +109,7 @@ def fits(value: Any, kind: Any) -> bool:
         return (
             is_list
             and not hasattr(value, "columns")
-            and all(fits(member, inside[0]) for member in value)
+            and all(is_of_kind(member, inside[0]) for member in value)
         )
     if kind is float:  # its specification checks the value, in any unit
         return not isinstance(value, str | list | tuple | Mapping)
@@ -126,21 +126,21 @@ def describe_type(kind: Any) -> str:
     """Return a declared type as a phrase, such as "text, a path or a list of them"."""
     words: dict[Any, str] = {str: "text", Path: "a path", bool: "True or False", float: "a number"}
     words |= {Callable: "a function", Mapping: "a mapping"}
-    members = [member for member in union(kind) if member is not types.NoneType]
+    members = [member for member in variants(kind) if member is not types.NoneType]
     lists = [member for member in members if get_origin(member) in (Sequence, Collection)]
     names = ((get_origin(member) or member) for member in members if member not in lists)
     phrases = list(dict.fromkeys(words.get(name) or f"a {name.__name__}" for name in names))
     for (inner,) in map(get_args, lists):
-        same = phrases and set(union(inner)) <= set(members)
+        same = phrases and set(variants(inner)) <= set(members)
         phrases.append(f"a list of {'them' if same else describe_type(inner)}")
     return " or ".join(filter(None, [", ".join(phrases[:-1]), phrases[-1]]))
 
 
-def union(kind: Any) -> Iterator[Any]:
+def variants(kind: Any) -> Iterator[Any]:
     """Return the members of a union, or the annotation itself."""
     if get_origin(kind) in (typing.Union, types.UnionType):
         for inner in get_args(kind):
-            yield from union(inner)
+            yield from variants(inner)
     else:
         yield kind
 

@@ -95,7 +95,7 @@ def array(
                 "even-share",
             )
         )
-    return ArrayPull.of(
+    return ArrayPull.create(
         totals,
         brake=brake.name,
         parallel=rows,

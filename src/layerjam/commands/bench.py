@@ -52,7 +52,7 @@ def bench_status(address: BenchAddress) -> BenchState:
     from layerjam.rig.driver import open_bench
 
     with open_bench(address) as bench:
-        return BenchState.of(bench.status())
+        return BenchState.create(bench.status())
 
 
 @result
@@ -106,7 +106,7 @@ def bench_serve(
 
     results: list[BenchServed] = []
 
-    def announce(server: "Listening") -> None:
+    def announce_server(server: "Listening") -> None:
         result = BenchServed(
             listening=f"{server.host}:{server.port}", pid=server.pid, address=server.address
         )
@@ -115,7 +115,7 @@ def bench_serve(
         print(json.dumps(keys), flush=True)
         print(f"PyVISA: {server.visa}", file=sys.stderr, flush=True)
 
-    serve(address, announce, port=int(port), host=host, token_file=token_file, pty=pty)
+    serve(address, announce_server, port=int(port), host=host, token_file=token_file, pty=pty)
     return results[0]
 
 
@@ -216,4 +216,4 @@ def bench_flash(
         image=None if image is None else Path(image),
         settings=None if settings is None else Path(settings),
     )
-    return BoardFlashed.of(record)
+    return BoardFlashed.create(record)

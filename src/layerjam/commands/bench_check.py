@@ -86,7 +86,7 @@ def bench_zero(address: BenchAddress, *, vent_rest: VentRest = None) -> BenchZer
     from layerjam.rig.driver import open_bench
 
     with open_bench(limit_speed(address)) as bench:
-        return BenchZeroed.of(measure_zero(bench, vent_rest=vent_rest))
+        return BenchZeroed.create(measure_zero(bench, vent_rest=vent_rest))
 
 
 @command("bench", parent="bench", computes=False)
@@ -134,22 +134,22 @@ def bench_check(
         data = check_bench(bench, vent_rest=vent_rest, plant=plant, lag=lag, tune=tune is not None)
         vent_position = bench.vent_rest
     if line is None or data.wiring or (tune is not None and not data.feasible):
-        return BenchChecked.of(data)
+        return BenchChecked.create(data)
     words = ["--vent-rest", vent_position or "open", "--line"]
     if tune is None or sensor is None:
         words.append(line.path if Path(line.path).is_file() else line.name)
         words += [] if line.line.sensor else ["--sensor-range", "103kPa"]
         words = ["check", str(address), *words, "--tune", "measured.toml"]
     else:
-        measured_line = _tune(line, data, sensor, str(address))
+        measured_line = _replace_measured(line, data, sensor, str(address))
         write_whole(tune, measured_line.render(Path(tune).stem), overwrite)
         safe_state = "hold" if vent_position == "closed" else "release"
         words = ["run", str(address), *words, str(tune), "--safe-state", safe_state, *FIRST_RUN]
     next_step = typed_line(["layerjam", "bench", *words])
-    return BenchChecked.of(data, tuned=None if tune is None else str(tune), next_step=next_step)
+    return BenchChecked.create(data, tuned=None if tune is None else str(tune), next_step=next_step)
 
 
-def _tune(line: LineFile, checks: Checked, sensor: Sensor, address: str) -> LineFile:
+def _replace_measured(line: LineFile, checks: Checked, sensor: Sensor, address: str) -> LineFile:
     """Return a line with the measured values and their source; a missing value is an error."""
     from layerjam.control.plant import Plant, match_line
     from layerjam.rig.plant import LINEAR_AT

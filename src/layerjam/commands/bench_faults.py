@@ -77,14 +77,14 @@ class FaultCampaign(Result):
         yield ""
         wide = max((len(row["fault"]) for row in self.faults), default=0)
         for row in self.faults:
-            yield f"{row['fault']:<{wide}}  {_sentence(row)}"
+            yield f"{row['fault']:<{wide}}  {_describe_fault(row)}"
         if self.healthy:
             yield f"no fault injected: {self.false_faults} false faults in {self.healthy} runs"
         for name, reason in self.left_out.items():
             yield f"{name}: not tested; {reason}"
 
 
-def _sentence(row: Row) -> str:
+def _describe_fault(row: Row) -> str:
     names = ", ".join(f"{name} {count}" for name, count in row["named"].items()) or "not identified"
     safe = (
         "never safe" if row["safe_after"] is None else f"safe after {show(row['safe_after'], 's')}"
@@ -186,7 +186,7 @@ def summarise_fault(name: str, trials: "Sequence[Trial]") -> Row:
         "onset": worst.onset,
         "named": dict(Counter(trial.named for trial in trials if trial.named).most_common()),
         "safe_after": worst.safe_after,
-        "named_after": _finite(worst.named_after),
+        "named_after": _finite_or_none(worst.named_after),
         "deadline": worst.deadline,
         "met": not misses,
         "vacuum_after": worst.vacuum_after,
@@ -197,7 +197,7 @@ def summarise_fault(name: str, trials: "Sequence[Trial]") -> Row:
     }
 
 
-def _finite(value: float | None) -> float | None:
+def _finite_or_none(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
 
@@ -231,4 +231,4 @@ def bench_soak(
         )
     if not record.complete:
         notices.append(Notice(f"stopped after {record.hours:.3g} hours", "stopped"))
-    return Soak.of(record, warnings=notices)
+    return Soak.create(record, warnings=notices)

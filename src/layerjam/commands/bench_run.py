@@ -205,7 +205,7 @@ def bench_run(
     notices += simulated_notice(record.simulated) + companion_notice(record.file)
     if record.shots is not None and not record.shots:
         notices.append(Notice("no fall was detected: the accelerometer did not trigger", "no-shot"))
-    return RunRecorded.of(
+    return RunRecorded.create(
         record,
         verdict,
         steps=[vars(step) for step in record.steps],
@@ -231,7 +231,7 @@ def _refused_run(
 ) -> RunRecorded:
     """Return the result of a run that was not started because a check failed."""
     waiting = {"started": None, "ended": None, "reached": False}
-    return RunRecorded.of(
+    return RunRecorded.create(
         verdict,
         outcome="NOT_BEGUN",
         reason="a check of the regulator failed, so the bench did not switch anything on",
@@ -343,7 +343,7 @@ def bench_log(
         say=_report,
     )
     notices = simulated_notice(record.simulated) + companion_notice(Path(record.file))
-    return RunLogged.of(record, warnings=notices, record=record)
+    return RunLogged.create(record, warnings=notices, record=record)
 
 
 @command("bench", parent="bench", computes=False)
@@ -369,7 +369,7 @@ def bench_export(
 
     first, last = check_window(start, end)
     exports = export(run, out, start=first, end=last, overwrite=overwrite)
-    return RunExported.of(
+    return RunExported.create(
         Verdict(decisions=exports.run.decisions),
         exports.run,
         file=str(exports.file),

@@ -25,8 +25,8 @@ RADIUS = QuantitySpec("m", "radius of the joint", lo=1e-3, hi=10, example="40mm"
 LIMB = QuantitySpec("1", "friction of the enclosure on the limb", lo=0, hi=5, example="0.5")
 
 FAN_WHEN_BENT = Notice(
-    "bent, sheets without spacers do not amplify their friction to first order: what they press on "
-    "one side of the middle they take from the other; their fan makes the free lengths softer",
+    "to first order, bending does not amplify the friction of sheets without spacers: the pressure "
+    "added on one side of the middle is lost on the other; the fan makes the free lengths softer",
     "fan-when-bent",
 )
 LEAST_OVER_JOINT = Notice(
@@ -129,7 +129,7 @@ def bend(
     curl = None
     if film.strength is not None:
         curl = film.modulus * device.sheets.thickness / (2 * film.strength)
-    return Bend.of(
+    return Bend.create(
         numbers,
         joint,
         least_radius=curl,

@@ -163,7 +163,7 @@ def build(
     content = _build_content(drawing, with_step, coupons, notices, progress)
     names = sorted([*content, LIST])
     complete = replace(verdict_result, files=names, warnings=notices)
-    content[LIST] = _format_list(complete, brake)
+    content[LIST] = _render_result(complete, brake)
     write_folder(Path(out), content, overwrite)
     return complete
 
@@ -182,7 +182,7 @@ def build_verdict(brake: Any, **options: Any) -> Built:
     require_extra()
     notices: list[Notice] = []
     with precision():
-        bindings = REGISTRY["build"].arguments((brake,), {**options, "out": ""}, notices)
+        bindings = REGISTRY["build"].convert_arguments((brake,), {**options, "out": ""}, notices)
         choice = _combine_choices(bindings["brake"], *(bindings.get(name) for name in CHOICES))
         counts = _array_counts(bindings["parallel"], bindings["series"])
         return _judge_build(bindings["brake"], choice, *counts, bindings.get("accept"))
@@ -237,8 +237,8 @@ def _judge_build(
         drawing = drawing.with_acceptances((*file.accepted, *verdict.decisions))
         failed_names = {check.name for check in verdict.failed}
         stops = [c for c in drawing.checks if c.level == "failed" and c.code in failed_names]
-    return Built.of(
-        _build_facts(drawing),
+    return Built.create(
+        _build_numbers(drawing),
         verdict,
         feasible=not stops,
         reason=refusal_reason(stops),
@@ -308,7 +308,7 @@ def _refused_build(error: Any, file: BrakeFile, brakes: int) -> Built:
         "unit": "m",
         "key": error.reason,
     }
-    return Built.of(
+    return Built.create(
         feasible=False,
         reason=f"C4: {error}",
         files=[],
@@ -319,7 +319,7 @@ def _refused_build(error: Any, file: BrakeFile, brakes: int) -> Built:
     )
 
 
-def _build_facts(drawing: Drawing) -> dict[str, Any]:
+def _build_numbers(drawing: Drawing) -> dict[str, Any]:
     """Return {key of the result: value}; masses, film and silicone are for all brakes."""
     from layerjam.fabricate.masses import UNWEIGHED, screw_name
     from layerjam.fabricate.silicone import cavity_volume
@@ -361,12 +361,12 @@ def _build_facts(drawing: Drawing) -> dict[str, Any]:
     }
 
 
-def _format_list(result: Built, file: BrakeFile) -> str:
+def _render_result(result: Built, file: BrakeFile) -> str:
     """Return the result and its inputs as the text of a file in the folder."""
     facts = {
         "layerjam": __version__,
         "brake": file.name,
         "brake_sha256": file.sha256,
     }
-    document = json.loads(result.judged_by([file]).json())
+    document = json.loads(result.with_verdicts([file]).json())
     return json.dumps(facts | document, indent=2) + "\n"

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command, options
 from layerjam.commands.files import FromFiles, describe_readings, read_pulls, write_brake
-from layerjam.commands.left_out import LeftOut, excluded_lines, left_out_row
-from layerjam.commands.pull_by_pull import has_single_condition, pull_lines, pull_rows
+from layerjam.commands.left_out import LeftOut, excluded_lines, exclusion_row
+from layerjam.commands.pull_by_pull import condition_notices, pull_lines, pull_rows
 from layerjam.commands.quantities import Accept, Atmosphere, BrakeInput, OutBrake, Overwrite
 from layerjam.commands.reading import FileOptions, Files, FileVacuum, Partial
 from layerjam.commands.results import Figure, Judged, fact, number, result
@@ -71,10 +71,10 @@ def format_more_pulls(further: Mapping[str, Any]) -> Iterator[str]:
         if row is None:
             yield f"{value}: the pulls so far determine no interval; repeat one of them first"
             continue
-        yield f"{value} is known to ± {row['half_width']:.2%}; {_pulls_needed(row)}"
+        yield f"{value} is known to ± {row['half_width']:.2%}; {_describe_pulls_needed(row)}"
 
 
-def _pulls_needed(row: Mapping[str, Any]) -> str:
+def _describe_pulls_needed(row: Mapping[str, Any]) -> str:
     width, condition, widths = f"± {row['within']:.2%}", row["condition"], row["after_one"]
     if row["likely"] == 0:
         return f"already within {width}"
@@ -162,10 +162,10 @@ class BrakeCalibration(FromFiles, Judged):
 
     def rows(self) -> list[tuple[str, str]]:
         """Yield the fitted numbers with their intervals."""
-        values = {name.replace("_", " "): self._number_text(name) for name in self.intervals}
+        values = {name.replace("_", " "): self._format_number(name) for name in self.intervals}
         return [(name, values.get(name, text)) for name, text in super().rows()]
 
-    def _number_text(self, name: str) -> str:
+    def _format_number(self, name: str) -> str:
         """Return a number with its interval or, if it has none, with its standard error."""
         unit, interval, error = self.units[name], self.intervals[name], self.standard_errors[name]
 
@@ -207,10 +207,7 @@ def calibrate(
     depth: Depth = "exact",
     free: Annotated[
         Sequence[str],
-        Help(
-            "Parameter to fit as well (depth curves).",
-            metavar="pressure_exponent|speed|force_offset",
-        ),
+        Help("Also fit these (depth curves).", metavar="pressure_exponent|speed|force_offset"),
     ] = (),
     vacuum: FileVacuum = None,
     out: OutBrake | None = None,
@@ -247,14 +244,14 @@ def calibrate(
     used, refusals, odd = read_pulls(files, brake, vacuum, options, test, progress, specimens_out)
     used, outliers = _leave_out_outliers(used, brake.brake)
     exclusions += outliers
-    fit = _fit(depth, used, brake.brake, free, sampling, progress or (lambda _what, _share: None))
+    fit = _fit_brake(depth, used, brake.brake, free, sampling, progress or (lambda *_: None))
     traces = [t for t, _, _ in used]
     source = list_inputs(brake, traces)
     verdict = judge(fit.checks, accept, list(fit.sources), out)
     facts = {"exclusions": exclusions, "files": source["files"], "acceptances": verdict.decisions}
     text = bound(calibrated_text, brake, fit, depth, **facts)
     path, notices = write_brake(out, text, overwrite, bool(refusals), partial, verdict)
-    return BrakeCalibration.of(
+    return BrakeCalibration.create(
         fit.values,
         fit,
         verdict,
@@ -285,7 +282,7 @@ def _leave_out_outliers(
 
     reasons = gross_pulls([(features, vacuum) for _, features, vacuum in used], brake)
     inliers = [pull for index, pull in enumerate(used) if index not in reasons]
-    return inliers, [left_out_row(used[index][0], reason) for index, reason in reasons.items()]
+    return inliers, [exclusion_row(used[index][0], reason) for index, reason in reasons.items()]
 
 
 def _select_free_parameters(free: Sequence[str] | str, depth: str) -> list[str]:
@@ -305,7 +302,7 @@ def _calibration_notices(
     """Yield notices about the brake's other numbers and about single pulls."""
     yield from brake.warnings(without=SHEETS if exact else (*SHEETS, *ENCLOSURE))
     yield from _slope_notices(calibration)
-    yield from has_single_condition(calibration.pulls)
+    yield from condition_notices(calibration.pulls)
 
 
 def _slope_notices(calibration: "Calibration") -> Iterator[Notice]:
@@ -324,7 +321,7 @@ def _slope_notices(calibration: "Calibration") -> Iterator[Notice]:
             )
 
 
-def _fit(
+def _fit_brake(
     depth: str,
     used: Sequence[Used],
     brake: Brake,

@@ -174,7 +174,7 @@ def crash(
         )
     except FitError as error:
         raise FileError(log.path, str(error)) from None
-    return CrashFound.of(
+    return CrashFound.create(
         reduction,
         log,
         judge(crash_checks(reduction), accept),

@@ -23,12 +23,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_origin
 
 from layerjam.commands.arguments import (
-    bind,
+    bind_arguments,
     check_kind,
     command_line_name,
     gather_options,
     make_list,
-    union,
+    variants,
 )
 from layerjam.commands.results import Result
 from layerjam.conversion import strip_unit
@@ -144,7 +144,7 @@ class Parameter:
         return self.help.option or "--" + self.name.replace("_", "-")
 
     @property
-    def stands_alone(self) -> bool:
+    def is_positional(self) -> bool:
         """Whether it is a positional argument."""
         return self.positional and not self.help.option and not isinstance(self.help, OutFile)
 
@@ -226,7 +226,7 @@ def declare_parameter(name: str, kind: Any, default: Any, **more: Any) -> Parame
     help_note, optional, array = Help(), False, False
     words: list[str] = []
     plain: Any = None
-    for member in union(kind):
+    for member in variants(kind):
         if member is type(None):
             optional = True
         elif get_origin(member) is Literal:
@@ -240,7 +240,7 @@ def declare_parameter(name: str, kind: Any, default: Any, **more: Any) -> Parame
                     help_note = note
                 elif note is ARRAY:
                     array = True
-            for base in union(inner):
+            for base in variants(inner):
                 if get_origin(base) is Annotated:
                     raise TypeError(f"{name}: write Annotated[QUANTITY, ...] | None")
                 if get_origin(base) is Literal:
@@ -273,7 +273,7 @@ def record_parameters(group: Any, record: str = "") -> Iterator[Parameter]:
     """Return the annotated fields of an `options` record."""
     hints = typing.get_type_hints(group, include_extras=True)
     for f in fields(group):
-        if any(get_origin(kind) is Annotated for kind in union(hints[f.name])):
+        if any(get_origin(kind) is Annotated for kind in variants(hints[f.name])):
             yield declare_parameter(f.name, hints[f.name], f.default, record=record)
 
 
@@ -317,7 +317,7 @@ class Command:
         """Signature of the function."""
         return inspect.signature(self.function)
 
-    def _resolve(self, text: Any) -> Any:
+    def _find_type(self, text: Any) -> Any:
         """Return the type that an annotation names; Any for names that only type checkers know."""
         if not isinstance(text, str):
             return text
@@ -329,7 +329,7 @@ class Command:
     @functools.cached_property
     def result(self) -> type[Result]:
         """Class of its result."""
-        return_type = self._resolve(self.signature.return_annotation)
+        return_type = self._find_type(self.signature.return_annotation)
         if not (isinstance(return_type, type) and issubclass(return_type, Result)):
             raise TypeError(f"{self.python_name} does not declare which Result it returns")
         return return_type
@@ -339,8 +339,8 @@ class Command:
         """All parameters, including those of flattened records."""
         parameters: list[Parameter] = []
         for name, place in self.signature.parameters.items():
-            kind = self._resolve(place.annotation)
-            group = next((k for k in union(kind) if hasattr(k, FLATTENED)), None)
+            kind = self._find_type(place.annotation)
+            group = next((k for k in variants(kind) if hasattr(k, FLATTENED)), None)
             if group is None:
                 positional = place.kind is not inspect.Parameter.KEYWORD_ONLY
                 several = place.kind is inspect.Parameter.VAR_POSITIONAL
@@ -355,10 +355,10 @@ class Command:
     @functools.cached_property
     def records(self) -> dict[str, type]:
         """Return {parameter: class} of the records whose fields become options."""
-        kinds = {n: self._resolve(p.annotation) for n, p in self.signature.parameters.items()}
-        return {n: m for n, kind in kinds.items() for m in union(kind) if hasattr(m, FLATTENED)}
+        kinds = {n: self._find_type(p.annotation) for n, p in self.signature.parameters.items()}
+        return {n: m for n, kind in kinds.items() for m in variants(kind) if hasattr(m, FLATTENED)}
 
-    def arguments(
+    def convert_arguments(
         self, args: Sequence[Any], kwargs: Mapping[str, Any], notices: list[Notice]
     ) -> dict[str, Any]:
         """Return the arguments converted for the function; raises the same errors as a call."""
@@ -373,7 +373,7 @@ class Command:
             if p.several:
                 args = (*args, *command_arguments.pop(p.name, ()))
         required_sentences = {p.name: p.sentence for p in self.parameters if p.required}
-        call = bind(
+        call = bind_arguments(
             self.python_name, self.signature, flat, required_sentences, args, command_arguments
         )
         for name, cls in self.records.items():
@@ -400,13 +400,13 @@ class Command:
 
     def __call__(self, *args: Any, **named: Any) -> Result:
         """Check the arguments, compute in double precision, and add notices about the input."""
-        notices: list[Notice] = []
+        notes: list[Notice] = []
         with precision() if self.computes else contextlib.nullcontext():
-            values = self.arguments(args, named, notices)
+            values = self.convert_arguments(args, named, notes)
             grid = self._align_grid(values)
             bound = inspect.BoundArguments(self.signature, values)  # type: ignore[arg-type]
-            result = self.function(*bound.args, **bound.kwargs).noting(*notices).over(grid)
-        return result.judged_by(record_files(bound.arguments.values()))
+            result = self.function(*bound.args, **bound.kwargs).with_notices(*notes).with_grid(grid)
+        return result.with_verdicts(record_files(bound.arguments.values()))
 
 
 def precision() -> contextlib.AbstractContextManager[None]:
@@ -436,7 +436,7 @@ def command(
     if group not in GROUPS:
         raise UnknownNameError("group of commands", group, GROUPS)
 
-    def declare(function: Callable[P, R]) -> Callable[P, R]:
+    def declare_function(function: Callable[P, R]) -> Callable[P, R]:
         instance = Command(function, group, computes, record, parent)
 
         @functools.wraps(function)
@@ -447,4 +447,4 @@ def command(
         REGISTRY[instance.name] = instance
         return call
 
-    return declare
+    return declare_function

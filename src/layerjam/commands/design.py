@@ -98,14 +98,14 @@ class DesignResult(Judged):
         """Yield the design, the runner-up, constraints that exclude better designs, and margins."""
         if not self.feasible:
             return
-        yield from self._choice()
+        yield from self._choice_lines()
         if self.binding:
             yield from ("", "limited by: " + ", ".join(self.binding))
         by_shortfall = sorted(self.forbidden or (), key=lambda f: f["short"])
         yield from (f"forbidden: {f['reason']}" for f in by_shortfall[:NEAR_MISSES])
-        yield from self._margins()
+        yield from self._margin_lines()
 
-    def _choice(self) -> Iterator[str]:
+    def _choice_lines(self) -> Iterator[str]:
         from layerjam.design.verdict import describe_design
 
         spec, units = self.record.spec, self.units
@@ -125,7 +125,7 @@ class DesignResult(Judged):
             second = describe_design(self.runner_up)
             yield from ("", f"runner-up: {second}", f"  {self.runner_up_lost}")
 
-    def _margins(self) -> Iterator[str]:
+    def _margin_lines(self) -> Iterator[str]:
         if self.robustness:
             yield from ("", "probability that it is met, given the scatter in friction")
             for name, chance in self.robustness.items():
@@ -186,8 +186,8 @@ def design(
     search = Search(spec)
     conflict = prove_impossible(search, progress)
     if conflict is not None:
-        return infeasible_result(DesignResult.of, search, conflict)
-    return best_result(DesignResult.of, search, search.all(progress), accept)
+        return infeasible_result(DesignResult.create, search, conflict)
+    return best_result(DesignResult.create, search, search.all(progress), accept)
 
 
 def brake_of(result: DesignResult, number: int | None = None) -> BrakeFile:

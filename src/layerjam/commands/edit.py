@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from layerjam.commands.lines import AnyLine, line_file
+from layerjam.commands.lines import AnyLine, load_line_file
 from layerjam.commands.quantities import AnyBrake, convert_brake
 from layerjam.commands.results import Result, fact, result
 from layerjam.device.brake import Brake
@@ -53,7 +53,7 @@ def edit(
     or path, FileError for values that contradict each other.
     """
     file = convert_brake(brake)
-    edition = file.edited(_make_changes(file, changes, BRAKE_FIELDS, kind, source), name=name)
+    edition = file.edited(_convert_changes(file, changes, BRAKE_FIELDS, kind, source), name=name)
     notices = [*edition.warnings(), *find_stale_numbers(edition)]
     return EditedFile(name=edition.name, text=edition.text, warnings=notices, record=edition)
 
@@ -74,9 +74,9 @@ def edit_line(
     the line has no such part; parts are set before numbers. Raises UnknownNameError, QuantityError
     for a bad value, and FileError for an invalid line, such as a tube without a bore.
     """
-    file = line_file(line)
-    tables = {table: _catalogue_part(table, part) for table, part in (takes or {}).items()}
-    changes_by_path = _make_changes(file, changes, LINE_FIELDS, kind, source)
+    file = load_line_file(line)
+    tables = {table: _find_catalogue_part(table, part) for table, part in (takes or {}).items()}
+    changes_by_path = _convert_changes(file, changes, LINE_FIELDS, kind, source)
     edition = file.edited(changes_by_path, name=name, tables=tables)
     return EditedFile(
         name=edition.name,
@@ -86,7 +86,7 @@ def edit_line(
     )
 
 
-def _make_changes(
+def _convert_changes(
     file: RecordFile[Any],
     changes: Mapping[str, Change] | None,
     fields: Fields,
@@ -134,7 +134,7 @@ def find_stale_numbers(file: BrakeFile) -> list[Notice]:
     return [Notice(sentence, "stale")]
 
 
-def _catalogue_part(table: str, part: str | None) -> dict[str, str] | None:
+def _find_catalogue_part(table: str, part: str | None) -> dict[str, str] | None:
     """Return the table of a line that accepts a catalogue part, or None."""
     tables = {path.split(".")[0] for path in LINE_FIELDS if "." in path}
     if table not in tables:

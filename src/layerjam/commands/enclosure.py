@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, command
-from layerjam.commands.files import FromFiles, map_each, write_brake
+from layerjam.commands.files import FromFiles, map_files, write_brake
 from layerjam.commands.quantities import Accept, OutBrake, Overwrite, TargetBrake
-from layerjam.commands.reading import Partial, TableOptions, as_files
+from layerjam.commands.reading import Partial, TableOptions, list_files
 from layerjam.commands.results import Figure, Judged, fact, number, result
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.errors import FitError, Notice, QuantityError, UnknownNameError
@@ -29,11 +29,11 @@ SEVERAL_MATERIALS = Notice(
 )
 
 
-def _percent(part: float) -> str:
+def _format_percent(part: float) -> str:
     return f"{part:+.1%}"
 
 
-def _range(span: Sequence[float]) -> str:
+def _format_range(span: Sequence[float]) -> str:
     return f"{span[0]:.1%} to {span[1]:.0%}"
 
 
@@ -58,7 +58,7 @@ class SiliconeFit(FromFiles, Judged):
     modulus_100_sd: float | None = number("Pa", "SD over the specimens")
     data_sheet: float | None = number("Pa", "100 % modulus from the manufacturer's data sheet")
     difference: float | None = number(
-        "1", ("relative difference from the data sheet"), shown=_percent
+        "1", ("relative difference from the data sheet"), shown=_format_percent
     )
     initial_modulus: float | None = number("Pa", "slope over the strain window")
     initial_modulus_sd: float | None = number("Pa", "SD over the specimens")
@@ -69,9 +69,9 @@ class SiliconeFit(FromFiles, Judged):
     parameters: Mapping[str, float] | None = fact("model parameters", shown=_format_parameters)
     why: str | None = fact("reason for the choice")
     model_modulus: float | None = number("Pa", "initial modulus of the model")
-    strain_range: Sequence[float] | None = number("1", "fitted strain range", shown=_range)
+    strain_range: Sequence[float] | None = number("1", "fitted strain range", shown=_format_range)
     rmse: float | None = number("Pa", "root mean square error")
-    error_at_100: float | None = number("1", "error of the model at 100 % strain", shown=_percent)
+    error_at_100: float | None = number("1", "model error at 100 % strain", shown=_format_percent)
     stable: bool | None = fact("whether the model is stable")
     models: Mapping[str, Any] | None = fact("every fitted model", listed=False)
     window: Sequence[float] = number("1", "strain window of the initial slope", listed=False)
@@ -148,7 +148,7 @@ def enclosure(
     _check_options(start, end, brake, out, material, sheets, hyperelastic)
     settings: dict[str, Any] = {"area": area, "gauge_length": gauge_length, "limit": fit_to}
     read_specimen = bound(read, window=(start, end), options=options, **settings)
-    specimens, refusals = map_each(as_files(files), lambda path: [("", bound(read_specimen, path))])
+    specimens, refusals = map_files(list_files(files), lambda p: [("", bound(read_specimen, p))])
     specimens_by_path = {row[0].path: row for row in specimens}
     names = {p: find_silicone(s, material, sheets) for p, (s, *_) in specimens_by_path.items()}
     warnings: list[str] = [w for s, m, *_ in specimens for w in (*s.warnings, *m.warnings)]
@@ -158,15 +158,15 @@ def enclosure(
     warnings += [] if alike else [SEVERAL_MATERIALS]
     changes = _brake_changes(values, specimens_by_path, brake, hyperelastic)
     verdict = judge(specimen_checks(rows, values, hyperelastic), accept, list(changes), out)
-    brake_path, notices = _write(brake, out, changes, overwrite, bool(refusals), partial, verdict)
-    return SiliconeFit.of(
+    path, notices = _write_brake(brake, out, changes, overwrite, bool(refusals), partial, verdict)
+    return SiliconeFit.create(
         values,
         verdict,
         window=[float(start), float(end)],
         files=rows,
         understood={p: list(s.understood) for p, (s, *_) in specimens_by_path.items()},
         refused=refusals,
-        file=brake_path,
+        file=path,
         warnings=[*warnings, *notices],
         record=specimens_by_path,
     )
@@ -191,7 +191,7 @@ def _check_options(
         raise UnknownNameError("silicone", material, sheets)
 
 
-def _write(
+def _write_brake(
     brake: BrakeFile | None,
     out: str | Path | None,
     changes: Mapping[str, tuple[float, Source] | None],
@@ -230,13 +230,13 @@ def _brake_changes(
     if brake is None:
         return {}
 
-    modulus = _add_modulus(values, results)
+    modulus = _modulus_changes(values, results)
     source = modulus["enclosure.modulus"][1]
-    changes = {**modulus, **_add_model(values, brake, source, hyperelastic)}
+    changes = {**modulus, **_model_changes(values, brake, source, hyperelastic)}
     return mark_synthetic(changes, any(specimen.synthetic for specimen, *_ in results.values()))
 
 
-def _add_model(
+def _model_changes(
     values: Mapping[str, Any], brake: BrakeFile, modulus: Source, wanted: bool
 ) -> dict[str, tuple[float, Source] | None]:
     """Return the chosen model in the form of a brake file, replacing the existing one."""
@@ -264,7 +264,7 @@ def _add_model(
     return entries
 
 
-def _add_modulus(
+def _modulus_changes(
     values: Mapping[str, Any], results: Mapping[str, Any]
 ) -> dict[str, tuple[float, Source]]:
     """Return the mean 100 % modulus in the form of a brake file; raises FitError if none."""

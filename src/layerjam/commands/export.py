@@ -88,7 +88,7 @@ def export_c(
 
     numbers = parameters(brake, rope_stiffness)
     check_folder(Path(out), overwrite, NAMES)
-    facts = export_facts("c", brake, numbers, strict)
+    facts = common_results("c", brake, numbers, strict)
     if facts["feasible"]:
         write_folder(Path(out), dict(c_files(brake.name, numbers, precision, brake.mark())))
     return Exported(
@@ -156,7 +156,7 @@ def export_fmu(
         )
     platform_names = None if platforms is None else [name.strip() for name in platforms.split(",")]
     platform_choice = () if sources_only else units.chosen_platforms(fmi, platform_names)
-    facts, size = export_facts("fmu", brake, numbers, strict), None
+    facts, size = common_results("fmu", brake, numbers, strict), None
     if facts["feasible"]:
         binaries = {o: units.binary(fmi, o) for o in platform_choice}
         unit = units.fmu(fmi, brake.name, values, binaries, brake.mark())
@@ -182,15 +182,15 @@ def friction_at_full_vacuum(file: BrakeFile, numbers: Parameters) -> float:
     return numbers.contact * full * (full / numbers.test_pressure) ** numbers.exponent
 
 
-def export_facts(kind: str, file: BrakeFile, numbers: Parameters, strict: bool) -> dict[str, Any]:
+def common_results(kind: str, file: BrakeFile, numbers: Parameters, strict: bool) -> dict[str, Any]:
     """Return the data common to all exports: the fields of `Export`, and warnings."""
     notices, snaps = [*file.warnings()], None
     least = friction_at_full_vacuum(file, numbers)
     if numbers.stiffness <= least:
         snaps = Notice(
-            f"the stiffness of {show(numbers.stiffness, 'N/m')} does not exceed the "
-            f"{show(least, 'N/m')} by which the friction falls at full vacuum of the "
-            "site: the brake would snap, and its force would jump",
+            f"the stiffness of {show(numbers.stiffness, 'N/m')} does not exceed "
+            f"{show(least, 'N/m')}, the rate at which friction falls with slip at the site's full "
+            "vacuum: the brake would snap, and its force would jump",
             "snaps",
         )
         notices.append(snaps)
@@ -269,11 +269,11 @@ def export_mujoco(
         "brake.xml": mjcf.scene(tendon, "actuator.xml"),
         **plugin_files(),
     }
-    library, version = (None, None) if no_build else _plugin_library()
+    library, version = (None, None) if no_build else _find_plugin()
     if library is not None:
         content[library.name] = library.content
     check_folder(Path(out), overwrite, list(content))
-    facts = export_facts("mujoco", brake, numbers, strict)
+    facts = common_results("mujoco", brake, numbers, strict)
     if facts["feasible"]:
         write_folder(Path(out), content)
     return ExportedMujoco(
@@ -293,7 +293,7 @@ class _CompiledPlugin:
         self.content = file.read_bytes()
 
 
-def _plugin_library() -> tuple[_CompiledPlugin, str]:
+def _find_plugin() -> tuple[_CompiledPlugin, str]:
     from layerjam.interop.plugin import import_mujoco, plugin
 
     try:

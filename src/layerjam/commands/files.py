@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from layerjam.commands.declare import Progress
 from layerjam.commands.quantities import check_vacuum
-from layerjam.commands.reading import Measured, as_files
+from layerjam.commands.reading import Measured, list_files
 from layerjam.commands.results import Result, fact, result
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
@@ -64,7 +64,7 @@ def read_each(
 
     records = Records()
 
-    def use_new(trace: Trace) -> T:
+    def use_once(trace: Trace) -> T:
         path = trace.path or "an earlier trace"
         name = f"{path}, specimen {trace.specimen}" if trace.specimen else path
         same = records.find_same(trace)
@@ -79,26 +79,26 @@ def read_each(
 
     def open_source(source: Measured) -> SpecimenReaders[T]:
         if isinstance(source, Trace):
-            return [("", partial(use_new, source))]
+            return [("", partial(use_once, source))]
         out = (left_out or {}).get(str(source), ())
         return [
             (
                 trace.label,
-                None if trace.label in out else partial(_specimen_results, use_new, trace, options),
+                None if trace.label in out else partial(_use_specimen, use_once, trace, options),
             )
             for trace in open_traces(source, options)
         ]
 
-    return map_each(_filter_measurements(as_files(files)), open_source, progress)
+    return map_files(_filter_measurements(list_files(files)), open_source, progress)
 
 
-def _specimen_results(
+def _use_specimen(
     use: Callable[[Trace], T], specimen: "UnreadSpecimen", options: ReadingOptions
 ) -> T:
     return use(specimen.read(options))
 
 
-def map_each(
+def map_files(
     sources: Sequence[S],
     open_source: Callable[[S], SpecimenReaders[T]],
     progress: Progress | None = None,
@@ -152,11 +152,11 @@ def map_each(
         if not refusals:
             raise FitError("no file was given")
         path, reason = next(iter(refusals.items()))
-        raise FileError(path, reason + _count_refusals(list(refusals)[1:], names))
+        raise FileError(path, reason + _describe_refusals(list(refusals)[1:], names))
     return results, refusals
 
 
-def _count_refusals(refusals: Sequence[str], files: Sequence[str]) -> str:
+def _describe_refusals(refusals: Sequence[str], files: Sequence[str]) -> str:
     """Return the number of other files and specimens rejected, as the end of a sentence."""
     file_count = sum(name in files for name in refusals)
     parts = [
@@ -209,7 +209,7 @@ def _filter_measurements(files: Sequence[Measured]) -> list[Measured]:
     return [f for f in files if isinstance(f, Trace) or str(f) not in neighbours]
 
 
-def fact_notices(
+def metadata_notices(
     trace: Trace, file: BrakeFile, vacuum: float | None, pressure: float
 ) -> Iterator[Notice]:
     """Yield notices about metadata in the sidecar that contradict the command."""
@@ -222,7 +222,7 @@ def fact_notices(
     brakes, brake_name = catalogue(), trace.facts.brake
     if brake_name not in brakes or brake_name == file.name:
         return
-    differs = _other_sheets(load(brake_name).brake.sheets, file.brake.sheets)
+    differs = _describe_sheet_difference(load(brake_name).brake.sheets, file.brake.sheets)
     if differs or file.name in brakes:
         sentence = (
             f"{name}: its sidecar names the brake {brake_name}, but the brake given is {file.name}"
@@ -230,7 +230,7 @@ def fact_notices(
         yield Notice(f"{sentence}{differs}", "other-brake")
 
 
-def _other_sheets(file_sheets: Sheets, brake_sheets: Sheets) -> str:
+def _describe_sheet_difference(file_sheets: Sheets, brake_sheets: Sheets) -> str:
     """Return the first dimension in which the sheets differ, as the end of a sentence."""
     for field in fields(Sheets):
         was, has = getattr(file_sheets, field.name), getattr(brake_sheets, field.name)
@@ -240,7 +240,7 @@ def _other_sheets(file_sheets: Sheets, brake_sheets: Sheets) -> str:
     return ""
 
 
-def _record_notices(trace: Trace) -> Iterator[Notice]:
+def _trace_notices(trace: Trace) -> Iterator[Notice]:
     """Yield notices about features of a pull that the law of a brake does not describe."""
     from layerjam.identify.pull.summary import is_off_zero, pull_summary
 
@@ -309,11 +309,11 @@ def read_pulls(
             )
         test(pull, pressure, file.brake)
         odd.extend(trace.warnings)
-        odd.extend(_record_notices(trace))
+        odd.extend(_trace_notices(trace))
         return trace.thinned(PICTURE), pull.thinned(CURVE), pressure
 
     used, refusals = read_each(files, reduce_pull, options, progress, specimens_out)
-    odd += [w for t, _, p in used for w in fact_notices(t, file, vacuum, p)]
+    odd += [w for t, _, p in used for w in metadata_notices(t, file, vacuum, p)]
     return used, refusals, odd
 
 

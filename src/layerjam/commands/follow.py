@@ -144,7 +144,7 @@ def follow(
             seed=seed,
             pace=float(np.median(paces)),
         )
-    return FollowedForce.of(
+    return FollowedForce.create(
         *(record.loop, frequencies, regulator),
         rms_error=record.rms,
         greatest_error=float(np.abs(record.error).max()),

@@ -56,7 +56,7 @@ class FrictionTest:
         Help("Use the middle of the stick–slip as kinetic friction.", old=("--accept-judder",)),
     ] = False
 
-    def window(self, rule: Standard) -> tuple[float, float] | None:
+    def kinetic_window(self, rule: Standard) -> tuple[float, float] | None:
         """Return the window of the kinetic mean [m], open ends as in the standard, or None."""
         if self.start is None and self.end is None:
             return None
@@ -143,17 +143,17 @@ def friction(
     if (brake is None) != (out is None):
         raise QuantityError("brake and out: give both to write a brake, or neither")
     rule = find_standard(test.standard)
-    span, accept_envelope = test.window(rule), test.accept_stick_slip
+    span, accept_envelope = test.kinetic_window(rule), test.accept_stick_slip
     by_rule = None if rule.sled_mass is None else rule.sled_mass * GRAVITY
 
-    def keep_trace(trace: Trace) -> tuple[Trace, FrictionRepeat, float]:
+    def reduce_trace(trace: Trace) -> tuple[Trace, FrictionRepeat, float]:
         load = test.normal_force or trace.facts.normal_force or by_rule
         if load is None:
             raise FitError("the normal force of the films is unknown; give --normal-force")
         repeat = reduce_repeat(trace, load, span, rule, accept_envelope)
         return trace.thinned(PICTURE), repeat, float(load)
 
-    used, refusals = read_each(files, keep_trace, options, progress)
+    used, refusals = read_each(files, reduce_trace, options, progress)
     normal = _common_load(load for _, _, load in used)
     traces = [trace for trace, _, _ in used]
     odd = [w for trace in traces for w in trace.warnings]
@@ -169,7 +169,7 @@ def friction(
         text, effects = with_friction(brake, result, Path(str(out)).stem, verdict.decisions)
         path, lines = write_brake(out, lambda _: text, overwrite, bool(refusals), partial, verdict)
         warnings += effects if path else lines
-    return Friction.of(
+    return Friction.create(
         result,
         verdict,
         repeats=len(result.repeats),

@@ -108,9 +108,9 @@ class Stop(Reading, Heating):
             raise QuantityError(f"a drop that was not computed has no curve: {self.reason}")
         return impact_figures.drop(self.record, self.crash)
 
-    def quiet_curves(self) -> "Sequence[Curve]":
+    def overlay_curves(self) -> "Sequence[Curve]":
         """Return the main curves; for a drop without a brake, only force versus time."""
-        return super().quiet_curves()[: 1 if isinstance(self.record, BareDrop) else None]
+        return super().overlay_curves()[: 1 if isinstance(self.record, BareDrop) else None]
 
 
 @command("predict", record=(".csv", ".nc"))
@@ -201,7 +201,7 @@ def _note_ignored_effects(damping: bool, leak: bool, stop: Stop, travel: float) 
                 f"the vacuum is tuned {words}; with {key} the brake slips {show(stop.slip, 'm')}, "
                 f"not {show(travel, 'm')}"
             )
-            stop = stop.noting(Notice(sentence, f"tuned-without-{key}"))
+            stop = stop.with_notices(Notice(sentence, f"tuned-without-{key}"))
     return stop
 
 
@@ -402,7 +402,7 @@ def observed(
             (bare.time, bare.acceleration), sensing, gravity=bare.gravity, accept=accept
         )
         bounces = "the reading covers the first pull of the rope; later bounces are excluded"
-        notices = [] if sensing.plain() else [Notice(bounces, "first-pull")]
+        notices = [] if sensing.is_plain() else [Notice(bounces, "first-pull")]
         return replace(
             stop,
             **_reading_values(signal),

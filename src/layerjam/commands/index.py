@@ -40,7 +40,7 @@ class Entry:
         """Lines to type."""
         return EXAMPLES.get(self.name, [])
 
-    def load(self) -> Command:
+    def load_command(self) -> Command:
         """Return the declaration, after importing its module."""
         if self.module:
             importlib.import_module(self.module)
@@ -112,4 +112,4 @@ def load_entry(name: str) -> Command:
     entry = find_entry(name)
     if entry is None:
         raise UnknownNameError("command", name, commands())
-    return entry.load()
+    return entry.load_command()

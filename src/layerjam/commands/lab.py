@@ -120,7 +120,7 @@ def lab(
         return PracticeFiles(text=text)
     if spec is None or out is None:
         raise QuantityError(
-            "lab: SPEC and --out are needed; layerjam lab --example --out SPEC.toml makes one to "
+            "lab: SPEC and --out are needed; layerjam lab --example --out SPEC.toml writes one to "
             "edit, and layerjam lab practice --out DIR needs none"
         )
     shipped = not isinstance(spec, Spec) and str(spec) == PRACTICE and not Path(spec).exists()

@@ -44,7 +44,7 @@ class Grid:
     coordinates: Mapping[str, Coordinate]
     labelled: bool = False
 
-    def label(self, values: Mapping[str, Any], units: Mapping[str, str]) -> dict[str, Any]:
+    def label_values(self, values: Mapping[str, Any], units: Mapping[str, str]) -> dict[str, Any]:
         """Return the values that have the shape of the grid, as labelled arrays."""
         import xarray
 
@@ -77,7 +77,8 @@ class Grid:
         with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
             import xarray
         plain = {name: value for name, value in values.items() if np.ndim(value) == 0}
-        data = xarray.Dataset({**plain, **self.label(values, units)}, coords=self.coordinates)
+        arrays = plain | self.label_values(values, units)
+        data = xarray.Dataset(arrays, coords=self.coordinates)
         for name in plain:
             data[name].attrs["units"] = units[name]
         return data
@@ -126,7 +127,7 @@ class Grid:
         curves = []
         for place in range(cases.shape[1]):
             fixed_inputs = [n for n in inputs if n not in (abscissa, *varying_inputs)]
-            label = ", ".join(show(self.inputs_at(n, place), self.units[n]) for n in fixed_inputs)
+            label = ", ".join(show(self.input_at(n, place), self.units[n]) for n in fixed_inputs)
             y = cases[:, place] / usual_unit_factor(unit)
             curves.append(Curve(inputs[abscissa][:, place], y, CYCLE[place % len(CYCLE)], label))
         x = f"{abscissa.replace('_', ' ')} [{usual_unit(self.units[abscissa])}]"
@@ -135,7 +136,7 @@ class Grid:
         ends = (low, high) if low < high else (None, None)
         return [Pane(curves, x, height, ends, (None, None))]
 
-    def inputs_at(self, name: str, place: int) -> float:
+    def input_at(self, name: str, place: int) -> float:
         """Return the value of an input in the first row of a case, in SI units."""
         values = np.broadcast_to(self.inputs[name], self.shape)
         return float(np.reshape(values, (self.shape[0], -1))[0, place])

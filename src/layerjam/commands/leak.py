@@ -15,8 +15,8 @@ from layerjam.commands.pressure_log import (
     Temperature,
     Zero,
     check_window,
+    format_span,
     read_pressure,
-    span_text,
 )
 from layerjam.commands.quantities import Accept, Atmosphere
 from layerjam.commands.reading import LogOptions
@@ -52,7 +52,7 @@ class LeakFound(Judged):
     zero_fitted: float | None = number("Pa", "fitted zero of the sensor")
     temperature: float = number("K", "temperature of the gas")
     temperature_equivalent: float = number("K", "temperature change with the same effect")
-    window: Sequence[float] = number("s", "part of the log used", shown=span_text)
+    window: Sequence[float] = number("s", "part of the log used", shown=format_span)
     samples: int = number("1", "samples used")
     models: Mapping[str, Any] = fact("every fitted law", listed=False)
     understood: Sequence[str] = fact("how the file was read", listed=False)
@@ -109,8 +109,8 @@ def leak(
         return None if volume is None else volume * rate
 
     leaks = flow_interval_at(lean)
-    unsure = _open_questions(fit, volume is None, logged, temperature is not None)
-    return LeakFound.of(
+    unsure = _leak_notices(fit, volume is None, logged, temperature is not None)
+    return LeakFound.create(
         best,
         fit,
         read,
@@ -138,7 +138,7 @@ def _time_constant(rate: float) -> float | None:
     return 1 / rate if rate > 0 else None
 
 
-def _open_questions(result: "Leak", no_volume: bool, logged: bool, given: bool) -> Iterator[Notice]:
+def _leak_notices(result: "Leak", no_volume: bool, logged: bool, given: bool) -> Iterator[Notice]:
     """Yield notices of unknown numbers, each with the measurement that would determine it."""
     if logged and given:
         sentence = "the log has a temperature column, which overrides --temperature"

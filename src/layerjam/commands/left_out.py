@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 from layerjam.commands.declare import Help, options
-from layerjam.commands.reading import Measured, as_files
+from layerjam.commands.reading import Measured, list_files
 from layerjam.errors import QuantityError, count_noun
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.trace import Trace
@@ -68,7 +68,7 @@ class LeftOut:
         the file does not contain the specimen, or if nothing is left. Raises FileError if a file
         with a named specimen cannot be read.
         """
-        sources, meanings = as_files(files), self._resolve_reasons(as_files(files))
+        sources, meanings = list_files(files), self._resolve_reasons(list_files(files))
         by_name = {_source_name(f): f for f in sources}
         labels_of: defaultdict[str, set[str]] = defaultdict(set)
         for path, label in meanings:
@@ -109,7 +109,7 @@ class LeftOut:
         )
 
 
-def left_out_row(source: Measured, reason: str) -> dict[str, Any]:
+def exclusion_row(source: Measured, reason: str) -> dict[str, Any]:
     """Return the row of a file that is left out: `file`, `because` and `sha256`."""
     return {"file": _source_name(source), "because": reason, "sha256": _digest(source)}
 

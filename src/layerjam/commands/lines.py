@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Input
-from layerjam.commands.quantities import record_file
+from layerjam.commands.quantities import load_record_file
 from layerjam.errors import Notice
 from layerjam.fluid.file import LineFile, load_line
 from layerjam.fluid.line import Line
@@ -17,18 +17,18 @@ ONLY_COMPLIANCE = Notice(
 )
 
 
-def line_file(line: AnyLine, atmosphere: float | str | None = None) -> LineFile:
+def load_line_file(line: AnyLine, atmosphere: float | str | None = None) -> LineFile:
     """Return the line with its name and sources, at the given atmosphere, if any.
 
     A record created in Python is checked like a file. Raises UnknownNameError, FileError or
     QuantityError.
     """
-    return record_file(line, LineFile, load_line, atmosphere)
+    return load_record_file(line, LineFile, load_line, atmosphere)
 
 
 def convert_line(value: AnyLine, arguments: Mapping[str, Any]) -> LineFile:
     """Return the line of an argument, at the atmosphere in a second argument."""
-    return line_file(value, arguments.get("atmosphere"))
+    return load_line_file(value, arguments.get("atmosphere"))
 
 
 LineInput = Annotated[

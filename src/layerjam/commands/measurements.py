@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 from layerjam.commands.declare import Help, Progress, options
-from layerjam.commands.reading import FileOptions, Measured, as_files
+from layerjam.commands.reading import FileOptions, Measured, list_files
 from layerjam.errors import FitError, LayerjamError, QuantityError
 from layerjam.measure.trace import Trace
 from layerjam.simulate.quantities import VACUUM
@@ -47,8 +47,8 @@ class Measurements:
         self, reading: FileOptions, tell: Progress
     ) -> tuple[Sequence[Measured], Sequence[Measured]]:
         """Return the pulls for calibration and those for validation."""
-        pulls, others = as_files(self.pulls), as_files(self.validate)
-        choice = as_files(self.calibrate_on)
+        pulls, others = list_files(self.pulls), list_files(self.validate)
+        choice = list_files(self.calibrate_on)
         holdout = [self.holdout] if isinstance(self.holdout, str) else list(self.holdout)
         if choice and holdout:
             raise QuantityError("--calibrate-on and --holdout: give only one of them")
@@ -58,8 +58,8 @@ class Measurements:
             calibration, held_back = _split_holdout(pulls, holdout, reading, tell)
             return calibration, [*held_back, *others]
         if choice:
-            identities = {_identity(p) for p in choice}
-            others_left = [p for p in pulls if _identity(p) not in identities]
+            identities = {_source_identity(p) for p in choice}
+            others_left = [p for p in pulls if _source_identity(p) not in identities]
             if not (others_left or others):
                 raise QuantityError(
                     "--calibrate-on: names every pull, so none is left to validate on"
@@ -68,7 +68,7 @@ class Measurements:
         return pulls, others or pulls
 
 
-def _identity(source: Measured) -> str:
+def _source_identity(source: Measured) -> str:
     return str(Path(source.path if isinstance(source, Trace) else source).resolve())
 
 

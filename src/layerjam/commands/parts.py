@@ -71,7 +71,7 @@ def parts(
         families = {
             f: {n: p for n, p in family.items() if n == name} for f, family in families.items()
         }
-    return PartList.of(
+    return PartList.create(
         {f"{f}s": [_part_row(part) for part in family.values()] for f, family in families.items()},
         record=[part for family in families.values() for part in family.values()],
         full=name is not None,

@@ -150,12 +150,12 @@ class CollisionPlan(Judged):
             left_out |= _UNCERTAIN
         names = {name.replace("_", " ") for name in left_out}
         return [
-            (name, self._round_up_text(name) or text)
+            (name, self._format_rounded_up(name) or text)
             for name, text in super().rows()
             if name not in names
         ]
 
-    def _round_up_text(self, name: str) -> str | None:
+    def _format_rounded_up(self, name: str) -> str | None:
         """Return the text of a quantity that must not be rounded down; None for any other."""
         key = name.replace(" ", "_")
         if key not in LEAST_SIZES or (key == "tuned_vacuum" and self.tuned_capped):
@@ -239,14 +239,14 @@ def plan(
     )
     full, later = _plan_spreads(plan_record, samples, seed)
     fine, build = plan_record.full.stops_within(travel), _suggest_build(plan_record)
-    return CollisionPlan.of(
+    return CollisionPlan.create(
         case,
         plan_record,
         judge(plan_checks(plan_record, full.beyond), accept),
         *_stop_results(plan_record),
-        {**_stop_chances(full, later), "seed": seed},
+        {**_stop_probabilities(full, later), "seed": seed},
         _suggest_sizes(plan_record, build),
-        _plan_cost(plan_record),
+        _plan_energies(plan_record),
         feasible=fine,
         reason=None if fine else _failure_reason(plan_record),
         reachable=highest,
@@ -361,7 +361,7 @@ def _plan_spreads(plan: Plan, samples: int, seed: int) -> tuple[Spread, Spread]:
     return full, predict_spread(plan.tuned.vacuum, plan.brake.brake, plan.case, samples, seed)
 
 
-def _stop_chances(full: Spread, later: Spread) -> dict[str, float]:
+def _stop_probabilities(full: Spread, later: Spread) -> dict[str, float]:
     """Return the expected peaks and probabilities of both, and the larger of their errors."""
     out: dict[str, float] = {
         "samples": full.tried,
@@ -407,7 +407,7 @@ def _standby_power(head: str, vacuum: float, standby: Standby) -> dict[str, floa
     return {f"{head}_power": record.least_power, f"{head}_electric": record.electric_power}
 
 
-def _plan_cost(plan: Plan) -> dict[str, Any]:
+def _plan_energies(plan: Plan) -> dict[str, Any]:
     """Return the heat of the stop, the work of this evacuation and the power while waiting."""
     from layerjam.fluid import energy
     from layerjam.fluid.network import RESERVOIR

@@ -75,7 +75,7 @@ def new(
     text = file.render(name)
     BrakeFile.read(text, f"brake named '{name[:80]}'")
     write_whole(out, text, overwrite)
-    return NewBrake(name=name, file=str(out)).judged_by([file])
+    return NewBrake(name=name, file=str(out)).with_verdicts([file])
 
 
 @result

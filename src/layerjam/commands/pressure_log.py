@@ -114,6 +114,6 @@ def check_window(start: float | None, end: float | None) -> tuple[float | None, 
     return start, end
 
 
-def span_text(span: Sequence[float]) -> str:
+def format_span(span: Sequence[float]) -> str:
     """Return a description of a part of a log."""
     return f"{span[0]:.4g} s to {span[1]:.4g} s"

@@ -126,7 +126,7 @@ def publish(
     file, record = write_dataset(
         Path(campaign), Path(out), brake, line, measurements, settings, facts, overwrite, tell
     )
-    return Published.of(record["record"].verdict, **record).judged_by([file])
+    return Published.create(record["record"].verdict, **record).with_verdicts([file])
 
 
 @result
@@ -206,4 +206,4 @@ def recompute(
         sentence = "computed with different versions; these, not the data, may explain a "
         notices.append(Notice(f"{sentence}difference", "other-versions"))
     verdict = Verdict(decisions=outcome.pop("decisions"))
-    return Recomputed.of(verdict, **outcome, warnings=notices)
+    return Recomputed.create(verdict, **outcome, warnings=notices)

@@ -158,7 +158,7 @@ def _check_writable(folder: Path, out: Path, overwrite: bool) -> None:
             raise FileError(out, "is a file, not a folder")
         if any(out.iterdir()):
             if not (out / RECIPE).is_file():
-                raise FileError(out, "is not empty and is not a dataset; choose another folder")
+                raise FileError(out, "is not empty and is not a dataset; choose a different folder")
             if not overwrite:
                 raise FileError(out, "already exists; --overwrite replaces it")
     if out.resolve().is_relative_to(folder.resolve()):

@@ -60,7 +60,7 @@ class Pulls(Judged):
 
         return pull_figures.pulls(self.record)
 
-    def quiet_curves(self) -> Sequence[Curve]:
+    def overlay_curves(self) -> Sequence[Curve]:
         """Return force [N] versus elongation [mm] of all pulls from their onsets, in one series."""
         import numpy as np
 
@@ -73,7 +73,7 @@ class Pulls(Judged):
         return [Curve(np.concatenate(x), np.concatenate(y), measured=True)]
 
     @classmethod
-    def takes_beside(cls, kind: type[Result]) -> bool:
+    def can_overlay(cls, kind: type[Result]) -> bool:
         """Return False, because each file has its own panel."""
         return False
 
@@ -117,8 +117,8 @@ def pull(
         for trace, summary in used
         for note in summary.notes
     ]
-    return Pulls.of(
-        judge([_count_rises(used)], accept),
+    return Pulls.create(
+        judge([_check_rises(used)], accept),
         pulls=[_pull_row(trace, summary) for trace, summary in used],
         tare=tare,
         understood=describe_readings(t for t, _ in used),
@@ -146,7 +146,7 @@ def _second_rise_time(trace: Trace, summary: PullSummary) -> float | None:
     return float(trace.time[index])
 
 
-def _count_rises(used: list[tuple[Trace, PullSummary]]) -> Check:
+def _check_rises(used: list[tuple[Trace, PullSummary]]) -> Check:
     """Check that each record has one rise; with two, stiffness and onset are meaningless."""
     places = []
     for trace, summary in used:
@@ -225,37 +225,37 @@ def _pull_row(trace: Trace, summary: PullSummary) -> dict[str, Any]:
 
 
 def _format_pull(row: Mapping[str, Any]) -> Iterator[str]:
-    def words_for(key: str) -> str:
+    def show_key(key: str) -> str:
         unit, error = UNITS_OF_A_PULL[key], row.get(f"{key}_se")
         value = show(row[key], unit)
         return value if error is None else f"{value} ± {show(error, unit, 2)}"
 
     specimen = f", specimen {row['specimen']}" if row["specimen"] else ""
     yield Path(row["file"]).name + specimen
-    slack, preload, onset = (words_for(key) for key in ("slack", "preload", "onset"))
+    slack, preload, onset = (show_key(key) for key in ("slack", "preload", "onset"))
     yield f"  slack {slack}, preload {preload}, onset at {onset}"
     peak = "no peak"
     if row["peak_force"] is not None:
-        peak = f"peak {words_for('peak_force')} at {words_for('peak_elongation')}"
-    yield f"  stiffness {words_for('stiffness')}, {peak}"
+        peak = f"peak {show_key('peak_force')} at {show_key('peak_elongation')}"
+    yield f"  stiffness {show_key('stiffness')}, {peak}"
     if row["steady_slope"] is not None:
         yield (
-            f"  after it {words_for('steady_slope')}, {words_for('steady_force')} between "
-            f"{words_for('steady_from')} and {words_for('steady_to')}"
+            f"  after the peak {show_key('steady_slope')}, {show_key('steady_force')} between "
+            f"{show_key('steady_from')} and {show_key('steady_to')}"
         )
     if row["stick_slip"]:
         yield (
-            f"  stick–slip ± {words_for('stick_slip_amplitude')}, {row['teeth']} slips, every "
-            f"{words_for('stick_slip_spacing')}, {words_for('stick_slip_period')}"
+            f"  stick–slip ± {show_key('stick_slip_amplitude')}, {row['teeth']} slips, every "
+            f"{show_key('stick_slip_spacing')}, {show_key('stick_slip_period')}"
         )
     if row["ripple"]:
         yield (
-            f"  ripple ± {words_for('ripple_amplitude')} every {words_for('ripple_spacing')}, "
-            f"{words_for('ripple_period')}: {row['ripple_cause']}"
+            f"  ripple ± {show_key('ripple_amplitude')} every {show_key('ripple_spacing')}, "
+            f"{show_key('ripple_period')}: {row['ripple_cause']}"
         )
     if row["unloading_stiffness"] is not None:
         yield (
-            f"  unloading {words_for('unloading_stiffness')}, residual "
-            f"{words_for('residual_elongation')} and {words_for('residual_force')}; dissipated "
-            f"{words_for('loop_energy')} of {words_for('work')}"
+            f"  unloading {show_key('unloading_stiffness')}, residual "
+            f"{show_key('residual_elongation')} and {show_key('residual_force')}; dissipated "
+            f"{show_key('loop_energy')} of {show_key('work')}"
         )

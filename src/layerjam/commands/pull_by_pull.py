@@ -52,7 +52,7 @@ def pull_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         yield "  ".join([*texts, line[-1]])
 
 
-def has_single_condition(pulls: "Sequence[SinglePull]") -> Iterator[Notice]:
+def condition_notices(pulls: "Sequence[SinglePull]") -> Iterator[Notice]:
     """Yield a notice if all pulls have the same vacuum or speed."""
     from layerjam.identify.single_pulls import common_conditions
 

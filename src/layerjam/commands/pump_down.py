@@ -16,8 +16,8 @@ from layerjam.commands.pressure_log import (
     Start,
     Zero,
     check_window,
+    format_span,
     read_pressure,
-    span_text,
 )
 from layerjam.commands.quantities import Accept, Atmosphere
 from layerjam.commands.reading import LogOptions
@@ -74,7 +74,7 @@ class PumpFound(Judged):
     identifiable: str = fact("quantities that the logs determine")
     reading: str = fact("pressure reference")
     atmosphere: float = number("Pa", "atmosphere of the site")
-    window: Sequence[float] = number("s", "part of the log used", shown=span_text)
+    window: Sequence[float] = number("s", "part of the log used", shown=format_span)
     samples: int = number("1", "samples used", listed=False)
     understood: Sequence[str] = fact("how the file was read", listed=False)
 
@@ -120,7 +120,7 @@ def pump_down(
 
     if (with_volume is None) != (added_volume is None):
         raise QuantityError("added volume: give the second log and --added-volume, or neither")
-    names_given = _name_of_given(volume, flow, added_volume, compliance)
+    names_given = _list_given_options(volume, flow, added_volume, compliance)
     span = check_window(start, end)
 
     def fit_log(path: str | Path, shrink: float | None = 0.0) -> tuple[PumpDown, PressureLog]:
@@ -136,7 +136,7 @@ def pump_down(
     warnings = list(read.notices)
     if compliance is not None:
         constant = first
-        single = _fit_shrink(first, compliance, volume, flow, lambda s: fit_log(file, s)[0])
+        single = _fit_compliance(first, compliance, volume, flow, lambda s: fit_log(file, s)[0])
         if compliance == "fit" and not needs_shrink(first, single):
             warnings.append(Notice(NO_COMPLIANCE, "no-compliance"))
     if with_volume is not None:
@@ -147,7 +147,7 @@ def pump_down(
     numbers = _pump_results(single, second, volume, flow, added_volume)
     logs = [log for log in (single, second) if log is not None]
     checks = pump_down_checks(logs, dict(_list_intervals({**numbers, "rate": single.rate})))
-    return PumpFound.of(
+    return PumpFound.create(
         numbers,
         single,
         single.series,
@@ -160,7 +160,7 @@ def pump_down(
     )
 
 
-def _name_of_given(volume: Any, flow: Any, added_volume: Any, compliance: Any) -> list[str]:
+def _list_given_options(volume: Any, flow: Any, added_volume: Any, compliance: Any) -> list[str]:
     """Return the quantities given in addition to the log; QuantityError if there are several."""
     numbers = {"volume": volume, "flow": flow, "added volume": added_volume}
     names = [name for name, value in numbers.items() if value is not None]
@@ -171,7 +171,7 @@ def _name_of_given(volume: Any, flow: Any, added_volume: Any, compliance: Any) -
     return names
 
 
-def _fit_shrink(
+def _fit_compliance(
     constant: PumpDown,
     compliance: Any,
     volume: float | None,

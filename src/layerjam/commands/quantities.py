@@ -87,7 +87,7 @@ OutBrake = Annotated[
 ]
 
 
-def _read_accept(
+def _read_reason(
     value: Sequence[str] | Mapping[str, str], _arguments: Mapping[str, Any]
 ) -> Mapping[str, str]:
     return read_acceptances(value)
@@ -96,7 +96,7 @@ def _read_accept(
 Accept = Annotated[
     Mapping[str, str] | None,
     Input(
-        "Accept this failed check, with the reason.", metavar="CHECK=REASON", convert=_read_accept
+        "Accept this failed check, with the reason.", metavar="CHECK=REASON", convert=_read_reason
     ),
 ]
 """`--accept CHECK="reason"`, repeatable; the function gets {check: reason}."""
@@ -108,10 +108,10 @@ def convert_brake(brake: AnyBrake, atmosphere: float | str | None = None) -> Bra
     A record created in Python is checked like a file. Raises UnknownNameError, FileError or
     QuantityError.
     """
-    return record_file(brake, BrakeFile, load, atmosphere)
+    return load_record_file(brake, BrakeFile, load, atmosphere)
 
 
-def record_file(
+def load_record_file(
     source: Any,
     kind: type[F],
     read: Callable[[str | Path], F],

@@ -29,7 +29,7 @@ NORMAL_FORCE = replace(spec_of(Facts, "normal_force"), example="2.45N")
 AnyFiles = Sequence[Measured | DataFrame] | Measured | DataFrame
 
 
-def as_files(files: AnyFiles) -> list[Measured]:
+def list_files(files: AnyFiles) -> list[Measured]:
     """Return the files as a list; a single path, trace or data frame becomes a list of one."""
     return _read_measurements(files, {})
 

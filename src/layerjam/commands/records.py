@@ -169,7 +169,7 @@ def records_add(
 
     paths = [files] if isinstance(files, str | Path) else list(files)
     result = add(database, paths, serial)
-    return RecordsAdded.of(
+    return RecordsAdded.create(
         result,
         also_added=result.others,
         database=database.where,
@@ -199,11 +199,11 @@ def records_list(*, db: RecordsDatabase = None) -> RecordsListed:
     with database.reading() as base:
         records = [] if base is None else rows(base)
     return RecordsListed(
-        rows_=records, database=database.where, warnings=_empty_notice(database, records)
+        rows_=records, database=database.where, warnings=_no_records_notice(database, records)
     )
 
 
-def _empty_notice(database: Any, records: Sequence[Any]) -> list[Notice]:
+def _no_records_notice(database: Any, records: Sequence[Any]) -> list[Notice]:
     """Return a notice that there are no records yet, which reveals a mistyped name."""
     text = f"{database.where}: there are no records yet; create them with 'layerjam records add'"
     return [] if records else [Notice(text, "no-records")]
@@ -219,7 +219,7 @@ def records_show(ident: RecordId, *, db: RecordsDatabase = None) -> RecordShown:
     from layerjam.records.view import show
 
     result = show(database, ident)
-    return RecordShown.of(result, record_=result.record)
+    return RecordShown.create(result, record_=result.record)
 
 
 @command("share", parent="records", computes=False)
@@ -239,7 +239,8 @@ def records_verify(
     from layerjam.records.view import verify
 
     result = verify(database, [folders] if isinstance(folders, str | Path) else list(folders))
-    return RecordsVerified.of(result, warnings=_empty_notice(database, [*range(result.checked)]))
+    notices = _no_records_notice(database, [*range(result.checked)])
+    return RecordsVerified.create(result, warnings=notices)
 
 
 @command("share", parent="records", computes=False)

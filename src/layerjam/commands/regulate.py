@@ -110,9 +110,9 @@ class Regulation(Judged):
         regulator, loop = self.record
         return control_figures.loop(regulator, loop, self.fault_at)
 
-    def quiet_curves(self) -> Sequence[Curve]:
+    def overlay_curves(self) -> Sequence[Curve]:
         """Return the curve of vacuum [kPa] versus time [s]."""
-        return super().quiet_curves()[:1]
+        return super().overlay_curves()[:1]
 
 
 @command("vacuum")
@@ -158,7 +158,7 @@ def regulate(
         raise QuantityError("reading, from, to: only valid with --step")
     constant = law.plant.time_constant(target)
     length = 12 * constant if duration is None else duration
-    injection, fault_text = _fault_injection(fault, fault_at, law, target, length, line)
+    injection, fault_text = _make_fault_injection(fault, fault_at, law, target, length, line)
     loop = simulate_run(law, [(float(length), float(target))], injected=injection, seed=seed)
     checks = [*regulation_checks(law, target, loop)]
     if fault is not None:
@@ -166,7 +166,7 @@ def regulate(
     checks += [] if step_fit is None else step_fit.checks
     times = detection_times(law, target)
     after = loop.fault_time - injection.at
-    return Regulation.of(
+    return Regulation.create(
         None if settings.kind == "bang-bang" else law.gains(),
         loop,
         law,
@@ -179,14 +179,14 @@ def regulate(
         reachable=law.plant.reach,
         time_constant=constant,
         duration=length,
-        identified=None if step_fit is None else _list_identified(step_fit),
+        identified=None if step_fit is None else _identified_values(step_fit),
         detection={k: v if math.isfinite(v) else None for k, v in times.items()},
         warnings=notices,
         record=(law, loop),
     )
 
 
-def _list_identified(fit: Identified) -> dict[str, Any]:
+def _identified_values(fit: Identified) -> dict[str, Any]:
     return {
         "rate": fit.plant.rate,
         "pole": list(fit.rate_interval),
@@ -195,7 +195,7 @@ def _list_identified(fit: Identified) -> dict[str, Any]:
     }
 
 
-def _fault_injection(
+def _make_fault_injection(
     fault: str | None,
     start: float | None,
     regulator: Regulator,

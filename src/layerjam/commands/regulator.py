@@ -91,7 +91,7 @@ def make_regulator(
                 "no-valve",
             )
         )
-    notices += _neglect_notices(file, plant)
+    notices += _omission_notices(file, plant)
     run = settings.least_run
     regulator = Regulator(
         plant=plant,
@@ -111,12 +111,12 @@ def make_sensor(file: LineFile, span: float | None, noise: float | None = None) 
     if file.line.sensor is None and span is None:
         raise QuantityError.of(
             "sensor",
-            (f"{file.name} has no sensor; give --sensor-range, its highest vacuum"),
+            (f"{file.name} has no sensor; give the range of yours (--sensor-range)"),
         )
     return replace(file.line.sensor or Sensor(range=1.0), **_known_options(range=span, noise=noise))
 
 
-def _neglect_notices(file: LineFile, plant: Plant) -> list[Notice]:
+def _omission_notices(file: LineFile, plant: Plant) -> list[Notice]:
     """Return notices about the effects of tube and reservoir that the loop neglects."""
     line, notices = file.line, []
     if plant.water and line.tube is not None:

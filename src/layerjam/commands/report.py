@@ -13,7 +13,7 @@ from layerjam.commands.friction import friction as run_friction
 from layerjam.commands.left_out import LeftOut, excluded_lines
 from layerjam.commands.measurements import Measurements
 from layerjam.commands.quantities import Accept, Atmosphere, BrakeInput, Overwrite, convert_brake
-from layerjam.commands.reading import FileOptions, FileVacuum, Measured, as_files
+from layerjam.commands.reading import FileOptions, FileVacuum, Measured, list_files
 from layerjam.commands.results import Result, fact, result
 from layerjam.commands.validation import validate as run_validation
 from layerjam.device.file import BrakeFile
@@ -234,7 +234,7 @@ def compute_stages(
     )
     work = _Work(report=content, how=methods, tell=tell)
     fitted_on, tested_on = measurements.split_pulls(methods.options, tell)
-    tests = as_files(measurements.friction)
+    tests = list_files(measurements.friction)
     if not (tests or fitted_on or tested_on):
         raise FitError("nothing to report; give --friction, --pulls or --validate")
     files_out = [*methods.left_out.split_groups(fitted_on, tested_on)]
@@ -263,7 +263,7 @@ def _report_result(content: "BrakeReport", files: "ReportFiles | None") -> Repor
         )
         warnings.append(Notice(sentence, "calibrated-on"))
     stages = {s: content.stages.get(s) for s in ("friction", "calibration", "validation")}
-    return Report.of(
+    return Report.create(
         files,
         content.verdict,
         numbers=files and files.numbers,

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transf
 from layerjam.commands.arguments import check_kind
 from layerjam.commands.known import KnownResult
 from layerjam.commands.lookup import add_prefix, look_up
-from layerjam.commands.wording import format_words, remove_controls, superscript, wrap_text
+from layerjam.commands.wording import format_words, raise_powers, strip_controls, wrap_text
 from layerjam.device.load import accept_force, write_whole
 from layerjam.errors import FileError, LayerjamError, MissingExtraError, Notice, UnknownNameError
 from layerjam.outputs import ENDS, Figure, declare, fact, number
@@ -40,7 +40,7 @@ STOPPED = 130
 FAILED = 4
 """Exit code if a check failed and was not accepted."""
 JUDGED = ("verdict", "failed_checks", "accepted", "refitted")
-"""Fields that `Result.of` copies from a Verdict by name."""
+"""Fields that `Result.create` copies from a Verdict by name."""
 
 
 @dataclass_transform(
@@ -72,7 +72,7 @@ class Result:
     """Array arguments of the computation; None if all were single numbers."""
 
     @classmethod
-    def of(cls, *known: object, **given: Any) -> Self:
+    def create(cls, *known: object, **given: Any) -> Self:
         """Return a result with the values `given`; other keys are taken from `known` by name.
 
         Each of `known` is a record, a mapping, `add_prefix(...)`, or None; the first with the name
@@ -105,7 +105,7 @@ class Result:
     @property
     def values(self) -> dict[str, Any]:
         """Return {key of the contract: value in SI}."""
-        return {key_of(f): getattr(self, f.name) for f in self.keys()}
+        return {field_key(f): getattr(self, f.name) for f in self.keys()}
 
     @property
     def units(self) -> dict[str, str]:
@@ -174,7 +174,7 @@ class Result:
         return draw(panes)
 
     @classmethod
-    def drawable(cls) -> bool:
+    def is_drawable(cls) -> bool:
         """Return whether this kind of result has a figure."""
         return (cls.draw, cls.panes) != (Result.draw, Result.panes)
 
@@ -183,13 +183,13 @@ class Result:
         """Return whether this result has anything to draw."""
         return self.record is not None
 
-    def quiet_curves(self) -> Sequence[Curve]:
+    def overlay_curves(self) -> Sequence[Curve]:
         """Return its main curve in each pane; none if results of this command are not overlaid."""
         described = type(self).panes is not Result.panes and self.has_curve
         return [pane.curves[0] for pane in self.panes()] if described else ()
 
     @classmethod
-    def takes_beside(cls, kind: type[Result]) -> bool:
+    def can_overlay(cls, kind: type[Result]) -> bool:
         """Return whether curves of a different kind of result can be added to those of this one."""
         return kind is cls
 
@@ -215,9 +215,9 @@ class Result:
 
         check_kind(path, str | Path | None, "path")
         check_kind(beside, Mapping[str, Result] | None, "beside")
-        quiet = {label: item.quiet_curves() for label, item in (beside or {}).items()}
+        quiet = {label: item.overlay_curves() for label, item in (beside or {}).items()}
         for label, curves in quiet.items():
-            if not curves or not self.takes_beside(type((beside or {})[label])):
+            if not curves or not self.can_overlay(type((beside or {})[label])):
                 raise LayerjamError(f"{label}: has no curve to compare with this one")
         with contextlib.nullcontext() if ax is None else drawing_into(ax):
             panes = chart.add_comparisons(self.panes(), quiet) if quiet else None
@@ -279,13 +279,13 @@ class Result:
         ending = path.suffix.lower()
         if ending == ".json":
             return write_whole(path, self.json() + "\n", overwrite)
-        if ending in PICTURES and self.drawable():
+        if ending in PICTURES and self.is_drawable():
             self.plot(path, overwrite=overwrite)
             return path
         if hasattr(self.record, "save"):
             target: Path = self.record.save(path, overwrite=overwrite)
             return target
-        endings = [".json", *(PICTURES if self.drawable() else ())]
+        endings = [".json", *(PICTURES if self.is_drawable() else ())]
         raise FileError(path, f"extension '{path.suffix}' is unknown; use {', '.join(endings)}")
 
     def json(self) -> str:
@@ -318,18 +318,18 @@ class Result:
         low, high = (getattr(self, f"{name}_{end}") for end in ENDS)
         return low, high
 
-    def noting(self, *notices: Notice) -> Self:
+    def with_notices(self, *notices: Notice) -> Self:
         """Return the same result with more warnings."""
         return replace(self, warnings=[*self.warnings, *notices]) if notices else self
 
-    def over(self, grid: Grid | None) -> Self:
+    def with_grid(self, grid: Grid | None) -> Self:
         """Return the result with the grid of its array arguments, labelled if they are."""
         if grid is None:
             return self
-        labels = grid.label(self._numbers(), self.units) if grid.labelled else {}
+        labels = grid.label_values(self._numbers(), self.units) if grid.labelled else {}
         return replace(self, grid=grid, **labels)
 
-    def judged_by(self, files: Iterable[RecordFile[Any]]) -> Self:
+    def with_verdicts(self, files: Iterable[RecordFile[Any]]) -> Self:
         """Return the result with the verdicts of the files from which it was computed."""
         verdicts: list[str | None] = []
         decisions: list[Acceptance] = []
@@ -341,8 +341,8 @@ class Result:
             return self
         acceptances = [*self.accepted, *accepted_rows(decisions)]
         verdict = "failed" if self.failed_checks else "accepted" if acceptances else "passed"
-        with_notices = self.noting(*dict.fromkeys(decision.notice() for decision in decisions))
-        return replace(with_notices, verdict=verdict, accepted=acceptances)
+        noted = self.with_notices(*dict.fromkeys(decision.notice() for decision in decisions))
+        return replace(noted, verdict=verdict, accepted=acceptances)
 
     def rows(self) -> list[tuple[str, str]]:
         """Yield (name, text) of each row, without unknown numbers."""
@@ -361,7 +361,7 @@ class Result:
                 range_text = f"{'' if upper else 'above '}{show(low, spec.unit, like=value)}{upper}"
                 text += f" (95 %: {range_text})"
             if text:
-                pairs.append((key_of(f).replace("_", " "), text))
+                pairs.append((field_key(f).replace("_", " "), text))
         return pairs
 
     def table(self, width: int = 80) -> str:
@@ -392,7 +392,7 @@ class Result:
             out += wrap_text(advice, "", width)
         for warning in dict.fromkeys(map(str, self.warnings)):
             out += wrap_text(warning, "note: ", width)
-        return "\n".join(remove_controls(line) for line in out)
+        return "\n".join(strip_controls(line) for line in out)
 
     def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and self.json() == other.json()  # type: ignore[attr-defined]
@@ -409,7 +409,7 @@ class Result:
     def _repr_html_(self) -> str:
         cell = 'style="text-align:left"'
         rows = "".join(
-            f"<tr><th {cell}>{escape(name)}</th><td {cell}>{escape(superscript(text))}</td></tr>"
+            f"<tr><th {cell}>{escape(name)}</th><td {cell}>{escape(raise_powers(text))}</td></tr>"
             for name, text in self.rows()
         )
         notes = "".join(f"<p>note: {escape(w)}</p>" for w in dict.fromkeys(map(str, self.warnings)))
@@ -443,6 +443,6 @@ def bounds(**intervals: tuple[float | None, float | None] | None) -> dict[str, f
     return {f"{n}_{end}": v for n, pair in ends.items() for end, v in zip(ENDS, pair, strict=True)}
 
 
-def key_of(f: Field[Any]) -> str:
+def field_key(f: Field[Any]) -> str:
     """Return the JSON key of a field of a result."""
     return f.metadata["key"] or f.name

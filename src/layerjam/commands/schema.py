@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import Field, fields, is_dataclass
 from typing import Annotated, Any, Literal, get_args, get_origin
 
-from layerjam.commands.arguments import union
+from layerjam.commands.arguments import variants
 from layerjam.commands.declare import Command, Help, command
 from layerjam.commands.index import commands, load_entry
-from layerjam.commands.results import Result, fact, key_of, result
+from layerjam.commands.results import Result, fact, field_key, result
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 NULL = {"type": "null"}
@@ -44,7 +44,7 @@ def _field_type(cls: type, name: str) -> Any:
 
 def type_schema(kind: Any) -> dict[str, Any]:
     """Return the schema for values of a Python type; {} for unknown types."""
-    members = list(union(kind))
+    members = list(variants(kind))
     if len(members) > 1:
         schemas = [type_schema(member) for member in members]
         if {} in schemas:
@@ -93,7 +93,7 @@ def command_schema(command: Command) -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of a command's result; `unit` is a key's SI unit."""
     cls = command.result
     key_fields = cls.keys()
-    keys = {key_of(f): _field_schema(cls, f) for f in key_fields}
+    keys = {field_key(f): _field_schema(cls, f) for f in key_fields}
     common = {
         "units": {
             "type": "object",
@@ -143,12 +143,12 @@ class Schemas(Result):
             yield f"layerjam {name}: {schema['description']}"
             for key, entry in schema["properties"].items():
                 unit = f" [{entry['unit']}]" if "unit" in entry else ""
-                yield f"  {key}{unit}, {_type_words(entry)}: {entry['description']}"
+                yield f"  {key}{unit}, {_describe_type(entry)}: {entry['description']}"
 
 
-def _type_words(schema: Mapping[str, Any]) -> str:
+def _describe_type(schema: Mapping[str, Any]) -> str:
     if "anyOf" in schema:
-        return " or ".join(_type_words(member) for member in schema["anyOf"])
+        return " or ".join(_describe_type(member) for member in schema["anyOf"])
     if "enum" in schema:
         return " or ".join(map(str, schema["enum"]))
     kind = schema.get("type", "any value")

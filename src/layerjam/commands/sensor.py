@@ -75,7 +75,7 @@ class Sensing:
     low_pass: Annotated[float | None, LOW_PASS, Help("Low-pass of the accelerometer.")] = None
     sampling: Annotated[float | None, SAMPLING, Help("Sampling rate of the accelerometer.")] = None
 
-    def plain(self) -> bool:
+    def is_plain(self) -> bool:
         """Whether it shows the stop unchanged."""
         return self == Sensing()
 
@@ -177,7 +177,7 @@ def reading(
     measurement = measure_acceleration(signal, sensor, parse_channel_class(chain.filter_class))
     if gravity is None:
         gravity = signal.brake.brake.site.gravity if isinstance(signal, DropRecord) else 9.80665
-    return Reading.of(
+    return Reading.create(
         judge(_sensor_checks(measurement, signal, sensor), accept),
         measured_peak=measurement.peak,
         measured_peak_g=measurement.peak / gravity if gravity else None,
@@ -197,7 +197,7 @@ def _sensor_checks(measurement: Seen, signal: Signal, sensor: Accelerometer) -> 
     if sensor.range is not None:
         fits = "the sensor's range contains the peak"
         limit = show(sensor.range, "m/s^2")
-        sentence = f"the peak exceeds the sensor's range of {limit}, which is reported instead"
+        sentence = f"the peak exceeds the sensor's range; the limit of {limit} is reported"
         yield check(
             "saturation",
             not measurement.saturated,
@@ -246,7 +246,7 @@ def heating(
             f"{file.name} does not state the film's specific heat, so no temperature rise is "
             "computed"
         )
-        return verdict.noting(Notice(unknown, "no-specific-heat"))
+        return verdict.with_notices(Notice(unknown, "no-specific-heat"))
     return replace(
         verdict,
         temperature_rise=float(temperature_rise(joule, brake)),

@@ -132,8 +132,8 @@ def stick_slip(
                 "static-of-a-test",
             )
         )
-    return StickSlip.of(
-        _last_swing(record),
+    return StickSlip.create(
+        _last_slip_results(record),
         _stick_slip_limits(start, bounds, ratio),
         record,
         outcome=str(record.outcome),
@@ -178,7 +178,7 @@ def _check_travel(slip: float, travel: float | None, brake: Brake) -> None:
         )
 
 
-def _last_swing(record: StickSlipRecord) -> dict[str, float]:
+def _last_slip_results(record: StickSlipRecord) -> dict[str, float]:
     """Return the values of the last slip, or the force of steady sliding."""
     import numpy as np
 

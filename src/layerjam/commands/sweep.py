@@ -61,7 +61,7 @@ def sweep(
 
     search = Search(spec, BLOCK if block is None else block)
     total = search.blocks()
-    make = functools.partial(DesignSweep.of, out=str(out), blocks=total)
+    make = functools.partial(DesignSweep.create, out=str(out), blocks=total)
     conflict = prove_impossible(search)
     if conflict is not None:
         never = functools.partial(make, complete=False, blocks_done=0, blocks_found=0, bytes=0)

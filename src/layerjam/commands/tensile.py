@@ -71,7 +71,7 @@ class Tensile(Result):
         return force_figures.tensile(self.record)
 
     @classmethod
-    def takes_beside(cls, kind: type[Result]) -> bool:
+    def can_overlay(cls, kind: type[Result]) -> bool:
         """Return whether `kind` is also a pull, computed or measured."""
         from layerjam.commands.pull import Pulls
 
@@ -123,7 +123,7 @@ def tensile(
     initial vacuum. Raises ProcedureError or QuantityError for contradictions.
     """
     brake = apply_share(brake, vacuum_share)
-    steps = _pull_procedure(brake, vacuum, speed, travel, procedure)
+    steps = _make_procedure(brake, vacuum, speed, travel, procedure)
     layout: dict[str, Any] = {"static": static, "one_by_one": one_by_one}
     layout |= {"interfaces": interfaces, "housing": housing}
     scatter_options: dict[str, Any] = {"scatter": scatter, "samples": samples, "seed": seed}
@@ -190,13 +190,13 @@ def _pull_stack(
     count, start = 1000 if samples is None else samples, 1 if seed is None else seed
     tell("scatter", 0.0)
 
-    def report_share(count: int, total: int) -> None:
+    def report_progress(count: int, total: int) -> None:
         tell("scatter", count / total)
 
     pace = next(step.speed for step in steps.steps if isinstance(step, Pull | Return))
     brake_at_speed = replace(brake, brake=with_sliding_speed(pace, brake.brake))
     spread = peak_spread(
-        brake_at_speed, highest, scatter, count, start, **layout, progress=report_share
+        brake_at_speed, highest, scatter, count, start, **layout, progress=report_progress
     )
     notices = []
     if spread.done < count:
@@ -214,7 +214,7 @@ def _pull_stack(
     return _tensile_result(record, notices, motion=motion, **numbers)
 
 
-def _pull_procedure(
+def _make_procedure(
     brake: BrakeFile, vacuum: Any, speed: Any, travel: Any, procedure: str | Procedure | None
 ) -> Procedure:
     numbers = {"vacuum": vacuum, "speed": speed, "travel": travel}

@@ -155,7 +155,7 @@ def _suggest_alternatives(case: "Case", reach: tuple[float, float] | None) -> di
     }
     ways = [text for key, text in sentences.items() if out[key] is not None]
     none = (
-        f"none of {tuned.TRAVELS} other travels, no 2 to {tuned.MOST_SHEETS} sheets and no 2 to "
+        f"none of {tuned.TRAVELS} other travels, 2 to {tuned.MOST_SHEETS} sheets and 2 to "
         f"{tuned.MOST_BRAKES} brakes in parallel"
     )
     return {
@@ -196,8 +196,8 @@ def _failure_reason(case: "Case", reach: tuple[float, float] | None) -> str:
             "rope and brake in series have a stiffness of "
             f"{show(series_spring(case.brake, case.rope), 'N/m')}: on such a soft spring the "
             f"mass stops, or the brake snaps, before {travel} at "
-            f"{show(case.speed, 'm/s')}; {range_text}; above {show(stiff, 'N/m')} it "
-            "cannot snap"
+            f"{show(case.speed, 'm/s')}; {range_text}; above {show(stiff, 'N/m')} the "
+            "brake cannot snap"
         )
     speed = format_distinct(case.speed, low, "m/s")
     return f"{speed} is too slow for {travel}: {_slow_mass_reason(case)}; {range_text}"

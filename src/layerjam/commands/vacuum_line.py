@@ -91,13 +91,13 @@ def rise(
     if water:
         rises = forms.rise_time(target, pipe, True)
     else:
-        rises, response = air_rise_time(target, pipe, _progress_share(progress, "rise"))
+        rises, response = air_rise_time(target, pipe, _label_progress(progress, "rise"))
     falls, means = None, None
     if rises is not None and water:
         falls = forms.fall_by_pump(target, pipe, water=True)
         means = None if falls is None else "pumps run backwards"
     elif rises is not None:
-        falls, means = air_fall_time(target, pipe, _progress_share(progress, "fall"))
+        falls, means = air_fall_time(target, pipe, _label_progress(progress, "fall"))
     if response is None:  # in air, this is the vacuum reached if the target is never reached
         response = (
             forms.filling(target, pipe) if water else respond(pipe, 8 * forms.time_constant(pipe))
@@ -116,7 +116,7 @@ def rise(
         fall_time=falls,
         fall_by=means,
         feasible=rises is not None,
-        reason=None if rises is not None else _explain_unreached(pipe, target, low, water),
+        reason=None if rises is not None else _explain_unreached_target(pipe, target, low, water),
         reachable=low,
         target=target,
         fluid=fluid,
@@ -131,7 +131,7 @@ def rise(
     )
 
 
-def _explain_unreached(line: Line, target: float, low: float, water: bool) -> str:
+def _explain_unreached_target(line: Line, target: float, low: float, water: bool) -> str:
     from layerjam.fluid.flow import VAPOUR
 
     if water and line.pump.ultimate < VAPOUR:
@@ -143,7 +143,7 @@ def _explain_unreached(line: Line, target: float, low: float, water: bool) -> st
     return f"{show(target, 'Pa')} is never reached: at {show(low, 'Pa')}, {cause}"
 
 
-def _progress_share(progress: Progress | None, label: str) -> "Callable[[float], None] | None":
+def _label_progress(progress: Progress | None, label: str) -> "Callable[[float], None] | None":
     return None if progress is None else lambda share: progress(label, max(share, 1e-9))
 
 
@@ -165,8 +165,8 @@ def _tube_notices(line: Line, tube: Tube, rise: float, delay: float, lag: float)
     if delay > MATTERS * rise and not tube.cells:
         out.append(
             Notice(
-                f"tube: a pressure wave takes {show(delay, 's')}, {delay / rise:.0%} of "
-                f"the rise; set tube.cells = {CELLS} to include it",
+                f"tube: a pressure wave takes {show(delay, 's')} to cross it, {delay / rise:.0%} "
+                f"of the rise; set tube.cells = {CELLS} to include it",
                 "tube-delay",
             )
         )

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from layerjam.commands.declare import Progress, command
 from layerjam.commands.files import read_pulls
 from layerjam.commands.left_out import LeftOut, excluded_lines
-from layerjam.commands.pull_by_pull import has_single_condition, pull_lines, pull_rows
+from layerjam.commands.pull_by_pull import condition_notices, pull_lines, pull_rows
 from layerjam.commands.quantities import Accept, Atmosphere, BrakeInput
 from layerjam.commands.reading import FileOptions, Files, FileVacuum
 from layerjam.commands.results import Figure, Judged, fact, number, result
@@ -69,7 +69,7 @@ class ModelErrors(Judged):
                 f"{row['mape']:<6.2%}  {show(row['rmse'], 'N', 3):<8}  "
                 f"{show(row['vacuum'], 'Pa'):<9}  {row['path']}{note}"
             )
-        yield from ("", "vacuum     speed      pulls  MAPE    before calibration  scatter's share")
+        yield from ("", "vacuum     speed      pulls  MAPE    before calibration  due to scatter")
         before = self.uncalibrated
         for index, row in enumerate(self.conditions):
             was = _format_percent(before["conditions"][index]["mape"]) if before else "-"
@@ -81,7 +81,7 @@ class ModelErrors(Judged):
         if before:
             yield from ("", f"before calibration: MAPE {before['mape']:.2%}")
         if self.scatter:
-            yield _scatter_words(self.scatter)
+            yield _describe_scatter(self.scatter)
         yield from pull_lines(self.pulls)
         yield from excluded_lines(self.excluded)
 
@@ -99,7 +99,7 @@ def _format_share(scatter: Mapping[str, Any] | None) -> str:
     return "all of it" if scatter["model_mse"] <= 0 else f"{scatter['share']:.0%}"
 
 
-def _scatter_words(scatter: Mapping[str, Any]) -> str:
+def _describe_scatter(scatter: Mapping[str, Any]) -> str:
     if scatter["share"] is None:
         return "the model matches every pull exactly"
     if scatter["model_mse"] <= 0:
@@ -149,7 +149,7 @@ def validate(
         add_pull_table(validate_curves(curves, brake.brake), curves, brake.brake),
         None,
     )
-    warnings = [*brake.warnings(), *odd, *has_single_condition(validation.pulls)]
+    warnings = [*brake.warnings(), *odd, *condition_notices(validation.pulls)]
     try:
         before = validate_curves(curves, uncalibrated(brake.brake))
     except FitError as error:
@@ -161,7 +161,7 @@ def validate(
             f"{', '.join(same)}: also used to calibrate this brake, so it does not test the model"
         )
         warnings.append(Notice(sentence, "calibrated-on"))
-    return ModelErrors.of(
+    return ModelErrors.create(
         error_rows(validation),
         judge(validation_checks(validation, len(same)), accept),
         uncalibrated=before and error_rows(before),

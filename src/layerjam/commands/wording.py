@@ -22,12 +22,12 @@ def format_words(value: Any, unit: str) -> str:
     return str(value)
 
 
-def superscript(text: str) -> str:
-    """Return the text with superscript exponents: m/s²."""
+def raise_powers(text: str) -> str:
+    """Return the text with raise_powers exponents: m/s²."""
     return text.replace("^2", "²").replace("^3", "³")
 
 
-def remove_controls(line: str) -> str:
+def strip_controls(line: str) -> str:
     """Return the line without characters that a terminal would interpret as commands."""
     return "".join(c if c.isprintable() else "?" for c in line)
 

@@ -129,7 +129,7 @@ class Call:
         """Return code that computes, prints and draws it; in a notebook it displays the figure."""
         text = f"result = {self.python_expression()}\nprint(result)\n"
         kind = load_entry(self.name).result
-        if not kind.drawable():
+        if not kind.is_drawable():
             return text
         options = "overwrite=True"
         if others:
@@ -187,7 +187,7 @@ def python_parts(
     for place, call in enumerate(calls):
         lone = names.count(names[place]) == 1
         file = names[place] if lone else f"{names[place]}-{names[: place + 1].count(names[place])}"
-        takes = load_entry(call.name).result.takes_beside
+        takes = load_entry(call.name).result.can_overlay
         pins = {label: pin for label, pin in left.items() if takes(load_entry(pin.name).result)}
         left = {label: pin for label, pin in left.items() if label not in pins}
         parts.append(call._python_block(file, pins, display))
@@ -209,7 +209,7 @@ def parameters(name: str) -> "Mapping[str, Parameter]":
 def result_fields(name: str) -> Mapping[str, str]:
     """Return {key of a command's result: its description}."""
     keys = load_entry(name).result.keys()
-    return MappingProxyType({results.key_of(f): f.metadata["result"] for f in keys})
+    return MappingProxyType({results.field_key(f): f.metadata["result"] for f in keys})
 
 
 def key_of(warning: str) -> str:

@@ -83,7 +83,7 @@ class Panel:
 
     def show(self, answer: Answer, dark: bool) -> None:
         """Show the figure of an answer's result, together with the pinned ones."""
-        quiet = {label: pin.result.quiet_curves() for label, pin in answer.pinned_answers.items()}
+        quiet = {label: pin.result.overlay_curves() for label, pin in answer.pinned_answers.items()}
         self.draw(answer, options(add_comparisons(answer.result.panes(), quiet), dark))
 
     def _fill(self, chips: ui.row, pins: tuple[Pinned, ...]) -> None:

@@ -111,7 +111,7 @@ def saw(
     result: Any, brake_facts: Any, dark: bool, pins: Mapping[str, Any] = NONE
 ) -> dict[str, Any]:
     """Return the chart of a pull with stick–slip, with the curves of `pins`."""
-    quiet = {label: pin_result.quiet_curves() for label, pin_result in pins.items()}
+    quiet = {label: pin_result.overlay_curves() for label, pin_result in pins.items()}
     (pane,) = add_comparisons(result.panes(), quiet)
     top = round_up(max(brake_facts.holding_force, pane.y_range[1]))
     return options([replace(pane, y_range=(0, top))], dark)
