@@ -139,7 +139,7 @@ def test_what_is_refused(files: list[Path]) -> None:
         layerjam.calibrate("choi2018-kapton", files, depth="deep")
     with pytest.raises(FitError, match="can be fitted only at depth 'curves'"):
         layerjam.calibrate("choi2018-kapton", files, free=("speed",))
-    with pytest.raises(FitError, match="'mass' is not known"):
+    with pytest.raises(FitError, match="'mass' is unknown"):
         layerjam.calibrate("choi2018-kapton", files, depth="curves", free=("mass",))
 
 

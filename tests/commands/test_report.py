@@ -61,7 +61,7 @@ def test_one_pull_is_one_pull(files: Campaign, tmp_path: Path) -> None:
     assert "uncertainty not stated" in factor["words"] and "±" not in factor["value"]
     whole = json.dumps(page, ensure_ascii=False)
     assert not re.search(r"(?<!\d)0\.000 %", whole)
-    assert "For a complete budget, state: pulls that repeat" in whole
+    assert "For a complete budget, state: repeated pulls" in whole
     assert answer.verdict == "passed"
 
 
