@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +12,7 @@ import layerjam as lj
 from layerjam.cli.main import MOST_USED, main
 from layerjam.commands.index import commands, load_entry
 from layerjam.system import quote_word
+from printed import split_command
 
 
 @pytest.mark.parametrize("words", [[], ["help"], ["--help"]])
@@ -82,7 +82,7 @@ def test_a_missing_option_shows_the_line_to_type(
     said, line = capsys.readouterr().err.split("; type, for example: ")
     assert said == "layerjam: --out is missing (Brake file to write)"
     assert line == "layerjam new my-brake --from choi2018-kapton --out my-brake.toml\n"
-    assert main(shlex.split(line)[1:]) == 0
+    assert main(split_command(line)[1:]) == 0
     assert (tmp_path / "my-brake.toml").is_file()
     # words typed with "=" and with spaces stay as they are
     assert main(["new", "my-brake", "--out=a brake.toml"]) == 2
@@ -103,7 +103,7 @@ def test_what_a_command_needs_is_in_the_line_to_type(capsys: pytest.CaptureFixtu
         alone = ["x"] * (len(required) - len(options))
         for words in ([alone] if options else []) + ([[]] if alone else []):
             assert main([*name.split(), *words]) == 2
-            typed = shlex.split(capsys.readouterr().err.split("; type, for example: ")[1])
+            typed = split_command(capsys.readouterr().err.split("; type, for example: ")[1])
             assert typed[: 1 + len(name.split())] == ["layerjam", *name.split()]
             assert words != alone or options <= {*typed}
             checked += 1

@@ -152,7 +152,7 @@ def test_the_lab_in_python(tmp_path: Path) -> None:
 def test_what_made_the_brake_stands_in_its_file(tmp_path: Path) -> None:
     path = measured(tmp_path)
     own = tmp_path / "own.toml"
-    own.write_text("# my own words\n" + KAPTON.text)
+    own.write_bytes(f"# my own words\n{KAPTON.text}".encode())
     layerjam.calibrate(own, [path], out=tmp_path / "mine.toml")
     file = layerjam.load(tmp_path / "mine.toml")
     assert file.notes["files"][0]["name"] == "pull.csv"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import glob
 import json
-import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +15,7 @@ from layerjam.campaigns.text import example_spec
 from layerjam.cli import main as entry
 from layerjam.commands.lab import lab, lab_example
 from layerjam.errors import FileError, QuantityError
+from printed import split_command
 
 SPEC = Spec(
     brakes=(Truth(brake="choi2018-kapton", scale_factor=0.95, stiffness=110e3),),
@@ -53,7 +53,7 @@ def test_the_commands_it_prints_find_the_truth(layouts: tuple[str, ...], tmp_pat
     folder = tmp_path / "with a blank"
     answers = []
     for line in lab(spec, out=folder).next:
-        words = unfolded(shlex.split(line)[1:])
+        words = unfolded(split_command(line)[1:])
         assert entry.main([*words, "--json"]) == 0
         answers.append(words)
     names = [words[0] for words in answers]
@@ -131,7 +131,7 @@ def test_files_that_will_be_refused_are_announced(tmp_path: Path) -> None:
 
 def test_the_example_teaches(tmp_path: Path) -> None:
     answer = lab(example_spec(), out=tmp_path)
-    calibrate = unfolded(shlex.split(answer.next[1])[1:])
-    friction = unfolded(shlex.split(answer.next[0])[1:])
+    calibrate = unfolded(split_command(answer.next[1])[1:])
+    friction = unfolded(split_command(answer.next[0])[1:])
     assert entry.main([*friction, "--json"]) == 0
     assert entry.main([*calibrate, "--partial", "--json"]) in (0, 3)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import shlex
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,6 +21,7 @@ from layerjam.errors import QuantityError
 from layerjam.rig.check import LockedError, check_bench, decay
 from layerjam.rig.driver import Bench, InstrumentError
 from layerjam.rig.plant import VirtualPlant
+from printed import split_command
 
 FAST = "sim:choi2018?speed=20&noise=15 Pa"
 
@@ -137,7 +137,7 @@ def test_a_bench_is_tuned_then_runs(
     # each command that is printed as the next is typed as it is
     for _ in range(2):
         typed = capsys.readouterr().out.partition("next:\n  layerjam ")[2].splitlines()[0]
-        assert main(shlex.split(typed)) == 0, typed
+        assert main(split_command(typed)) == 0, typed
     assert "FINISHED" in capsys.readouterr().out and Path("first-run.ljrun").is_file()
     # without a vacuum nothing is written
     assert main([*check, "--tune", file, "--vent-rest", "closed"]) == 1

@@ -41,6 +41,7 @@ from layerjam.toml_files.writer import update_text
 from layerjam.workbench import server
 from layerjam.workbench.dropping import merge_sidecars
 from layerjam.workbench.said import sidecar_text
+from printed import split_as_microsoft_c
 from windows.rules import impose
 
 BRAKE = "choi2018-kapton"
@@ -94,33 +95,6 @@ def test_a_lock_ends_with_its_file_and_waits_for_another(here: Path) -> None:
     os.close(files[0])
     assert lock_file(files[1], wait=True)
     os.close(files[1])
-
-
-def split_as_microsoft_c(line: str) -> list[str]:
-    """Split a line by the rules of Microsoft's "Parsing C command-line arguments"."""
-    words, word, quoted, begun, place = [], "", False, False, 0
-    while place < len(line):
-        slashes = len(line[place:]) - len(line[place:].lstrip("\\"))
-        place += slashes
-        mark = line[place : place + 1]
-        if mark == '"':
-            word += "\\" * (slashes // 2)
-            if slashes % 2:
-                word += '"'
-            else:
-                quoted = not quoted
-            begun = True
-        else:
-            word += "\\" * slashes
-            begun |= bool(slashes)
-            if mark in (" ", "\t", "") and not quoted:
-                if begun:
-                    words.append(word)
-                word, begun = "", False
-            else:
-                word, begun = word + mark, True
-        place += 1
-    return [*words, word] if begun else words
 
 
 @given(st.lists(st.text("ab\\\"' &|<>^;%µ-*.", max_size=8), min_size=1, max_size=4))

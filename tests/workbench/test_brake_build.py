@@ -7,7 +7,6 @@ import base64
 import io
 import json
 import multiprocessing
-import shlex
 import subprocess
 import sys
 import zipfile
@@ -24,6 +23,7 @@ from layerjam.workbench.pages.brake import Brake
 from layerjam.workbench.pages.brake_build import checks_table
 from layerjam.workbench.pages.brake_parts import UNIT
 from layerjam.workbench.state import State
+from printed import split_command
 from workbench.standing import standing
 
 pytest.importorskip("ezdxf")
@@ -171,7 +171,7 @@ def test_what_is_copied_runs_in_a_fresh_process(kind, tmp_path):
         words = [sys.executable, "-c", call.python()]
     else:
         code = "from layerjam.cli.start import run; run()"
-        words = [sys.executable, "-c", code, *shlex.split(call.command())[1:]]
+        words = [sys.executable, "-c", code, *split_command(call.command())[1:]]
     done = subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     listed = json.loads((tmp_path / call.out / "build.json").read_text("utf-8"))

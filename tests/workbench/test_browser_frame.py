@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import http.client
 import json
-import shlex
 import signal
 import subprocess
 import sys
@@ -19,6 +18,7 @@ import pytest
 
 from layerjam.units import show
 from layerjam.workbench.widgets import three_digits
+from printed import split_command
 from workbench.access import CONTRAST
 from workbench.conftest import running
 
@@ -115,7 +115,7 @@ def test_what_is_copied_gives_the_number_on_the_page(pull, tmp_path):
     first = peak(pull)
     moved(pull, 7)
     shown = peak(pull, first)
-    words = shlex.split(copied(pull, "copy-as-command").splitlines()[0])
+    words = split_command(copied(pull, "copy-as-command").splitlines()[0])
     assert words[0] == "layerjam"
     words = [sys.executable, "-m", "layerjam.cli.main", *words[1:], "--json"]
     said = subprocess.run(words, capture_output=True, text=True, check=True, cwd=tmp_path)

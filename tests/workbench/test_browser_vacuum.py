@@ -34,7 +34,7 @@ def vacuum(tab):
 def test_a_fault_is_switched_on_and_said(vacuum):
     says(vacuum, "verdict", "The regulator does not run until you choose a safe state")
     vacuum.locator(at("safe_state")).get_by_text("hold", exact=True).click()
-    says(vacuum, "verdict", "No fault was reported; rise time to 94.5 kPa")
+    says(vacuum, "verdict", "No fault was reported. The rise to 94.5 kPa")
     vacuum.click(at("fault"))
     vacuum.locator(".q-menu .q-item").get_by_text("sensor nan").click()
     says(vacuum, "verdict", "“not a number” was detected at 10 s")

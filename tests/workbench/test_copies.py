@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shlex
 import subprocess
 import sys
 
@@ -25,6 +24,7 @@ from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.pages.vacuum import Vacuum
 from layerjam.workbench.said import put_edits
 from layerjam.workbench.state import State
+from printed import split_command
 
 SPEC = """name = "small"
 brake = "choi2018-kapton"
@@ -125,7 +125,7 @@ def test_a_copy_that_writes_a_brake_runs_as_often_as_one_likes(tmp_path, monkeyp
         exec(call.python(), space)
         found.append((space["result"].json(), (tmp_path / "tested.toml").read_text()))
     assert found[0] == found[1] == found[2]
-    assert main([*shlex.split(call.command())[1:], "--json"]) == 0
+    assert main([*split_command(call.command())[1:], "--json"]) == 0
     assert (tmp_path / "tested.toml").read_text() == found[0][1]
 
 

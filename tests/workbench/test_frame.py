@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import base64
 import json
-import shlex
 import socket
 import subprocess
 import sys
@@ -28,6 +27,7 @@ from layerjam.workbench.pages.all import TABS
 from layerjam.workbench.runner import ComputationStopped, Runner
 from layerjam.workbench.server import LOCAL, RequestGuard, check_free, is_loopback
 from layerjam.workbench.state import LARGEST, State, from_link, to_link
+from printed import split_command
 
 WORD = st.text(max_size=20)
 VALUE = st.one_of(WORD, st.booleans(), st.floats(allow_nan=False, allow_infinity=False))
@@ -117,7 +117,13 @@ def test_the_command_that_is_copied_gives_the_same_numbers(tmp_path):
         {"vacuum": "60 kPa", "speed": "1 mm/s", "travel": "30 mm"},
     )  # fmt: skip
     shown = call.run()
-    words = [sys.executable, "-m", "layerjam.cli.main", *shlex.split(call.command())[1:], "--json"]
+    words = [
+        sys.executable,
+        "-m",
+        "layerjam.cli.main",
+        *split_command(call.command())[1:],
+        "--json",
+    ]
     said = subprocess.run(words, capture_output=True, text=True, check=True, cwd=tmp_path)
     assert json.loads(said.stdout)["peak_force"] == shown.peak_force
 

@@ -7,7 +7,6 @@ import contextlib
 import io
 import json
 import os
-import shlex
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -29,6 +28,7 @@ from layerjam.workbench.pages.laboratory_files import practice_files, read_row
 from layerjam.workbench.runner import ComputationStopped
 from layerjam.workbench.said import check_edit, edits_of, put_edits, sidecar_text
 from layerjam.workbench.uploads import UploadError, Uploads, clean, in_users_toml, is_sidecar
+from printed import split_command
 from workbench.standing import standing
 
 KAPTON = Subject("choi2018-kapton")
@@ -257,7 +257,7 @@ def test_the_command_says_the_same_as_python(campaign, practice, tmp_path, monke
         (tmp_path / name).write_bytes(data)
     monkeypatch.chdir(tmp_path)
     for verb in ("friction", "calibrate"):
-        words = shlex.split(chain.done[verb].call.command())
+        words = split_command(chain.done[verb].call.command())
         monkeypatch.setattr("sys.argv", [*words, "--json"])
         with contextlib.suppress(SystemExit):
             main()
@@ -347,7 +347,7 @@ def test_names_in_toml_and_copied_text_are_quoted():
     assert tomllib.loads(text) == {"a": f"peak of {odd}"}
     file = DataFile(odd, Path("/nowhere/layerjam-file-0001.csv"))
     step = Call("pull", files=(file,))
-    assert shlex.split(step.command()) == ["layerjam", "pull", odd]
+    assert split_command(step.command()) == ["layerjam", "pull", odd]
     space: dict = {}
     exec(step.python().splitlines()[2].replace("lj.pull", "list"), space)
     assert space["result"] == [odd]

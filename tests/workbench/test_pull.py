@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from types import SimpleNamespace
 
 import numpy as np
@@ -22,6 +21,7 @@ from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.pages.pull_chart import pull_chart
 from layerjam.workbench.pages.pull_files import Reading, laid_out, read
 from layerjam.workbench.state import State
+from printed import split_command
 
 KAPTON = "choi2018-kapton"
 PULL = {"vacuum": "60 kPa", "speed": "1 mm/s", "travel": "30 mm"}
@@ -139,7 +139,7 @@ def test_the_figure_taken_away_is_that_of_the_command(page_of, tmp_path, capsys,
     page = page_of(vacuum=60e3, travel=0.03)
     answer = page.compute()[0].result
     out = tmp_path / f"figure.{ending}"
-    command = shlex.split(page.calls()[0].command())[1:]
+    command = split_command(page.calls()[0].command())[1:]
     assert main([*command, "--figure", str(out), "--json"]) == 0
     capsys.readouterr()
     assert file_bytes(answer, ending) == out.read_bytes()

@@ -85,7 +85,7 @@ def test_the_page_stands_and_the_line_can_be_changed():
             await user.should_see("The regulator does not run until you choose a safe state")
             page = pages[-1]
             page.desk.put("vacuum", "safe_state", "release")
-            await user.should_see("No fault was reported; rise time to 94.5 kPa", retries=100)
+            await user.should_see("No fault was reported. The rise to 94.5 kPa", retries=100)
             line = page.line
             for path in FIELDS:
                 line.row(path)

@@ -285,8 +285,10 @@ def verdict(result: Any) -> str:
     target, end = show(result.target, "Pa"), float(result.record[1].vacuum[-1])
     ending = f"at the end the vacuum is {show(end, 'Pa', 3) if end >= 1 else 'gone'}"
     if result.fault is None and result.outcome == "HEALTHY":
-        rise = "not reached" if result.rise_time is None else show(result.rise_time, "s", 3)
-        return f"No fault was reported; rise time to {target} (10 to 90 %): {rise}; {ending}."
+        rise = f"The vacuum did not reach {target}"
+        if result.rise_time is not None:
+            rise = f"The rise to {target} took {show(result.rise_time, 's', 3)} (10 to 90 %)"
+        return f"No fault was reported. {rise}; {ending}."
     cause = ""
     if result.fault is not None:
         cause = f"From {show(result.fault_at, 's')} on, {result.broken}. "
