@@ -784,9 +784,9 @@ def ageing(
 ) -> _AgeingResult:
     """Fit the growth of static friction while the films rest under load, from pulls after holds.
 
-    Each file is a friction test whose sidecar states its `hold`; static friction is read as
-    `friction` reads it. With `brake` and `out`, static friction at `hold` (the geometric mean of
-    all holds unless given) and its growth are written into a copy of the brake's file.
+    Each file is a friction test whose sidecar states its `hold`; static friction is evaluated as in
+    `friction`. With `brake` and `out`, static friction at `hold` (the geometric mean of all holds
+    unless given) and its growth are written into a copy of the brake's file.
     """
 
 def array(
@@ -798,12 +798,12 @@ def array(
     until: float | str | _HasUnit | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _ArrayPullResult:
-    """Pull identical brakes, in parallel and in series, once and slowly.
+    """Simulate one slow pull of identical brakes in parallel and in series.
 
-    The default is the site's full vacuum. The pull ends at the elongation `until`, or at the end of
-    the travel. `outcome` is FINISHED, BOTTOMED_OUT, or SNAPS if the force of a slipping brake falls
-    faster than the brakes in series with it relax. `travel` and `energy` count slip only. Parallel
-    brakes are assumed to share the force equally.
+    The default vacuum is the site's full vacuum. The pull ends at the elongation `until`, or at the
+    end of the travel. `outcome` is FINISHED, BOTTOMED_OUT, or SNAPS if the force of a slipping
+    brake falls faster than the brakes in series with it relax. `travel` and `energy` count slip
+    only. Parallel brakes are assumed to share the force evenly.
     """
 
 def bench_clear(
@@ -822,7 +822,7 @@ def bench_flash(
     image: str | _Path | None = ...,
     settings: str | _Path | None = ...,
 ) -> _BoardFlashedResult:
-    """Put firmware and wiring onto a board.
+    """Write firmware and wiring to a board.
 
     An image is written through the board's boot loader. Without one, a board with plain MicroPython
     receives the firmware files. Raises FileError, ImageError, LineError, QuantityError and
@@ -837,7 +837,7 @@ def bench_serve(
     token_file: str | _Path | None = ...,
     pty: str | _Path | None = ...,
 ) -> _BenchServed:
-    """Let many clients talk to one bench, over TCP and as a serial port.
+    """Share one bench among many clients, over TCP and as a serial port.
 
     The first line printed is JSON: `listening`, `pid`, `address`. It runs until SIGTERM or Ctrl-C,
     then switches the outputs off. Raises FileError if the port cannot be opened.
@@ -848,7 +848,7 @@ def bench_status(
 ) -> _BenchStateResult:
     """Print the state of a bench.
 
-    Sends queries only. Only one client can use the board's serial line; if a gateway is running,
+    It sends only queries. Only one client can use the board's serial line; if a gateway is running,
     use its `tcp:` address. Raises FileError, LineError and QuantityError if the bench cannot be
     reached.
     """
@@ -858,7 +858,7 @@ def bench_wiring(
     *,
     out: str | _Path | None = ...,
 ) -> _BoardWiringResult:
-    """List a board's wires and parts, calculate the worst cases, and draw the circuit.
+    """List a board's wires and parts, calculate its worst cases, and draw the circuit.
 
     Raises FileError for a file that does not describe a board, or that exists; UnknownNameError for
     an unknown board.
@@ -886,10 +886,10 @@ def bench_zero(
     *,
     vent_rest: Literal["open", "closed"] | None = ...,
 ) -> _BenchZeroed:
-    """Measure the zero of the sensor with the brake vented, and store it on the board.
+    """Measure the sensor's zero with the brake vented, and store it on the board.
 
     The vent is open for 4.5 s; the mean of the last second is the zero. The board stores it, with
-    the date in the calibration's name. Raises QuantityError if the reading is not steady or far
+    the date in the calibration's name. Raises QuantityError if the reading is not steady or is far
     from zero, LockedError if another client has the lock, InstrumentError for a bench that is not
     in SAFE.
     """
@@ -903,14 +903,14 @@ def bench_faults(
     mismatch: bool = ...,
     progress: _Callable[[str, float], None] = ...,
 ) -> _FaultCampaign:
-    """Inject every fault into a virtual board many times, and measure the time until it is safe.
+    """Inject every fault into a virtual board many times and measure the time until it is safe.
 
-    For each run, the seed determines a line near that of the address, a regulator, a target and a
-    time. With `mismatch`, pump, vent, zero, lag and noise of the line differ from the model. Leak
-    and vent are then orifices, the pump flow ripples and the supply dips. Each round of faults
-    includes ten runs without a fault. The firmware is the board's own; its clock advances as fast
-    as samples are computed. Raises UnknownNameError for an unknown fault, QuantityError for an
-    address that is not a virtual board.
+    For each run, the seed determines a line similar to that of the address, a regulator, a target
+    and the time of the fault. With `mismatch`, pump, vent, zero, lag and noise of the line differ
+    from the model. Leak and vent are then orifices, the pump flow ripples and the supply dips. Each
+    round of faults includes ten runs without a fault. The firmware is the board's own; its clock
+    advances as fast as samples are computed. Raises UnknownNameError for an unknown fault,
+    QuantityError for an address that is not a virtual board.
     """
 
 def bench_soak(
@@ -921,7 +921,7 @@ def bench_soak(
     seed: int | str | _HasUnit = ...,
     progress: _Callable[[str, float], None] = ...,
 ) -> _SoakResult:
-    """Let a virtual board regulate for hours of board time, and report any unexpected event.
+    """Run a virtual board for hours of board time and report any unexpected event.
 
     Targets, releases and holds are drawn from the seed. A simulated day takes minutes. Raises
     QuantityError for an address that is not a virtual board.
@@ -935,7 +935,7 @@ def bench_export(
     end: float | str | _HasUnit | None = ...,
     overwrite: bool = ...,
 ) -> _RunExportedResult:
-    """Write a run for other programs: CSV with its sidecar, Parquet, or NetCDF.
+    """Export a run for other programs: CSV with its sidecar, Parquet, or NetCDF.
 
     Friction, calibrate, leak, pump-down and regulate read the CSV directly. Each drop in the run
     becomes a separate file in the same folder, FILE-shot1.csv, which `crash` reads; NetCDF contains
@@ -972,13 +972,13 @@ def bench_run(
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     overwrite: bool = ...,
 ) -> _RunRecordedResult:
-    """Carry out a procedure on a bench and record every sample.
+    """Run a procedure on a bench and record every sample.
 
     The regulator is tuned to the line at the highest vacuum of the procedure, and sent to the
     board. With `shot`, the accelerometer of a falling mass is armed from the first hold on, and the
-    file keeps every drop. In every case the outputs end safe and the file is closed; Ctrl-C ends
-    the run with OPERATOR_STOPPED. Raises QuantityError for a procedure that the bench cannot carry
-    out, InstrumentError if it rejects a command, FileError for the file. Nothing moves if a check
+    file keeps every drop. In every case the outputs are left safe and the file is closed; Ctrl-C
+    ends the run with OPERATOR_STOPPED. Raises QuantityError for a procedure that the bench cannot
+    run, InstrumentError if it rejects a command, FileError for the file. Nothing moves if a check
     of the regulator fails; the file stores the failed checks that `accept` accepts.
     """
 
@@ -994,10 +994,10 @@ def bend(
 ) -> _BendResult:
     """Bend a brake between its caps, and compute its stiffness, free and jammed.
 
-    The caps rotate relative to each other by `angle` and may move closer. With the `radius` of a
+    The caps rotate by `angle` relative to each other and may move closer. With the `radius` of a
     joint, also compute the friction of the sheets where the pull presses them together, with the
     outer face of the enclosure at its tension for that slip. `limb_friction` determines how much
-    the pulls at the caps differ when the brake slides on the limb.
+    the forces at the two caps differ when the brake slides on the limb.
     """
 
 def build(
@@ -1045,17 +1045,17 @@ def calibrate(
     progress: _Callable[[str, float], None] | None = ...,
     overwrite: bool = ...,
 ) -> _BrakeCalibrationResult:
-    """Calibrate scale factor and stiffness of a brake from one or several pulls.
+    """Calibrate the scale factor and stiffness of a brake from one or more pulls.
 
-    `files` are paths or traces, several or one. `depth` "exact" uses the peak and slope of each
-    pull; "curves" fits all whole curves at once, including the enclosure's factor and any
-    quantities in `free`: "pressure_exponent", "speed", "force_offset"; "bayesian" samples the same
-    parameters (`draws` of each of `chains`, from `seed`). `vacuum` applies to files whose sidecar
-    does not state it. With `out` the calibrated brake is written. `exclude` leaves out files or
-    specimens, each with its reason in `because` (in Python also {file: reason}). Both are stored in
-    the result and in the brake. `within` requests how many more pulls, at which conditions, narrow
-    each interval to plus or minus this fraction of its value. If a check fails, nothing is written;
-    `accept` accepts failed checks by name, {check: reason}.
+    `files` are one or more paths or traces. `depth` "exact" uses the peak and slope of each pull;
+    "curves" fits all whole curves at once, including the enclosure's factor and any quantities in
+    `free`: "pressure_exponent", "speed", "force_offset"; "bayesian" samples the same parameters
+    (`draws` of each of `chains`, from `seed`). `vacuum` applies to files whose sidecar does not
+    state it. With `out` the calibrated brake is written. `exclude` leaves out files or specimens,
+    each with its reason in `because` (in Python also {file: reason}). Both are stored in the result
+    and in the brake. `within` requests how many more pulls, at which conditions, would narrow each
+    interval to ± this fraction of its value. If a check fails, nothing is written; `accept` accepts
+    failed checks by name, {check: reason}.
     """
 
 def compare(
@@ -1063,7 +1063,7 @@ def compare(
     vacuum: float | str | _HasUnit | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _Comparison:
-    """Compare force per mass of brakes with published devices.
+    """Compare the force per mass of brakes with that of published devices.
 
     Every row names its source. If no brakes are given, those of the catalogue are compared (paper,
     III-F). The first brake is also shown at lower vacuums, in parallel with identical brakes, and
@@ -1085,13 +1085,13 @@ def crash(
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     options: _TableOptions = ...,
 ) -> _CrashFoundResult:
-    """Compute peak, filtered peak, velocity change and duration of an impact from its log.
+    """Compute peak, filtered peak, velocity change and duration of an impact from a log.
 
-    The greatest pulse of the log is used. `filter_class` is none, cfc60, cfc180, cfc600 or cfc1000;
+    The largest pulse of the log is used. `filter_class` is none, cfc60, cfc180, cfc600 or cfc1000;
     `before` is the length of the quiet part at the beginning. With `falling` the sensor was in free
-    fall before, so gravity is subtracted from the velocity change. `hic` is the longest window of
-    the head injury criterion. The file may be a run that `bench run --shot` recorded; such a run
-    already states rate and range.
+    fall before the impact, so gravity is subtracted from the velocity change. `hic` is the longest
+    window of the head injury criterion. The file may be a run that `bench run --shot` recorded;
+    such a run already states rate and range.
     """
 
 def design_brake(
@@ -1105,7 +1105,7 @@ def design_brake(
     Also returns the front, the runner-up and why it lost, and the constraints that exclude better
     designs. If no design meets the constraints, `feasible` is False, with `reason`, `killed_by` and
     `reachable`; contradictions between bounds are found before the sweep. `chosen` is the best
-    design of the grid, `refined` the best between its steps.
+    design on the grid, `refined` the best one between its steps.
     """
 
 def enclosure(
@@ -1125,12 +1125,12 @@ def enclosure(
     options: _TableOptions = ...,
     overwrite: bool = ...,
 ) -> _SiliconeFitResult:
-    """Compute modulus and hyperelastic fit of the enclosure's silicone from ASTM D412 curves.
+    """Fit the modulus and a hyperelastic model of the enclosure's silicone to ASTM D412 curves.
 
-    `start` and `end` bound the strain of the initial slope, `fit_to` is the greatest strain that is
+    `start` and `end` bound the strain of the initial slope; `fit_to` is the maximum strain that is
     fitted. Each file is one specimen; specimens of one material are pooled. `material` names the
-    silicone of the catalogue to compare with, if the files do not. With `brake` and `out`, the mean
-    100 % modulus is written into a copy of the brake, and with `hyperelastic`, so is the model.
+    catalogue silicone to compare with, if the files do not. With `brake` and `out`, the mean 100 %
+    modulus is written into a copy of the brake, and with `hyperelastic`, so is the model.
     """
 
 def export_c(
@@ -1220,13 +1220,13 @@ def friction(
     progress: _Callable[[str, float], None] | None = ...,
     overwrite: bool = ...,
 ) -> _FrictionResult:
-    """Static and kinetic friction from friction tests, as in the paper, ASTM D1894 or ISO 8295.
+    """Determine friction from friction tests, as in the paper, ASTM D1894 or ISO 8295.
 
     `files` are paths or traces, several or one. `normal_force` may come from the files' sidecars,
     or from the 200 g of the two standards; `start` and `end` bound the displacement of the kinetic
     mean, counted from the record's first sample; `area` is the contact area of the sled, which sets
     the pressure. If a record shows stick–slip, `kinetic` is None; `accept_stick_slip` uses the
-    mid-level of the stick–slip. With `brake` and `out` the result is written into a copy of the
+    middle of the stick–slip. With `brake` and `out` the result is written into a copy of the
     brake's file. If a check fails, nothing is written; `accept` accepts failed checks by name,
     {check: reason}.
     """
@@ -1258,14 +1258,14 @@ def drop(
     """Stop a falling mass with the brake, at a vacuum or at "tuned" for a travel (slip).
 
     Without `rope_stiffness` only the brake holds the mass; with `no_brake` only the rope. Slip,
-    peak and time refer to the first standstill or the end of travel. Exact at constant vacuum; with
-    `rope_damping`, a `vacuum_history` (a file with time and vacuum, or a History) or a `duration`
-    (to follow the rebound) it is integrated in time. `reading` is the pressure reference of a file
-    (absolute, gauge or vacuum) if its column does not state it; `columns` and `decimal` are as for
-    every log. The share `vacuum_share` of the gauge's reading presses the sheets. With `leak_time`
-    the line is shut off `held` before the rope is taut, and the vacuum leaks away. A mass that has
-    not stopped when `duration` is over has the outcome FINISHED and no `stopping_time`. A mass that
-    creeps to rest on an overdamped rope has no `stopping_time` either.
+    peak and time refer to the first standstill or the end of travel. The result is exact at
+    constant vacuum; with `rope_damping`, a `vacuum_history` (a file with time and vacuum, or a
+    History) or a `duration` (to follow the rebound) it is integrated in time. `reading` is the
+    pressure reference of a file (absolute, gauge or vacuum) if its column does not state it;
+    `columns` and `decimal` are as for every log. The fraction `vacuum_share` of the gauge's reading
+    presses the sheets. With `leak_time` the line is shut off `held` before the rope is taut, and
+    the vacuum leaks away. A mass that has not stopped when `duration` is over has the outcome
+    FINISHED and no `stopping_time`. Nor does one that creeps to rest on an overdamped rope.
     """
 
 def lab(
@@ -1281,7 +1281,7 @@ def lab(
 
     The files of a campaign and the true values are written into the folder `out`. `spec` is the
     path of a TOML file, a Spec, or "practice", which is built in; `seed` replaces the seed in it.
-    Every file states that it is synthetic. After an interrupt from the keyboard all written files
+    Every file states that it is synthetic. After an interrupt from the keyboard, all written files
     are complete, and the result reports the interrupt. Raises FileError if `out` is not empty and
     `overwrite` is not set.
     """
@@ -1299,7 +1299,7 @@ def write_campaign(
 
     The files of a campaign and the true values are written into the folder `out`. `spec` is the
     path of a TOML file, a Spec, or "practice", which is built in; `seed` replaces the seed in it.
-    Every file states that it is synthetic. After an interrupt from the keyboard all written files
+    Every file states that it is synthetic. After an interrupt from the keyboard, all written files
     are complete, and the result reports the interrupt. Raises FileError if `out` is not empty and
     `overwrite` is not set.
     """
@@ -1326,7 +1326,7 @@ def leak(
 def parts(
     name: str | None = ...,
 ) -> _PartList:
-    """Pumps, valves and sensors of the catalogue, with their numbers in SI and their sources.
+    """List pumps, valves and sensors of the catalogue, with their numbers in SI and their sources.
 
     Raises UnknownNameError.
     """
@@ -1353,11 +1353,11 @@ def plan(
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _CollisionPlanResult:
-    """Predict whether the vacuum is reached before a collision, and what to build if not.
+    """Predict whether the vacuum is reached before a collision, and the changes needed if not.
 
-    The estimate is the mean of mass and speed. Unless `stored` is given, the reservoir starts at
-    the pressure at which pump and leak balance. The share `vacuum_share` of the gauge's reading
-    presses the sheets. `leak_time` is a laminar leak of the chamber, which continues in the stop.
+    The estimated mass and speed are means. Unless `stored` is given, the reservoir starts at the
+    pressure at which pump and leak balance. The share `vacuum_share` of the gauge's reading presses
+    the sheets. `leak_time` is a laminar leak of the chamber, which continues in the stop.
     """
 
 @overload
@@ -1378,7 +1378,7 @@ def force(
     sliding_speed: float | str | _HasUnit | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _BrakeForceArray:
-    """Force of the sliding brake at a slip and a vacuum.
+    """Compute the force of the sliding brake at a slip and a vacuum.
 
     Arrays of slip and vacuum broadcast. Without a `sliding_speed` it is the force at the speed at
     which friction was measured. Raises QuantityError for a slip beyond the overlap or a vacuum
@@ -1422,7 +1422,7 @@ def vacuum(
     sliding_speed: float | str | _HasUnit | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _VacuumForForceArray:
-    """Vacuum at which the sliding brake resists with a force at a slip.
+    """Find the vacuum at which the sliding brake resists with a force at a slip.
 
     `feasible` is False, with a `reason`, for a force below the enclosure's own or above that at the
     site's full vacuum. Arrays of slip and force broadcast; the vacuum is NaN for elements without
@@ -1466,12 +1466,12 @@ def recompute(
     *,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _RecomputedResult:
-    """Compute a published dataset again from its raw files, and list everything that differs.
+    """Recompute a published dataset from its raw files, and list everything that differs.
 
-    Numbers, tables, page, PDF, figures, calibrated brake and description are derived again. Two
-    numbers are the same up to a relative difference of 1e-6. A file that does not match its
-    checksum, has no checksum or is missing is always reported. If other versions of the programs
-    wrote the dataset, text and drawings may differ; then only their numbers are compared, and
+    Numbers, tables, page, PDF, figures, calibrated brake and description are recomputed. Numbers
+    count as the same up to a relative difference of 1e-6. A file that does not match its checksum,
+    has no checksum or is missing is always reported. If different versions of the programs wrote
+    the dataset, text and drawings may differ; then only their numbers are compared, and
     `not_compared` lists the rest. Nothing is written. Raises FileError for a folder that is not a
     dataset.
     """
@@ -1486,12 +1486,12 @@ def pull(
     options: _FileOptions = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _Pulls:
-    """Features of measured pulls: slack, preload, onset, stiffness, peak, stick–slip, unloading.
+    """Analyse measured pulls: slack, preload, onset, stiffness, peak, stick–slip, unloading.
 
     `files` are paths or traces, several or one. Nothing is subtracted from a force unless `tare`
     asks for the force before the load rises. `start` and `end` select a part of each record by its
-    time. The spacing of stick–slip grows with its swing; teeth of the same spacing but different
-    swing in several files are a ripple of the machine.
+    time. The spacing of stick–slip grows with its amplitude; equal spacing with different
+    amplitudes in several files indicates a ripple of the machine.
     """
 
 def pump_down(
@@ -1509,11 +1509,11 @@ def pump_down(
     atmosphere: float | str | _HasUnit | None = ...,
     options: _LogOptions = ...,
 ) -> _PumpFoundResult:
-    """Fit volume and pump flow to pump-down logs, as far as the logs determine them.
+    """Fit the volume and the pump flow to pump-down logs, as far as the logs determine them.
 
-    One log gives only the ratio of flow to volume. `volume`, `flow`, or the log `with_volume` of
-    the same line with `added_volume` gives both. `compliance` is the volume lost per vacuum, or
-    "fit".
+    One log determines only the ratio of flow to volume. `volume`, `flow`, or the log `with_volume`
+    of the same line with `added_volume` determine both. `compliance` is the volume lost per unit of
+    vacuum, or "fit".
     """
 
 def records_add(
@@ -1526,7 +1526,7 @@ def records_add(
 
     Links follow from digests inside the files. A file that is already in the records, or of an
     unsupported kind, is rejected; the others are added in one transaction. Raises RecordsError for
-    the database, and then nothing was added.
+    the database; nothing is added then.
     """
 
 def records_list(
@@ -1545,7 +1545,7 @@ def records_show(
 ) -> _RecordShown:
     """Show one record, its sources and the records derived from it.
 
-    Raises RecordsError if none or several have that name.
+    Raises RecordsError if no record or several records have that name.
     """
 
 def records_verify(
@@ -1568,7 +1568,7 @@ def records_withdraw(
     """Withdraw a record; it is kept, with the reason.
 
     A file that was withdrawn cannot be added again. Raises RecordsError if there is no such record,
-    or it was withdrawn before.
+    or if it has already been withdrawn.
     """
 
 def regulate(
@@ -1593,13 +1593,13 @@ def regulate(
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _RegulationResult:
-    """Simulate a line that reaches and holds a vacuum, in closed loop with a noisy sensor.
+    """Simulate the closed-loop control of a line to a vacuum, with a noisy sensor.
 
     With a recorded `step`, gains, detectors and the simulated line are identified from the log
     (`identified`), and its scatter is used as the noise unless that is given. `detection` is the
-    longest time [s] until each fault is reported at this vacuum (None: never). `fault` is injected
-    into the line or the sensor at `fault_at`; `said_after` is None if it was not reported, or if it
-    was reported before that time.
+    longest detection time [s] of each fault at this vacuum (None: never detected). `fault` is
+    injected into the line or the sensor at `fault_at`; `said_after` is None if it was not reported,
+    or if it was reported before that time.
     """
 
 def write_report(
@@ -1624,9 +1624,9 @@ def write_report(
     """Report the measurements of one brake as HTML and PDF: friction, calibration, validation.
 
     Writes report.html, report.pdf, figures, numbers.csv and results.json into the folder `out`.
-    `friction` are friction tests, `pulls` calibrate the brake, and `validate` are pulls to compare
-    the calibrated brake with; each may be omitted. Without `validate`, some of the pulls can be
-    reserved for validation: `calibrate_on` names those to calibrate on, or `holdout` reserves a
+    `friction` are friction tests, `pulls` calibrate the brake, and the calibrated brake is compared
+    with the pulls in `validate`; each may be omitted. Without `validate`, some of the pulls can be
+    reserved for validation: `calibrate_on` names those for calibration, or `holdout` reserves a
     vacuum ("46.1 kPa"), a speed ("19 mm/s") or a repeat ("repeat 3"). Otherwise the brake is
     compared with its calibration pulls, and the page states this. `vacuum` applies to files without
     a sidecar; the options of friction tests, `depth` and `exclude` are as in `friction` and
@@ -1682,12 +1682,12 @@ def stick_slip(
     travel: float | str | _HasUnit | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _StickSlipResult:
-    """Simulate a pull at one speed: whether the brake shows stick–slip, and the remedies.
+    """Simulate a pull at one speed to see whether the brake shows stick–slip, and its remedies.
 
-    It starts from rest at `slip`. Amplitude and forces are those of the last slip of the run.
+    The pull starts from rest at `slip`. Amplitude and forces are those of the last slip of the run.
     `critical_speed`, `stable_speed` and `stiffness_needed` assume the friction at `slip`.
-    `stribeck_speed` 0 means that static friction vanishes immediately. Raises FitError for a run of
-    too many steps.
+    `stribeck_speed` 0 means that static friction vanishes immediately. Raises FitError if the run
+    would take too many steps.
     """
 
 def sweep(
@@ -1702,7 +1702,7 @@ def sweep(
     """Compute every design of a specification, in blocks on disk.
 
     The folder is new, empty or that of the same sweep. Such a sweep is resumed: `blocks_found` is
-    the number of blocks that exist already. `block` is the number of designs in a block,
+    the number of blocks that already exist. `block` is the number of designs in a block,
     `scheduler` the address of a Dask cluster. If interrupted, `complete` is False and the same call
     resumes. Raises FileError for a folder with other content, MissingExtraError if pyarrow or Dask
     is missing, and ClusterError.
@@ -1730,12 +1730,12 @@ def tensile(
 ) -> _TensileResult:
     """Pull a brake in a simulated test machine.
 
-    Takes either vacuum, speed and travel (elongation of the crosshead), or a procedure. The
+    Give either vacuum, speed and travel (elongation of the crosshead), or a procedure. The
     following options are for the "stack" model. `static` uses static friction before an interface
     slides. With `one_by_one`, overloaded interfaces slip one at a time, the most overloaded first.
     `interfaces` may differ, and a `housing` may rub. `scatter` is the relative SD of the
-    interfaces' friction: `samples` (1000) stacks, drawn from `seed` (1), then give mean and SD of
-    peak, stiffness and onset; if interrupted, those of the stacks done so far. `vacuum_share` of
+    interfaces' friction: `samples` (1000) stacks, drawn from `seed` (1), then yield the mean and SD
+    of peak, stiffness and onset; if interrupted, those of the stacks done so far. `vacuum_share` of
     the gauge's reading presses the sheets. With `leak_time` the line is shut off after every
     evacuation and the vacuum leaks away from then on, except in the "stack" model, which keeps its
     initial vacuum. Raises ProcedureError or QuantityError for contradictions.
@@ -1752,7 +1752,7 @@ def tune(
     horizontal: bool = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _TunedVacuumResult:
-    """Vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
+    """Find the vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
 
     The mass arrives with `speed` or falls from `height`. If there is no such vacuum, `reason`
     explains why and lists alternatives: the speeds that can be stopped, or a different travel,
@@ -1768,14 +1768,14 @@ def rise(
     atmosphere: float | str | _HasUnit | None = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _VacuumRiseResult:
-    """Time in which a line reaches a vacuum, and time in which it releases it.
+    """Compute the time in which a line reaches a vacuum, and the time in which it releases it.
 
-    The pump runs full on until the target is reached. If it is never reached, `rise_time` is None,
-    `feasible` False and `reason` states the vacuum that can be reached. In air the line is
+    The pump runs at full power until the target is reached. If it is never reached, `rise_time` is
+    None, `feasible` False and `reason` states the vacuum that can be reached. In air the line is
     integrated; `closed_form` holds for a rigid volume without an effect of tube or orifice.
     `fall_time` counts from the opening of the vent valve, or uses pumps run backwards (`fall_by`);
     `closed_form_fall` likewise. None if the line has neither. `tube_delay` and `tube_lag` are None
-    in water and for a line that has no tube. A tube with many cells takes long to compute.
+    in water and for a line that has no tube. A tube with many cells takes a long time to compute.
     """
 
 def validate(
@@ -1792,9 +1792,9 @@ def validate(
     """Compare the brake's model with measured pulls.
 
     `files` are paths or traces, several or one. See identify.validation.metrics for the window.
-    `uncalibrated` holds the same errors of the brake with a scale factor of 1 and the sheets' own
-    stiffness. A warning names files that were also used for the calibration. `exclude` leaves out
-    files, each with its reason in `because` (in Python also {file: reason}).
+    `uncalibrated` contains the same errors for the brake with a scale factor of 1 and the sheets'
+    own stiffness. A warning names files that were also used for the calibration. `exclude` leaves
+    out files, each with its reason in `because` (in Python also {file: reason}).
     """
 
 def reproduce(

@@ -1,4 +1,4 @@
-"""`demo`: the main job on files, from friction tests to a vacuum, a report and a dataset.
+"""`demo`: the main workflow on files, from friction tests to a vacuum, a report and a dataset.
 
 Every step is a command that a user can type. Its usual output goes into a log; the terminal shows
 one line per step.
@@ -244,7 +244,7 @@ def _plan_commands(
 def _describe_main_job(
     mine: "BrakeFile", calibrated_brake: "BrakeFile", files: Files
 ) -> "tuple[Part, list[tuple[str, str]]]":
-    """Return the page's part about the main job, and its five numbers.
+    """Return the page's part about the main workflow, and its five numbers.
 
     `mine` contains the measured friction, `calibrated_brake` also the calibration. `files` are
     friction tests, calibration pulls and validation pulls.

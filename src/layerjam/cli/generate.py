@@ -33,7 +33,7 @@ TYPED: ContextVar[tuple[str, ...]] = ContextVar("TYPED", default=())
 
 
 def print_result(result: Any, as_json: bool) -> int:
-    """Print a result as text or JSON; return the exit code."""
+    """Print a result as text or JSON, and return the exit code."""
     try:
         print(result.json() if as_json else result, flush=True)
     except OSError as error:
@@ -216,7 +216,7 @@ def _former_name(p: Parameter, old: str) -> str:
 
 
 def _common_parameters(entry: Command, names_used: set[str]) -> list[inspect.Parameter]:
-    """Return --out of a record, --figure and --json."""
+    """Return the options --out (for a record), --figure and --json."""
     draws, endings = entry.result.is_drawable(), entry.record_endings
     options = []
     if endings and "out" not in names_used:

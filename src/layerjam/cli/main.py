@@ -174,7 +174,7 @@ def _handle_common_options(
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code.
 
-    The codes are 0 for an answer, 1 for a negative answer, 2 for invalid input, 3 if some inputs
+    The codes are 0 for a result, 1 for a negative result, 2 for invalid input, 3 if some inputs
     were rejected, 4 if a check failed.
     """
     words = tuple(_expand_patterns(sys.argv[1:]) if arguments is None else arguments)

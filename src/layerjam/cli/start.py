@@ -37,7 +37,7 @@ def run() -> None:
 
 
 def _exit_process(codes: list[int]) -> None:
-    """Exit at once with the code in `codes`; if there is none, let Python end as usual."""
+    """Exit immediately with the code in `codes`; if there is none, let Python end as usual."""
     try:
         for stream in (sys.stdout, sys.stderr):
             if stream is not None:  # Windows programs without a console have no standard streams

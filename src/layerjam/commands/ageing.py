@@ -69,9 +69,9 @@ def ageing(
 ) -> Ageing:
     """Fit the growth of static friction while the films rest under load, from pulls after holds.
 
-    Each file is a friction test whose sidecar states its `hold`; static friction is read as
-    `friction` reads it. With `brake` and `out`, static friction at `hold` (the geometric mean of
-    all holds unless given) and its growth are written into a copy of the brake's file.
+    Each file is a friction test whose sidecar states its `hold`; static friction is evaluated as in
+    `friction`. With `brake` and `out`, static friction at `hold` (the geometric mean of all holds
+    unless given) and its growth are written into a copy of the brake's file.
     """
     from layerjam.identify.friction.ageing import fit_ageing
     from layerjam.identify.friction.reduction import GRAVITY, reduce_repeat

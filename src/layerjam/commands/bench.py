@@ -34,7 +34,7 @@ class BenchState(Result, BenchStatus):
 
 @result
 class BenchServed(Result):
-    """Result of a gateway after it closed."""
+    """Result of a gateway after it has closed."""
 
     listening: str = fact("host and port of the server", listed=False)
     pid: int = fact("process ID of the server", listed=False)
@@ -45,7 +45,7 @@ class BenchServed(Result):
 def bench_status(address: BenchAddress) -> BenchState:
     """Print the state of a bench.
 
-    Sends queries only. Only one client can use the board's serial line; if a gateway is running,
+    It sends only queries. Only one client can use the board's serial line; if a gateway is running,
     use its `tcp:` address. Raises FileError, LineError and QuantityError if the bench cannot be
     reached.
     """
@@ -57,7 +57,7 @@ def bench_status(address: BenchAddress) -> BenchState:
 
 @result
 class BenchCleared(Result):
-    """A bench after its fault was cleared."""
+    """State of a bench after its fault was cleared."""
 
     fault: str | None = fact("fault that was cleared; null if there was none")
     state: str = fact("SAFE, RUN, FAULT or DRIVE")
@@ -97,7 +97,7 @@ def bench_serve(
         str | Path | None, Help("Also create a virtual serial port at this link.", metavar="PATH")
     ] = None,
 ) -> BenchServed:
-    """Let many clients talk to one bench, over TCP and as a serial port.
+    """Share one bench among many clients, over TCP and as a serial port.
 
     The first line printed is JSON: `listening`, `pid`, `address`. It runs until SIGTERM or Ctrl-C,
     then switches the outputs off. Raises FileError if the port cannot be opened.
@@ -121,7 +121,7 @@ def bench_serve(
 
 @result
 class BoardWiring(Result):
-    """Wires of a board, and contradictions between them."""
+    """Wiring of a board, with any contradictions."""
 
     board: str = fact("name of the board")
     pins: Sequence[Any] = fact(
@@ -149,7 +149,7 @@ def bench_wiring(
         str | Path | None, Help("Write the drawing to this SVG file.", metavar="FILE")
     ] = None,
 ) -> BoardWiring:
-    """List a board's wires and parts, calculate the worst cases, and draw the circuit.
+    """List a board's wires and parts, calculate its worst cases, and draw the circuit.
 
     Raises FileError for a file that does not describe a board, or that exists; UnknownNameError for
     an unknown board.
@@ -186,7 +186,7 @@ class BoardFlashed(Result, Flashed):
 
     @property
     def exit_code(self) -> int:
-        """Exit code: 1 if other firmware runs, or if the board could not be queried."""
+        """Exit code: 1 if different firmware runs, or if the board could not be queried."""
         return 0 if self.verified else 1
 
 
@@ -202,7 +202,7 @@ def bench_flash(
         str | Path | None, Help("Wiring of the board's pins.", metavar="FILE.toml")
     ] = None,
 ) -> BoardFlashed:
-    """Put firmware and wiring onto a board.
+    """Write firmware and wiring to a board.
 
     An image is written through the board's boot loader. Without one, a board with plain MicroPython
     receives the firmware files. Raises FileError, ImageError, LineError, QuantityError and

@@ -1,4 +1,4 @@
-"""`bench check` and `bench zero`: test wiring, leaks and the sensor's zero before the first run."""
+"""`bench check` and `bench zero`: tests of wiring, leaks and sensor zero before the first run."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -70,15 +70,15 @@ VentRest = Annotated[
 
 @result
 class BenchZeroed(Result, Zero):
-    """The zero of a bench's sensor."""
+    """Zero of a bench's sensor."""
 
 
 @command("bench", parent="bench", computes=False)
 def bench_zero(address: BenchAddress, *, vent_rest: VentRest = None) -> BenchZeroed:
-    """Measure the zero of the sensor with the brake vented, and store it on the board.
+    """Measure the sensor's zero with the brake vented, and store it on the board.
 
     The vent is open for 4.5 s; the mean of the last second is the zero. The board stores it, with
-    the date in the calibration's name. Raises QuantityError if the reading is not steady or far
+    the date in the calibration's name. Raises QuantityError if the reading is not steady or is far
     from zero, LockedError if another client has the lock, InstrumentError for a bench that is not
     in SAFE.
     """

@@ -1,4 +1,4 @@
-"""`bench faults` and `bench soak`: behaviour of the board with faults and without."""
+"""`bench faults` and `bench soak`: behaviour of the board with and without faults."""
 
 import math
 from collections import Counter
@@ -100,7 +100,7 @@ def _describe_fault(row: Row) -> str:
 
 @result
 class Soak(Result, Soaked):
-    """Result of hours without injected faults."""
+    """Result of hours of operation without injected faults."""
 
     @property
     def exit_code(self) -> int:
@@ -128,14 +128,14 @@ def bench_faults(
     ] = False,
     progress: Progress = lambda what, share: None,
 ) -> FaultCampaign:
-    """Inject every fault into a virtual board many times, and measure the time until it is safe.
+    """Inject every fault into a virtual board many times and measure the time until it is safe.
 
-    For each run, the seed determines a line near that of the address, a regulator, a target and a
-    time. With `mismatch`, pump, vent, zero, lag and noise of the line differ from the model. Leak
-    and vent are then orifices, the pump flow ripples and the supply dips. Each round of faults
-    includes ten runs without a fault. The firmware is the board's own; its clock advances as fast
-    as samples are computed. Raises UnknownNameError for an unknown fault, QuantityError for an
-    address that is not a virtual board.
+    For each run, the seed determines a line similar to that of the address, a regulator, a target
+    and the time of the fault. With `mismatch`, pump, vent, zero, lag and noise of the line differ
+    from the model. Leak and vent are then orifices, the pump flow ripples and the supply dips. Each
+    round of faults includes ten runs without a fault. The firmware is the board's own; its clock
+    advances as fast as samples are computed. Raises UnknownNameError for an unknown fault,
+    QuantityError for an address that is not a virtual board.
     """
     from layerjam.rig.campaign import campaign
     from layerjam.rig.kinds import KINDS, NOT_HERE, NOTHING
@@ -212,7 +212,7 @@ def bench_soak(
     seed: Annotated[Seed, Help("Random seed for targets, holds and noise.")] = 0,
     progress: Progress = lambda what, share: None,
 ) -> Soak:
-    """Let a virtual board regulate for hours of board time, and report any unexpected event.
+    """Run a virtual board for hours of board time and report any unexpected event.
 
     Targets, releases and holds are drawn from the seed. A simulated day takes minutes. Raises
     QuantityError for an address that is not a virtual board.

@@ -1,4 +1,4 @@
-"""`bench run`, `bench log`, `bench export`: a procedure on a bench, and its file."""
+"""`bench run`, `bench log`, `bench export`: procedures on a bench, and their files."""
 
 import json
 import sys
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 @options
 class DropRigOptions:
-    """Mass dropped on the brake during a run, and whether its accelerometer is recorded."""
+    """Options of a mass that is dropped on the brake during a run, with its accelerometer."""
 
     shot: Annotated[
         bool, Help("During a hold, record the accelerometer of a mass that falls into the brake.")
@@ -172,13 +172,13 @@ def bench_run(
     accept: Accept = None,
     overwrite: Overwrite = False,
 ) -> RunRecorded:
-    """Carry out a procedure on a bench and record every sample.
+    """Run a procedure on a bench and record every sample.
 
     The regulator is tuned to the line at the highest vacuum of the procedure, and sent to the
     board. With `shot`, the accelerometer of a falling mass is armed from the first hold on, and the
-    file keeps every drop. In every case the outputs end safe and the file is closed; Ctrl-C ends
-    the run with OPERATOR_STOPPED. Raises QuantityError for a procedure that the bench cannot carry
-    out, InstrumentError if it rejects a command, FileError for the file. Nothing moves if a check
+    file keeps every drop. In every case the outputs are left safe and the file is closed; Ctrl-C
+    ends the run with OPERATOR_STOPPED. Raises QuantityError for a procedure that the bench cannot
+    run, InstrumentError if it rejects a command, FileError for the file. Nothing moves if a check
     of the regulator fails; the file stores the failed checks that `accept` accepts.
     """
     from layerjam.rig.execute import open_procedure_bench
@@ -358,7 +358,7 @@ def bench_export(
     end: End = None,
     overwrite: Overwrite = False,
 ) -> RunExported:
-    """Write a run for other programs: CSV with its sidecar, Parquet, or NetCDF.
+    """Export a run for other programs: CSV with its sidecar, Parquet, or NetCDF.
 
     Friction, calibrate, leak, pump-down and regulate read the CSV directly. Each drop in the run
     becomes a separate file in the same folder, FILE-shot1.csv, which `crash` reads; NetCDF contains

@@ -1,4 +1,4 @@
-"""`bend`: bending stiffness of a brake, free and jammed, and its pull over a joint."""
+"""`bend`: bending stiffness of a brake, free and jammed, and its friction over a joint."""
 
 import math
 from typing import TYPE_CHECKING, Annotated
@@ -78,7 +78,7 @@ class Bend(Result):
     end_force_ratio: float | None = number("1", "ratio of the forces at the two caps")
 
     def draw(self) -> Figure:
-        """Return the figure of moment versus angle, and of pull versus the joint's angle."""
+        """Return the figure of moment versus angle, and of friction versus the joint's angle."""
         from layerjam.report import force_figures
 
         return force_figures.bend(*self.record)
@@ -101,10 +101,10 @@ def bend(
 ) -> Bend:
     """Bend a brake between its caps, and compute its stiffness, free and jammed.
 
-    The caps rotate relative to each other by `angle` and may move closer. With the `radius` of a
+    The caps rotate by `angle` relative to each other and may move closer. With the `radius` of a
     joint, also compute the friction of the sheets where the pull presses them together, with the
     outer face of the enclosure at its tension for that slip. `limb_friction` determines how much
-    the pulls at the caps differ when the brake slides on the limb.
+    the forces at the two caps differ when the brake slides on the limb.
     """
     from layerjam.mechanics.joint import capstan_ratio
 

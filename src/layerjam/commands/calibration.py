@@ -221,17 +221,17 @@ def calibrate(
     progress: Progress | None = None,
     overwrite: Overwrite = False,
 ) -> BrakeCalibration:
-    """Calibrate scale factor and stiffness of a brake from one or several pulls.
+    """Calibrate the scale factor and stiffness of a brake from one or more pulls.
 
-    `files` are paths or traces, several or one. `depth` "exact" uses the peak and slope of each
-    pull; "curves" fits all whole curves at once, including the enclosure's factor and any
-    quantities in `free`: "pressure_exponent", "speed", "force_offset"; "bayesian" samples the same
-    parameters (`draws` of each of `chains`, from `seed`). `vacuum` applies to files whose sidecar
-    does not state it. With `out` the calibrated brake is written. `exclude` leaves out files or
-    specimens, each with its reason in `because` (in Python also {file: reason}). Both are stored in
-    the result and in the brake. `within` requests how many more pulls, at which conditions, narrow
-    each interval to plus or minus this fraction of its value. If a check fails, nothing is written;
-    `accept` accepts failed checks by name, {check: reason}.
+    `files` are one or more paths or traces. `depth` "exact" uses the peak and slope of each pull;
+    "curves" fits all whole curves at once, including the enclosure's factor and any quantities in
+    `free`: "pressure_exponent", "speed", "force_offset"; "bayesian" samples the same parameters
+    (`draws` of each of `chains`, from `seed`). `vacuum` applies to files whose sidecar does not
+    state it. With `out` the calibrated brake is written. `exclude` leaves out files or specimens,
+    each with its reason in `because` (in Python also {file: reason}). Both are stored in the result
+    and in the brake. `within` requests how many more pulls, at which conditions, would narrow each
+    interval to ± this fraction of its value. If a check fails, nothing is written; `accept` accepts
+    failed checks by name, {check: reason}.
     """
     from layerjam.identify.calibration.peaks import fit_pull
     from layerjam.identify.curves import require_usable
@@ -274,7 +274,7 @@ def calibrate(
 def _leave_out_outliers(
     used: Sequence[Used], brake: Brake
 ) -> tuple[list[Used], list[dict[str, Any]]]:
-    """Return the pulls to fit, and the rows of the excluded ones.
+    """Return the pulls to fit, and rows that list the excluded ones.
 
     A pull is excluded if no plausible scatter explains its scale factor or its stiffness.
     """

@@ -130,7 +130,7 @@ def compare(
     ] = None,
     atmosphere: Atmosphere = None,
 ) -> Comparison:
-    """Compare force per mass of brakes with published devices.
+    """Compare the force per mass of brakes with that of published devices.
 
     Every row names its source. If no brakes are given, those of the catalogue are compared (paper,
     III-F). The first brake is also shown at lower vacuums, in parallel with identical brakes, and

@@ -102,7 +102,7 @@ def _truncation_notice(shot: Shot) -> list[str]:
 
 @result
 class CrashFound(Judged, Pulse):
-    """Greatest pulse of a log, after subtracting the offset; `record` is the Crash."""
+    """Largest pulse of a log, after subtracting the offset; `record` is the Crash."""
 
     record: "Crash"
     understood: Sequence[str] = fact("how the file was read", listed=False)
@@ -146,13 +146,13 @@ def crash(
     accept: Accept = None,
     options: TableOptions = TableOptions(),
 ) -> CrashFound:
-    """Compute peak, filtered peak, velocity change and duration of an impact from its log.
+    """Compute peak, filtered peak, velocity change and duration of an impact from a log.
 
-    The greatest pulse of the log is used. `filter_class` is none, cfc60, cfc180, cfc600 or cfc1000;
+    The largest pulse of the log is used. `filter_class` is none, cfc60, cfc180, cfc600 or cfc1000;
     `before` is the length of the quiet part at the beginning. With `falling` the sensor was in free
-    fall before, so gravity is subtracted from the velocity change. `hic` is the longest window of
-    the head injury criterion. The file may be a run that `bench run --shot` recorded; such a run
-    already states rate and range.
+    fall before the impact, so gravity is subtracted from the velocity change. `hic` is the longest
+    window of the head injury criterion. The file may be a run that `bench run --shot` recorded;
+    such a run already states rate and range.
     """
     from layerjam.identify.logs import crash as crash_log
     from layerjam.identify.logs.checks import crash_checks

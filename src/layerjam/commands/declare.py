@@ -77,7 +77,7 @@ class Help:
 
 @dataclass(frozen=True)
 class PythonOnly(Help):
-    """A parameter without an option or a control; `typed` receives the typed command line."""
+    """Parameter without an option or a control; `typed` receives the typed command line."""
 
     typed: bool = False
 
@@ -103,7 +103,7 @@ def input_type(convert: Callable[..., Any]) -> Any:
 
 @dataclass(frozen=True)
 class OutFile(Help):
-    """A file that the command writes; its extension is checked before anything is computed."""
+    """File that the command writes; its extension is checked before anything is computed."""
 
     endings: tuple[str, ...] = ()
 
@@ -115,7 +115,7 @@ FLATTENED = "__layerjam_options__"
 
 @typing.dataclass_transform(kw_only_default=True, frozen_default=True)
 def options(cls: type[T]) -> type[T]:
-    """Make a frozen record of parameters that belong together; each becomes an option."""
+    """Make a frozen record of related parameters, each of which becomes an option."""
     record = explain_arguments(dataclass(frozen=True, kw_only=True)(cls))
     setattr(record, FLATTENED, True)
     return record
@@ -155,7 +155,7 @@ class Parameter:
 
     @property
     def sentence(self) -> str:
-        """Return its meaning, the allowed values and an example, for the help."""
+        """Help text: its meaning, the allowed values and an example."""
         if self.spec is None:
             return self.help.text
         text = self.help.text or self.spec.text
@@ -165,7 +165,7 @@ class Parameter:
 
     @property
     def default_text(self) -> str:
-        """The default as it would be typed; empty if there is none."""
+        """Default as it would be typed; empty if there is none."""
         if self.spec is not None and isinstance(self.default, float):
             return show(self.default, self.spec.unit)
         return "" if self.default in (None, ()) else str(self.default)
@@ -281,7 +281,7 @@ PYTHON_ONLY = object()
 """Type of a parameter that only type checkers see; it has no option and no control."""
 
 ARRAY = object()
-"""Additional annotation of a specification: arrays are also accepted, and broadcast."""
+"""Extra annotation of a specification: arrays are also accepted, and are broadcast."""
 
 
 class Command:
@@ -304,7 +304,7 @@ class Command:
 
     @property
     def doc(self) -> str:
-        """The docstring."""
+        """Docstring of the function."""
         return inspect.getdoc(self.function) or ""
 
     @property
@@ -427,7 +427,7 @@ def command(
     record: tuple[str, ...] = (),
     parent: str = "",
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Declare a command of a group of GROUPS; help.toml has its place and its examples.
+    """Declare a command of one of the GROUPS; help.toml has its position and its examples.
 
     A command that does not compute (`computes=False`) does not load JAX; `record` lists the file
     extensions that `--out` accepts for the result's record. A command of two words is declared

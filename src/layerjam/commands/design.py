@@ -42,7 +42,7 @@ class Designed:
 
 @result
 class DesignResult(Judged):
-    """The best design, the front, the runner-up and why it lost, or the reason why none exists.
+    """Best design, front, runner-up and why it lost; or the reason why no design is feasible.
 
     `record` is a Designed.
     """
@@ -87,7 +87,7 @@ class DesignResult(Judged):
         return self.feasible is True
 
     def draw(self) -> Figure:
-        """Return the figure of the front over the first two objectives, with the chosen design."""
+        """Return the figure of the front for the first two objectives, with the chosen design."""
         from layerjam.report import design_figures
 
         if not self.has_curve:
@@ -173,7 +173,7 @@ def design(
     Also returns the front, the runner-up and why it lost, and the constraints that exclude better
     designs. If no design meets the constraints, `feasible` is False, with `reason`, `killed_by` and
     `reachable`; contradictions between bounds are found before the sweep. `chosen` is the best
-    design of the grid, `refined` the best between its steps.
+    design on the grid, `refined` the best one between its steps.
     """
     from layerjam.design.bounds import prove_impossible
     from layerjam.design.search import Search
@@ -191,7 +191,7 @@ def design(
 
 
 def brake_of(result: DesignResult, number: int | None = None) -> BrakeFile:
-    """Return one brake of a design as a file, by the number of the design, or the refined one.
+    """Return one brake of a design as a file, by the design's number, or of the refined design.
 
     If the design has several brakes, the file describes one of them. Numbers that were fitted or
     measured on the base brake of the design are labelled as belonging to it. Raises QuantityError
@@ -232,7 +232,7 @@ def brake_of(result: DesignResult, number: int | None = None) -> BrakeFile:
 def infeasible_result(
     make: Callable[..., R], search: Search, exclusion: Exclusion, sweep: SweepResult | None = None
 ) -> R:
-    """Return the result if bounds or a full sweep show that no design meets the specification."""
+    """Return the result if bounds or a full sweep prove that no design meets the specification."""
     return make(
         name=search.spec.name,
         feasible=False,

@@ -18,9 +18,9 @@ from layerjam.units import QuantitySpec, get, quantities, show
 
 Fields = dict[str, tuple[QuantitySpec, bool]]
 BRAKE_FIELDS: Fields = {path: (spec, is_required) for path, spec, is_required in quantities(Brake)}
-"""{dotted path: (specification, required)} of every number of a brake."""
+"""{dotted path: (specification, required)} of every number in a brake."""
 LINE_FIELDS: Fields = {path: (spec, is_required) for path, spec, is_required in quantities(Line)}
-"""The same for a line, without its flow curve, which is not a number."""
+"""Numbers of a line in the same form, except its flow curve, which is not a number."""
 BY_HAND = "set by hand"
 GEOMETRY = ("sheets", "film", "enclosure", "mount")
 OF_THE_BRAKE = ("scale_factor", "stiffness_measured", "weighed_mass", "fittings_mass")
@@ -47,8 +47,8 @@ def edit(
 ) -> EditedFile:
     """Return a brake with a different name and different numbers.
 
-    `changes` maps a dotted path to text with a unit, an SI number or None. None means unknown, or
-    the value of the material or the default. `kind` and `source` state the source of the new
+    `changes` maps a dotted path to text with a unit, an SI number or None. None stands for unknown,
+    the value of the material, or the default. `kind` and `source` state the source of the new
     numbers; if no source is given, the previous one is kept. Raises QuantityError for a bad value
     or path, FileError for values that contradict each other.
     """
@@ -68,7 +68,7 @@ def edit_line(
     kind: str = "assumed",
     source: str = "",
 ) -> EditedFile:
-    """Return a line with other numbers or parts; `changes`, `kind` and `source` as in `edit`.
+    """Return a line with different numbers or parts; `changes`, `kind` and `source` as in `edit`.
 
     `takes` maps a table to a part of the catalogue, which replaces the whole table, or to None if
     the line has no such part; parts are set before numbers. Raises UnknownNameError, QuantityError

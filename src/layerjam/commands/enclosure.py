@@ -45,9 +45,9 @@ def _format_parameters(values: Mapping[str, float]) -> str:
 
 @result
 class SiliconeFit(FromFiles, Judged):
-    """Means over the specimens of one silicone, and the model fitted to all their curves.
+    """Means over the specimens of a silicone, and the model fitted to all of their curves.
 
-    If the files are of several materials, numbers without a mean are None; `files` has those of
+    If the files contain several materials, numbers without a mean are None; `files` has those of
     each file. `record` is {path: (Specimen, Moduli, {model: Fit}, model)}.
     """
 
@@ -134,12 +134,12 @@ def enclosure(
     options: TableOptions = TableOptions(),
     overwrite: Overwrite = False,
 ) -> SiliconeFit:
-    """Compute modulus and hyperelastic fit of the enclosure's silicone from ASTM D412 curves.
+    """Fit the modulus and a hyperelastic model of the enclosure's silicone to ASTM D412 curves.
 
-    `start` and `end` bound the strain of the initial slope, `fit_to` is the greatest strain that is
+    `start` and `end` bound the strain of the initial slope; `fit_to` is the maximum strain that is
     fitted. Each file is one specimen; specimens of one material are pooled. `material` names the
-    silicone of the catalogue to compare with, if the files do not. With `brake` and `out`, the mean
-    100 % modulus is written into a copy of the brake, and with `hyperelastic`, so is the model.
+    catalogue silicone to compare with, if the files do not. With `brake` and `out`, the mean 100 %
+    modulus is written into a copy of the brake, and with `hyperelastic`, so is the model.
     """
     from layerjam.identify.rubber.checks import specimen_checks
     from layerjam.identify.rubber.specimens import data_sheets, find_silicone, pool, read, row_of

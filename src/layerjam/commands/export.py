@@ -18,7 +18,7 @@ Strict = Annotated[bool, Help("Write nothing if the brake is so compliant that i
 
 
 def list_parameters(parameters: Mapping[str, float]) -> str:
-    """Return the eight numbers with their units as text."""
+    """Return the eight parameters with their units as text."""
     from layerjam.kernel.parameters import UNITS
 
     return ", ".join(f"{key} {show(value, UNITS[key])}" for key, value in parameters.items())
@@ -37,7 +37,7 @@ class Export:
 
 @result
 class ExportedNumbers(Result, Export):
-    """An export with the eight numbers of the brake."""
+    """Result of an export with the eight parameters of the brake."""
 
     parameters: Mapping[str, float] = fact(
         "the eight parameters of the brake, in SI units", shown=list_parameters
@@ -102,7 +102,7 @@ def export_c(
 
 @result
 class ExportedFmu(Result, Export):
-    """The FMU that was written."""
+    """Result of an FMU export."""
 
     record: dict[str, float]
     files: Sequence[str] = fact("FMU file")

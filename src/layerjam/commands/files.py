@@ -39,7 +39,7 @@ noise are computed beforehand from all samples.
 
 @result
 class FromFiles(Result):
-    """A result of measured files, with the brake file that was written."""
+    """Result of measured files, with the brake file that was written."""
 
     understood: Mapping[str, Any] = fact("how each file was read", listed=False)
     refused: Mapping[str, str] = fact("files not used, with reasons", listed=False)
@@ -231,7 +231,7 @@ def metadata_notices(
 
 
 def _describe_sheet_difference(file_sheets: Sheets, brake_sheets: Sheets) -> str:
-    """Return the first dimension in which the sheets differ, as the end of a sentence."""
+    """Return the first dimension that differs between the sheets, as the end of a sentence."""
     for field in fields(Sheets):
         was, has = getattr(file_sheets, field.name), getattr(brake_sheets, field.name)
         if abs(was - has) > 0.01 * was:

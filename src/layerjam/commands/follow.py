@@ -1,4 +1,4 @@
-"""`follow`: make the force of a sliding brake follow a profile."""
+"""`follow`: the force of a sliding brake that follows a profile."""
 
 from collections.abc import Iterator
 from dataclasses import replace

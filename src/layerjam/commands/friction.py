@@ -32,7 +32,7 @@ ALIKE = 1.5
 
 @options
 class FrictionTest:
-    """How friction tests were done, and how they are evaluated."""
+    """Conditions of friction tests, and options for their evaluation."""
 
     normal_force: Annotated[
         float | None, NORMAL_FORCE, Help("Force that presses the films together.")
@@ -127,13 +127,13 @@ def friction(
     progress: Progress | None = None,
     overwrite: Overwrite = False,
 ) -> Friction:
-    """Static and kinetic friction from friction tests, as in the paper, ASTM D1894 or ISO 8295.
+    """Determine friction from friction tests, as in the paper, ASTM D1894 or ISO 8295.
 
     `files` are paths or traces, several or one. `normal_force` may come from the files' sidecars,
     or from the 200 g of the two standards; `start` and `end` bound the displacement of the kinetic
     mean, counted from the record's first sample; `area` is the contact area of the sled, which sets
     the pressure. If a record shows stick–slip, `kinetic` is None; `accept_stick_slip` uses the
-    mid-level of the stick–slip. With `brake` and `out` the result is written into a copy of the
+    middle of the stick–slip. With `brake` and `out` the result is written into a copy of the
     brake's file. If a check fails, nothing is written; `accept` accepts failed checks by name,
     {check: reason}.
     """
@@ -232,7 +232,7 @@ def _load_notices(
 def _pressure(
     load: float, test: FrictionTest, traces: Sequence[Trace], site: Site, rule: Standard
 ) -> tuple[dict[str, Any], list[Notice]]:
-    """Return the pressures in the test and in use, and a notice if they differ.
+    """Return the pressures in the test and in the brake, and a notice if they differ.
 
     The area of the sled is the given one, otherwise that in a sidecar, otherwise that of the
     standard.

@@ -56,7 +56,7 @@ ASSUMED = ("least_stiffness", "allowed_rise", "film_coefficient", "saturated")
 
 @result
 class Stop(Reading, Heating):
-    """Stop of the mass, to its first standstill or the end of the travel.
+    """Stop of the mass, up to its first standstill or the end of the travel.
 
     `record` is the DropRecord, or a BareDrop without a brake.
     """
@@ -144,14 +144,14 @@ def drop(
     """Stop a falling mass with the brake, at a vacuum or at "tuned" for a travel (slip).
 
     Without `rope_stiffness` only the brake holds the mass; with `no_brake` only the rope. Slip,
-    peak and time refer to the first standstill or the end of travel. Exact at constant vacuum; with
-    `rope_damping`, a `vacuum_history` (a file with time and vacuum, or a History) or a `duration`
-    (to follow the rebound) it is integrated in time. `reading` is the pressure reference of a file
-    (absolute, gauge or vacuum) if its column does not state it; `columns` and `decimal` are as for
-    every log. The share `vacuum_share` of the gauge's reading presses the sheets. With `leak_time`
-    the line is shut off `held` before the rope is taut, and the vacuum leaks away. A mass that has
-    not stopped when `duration` is over has the outcome FINISHED and no `stopping_time`. A mass that
-    creeps to rest on an overdamped rope has no `stopping_time` either.
+    peak and time refer to the first standstill or the end of travel. The result is exact at
+    constant vacuum; with `rope_damping`, a `vacuum_history` (a file with time and vacuum, or a
+    History) or a `duration` (to follow the rebound) it is integrated in time. `reading` is the
+    pressure reference of a file (absolute, gauge or vacuum) if its column does not state it;
+    `columns` and `decimal` are as for every log. The fraction `vacuum_share` of the gauge's reading
+    presses the sheets. With `leak_time` the line is shut off `held` before the rope is taut, and
+    the vacuum leaks away. A mass that has not stopped when `duration` is over has the outcome
+    FINISHED and no `stopping_time`. Nor does one that creeps to rest on an overdamped rope.
     """
     site = brake.brake.site
     arrives = arrival_speed(speed, height, horizontal, site.gravity)
@@ -389,7 +389,7 @@ def observed(
     warmth: Warmth | None = None,
     accept: Mapping[str, str] | None = None,
 ) -> Stop:
-    """Return the same stop with a different accelerometer's reading and a different allowed rise.
+    """Return the stop with the reading of a different accelerometer or a different allowed rise.
 
     The result includes the temperature rise of the sheets; an impossible stop is unchanged.
     """

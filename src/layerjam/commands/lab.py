@@ -1,4 +1,4 @@
-"""`lab`: practice files of a whole campaign, from known true values and a machine with faults."""
+"""`lab`: practice files of a whole campaign, with known true values and machine faults."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -25,8 +25,8 @@ PRACTICE = "practice"
 class PracticeFiles(Result):
     """Files of a campaign, and the file with the true values; `record` is the Campaign.
 
-    For an example to edit, `text` is the example or explains what to do with its file; the rest is
-    None.
+    For an example to edit, `text` is the example or explains what to do with its file; all other
+    fields are None.
     """
 
     record: "Campaign | None" = None
@@ -103,7 +103,7 @@ def lab(
 
     The files of a campaign and the true values are written into the folder `out`. `spec` is the
     path of a TOML file, a Spec, or "practice", which is built in; `seed` replaces the seed in it.
-    Every file states that it is synthetic. After an interrupt from the keyboard all written files
+    Every file states that it is synthetic. After an interrupt from the keyboard, all written files
     are complete, and the result reports the interrupt. Raises FileError if `out` is not empty and
     `overwrite` is not set.
     """

@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 
 @result
 class LeakFound(Judged):
-    """Leak of a closed chamber, by the law that fits the log best; `record` is the Leak.
+    """Leak of a closed chamber, according to the law that fits the log best; `record` is the Leak.
 
-    Leak rates are at the window's mean pressure, positive out of the chamber; None without a
-    volume.
+    Leak rates apply at the window's mean pressure and are positive out of the chamber; they are
+    None without a volume.
     """
 
     record: "Leak"

@@ -1,6 +1,6 @@
 """Files and specimens excluded manually, each with a reason that the result states.
 
-A specimen of a file with several is named as in results: `FILE, specimen LABEL`.
+A specimen of a file that contains several is named as in results: `FILE, specimen LABEL`.
 """
 
 from collections import defaultdict
@@ -110,7 +110,7 @@ class LeftOut:
 
 
 def exclusion_row(source: Measured, reason: str) -> dict[str, Any]:
-    """Return the row of a file that is left out: `file`, `because` and `sha256`."""
+    """Return the row of an excluded file: `file`, `because` and `sha256`."""
     return {"file": _source_name(source), "because": reason, "sha256": _digest(source)}
 
 

@@ -1,4 +1,4 @@
-"""`parts`: the catalogue of pumps, valves and sensors for a vacuum line."""
+"""`parts`: catalogue of pumps, valves and sensors for a vacuum line."""
 
 from collections.abc import Iterator
 from typing import Annotated, Any
@@ -39,7 +39,7 @@ class PartList(Result):
         return {key: unit for key, unit in UNITS.items() if key in used}
 
     def lines(self) -> Iterator[str]:
-        """Yield a line or two for each part; a single part is listed with all its sources."""
+        """Yield a line or two for each part; a single part is listed with all of its sources."""
         if self.full:
             for part in self.record:
                 yield from _number_lines(part)
@@ -59,7 +59,7 @@ def parts(
         str | None, Help("Part to print with its full sources.", metavar="PART")
     ] = None,
 ) -> PartList:
-    """Pumps, valves and sensors of the catalogue, with their numbers in SI and their sources.
+    """List pumps, valves and sensors of the catalogue, with their numbers in SI and their sources.
 
     Raises UnknownNameError.
     """

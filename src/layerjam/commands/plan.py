@@ -52,7 +52,7 @@ SPEED_SD = QuantitySpec(
 
 @result
 class CollisionPlan(Judged):
-    """Stop with the vacuum that is reached in time, and with a sufficient vacuum.
+    """Stop with the vacuum that is reached in time, and stop with a sufficient vacuum.
 
     `record` is the Plan.
 
@@ -60,8 +60,8 @@ class CollisionPlan(Judged):
     vacuum that just stops the estimate within the travel, limited to that reached in time. `full_`
     and `tuned_` are probabilities for log-normal mass and speed: `_beyond` of needing more slip
     than the travel, `_out` of needing more than the brake has. `expected_g` covers the stops that
-    succeed. `_needed` are sufficient sizes if each is changed alone. They are None, with a reason,
-    if no size is sufficient or needed.
+    succeed. `_needed` are sufficient sizes if only that one is changed. They are None, with a
+    reason, if no size is sufficient or needed.
     """
 
     record: Plan
@@ -210,11 +210,11 @@ def plan(
     accept: Accept = None,
     atmosphere: Atmosphere = None,
 ) -> CollisionPlan:
-    """Predict whether the vacuum is reached before a collision, and what to build if not.
+    """Predict whether the vacuum is reached before a collision, and the changes needed if not.
 
-    The estimate is the mean of mass and speed. Unless `stored` is given, the reservoir starts at
-    the pressure at which pump and leak balance. The share `vacuum_share` of the gauge's reading
-    presses the sheets. `leak_time` is a laminar leak of the chamber, which continues in the stop.
+    The estimated mass and speed are means. Unless `stored` is given, the reservoir starts at the
+    pressure at which pump and leak balance. The share `vacuum_share` of the gauge's reading presses
+    the sheets. `leak_time` is a laminar leak of the chamber, which continues in the stop.
     """
     from layerjam.control.plan import Arrival, plan_checks
     from layerjam.control.plan import plan_stop as make_plan

@@ -48,13 +48,13 @@ RESTS_ON = {
 
 @result
 class NewBrake(Result):
-    """The brake file that was written."""
+    """Result of writing a new brake file."""
 
     name: str = fact("name of the new brake")
     file: str = fact("path of its file")
 
     def lines(self) -> Iterator[str]:
-        """Yield the next steps."""
+        """Yield the command to run next."""
         yield from ("", f"Edit it, then: layerjam show {quote_word(self.file)}")
 
 
@@ -218,7 +218,7 @@ def force(
     sliding_speed: SlidingSpeed = None,
     atmosphere: Atmosphere = None,
 ) -> BrakeForce:
-    """Force of the sliding brake at a slip and a vacuum.
+    """Compute the force of the sliding brake at a slip and a vacuum.
 
     Arrays of slip and vacuum broadcast. Without a `sliding_speed` it is the force at the speed at
     which friction was measured. Raises QuantityError for a slip beyond the overlap or a vacuum
@@ -271,7 +271,7 @@ def _as_numbers(value: Any) -> Any:
 
 @result
 class VacuumForForce(Result):
-    """The vacuum at which the brake resists with a force, or why there is none.
+    """Vacuum at which the brake resists with a given force, or why there is none.
 
     `record` is (BrakeFile, slip, force, vacuum).
     """
@@ -302,7 +302,7 @@ def vacuum(
     sliding_speed: SlidingSpeed = None,
     atmosphere: Atmosphere = None,
 ) -> VacuumForForce:
-    """Vacuum at which the sliding brake resists with a force at a slip.
+    """Find the vacuum at which the sliding brake resists with a force at a slip.
 
     `feasible` is False, with a `reason`, for a force below the enclosure's own or above that at the
     site's full vacuum. Arrays of slip and force broadcast; the vacuum is NaN for elements without

@@ -59,7 +59,7 @@ Temperature = Annotated[
 
 @dataclass(frozen=True)
 class PressureLog:
-    """A log of pressure: `absolute` [Pa], shape (N,), and how it was read.
+    """Pressure log: `absolute` [Pa], shape (N,), and how it was read.
 
     `reading` is the reference of the pressure in the file, `atmosphere` [Pa] that of the site,
     `said` the notices for the user.

@@ -36,7 +36,7 @@ def _format_names(files: Sequence[str]) -> str:
 
 @result
 class Published(Result):
-    """The dataset that was written; `record` is the BrakeReport."""
+    """Result of writing a dataset; `record` is the BrakeReport."""
 
     record: "BrakeReport | None" = None
     folder: str | None = fact("folder of the dataset; null if it was not written")
@@ -188,12 +188,12 @@ def recompute(
     *,
     progress: Progress | None = None,
 ) -> Recomputed:
-    """Compute a published dataset again from its raw files, and list everything that differs.
+    """Recompute a published dataset from its raw files, and list everything that differs.
 
-    Numbers, tables, page, PDF, figures, calibrated brake and description are derived again. Two
-    numbers are the same up to a relative difference of 1e-6. A file that does not match its
-    checksum, has no checksum or is missing is always reported. If other versions of the programs
-    wrote the dataset, text and drawings may differ; then only their numbers are compared, and
+    Numbers, tables, page, PDF, figures, calibrated brake and description are recomputed. Numbers
+    count as the same up to a relative difference of 1e-6. A file that does not match its checksum,
+    has no checksum or is missing is always reported. If different versions of the programs wrote
+    the dataset, text and drawings may differ; then only their numbers are compared, and
     `not_compared` lists the rest. Nothing is written. Raises FileError for a folder that is not a
     dataset.
     """

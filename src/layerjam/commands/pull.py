@@ -89,12 +89,12 @@ def pull(
     options: FileOptions = FileOptions(),
     progress: Progress | None = None,
 ) -> Pulls:
-    """Features of measured pulls: slack, preload, onset, stiffness, peak, stick–slip, unloading.
+    """Analyse measured pulls: slack, preload, onset, stiffness, peak, stick–slip, unloading.
 
     `files` are paths or traces, several or one. Nothing is subtracted from a force unless `tare`
     asks for the force before the load rises. `start` and `end` select a part of each record by its
-    time. The spacing of stick–slip grows with its swing; teeth of the same spacing but different
-    swing in several files are a ripple of the machine.
+    time. The spacing of stick–slip grows with its amplitude; equal spacing with different
+    amplitudes in several files indicates a ripple of the machine.
     """
     from layerjam.identify.pull.summary import pull_summary
     from layerjam.identify.stick_slip import find_ripple
@@ -167,7 +167,7 @@ def _check_rises(used: list[tuple[Trace, PullSummary]]) -> Check:
 
 
 def _trace_name(trace: Trace) -> str:
-    """Return the file, and the specimen if it has several."""
+    """Return the name of the file, and the specimen if the file has several."""
     return f"{trace.path}, specimen {trace.specimen}" if trace.specimen else trace.path
 
 

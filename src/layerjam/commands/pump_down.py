@@ -109,11 +109,11 @@ def pump_down(
     atmosphere: Atmosphere = None,
     options: LogOptions = LogOptions(),
 ) -> PumpFound:
-    """Fit volume and pump flow to pump-down logs, as far as the logs determine them.
+    """Fit the volume and the pump flow to pump-down logs, as far as the logs determine them.
 
-    One log gives only the ratio of flow to volume. `volume`, `flow`, or the log `with_volume` of
-    the same line with `added_volume` gives both. `compliance` is the volume lost per vacuum, or
-    "fit".
+    One log determines only the ratio of flow to volume. `volume`, `flow`, or the log `with_volume`
+    of the same line with `added_volume` determine both. `compliance` is the volume lost per unit of
+    vacuum, or "fit".
     """
     from layerjam.identify.logs.checks import pump_down_checks
     from layerjam.identify.logs.pump_down import fit_pump_down, needs_shrink

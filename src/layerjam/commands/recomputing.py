@@ -92,7 +92,7 @@ class _Comparison:
 
 
 def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
-    """Compute everything in a dataset again.
+    """Recompute everything in a dataset.
 
     Returns the values of the result's keys, and the accepted failed checks as `decisions`.
     """

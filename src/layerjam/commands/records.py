@@ -17,7 +17,7 @@ RecordsDatabase = Annotated[
 ]
 RecordId = Annotated[str, Help("ID, first characters of the ID, or name.", metavar="ID")]
 SHORT = 8
-"""Number of characters of an id that are displayed."""
+"""Number of characters of an ID that are displayed."""
 
 
 @result
@@ -162,7 +162,7 @@ def records_add(
 
     Links follow from digests inside the files. A file that is already in the records, or of an
     unsupported kind, is rejected; the others are added in one transaction. Raises RecordsError for
-    the database, and then nothing was added.
+    the database; nothing is added then.
     """
     database = _open_database(db)
     from layerjam.records.store import add
@@ -213,7 +213,7 @@ def _no_records_notice(database: Any, records: Sequence[Any]) -> list[Notice]:
 def records_show(ident: RecordId, *, db: RecordsDatabase = None) -> RecordShown:
     """Show one record, its sources and the records derived from it.
 
-    Raises RecordsError if none or several have that name.
+    Raises RecordsError if no record or several records have that name.
     """
     database = _open_database(db)
     from layerjam.records.view import show
@@ -253,7 +253,7 @@ def records_withdraw(
     """Withdraw a record; it is kept, with the reason.
 
     A file that was withdrawn cannot be added again. Raises RecordsError if there is no such record,
-    or it was withdrawn before.
+    or if it has already been withdrawn.
     """
     database = _open_database(db)
     from layerjam.records.store import withdraw

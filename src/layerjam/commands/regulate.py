@@ -55,7 +55,7 @@ UNSEEN = {
 
 @result
 class Regulation(Judged):
-    """How the vacuum was reached and held; `record` is (Regulator, ClosedLoop).
+    """Performance in reaching and holding the vacuum; `record` is (Regulator, ClosedLoop).
 
     Times are those of the true vacuum, not of the reading.
     """
@@ -131,13 +131,13 @@ def regulate(
     accept: Accept = None,
     atmosphere: Atmosphere = None,
 ) -> Regulation:
-    """Simulate a line that reaches and holds a vacuum, in closed loop with a noisy sensor.
+    """Simulate the closed-loop control of a line to a vacuum, with a noisy sensor.
 
     With a recorded `step`, gains, detectors and the simulated line are identified from the log
     (`identified`), and its scatter is used as the noise unless that is given. `detection` is the
-    longest time [s] until each fault is reported at this vacuum (None: never). `fault` is injected
-    into the line or the sensor at `fault_at`; `said_after` is None if it was not reported, or if it
-    was reported before that time.
+    longest detection time [s] of each fault at this vacuum (None: never detected). `fault` is
+    injected into the line or the sensor at `fault_at`; `said_after` is None if it was not reported,
+    or if it was reported before that time.
     """
     from layerjam.control.checks import regulation_checks
     from layerjam.control.closed_loop import simulate_run

@@ -1,4 +1,4 @@
-"""`report`: measurements of one brake as a page for an appendix."""
+"""`report`: the measurements of one brake as a page for an appendix."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -151,9 +151,9 @@ def report(
     """Report the measurements of one brake as HTML and PDF: friction, calibration, validation.
 
     Writes report.html, report.pdf, figures, numbers.csv and results.json into the folder `out`.
-    `friction` are friction tests, `pulls` calibrate the brake, and `validate` are pulls to compare
-    the calibrated brake with; each may be omitted. Without `validate`, some of the pulls can be
-    reserved for validation: `calibrate_on` names those to calibrate on, or `holdout` reserves a
+    `friction` are friction tests, `pulls` calibrate the brake, and the calibrated brake is compared
+    with the pulls in `validate`; each may be omitted. Without `validate`, some of the pulls can be
+    reserved for validation: `calibrate_on` names those for calibration, or `holdout` reserves a
     vacuum ("46.1 kPa"), a speed ("19 mm/s") or a repeat ("repeat 3"). Otherwise the brake is
     compared with its calibration pulls, and the page states this. `vacuum` applies to files without
     a sidecar; the options of friction tests, `depth` and `exclude` are as in `friction` and

@@ -75,9 +75,9 @@ class Result:
     def create(cls, *known: object, **given: Any) -> Self:
         """Return a result with the values `given`; other keys are taken from `known` by name.
 
-        Each of `known` is a record, a mapping, `add_prefix(...)`, or None; the first with the name
-        counts. A float that is not finite becomes None (unknown), as does an optional value that no
-        source has. Raises TypeError for a key without value or default.
+        Each of `known` is a record, a mapping, `add_prefix(...)`, or None; the first that has the
+        name is used. A float that is not finite becomes None (unknown), as does an optional value
+        that no source has. Raises TypeError for a key without value or default.
         """
         for f in cls.keys():  # noqa: SIM118
             value = look_up(f.name, (given, *known))
@@ -125,7 +125,7 @@ class Result:
 
     @property
     def exit_code(self) -> int:
-        """Exit code: 4 if a check failed, 1 if the answer is negative, 3 if files were rejected."""
+        """Exit code: 4 if a check failed, 1 if the result is negative, 3 if files were rejected."""
         if self.failed_checks:
             return FAILED
         feasible = getattr(self, "feasible", None)
@@ -245,7 +245,7 @@ class Result:
         return frame
 
     def _numbers(self) -> dict[str, Any]:
-        """Return the quantities of the result and, of an array result, its flags."""
+        """Return the quantities of the result and, for an array result, its flags."""
         return {
             f.name: value
             for f in self.keys()
@@ -270,9 +270,9 @@ class Result:
 
     @accept_force
     def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
-        """Write it: .json, a figure (.svg, .png, .pdf), or the record (.csv, .nc).
+        """Write the result: .json, a figure (.svg, .png, .pdf), or the record (.csv, .nc).
 
-        Raises FileError if the file exists unless `overwrite`, or if the ending is not known.
+        Raises FileError if the file exists unless `overwrite`, or if the extension is unknown.
         """
         check_kind(path, str | Path, "path")
         path = Path(path)

@@ -96,12 +96,12 @@ def stick_slip(
     | None = None,
     atmosphere: Atmosphere = None,
 ) -> StickSlip:
-    """Simulate a pull at one speed: whether the brake shows stick–slip, and the remedies.
+    """Simulate a pull at one speed to see whether the brake shows stick–slip, and its remedies.
 
-    It starts from rest at `slip`. Amplitude and forces are those of the last slip of the run.
+    The pull starts from rest at `slip`. Amplitude and forces are those of the last slip of the run.
     `critical_speed`, `stable_speed` and `stiffness_needed` assume the friction at `slip`.
-    `stribeck_speed` 0 means that static friction vanishes immediately. Raises FitError for a run of
-    too many steps.
+    `stribeck_speed` 0 means that static friction vanishes immediately. Raises FitError if the run
+    would take too many steps.
     """
     from layerjam.simulate import stick_slip as simulation
 

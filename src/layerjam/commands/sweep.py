@@ -1,4 +1,4 @@
-"""`sweep`: a specification's designs on disk, in blocks that survive an interrupt."""
+"""`sweep`: all designs of a specification, on disk in blocks that survive an interrupt."""
 
 import functools
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @result
 class DesignSweep(DesignResult):
-    """A design's result, and the blocks of the sweep on disk."""
+    """Result of a design, and the blocks of the sweep on disk."""
 
     out: str = fact("folder with the blocks")
     complete: bool = fact("whether all blocks are done")
@@ -50,7 +50,7 @@ def sweep(
     """Compute every design of a specification, in blocks on disk.
 
     The folder is new, empty or that of the same sweep. Such a sweep is resumed: `blocks_found` is
-    the number of blocks that exist already. `block` is the number of designs in a block,
+    the number of blocks that already exist. `block` is the number of designs in a block,
     `scheduler` the address of a Dask cluster. If interrupted, `complete` is False and the same call
     resumes. Raises FileError for a folder with other content, MissingExtraError if pyarrow or Dask
     is missing, and ClusterError.

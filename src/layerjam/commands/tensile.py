@@ -1,4 +1,4 @@
-"""`tensile`: the brake in a simulated test machine."""
+"""`tensile`: a pull of the brake in a simulated test machine."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -42,7 +42,7 @@ class Tensile(Result):
     """Simulated pull; `record` is the TensileRecord.
 
     For the "stack" model, `motion` states which sheets move and which interfaces slide, at a few
-    hundred elongations. It is None for the lumped brake, which has a single friction.
+    hundred elongations. It is None for the lumped brake, which has a single friction force.
     """
 
     record: "TensileRecord"
@@ -112,12 +112,12 @@ def tensile(
 ) -> Tensile:
     """Pull a brake in a simulated test machine.
 
-    Takes either vacuum, speed and travel (elongation of the crosshead), or a procedure. The
+    Give either vacuum, speed and travel (elongation of the crosshead), or a procedure. The
     following options are for the "stack" model. `static` uses static friction before an interface
     slides. With `one_by_one`, overloaded interfaces slip one at a time, the most overloaded first.
     `interfaces` may differ, and a `housing` may rub. `scatter` is the relative SD of the
-    interfaces' friction: `samples` (1000) stacks, drawn from `seed` (1), then give mean and SD of
-    peak, stiffness and onset; if interrupted, those of the stacks done so far. `vacuum_share` of
+    interfaces' friction: `samples` (1000) stacks, drawn from `seed` (1), then yield the mean and SD
+    of peak, stiffness and onset; if interrupted, those of the stacks done so far. `vacuum_share` of
     the gauge's reading presses the sheets. With `leak_time` the line is shut off after every
     evacuation and the vacuum leaks away from then on, except in the "stack" model, which keeps its
     initial vacuum. Raises ProcedureError or QuantityError for contradictions.

@@ -1,4 +1,4 @@
-"""`tune`: the vacuum that stops a mass within a travel, or why there is none, with alternatives."""
+"""`tune`: vacuum that stops a mass within a travel, or why there is none, with alternatives."""
 
 import math
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
@@ -73,7 +73,7 @@ def tune(
     horizontal: Horizontal = False,
     atmosphere: Atmosphere = None,
 ) -> TunedVacuum:
-    """Vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
+    """Find the vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
 
     The mass arrives with `speed` or falls from `height`. If there is no such vacuum, `reason`
     explains why and lists alternatives: the speeds that can be stopped, or a different travel,

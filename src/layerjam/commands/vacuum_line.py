@@ -1,4 +1,4 @@
-"""`rise`: how fast a line reaches a vacuum, and how fast it releases it."""
+"""`rise`: rise and fall of the vacuum in a line."""
 
 from typing import TYPE_CHECKING
 
@@ -68,14 +68,14 @@ def rise(
     atmosphere: Atmosphere = None,
     progress: Progress | None = None,
 ) -> VacuumRise:
-    """Time in which a line reaches a vacuum, and time in which it releases it.
+    """Compute the time in which a line reaches a vacuum, and the time in which it releases it.
 
-    The pump runs full on until the target is reached. If it is never reached, `rise_time` is None,
-    `feasible` False and `reason` states the vacuum that can be reached. In air the line is
+    The pump runs at full power until the target is reached. If it is never reached, `rise_time` is
+    None, `feasible` False and `reason` states the vacuum that can be reached. In air the line is
     integrated; `closed_form` holds for a rigid volume without an effect of tube or orifice.
     `fall_time` counts from the opening of the vent valve, or uses pumps run backwards (`fall_by`);
     `closed_form_fall` likewise. None if the line has neither. `tube_delay` and `tube_lag` are None
-    in water and for a line that has no tube. A tube with many cells takes long to compute.
+    in water and for a line that has no tube. A tube with many cells takes a long time to compute.
     """
     from layerjam.fluid import closed_forms as forms
     from layerjam.fluid.energy import jam_work

@@ -26,7 +26,7 @@ def _format_percent(part: float) -> str:
 
 @result
 class ModelErrors(Judged):
-    """Errors of the model against the pulls; `record` is (BrakeFile, Validation).
+    """Errors of the model relative to measured pulls; `record` is (BrakeFile, Validation).
 
     `before` is the Validation of the brake before calibration, None if there is nothing to
     compare; `traces` are the pulls that were used, thinned.
@@ -125,9 +125,9 @@ def validate(
     """Compare the brake's model with measured pulls.
 
     `files` are paths or traces, several or one. See identify.validation.metrics for the window.
-    `uncalibrated` holds the same errors of the brake with a scale factor of 1 and the sheets' own
-    stiffness. A warning names files that were also used for the calibration. `exclude` leaves out
-    files, each with its reason in `because` (in Python also {file: reason}).
+    `uncalibrated` contains the same errors for the brake with a scale factor of 1 and the sheets'
+    own stiffness. A warning names files that were also used for the calibration. `exclude` leaves
+    out files, each with its reason in `because` (in Python also {file: reason}).
     """
     from layerjam.identify.curves import make_curves
     from layerjam.identify.provenance import calibration_files

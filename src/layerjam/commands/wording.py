@@ -1,4 +1,4 @@
-"""Values and sentences as the command line prints them."""
+"""Values and sentences as printed by the command line."""
 
 import textwrap
 from typing import Any
