@@ -34,8 +34,8 @@ APART = {
     "Stribeck.kinetic": "a curve may be frictionless",
     "WetFilm.static": "a curve may be frictionless",
     "WetFilm.kinetic": "a curve may be frictionless",
-    "ScatterRequest.static": "a standard deviation over the mean",
-    "ScatterRequest.kinetic": "a standard deviation over the mean",
+    "ScatterRequest.static": "a standard deviation divided by the mean",
+    "ScatterRequest.kinetic": "a standard deviation divided by the mean",
     # speeds of different things
     "tensile.speed": "of a crosshead, which is slower than what arrives",
     "stick-slip.speed": "of a crosshead, which is slower than what arrives",
@@ -53,7 +53,7 @@ APART = {
     "report.speed": "of a crosshead, which is slower than what arrives",
     "publish.speed": "of a crosshead, which is slower than what arrives",
     "follow.speed": "of a slip, which may be held",
-    "Stribeck.speed": "zero: static friction is lost at once",
+    "Stribeck.speed": "zero: static friction decays at once",
     "WetFilm.speed": "zero: the water carries at once",
     # masses, forces and lengths of people and machines
     "NeckGuardHead.mass": "a head, not what a brake may stop in general",

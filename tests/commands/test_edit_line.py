@@ -56,7 +56,7 @@ def test_comments_stay():
         ({"chamber.volume": "5 kPa"}, {}, QuantityError, "units of m"),
         ({"chamber.volume": "0 mL"}, {}, QuantityError, "not allowed"),
         ({"chamber.width": "1 m"}, {}, UnknownNameError, "key"),
-        ({"leak.laminar": None}, {}, QuantityError, "give another value"),
+        ({"leak.laminar": None}, {}, QuantityError, "change the value"),
         ({}, {"pump": "smc-vt307v"}, UnknownNameError, "part"),
         ({}, {"tube": "smc-vt307v"}, QuantityError, "unknown part family"),
         ({}, {"wheel": None}, UnknownNameError, "table"),

@@ -60,7 +60,7 @@ def test_a_snap_in_a_rising_history_gives_its_reason_not_a_remark():
         vacuum_history=rising,
     )  # fmt: skip
     assert answer.outcome == "SNAPS"
-    assert "it snaps" in answer.reason
+    assert "the brake snaps" in answer.reason
     assert answer.reason not in answer.warnings
     assert 2400 < answer.least_stiffness < 2579
 

@@ -72,7 +72,7 @@ def test_other_objects_with_a_unit_are_converted_or_refused() -> None:
 
 def test_laws_refuse_what_carries_a_unit() -> None:
     brake = lj.load(KAPTON).brake
-    with pytest.raises(QuantityError, match="laws take numbers in SI, not .50 kilopascal"):
+    with pytest.raises(QuantityError, match="laws take numbers in SI units, not .50 kilopascal"):
         laws.brake_force(0.02, 50 * ureg.kPa, brake)
 
 
@@ -218,7 +218,7 @@ def test_a_data_frame_is_a_measurement() -> None:
 def test_names_that_a_function_does_not_have() -> None:
     with pytest.raises(ArgumentError, match=r"force\(\) has no parameter 'vaccum'; did you mean v"):
         lj.force(KAPTON, slip=0.02, vaccum=5e4)
-    with pytest.raises(TypeError, match=r"force\(\) needs vacuum \(Vacuum, the atmosphere less"):
+    with pytest.raises(TypeError, match=r"force\(\) needs vacuum \(Vacuum, the atmosphere minus"):
         lj.force(KAPTON, slip=0.02)
     with pytest.raises(
         ArgumentError, match="has no parameter 'zzz'; its parameters are brake, slip"

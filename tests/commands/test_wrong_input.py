@@ -169,7 +169,7 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "trace": (lj.Trace, "Trace() needs force, elongation, time"),
     "law, text": (
         lambda: lj.brake_force("20 mm", 1e4, lj.load(KAPTON)),
-        "brake_force, slip: '20 mm' is not a number in SI or an array of them",
+        "brake_force, slip: '20 mm' is not a number or an array of numbers in SI units",
     ),
     "law, name": (
         lambda: lj.brake_force(0.02, 1e4, KAPTON),
@@ -186,7 +186,7 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "law, dates": (lambda: lj.brake_force(DATES, 1e4, lj.load(KAPTON)), "brake_force, slip: ndarr"),
     "law, optional": (
         lambda: lj.brake_cycle([0.01], 1e4, lj.load(KAPTON), np.array([1j])),
-        "brake_cycle, speed: ndarray of the shape (1,) is not a number in SI",
+        "brake_cycle, speed: ndarray of the shape (1,) is not a number or",
     ),
     "law, few": (lambda: lj.brake_force(0.02), "brake_force() takes slip, vacuum, brake"),
     "plot": (

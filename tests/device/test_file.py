@@ -103,7 +103,7 @@ def line(needle: str) -> int:
         ('width = { value = "13 mm"', "width = { value = 13", "width =", "13 has no unit"),
         ('width = { value = "13 mm"', 'width = { value = "13 kg"', "width =", "units of length"),
         ('width = { value = "13 mm"', 'width = { value = "13 m"', "width =", "is not allowed"),
-        ('width = { value = "13 mm"', 'width = { val = "13 mm"', "width =", "does not know val"),
+        ('width = { value = "13 mm"', 'width = { val = "13 mm"', "width =", "unknown key val"),
         ("width = {", "widht = {", "width =", "did you mean sheets.width"),
         ('value = "131 kN/m"', 'value = "131 kN"', "[stiffness_measured]", "N/m"),
         ('value = 11, kind = "paper"', 'value = 11, kind = "rumour"', "count =", "unknown kind"),

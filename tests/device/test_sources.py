@@ -48,5 +48,5 @@ def test_what_is_no_source_is_refused_with_its_line(table, words):
 
 
 def test_an_entry_holds_nothing_else():
-    with pytest.raises(QuantityError, match="does not know units"):
+    with pytest.raises(QuantityError, match="has the unknown key units"):
         Source.read({"value": 1, "units": "m"}, "x")

@@ -133,7 +133,7 @@ def test_a_number_beside_a_part_fills_its_gap():
     [
         ('[a]\nname = "A"\nkind = "b"\nrange = "1 kPa"\n', "line 4: a.range names no source"),
         ('[a]\nname = "A"\nkind = "b"\nrangs = "1 kPa"\n', "line 4: unknown key 'a.rangs'"),
-        ('[a]\nkind = "b"\n', "a.name: must be a text in quotes"),
+        ('[a]\nkind = "b"\n', "a.name: must be text in quotes"),
         ("a = 3\n", "a must be a table"),
     ],
 )

@@ -301,7 +301,7 @@ def test_export_writes_once_the_same_and_says_what(tmp_path):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"platforms": "amiga"}, "choose among linux, linux-arm, windows"),
+        ({"platforms": "amiga"}, "choose from linux, linux-arm, windows"),
         ({"platforms": "linux", "sources_only": True}, "sources only"),
         ({"platforms": "linux-arm", "fmi": "2"}, "FMI 2.0 has no name"),
         ({"platforms": ""}, "is not known"),

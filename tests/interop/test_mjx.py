@@ -133,7 +133,7 @@ def test_what_mjx_would_take_in_silence_is_refused():
     with pytest.raises(QuantityError, match="actuator 'cable': MJX treats a plugin as a motor"):
         brakes.brake(spec.compile(), "cable", KAPTON)
     model = mj.MjModel.from_xml_string(falling(cable='springyield="0.01"'))
-    with pytest.raises(QuantityError, match="MJX takes springyield for an elastic spring"):
+    with pytest.raises(QuantityError, match="MJX treats springyield as an elastic spring"):
         brakes.brake(model, "cable", KAPTON, rope_stiffness=ROPE)
     model = mj.MjModel.from_xml_string(falling(stiffness=None))
     with pytest.raises(QuantityError, match="tendon 'cable': without stiffness"):

@@ -188,7 +188,7 @@ def test_arm_over_a_drum_holds_and_slips():
     ("cable", "stiffness", "words"),
     [
         ("", None, "tendon 'cable': without stiffness it carries no load"),
-        ("", 1000.0, "its stiffness is 1000 N/m, the brake's with its rope 14890.3924 N/m"),
+        ("", 1000.0, "its stiffness is 1000 N/m, but brake and rope have 14890.3924 N/m"),
         ('frictionloss="3"', STIFFNESS, "frictionloss would add a second resistance, and creep"),
         ('springyield="0.01"', STIFFNESS, "springyield would slide in addition"),
     ],

@@ -299,7 +299,7 @@ def test_two_brakes_on_two_tendons_pull_like_one_each():
     spec = mj.MjSpec.from_string(both.replace(cable, cable + second))
     for tendon in ("cable", "other"):
         brakes.attach(spec, tendon, KAPTON, rope_stiffness=ROPE)
-    with pytest.raises(QuantityError, match="'other' already; give this brake another name"):
+    with pytest.raises(QuantityError, match="already has an actuator 'other'; choose a different"):
         brakes.attach(spec, "other", KAPTON)
     model = spec.compile()
     assert [model.actuator(i).name for i in range(model.nu)] == ["cable", "other"]

@@ -16,7 +16,7 @@ CC = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
 
 def test_a_compiler_is_named_or_found_or_asked_for(monkeypatch, tmp_path):
     monkeypatch.setenv("CC", "no-such-compiler -m32")
-    with pytest.raises(CompilerError, match="'no-such-compiler' is not found"):
+    with pytest.raises(CompilerError, match="'no-such-compiler' was not found"):
         compilers.compiler()
     monkeypatch.delenv("CC")
     monkeypatch.setenv("PATH", str(tmp_path))

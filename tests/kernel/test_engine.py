@@ -211,7 +211,7 @@ def test_a_pair_and_a_machine_are_the_same_by_kernel_and_law() -> None:
 
 
 def test_the_switch_takes_two_words() -> None:
-    with switched("no"), pytest.raises(QuantityError, match="'no' is not known; set it to off"):
+    with switched("no"), pytest.raises(QuantityError, match="'no' is not allowed; set it to off"):
         tensile(FILE, simple_pull(FULL, 13e-3, 1e-3))
 
 
@@ -261,7 +261,7 @@ def test_nowhere_to_keep_a_library_leaves_the_law(
 ) -> None:
     (elsewhere / "layerjam").write_text("a file where the folder would be")
     monkeypatch.setattr("tempfile.gettempdir", lambda: str(elsewhere / "layerjam"))
-    with pytest.raises(CompilerError, match="no folder to keep"):
+    with pytest.raises(CompilerError, match="no folder for compiled"):
         library(CODE)
     assert not is_there()
 

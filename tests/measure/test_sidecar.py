@@ -37,7 +37,7 @@ def test_read(tmp_path: Path) -> None:
         ("synthetic = 1", 1, "true or false"),
         ("brake = 7", 1, "text in quotes"),
         ("vacuum = ", 1, "is not TOML"),
-        ("[vacuum]\nx = 1", 1, "does not know x"),
+        ("[vacuum]\nx = 1", 1, "has the unknown key x"),
         ('load_cell_certificate = "K1"', 1, "must be a table with number, date, laboratory"),
         ('[gauge_certificate]\nnumber = "P"', 1, "lacks date, laboratory"),
         ('[gauge_certificate]\nnumbr = "P"', 1, "has unknown keys: numbr"),

@@ -402,7 +402,7 @@ def test_even_stacks_and_thousands_of_sheets():
         ({"length": np.ones(3)}, "interfaces"),
         ({"right": np.zeros(3, bool)}, "interfaces"),
         ({"friction": np.full(10, -1.0)}, "negative"),
-        ({"ratio": np.full(10, 0.5)}, "static below kinetic"),
+        ({"ratio": np.full(10, 0.5)}, "static friction is below kinetic"),
     ],
 )
 def test_arrays_that_do_not_fit_are_refused(change, match):

@@ -95,5 +95,5 @@ def test_no_break_wins_energy(one_by_one: bool) -> None:
 
 
 def test_one_by_one_belongs_to_static_friction() -> None:
-    with pytest.raises(QuantityError, match=r"one_by_one: .* also give static"):
+    with pytest.raises(QuantityError, match=r"one_by_one: .* set static too"):
         stack_of(KAPTON, FULL, one_by_one=True)

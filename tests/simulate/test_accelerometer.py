@@ -404,7 +404,7 @@ def test_classes_that_the_standard_does_not_have(cfc: float) -> None:
         ({"sampling": 0.0}, "sampling"),
         ({"phase": 1.5}, "phase"),
         ({"resolution": 0.0}, "resolution"),
-        ({"resolution": 30.0, "range": 20.0}, "more than the range"),
+        ({"resolution": 30.0, "range": 20.0}, "exceeds the range of"),
         ({"noise": -1.0}, "noise"),
         ({"noise": 1.0, "sampling": 1e4}, "seed"),
         ({"noise": 1.0, "seed": 1}, "sampling"),

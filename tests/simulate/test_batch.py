@@ -149,7 +149,7 @@ def test_what_does_not_fit_is_refused():
     with pytest.raises(UnknownNameError, match="result of the law"):
         batch(stop, SWEEP, brake=KAPTON, wanted=["slips"])
     huge = {k: np.linspace(1, 2, 1000) for k in ("mass", "speed", "vacuum")}
-    with pytest.raises(QuantityError, match="give a sink"):
+    with pytest.raises(QuantityError, match="pass a sink"):
         batch(stop, SWEEP | huge, brake=KAPTON)
 
 
@@ -186,7 +186,7 @@ def test_what_python_would_say_is_said_plainly():
     march = {"mass": 1.0, "speed": [1.0, 2.0], "vacuum": 9e4, **MARCH, "damping": 0.0}
     with pytest.raises(QuantityError, match="into fixed"):
         batch(stop_in_time, march | {"times": 0.0}, brake=KAPTON)
-    with pytest.raises(QuantityError, match="times: None cannot be swept; give it in fixed"):
+    with pytest.raises(QuantityError, match="times: None cannot be swept; pass it in fixed"):
         batch(stop_in_time, march | {"times": None}, brake=KAPTON)
     with pytest.raises(QuantityError, match="mass: '1kg' is not a number"):
         batch(stop, SWEEP | {"mass": "1kg"}, brake=KAPTON)

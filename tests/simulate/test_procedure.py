@@ -95,8 +95,8 @@ def test_every_sentence() -> None:
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("", "it has no step"),
-        (" ; ;", "it has no step"),
+        ("", "it has no steps"),
+        (" ; ;", "it has no steps"),
         ("pull at 1 mm/s until 20 mm; pull at 1 mm/s until 10 mm", "does not pull: the crosshead"),
         ("pull at 1 mm/s until 20 mm; pull at 1 mm/s until 20 mm", "20 mm already"),
         ("pull at 1 mm/s until 20 mm; return at 1 mm/s to 30 mm", "does not go back"),

@@ -62,7 +62,7 @@ def start_values(brake: Brake | BrakeFile, rope_stiffness: float | None = None) 
     if brake.vacuum_share is None:
         values["vacuum_share"] = 1.0
     if brake.stiffness_measured is None and not float(working_stiffness(brake)) > 0:
-        raise QuantityError.of("stiffness_measured", "there is no stiffness to compute with")
+        raise QuantityError.of("stiffness_measured", "it is neither measured nor computable")
     return values
 
 
@@ -84,15 +84,15 @@ def chosen_platforms(version: Version, names: Sequence[str] | None) -> tuple[str
     for name in names:
         if name not in PLATFORMS:
             raise QuantityError.of(
-                "platforms", f"'{name}' is not known; choose among {', '.join(PLATFORMS)}"
+                "platforms", f"'{name}' is unknown; choose from {', '.join(PLATFORMS)}"
             )
         if version == "2" and PLATFORMS[name].folder_2 is None:
             raise QuantityError.of(
-                "platforms", f"FMI 2.0 has no name for '{name}'; take FMI 3, or leave it out"
+                "platforms", f"FMI 2.0 has no name for '{name}'; use FMI 3, or omit it"
             )
     if not names:
         raise QuantityError.of(
-            "platforms", f"none is given for this machine; choose among {', '.join(PLATFORMS)}"
+            "platforms", f"none matches this machine; choose from {', '.join(PLATFORMS)}"
         )
     return tuple(dict.fromkeys(names))
 

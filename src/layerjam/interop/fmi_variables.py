@@ -60,25 +60,25 @@ _PARAMETERS = (
 """Values of a brake file that the law needs, named as in that file."""
 _OPTIONAL = {"stiffness_measured", "pressure_exponent", "test_pressure", "rope.stiffness"}
 _INPUTS = (
-    ("elongation", "m", "elongation between the ends of brake and rope"),
-    ("velocity", "m/s", "rate of the elongation; extrapolates it within a co-simulation step"),
-    ("vacuum", "Pa", "below the atmosphere, zero or more"),
+    ("elongation", "m", "elongation of brake and rope together"),
+    ("velocity", "m/s", "elongation rate; extrapolates the elongation within a co-simulation step"),
+    ("vacuum", "Pa", "difference from atmospheric pressure, zero or more"),
 )
 _OUTPUTS = (
     ("force", "N", "pull of the brake, never negative"),
     ("slip", "m", "slip of the sheets"),
-    ("stiffness", "N/m", "slope of the force over the elongation, for continued motion"),
+    ("stiffness", "N/m", "slope of force versus elongation, for continued motion"),
     ("work", "J", "external work done on the brake so far"),
     ("heat", "J", "energy dissipated so far"),
     ("stored", "J", "stored elastic energy"),
 )
 _FLAGS = (
-    ("slack", "the brake is longer than the elongation and carries nothing"),
-    ("separated", "the overlap was used up; the enclosure alone pulls"),
+    ("slack", "the brake is longer than the elongation and carries no force"),
+    ("separated", "the overlap was used up; only the enclosure pulls"),
     ("closed", "the enclosure has pulled the brake back"),
     (
         "snapped",
-        ("it slid on a stiffness below the slope of its friction, so the force may have jumped"),
+        "it slid although its friction fell more steeply than its stiffness; the force may jump",
     ),
     ("forgotten", "more nested reversals than can be stored; the last ones are ignored"),
 )

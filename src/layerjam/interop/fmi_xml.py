@@ -52,7 +52,7 @@ def build_description(sources: Sequence[str]) -> str:
 
 
 def _head(name: str, mark: str) -> str:
-    text = "Soft layer-jamming brake: force over elongation and vacuum"
+    text = "Soft layer-jamming brake: force from elongation and vacuum"
     text += f" ({mark})" * bool(mark)
     return (
         f"modelName={quoteattr(name)} "

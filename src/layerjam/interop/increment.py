@@ -141,7 +141,7 @@ class Increment:
             if not np.isfinite(value):
                 raise QuantityError.of(name, f"{value} is not a finite number")
         if vacuum < 0:
-            raise QuantityError.of("vacuum", f"{vacuum:g} Pa is not allowed; zero or more")
+            raise QuantityError.of("vacuum", f"{vacuum:g} Pa is not allowed; use zero or more")
         numbers = (float(elongation), float(vacuum), self.parameters, float(compliance))
         self._state = _compile_move()(self._state, *numbers)
         return self.force
@@ -180,7 +180,7 @@ class Increment:
             part = np.frombuffer(data[start : start + leaf.nbytes], leaf.dtype)
             pieces = part.dtype.kind == "i" and not 2 <= part[0] < PIECES
             if pieces or not np.isfinite(part).all():
-                raise QuantityError.of("state", "the bytes are damaged: a number out of range")
+                raise QuantityError.of("state", "the bytes are damaged: a number is out of range")
             arrays.append(part.reshape(leaf.shape))
             start += leaf.nbytes
         self._state = jax.tree.unflatten(kind, arrays)

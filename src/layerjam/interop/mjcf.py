@@ -46,7 +46,7 @@ def config(
     attributes = {name: repr(float(value)) for name, value in numbers.items()}
     if rest_length is not None:
         if not 0 <= rest_length < float("inf"):
-            raise QuantityError.of("rest_length", f"{rest_length} m is not allowed; zero or more")
+            raise QuantityError.of("rest_length", f"{rest_length} m is not allowed; use 0 or more")
         attributes["rest_length"] = repr(float(rest_length))
     return {**attributes, "coupling": coupling_of(coupling)}
 
@@ -56,7 +56,7 @@ def _lag(vacuum_lag: float | None) -> dict[str, str]:
     if vacuum_lag is None:
         return {}
     if not 0 < vacuum_lag < float("inf"):
-        raise QuantityError.of("vacuum_lag", f"{vacuum_lag} s is not allowed; above zero")
+        raise QuantityError.of("vacuum_lag", f"{vacuum_lag} s is not allowed; use more than zero")
     return {"dyntype": "filterexact", "dynprm": repr(float(vacuum_lag))}
 
 
@@ -152,12 +152,12 @@ def attach(
     for quantity in ("stiffness", "frictionloss", "springyield"):
         if any(float(value) != 0 for value in _numbers(getattr(target, quantity, 0.0))):
             raise QuantityError.of(
-                f"tendon '{tendon}'", f"{quantity} would add to the brake; leave it out"
+                f"tendon '{tendon}'", f"{quantity} would add to the brake; omit it"
             )
     name = name or tendon
     if any(item.name == name for item in spec.actuators):
         raise QuantityError.of(
-            "name", f"the model has an actuator '{name}' already; give this brake another name"
+            "name", f"the model already has an actuator '{name}'; choose a different name"
         )
     file, lag = brake_file(brake), _lag(vacuum_lag)
     numbers = config(

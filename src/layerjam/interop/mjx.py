@@ -95,7 +95,7 @@ def _check(model: Any) -> None:
         if model.tendon_springyield[i] != 0:
             name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TENDON, i) or i
             raise QuantityError.of(
-                f"tendon '{name}'", "MJX takes springyield for an elastic spring; omit it"
+                f"tendon '{name}'", "MJX treats springyield as an elastic spring; omit it"
             )
 
 
@@ -107,7 +107,7 @@ def start(brake: TendonBrake, dtype: Any = None) -> Motion:
     wide = jnp.result_type(float) == jnp.float64
     dtype = jnp.dtype(dtype or (jnp.float64 if wide else jnp.float32))
     if dtype not in (jnp.float32, jnp.float64):
-        raise QuantityError.of("dtype", f"{dtype} is not allowed; float32 or float64")
+        raise QuantityError.of("dtype", f"{dtype} is not allowed; use float32 or float64")
     if dtype == jnp.float64 and not wide:
         raise QuantityError.of(
             "dtype", 'float64 needs jax.config.update("jax_enable_x64", True) first'

@@ -57,7 +57,7 @@ def check_integrator(model: Any) -> None:
             "integrator",
             f"with '{name}' a spring whose rest length is the slip stops a mass too "
             'early; write integrator="Euler", "implicit" or "implicitfast", or '
-            "take the plugin layerjam.brake",
+            "use the plugin layerjam.brake",
         )
 
 
@@ -68,14 +68,14 @@ def _check(model: Any, index: int, label: str, due: float) -> None:
         reason = f'without stiffness it carries no load; write stiffness="{due!r}"'
         raise QuantityError.of(label, reason)
     if abs(stiffness - due) > SAME * due:
-        reason = f"its stiffness is {stiffness:g} N/m, the brake's with its rope {due:.9g} N/m; "
+        reason = f"its stiffness is {stiffness:g} N/m, but brake and rope have {due:.9g} N/m; "
         raise QuantityError.of(label, reason + f'write stiffness="{due!r}"')
     if model.tendon_frictionloss[index] != 0:
         raise QuantityError.of(
             label, "frictionloss would add a second resistance, and creep; omit it"
         )
     if np.any(model.tendon_stiffnesspoly[index]):
-        raise QuantityError.of(label, "the brake's stiffness is one number; write one stiffness")
+        raise QuantityError.of(label, "the brake has one stiffness; write a single number")
     if model.tendon_springyield[index] != 0:
         raise QuantityError.of(label, "springyield would slide in addition to the brake; omit it")
 

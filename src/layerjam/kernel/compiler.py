@@ -58,7 +58,7 @@ def compiler_on_path() -> tuple[str, ...] | None:
     words = _words(os.environ.get("CC", ""))
     if words:
         if shutil.which(words[0]) is None:
-            raise CompilerError(f"CC: '{words[0]}' is not found; name a C compiler, or unset CC")
+            raise CompilerError(f"CC: '{words[0]}' was not found; correct or unset CC")
         return tuple(words)
     return next(((name,) for name in KNOWN if shutil.which(name) is not None), None)
 
@@ -81,7 +81,7 @@ def cache() -> Path:
     """Return the folder of the libraries: the user's cache, else the system's temporary folder."""
     folder = user_cache("interop")
     if folder is None:
-        raise CompilerError("no folder to keep a compiled library in: set XDG_CACHE_HOME to one")
+        raise CompilerError("no folder for compiled libraries: set XDG_CACHE_HOME to a folder")
     return folder
 
 
@@ -92,7 +92,7 @@ def cross_compiler(target: str) -> tuple[str, ...]:
     """
     if importlib.util.find_spec("ziglang") is None:
         raise CompilerError(
-            f'no compiler for {target} found: pip install "layerjam[fmu]", or leave it out'
+            f'no compiler for {target} found: pip install "layerjam[fmu]", or omit it'
         )
     return (sys.executable, "-m", "ziglang", "cc", "-target", target)
 

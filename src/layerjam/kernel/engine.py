@@ -94,7 +94,7 @@ def describe_engine() -> str:
     if not _switched_on():
         return f"law ({SWITCH}=off)"
     if not _is_there():
-        return "law (no compiled kernel for this machine, and no C compiler that builds it)"
+        return "law (no compiled kernel for this machine, and no C compiler to build it)"
     path = Path(load_library("double")[0]._name)
     came = "shipped with layerjam" if path.parent == SHIPPED else "compiled on this machine"
     return f"kernel ({came}: {path})"
@@ -103,7 +103,7 @@ def describe_engine() -> str:
 def _switched_on() -> bool:
     setting = os.environ.get(SWITCH, "")
     if setting not in ("", "on", "off"):
-        raise QuantityError.of(SWITCH, f"'{setting}' is not known; set it to off, or leave it out")
+        raise QuantityError.of(SWITCH, f"'{setting}' is not allowed; set it to off, or unset it")
     return setting != "off"
 
 

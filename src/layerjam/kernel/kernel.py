@@ -73,7 +73,7 @@ def load_library(precision: Precision) -> tuple[Any, _Structures]:
     try:
         return bound(path, precision)
     except OSError as error:
-        raise CompilerError(f"the library of the kernel cannot be loaded: {error}") from None
+        raise CompilerError(f"the kernel's library cannot be loaded: {error}") from None
 
 
 def bound(path: Path, precision: Precision) -> tuple[Any, _Structures]:
@@ -94,7 +94,7 @@ def bound(path: Path, precision: Precision) -> tuple[Any, _Structures]:
         function = getattr(library_, name)
         function.argtypes, function.restype = arguments, answer
     if library_.lj_state_size() != ctypes.sizeof(types.state):
-        raise RuntimeError("the compiled lj_state is not that of layerjam.h")
+        raise RuntimeError("the compiled lj_state does not match layerjam.h")
     return library_, types
 
 
@@ -269,5 +269,5 @@ def _refuse(elongation: float, vacuum: float, compliance: float) -> None:
         if not np.isfinite(value):
             raise QuantityError.of(name, f"{value} is not a finite number")
         if name != "elongation" and value < 0:
-            raise QuantityError.of(name, f"{value:g} {unit} is not allowed; zero or more")
+            raise QuantityError.of(name, f"{value:g} {unit} is not allowed; use zero or more")
     raise QuantityError("elongation, vacuum or compliance is implausibly large")

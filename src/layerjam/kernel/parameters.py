@@ -52,7 +52,7 @@ def brake_of(brake: Brake | BrakeFile) -> Brake:
         )
     if brake.effects:
         raise QuantityError.of(
-            "effects", "the exported law has none; export the brake without them"
+            "effects", "the exported law has no effects; export the brake without them"
         )
     return straight(brake, "the exported law")
 

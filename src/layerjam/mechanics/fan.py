@@ -221,8 +221,7 @@ def straight(brake: Brake, caller: str) -> Brake:
         raise QuantityError.of(
             "mount.spacers",
             f"{caller} does not support the self-amplified friction of sheets without "
-            "spacers; with spacers = true, or if spacers is not stated, it is computed "
-            "without it",
+            "spacers; if spacers is true or not stated, friction is computed without it",
         )
     return flat(brake)
 

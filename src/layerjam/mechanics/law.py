@@ -150,8 +150,8 @@ def _as_argument(value: Any) -> Any:
         return np.asarray(value, dtype=np.float64)  # JAX would compile a program to convert it
     if hasattr(value, "units") or hasattr(value, "unit"):
         raise QuantityError(
-            f"laws take numbers in SI, not '{str(value)[:60]}'; convert it first, such as with "
-            ".to('Pa').magnitude, or call the function of a command, which converts it"
+            f"laws take numbers in SI units, not '{str(value)[:60]}'; convert it, for example with "
+            ".to('Pa').magnitude, or call a command's function, which converts it"
         )
     if getattr(getattr(value, "dtype", None), "kind", "f") not in "fiub":
         raise TypeError
@@ -171,7 +171,7 @@ def _explain(name: str, places: inspect.Signature, values: Any) -> None:
             fits, kind = is_record, f"a {record.__name__}, such as layerjam.load(NAME).brake"
         else:
             fits = _is_real(value) or (is_optional and (is_record or value is None))
-            kind = "a number in SI or an array of them"
+            kind = "a number or an array of numbers in SI units"
         if not fits:
             raise QuantityError.of(f"{name}, {key}", f"{abbreviate(value)} is not {kind}")
     shapes = {k: np.shape(v) for k, v in arguments.items() if type(v) not in _known_records}

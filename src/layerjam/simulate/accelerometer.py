@@ -53,24 +53,24 @@ class Accelerometer:
 
     name: str = "ideal"
     range: float | None = quantity(
-        "m/s^2", "greatest specific force, of either sign", lo=1e-3, hi=1e7, default=None
+        "m/s^2", "largest measurable specific force, of either sign", lo=1e-3, hi=1e7, default=None
     )
     bandwidth: float | None = quantity(
         "Hz", "-3 dB frequency of the built-in low-pass", lo=1e-2, hi=1e6, default=None
     )
-    order: int = quantity("1", "poles of the built-in low-pass", lo=1, hi=8, whole=True, default=2)
+    order: int = quantity("1", "number of poles of the low-pass", lo=1, hi=8, whole=True, default=2)
     kind: str = "bessel"
     sampling: float | None = quantity("Hz", "sampling rate", lo=1, hi=1e7, default=None)
     phase: float = quantity(
         "1",
-        ("time of the first sample after the taut rope, as a share of the sampling interval"),
+        "time from the taut rope to the first sample, as a fraction of the sampling interval",
         hi=1,
         default=0,
     )
     resolution: float | None = quantity(
-        "m/s^2", "step of the converter", open_lo=True, hi=1e6, default=None
+        "m/s^2", "quantization step", open_lo=True, hi=1e6, default=None
     )
-    noise: float = quantity("m/s^2", "noise of a sample, RMS", hi=1e6, default=0.0)
+    noise: float = quantity("m/s^2", "RMS noise of a sample", hi=1e6, default=0.0)
     seed: int | None = quantity("1", "seed of the noise", hi=2**63 - 1, whole=True, default=None)
     source: str = ""
 
@@ -81,8 +81,8 @@ class Accelerometer:
             raise UnknownNameError("low-pass", self.kind, KINDS)
         if self.range is not None and self.resolution is not None and self.resolution > self.range:
             raise QuantityError(
-                f"accelerometer resolution: a step of {show(self.resolution, 'm/s^2')} is more "
-                f"than the range of {show(self.range, 'm/s^2')}"
+                f"accelerometer resolution: a step of {show(self.resolution, 'm/s^2')} exceeds "
+                f"the range of {show(self.range, 'm/s^2')}"
             )
         requirements = {
             "seed": "noise needs a seed, so that the result is reproducible",
@@ -102,9 +102,9 @@ ADXL193 = Accelerometer(
     kind="bessel",
     sampling=20e3,
     source="Analog Devices ADXL193, analogue output. From its data sheet, as others quote it: "
-    "±250 g (a ±120 g grade exists; the paper does not say which), low-pass of 400 Hz on "
-    "the output. Assumed: 2-pole Bessel (quoted from memory of the data sheet, not "
-    "checked), 20 kHz sampling, a converter without steps, no noise",
+    "±250 g (a ±120 g grade exists; the paper does not state which one it used), 400 Hz low-pass "
+    "at the output. Assumed: 2-pole Bessel (quoted from memory of the data sheet, not "
+    "checked), 20 kHz sampling, no quantization, no noise",
 )
 SENSORS = {sensor.name: sensor for sensor in (IDEAL, ADXL193)}
 
@@ -119,8 +119,8 @@ class Reading:
     range and the samples are clipped to it.
     """
 
-    time: Array = column("s", "time of the samples, on the clock of the signal")
-    acceleration: Array = column("m/s^2", "specific force measured")
+    time: Array = column("s", "sample times, on the signal's clock")
+    acceleration: Array = column("m/s^2", "measured specific force")
     peak: float
     time_of_peak: float
     ideal_peak: float
@@ -176,8 +176,8 @@ def _end_of_stop(record: DropRecord) -> list[str]:
     if force == 0 or hangs or _is_swinging_back(record):
         return []
     return [
-        f"the record ends under load ({record.outcome}, {show(force, 'N')}), which is taken "
-        "as constant; later motion is not part of the reading"
+        f"the record ends under load ({record.outcome}, {show(force, 'N')}), which is assumed to "
+        "stay constant; the reading excludes later motion"
     ]
 
 
@@ -260,7 +260,7 @@ def cfc_filter(value: Any, rate: float, cfc: float) -> Array:
 
     if rate < LEAST_RATE * cfc * (1 - 1e-12):
         raise QuantityError(
-            f"sampling: {show(rate, 'Hz')} is too slow for CFC {cfc:g}; SAE J211-1 asks for at "
+            f"sampling: {show(rate, 'Hz')} is too slow for CFC {cfc:g}; SAE J211-1 requires at "
             f"least ten times the class, {show(LEAST_RATE * cfc, 'Hz')}"
         )
     a, b = cfc_coefficients(cfc, rate)
@@ -295,7 +295,7 @@ def measure_acceleration(
     warnings = _end_of_stop(signal) if isinstance(signal, DropRecord) else []
     if cfc is not None and cfc not in CLASSES:
         names = ", ".join(map(str, CLASSES))
-        raise QuantityError(f"filter: CFC {cfc:g} is not a class of SAE J211-1; there are {names}")
+        raise QuantityError(f"filter: CFC {cfc:g} is not an SAE J211-1 class; classes: {names}")
     return _read_signal(time, value, sensor, cfc, warnings)
 
 
@@ -319,8 +319,8 @@ def _read_signal(
     saturated = sensor.range is not None and bool(np.any(abs(reading) > sensor.range))
     if sensor.range is not None and saturated:
         warnings.append(
-            f"saturated: {show(float(abs(reading).max()), 'm/s^2')} is beyond the range of "
-            f"{show(sensor.range, 'm/s^2')}, which replaces it; the reported peak is too low"
+            f"saturated: {show(float(abs(reading).max()), 'm/s^2')} exceeds the range and is "
+            f"clipped to {show(sensor.range, 'm/s^2')}; the reported peak is too low"
         )
         reading = np.clip(reading, -sensor.range, sensor.range)
     if sensor.resolution is not None:
@@ -365,8 +365,8 @@ def _sample_signal(
     span = (time[-1] - time[0]) * rate
     if not span + 2 * before < MOST_SAMPLES:
         raise QuantityError(
-            f"sampling: {show(rate, 'Hz')} over {show(float(time[-1] - time[0]), 's')} would be "
-            f"more than {MOST_SAMPLES} samples; take fewer"
+            f"sampling: {show(rate, 'Hz')} for {show(float(time[-1] - time[0]), 's')} gives more "
+            f"than {MOST_SAMPLES} samples; use a lower rate"
         )
     count = int(np.ceil(span)) + 2 * before + 1
     first = float(time[0]) + (sensor.phase - before) / rate
@@ -382,12 +382,12 @@ def _validate(signal: Signal) -> tuple[Array, Array]:
     time, value = (np.atleast_1d(np.asarray(part, float)) for part in pair)
     if time.ndim != 1 or time.shape != value.shape or len(time) < 2:
         raise QuantityError(
-            "acceleration: give times and values of the same length, two or more of each"
+            "acceleration: times and values must have the same length, at least two of each"
         )
     if not (np.all(np.isfinite(time)) and np.all(np.isfinite(value))):
         raise QuantityError("acceleration: a time or a value is not a finite number")
     if not np.all(np.diff(time) > 0):
-        raise QuantityError("acceleration: the times must rise")
+        raise QuantityError("acceleration: times must increase")
     return time, value
 
 

@@ -121,7 +121,7 @@ def batch(
     Raises QuantityError for arrays that do not fit, and for more than 4 GiB without a sink.
     """
     if block < 1:
-        raise QuantityError(f"block: {block} cases are not allowed; give 1 or more")
+        raise QuantityError(f"block: {block} cases are not allowed; use 1 or more")
     brake, fixed = _plain_brake(brake), dict(fixed or {})
     sweep = {**sweep, **{n: v for n, v in fixed.items() if _is_number(v) and n not in sweep}}
     fixed = {n: v for n, v in fixed.items() if n not in sweep or not _is_number(v)}
@@ -135,8 +135,8 @@ def batch(
             raise UnknownNameError("result of the law", name, names)
     if sink is None and total * len(results) * 8 > LARGEST:
         raise QuantityError(
-            f"batch: {total} cases of {len(results)} results take "
-            f"{total * len(results) * 8 / 1e9:.3g} GB; give a sink, or name fewer results"
+            f"batch: {total} cases with {len(results)} results each need "
+            f"{total * len(results) * 8 / 1e9:.3g} GB; pass a sink, or request fewer results"
         )
     size = total if sink is None else min(CHUNK, total)
     columns = {n: _flat_array(n, out, size) for n in results}
@@ -193,17 +193,17 @@ def _is_number(value: Any) -> bool:
 def _check_row(name: str, data: Any) -> Array:
     """Return values of one quantity; raises QuantityError unless it is a number or a row."""
     if data is None:
-        raise QuantityError(f"{name}: None cannot be swept; give it in fixed")
+        raise QuantityError(f"{name}: None cannot be swept; pass it in fixed")
     try:
         values = np.asarray(data, float)
     except (TypeError, ValueError):
         text = repr(data)
         raise QuantityError(
             f"{name}: {text if len(text) < 60 else text[:57] + '...'} is not a number or a row "
-            "of numbers; a batch takes SI"
+            "of numbers in SI units"
         ) from None
     if values.ndim > 1 or values.size == 0:
-        raise QuantityError(f"{name}: has shape {values.shape}; it is a number or one row")
+        raise QuantityError(f"{name}: has shape {values.shape}; pass a number or one row")
     return values
 
 
@@ -217,7 +217,7 @@ def _lay_out(
         if name not in arguments and (name not in fields or name in constants):
             raise UnknownNameError("quantity", name, arguments + fields)
         if name in sweep and name in constants:
-            raise QuantityError(f"{name}: swept and fixed; give it once")
+            raise QuantityError(f"{name}: both swept and fixed; pass it only once")
     for name in arguments:
         if name not in sweep and name not in constants:
             raise QuantityError(f"{name}: missing; the law {law.__name__} needs it")
@@ -229,7 +229,7 @@ def _lay_out(
         dimension = (data[0] if pair else name) if values.ndim else None
         if dimension is not None and lengths.setdefault(dimension, len(values)) != len(values):
             raise QuantityError(
-                f"{name}: has {len(values)} values, others on the axis '{dimension}' have "
+                f"{name}: has {len(values)} values, but others on the axis '{dimension}' have "
                 f"{lengths[dimension]}"
             )
         plain.append((name, dimension, np.ascontiguousarray(np.atleast_1d(values))))
@@ -318,8 +318,8 @@ def _traced_run(
     except (TypeError, ValueError, IndexError) as err:
         reason = str(err).splitlines()[0][:200]
         raise QuantityError(
-            f"batch: the law {law.__name__} does not take these quantities ({reason}); put values "
-            "that are the same samples for every case, or None, into fixed"
+            f"batch: the law {law.__name__} does not accept these quantities ({reason}); pass "
+            "samples that are the same for every case, or None, in fixed"
         ) from None
     results = shape._asdict() if hasattr(shape, "_asdict") else {law.__name__: shape}
     # results that are not one number per case, such as a memory, are omitted

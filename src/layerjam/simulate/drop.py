@@ -93,7 +93,7 @@ def drop(
     if int(result.outcome) not in OUTCOMES:
         if brake.hyperelastic is not None:
             raise overstretch_error(vacuum, brake)
-        raise FitError("speed_law: the stop has more steps than can be followed")
+        raise FitError("speed_law: the stop takes more steps than can be computed")
     outcome = OUTCOMES[int(result.outcome)]
     columns, notes = _drop_columns(result.slip, *case), []
     law = brake.speed_law if follows_speed(brake) else None
@@ -140,9 +140,9 @@ def make_record(
         is_damped = inputs.get("rope_damping")
         springs = "the brake has" if is_damped else "rope and brake together have"
         reason = (
-            f"{springs} {show(spring, 'N/m')}; at {show(result.slip, 'm')} of slip the force of "
-            f"the sliding brake falls faster than that, and it snaps. {show(least, 'N/m')} or more "
-            "cannot snap at any slip"
+            f"{springs} a stiffness of {show(spring, 'N/m')}; at {show(result.slip, 'm')} of slip "
+            "the force of the sliding brake falls faster than that, and the brake snaps. With at "
+            f"least {show(least, 'N/m')} it cannot snap at any slip"
         )
         result = result._replace(reason=reason, least_stiffness=least)
     warnings = (*file.warnings(), *before, *_stop_warnings(result, brake), *after)
@@ -155,10 +155,10 @@ def _stop_warnings(result: TimedStop, brake: Brake) -> list[str]:
     if result.outcome is Outcome.BOTTOMED_OUT:
         travel = show(brake.sheets.usable_travel, "m")
         speed = show(result.end_speed, "m/s")
-        words.append(f"the brake ran out of its {travel} with the mass at {speed}")
+        words.append(f"the brake used up its {travel} of travel with the mass at {speed}")
     if Outcome.CLOSED_BY_SLEEVE in (result.outcome, result.outcome_at_end):
         words.append(
-            "the run ends where friction no longer holds the enclosure, which then closes the brake"
+            "the run ends when friction no longer holds the enclosure, which then closes the brake"
         )
     if result.slip_at_end > result.slip * (1 + 1e-9):
         words.append(

@@ -158,8 +158,8 @@ def drop_in_time(
     at_event = first if history is None else float(history.at(float(event.time)))
     if event.outcome == MOVING and duration is None:
         raise QuantityError(
-            f"duration: the mass still moves at {show(float(event.time), 's')}; give the time up "
-            "to which to follow it"
+            f"duration: the mass still moves at {show(float(event.time), 's')}; specify how long "
+            "to simulate"
         )
     states = _follow_motion(case, dt, until, event, progress)
     result = _make_stop(event, states[-1], case)
@@ -210,7 +210,7 @@ def _choose_step(case: _Case, step: float | None, until: float) -> tuple[float, 
             return dt, event, []
         if halving > 2 and ratio < 1.2:
             break
-    words = f"steps of {show(dt, 's')} give slip and time to {change:.1e} of their value"
+    words = f"steps of {show(dt, 's')} give slip and time to within a fraction of {change:.1e}"
     return dt, before, [words]
 
 
@@ -289,7 +289,7 @@ def _is_hanging(state: Motion, case: _Case) -> bool:
 def _check_inputs(inputs: Mapping[str, float | None], step: float | None, brake: Brake) -> None:
     check_given(inputs, LIMITS)
     if inputs["rope_damping"] and inputs["rope_stiffness"] is None:
-        raise QuantityError("rope damping: there is no rope; give its stiffness too")
+        raise QuantityError("rope damping: there is no rope; specify its stiffness too")
     if not (inputs["speed"] or inputs["gravity"]):
         raise QuantityError.of("speed", "0 m/s without gravity along the pull is not a drop")
     if step is not None:

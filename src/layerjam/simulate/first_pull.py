@@ -33,8 +33,8 @@ def check_hyperelastic(vacuum: Array, brake: Brake) -> None:
         )
     if (np.diff(vacuum) < 0).any():
         raise ProcedureError(
-            "procedure: the vacuum falls, for which a hyperelastic enclosure has no "
-            "law; keep or raise it, or use the brake without [hyperelastic]"
+            "procedure: the vacuum falls, which a hyperelastic enclosure does not "
+            "support; keep or raise it, or use the brake without [hyperelastic]"
         )
 
 
@@ -98,7 +98,7 @@ def overstretch_error(vacuum: float, brake: Brake) -> QuantityError:
     return QuantityError.of(
         "hyperelastic.strain",
         f"at {show(vacuum, 'Pa')} a slip beyond {show(slip, 'm')} stretches the enclosure "
-        "beyond the measured range; pull less far, or fit more of its curve",
+        "beyond the measured range; reduce the travel, or fit more of its curve",
     )
 
 

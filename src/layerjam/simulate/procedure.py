@@ -109,9 +109,9 @@ class Procedure:
         if not is_sequence or any(not isinstance(step, Step) for step in self.steps):
             raise ProcedureError(f"procedure: {abbreviate(self.steps)} is not a tuple of steps")
         if not self.steps:
-            raise ProcedureError("procedure: it has no step")
+            raise ProcedureError("procedure: it has no steps")
         if len(self.steps) > MAX_STEPS:
-            raise ProcedureError(f"procedure: {len(self.steps)} steps; at most {MAX_STEPS}")
+            raise ProcedureError(f"procedure: {len(self.steps)} steps; at most {MAX_STEPS} allowed")
         position = 0.0
         for step in self.steps:
             check(step, f"procedure, {type(step).__name__.lower()}, ")
@@ -120,7 +120,7 @@ class Procedure:
                 if step.end == position or (step.end > position) != out:
                     raise ProcedureError(
                         f"procedure: '{step.text()}' does not {'pull' if out else 'go back'}: the "
-                        f"crosshead is at {exact_text(position, 'm')} already"
+                        f"crosshead is already at {exact_text(position, 'm')}"
                     )
                 position = step.end
 
@@ -189,7 +189,7 @@ def parse_procedure(text: str) -> Procedure:
                 times = int(groups.get("times", 1))
                 if times * len(kinds) > MAX_STEPS:
                     raise ProcedureError(
-                        f"procedure: {times} cycles; at most {MAX_STEPS // len(kinds)}"
+                        f"procedure: {times} cycles; at most {MAX_STEPS // len(kinds)} allowed"
                     )
                 try:
                     steps += [_read_step(kind, groups) for kind in kinds] * times

@@ -10,7 +10,7 @@ from layerjam.units import QuantitySpec, spec_of
 
 VACUUM = QuantitySpec(
     "Pa",
-    "vacuum, the atmosphere less the pressure inside,",
+    "vacuum, the atmosphere minus the pressure inside,",
     hi=spec_of(Site, "atmosphere").hi,
     example="94.5kPa",
     symbol="P",
@@ -26,19 +26,19 @@ ARRIVAL_SPEED = QuantitySpec(
 )
 CROSSHEAD_SPEED = QuantitySpec("m/s", "speed of the crosshead", lo=1e-7, hi=100, example="13mm/s")
 STOP_TRAVEL = QuantitySpec(
-    "m", "slip of the brake to stop within", lo=1e-6, hi=100, example="40mm", symbol="d"
+    "m", "slip within which to stop", lo=1e-6, hi=100, example="40mm", symbol="d"
 )
-ELONGATION = QuantitySpec("m", "elongation to pull to", lo=1e-6, hi=10, example="40mm", symbol="u")
+ELONGATION = QuantitySpec("m", "final elongation", lo=1e-6, hi=10, example="40mm", symbol="u")
 DURATION = QuantitySpec("s", "time to simulate", open_lo=True, hi=1e5, example="20s")
 LEAK_TIME = QuantitySpec(
     "s",
-    "time constant of a laminar leak, volume over conductance",
+    "time constant of a laminar leak, volume / conductance",
     lo=1e-3,
     hi=1e7,
     example="500s",
 )
 HELD = QuantitySpec("s", "time from shutting the line off to the taut rope", hi=1e7, example="60s")
-SEED = QuantitySpec("1", "seed of the random numbers", hi=2**63 - 1, whole=True)
+SEED = QuantitySpec("1", "seed of the random number generator", hi=2**63 - 1, whole=True)
 
 
 def check_given(values: Mapping[str, float | None], limits: Mapping[str, QuantitySpec]) -> None:

@@ -137,7 +137,7 @@ def header_values(record: Record, **units: str) -> dict[str, str]:
 class PullRecord(Record):
     """Columns of every pull of a crosshead; arrays have shape (N,), SI units."""
 
-    time: np.ndarray = column("s", "time from the start")
+    time: np.ndarray = column("s", "time since the start")
     elongation: np.ndarray = column("m", "crosshead elongation")
     force: np.ndarray = column("N", "force at the crosshead")
     slip: np.ndarray = column("m", "slip of the sheets")
@@ -155,7 +155,7 @@ class TensileRecord(PullRecord):
     vacuum: np.ndarray = column("Pa", "vacuum inside the enclosure")
     work: np.ndarray = column("J", "work done on the brake")
     dissipated_energy: np.ndarray = column("J", "energy turned into heat")
-    stored_energy: np.ndarray = column("J", "elastic energy held in enclosure, sheets and mount")
+    stored_energy: np.ndarray = column("J", "elastic energy of enclosure, sheets and mount")
     procedure: str
     model: str = "lumped"
     engine: str = "law"
@@ -231,5 +231,5 @@ def read_header(path: str | Path) -> tuple[BrakeFile, str]:
     except (OSError, UnicodeDecodeError) as err:
         raise FileError(path, f"cannot be read: {err}") from None
     if not (procedure and brake_lines):
-        raise FileError(path, "has no header with brake and procedure")
+        raise FileError(path, "has no header that states brake and procedure")
     return BrakeFile.read("".join(brake_lines), path), procedure

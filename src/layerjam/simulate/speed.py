@@ -11,9 +11,9 @@ from layerjam.units import show
 SLOW = 25e-3
 """Speed of the paper's fastest pull [m/s]; the paper reports no effect of speed on dry sheets."""
 UNMEASURED = Notice(
-    "no speed law was measured for this brake: friction is assumed equal at every "
-    "sliding speed, although that of PTFE rises several times from 10 to 500 mm/s "
-    "(makers' curves)",
+    "no speed law was measured for this brake: friction is assumed to be the same at every "
+    "sliding speed, although that of PTFE rises severalfold between 10 and 500 mm/s "
+    "(manufacturers' curves)",
     "speed-law-unmeasured",
 )
 
@@ -39,8 +39,8 @@ def stop_notices(
     if error is not None:
         notices.append(
             Notice(
-                "friction follows the brake's [speed_law]; the stop is integrated, slip, time and "
-                f"force to about {max(error, 1e-12):.0e} of their value",
+                "friction follows the brake's [speed_law]; the stop is integrated, with slip, time "
+                f"and force accurate to about a fraction of {max(error, 1e-12):.0e}",
                 "speed-law",
             )
         )
@@ -58,7 +58,7 @@ def speed_notices(file: BrakeFile, fastest: float) -> list[Notice]:
     return [
         Notice(
             f"the sheets slide at up to {show(fastest, 'm/s')}; their friction was measured up to "
-            f"{show(limit, 'm/s')} and is extrapolated",
+            f"{show(limit, 'm/s')} and is extrapolated beyond",
             "speed-law-beyond",
         )
     ]
@@ -88,12 +88,12 @@ def stack_notices(file: BrakeFile, speeds: Sequence[float]) -> list[Notice]:
     """Return notices of a pull sheet by sheet; the first of `speeds` [m/s] sets its friction."""
     first = speeds[0]
     words = (
-        f"every interface has the friction of the brake's [speed_law] at {show(first, 'm/s')}, the "
-        "speed of the crosshead"
+        "every interface has the friction that the brake's [speed_law] gives at "
+        f"{show(first, 'm/s')}, the speed of the crosshead"
     )
     if any(speed != first for speed in speeds):
         words += (
-            " in the first move, also used for the later ones (the lumped model follows each speed)"
+            " in the first move, and keeps it in later moves (the lumped model follows each speed)"
         )
     return _law_notice(file, words, first, unmeasured=max(speeds) > SLOW)
 
@@ -102,7 +102,7 @@ def slide_notices(file: BrakeFile, speed: float, fastest: float) -> list[Notice]
     """Return notices of stick–slip at a crosshead speed and a fastest slip [m/s]."""
     words = (
         "kinetic friction follows the brake's [speed_law] at the speed of the sliding sheets; "
-        "stable_speed and stiffness_needed are closed forms without it and are left out"
+        "stable_speed and stiffness_needed, closed forms without that law, are omitted"
     )
     return _law_notice(file, words, fastest, unmeasured=speed > SLOW)
 
@@ -110,8 +110,8 @@ def slide_notices(file: BrakeFile, speed: float, fastest: float) -> list[Notice]
 def machine_notices(file: BrakeFile) -> list[Notice]:
     """Return notices about the friction of brakes in a machine."""
     words = (
-        "friction follows the brake's [speed_law] at the speed of the sheets; a holding "
-        "force is that of very slowly sliding sheets, or the static one"
+        "friction follows the brake's [speed_law] at the speed of the sheets; holding "
+        "forces are those of very slow sliding, or of static friction"
     )
     return _law_notice(file, words, 0.0)
 

@@ -93,7 +93,7 @@ def fanned_friction(
     if kinetic is None or still is None:
         return None
     if not bool(is_flat(brake)):
-        raise QuantityError.of("mount.spacers", "the sheets leave their caps at over 45 degrees")
+        raise QuantityError.of("mount.spacers", "the sheets fan out by more than 45 degrees")
     ratio = float(brake.film.static / brake.film.kinetic) if static else 1.0
     plain, fan_static = (Fan(*map(float, fan)) for fan in (kinetic, still))
     return FannedFriction(flat, length, ratio, plain, fan_static if static else plain)
@@ -131,7 +131,7 @@ class Interfaces:
         it, because the pressure in the stack equals the atmosphere throughout.
         """
         if not 0 <= middle <= 1:
-            raise QuantityError(f"middle: {middle!r} is not a share; 0 to 1 is allowed")
+            raise QuantityError(f"middle: {middle!r} is not a fraction; 0 to 1 is allowed")
         place = np.linspace(-1, 1, count - 1) if count > 2 else np.zeros(1)
         return cls(vacuum=1 - (1 - middle) * (1 - place**2))
 
@@ -156,9 +156,9 @@ class Housing:
 def _per_interface(values: float | Array, count: int, name: str) -> Array:
     array = np.asarray(values, float)
     if array.shape not in ((), (count,)):
-        raise QuantityError(f"{name}: {array.shape} numbers for {count} interfaces")
+        raise QuantityError(f"{name}: shape {array.shape} for {count} interfaces")
     if not np.isfinite(array).all():
-        raise QuantityError(f"{name}: not all are finite numbers")
+        raise QuantityError(f"{name}: every number must be finite")
     return np.broadcast_to(array, count).copy()
 
 
@@ -185,7 +185,7 @@ def stack_of(
     """
     if one_by_one and not static:
         raise QuantityError.of(
-            "one_by_one", "without static friction no interface breaks away; also give static"
+            "one_by_one", "without static friction no interface breaks away; set static too"
         )
     sheets, film = brake.sheets, brake.film
     count = int(sheets.count)
@@ -238,7 +238,7 @@ def _resting_interfaces(brake: Brake, vacuum: float, layout: Interfaces) -> tupl
     extra = _per_interface(layout.extra_overlap, count - 1, "interfaces.extra_overlap")
     length = brake.sheets.overlap + extra
     if (length <= 0).any():
-        raise QuantityError("interfaces.extra_overlap: some interfaces would not overlap at all")
+        raise QuantityError("interfaces.extra_overlap: some sheets would not overlap at all")
     friction = share * np.asarray(friction_per_contact(pressure, brake)) / (count - 1) * length
     return friction, length
 
@@ -249,7 +249,7 @@ def _add_walls(stack: Stack, housing: Housing) -> Stack:
     if not (np.isfinite(rub).all() and (rub >= 0).all()):
         raise QuantityError(f"housing.friction: {housing.friction!r} N; 0 or more is allowed")
     if not (housing.contact > 0 and 0 < housing.stiffness < np.inf):
-        raise QuantityError("housing: contact and stiffness must be above 0, stiffness finite")
+        raise QuantityError("housing: contact must be above 0; stiffness above 0 and finite")
 
     def surround(inner: Any, first: float, last: float) -> Any:
         return np.concatenate([[first], inner, [last]]).astype(inner.dtype)

@@ -67,13 +67,13 @@ def peak_spread(
     with (done, asked) after each chunk; after Ctrl-C the stacks done so far are returned.
     """
     if not 0 <= scatter <= 2:
-        raise QuantityError(f"scatter: {scatter!r} is not allowed; 0 to 2 is")
+        raise QuantityError(f"scatter: {scatter!r} is not allowed; use 0 to 2")
     if samples < 1 or chunk < 1 or seed < 0:
-        raise QuantityError("samples and chunk must be at least 1, seed at least 0")
+        raise QuantityError("samples and chunk must be at least 1, and seed at least 0")
     if not vacuum > 0:
         raise QuantityError.of(
             "vacuum",
-            f"at {vacuum!r} Pa the sheets do not rub, so nothing scatters; use a higher vacuum",
+            f"at {vacuum!r} Pa there is no friction that could scatter; use a higher vacuum",
         )
     brake = file.brake
     layout: Any = {"interfaces": interfaces, "housing": housing, "static": static}

@@ -38,7 +38,7 @@ LIMITS = {
     "travel": replace(ELONGATION, lo=0.0, open_lo=True),
     "step": QuantitySpec("s", "longest step", open_lo=True),
     "damping": QuantitySpec("N s/m", "damping parallel to the spring"),
-    "hold": QuantitySpec("s", "time at rest of the crosshead"),
+    "hold": QuantitySpec("s", "time for which the crosshead rests"),
 }
 ENDS = {
     SEPARATED: Outcome.SEPARATED,
@@ -73,11 +73,11 @@ class StickSlipRecord(PullRecord):
     """
 
     command: ClassVar[str] = "stick-slip"
-    speed_of_mass: Array = column("m/s", "speed of the moving mass, that of the sliding sheets")
+    speed_of_mass: Array = column("m/s", "speed of the moving mass and of the sliding sheets")
     sliding: Array = column("1", "1 while the sheets slide, 0 while they stick")
     work: Array = column("J", "work done by the crosshead")
     dissipated_energy: Array = column("J", "energy turned into heat")
-    stored_energy: Array = column("J", "energy held in spring, enclosure and moving mass")
+    stored_energy: Array = column("J", "energy of spring, enclosure and moving mass")
     events: Events
     vacuum: float
     speed: float
@@ -196,8 +196,8 @@ def force_bounds(run: Slide, speed: Any = None) -> Bounds:
 def _check_hold(hold: float, step: float) -> None:
     if not hold / step <= 0.9 * SAMPLES:
         raise QuantityError(
-            f"step: {step:g} s makes too many steps ({hold / step:.0f}) of the hold of "
-            f"{hold:g} s; use longer steps, which give the same result"
+            f"step: {step:g} s divides the hold of {hold:g} s into too many steps "
+            f"({hold / step:.0f}); use longer steps, which give the same result"
         )
 
 
@@ -242,9 +242,9 @@ def stick_slip(
     state = slide(setup, events=EVENTS, samples=SAMPLES, max_actions=4 * SAMPLES)
     if int(state.reason) == TOO_LONG:
         raise FitError(
-            f"speed: at {show(speed, 'm/s')} the motion over {show(travel, 'm')} has more than "
-            f"{SAMPLES} steps; pull over a shorter travel, give more damping or, if the Stribeck "
-            "speed is very small, 0 for it"
+            f"speed: at {show(speed, 'm/s')} the motion over {show(travel, 'm')} takes more than "
+            f"{SAMPLES} steps; shorten the travel, raise the damping or, if the Stribeck speed is "
+            "very small, set it to 0"
         )
     table = np.asarray(state.table)[: min(int(state.count), EVENTS)]
     rows = np.asarray(state.trace)[: int(state.written)]

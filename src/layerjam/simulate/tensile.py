@@ -127,9 +127,8 @@ def outcome_warnings(
     if outcome is Outcome.SNAPS:
         least = show(float(least_stiffness(vacuum, brake)), "N/m")
         texts.append(
-            f"the brake's force falls by {least} once it slides: on a rig of "
-            f"{show(float(working_stiffness(brake)), 'N/m')} it snaps; more than {least} "
-            "is needed"
+            f"the brake's force falls by {least} once it slides, so it snaps on a rig with "
+            f"{show(float(working_stiffness(brake)), 'N/m')}; a rig needs more than {least}"
         )
     if outcome is Outcome.SEPARATED:
         texts.append(
@@ -185,7 +184,7 @@ def tensile(
     warnings = outcome_warnings(outcome, highest, elongation[:end], cycle.slip[:end], brake)
     if leak_time is not None:
         warnings.append(
-            "the line is shut off after every evacuation; the vacuum leaks away with a time "
+            "the line is shut off after every evacuation; the vacuum decays with a time "
             f"constant of {show(leak_time, 's')}"
         )
     return TensileRecord(

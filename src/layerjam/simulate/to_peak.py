@@ -70,4 +70,4 @@ def sheets_to_peak(peak_at: Callable[[int], float], force: float, limit: int) ->
 
 def _check_force(force: float) -> None:
     if not 0 <= force < float("inf"):
-        raise QuantityError.of("force", f"{force:g} N is not a force; 0 N or more is needed")
+        raise QuantityError.of("force", f"{force:g} N is not allowed; use 0 N or more")

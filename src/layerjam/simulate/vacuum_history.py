@@ -33,13 +33,13 @@ class History:
             try:
                 values = np.array(getattr(self, name), float)
             except (TypeError, ValueError):
-                raise QuantityError(f"history: its {name} is not a row of numbers") from None
+                raise QuantityError(f"history: {name} is not a row of numbers") from None
             object.__setattr__(self, name, values)
         time, vacuum = self.time, self.vacuum
         if time.ndim != 1 or time.shape != vacuum.shape or len(time) < 2:
             raise QuantityError(
-                f"history: time has shape {time.shape}, vacuum {vacuum.shape}; give two rows of "
-                "the same length, two or more samples"
+                f"history: time has shape {time.shape}, vacuum {vacuum.shape}; pass two rows of "
+                "the same length with at least two samples"
             )
         for values, spec, label in ((time, TIME, "time"), (vacuum, VACUUM, "vacuum")):
             bad = np.flatnonzero(~(np.isfinite(values) & (values >= spec.lo)))
@@ -50,7 +50,7 @@ class History:
             k = int(falls[0]) + 1
             raise QuantityError(
                 f"history: time of sample {k + 1}, {show(float(time[k]), 's')}, is not after "
-                f"the one before, {show(float(time[k - 1]), 's')}; times must rise"
+                f"the previous one, {show(float(time[k - 1]), 's')}; times must increase"
             )
 
     @classmethod
@@ -80,7 +80,7 @@ class History:
             raise QuantityError(
                 f"history: vacuum of sample {excess[0] + 1}, "
                 f"{show(float(self.vacuum[excess[0]]), 'Pa', 6)}, is more than the atmosphere, "
-                f"{show(atmosphere, 'Pa', 6)}; a vacuum is at most that"
+                f"{show(atmosphere, 'Pa', 6)}; reduce it"
             )
 
     def remarks(self) -> list[str]:
@@ -89,11 +89,11 @@ class History:
         if first > 0:
             return [
                 f"the history begins {show(first, 's')} after the rope is taut; until then its "
-                f"first vacuum, {vacuum}, is held"
+                f"first vacuum, {vacuum}, is assumed"
             ]
         if first < 0:
             return [
                 f"the history begins {show(-first, 's')} before the rope is taut; the drop starts "
-                f"at its time 0 with {show(float(self.at(0.0)), 'Pa')}"
+                f"at time 0 of the history with {show(float(self.at(0.0)), 'Pa')}"
             ]
         return []

@@ -213,7 +213,7 @@ class RecordFile(ABC, Generic[R]):
     def render(self, name: str) -> str:
         """Return a complete, commented file: every field with its meaning and bounds."""
         lines = [
-            f"# {self.heading} Every quantity carries its unit; edit what differs for yours.",
+            f"# {self.heading} Every quantity has a unit; change the values that differ.",
             "# A number can state its source:",
             '#   width = { value = "13 mm", kind = "measured", source = "caliper, 3 places" }',
             f"# kind: {', '.join(KINDS)}",

@@ -15,14 +15,14 @@ KINDS: Mapping[str, str] = MappingProxyType(
         "inferred": "not printed, but derived from printed values",
         "measured": "measured on this brake or this pair of surfaces",
         "calibrated": "fitted to pulls of this brake",
-        "data sheet": "from the maker's data sheet of the material",
+        "data sheet": "from the manufacturer's data sheet for the material",
         "handbook": "published for this material, not measured on these surfaces",
         "synthetic": "from files written by a program, not measured",
-        "assumed": "assumed, no source",
+        "assumed": "assumed, without a source",
         "unstated": "not stated in the file",
     }
 )
-_SD = QuantitySpec("1", "standard deviation over the mean")
+_SD = QuantitySpec("1", "standard deviation divided by the mean")
 _KEYS = {
     "kind": "kind",
     "source": "text",
@@ -75,15 +75,13 @@ class Source:
         keys = {"value", "sd", *_KEYS}
         odd = ", ".join(sorted(set(table) - keys))[:60]
         if odd or "value" not in table:
-            problem = f"does not know {odd}" if odd else "has no value"
+            problem = f"has the unknown key {odd}" if odd else "has no value"
             keys_text = ", ".join(sorted(keys))
-            raise QuantityError(
-                (f"{name} {problem}; a table has the keys {keys_text}"), quantity=name
-            )
+            raise QuantityError(f"{name} {problem}; allowed keys: {keys_text}", quantity=name)
         words = {field: table[key] for key, field in _KEYS.items() if key in table}
         for field, word in words.items():
             if not isinstance(word, str):
-                raise QuantityError(f"{name}.{field} must be a text in quotes", quantity=name)
+                raise QuantityError(f"{name}.{field} must be text in quotes", quantity=name)
         if words.get("kind", "unstated") not in KINDS:
             raise UnknownNameError("kind", words["kind"], KINDS, quantity=name)
         sd = _SD.read(table["sd"], f"{name}.sd") if "sd" in table else None

@@ -31,12 +31,10 @@ MAX_BYTES = 1_000_000
 def parse_toml(text: str, path: object) -> dict[str, Any]:
     """Return the tables of a TOML text; raises FileError with the line if it is not TOML."""
     if len(text) > MAX_BYTES:
-        raise FileError(path, f"is larger than {MAX_BYTES // 1000} kB, the limit for such a file")
+        raise FileError(path, f"is larger than {MAX_BYTES // 1000} kB, the limit for TOML files")
     for number, row in enumerate(text.split("\n"), 1):
         if row.count(".") > 300:  # tomllib takes minutes for a key with thousands of parts
-            raise FileError(
-                path, ("has a line with more than 300 dots, so it is not such a file"), number
-            )
+            raise FileError(path, "has a line with more than 300 dots, the limit", number)
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as err:
@@ -49,7 +47,7 @@ def parse_toml(text: str, path: object) -> dict[str, Any]:
             reason += '; put a quantity in quotes, such as "0.254 mm"'
         raise FileError(path, f"is not TOML: {reason}", line) from None
     except (ValueError, RecursionError) as err:
-        raise FileError(path, f"is not TOML that can be read: {str(err)[:80]}") from None
+        raise FileError(path, f"is not valid TOML: {str(err)[:80]}") from None
 
 
 def read_text(path: Path) -> str:
@@ -66,7 +64,7 @@ def read_text(path: Path) -> str:
         problem = f"cannot be read: {getattr(err, 'strerror', None) or err}"
         raise FileError(path, problem, how=nearby(path)) from None
     if len(raw) > MAX_BYTES:
-        raise FileError(path, f"is larger than {MAX_BYTES // 1000} kB, the limit for such a file")
+        raise FileError(path, f"is larger than {MAX_BYTES // 1000} kB, the limit for TOML files")
     return decode_toml(raw, path)
 
 

@@ -57,13 +57,13 @@ class TextSpec(AsItIs):
 
     def limits(self) -> str:
         """Return the choices as a phrase."""
-        return f"one of {', '.join(self.choices)}" if self.choices else "a text in quotes"
+        return f"one of {', '.join(self.choices)}" if self.choices else "text in quotes"
 
     def read(self, text: object, name: str) -> str:
         """Return the text."""
         if not isinstance(text, str) or not (self.blank or text.strip()):
             meaning = f", {self.text}" if self.text else ""
-            raise QuantityError.of(name, f"must be a text in quotes{meaning}")
+            raise QuantityError.of(name, f"must be text in quotes{meaning}")
         return self.check(text, name)
 
     def check(self, value: Any, name: str) -> Any:

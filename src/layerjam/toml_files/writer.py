@@ -155,5 +155,5 @@ def _take_out(document: Any, path: str) -> None:
     table, _, key = path.rpartition(".")
     place = document.get(table, {}) if table else document
     if key not in place:
-        raise QuantityError.of(path, "a part, a material or a default sets it; give another value")
+        raise QuantityError.of(path, "a part, a material or a default sets it; change the value")
     place.remove(key)

@@ -345,7 +345,7 @@ def check_stack(stack: Stack) -> None:
     if n < 2 or len(stack.right) != n or any(len(a) != n - 1 for a in rows):
         raise QuantityError(f"stack: {n} sheets need {n - 1} interfaces, at least one")
     if not ((stack.friction >= 0).all() and (stack.ratio >= 1).all()):
-        raise QuantityError("stack: friction must not be negative, nor static below kinetic")
+        raise QuantityError("stack: friction is negative, or static friction is below kinetic")
 
 
 def pull_stack(

@@ -11,11 +11,11 @@ class Stribeck:
     static: Quantity[float] = quantity("1", "static friction", hi=10, symbol="mu_s")
     kinetic: Quantity[float] = quantity("1", "kinetic friction", hi=10, symbol="mu_k")
     speed: Quantity[float] = quantity(
-        "m/s", "speed over which static friction is lost (0: at once)", hi=100, symbol="v_s"
+        "m/s", "speed at which static friction decays (0: at once)", hi=100, symbol="v_s"
     )
     exponent: Quantity[float] = quantity(
-        "1", "exponent of the loss", lo=0.1, hi=10, symbol="delta", default=1.0
+        "1", "exponent of the decay", lo=0.1, hi=10, symbol="delta", default=1.0
     )
     viscous: Quantity[float] = quantity(
-        "s/m", "growth of the coefficient with speed", hi=1e6, symbol="c", default=0.0
+        "s/m", "viscous growth of friction with speed", hi=1e6, symbol="c", default=0.0
     )

@@ -27,17 +27,17 @@ from layerjam.units import quantity, record
 class WetFilm:
     """Friction parameters of a wet interface."""
 
-    static: float = quantity("1", "wet friction at rest", hi=10, symbol="mu_s")
-    kinetic: float = quantity("1", "wet friction at high speed", hi=10, symbol="mu_k")
+    static: float = quantity("1", "wet static friction", hi=10, symbol="mu_s")
+    kinetic: float = quantity("1", "wet kinetic friction at high speed", hi=10, symbol="mu_k")
     speed: float = quantity(
         "m/s", "speed scale at which the water begins to carry load", hi=100, symbol="v_s"
     )
     exponent: float = quantity(
         "1", "exponent of the Stribeck curve", lo=0.1, hi=10, symbol="delta", default=1.0
     )
-    adhesion: float = quantity("Pa", "shear stress without vacuum", hi=1e6, symbol="tau_0")
+    adhesion: float = quantity("Pa", "shear stress at zero vacuum", hi=1e6, symbol="tau_0")
     viscosity: float = quantity(
-        "Pa s/m", "viscosity of the water over the thickness of its film", hi=1e9, symbol="b"
+        "Pa s/m", "ratio of the water's viscosity to its film thickness", hi=1e9, symbol="b"
     )
 
 

@@ -1,6 +1,6 @@
 /* Printed by layerjam/interop/fmi_variables.py. Apache License 2.0. */
 
-#define LJ_TOKEN "{b26455dd-0c59-16d9-550c-7eef64822c0f}"
+#define LJ_TOKEN "{61819bbf-9c42-33bf-66e5-cd8f19fc6f7c}"
 
 /* value references */
 #define LJ_TIME 0u
