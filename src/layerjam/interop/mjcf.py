@@ -25,7 +25,7 @@ def brake_file(brake: AnyBrake) -> BrakeFile | Brake:
 
 
 def atmosphere_of(brake: BrakeFile | Brake) -> float:
-    """Return the greatest possible vacuum [Pa]."""
+    """Return the highest possible vacuum [Pa]."""
     brake = brake.brake if isinstance(brake, BrakeFile) else brake
     return float(brake.site.atmosphere)
 

@@ -28,7 +28,7 @@ class Tendon(NamedTuple):
 
 
 def tendon_of(model: Any, name: str, numbers: Parameters) -> Tendon:
-    """Return the tendon of a mujoco.MjModel, checked.
+    """Return the checked tendon of a mujoco.MjModel.
 
     Raises UnknownNameError for an unknown name, QuantityError for a tendon that is not a spring of
     the brake's stiffness, or that resists by itself.

@@ -110,9 +110,9 @@ def library(
 ) -> Path:
     """Return the path of a shared library of C sources; compile it unless it is in the cache.
 
-    A change of a file in the folders of the sources or in `includes`, or of the compiler, compiles
-    it again. `target` names a different machine, as in `cross_compiler`. Raises CompilerError with
-    the compiler's message, or if it takes longer than `limit` [s].
+    A change to a file in the source folders or in `includes`, or to the compiler, triggers
+    recompilation. `target` names a different machine, as in `cross_compiler`. Raises CompilerError
+    with the compiler's message, or if it takes longer than `limit` [s].
     """
     command = compiler() if target is None else cross_compiler(target)
     options = [*FLAGS, *flags, *(f"-D{name}" for name in defines)]

@@ -36,7 +36,7 @@ def quick_kernel(brake: Brake, vacuum: float) -> Kernel | None:
 
     `brake_cycle` is needed if the kernel lacks the brake's law (sheets that fan out, a speed law, a
     hyperelastic enclosure) or if the brake snaps on its stiffness. It is also needed if there is
-    neither a library nor a compiler, or if LAYERJAM_KERNEL=off. Raises QuantityError for another
+    neither a library nor a compiler, or if LAYERJAM_KERNEL=off. Raises QuantityError for any other
     value of that variable.
     """
     if not _switched_on() or not _is_there():

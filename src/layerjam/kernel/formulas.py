@@ -200,7 +200,7 @@ class _Printer:
         return f"{_name(name)}({', '.join(args)})"
 
     def argument(self, node: ast.expr, is_field: bool) -> str:
-        """Return an argument: a record by value as a field of another one, else its address."""
+        """Return an argument: a record by value as a field of another record, else its address."""
         text, is_address = self.text(node)[0], ast.unparse(node) in self.pointers
         if self.kind(node) in ("int", TYPES["Any"]) or is_address != is_field:
             return text

@@ -22,7 +22,7 @@ REFUSED, SLACK, SEPARATED, CLOSED, SNAPPED, OVERFLOW = (1 << bit for bit in rang
 """Flags of a state, as in `layerjam.h`."""
 DEPTH = 16
 PARTED = 1e-12
-"""Fraction of the overlap below which none counts as left, as in `brake_cycle`."""
+"""Fraction of the overlap below which it counts as used up, as in `brake_cycle`."""
 _REALS: dict[Precision, Any] = {"double": ctypes.c_double, "single": ctypes.c_float}
 
 

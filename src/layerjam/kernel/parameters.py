@@ -34,13 +34,13 @@ class Parameters(NamedTuple):
 
 
 UNITS = dict(zip(Parameters._fields, ("m", "m", "N/m", "N", "m", "m", "1", "Pa"), strict=True))
-"""Return {parameter: SI unit}."""
+"""{parameter: SI unit}."""
 
 
 def brake_of(brake: Brake | BrakeFile) -> Brake:
     """Return the brake for the kernel; QuantityError for a law that the kernel lacks.
 
-    Spacers are left out, because without a fan they affect only the scale factor.
+    Spacers are omitted, because without a fan they affect only the scale factor.
     """
     brake = brake.brake if isinstance(brake, BrakeFile) else brake
     one_modulus(brake)
@@ -60,9 +60,9 @@ def brake_of(brake: Brake | BrakeFile) -> Brake:
 def parameters(brake: Brake | BrakeFile, rope_stiffness: float | None = None) -> Parameters:
     """Return the kernel's numbers, with a rope [N/m] in series with the brake.
 
-    A share of the vacuum that presses the sheets is part of `contact` and `test_pressure`. Raises
-    QuantityError for laws that the kernel lacks: sheets that fan out, a speed law, a hyperelastic
-    enclosure.
+    The fraction of the vacuum that presses the sheets is part of `contact` and `test_pressure`.
+    Raises QuantityError for laws that the kernel lacks: sheets that fan out, a speed law, a
+    hyperelastic enclosure.
     """
     brake = brake_of(brake)
     share = 1.0 if brake.vacuum_share is None else brake.vacuum_share

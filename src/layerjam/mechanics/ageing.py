@@ -1,4 +1,4 @@
-"""Ageing: static friction grows with the logarithm of the hold while films rest under load.
+"""Ageing: while films rest under load, static friction grows with the logarithm of the hold.
 
 It is included only if the brake states the growth (`film.ageing`, with the hold `film.static_hold`
 after which its static friction was measured); `layerjam ageing` fits it. The load during the hold
@@ -22,7 +22,7 @@ def _aged(hold: Any, brake: Brake) -> Any:
     rested = hold > 0
     decades = jnp.log10(jnp.where(rested, hold, 1.0) / film.static_hold)
     friction = jnp.maximum(film.static + film.ageing * decades, film.kinetic)
-    # the logarithm diverges for a hold of zero, so friction is never taken below kinetic friction
+    # the logarithm diverges for a hold of zero, so static friction is kept at or above kinetic
     return jnp.where(rested, friction, jnp.where(film.ageing > 0, film.kinetic, film.static))
 
 
@@ -37,7 +37,7 @@ def aged_static(hold: Any, brake: Brake) -> Any:
 
 @law
 def aged_holding_force(hold: Any, vacuum: Any, brake: Brake) -> Any:
-    """Return static friction of the sheets [N] after resting jammed for a hold [s]; vacuum [Pa].
+    """Return the sheets' static friction [N] after resting for a hold [s] at a vacuum [Pa].
 
     This is `holding_force` with the grown static friction. Sheets without spacers amplify it more,
     since their factor grows with friction. NaN for a negative hold or vacuum.

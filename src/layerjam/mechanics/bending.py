@@ -13,8 +13,8 @@ the straight, unjammed state.
 
 Sheets without spacers amplify their friction in a pull, where all of a side are in tension. In
 bending, the outer sheets are in tension and the inner ones compressed: the fan unloads one half of
-the interfaces as much as it loads the other. To first order the sum does not change, and friction
-is that of flat sheets. Only the lever changes (see `_fan_stiffness`).
+the interfaces as much as it loads the other. To first order the sum does not change, so friction is
+that of flat sheets. Only the lever changes (see `_fan_stiffness`).
 """
 
 from typing import Any
@@ -100,7 +100,7 @@ def _shear_force(bend: Any, flow: Any, brake: Brake) -> Any:
 
 @law
 def shear_at_first_slip(vacuum: Any, brake: Brake) -> Any:
-    """Return the transverse force [N] at which the innermost interfaces slip; vacuum [Pa].
+    """Return the transverse force [N] at which the innermost interfaces slip at a vacuum [Pa].
 
     It is (2/3) a mu_k P W n t, divided by 1 - 1/n^2 for odd n: the parabolic shear stress in a beam
     reaches the friction in the middle. The enclosure bends with the sheets and carries its share.
@@ -111,7 +111,7 @@ def shear_at_first_slip(vacuum: Any, brake: Brake) -> Any:
 
 @law
 def shear_at_full_slip(vacuum: Any, brake: Brake) -> Any:
-    """Return the transverse force [N] above which all interfaces slip; vacuum [Pa].
+    """Return the transverse force [N] above which all interfaces slip at a vacuum [Pa].
 
     It is q t (13 n/12 - 1) for three sheets and more; above it a beam is as soft as without vacuum.
     """
@@ -130,7 +130,7 @@ def cantilever_force(deflection: Any, length: Any, vacuum: Any, brake: Brake) ->
 
     All sheets are held at one end, and the force acts at a length [m] from there. A beam on two
     supports with the force F in its middle is two such halves with F/2. The formula is for small
-    deflections, without elastic shear. NaN below zero.
+    deflections, without elastic shear. NaN for a negative deflection.
     """
     bend = 3 * deflection / length**3
     force = _shear_force(bend, _shear_flow(vacuum, brake), brake)
@@ -140,7 +140,7 @@ def cantilever_force(deflection: Any, length: Any, vacuum: Any, brake: Brake) ->
 
 @law
 def cantilever_deflection(force: Any, length: Any, vacuum: Any, brake: Brake) -> Any:
-    """Return the end's deflection [m] under a transverse force [N]: inverse `cantilever_force`."""
+    """Return the end deflection [m] under a transverse force [N]: inverse `cantilever_force`."""
 
     def excess(deflection: Any) -> Any:
         return cantilever_force(deflection, length, vacuum, brake) - force
@@ -164,13 +164,13 @@ def _spread(count: Any, pitch: Any, brake: Brake) -> Any:
 
 
 def _fan_stiffness(count: Any, brake: Brake) -> tuple[Any, Any]:
-    """Return E I [N m^2], with enclosure, of sheets that fan out from t to 2 t, and their couple.
+    """Return E I [N m^2] of sheets that fan out from t to 2 t, with enclosure, and their couple.
 
-    The couple is the part of the moment that axial forces carry at the cap. It doubles up to the
-    overlap while the moment is constant: axial forces carry Q(1 + s/L), the sheets' own bending M -
-    Q(1 + s/L). With B = own and tube and A = E W t^3 count (count^2 - 1)/12, the least energy has
-    Q/M = 9 A/(14 A + 6 B) and E I = B/(1 - 27 A/(28 A + 12 B)). Forces along lines that meet in one
-    point cannot balance a pure moment, so E I is at most 28 B, however stiff the sheets are.
+    The couple is the fraction of the moment that axial forces carry at the cap. It doubles towards
+    the overlap while the moment is constant: axial forces carry Q(1 + s/L), the sheets' own bending
+    M - Q(1 + s/L). With B = own and tube and A = E W t^3 count (count^2 - 1)/12, minimum energy
+    gives Q/M = 9 A/(14 A + 6 B) and E I = B/(1 - 27 A/(28 A + 12 B)). Forces along lines that meet
+    in one point cannot balance a pure moment, so E I is at most 28 B, however stiff the sheets are.
     """
     bending = count * _one_sheet(brake) + enclosure_bending_stiffness(brake)
     axial = brake.film.modulus * sheet_section(brake) * brake.sheets.thickness**2
@@ -191,8 +191,8 @@ def _side(count: Any, brake: Brake) -> Any:
 def _lever(slip: Any, brake: Brake) -> Any:
     """Return the ratio of the slip of a fan's interfaces to that of flat sheets, once all slip [-].
 
-    In a free length that bends evenly, the sheets of a fan are drawn by 3/4 of the distance of flat
-    ones.
+    In a free length that bends evenly, the sheets of a fan slip by 3/4 of the distance of flat
+    sheets.
     """
     if brake.mount.spacers is None:
         return 1.0
@@ -205,7 +205,7 @@ def _lever(slip: Any, brake: Brake) -> Any:
 
 
 def _lengths(slip: Any, brake: Brake) -> tuple[Any, Any, Any]:
-    """Return left free length, overlap and right free length [m] at a slip [m]."""
+    """Return the left free length, the overlap and the right free length [m] at a slip [m]."""
     sheets = brake.sheets
     return sheets.free_left + slip, sheets.overlap - slip, sheets.free_right + slip
 
@@ -234,7 +234,7 @@ def turning_stiffness_free(slip: Any, brake: Brake) -> Any:
 
 @law
 def turning_stiffness_jammed(slip: Any, brake: Brake) -> Any:
-    """Return the moment per angle between the caps [N m/rad] before any interface slips; slip [m].
+    """Return the moment per angle between the caps [N m/rad] at a slip [m] with stuck interfaces.
 
     In the free lengths spacers hold the sheets of one side two thicknesses apart, so that outer
     sheets stretch and inner ones shorten. In the overlap all sheets bend as one beam. Without
@@ -288,15 +288,15 @@ def buckling_moment(slip: Any, brake: Brake) -> Any:
 
 @law
 def turning_moment(angle: Any, slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Return the moment [N m] that turns the caps by an angle [rad]; slip [m], vacuum [Pa].
+    """Return the moment [N m] that turns the caps by an angle [rad] at a slip [m] and vacuum [Pa].
 
     The curve starts with `turning_stiffness_jammed` and ends at `slip_moment` above
-    `turning_stiffness_free`. Sheets end within the overlap, so they slip from their ends at once,
-    the outer ones first. The model has fibres at all heights, each a lap joint with friction whose
-    stretch is proportional to T + b T^2 until T equals its friction. The stiffness of the fibres is
-    set to the exact initial one. Both ends of the curve are exact. In between it is from 8 % below
-    to 17 % above layered finite elements; from nine sheets on, 1 % below to 13 % above. NaN for a
-    negative angle.
+    `turning_stiffness_free`. Sheets end within the overlap, so they slip from their ends
+    immediately, the outer ones first. The model has fibres at all heights, each a lap joint with
+    friction whose stretch is proportional to T + b T^2 until T equals its friction. The fibres'
+    stiffness gives the exact initial stiffness. Both ends of the curve are exact. In between it is
+    from 8 % below to 17 % above layered finite elements; from nine sheets on, 1 % below to 13 %
+    above. NaN for a negative angle.
     """
     free = turning_stiffness_free(slip, brake)
     friction = slip_moment(slip, vacuum, brake)

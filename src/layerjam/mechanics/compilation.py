@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 LONG = 2.0
-"""Compile time of JAX after which a process prints a message [s]."""
+"""JAX compile time after which a process prints a message [s]."""
 THRESHOLDS = {
     "jax_persistent_cache_min_compile_time_secs": (1.0, 0.0),
     "jax_persistent_cache_min_entry_size_bytes": (0, -1),
 }
-"""{setting of JAX: (default, value here)}: hundreds of small programs count together."""
+"""{JAX setting: (default, value here)}; small programs are cached too, since hundreds add up."""
 COMPILED = "/jax/core/compile/backend_compile_duration"
 LOADED = "/jax/compilation_cache/cache_retrieval_time_sec"
 
@@ -59,7 +59,7 @@ def compile_loop(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 @functools.cache
 def _announce_loops() -> None:
-    """Announce from now on each loop that numba compiles and keeps, which takes seconds."""
+    """From now on, announce each loop that numba compiles and caches, which takes seconds."""
     from numba.core import event
 
     class Announcer(event.Listener):  # type: ignore[misc]
@@ -110,13 +110,13 @@ def announce() -> None:
 
 
 class _Stopwatch:
-    """Time that JAX has compiled in this process, without the time for reading compiled code."""
+    """Time that JAX has spent compiling in this process, excluding reading of compiled code."""
 
     def __init__(self) -> None:
         self.seconds = 0.0
 
     def count(self, event: str, duration_secs: float, **_: Any) -> None:
-        """Add the time of one event of JAX [s]."""
+        """Add the duration of one JAX event [s]."""
         if event in (COMPILED, LOADED):
             self.seconds += duration_secs if event == COMPILED else -duration_secs
             if self.seconds > LONG:

@@ -19,12 +19,12 @@ class Cycle(NamedTuple):
     stored: Any
     """Elastic energy in enclosure, sheets and mount [J]."""
     slack: Any
-    """True if the crosshead is closer than the brake is long."""
+    """True if the brake is slack: longer than the distance to the crosshead."""
     closed: Any
     """True once the enclosure has pulled the brake back."""
     separated: Any
     """True once the overlap is used up; later values are not valid."""
     overflow: Any
-    """True once the enclosure's memory of turning points is exceeded."""
+    """True once the turning points exceed the enclosure's memory."""
     snapped: Any
     """True once the brake began to slide on a spring softer than `least_stiffness`."""

@@ -110,7 +110,7 @@ def slipped_area(slip: Any, enclosure: EnclosureLaw) -> Any:
 
 
 def backbone_dissipated(slip: Any, enclosure: EnclosureLaw) -> Any:
-    """Return the friction heat of both faces in first loading to slip [J], integrated itself."""
+    """Return the friction heat of both faces in first loading to slip [J], by integration."""
     return enclosure.friction * slipped_area(slip, enclosure)
 
 
@@ -124,7 +124,7 @@ def inverse_backbone(force: Any, enclosure: EnclosureLaw) -> Any:
 
 
 def first_loading(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Return the force [N] of both faces at a slip [m] of first loading; vacuum [Pa], any law."""
+    """Return the first-loading force [N] of both faces at a slip [m] and vacuum [Pa]; any law."""
     if brake.hyperelastic is None:
         return backbone(slip, enclosure_at(vacuum, brake))
     return at_slip(slip, vacuum, brake)[1].force
@@ -141,27 +141,27 @@ def first_loading_energy(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any
 
 @law
 def enclosure_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Return the enclosure's force in first loading [N] (eq. 5 corrected); slip [m], vacuum [Pa].
+    """Return the enclosure's first-loading force [N] at a slip [m], vacuum [Pa] (corrected eq. 5).
 
     It is 2 sqrt(E A P mu W x) up to `saturation_slip`, and linear beyond (our "assumed closure").
     Its slope at zero slip is infinite; the gradient there is taken as zero. NaN for a negative slip
-    or vacuum. With `[hyperelastic]` that law is used, NaN beyond the fitted strain.
+    or vacuum. With `[hyperelastic]` that law applies; NaN beyond the fitted strain.
     """
     return within((slip >= 0) & (vacuum >= 0), first_loading(slip, vacuum, brake))
 
 
 @law
 def saturation_slip(vacuum: Any, brake: Brake) -> Any:
-    """Return the slip [m] above which the whole enclosure moves; vacuum [Pa]."""
+    """Return the slip [m] above which the whole enclosure moves at a vacuum [Pa]."""
     return within(vacuum >= 0, enclosure_at(vacuum, brake).saturation)
 
 
 @law
 def enclosure_stretch(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Return the local stretch [-] at the enclosure's end, F/(EA) per face; slip [m], vacuum [Pa].
+    """Return the stretch [-] at the enclosure's end at a slip [m] and vacuum [Pa]: F/(EA) per face.
 
-    It is 5.5 at 40 mm and full vacuum, whereas the modulus is stated at 1, so the law is used far
-    outside that range.
+    It is 5.5 at 40 mm and full vacuum, but the modulus is stated at 1, so the law is used far
+    outside its range.
     """
     if brake.hyperelastic is not None:
         return within((slip >= 0) & (vacuum >= 0), at_slip(slip, vacuum, brake)[0])

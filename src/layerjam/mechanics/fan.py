@@ -141,7 +141,7 @@ def _slope_of(alpha: Any) -> Any:
 
 
 def work_of(start: Any, end: Any, sheets: Any) -> Any:
-    """Return the friction's work [J] from one slip [m] to another; the overlap may end between."""
+    """Return the work of friction [J] between two slips [m]; the overlap may end in between."""
     start, end = jnp.minimum(start, sheets.overlap), jnp.minimum(end, sheets.overlap)
     if sheets.fan is None:
         return sheets.c * (end - start) * (sheets.overlap - (start + end) / 2)
@@ -195,7 +195,7 @@ def along_tangents(solve: Callable[[Any], Any], start: Any, sheets: Any) -> Any:
 
 @law
 def amplification(slip: Any, brake: Brake) -> Any:
-    """Return the ratio of friction to Coulomb's for sheets that fan out [-], at a slip [m].
+    """Return the ratio of friction to Coulomb friction [-] for sheets that fan out, at a slip [m].
 
     It is sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha)) with alpha = a mu_k t (n/4)^2 (1/(L1 + x) +
     1/(L3 + x)), where a is the scale factor without this amplification. NaN for a negative slip,
@@ -209,7 +209,7 @@ def amplification(slip: Any, brake: Brake) -> Any:
 
 
 def straight(brake: Brake, caller: str) -> Brake:
-    """Return the brake as if without a fan, for a `caller` that needs friction linear in slip.
+    """Return the brake without its fan, for a `caller` that needs friction linear in slip.
 
     With spacers, the fan of a different brake is removed from the scale factor. Raises
     QuantityError for a brake without spacers.
@@ -257,7 +257,7 @@ def is_flat(brake: Brake) -> Any:
 
 
 def concentration(brake: Brake) -> Any:
-    """Return the ratio of the middle sheets' tension to the mean of their side [-] at rest."""
+    """Return the ratio of the middle sheets' tension to their side's mean [-] at rest."""
     fan = fan_of(brake)
     if fan is None:
         return 1.0

@@ -1,4 +1,4 @@
-"""Friction of the jammed sheets (paper, eq. 4 and 7), and the effects on its coefficient."""
+"""Friction of the jammed sheets (paper, eq. 4 and 7), and effects on its coefficient."""
 
 from dataclasses import replace
 from typing import Any
@@ -96,7 +96,7 @@ def at_speed(speed: Any, brake: Brake) -> Brake:
 
 @law
 def sheet_friction(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Return kinetic friction of the jammed sheets [N] (eq. 4, 7); slip [m], vacuum [Pa].
+    """Return the jammed sheets' kinetic friction [N] (eq. 4, 7) at a slip [m] and vacuum [Pa].
 
     It is zero once the overlap is used up; NaN for a negative slip or vacuum.
     """
@@ -106,9 +106,9 @@ def sheet_friction(slip: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def sheet_friction_at(slip: Any, speed: Any, vacuum: Any, brake: Brake) -> Any:
-    """Return `sheet_friction` [N] at a sliding speed [m/s]; slip [m], vacuum [Pa] broadcast.
+    """Return `sheet_friction` [N] at a sliding speed [m/s]; slip [m] and vacuum [Pa] broadcast.
 
-    NaN for a negative speed. Without a speed law the speed does not matter.
+    NaN for a negative speed. Without a speed law the speed has no effect.
     """
     sheets = scale_friction(sheets_at(vacuum, brake), growth_of(jnp.abs(speed), brake))
     return within((slip >= 0) & (vacuum >= 0) & (speed >= 0), force_of(slip, sheets))
@@ -116,8 +116,8 @@ def sheet_friction_at(slip: Any, speed: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def holding_force(vacuum: Any, brake: Brake) -> Any:
-    """Return the static friction of the sheets at rest [N], which a load must exceed; vacuum [Pa].
+    """Return the static friction of the sheets [N] at a vacuum [Pa], which a load must exceed.
 
-    The scale factor multiplies static friction like the kinetic one (ours).
+    The scale factor multiplies static and kinetic friction alike (ours).
     """
     return within(vacuum >= 0, force_of(0.0, static_at(vacuum, brake)))

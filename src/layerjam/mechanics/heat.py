@@ -1,6 +1,6 @@
 """Heat of a stop in the sheets: temperature rise, and allowed stops per minute.
 
-The rise is adiabatic: a stop lasts tens of milliseconds, and heat takes about ten seconds through
+The rise is adiabatic: a stop lasts tens of milliseconds, but heat takes about ten seconds through
 stack and enclosure, so it stays where it is generated. All of it is assigned to the sheets, even
 the part that warms the enclosure, so the mean is slightly high. Between stops the enclosure
 releases the heat to the air.
@@ -38,7 +38,7 @@ def outer_area(brake: Brake) -> Any:
 
 @law
 def temperature_rise(heat: Any, brake: Brake) -> Any:
-    """Return the mean rise [K] of the sheets' rubbing part, the overlap at rest, from a heat [J].
+    """Return the mean rise [K] of the sheets' rubbing part (the overlap at rest) due to a heat [J].
 
     It solves m c dT = heat. NaN for negative heat, or if the film's specific heat is unknown.
     """
@@ -48,7 +48,7 @@ def temperature_rise(heat: Any, brake: Brake) -> Any:
 
 @law
 def temperature_rise_of_sheets(heat: Any, brake: Brake) -> Any:
-    """Return the mean rise [K] of whole sheets, with clamped and free parts, from a heat [J].
+    """Return the mean rise [K] of whole sheets, with clamped and free parts, due to a heat [J].
 
     This is the state after the heat has spread along the sheets, before any is lost.
     """
@@ -58,11 +58,11 @@ def temperature_rise_of_sheets(heat: Any, brake: Brake) -> Any:
 
 @law
 def local_rise(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Return the rise [K], mean over the thickness, of an inner sheet that rubs for a slip [m].
+    """Return the rise [K], averaged over the thickness, of an inner sheet after a slip [m].
 
-    This is the hottest place: both faces take half of the friction's work per area, a mu_k P d, and
-    no heat is conducted along the film. Slip and vacuum [Pa] broadcast. The surface itself is
-    warmer for a few milliseconds, and the contact spots warmer still; neither is modelled.
+    This is the hottest position: each face takes half of the friction's work per unit area, a mu_k
+    P d, and no heat is conducted along the film. Slip and vacuum [Pa] broadcast. The surface itself
+    is warmer for a few milliseconds, and the contact spots warmer still; neither is modelled.
     """
     sheets = brake.sheets
     # the friction law includes the pressure exponent
@@ -77,13 +77,13 @@ def local_rise(slip: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def stops_per_minute(heat: Any, allowed_rise: Any, film_coefficient: Any, brake: Brake) -> Any:
-    """Return the stops per minute [1/min], all of the same heat [J], for an allowed mean rise [K].
+    """Return the stops per minute [1/min] of equal heat [J] for an allowed mean rise [K].
 
     The stops are equally spaced. A stop warms the rubbing sheets by `temperature_rise`, and between
     stops they cool with the time constant C/(h A). Here h is the `film_coefficient` [W/(m^2 K)]
     from the enclosure's outer surface to still air. In the steady state the rise just after a stop
     is dT/(1 - exp(-h A t/C)) at the spacing t; it may reach `allowed_rise` above the air. The
-    result is zero if a single stop is too much. For small dT it is h A (allowed rise)/heat,
+    result is zero if a single stop exceeds it. For small dT it is h A (allowed rise)/heat,
     independent of C.
 
     It neglects the enclosure's heat capacity and thermal resistance, conduction into the caps, and

@@ -80,7 +80,7 @@ class FirstLoading(NamedTuple):
     stored: Any
     """Elastic energy [J]."""
     heat: Any
-    """Friction heat, and energy lost by softening of the rubber, since it was relaxed [J]."""
+    """Friction heat, and energy lost by softening of the rubber, since the relaxed state [J]."""
     slip_slope: Any
     """Slope of the slip versus the coordinate."""
     force_slope: Any
@@ -122,7 +122,7 @@ def _middle(end: Any, strip: Strip) -> tuple[Any, Any]:
 
 
 def saturation_strain(strip: Strip) -> Any:
-    """Return the end strain [-], at most the fitted one, above which the whole enclosure moves."""
+    """Return the end strain [-] above which the whole enclosure moves, at most the fitted one."""
     rubber, full = strip.rubber, strip.friction * strip.reach / strip.section
     top = jnp.zeros_like(full) + rubber.strain
     return rising_zero(lambda e: rubber_stress(e, rubber) - full, jnp.zeros_like(full), top)
@@ -156,7 +156,7 @@ def loading_at(end: Any, strip: Strip) -> FirstLoading:
 
 
 def end_strain(drive: Any, spring: Any, with_force: float, strip: Strip) -> Any:
-    """Return the strain at the ends where spring x + with_force F(x) = drive; 0 for a drive <= 0.
+    """Return the end strain at which spring x + with_force F(x) = drive; 0 for a drive <= 0.
 
     NaN beyond the fitted strain. One Newton step carries the gradient.
     """
@@ -203,6 +203,6 @@ def slip_under(drive: Any, spring: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def greatest_slip(vacuum: Any, brake: Brake) -> Any:
-    """Return the slip [m] at which the ends reach the greatest fitted strain."""
+    """Return the slip [m] at which the ends reach the largest fitted strain."""
     strip = strip_at(vacuum, brake)
     return loading_at(strip.rubber.strain + 0.0 * vacuum, strip).slip

@@ -44,7 +44,7 @@ class State(NamedTuple):
     closed: Any
     snapped: Any
     growth: Any = None
-    """Friction relative to that at the speed law's test speed; None if no speed is given."""
+    """Friction relative to that at the speed law's test speed; None if no speed is specified."""
 
 
 class Setting(NamedTuple):
@@ -68,7 +68,7 @@ def setting_of(vacuum: Any, spring: Any, brake: Brake, growth: Any = None) -> Se
 
 
 def slip_to_balance(memory: Memory, elongation: Any, direction: Any, setting: Setting) -> Any:
-    """Return the slip at which spring, enclosure and friction balance; direction 1 out, -1 back.
+    """Return the slip at which spring, enclosure and friction balance (direction: 1 out, -1 back).
 
     It solves k (u - x) = F_e(x) + F_f(x), or - F_f(x) in unloading; if the present slip is already
     beyond the solution, it is returned.
@@ -201,7 +201,7 @@ def step_state(
     same = pressure == state.vacuum
     if growth is not None:
         same = same & (growth == state.growth)
-    # most of a history has constant vacuum, for which the other branch is not computed
+    # the vacuum is constant in most of a history, so the other branch is skipped
     state = jax.lax.cond(
         same,
         lambda s: s,

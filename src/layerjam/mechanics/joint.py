@@ -54,8 +54,8 @@ def joint_friction(
 
     The part of the overlap on the joint contributes (P W R + T) (exp((n - 1) a mu_k angle) - 1). T
     is the `tension` [N] of the enclosure's outer face over it. For small angles the sum is (n - 1)
-    a mu_k P W times the overlap. The arc covers at most the overlap, which `slip` [m] shortens;
-    vacuum [Pa]. NaN outside the domain.
+    a mu_k P W times the overlap. The arc covers at most the overlap, which `slip` [m] shortens; the
+    vacuum is in Pa. NaN outside the domain.
     """
     arc = _arc(slip, vacuum, angle, radius, tension, brake)
     is_bent = arc.growth > 0
@@ -69,7 +69,7 @@ def joint_friction(
 def joint_sheet_force(
     slip: Any, vacuum: Any, angle: Any, radius: Any, tension: Any, brake: Brake
 ) -> Any:
-    """Return the greatest tension [N] of one sheet that slides over a joint; as `joint_friction`.
+    """Return the largest tension [N] of one sheet that slides over a joint; see `joint_friction`.
 
     It occurs in the second sheet from the inside, which rubs on both faces at the highest pressure.
     If there are only two sheets, each carries the whole force.
@@ -85,6 +85,6 @@ def joint_sheet_force(
 def capstan_ratio(angle: Any, friction: Any) -> Any:
     """Return the ratio of pulls [-] at the ends of a band that slides on a joint: exp(mu angle).
 
-    `friction` [-] is that of the enclosure on the surface below it, `angle` [rad] the wrap.
+    `friction` [-] is that of the enclosure on the surface below it, `angle` [rad] the wrap angle.
     """
     return within((angle >= 0) & (friction >= 0), jnp.exp(friction * angle))

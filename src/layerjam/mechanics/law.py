@@ -34,7 +34,7 @@ def register_records() -> None:
 def _register(cls: type) -> None:
     """Register one record class.
 
-    JAX stores arrays and placeholders in it, without a check by the constructor.
+    JAX stores arrays and placeholders in it, which bypasses the constructor's checks.
     """
     names = list(cls.__dataclass_fields__)  # type: ignore[attr-defined]
     keys = [jax.tree_util.GetAttrKey(name) for name in names]
@@ -70,7 +70,7 @@ def double_precision() -> AbstractContextManager[None]:
 
 
 def in_double_precision(function: F) -> F:
-    """Return the function, run in `double_precision` whatever the settings of the process are."""
+    """Return the function, run in `double_precision` regardless of the process's settings."""
 
     @functools.wraps(function)
     def wrapper(*args: Any, **named: Any) -> Any:
@@ -183,7 +183,7 @@ def _explain(name: str, places: inspect.Signature, values: Any) -> None:
 
 
 def _is_real(value: Any) -> bool:
-    """Return whether a value is a real number or an array of them."""
+    """Return whether a value is a real number or an array of real numbers."""
     try:
         return np.asarray(value).dtype.kind in "fiub"
     except ValueError:  # reject rows of different lengths

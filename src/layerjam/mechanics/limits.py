@@ -29,17 +29,17 @@ def buckling_force(slip: Any, brake: Brake) -> Any:
 
 @law
 def sheet_stress(force: Any, brake: Brake) -> Any:
-    """Return the tensile stress [Pa] in the free part of the side with fewer sheets; force [N].
+    """Return the tensile stress [Pa] in the free part of the side with fewer sheets at a force [N].
 
     The sheets share the force equally; if they fan out, the stress is that of the middle one, which
-    carries most.
+    carries the most.
     """
     force = force * concentration(brake)
     return force / (jnp.floor(brake.sheets.count / 2) * sheet_section(brake))
 
 
 def greatest_force(brake: Brake) -> Any:
-    """Return the greatest force [N] at the site's full vacuum, including static friction."""
+    """Return the largest force [N] at the site's full vacuum, including static friction."""
     vacuum = brake.site.atmosphere
     top = peak(vacuum, brake.sheets.usable_travel, brake).force
     return jnp.maximum(top, holding_force(vacuum, brake))
@@ -47,7 +47,7 @@ def greatest_force(brake: Brake) -> Any:
 
 @law
 def clamp_stress(force: Any, brake: Brake) -> Any:
-    """Return the tensile stress [Pa] in the net section at the screw holes, same side; force [N].
+    """Return the tensile stress [Pa] at a force [N] in the net section at that side's screw holes.
 
     The sheets share the force as in `sheet_stress`. The holes are side by side, so the section is
     reduced by all of them.

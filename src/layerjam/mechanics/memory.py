@@ -34,7 +34,7 @@ DEPTH = 16
 PIECES = 2 * DEPTH + 5
 """Largest number of pieces of tension that are stored, including the middle of the face."""
 CLOSE = 1e-9
-"""Relative difference within which two numbers count as equal. Histories reach equalities exactly
+"""Relative difference within which two numbers count as equal. Histories reach equality exactly
 (a loop that closes), and rounding must not affect the next step."""
 CLOSE_IN_SINGLE = 1e-4
 """The same for single precision."""
@@ -267,7 +267,7 @@ def _join_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
 
 
 def at_vacuum(state: Memory, enclosure: EnclosureLaw) -> Memory:
-    """Return the state under a different vacuum at the same slip; only a lower one changes it.
+    """Return the state under a different vacuum at the same slip; only a lower vacuum changes it.
 
     Runs of pieces of one direction that are steeper than friction now allows become flatter, from
     the innermost to the driven end, until they are as steep as allowed. The stretch of the strip

@@ -35,7 +35,7 @@ def brake_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
 
 
 class Peak(NamedTuple):
-    """The greatest force of a slow pull."""
+    """Largest force of a slow pull."""
 
     force: Any
     """Force [N]."""
@@ -53,7 +53,7 @@ def peak(vacuum: Any, travel: Any, brake: Brake) -> Peak:
 
     It is c L2 + e^2/4c at x_p = (e/2c)^2 if that is before saturation and within the travel. At a
     lower vacuum the force rises to the end, which is then reported with inside = False. Sheets that
-    fan out have no closed form: the greatest force is found by a search.
+    fan out have no closed form: the largest force is found by a search.
     """
     sheets, enclosure = sheets_at(vacuum, brake), enclosure_at(vacuum, brake)
     if sheets.fan is None:
@@ -68,7 +68,7 @@ def peak(vacuum: Any, travel: Any, brake: Brake) -> Peak:
 def _closed_peak(
     travel: Any, c: Any, overlap: Any, enclosure: EnclosureLaw
 ) -> tuple[Any, Any, Any]:
-    """Return force, slip and whether the peak is inside, for friction along a straight line."""
+    """Return force, slip and whether the peak is inside, for friction linear in slip."""
     falls = c > enclosure.stiffness / enclosure.reach
     ratio = enclosure.root / (2 * jnp.where(falls, c, 1.0))
     inside = falls & (ratio**2 < travel)
@@ -79,7 +79,7 @@ def _closed_peak(
 
 
 def searched_peak(travel: Any, sheets: Sheets, enclosure: EnclosureLaw) -> tuple[Any, Any, Any]:
-    """Return the same for any friction: the best of 64 slips, and the exact top next to it.
+    """Return the same for any friction: the best of 64 slips, and the exact maximum next to it.
 
     The search is not differentiated, because the slope of the force vanishes at the peak.
     """
@@ -155,7 +155,7 @@ def force_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def least_stiffness(vacuum: Any, brake: Brake) -> Any:
-    """Return the stiffness of rig or rope [N/m] above which no pull can snap: c (vacuum [Pa]).
+    """Return the stiffness of rig or rope [N/m] above which no pull at a vacuum [Pa] can snap: c.
 
     The friction of sheets that fan out falls most steeply at the start, where their free lengths
     are shortest.
@@ -209,7 +209,7 @@ def factor_and_stiffness_of_eq8_and_eq9(
 ) -> tuple[Any, Any]:
     """Return a [-] and k [N/m] of a brake for whose pull eq. 8 and 9 give `factor`, `stiffness`.
 
-    The paper's formulas take peak force and displacement of one pull at `vacuum` [Pa]. Combined,
+    The paper's formulas use the peak force and displacement of one pull at `vacuum` [Pa]. Combined,
     they are a quadratic in the root of the peak force, from which a and k follow exactly. On a
     curve of the law they do not return its a and k. NaN if no pull gives these two values.
     """
@@ -268,7 +268,7 @@ def _vacuum_by_bisection(force: Any, slip: Any, brake: Brake) -> Any:
 
 @law
 def force_limits(slip: Any, brake: Brake) -> tuple[Any, Any]:
-    """Return the least and the greatest force [N] that a vacuum of the site gives at a slip [m]."""
+    """Return the smallest and the largest force [N] that the site's vacuum allows at a slip [m]."""
     low = backbone(slip, enclosure_at(0.0, brake))
     high = force_of(slip, sheets_at(brake.site.atmosphere, brake))
     return low, high + backbone(slip, enclosure_at(brake.site.atmosphere, brake))

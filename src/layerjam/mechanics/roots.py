@@ -16,7 +16,7 @@ _SETTLED = 1e-13
 
 
 def rising_zero(function: Callable[[Any], Any], low: Any, high: Any, halvings: int = 80) -> Any:
-    """Return where a rising array function crosses zero between two arrays; no gradient."""
+    """Return the zero of a rising array function between two arrays; no gradient."""
 
     def halve(_: int, bounds: tuple[Any, Any]) -> tuple[Any, Any]:
         below, above = bounds
@@ -30,7 +30,7 @@ def rising_zero(function: Callable[[Any], Any], low: Any, high: Any, halvings: i
 def implicit_root(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
     """Return the root of a rising array function between two arrays, never outside them.
 
-    80 bisections find it. One Newton step carries the gradient (implicit function theorem).
+    It is found by 80 bisections. One Newton step carries the gradient (implicit function theorem).
     """
     guess = rising_zero(function, low, high)
     value, slope = jax.jvp(function, (guess,), (jnp.ones_like(guess),))
@@ -108,7 +108,7 @@ class Bracket(NamedTuple):
 def false_position(
     rising: Callable[[Any], Any], low: Any, high: Any, close: Any, rounds: int
 ) -> Bracket:
-    """Return the search for a zero of a rising array function, by Illinois' false position.
+    """Return the bracket of a zero of a rising array function, by the Illinois method.
 
     It ends when all values are within `close` of zero, when the ends meet (at a jump), or after
     `rounds` steps. No slope is needed, and the function is compiled once.

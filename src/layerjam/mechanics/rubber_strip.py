@@ -1,13 +1,13 @@
 """The enclosure with a hyperelastic law under any slip, as a strip of cells that stick and slide.
 
 A cell at a distance s from the driven end of a half face is coupled to that end only by the
-friction in between, which carries at most q s. Its tension is the play of the end tension N0,
+friction in between, which carries at most q s. Its tension follows the end tension N0 with play,
 
 N(s) = the old N(s), kept between N0 - q s and N0 + q s,
 
 for every law in which a cell's tension rises with its strain and depends on nothing else (Masing's
 rule is the special case of a strain linear in the tension). So no contact problem has to be solved
-for a move: the only unknown is N0. A cell's strain follows from its tension and from its greatest
+for a move: the only unknown is N0. A cell's strain follows from its tension and from its largest
 strain so far. The cells act as springs with Coulomb friction between them, so that work, heat and
 elastic energy balance exactly. The error falls with the square of the number of cells.
 """
@@ -50,7 +50,7 @@ class Cells(NamedTuple):
     section: Any
     rubber: Hyperelastic
     top: Any
-    """Tension of the end at the greatest fitted strain [N]."""
+    """Tension of the end at the largest fitted strain [N]."""
 
 
 class Rubber(NamedTuple):
@@ -63,7 +63,7 @@ class Rubber(NamedTuple):
     strain: Any
     """Strains of the cells [-]."""
     peak_energy: Any
-    """Greatest energy density of the cells so far [Pa]."""
+    """Highest energy density of the cells so far [Pa]."""
     slip: Any
     heat: Any
     """Friction heat, and energy lost by softening [J]."""
@@ -73,7 +73,7 @@ class Rubber(NamedTuple):
 
 
 def cells_for(slip: Any, least: Any, highest: Any, brake: Brake, count: int = CELLS) -> Cells:
-    """Return cells for histories up to a slip [m], between a least and a highest vacuum [Pa].
+    """Return cells for histories up to a slip [m], between a lowest and a highest vacuum [Pa].
 
     They cover the part that can move, and are small near the driven end, where every reversal
     starts.
@@ -188,7 +188,7 @@ class _State(NamedTuple):
     has_closed: Any
     has_snapped: Any
     is_invalid: Any
-    """True once the vacuum fell on a loaded brake, or the strain is outside the fitted range."""
+    """True once the vacuum has fallen under load, or the strain is outside the fitted range."""
 
 
 def rubber_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:

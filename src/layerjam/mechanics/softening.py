@@ -2,7 +2,7 @@
 
 Once a point has reached the energy density W_max, its stress below that is eta times the stress of
 first loading, with eta = 1 - erf((W_max - W)/(m + beta W_max))/r. This is reversible until W_max
-grows. When unloaded, the point returns W_max less D(W_max), which is counted as heat when W_max is
+grows. When unloaded, the point returns W_max - D(W_max); D is counted as heat when W_max is
 reached. D rises with W_max, so that softening never releases energy.
 """
 
@@ -21,7 +21,7 @@ def _width(peak_energy: Any, rubber: Hyperelastic) -> Any:
 
 
 def softening(energy: Any, peak_energy: Any, rubber: Hyperelastic) -> tuple[Any, Any]:
-    """Return eta [-] and its slope versus energy [1/Pa]; `peak_energy` is the greatest so far."""
+    """Return eta [-] and its slope versus energy [1/Pa]; `peak_energy` is the highest so far."""
     if rubber.softening_r is None:
         return jnp.ones_like(energy), jnp.zeros_like(energy)
     width = _width(peak_energy, rubber)
@@ -37,7 +37,7 @@ def _area(below: Any) -> Any:
 
 
 def lost_energy(peak_energy: Any, rubber: Hyperelastic) -> Any:
-    """Return D [Pa], the energy per volume lost by softening once W_max was reached."""
+    """Return D [Pa], the energy per unit volume lost by softening once W_max was reached."""
     if rubber.softening_r is None:
         return jnp.zeros_like(peak_energy)
     width = _width(peak_energy, rubber)
@@ -45,7 +45,7 @@ def lost_energy(peak_energy: Any, rubber: Hyperelastic) -> Any:
 
 
 def elastic_energy(energy: Any, peak_energy: Any, rubber: Hyperelastic) -> Any:
-    """Return the energy per volume [Pa] that a softened point can still return."""
+    """Return the energy per unit volume [Pa] that a softened point can still return."""
     if rubber.softening_r is None:
         return energy
     width = _width(peak_energy, rubber)

@@ -51,7 +51,7 @@ def working_stiffness(brake: Brake) -> Any:
 def mount_stiffness(brake: Brake) -> Any:
     """Return the stiffness of caps and rig [N/m] from 1/k = 1/k_before_slip + 1/k_mount.
 
-    It is part of k already. Infinite if no stiffness was measured; negative if the measured one
+    It is already part of k. Infinite if no stiffness was measured; negative if the measured one
     exceeds that of the sheets, because the film's modulus is then too low.
     """
     if brake.stiffness_measured is None:

@@ -4,9 +4,9 @@ An accelerometer reads specific force, which is the force on the mass divided by
 reads 0 in free fall and 1 g at rest on the brake, so gravity is part of the reading and is not
 subtracted. An ideal sensor reads the peak F_peak/M, which in g is `peak_g` of `drop`.
 
-The order is that of a measuring chain: analogue low-pass, samples, noise, range, steps of the
-converter, then the digital filter of SAE J211-1. Outside the record the signal keeps its first and
-last value. This is exact before a drop: the mass falls freely and the reading is 0.
+The order is that of a measuring chain: analogue low-pass, samples, noise, range, quantization, then
+the digital filter of SAE J211-1. Outside the record the signal keeps its first and last values.
+This is exact before a drop: the mass falls freely and the reading is 0.
 """
 
 from dataclasses import dataclass
@@ -20,12 +20,12 @@ from layerjam.simulate.speed import follows_speed
 from layerjam.units import check, quantity, show
 
 STANDARD_GRAVITY = 9.80665
-"""g of a data sheet [m/s^2]."""
+"""Unit g of data sheets [m/s^2]."""
 CLASSES = (60, 180, 600, 1000)
 """Channel frequency classes of SAE J211-1."""
 KINDS = ("bessel", "butterworth")
 LEAST_RATE = 10
-"""Least sampling rate of SAE J211-1, in multiples of the class."""
+"""Lowest sampling rate of SAE J211-1, in multiples of the class."""
 FINE = 400
 """Sampling rate of a sensor without a given rate, in multiples of the cutoff.
 
@@ -113,7 +113,7 @@ SENSORS = {sensor.name: sensor for sensor in (IDEAL, ADXL193)}
 class Reading:
     """Reading of the sensor; arrays have shape (N,), equally spaced, SI units.
 
-    `peak` is the reading of greatest magnitude, with its sign, `ideal_peak` that of the signal
+    `peak` is the reading of largest magnitude, with its sign, `ideal_peak` that of the signal
     itself; `loss` = 1 - peak/ideal_peak, negative if a filter overshoots. `cfc` is the class of the
     SAE J211-1 filter or None, `rate` the sampling rate [Hz]. If `saturated`, the signal left the
     range and the samples are clipped to it.
@@ -135,11 +135,11 @@ class Reading:
 def specific_force(record: DropRecord) -> tuple[Array, Array]:
     """Return time [s] and F/M [m/s^2] of a drop, shape (N,) each, up to the slack rope.
 
-    A record that ends at its first standstill ends under full load, while a filter needs the
-    samples after it. At constant vacuum and without damping the brake sticks there. The mass then
-    swings back on the spring of rope, mount and sheets, in closed form, until it flies and the
-    reading is 0. Any other record is unchanged; give a `duration` to include the rebound. A damped
-    rope pulls from the first instant, so a zero is added just before it.
+    A record that ends at its first standstill ends under full load, but a filter needs later
+    samples. At constant vacuum and without damping the brake sticks there. The mass then swings
+    back on the spring of rope, mount and sheets, in closed form, until it flies and the reading is
+    0. Any other record is unchanged; specify a `duration` to include the rebound. A damped rope
+    pulls from the first instant, so a zero is added just before it.
     """
     time, force = np.asarray(record.time, float), np.asarray(record.force, float)
     if _is_swinging_back(record):
@@ -252,9 +252,9 @@ def cfc_filter(value: Any, rate: float, cfc: float) -> Array:
     """Filter equally spaced samples, shape (N,), by SAE J211-1, forwards and backwards.
 
     The result has four poles and no phase shift. Beyond its ends the signal keeps its first and
-    last value, which is exact for the zeros before a drop. The filter starts at rest at that value,
-    and continues past the end until it has settled (at least 10 ms, the padding of the standard).
-    Raises QuantityError for a rate below ten times the class, which the standard requires.
+    last values, which is exact for the zeros before a drop. The filter starts at rest at that
+    value, and continues past the end until it has settled (at least 10 ms, the padding of the
+    standard). Raises QuantityError for a rate below ten times the class, the standard's minimum.
     """
     from scipy.signal import lfilter
 
@@ -286,7 +286,7 @@ def measure_acceleration(
     """Return the reading of a stop by `sensor`, through SAE J211-1 class `cfc` if not None.
 
     `signal` is the record of a drop or (time [s], specific force [m/s^2]), rising times, shape (N,)
-    each. A sensor without a sampling rate is sampled at 400 times its cutoff, the lower one of its
+    each. A sensor without a sampling rate is sampled at 400 times its cutoff, the lower of its
     low-pass and the class. A sensor without low-pass, rate and filter returns the signal unchanged.
     Raises QuantityError for a rate below ten times the class, for a class that is not in SAE
     J211-1, and for an invalid signal.

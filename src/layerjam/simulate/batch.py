@@ -43,7 +43,7 @@ class Constants(NamedTuple):
 
 
 def constants_of(brake: Brake) -> Constants | None:
-    """Return the constants of a brake for the compiled loop, or None if it lacks its laws."""
+    """Return the constants of a brake for the compiled loop, or None if the loop lacks its laws."""
     effects = (brake.speed_law, brake.hyperelastic, brake.mount.spacers)
     if any(part is not None for part in effects) or not is_proportional(brake):
         return None
@@ -58,7 +58,7 @@ CHUNK = 1 << 17
 QUICK = 16
 """Number of chunks per call of the compiled loop, about 20 ms, if the pieces are not needed."""
 LARGEST = 4 << 30
-"""Greatest size of results in memory [bytes]; larger ones need a sink."""
+"""Largest size of results in memory [bytes]; larger ones need a sink."""
 Sink = Callable[[int, Mapping[str, Array]], None]
 Run = Callable[[int, int, Mapping[str, Array]], None]
 """Function that evaluates flat cases (first, count) into arrays of that length."""

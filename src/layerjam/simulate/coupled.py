@@ -73,7 +73,7 @@ class CoupledStop:
 
     @property
     def matters(self) -> bool:
-        """Return whether outcome, slip or peak (by more than 1 %) differs from constant vacuum."""
+        """Return whether outcome, slip or peak (by more than 1 %) changes from constant vacuum."""
         stop, constant = self.timed, self.constant
         return (
             stop.outcome is not constant.outcome

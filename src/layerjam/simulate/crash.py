@@ -34,7 +34,7 @@ class Crash:
 
     @property
     def peak_force(self) -> float:
-        """Greatest force [N]."""
+        """Largest force [N]."""
         return float(self.force.max())
 
 

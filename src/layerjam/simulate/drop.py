@@ -81,7 +81,7 @@ def drop(
     """Stop a mass [kg] that arrives with `speed` [m/s] at a constant vacuum [Pa].
 
     `gravity` [m/s^2] acts along the pull: by default that of the site, 0 for a horizontal stop. The
-    first result holds the exact values, the second is its record. The outcome is STOPPED,
+    first result contains the exact values; the second is the record. The outcome is STOPPED,
     NEVER_SLID, BOTTOMED_OUT (the travel was used up with the mass still moving) or SNAPS. With a
     speed law the stop is integrated and cannot snap; a notice gives the accuracy.
     """
@@ -231,8 +231,8 @@ def _append_slide(
 ) -> tuple[dict[str, Array], float, float]:
     """Return the columns with the integrated slide of a stop with a speed law.
 
-    Also returns the fastest slip [m/s], and the relative difference of a coarser run in slip, time
-    and force.
+    Also returns the highest sliding speed [m/s], and the relative difference of a coarser run in
+    slip, time and force.
     """
     vacuum, spring, brake = case[2], case[3], case[5]
     first, course = course_of(law, *case)
@@ -256,7 +256,7 @@ def _append_slide(
 def _slip_samples(end: float, vacuum: float, brake: Brake) -> Array:
     """Return slips [m] up to `end`, dense at both ends, where the force bends and the speed drops.
 
-    They include that of the greatest force. Their number is always SAMPLES, so that the laws
+    They include that of the largest force. Their number is always SAMPLES, so that the laws
     compile once.
     """
     if brake.hyperelastic is not None:

@@ -1,4 +1,4 @@
-"""Drop of a mass on the brake in time, with a changing vacuum, a damped rope, the rebound."""
+"""Drop of a mass on the brake in time, with a changing vacuum, a damped rope and rebound."""
 
 import math
 from collections.abc import Callable, Mapping

@@ -39,13 +39,13 @@ def check_hyperelastic(vacuum: Array, brake: Brake) -> None:
 
 
 def is_first_pull(elongation: Array, vacuum: Array) -> bool:
-    """Return whether the brake is only pulled out, at one vacuum, so that closed forms hold."""
+    """Return whether the brake is only pulled out, at one vacuum, so that closed forms apply."""
     return bool((np.diff(elongation) >= 0).all() and np.ptp(vacuum) == 0)
 
 
 @law
 def first_peak(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
-    """Return slip [m] and force [N] at the peak, and whether a part of the enclosure still rests.
+    """Return slip [m] and force [N] at the peak, and whether part of the enclosure still rests.
 
     While part of a face rests, dx/dN = 2 e/q. The force then peaks when the strain at the ends
     equals q divided by the fall of the sheets' friction.
@@ -71,7 +71,7 @@ def first_peak(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
 def first_events(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
     """Return elongations [m] of onset, peak and separation in first loading.
 
-    If there is no peak while a part of the enclosure rests, the peak is the separation.
+    If there is no peak while part of the enclosure rests, the peak is the separation.
     """
     k, overlap = working_stiffness(brake), brake.sheets.overlap
     slip, force, inside = first_peak(vacuum, brake)

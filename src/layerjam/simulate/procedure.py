@@ -129,7 +129,7 @@ class Procedure:
         return "; ".join(step.text() for step in self.steps)
 
     def highest_vacuum(self) -> float:
-        """Return the greatest vacuum of all steps [Pa]."""
+        """Return the highest vacuum of all steps [Pa]."""
         return max((s.to for s in self.steps if isinstance(s, Evacuate)), default=0.0)
 
 

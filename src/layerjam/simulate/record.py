@@ -117,7 +117,7 @@ class Record:
 
     @accept_force
     def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
-        """Write .csv or .nc, by the path's ending; raises FileError for any other."""
+        """Write .csv or .nc, depending on the path's extension; raises FileError for any other."""
         suffix = Path(path).suffix.lower()
         if suffix == ".csv":
             return self.to_csv(path, overwrite=overwrite)
@@ -195,7 +195,7 @@ class DropRecord(Record):
 
     @property
     def deceleration(self) -> np.ndarray:
-        """Return the deceleration [m/s^2]: force per mass minus gravity along the pull."""
+        """Return the deceleration [m/s^2]: force divided by mass, minus gravity along the pull."""
         return self.force / self.mass - self.gravity
 
     def conditions(self) -> dict[str, str]:

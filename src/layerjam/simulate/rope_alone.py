@@ -99,7 +99,7 @@ def standstill_time(
 
 
 def time_of_peak(mass: float, speed: float, osc: Oscillator, gravity: float, end: float) -> float:
-    """Return the time [s] of the greatest force between start and standstill, or 0."""
+    """Return the time [s] of the largest force between start and standstill, or 0."""
     if osc.square > 0:
         swing = math.sqrt(osc.square)
         return max(end - 2 * math.asin(osc.decay / math.sqrt(osc.stiff)) / swing, 0.0)

@@ -25,9 +25,9 @@ class SheetMotion:
     """
 
     elongation: Array
-    """(M,) of the crosshead [m]."""
+    """(M,) elongation at the crosshead [m]."""
     force: Array
-    """(M,) at the crosshead [N]."""
+    """(M,) force at the crosshead [N]."""
     cap: Array
     """(M,) displacement of the moving cap [m], without the stretch of the mount."""
     sheets: Array

@@ -1,4 +1,4 @@
-"""Notices of friction that depends on the sliding speed, or whose dependence is unknown."""
+"""Notices about friction that depends on the sliding speed, or whose dependence is unknown."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -31,7 +31,7 @@ def without_idle_speed_law(brake: Brake) -> Brake:
 def stop_notices(
     file: BrakeFile, fastest: float | None = None, error: float | None = None
 ) -> list[Notice]:
-    """Return notices of a stop with a sliding speed `fastest` [m/s] and an integration `error`."""
+    """Return notices about a stop with a slip speed `fastest` [m/s] and an integration `error`."""
     law = file.brake.speed_law
     if law is None:
         return [UNMEASURED]
@@ -65,7 +65,7 @@ def speed_notices(file: BrakeFile, fastest: float) -> list[Notice]:
 
 
 def force_notices(file: BrakeFile, speed: float | None) -> list[Notice]:
-    """Return notices of a force at a sliding speed [m/s], None if no speed is requested."""
+    """Return notices about a force at a sliding speed [m/s], None if no speed is requested."""
     law = file.brake.speed_law
     if law is None:
         return [] if speed is None else [UNMEASURED]
@@ -76,7 +76,7 @@ def force_notices(file: BrakeFile, speed: float | None) -> list[Notice]:
 
 
 def pull_notices(file: BrakeFile, speed: float) -> list[Notice]:
-    """Return notices of a pull whose crosshead moves at up to a `speed` [m/s]."""
+    """Return notices about a pull whose crosshead moves at up to a `speed` [m/s]."""
     words = (
         "friction follows the brake's [speed_law] at the speed of the crosshead or cord; "
         "while it rests, the last speed is used"
@@ -85,7 +85,7 @@ def pull_notices(file: BrakeFile, speed: float) -> list[Notice]:
 
 
 def stack_notices(file: BrakeFile, speeds: Sequence[float]) -> list[Notice]:
-    """Return notices of a pull sheet by sheet; the first of `speeds` [m/s] sets its friction."""
+    """Return notices about a pull sheet by sheet; the first of `speeds` [m/s] sets its friction."""
     first = speeds[0]
     words = (
         "every interface has the friction that the brake's [speed_law] gives at "
@@ -99,7 +99,7 @@ def stack_notices(file: BrakeFile, speeds: Sequence[float]) -> list[Notice]:
 
 
 def slide_notices(file: BrakeFile, speed: float, fastest: float) -> list[Notice]:
-    """Return notices of stick–slip at a crosshead speed and a fastest slip [m/s]."""
+    """Return notices about stick–slip at a crosshead speed and a highest sliding speed [m/s]."""
     words = (
         "kinetic friction follows the brake's [speed_law] at the speed of the sliding sheets; "
         "stable_speed and stiffness_needed, closed forms without that law, are omitted"

@@ -87,8 +87,8 @@ def tensile_stack(
     """Pull a brake sheet by sheet: one evacuation, then pulls, returns and holds.
 
     Returns the record (slip is the mean over the interfaces) and the motion of every sheet and
-    interface. Outcomes as for the lumped brake; CLOSED_BY_SLEEVE if every interface slides back
-    when unloaded. `interfaces`, `housing`, `static` and `one_by_one` are those of `stack_of`.
+    interface. Outcomes are those of the lumped brake; CLOSED_BY_SLEEVE if every interface slides
+    back when unloaded. `interfaces`, `housing`, `static` and `one_by_one` are those of `stack_of`.
     `progress` is called with the completed fraction. With a speed law every interface has the
     friction at the first move's speed. Raises ProcedureError for a procedure that changes the
     vacuum or does not pull.

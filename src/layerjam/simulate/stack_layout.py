@@ -83,7 +83,7 @@ def _interface_factors(slip: Array, fan: Fan) -> tuple[Array, Array]:
 def fanned_friction(
     brake: Brake, vacuum: float, flat: Array, length: Array, static: bool
 ) -> FannedFriction | None:
-    """Return the friction of interfaces that hold `flat` [N] over `length` [m] without a fan.
+    """Return the friction of interfaces that carry `flat` [N] over `length` [m] without a fan.
 
     None for a brake that does not state whether it has spacers. Scatter and missing vacuum change
     an interface's own friction, but not the pressure from its neighbours. Raises QuantityError for
@@ -126,9 +126,9 @@ class Interfaces:
     def missing_vacuum(cls, count: int, middle: float) -> "Interfaces":
         """Return a stack of `count` sheets whose middle has a fraction `middle` of the vacuum.
 
-        The fraction falls like a parabola from 1 at the outermost interfaces (assumed: the effect
-        of a uniform leak through sheets of the same resistance). The vacuum in an interface presses
-        it, because the pressure in the stack equals the atmosphere throughout.
+        The fraction falls parabolically from 1 at the outermost interfaces (assumed: the effect of
+        a uniform leak through sheets of the same resistance). The vacuum in an interface presses
+        its sheets, because the pressure in the stack equals the atmosphere throughout.
         """
         if not 0 <= middle <= 1:
             raise QuantityError(f"middle: {middle!r} is not a fraction; 0 to 1 is allowed")
@@ -177,7 +177,7 @@ def stack_of(
     """Return the stack of a brake at a vacuum [Pa].
 
     `static` uses table I's static friction before an interface moves; the paper and the lumped
-    brake use the kinetic one throughout, and that of a housing is unknown. With `one_by_one`,
+    brake use kinetic friction throughout, and that of a housing is unknown. With `one_by_one`,
     interfaces that a break overloads slip one at a time, the most overloaded first; otherwise
     together. `mount` [N/m] by default makes the stack as stiff as measured before onset, infinite
     if not measured. Raises QuantityError for interfaces or a housing that do not fit the brake, and

@@ -62,9 +62,9 @@ def peak_spread(
 ) -> Spread:
     """Pull many stacks whose interface friction scatters log-normally, relative SD `scatter`.
 
-    The mean friction stays. `interfaces`, `housing`, `static` and `one_by_one` apply to all stacks.
-    The numbers depend on `seed` only, not on `chunk` or the number of threads. `progress` is called
-    with (done, asked) after each chunk; after Ctrl-C the stacks done so far are returned.
+    The mean friction is kept. `interfaces`, `housing`, `static` and `one_by_one` apply to all
+    stacks. The numbers depend only on `seed`, not on `chunk` or the number of threads. `progress`
+    is called with (done, asked) after each chunk; after Ctrl-C the stacks so far are returned.
     """
     if not 0 <= scatter <= 2:
         raise QuantityError(f"scatter: {scatter!r} is not allowed; use 0 to 2")

@@ -175,7 +175,7 @@ class Bounds(NamedTuple):
     """Friction at one slip."""
 
     static: Any
-    """Greatest force of the brake at rest [N], enclosure included."""
+    """Largest force of the brake at rest [N], including the enclosure."""
     kinetic: Any
     """Kinetic force [N]."""
 
@@ -183,7 +183,7 @@ class Bounds(NamedTuple):
 def force_bounds(run: Slide, speed: Any = None) -> Bounds:
     """Return static and kinetic force [N] of a frozen slide.
 
-    With a speed law the kinetic one is that at a `speed` [m/s], by default of the crosshead.
+    With a speed law the kinetic force is that at a `speed` [m/s], by default of the crosshead.
     """
     kinetic = run.level + np.asarray(run.base)
     if run.law is not None:
@@ -220,7 +220,7 @@ def stick_slip(
     `mass` [kg] is by default `moving_mass`, the spring `series_stiffness`; `damping` [N s/m] acts
     parallel to the spring. Without `travel` the pull is long enough for a dozen events. The
     crosshead then rests for `hold` [s]. `step` [s] bounds the steps; the result does not depend on
-    it while the sheets stick. Raises FitError if the run would be too long to follow.
+    it while the sheets stick. Raises FitError if the run would take too many steps.
     """
     brake = file.brake
     replace(VACUUM, hi=brake.site.atmosphere).check(vacuum, "vacuum")
@@ -299,7 +299,7 @@ class Tooth(NamedTuple):
 
     judders: Array
     amplitude: Array
-    """Half the swing of the force [N]; 0 if it slides steadily."""
+    """Half the swing of the force [N]; 0 if the brake slides steadily."""
     force_high: Array
     force_low: Array
     slip: Array

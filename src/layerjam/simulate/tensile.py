@@ -50,7 +50,7 @@ def _sample_path(
     """Return time, elongation, vacuum and crosshead speed at every sample.
 
     Onset, peak and separation are samples. While the crosshead rests, the speed is that of its last
-    move, or of the first move, before it.
+    move; before the first move, that of the first.
     """
     moves = [step.speed for step in procedure.steps if isinstance(step, Pull | Return)]
     pace = moves[0] if moves else 0.0

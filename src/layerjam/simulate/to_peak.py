@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from layerjam.errors import QuantityError
 
 CLOSE = 1e-9
-"""Tolerance of the root, relative to the greatest vacuum."""
+"""Tolerance of the root, relative to the highest vacuum."""
 FEWEST = 2
 """Smallest number of sheets of a brake."""
 
@@ -19,7 +19,7 @@ class ToPeak:
     """Setting that gives the requested peak, or the nearest peak if none does."""
 
     value: float | None
-    """Vacuum [Pa] or number of sheets; None if none gives the force."""
+    """Vacuum [Pa] or number of sheets; None if no value gives the force."""
     force: float
     """Peak at that setting [N], or the nearest possible one."""
     at: float

@@ -138,7 +138,7 @@ def _round_travels(travels: Array, usable: float) -> Array:
 
 
 def other_sheets(case: Case) -> int | None:
-    """Return the least greater number of sheets that works, otherwise the nearest smaller one."""
+    """Return the next larger number of sheets that works, otherwise the nearest smaller one."""
     count = case.brake.sheets.count
     greater, fewer = range(count + 1, MOST_SHEETS + 1), range(min(count - 1, MOST_SHEETS), 1, -1)
     number = _first_tunable(case, "count", np.array([*greater, *fewer], float))
@@ -146,7 +146,7 @@ def other_sheets(case: Case) -> int | None:
 
 
 def more_brakes(case: Case) -> int | None:
-    """Return the least number of parallel brakes that works, each with its share of the rope."""
+    """Return the smallest number of parallel brakes that works, each with its share of the rope."""
     limit = min(float(MOST_BRAKES), case.mass / MASS.lo)
     if case.rope is not None:
         limit = min(limit, case.rope / spec_of(Rope, "stiffness").lo)
@@ -167,7 +167,7 @@ def balanced_speeds(case: Case) -> tuple[float, float]:
 
 
 def speeds(case: Case) -> tuple[float, float] | None:
-    """Return the slowest and the fastest arrival [m/s] that some vacuum stops, or None.
+    """Return the lowest and highest arrival speed [m/s] that some vacuum stops, or None.
 
     Both ends are tested, as are speeds in between. If some fail, the result is the longest range
     without a gap.

@@ -21,7 +21,7 @@ DAY = 86_400.0
 
 @contextlib.contextmanager
 def hidden_folder(parent: Path) -> Iterator[Path]:
-    """Create a hidden folder in `parent` in which to prepare another; it is removed at the end.
+    """Create a hidden folder in `parent` in which to prepare another folder; remove it at the end.
 
     Hidden folders of killed runs in `parent` are removed first. Raises OSError.
     """
@@ -119,8 +119,8 @@ def _without_locks(folder: Path) -> bool:
 
 
 def _exchange(first: Path, second: Path) -> bool:
-    """Exchange two paths in one step (renameat2 of Linux); False if the system cannot."""
-    with contextlib.suppress(OSError, AttributeError, TypeError):  # on Windows CDLL rejects None
+    """Exchange two paths in one step (renameat2 on Linux); False if the system cannot."""
+    with contextlib.suppress(OSError, AttributeError, TypeError):  # Windows rejects CDLL(None)
         library = ctypes.CDLL(None, use_errno=True)
         names = os.fsencode(first), os.fsencode(second)
         return bool(library.renameat2(AT_FDCWD, names[0], AT_FDCWD, names[1], EXCHANGE) == 0)

@@ -26,7 +26,7 @@ def cell(value: Cell) -> str:
 
 
 def plain_cell(text: str) -> str:
-    """Return the text that was given to `cell`."""
+    """Return the text that was passed to `cell`."""
     return text[1:] if _MARKED.match(text) else text
 
 
@@ -44,7 +44,7 @@ def comment(text: str) -> str:
 
 
 def plain_comment(line: str) -> str:
-    """Return the comment line that was given to `comment`."""
+    """Return the comment line that was passed to `comment`."""
     for piece in reversed(_PIECES):
         line = piece.sub(lambda m: plain_cell(m[0]), line)
     return line

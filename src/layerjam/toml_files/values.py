@@ -127,7 +127,7 @@ def value(spec: ValueSpec, default: Any = MISSING, table: bool = False) -> Any:
 
 
 class Entry(NamedTuple):
-    """One value that a file may hold."""
+    """One value that a file may contain."""
 
     spec: ValueSpec
     required: bool = False

@@ -40,13 +40,13 @@ class Peaks:
     """
 
     peak: Array = field(repr=False)
-    """Greatest force of each pull [N]."""
+    """Largest force of each pull [N]."""
     elongation: Array = field(repr=False)
     """Elongation at that force [m]."""
     slip: Array = field(repr=False)
     """Mean slip of the interfaces at that force [m]."""
     stiffness: Array = field(repr=False)
-    """Secant between a fifth and four fifths of that force [N/m], as used in a calibration."""
+    """Secant stiffness between 1/5 and 4/5 of that force [N/m], as used in a calibration."""
     onset: Array = field(repr=False)
     """Force at which the first interface slips [N]."""
 
@@ -182,7 +182,7 @@ def peaks_of(stack: Stack, friction: Array, length: Array, end: float) -> Peaks:
 
     They are identical to `stack` except for `friction` [N] and `length` [m], shape (M, n - 1).
     Breaks of static friction are located exactly. Otherwise the peak is found by increments: COARSE
-    of them up to the sum of all friction, then LEVELS x PARTS around the greatest.
+    of them up to the sum of all friction, then LEVELS x PARTS around the largest.
     """
     check_stack(stack)
     out = np.full((len(friction), 5), np.nan)

@@ -60,7 +60,7 @@ BLOCK = 200_000
 _ROUNDS = 100
 AT_BOUND = -1e-9
 """Relative distance from its bound within which an interface counts as being at it."""
-_LEAST = 1e-12  # least increment, as a fraction of the elongation
+_LEAST = 1e-12  # smallest increment, as a fraction of the elongation
 _BREAKS = 500  # breaks in one increment, per sheet
 
 
@@ -152,7 +152,7 @@ def _load(target: float, stack: Stack, state: State, t: Trial) -> int:  # pragma
 def _breaking(
     target: float, marks: Flags, stack: Stack, state: State, t: Trial
 ) -> tuple[int, float]:  # pragma: no cover
-    """Return where, before `target`, the first interface reaches its static bound (Illinois)."""
+    """Return the point before `target`, the first interface reaches its static bound (Illinois)."""
     low, high = state.values[ELONGATION], target
     above = _overload(AT_BOUND, stack, state, t, marks)
     for i in range(len(t.force)):
@@ -182,7 +182,7 @@ def _breaking(
 
 @kernel
 def _release(marks: Flags, state: State) -> None:  # pragma: no cover
-    """Give interfaces that have reached their static bound kinetic friction."""
+    """Assign kinetic friction to interfaces that have reached their static bound."""
     for i in range(len(marks)):
         if marks[i]:
             state.moving[i] = True
@@ -275,7 +275,7 @@ class StackPull(NamedTuple):
     """Motion of a stack along N elongations; the walls of a housing count as sheets."""
 
     force: Array
-    """(N,) at the crosshead [N]."""
+    """(N,) force at the crosshead [N]."""
     cap: Array
     """(N,) displacement of the moving cap [m]."""
     sheets: Array
@@ -295,7 +295,7 @@ class StackPull(NamedTuple):
     stored: Array
     """(N,) elastic energy in sheets, mount and enclosure [J]."""
     slack: Flags
-    """(N,) True if the crosshead is closer than the brake is long."""
+    """(N,) True if the brake is slack: longer than the distance to the crosshead."""
     snapped: bool
     """True if the mount was too soft to continue; the arrays end before it."""
 
@@ -366,7 +366,7 @@ def pull_stack(
     `renew` is called before each increment with the slip of the interfaces [m], shape (n - 1,), and
     may change the friction in the stack's arrays; False ends the pull. `progress` is called with
     the completed fraction (0 to 1). Raises QuantityError for a stack whose arrays do not fit
-    together and ProcedureError for more nested turns than are remembered.
+    together and ProcedureError for more nested turns than can be stored.
     """
     check_stack(stack)
     n, count = len(stack.springs), len(path)

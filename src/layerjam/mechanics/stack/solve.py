@@ -8,8 +8,8 @@ min over w of 1/2 sum d_i (w_i - y_i)^2 + sum c_i |w_{i+1} - w_i - s_i|, y_i = 0
 strictly convex, so the solution is unique; no time step, no contact stiffness, no chatter. Which
 interfaces slide is found exactly in time linear in the sheets (`fused_lasso`). Then sheets, mount
 and slip-dependent bounds form one tridiagonal system, and the enclosure's faces add two unknowns
-(`respond`, `place`). The two steps alternate until the pattern does not change. This usually
-happens at once, because the pattern is that of the last increment.
+(`respond`, `place`). The two steps alternate until the pattern does not change. The first attempt
+usually suffices, because the pattern is that of the last increment.
 """
 
 from typing import Any, NamedTuple
@@ -50,7 +50,7 @@ class Stack(NamedTuple):
     length: Array
     """(n - 1,) slip at which the friction ends [m]; infinite if it is constant."""
     mount: float
-    """Spring between crosshead and moving cap [N/m]; infinite for a rigid one."""
+    """Stiffness between crosshead and moving cap [N/m]; infinite if rigid."""
     ends: Signs
     """(2,) sheets whose outer side the enclosure's faces touch."""
     face: Array
@@ -73,7 +73,7 @@ class State(NamedTuple):
     interface: Array
     """(n - 1,) forces [N]."""
     values: Array
-    """Cap, force, elongation, work, heat, stored energy, slack of the crosshead, and the greatest
+    """Cap, force, elongation, work, heat, stored energy, slack of the crosshead, and the largest
     force so far with its elongation and mean slip.
     """
     faces: Faces
@@ -121,13 +121,13 @@ def stiffness_sum(stack: Stack) -> float:  # pragma: no cover
 
 @inline_kernel
 def margin(i: int, reach: float, stiff: float, stack: Stack) -> float:  # pragma: no cover
-    """Return the tolerance [N] within which the force of interface i counts as at its bound."""
+    """Return the tolerance [N] within which the force of interface i counts as its bound."""
     return _TIGHT * stack.friction[i] + _ROUNDED * stiff * reach
 
 
 @inline_kernel
 def holds(i: int, stack: Stack, state: State) -> bool:  # pragma: no cover
-    """Return whether interface i rests on static friction above the kinetic one."""
+    """Return whether interface i rests on static friction that exceeds kinetic friction."""
     return stack.ratio[i] > 1.0 and not state.moving[i] and bound(i, state.past[i], stack) > 0.0
 
 

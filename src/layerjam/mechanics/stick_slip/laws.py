@@ -68,12 +68,12 @@ def sliding_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, curve: Strib
 
 
 class Saw(NamedTuple):
-    """One tooth of the saw of stick–slip."""
+    """One tooth of the stick–slip sawtooth."""
 
     force_high: Any
-    """Greatest force of the spring [N]."""
+    """Largest force of the spring [N]."""
     force_low: Any
-    """Least force [N]; zero if the spring becomes slack."""
+    """Smallest force [N]; zero if the spring becomes slack."""
     slip: Any
     """Slip of one event [m]."""
     period: Any
@@ -90,7 +90,7 @@ def _physical(static: Any, kinetic: Any, stiffness: Any) -> Any:
 
 @law
 def slow_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: Any) -> Saw:
-    """Return the saw of a slow pull without damping: F_s [N], F_k [N], k [N/m], m [kg], V [m/s].
+    """Return the sawtooth of a slow, undamped pull: F_s [N], F_k [N], k [N/m], m [kg], V [m/s].
 
     In the limit V -> 0 the force is between F_s and 2 F_k - F_s, with slips 2 (F_s - F_k)/k and the
     period 2 (F_s - F_k)/(k V) plus the slip's own half period. For F_s > 2 F_k the spring becomes
@@ -121,7 +121,7 @@ def slow_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: Any) -
 
 @law
 def undamped_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: Any) -> Saw:
-    """Return the exact saw at any speed without damping; arguments as in `slow_saw`.
+    """Return the exact undamped sawtooth at any speed; arguments as in `slow_saw`.
 
     The mass always sticks again: with R = sqrt((F_s - F_k)^2 + k m V^2) the force swings by R
     around F_k and is 2 F_k - F_s when the mass stops. NaN if the spring becomes slack only because
@@ -175,7 +175,7 @@ def _critical_drop(ratio: Any) -> Any:
 
     low = jnp.pi + jnp.arctan2(root, inner)
     theta = rising_zero(excess, low, jnp.full_like(low, 2 * jnp.pi))
-    # one more Newton step carries the gradient; near the aperiodic limit the root is `low`
+    # one more Newton step carries the gradient; near critical damping the root is `low`
     room = inside(theta)
     resolved = room > 1e-9
     slope = -jnp.sin(theta) / (root**2 * jnp.where(resolved, room, 1.0))
@@ -186,12 +186,12 @@ def _critical_drop(ratio: Any) -> Any:
 
 @law
 def critical_speed(static: Any, kinetic: Any, stiffness: Any, mass: Any, damping: Any) -> Any:
-    """Return the pulling speed [m/s] above which stick–slip from rest decays at once; jump law.
+    """Return the pulling speed [m/s] above which stick–slip from rest decays immediately; jump law.
 
     `damping` [N s/m] acts parallel to the spring. The result is exact while the spring stays taut.
     If it becomes slack the mass may stop, and stick–slip may continue above this speed. For a small
     damping ratio zeta it is (F_s - F_k)/sqrt(4 pi zeta k m). Infinite without damping, zero from
-    the aperiodic limit on.
+    critical damping upwards.
     """
     impedance = jnp.sqrt(stiffness * mass)
     ratio = damping / (2 * impedance)
@@ -205,10 +205,10 @@ def critical_speed(static: Any, kinetic: Any, stiffness: Any, mass: Any, damping
 def stiffness_without_stick_slip(
     speed: Any, static: Any, kinetic: Any, mass: Any, damping_ratio: Any
 ) -> Any:
-    """Return the least stiffness [N/m] for a pull at `speed` [m/s] without stick–slip, jump law.
+    """Return the lowest stiffness [N/m] for a pull at `speed` [m/s] without stick–slip, jump law.
 
     At a given damping ratio (that of the real mount) it is ((F_s - F_k)/(kappa V))^2/m. Infinite
-    without damping, zero from the aperiodic limit on.
+    without damping, zero from critical damping upwards.
     """
     least = ((static - kinetic) / (_critical_drop(damping_ratio) * speed)) ** 2 / mass
     least = jnp.where(damping_ratio >= 1, 0.0, jnp.where(damping_ratio == 0, jnp.inf, least))
@@ -221,7 +221,7 @@ def stable_speed(drop: Any, stribeck_speed: Any, exponent: Any, damping: Any) ->
     """Return the pulling speed [m/s] above which steady sliding is stable to small disturbances.
 
     `drop` is F_s - F_k [N], `damping` [N s/m] that of the mount plus the friction's own viscous
-    slope. Stability needs damping > -dF/dv. The greatest speed at which they are equal is v_s
+    slope. Stability needs damping > -dF/dv. The highest speed at which they are equal is v_s
     w^(1/d) with w - (1 - 1/d) ln w = -ln(damping v_s/(drop d)); for d = 1, v_s ln(drop/(damping
     v_s)). It is zero if sliding is stable at every speed, infinite without damping, and independent
     of stiffness and mass. Stick–slip that has begun may continue above it.

@@ -1,4 +1,4 @@
-"""Motion in time of a mass pulled through a spring against friction, with true stick (ours).
+"""Motion in time of a mass pulled through a spring against friction, with true sticking (ours).
 
 While the mass is stuck the slip is not updated at all, so that it stays the same bit for bit over
 any time and number of steps. Only the moment at which the spring reaches the static bound is
@@ -305,7 +305,7 @@ def slide(
     max_actions: int = 200_000,
     exact: bool | None = None,
 ) -> State:
-    """Run from rest with a loose spring until the end, the last event, or steady sliding.
+    """Run from rest with an unloaded spring until the end, the last event, or steady sliding.
 
     Entries of `case` may be arrays of the same shape: all cases then run at once. `events` and
     `samples` size the tables, `max_actions` bounds the actions. `exact` defaults to `constant`.

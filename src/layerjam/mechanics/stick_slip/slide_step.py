@@ -115,7 +115,7 @@ class Trial(NamedTuple):
 
 
 def static_bound(slip: Any, case: Slide) -> Any:
-    """Return the greatest force on a mass at rest [N]."""
+    """Return the largest force that leaves the mass at rest [N]."""
     return jnp.maximum(case.level - case.fall * slip, 0.0) * (1 + case.rise) + passive(slip, case)
 
 
@@ -139,7 +139,7 @@ def resistance(slip: Any, velocity: Any, case: Slide) -> Any:
     left = jnp.where(case.stribeck > 0, left, 0.0)
     sheets = jnp.maximum(case.level - case.fall * slip, 0.0)
     kinetic, excess = 1.0, case.rise
-    if case.law is not None:  # the bound at rest remains the static one
+    if case.law is not None:  # the bound at rest remains static friction
         kinetic = growth(jnp.maximum(velocity, 0.0), case.law)
         excess = 1 + case.rise - growth(0.0, case.law)
     return sheets * (kinetic + excess * left + case.viscous * velocity) + passive(slip, case)
@@ -162,7 +162,7 @@ def spring_force(extension: Any, rate: Any, case: Slide) -> Any:
 
 
 def runge_kutta(state: State, h: Any, case: Slide) -> Trial:
-    """Return one step of Dormand and Prince: moved state, speed, work and heat."""
+    """Return one Dormand–Prince step: new state, speed, work and heat."""
     e0, drive = extension_at(state.time, state.slip, case), crosshead_speed(state.time, case)
     taut = state.mode == TAUT
 
@@ -222,7 +222,7 @@ def exactly(state: State, h: Any, case: Slide) -> Trial:
 
 
 def slip_speed(slip: Any, case: Slide) -> Any:
-    """Return a speed of the order of that in a slip [m/s]."""
+    """Return a typical speed during a slip [m/s]."""
     drop = jnp.maximum(case.level - case.fall * slip, 0.0) * case.rise
     return drop / jnp.sqrt(case.spring * case.mass) + case.speed
 
@@ -245,7 +245,7 @@ def hermite_root(h: Any, f0: Any, d0: Any, f1: Any, d1: Any) -> tuple[Any, Any]:
 
 
 def hermite_range(h: Any, f0: Any, d0: Any, f1: Any, d1: Any) -> tuple[Any, Any]:
-    """Return the greatest and least value over a step, from ends and slopes."""
+    """Return the largest and the smallest value over a step, from ends and slopes."""
     turn = jnp.clip(d0 / jnp.where(d0 == d1, 1.0, d0 - d1), 0.0, 1.0)
     r = 1 - turn
     inner = r * r * ((1 + 2 * turn) * f0 + turn * h * d0)

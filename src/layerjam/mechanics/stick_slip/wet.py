@@ -59,9 +59,9 @@ sentence. ILLUSTRATIVE: not measured, not fitted.
 def wet_stress(speed: Any, vacuum: Any, film: WetFilm, scale_factor: Any) -> Any:
     """Return the shear stress of one wet interface [Pa]; speed [m/s] and vacuum [Pa] broadcast.
 
-    `scale_factor` multiplies the Coulomb part alone, because adhesion and viscous part are fitted
-    on the brake itself. At rest the result is the stress at which the interface begins to slip. NaN
-    for a negative speed or vacuum.
+    `scale_factor` multiplies the Coulomb part alone, because the adhesion and the viscous part are
+    fitted to the brake itself. At rest the result is the stress at which the interface begins to
+    slip. NaN for a negative speed or vacuum.
     """
     left = static_left(speed, film.speed, film.exponent)
     friction = film.kinetic + (film.static - film.kinetic) * left

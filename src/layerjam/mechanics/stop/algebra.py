@@ -1,7 +1,7 @@
-"""Algebra of a stop, element by element: JAX runs it on arrays, the kernel prints it in C.
+"""Algebra of a stop, element by element: JAX runs it on arrays, and the kernel prints it as C.
 
 It uses only arithmetic, comparisons and `where`, `sqrt`, `maximum`, `minimum`, `inf` of `jnp`, see
-`kernel/formulas.py`. GCC vectorises none of it if a condition joins one that it can infer.
+`kernel/formulas.py`. GCC vectorises none of it if a condition joins one that GCC can infer.
 """
 
 from typing import Any, NamedTuple
@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from layerjam.mechanics.enclosure import EnclosureLaw
 
 STOPPED, NEVER_SLID, BOTTOMED_OUT, SNAPS, NOT_A_CASE = 0, 1, 2, 3, -1
-"""Outcome codes; NOT_A_CASE if a quantity is outside the domain, so that all numbers are NaN."""
+"""Outcome codes; NOT_A_CASE if a quantity is outside the domain; all numbers are then NaN."""
 
 
 class Setup(NamedTuple):
@@ -59,11 +59,11 @@ class Stop(NamedTuple):
     slip: Any
     """Slip of the brake at standstill or at the end of its travel [m]."""
     peak_force: Any
-    """Greatest force until that point [N]."""
+    """Largest force up to that point [N]."""
     end_speed: Any
     """Speed of the mass at the end of travel [m/s]; zero at a standstill."""
     heat: Any
-    """Energy dissipated until that point [J]."""
+    """Energy dissipated up to that point [J]."""
     stored: Any
     """Elastic energy stored at that point in rope, sheets, mount and enclosure [J]."""
     outcome: Any
@@ -81,7 +81,7 @@ def setup(
 
 
 def root_of(square: Any) -> Any:
-    """Square root of a positive value, otherwise 0 with the gradient 0."""
+    """Return the square root of a positive value, otherwise 0 with zero gradient."""
     positive = square > 0
     return jnp.where(positive, jnp.sqrt(jnp.where(positive, square, 1.0)), 0.0)
 
@@ -145,7 +145,7 @@ def snap_root(soft: Any, enclosure: EnclosureLaw) -> Any:
 
 
 def snap_slip(soft: Any, enclosure: EnclosureLaw) -> Any:
-    """Return the slip [m] that belongs to `snap_root`."""
+    """Return the slip [m] that corresponds to `snap_root`."""
     snap = snap_root(soft, enclosure)
     runs = snap < jnp.inf
     finite = jnp.where(runs, snap, 0.0)
@@ -160,7 +160,7 @@ def search(case: Setup, travel: Any) -> Search:
     end = jnp.minimum(balance_root(case, all_of_it), snap)
     edge = jnp.minimum(saturation, end)
     start = quartic(case, case.c < 0)
-    # beyond saturation the enclosure follows another quartic
+    # beyond saturation the enclosure follows a different quartic
     linear = jnp.where(edge < end, value(start, edge), 0.0) > 0
     energy = quartic(case, linear)
     low, high = jnp.where(linear, edge, 0.0), jnp.where(linear, end, edge)

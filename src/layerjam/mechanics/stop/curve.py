@@ -82,12 +82,12 @@ class Curve(NamedTuple):
     place: Callable[[Any], Any]
     """w at a slip [m]; NaN beyond the measured range."""
     w_max: Any
-    """Greatest fitted w."""
+    """Largest fitted w."""
     kink: Any
     """w above which the whole enclosure moves; the slopes jump there."""
     turns: Callable[[Any, Any], tuple[Any, Any]]
-    """Function of a largest w that returns the w up to it at which K for a weight [N] is least, and
-    the w of the greatest K after that; no gradient.
+    """Function of a largest w that returns the w up to it of the lowest K for a weight [N], and
+    the w of the highest K after that; no gradient.
     """
     expand: Callable[[Mass], Expand] | None = None
     """Expansion of K in closed form, if there is one."""

@@ -34,7 +34,7 @@ from layerjam.mechanics.stop.motion_step import (
 MOVING, STANDSTILL, TRAVEL_USED, CLOSED, SNAPPED = 0, 1, 2, 3, 4
 """Outcomes: still moving, first standstill, end of travel, closing enclosure, snap.
 
-NOT_A_CASE (-1) where a quantity lies outside the domain and all numbers are NaN.
+NOT_A_CASE (-1) if a quantity lies outside the domain and all numbers are NaN.
 """
 LONGEST = 0.25
 """Ratio of the longest step to sqrt(M/k); longer steps would pass over a standstill."""
@@ -75,7 +75,7 @@ def _snaps(old: Motion, new: Motion, setting: Setting) -> Any:
 
 
 class Vacuum(NamedTuple):
-    """A vacuum [Pa], or its samples over time [s], shape (H,), interpolated linearly."""
+    """A vacuum [Pa], or its samples at times [s], shape (H,), interpolated linearly."""
 
     pressure: Any
     time: Any = None
@@ -237,13 +237,13 @@ def stop_in_time(
     """Integrate the motion of a mass [kg] arriving with `speed` [m/s] to its first standstill.
 
     It also ends at the end of travel. `vacuum` [Pa] broadcasts with the other arguments if `times`
-    is None; with `times` [s], shape (H,), it holds samples of a history. `rope` [N/m] and `damping`
-    [N s/m] may be None. `step` [s] may differ from drop to drop. `steps` is the maximum number of
-    steps (the greatest if several are given); the outcome is MOVING if they were not enough. Energy
-    is conserved to rounding. Time and slip are of second order in the step (slip is exact at
-    constant vacuum without damping). NaN and NOT_A_CASE outside the domain. A step longer than a
-    quarter of sqrt(M/k), with k of rope and brake in series, is also outside, since it may pass
-    over events.
+    is None; with `times` [s], shape (H,), it contains samples of a history. `rope` [N/m] and
+    `damping` [N s/m] may be None. `step` [s] may differ from drop to drop. `steps` is the maximum
+    number of steps (the largest if there are several); the outcome is MOVING if they were not
+    enough. Energy is conserved to rounding. Time and slip are of second order in the step (slip is
+    exact at constant vacuum without damping). NaN and NOT_A_CASE outside the domain. A step longer
+    than a quarter of sqrt(M/k), with k of rope and brake in series, is also outside, since it may
+    pass over events.
     """
     steady = times is None
     history = Vacuum(vacuum, times)

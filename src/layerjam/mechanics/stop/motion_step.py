@@ -1,6 +1,6 @@
 """One step of a mass on rope and brake: taut, slack, or a change from one to the other (ours).
 
-See `motion` for the definition of a step; this module has its states.
+See `motion` for the definition of a step; this module defines its states.
 """
 
 from typing import Any, NamedTuple
@@ -56,13 +56,13 @@ class Motion(NamedTuple):
     force: Any
     """Force in brake and rope [N]."""
     enclosure: Memory | None
-    """State of the enclosure; None at constant vacuum, for which the backbone is enough."""
+    """State of the enclosure; None at constant vacuum, for which the backbone suffices."""
     vacuum: Any
     """Vacuum of the last step [Pa]."""
     heat: Any
     """Energy turned into heat in brake and rope so far [J], integrated separately."""
     peak: Any
-    """Greatest force so far [N]."""
+    """Largest force so far [N]."""
     outcome: Any
     pace: Any = None
     """Mean speed of the slip in the last step [m/s]; None if friction does not depend on it."""
@@ -268,7 +268,7 @@ def _taut(motion: Motion, dt: Any, setting: Setting, c: Any, load: Load) -> Moti
 
 
 def _line_at_top(setting: Setting) -> Any:
-    """Return the friction's tangent where the force of first loading is greatest."""
+    """Return the friction's tangent where the first-loading force is largest."""
     top = 0.0 * setting.c
     for _ in range(4):
         top = (
@@ -278,7 +278,7 @@ def _line_at_top(setting: Setting) -> Any:
 
 
 def _highest(motion: Motion, pull: _Extension, setting: Setting) -> Any:
-    """Return the greatest force within a step [N], which may exceed that at its ends.
+    """Return the largest force within a step [N], which may exceed that at its ends.
 
     It is the top of the backbone, if the step passed it. With a speed law the peak depends on the
     speeds, so the force after the step is used; the error is of second order.

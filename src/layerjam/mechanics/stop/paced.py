@@ -8,8 +8,8 @@ in series,
 k (z - x) = S(x, u) + E(x), M v' = M g - k (z - x), z' = v, x' = u,
 
 so that u follows the force without a jump: it starts at zero when the force reaches S(0, 0), and
-nothing snaps. Integrated by a Rosenbrock method, which is fast for a weak dependence as well, at a
-relative tolerance of 1e-7 per step.
+nothing snaps. It is integrated by a Rosenbrock method, which is also fast for a weak dependence on
+speed, at a relative tolerance of 1e-7 per step.
 """
 
 from typing import Any, NamedTuple
@@ -48,14 +48,14 @@ COARSE = 1e-5
 MAX_STEPS = 5_000
 """Largest number of steps, including rejected ones."""
 STILL = 1e-9
-"""Speed of a creeping mass, relative to its greatest, below which it counts as at rest."""
+"""Speed of a creeping mass, relative to its highest, below which it counts as at rest."""
 BEGIN = 1e-4
 """Time after the onset in which a series replaces the integration, relative to its time scale."""
 MOVING = -2
 ROWS = 4000
 """Number of stored steps of a motion."""
 COLUMNS = 6
-"""Columns of a motion: time, slip, speed, pace of the slip, friction's heat, force."""
+"""Columns of a motion: time, slip, speed, pace of the slip, frictional heat, force."""
 
 
 class PacedProblem(NamedTuple):
@@ -228,7 +228,7 @@ def _finish(run: Run, case: PacedProblem) -> Run:
 def slide_on(
     case: PacedProblem, speed: Any, rows: int = 0, tolerance: float = TOLERANCE
 ) -> tuple[Run, Run]:
-    """Integrate to the standstill or end of travel; return the runs before the last step and after.
+    """Integrate to the standstill or end of travel; return the runs before and after the last step.
 
     `speed` [m/s] is that on arrival. With `rows` the states of one stop are kept in a table.
     """
@@ -284,7 +284,7 @@ class Course(NamedTuple):
     end: Any
     """The last row, shape (6,): the standstill or the end of travel."""
     coarse: Any
-    """The last row of a run with steps a hundred times less exact."""
+    """The last row of a run with a tolerance a hundred times larger."""
 
 
 def paced_course(case: PacedProblem, speed: Any) -> Course:

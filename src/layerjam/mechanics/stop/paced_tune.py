@@ -21,12 +21,12 @@ from layerjam.mechanics.stop.exact import BOTTOMED_OUT, stop
 CLOSE = 1e-8
 """Relative distance of the stop from the target slip at which the search ends."""
 FARTHEST = 1e-6
-"""Greatest relative distance of an accepted stop."""
+"""Largest relative distance of an accepted stop from the target."""
 ROUNDS = 62
 LEAST = 1e-4
-"""Least vacuum tried, relative to the atmosphere; without friction there would be no stop."""
+"""Lowest vacuum tried, relative to the atmosphere; without friction there would be no stop."""
 FASTEST = 1e3
-"""Greatest arrival speed tried [m/s]."""
+"""Highest arrival speed tried [m/s]."""
 
 
 def _excess_slip(slip: Any, case: tuple[Any, Any, Any, Any, Any], brake: Brake) -> Any:
@@ -82,7 +82,7 @@ def _root(
 def paced_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) -> Any:
     """Return the vacuum [Pa] at which the mass stops after a slip [m]; arrays of the same shape.
 
-    NaN if full vacuum does not stop the mass that soon, or if the least vacuum stops it sooner.
+    NaN if full vacuum does not stop the mass that soon, or if the lowest vacuum stops it sooner.
     Also NaN if friction at rest does not hold the weight there, so that it would slide on.
     """
     top = brake.site.atmosphere + jnp.zeros_like(mass)
@@ -98,7 +98,7 @@ def paced_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, br
 
 
 def paced_speeds(mass: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) -> tuple[Any, Any]:
-    """Return the speeds [m/s] that the least holding vacuum and full vacuum stop at the slip.
+    """Return the speeds [m/s] that the lowest holding vacuum and full vacuum stop at the slip.
 
     Arrays of one shape.
     """

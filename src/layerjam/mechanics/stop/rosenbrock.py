@@ -39,7 +39,7 @@ class Step(NamedTuple):
     after: Any
     """State after the step, shape (4, ...)."""
     error: Any
-    """Difference of the two orders."""
+    """Difference between the two orders."""
 
 
 def _solve_3x3(rows: list[list[Any]], right: Any) -> list[Any]:

@@ -1,4 +1,4 @@
-"""The vacuum that stops a mass within a given slip (paper, eq. 10, and exactly)."""
+"""Vacuum that stops a mass after a given slip: by the paper's eq. 10, and exactly."""
 
 from dataclasses import replace
 from typing import Any
@@ -110,7 +110,7 @@ def speed_range(mass: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> 
 def vacuum_eq10(mass: Any, speed: Any, slip: Any, brake: Brake) -> Any:
     """Return the paper's tuned vacuum [Pa]: half m v^2 = E(slip, P), no gravity, no elastic part.
 
-    NaN if full vacuum of the site is not enough.
+    NaN if the site's full vacuum is not enough.
     """
     shape = jnp.broadcast_arrays(mass, speed, slip)
     mass, speed, slip = shape
