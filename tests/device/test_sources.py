@@ -34,7 +34,7 @@ def test_an_sd_of_a_file_reaches_the_robustness_of_a_design():
     [
         ('{ value = 0.3, sd = "5 mm" }', "a pure number"),
         ("{ value = 0.3, sd = -0.1 }", "not allowed"),
-        ("{ value = 0.3, source = 3 }", "must be a text"),
+        ("{ value = 0.3, source = 3 }", "must be text"),
         ("{ sd = 0.1 }", "has no value"),
     ],
 )

@@ -304,7 +304,7 @@ def test_export_writes_once_the_same_and_says_what(tmp_path):
         ({"platforms": "amiga"}, "choose from linux, linux-arm, windows"),
         ({"platforms": "linux", "sources_only": True}, "sources only"),
         ({"platforms": "linux-arm", "fmi": "2"}, "FMI 2.0 has no name"),
-        ({"platforms": ""}, "is not known"),
+        ({"platforms": ""}, "is unknown"),
     ],
 )
 def test_platforms_that_cannot_be_are_refused(tmp_path, options, said):

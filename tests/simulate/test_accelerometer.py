@@ -388,7 +388,7 @@ def test_folding_is_said() -> None:
 
 @pytest.mark.parametrize("cfc", [0, -60, 100, 61, float("nan")])
 def test_classes_that_the_standard_does_not_have(cfc: float) -> None:
-    with pytest.raises(QuantityError, match="not a class of SAE J211-1"):
+    with pytest.raises(QuantityError, match="not an SAE J211-1 class"):
         measure_acceleration(stop(), IDEAL, cfc)
 
 
@@ -428,10 +428,10 @@ def test_names() -> None:
     ("time", "value", "says"),
     [
         ([0.0, 1.0], [1.0], "same length"),
-        ([0.0], [1.0], "two or more"),
+        ([0.0], [1.0], "at least two"),
         ([[0.0, 1.0]], [[1.0, 1.0]], "same length"),
-        ([0.0, 0.0], [1.0, 2.0], "must rise"),
-        ([1.0, 0.0], [1.0, 2.0], "must rise"),
+        ([0.0, 0.0], [1.0, 2.0], "must increase"),
+        ([1.0, 0.0], [1.0, 2.0], "must increase"),
         ([0.0, np.nan], [1.0, 2.0], "finite"),
         ([0.0, 1.0], [1.0, np.inf], "finite"),
     ],
@@ -442,9 +442,9 @@ def test_signals_that_are_none(time: list[float], value: list[float], says: str)
 
 
 def test_a_rate_that_would_fill_the_memory_is_refused() -> None:
-    with pytest.raises(QuantityError, match="take fewer"):
+    with pytest.raises(QuantityError, match="use a lower rate"):
         measure_acceleration(
             (np.array([0.0, 100.0]), np.array([0.0, 1.0])), replace(IDEAL, sampling=1e6)
         )
-    with pytest.raises(QuantityError, match="take fewer"):
+    with pytest.raises(QuantityError, match="use a lower rate"):
         measure_acceleration((np.array([0.0, 1e300]), np.array([0.0, 1.0])), ADXL193)

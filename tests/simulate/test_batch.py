@@ -184,7 +184,7 @@ def test_a_brake_may_be_a_file_or_its_name():
 
 def test_what_python_would_say_is_said_plainly():
     march = {"mass": 1.0, "speed": [1.0, 2.0], "vacuum": 9e4, **MARCH, "damping": 0.0}
-    with pytest.raises(QuantityError, match="into fixed"):
+    with pytest.raises(QuantityError, match="in fixed"):
         batch(stop_in_time, march | {"times": 0.0}, brake=KAPTON)
     with pytest.raises(QuantityError, match="times: None cannot be swept; pass it in fixed"):
         batch(stop_in_time, march | {"times": None}, brake=KAPTON)

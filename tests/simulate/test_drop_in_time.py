@@ -147,7 +147,7 @@ def test_what_is_no_drop_is_refused(change, words):
         ([0, 1, 0.5], [1, 2, 3], "times must increase"),
         ([0, 0], [1, 2], "times must increase"),
         ([0, np.inf], [1, 2], "time of sample 2"),
-        ([0], [1], "two or more"),
+        ([0], [1], "at least two"),
         ([0, 1], [1, 2, 3], "same length"),
         ([0, 1], ["a", "b"], "not a row of numbers"),
     ],

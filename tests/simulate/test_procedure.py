@@ -98,7 +98,7 @@ def test_every_sentence() -> None:
         ("", "it has no steps"),
         (" ; ;", "it has no steps"),
         ("pull at 1 mm/s until 20 mm; pull at 1 mm/s until 10 mm", "does not pull: the crosshead"),
-        ("pull at 1 mm/s until 20 mm; pull at 1 mm/s until 20 mm", "20 mm already"),
+        ("pull at 1 mm/s until 20 mm; pull at 1 mm/s until 20 mm", "already at 20 mm"),
         ("pull at 1 mm/s until 20 mm; return at 1 mm/s to 30 mm", "does not go back"),
         ("return at 1 mm/s to 0 mm", "does not go back"),
         ("cycle 2 times between 20 mm and 5 mm at 1 mm/s", "does not"),
