@@ -12,7 +12,7 @@ from pathlib import Path
 
 from layerjam.device.load import load
 from layerjam.interop.source import c_files
-from layerjam.kernel.compiler import FLAGS, SOURCES, compiler
+from layerjam.kernel.compiler import FLAGS, SOURCES, find_compiler
 from layerjam.kernel.parameters import parameters
 
 PROGRAM = """
@@ -68,7 +68,7 @@ def main() -> None:
             (folder / file).write_text(text)
         (folder / "speed.c").write_text("#define _POSIX_C_SOURCE 199309L\n" + PROGRAM)
         sources = [str(folder / "speed.c"), str(folder / "layerjam.c")]
-        build = [*compiler(), *FLAGS, *sources, "-lm", "-o", str(folder / "speed")]
+        build = [*find_compiler(), *FLAGS, *sources, "-lm", "-o", str(folder / "speed")]
         subprocess.run(build, check=True)
         subprocess.run([folder / "speed"], check=True)
     if shutil.which("arm-none-eabi-gcc") is None:

@@ -60,7 +60,7 @@ SWAP = {
     ast.And: ast.Or,
     ast.Or: ast.And,
 }
-KEEP = {"minimum": (0, 1), "maximum": (0, 1), "where": (1, 2), "clip": (0,), "within": (1,)}
+KEEP = {"minimum": (0, 1), "maximum": (0, 1), "where": (1, 2), "clip": (0,), "keep_if": (1,)}
 KEEP |= {"safe_sqrt": (0,), "cbrt": (0,), "floor": (0,), "ceil": (0,), "abs": (0,), "roll": (0,)}
 
 

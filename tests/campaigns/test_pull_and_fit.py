@@ -16,7 +16,7 @@ from layerjam.errors import FileError, FitError
 from layerjam.identify.calibration.peaks import calibrate, fit_pull
 from layerjam.identify.pull.features import loading_branch, pull_features
 from layerjam.measure.trace import Trace
-from layerjam.mechanics.enclosure import enclosure_at, saturation_slip
+from layerjam.mechanics.enclosure import enclosure_law, saturation_slip
 from layerjam.mechanics.pull import (
     factor_and_stiffness_of_eq8_and_eq9,
     peak,
@@ -316,7 +316,7 @@ def test_zero_vacuum_and_no_pull() -> None:
 
 def test_a_peak_below_what_the_sleeve_allows() -> None:
     stiff = change(KAPTON, enclosure__modulus=1e9)
-    least = float(enclosure_at(FULL, stiff).root) * 0.068**0.5
+    least = float(enclosure_law(FULL, stiff).root) * 0.068**0.5
     assert least > 176
     with pytest.raises(FitError, match="is below .* the minimum that the enclosure's law allows"):
         fit_pull(pull_features(curve(KAPTON)), FULL, stiff)

@@ -12,7 +12,7 @@ from layerjam.device.file import BrakeFile, updated_text
 from layerjam.device.load import catalogue, load, write_whole
 from layerjam.errors import FileError, LayerjamError
 from layerjam.toml_files.source import Source
-from layerjam.toml_files.toml import line_of, parse_toml
+from layerjam.toml_files.toml import find_line, parse_toml
 from layerjam.units import get
 from strategies import change, one, random_brakes, seeds
 
@@ -148,9 +148,9 @@ def test_plain_form_and_notes():
 
 def test_lines_are_found():
     text = 'a = 1\n[t]\nb = 2\n"c" = 3\n[u]\n  b.x = 4\n'
-    assert line_of(text, "t.b") == 3 and line_of(text, "t.c") == 4
-    assert line_of(text, "u.b") == 6 and line_of(text, "a") == 1
-    assert line_of(text, "t.zz") == 2 and line_of(text, "zz") is None
+    assert find_line(text, "t.b") == 3 and find_line(text, "t.c") == 4
+    assert find_line(text, "u.b") == 6 and find_line(text, "a") == 1
+    assert find_line(text, "t.zz") == 2 and find_line(text, "zz") is None
 
 
 def test_files_that_cannot_be_read(tmp_path):

@@ -18,7 +18,7 @@ from layerjam.fluid.parts import parts
 from layerjam.kernel.parameters import parameters
 from layerjam.mechanics.friction import sheet_friction
 from layerjam.mechanics.stiffness import stiffness_before_slip
-from layerjam.toml_files.changes import names
+from layerjam.toml_files.changes import quantity_names
 from layerjam.toml_files.shipped import shipped_files
 from layerjam.units import quantities, quantity, record
 from strategies import unchecked
@@ -60,8 +60,8 @@ def test_a_name_without_its_record_is_never_that_of_an_optional_record():
     bare = replace(KAPTON.brake, rope=None)
     assert bare.with_(rope_stiffness="3 kN/m").rope.damping == 0
     for cls in (Brake, Line):
-        assert set(names(cls).values()) == {path for path, _, _ in quantities(cls)}
-        assert len(set(names(cls))) == len(names(cls))
+        assert set(quantity_names(cls).values()) == {path for path, _, _ in quantities(cls)}
+        assert len(set(quantity_names(cls))) == len(quantity_names(cls))
 
 
 @pytest.mark.parametrize(

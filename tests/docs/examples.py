@@ -197,13 +197,13 @@ def write_file(block: Block) -> None:
 def compiled(block: Block) -> str | None:
     """What a C program prints that is compiled with the kernel beside it; None without compiler."""
     from layerjam.errors import CompilerError
-    from layerjam.kernel.compiler import FLAGS, compiler
+    from layerjam.kernel.compiler import FLAGS, find_compiler
 
     source = Path(block.title)
     source.write_text(block.text, encoding="utf-8")
     program = source.with_suffix("").absolute()
     try:
-        command = [*compiler(), *FLAGS, "-Wall", "-Wextra", "-Werror"]
+        command = [*find_compiler(), *FLAGS, "-Wall", "-Wextra", "-Werror"]
     except CompilerError:
         return None
     command += [str(source), str(source.with_name("layerjam.c")), "-lm", "-o", str(program)]
@@ -313,12 +313,12 @@ def main() -> None:
 
     import jax
 
-    from layerjam.mechanics.compilation import announce
+    from layerjam.mechanics.compilation import announce_compilation
 
     os.environ["COLUMNS"] = "80"
     jax.config.update("jax_enable_x64", True)
     with contextlib.redirect_stderr(io.StringIO()):
-        announce()  # once per process: the pages do not show it
+        announce_compilation()  # once per process: the pages do not show it
     named = [Path(a).resolve() for a in sys.argv[1:] if not a.startswith("-")]
     with tempfile.TemporaryDirectory() as base:
         practice_files(Path(base) / "practice")

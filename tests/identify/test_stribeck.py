@@ -9,16 +9,16 @@ import pytest
 
 from layerjam.errors import FitError
 from layerjam.identify.friction.stribeck import SpeedPoints, fit_dry, fit_wet, speed_points
-from layerjam.mechanics.stick_slip.laws import of_film, sliding_force
+from layerjam.mechanics.stick_slip.laws import film_curve, sliding_force
 from layerjam.mechanics.stick_slip.wet import ILLUSTRATIVE, wet_force
 from strategies import KAPTON
 
-TRUTH = of_film(KAPTON, 3e-3)
+TRUTH = film_curve(KAPTON, 3e-3)
 SPEED = np.geomspace(1e-4, 0.1, 16)
 
 
 def dry_points(noise: float = 0.0, seed: int = 0, **change: Any) -> SpeedPoints:
-    curve = of_film(KAPTON, **{"speed": 3e-3, **change})
+    curve = film_curve(KAPTON, **{"speed": 3e-3, **change})
     force = np.asarray(sliding_force(0.01, SPEED, 80e3, KAPTON, curve))
     force = force + noise * np.random.default_rng(seed).standard_normal(len(SPEED))
     return speed_points(SPEED, force, slip=0.01, vacuum=80e3, brake=KAPTON)

@@ -14,7 +14,7 @@ from layerjam.commands.export import export_c
 from layerjam.device.load import load
 from layerjam.errors import FileError, QuantityError
 from layerjam.interop.source import NAMES
-from layerjam.kernel.compiler import SOURCES, compiler
+from layerjam.kernel.compiler import SOURCES, find_compiler
 from layerjam.kernel.kernel import Kernel
 from layerjam.mechanics.pull import force_at_elongation
 
@@ -39,10 +39,10 @@ def ran(*command: object) -> str:
 def test_exported_brake_compiles_and_pulls_as_the_law_does(tmp_path, precision):
     made = export_c("choi2018-kapton", out=tmp_path / "made", precision=precision)
     assert sorted(made.files) == sorted(p.name for p in (tmp_path / "made").iterdir())
-    ran(*compiler(), *STRICT, "-c", tmp_path / "made" / "layerjam.c", "-o", tmp_path / "k.o")
+    ran(*find_compiler(), *STRICT, "-c", tmp_path / "made" / "layerjam.c", "-o", tmp_path / "k.o")
     program = tmp_path / "example"
     sources = [tmp_path / "made" / name for name in ("example.c", "layerjam.c")]
-    ran(*compiler(), "-std=c99", "-Wall", "-Wextra", "-Werror", *sources, "-lm", "-o", program)
+    ran(*find_compiler(), "-std=c99", "-Wall", "-Wextra", "-Werror", *sources, "-lm", "-o", program)
     rows = [list(map(float, line.split(","))) for line in ran(program).splitlines()[1:]]
     law = float(force_at_elongation(0.04, 94.5e3, load("choi2018-kapton")))
     top = next(force for elongation, force, _ in rows if elongation == 40)

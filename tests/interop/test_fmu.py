@@ -22,7 +22,7 @@ from layerjam.commands.export import export_fmu
 from layerjam.device.brake import Brake
 from layerjam.errors import FileError, QuantityError
 from layerjam.interop import fmi
-from layerjam.interop.fmi_variables import FILE, print_header, token, variables
+from layerjam.interop.fmi_variables import FILE, list_variables, make_token, print_header
 from layerjam.kernel.kernel import Kernel
 from layerjam.units import quantities
 from strategies import KAPTON, PTFE, one, random_brakes
@@ -40,9 +40,9 @@ def made(tmp_path):
 
     def make(version, brake=KAPTON, rope=None, **options):
         values = fmi.start_values(brake, rope)
-        own = {"linux": fmi.binary(version, "linux")}
+        own = {"linux": fmi.build_binary(version, "linux")}
         path = tmp_path / f"{version}.fmu"
-        path.write_bytes(fmi.fmu(version, "one", values, own))
+        path.write_bytes(fmi.build_fmu(version, "one", values, own))
         folder = tmp_path / f"unit-{len(list(tmp_path.iterdir()))}"
         return Unit(path, folder, version, **options)
 
@@ -244,7 +244,7 @@ def test_what_is_not_allowed_is_named(made, version, tmp_path):
 @pytest.mark.parametrize("harm", ["cut", "longer", "lost", "other"])
 def test_damaged_start_values_make_no_instance(tmp_path, version, harm):
     values = fmi.start_values(KAPTON)
-    whole = fmi.fmu(version, "one", values, {"linux": fmi.binary(version, "linux")})
+    whole = fmi.build_fmu(version, "one", values, {"linux": fmi.build_binary(version, "linux")})
     (tmp_path / "whole").write_bytes(whole)
     with (
         zipfile.ZipFile(tmp_path / "whole") as old,
@@ -266,7 +266,7 @@ def test_damaged_start_values_make_no_instance(tmp_path, version, harm):
 @BOTH
 def test_a_binary_shows_the_standards_functions_only(version, tmp_path):
     path = tmp_path / "one.so"
-    path.write_bytes(fmi.binary(version, "linux"))
+    path.write_bytes(fmi.build_binary(version, "linux"))
     shown = subprocess.run(["nm", "-D", path], capture_output=True, text=True, check=True).stdout
     ours = {line.split()[-1] for line in shown.splitlines() if " T " in line}
     header = fmi.UNIT / "headers" / f"fmi{version}Functions.h"
@@ -278,7 +278,7 @@ def test_a_binary_shows_the_standards_functions_only(version, tmp_path):
 @BOTH
 def test_a_binary_needs_the_c_library_only(version, tmp_path):
     path = tmp_path / "one.so"
-    path.write_bytes(fmi.binary(version, "linux"))
+    path.write_bytes(fmi.build_binary(version, "linux"))
     shown = subprocess.run(["ldd", path], capture_output=True, text=True, check=True).stdout
     needed = {line.split()[0].rsplit("/")[-1] for line in shown.splitlines()}
     allowed = {"linux-vdso.so.1", "ld-linux-x86-64.so.2", "libc.so.6", "libm.so.6"}
@@ -291,8 +291,8 @@ def test_export_writes_once_the_same_and_says_what(tmp_path):
     said = export_fmu("choi2018-kapton", out=first, rope_stiffness="16.8 kN/m")
     export_fmu("choi2018-kapton", out=again, rope_stiffness="16.8 kN/m")
     assert first.read_bytes() == again.read_bytes() and len(first.read_bytes()) == said.bytes
-    assert said.token == token() and said.platforms == ("linux",) and said.fmi_version == "3.0"
-    assert list(said.variables) == [one.name for one in variables()]
+    assert said.token == make_token() and said.platforms == ("linux",) and said.fmi_version == "3.0"
+    assert list(said.variables) == [one.name for one in list_variables()]
     with pytest.raises(FileError, match="already exists"):
         export_fmu("choi2018-kapton", out=first)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.fmu", "b.fmu"]

@@ -12,7 +12,7 @@ from kernel.histories import history
 from layerjam.errors import QuantityError
 from layerjam.interop import fmi
 from layerjam.kernel import kernel as kernels
-from layerjam.kernel.compiler import FLAGS, SOURCES, build
+from layerjam.kernel.compiler import FLAGS, SOURCES, run_compiler
 from layerjam.kernel.kernel import Kernel
 from strategies import KAPTON
 
@@ -40,8 +40,8 @@ def garbled(whole: bytes, rng: np.random.Generator, fixed: int = 0) -> bytes:
 @pytest.fixture
 def sanitized_kernel(tmp_path, monkeypatch):
     target = tmp_path / "kernel.so"
-    build([*SANITIZED, *map(str, kernels.CODE)], target)
-    loaded = kernels.bound(target, "double")
+    run_compiler([*SANITIZED, *map(str, kernels.CODE)], target)
+    loaded = kernels.bind_library(target, "double")
     monkeypatch.setattr(kernels, "load_library", lambda precision: loaded)
     return Kernel(KAPTON)
 
@@ -111,8 +111,8 @@ def test_every_number_of_a_state_must_be_finite(bad):
 def test_a_garbled_state_of_a_mock_up_unit(version, tmp_path, capfd):
     target, headers = tmp_path / "unit.so", f"-I{fmi.UNIT / 'headers'}"
     code = (fmi.UNIT / f"fmi{version}.c", fmi.UNIT / "model.c", SOURCES / "layerjam.c")
-    build([*SANITIZED, headers, f"-I{fmi.UNIT}", *map(str, code)], target, libraries=["-lm"])
-    made = fmi.fmu(version, "one", fmi.start_values(KAPTON), {"linux": target.read_bytes()})
+    run_compiler([*SANITIZED, headers, f"-I{fmi.UNIT}", *map(str, code)], target, libraries=["-lm"])
+    made = fmi.build_fmu(version, "one", fmi.start_values(KAPTON), {"linux": target.read_bytes()})
     (tmp_path / "one.fmu").write_bytes(made)
     unit = Unit(tmp_path / "one.fmu", tmp_path / "unit", version)
     path, vacuum = history(KAPTON, 14, 200)

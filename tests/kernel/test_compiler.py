@@ -17,31 +17,31 @@ CC = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
 def test_a_compiler_is_named_or_found_or_asked_for(monkeypatch, tmp_path):
     monkeypatch.setenv("CC", "no-such-compiler -m32")
     with pytest.raises(CompilerError, match="'no-such-compiler' was not found"):
-        compilers.compiler()
+        compilers.find_compiler()
     monkeypatch.delenv("CC")
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setattr(compilers.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(CompilerError, match="install gcc or clang"):
-        compilers.compiler()
+        compilers.find_compiler()
 
 
 @CC
 def test_a_library_is_built_once_and_anew_when_any_file_beside_it_changes(monkeypatch, tmp_path):
-    monkeypatch.setattr(compilers, "cache", lambda: tmp_path / "kept")
+    monkeypatch.setattr(compilers, "library_folder", lambda: tmp_path / "kept")
     (tmp_path / "kept").mkdir()
     source, header = tmp_path / "one.c", tmp_path / "one.h"
     source.write_text('#include "one.h"\nint one(void) { return ONE; }\n')
     header.write_text("#define ONE 1\n")
-    first = compilers.library([source])
+    first = compilers.build_library([source])
     stamp = first.stat().st_mtime_ns
-    assert compilers.library([source]) == first and first.stat().st_mtime_ns == stamp
+    assert compilers.build_library([source]) == first and first.stat().st_mtime_ns == stamp
     header.write_text("#define ONE 2\n")
-    assert compilers.library([source]) != first
-    assert compilers.library([source], ["MORE"]) != compilers.library([source])
+    assert compilers.build_library([source]) != first
+    assert compilers.build_library([source], ["MORE"]) != compilers.build_library([source])
     source.write_text("int one(void) { return }\n")
     before = sorted(path.name for path in (tmp_path / "kept").iterdir())
     with pytest.raises(CompilerError, match="cannot build"):
-        compilers.library([source])
+        compilers.build_library([source])
     assert sorted(path.name for path in (tmp_path / "kept").iterdir()) == before
 
 

@@ -22,7 +22,7 @@ from layerjam.device.load import load
 from layerjam.device.speed_law import SpeedLaw
 from layerjam.errors import CompilerError, ProcedureError, QuantityError
 from layerjam.kernel import engine
-from layerjam.kernel.compiler import compiler_on_path, find_built, library
+from layerjam.kernel.compiler import build_library, find_built, find_on_path
 from layerjam.kernel.kernel import CODE, DEPTH, Kernel
 from layerjam.mechanics.pull import least_stiffness
 from layerjam.rig.machine import SteppedBrake
@@ -31,7 +31,7 @@ from layerjam.simulate.record import Outcome, TensileRecord
 from layerjam.simulate.tensile import tensile
 from strategies import KAPTON, change, one, random_brakes, seeds
 
-pytestmark = pytest.mark.skipif(compiler_on_path() is None, reason="no C compiler here")
+pytestmark = pytest.mark.skipif(find_on_path() is None, reason="no C compiler here")
 FILE = load("choi2018-kapton")
 NAMES = ("choi2018-kapton", "choi2018-ptfe", "choi2018-polyester", "choi2018-ptfe-fiberglass")
 FULL = 94.5e3
@@ -135,8 +135,8 @@ def test_a_record_ends_where_the_sheets_part() -> None:
     quick, slow = both(FILE, steps, leak_time=20.0)
     assert (quick.engine, quick.outcome) == ("law", Outcome.SEPARATED)
     same(quick, slow)
-    assert Kernel(KAPTON).twin([0.0, 0.08], FULL) is None
-    after = Kernel(KAPTON).twin(np.append(quick.elongation[:-1], 0.05), FULL)
+    assert Kernel(KAPTON).exact_cycle([0.0, 0.08], FULL) is None
+    after = Kernel(KAPTON).exact_cycle(np.append(quick.elongation[:-1], 0.05), FULL)
     assert after is not None and not after.separated.any()
 
 
@@ -223,13 +223,13 @@ def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def is_there() -> bool:
-    return engine._is_there.__wrapped__()
+    return engine._is_available.__wrapped__()
 
 
 def test_without_a_compiler_a_library_that_was_built_serves(
     elsewhere: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = library(CODE)
+    path = build_library(CODE)
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(elsewhere))
     assert find_built(CODE) == path and is_there()
@@ -262,7 +262,7 @@ def test_nowhere_to_keep_a_library_leaves_the_law(
     (elsewhere / "layerjam").write_text("a file where the folder would be")
     monkeypatch.setattr("tempfile.gettempdir", lambda: str(elsewhere / "layerjam"))
     with pytest.raises(CompilerError, match="no folder for compiled"):
-        library(CODE)
+        build_library(CODE)
     assert not is_there()
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from layerjam.kernel.compiler import FLAGS, SOURCES, compiler
+from layerjam.kernel.compiler import FLAGS, SOURCES, find_compiler
 
 CC = pytest.mark.skipif(
     shutil.which("cc") is None and shutil.which("gcc") is None, reason="no C compiler here"
@@ -28,7 +28,16 @@ def test_ten_million_calls_change_no_bit(tmp_path, define, calls):
     """At 0.999 of c L2, and after a slide; at 1.001 it slides."""
     program = tmp_path / "hold"
     sources = [str(HERE / "hold.c"), str(SOURCES / "layerjam.c")]
-    command = [*compiler(), *FLAGS, define, f"-I{SOURCES}", *sources, "-lm", "-o", str(program)]
+    command = [
+        *find_compiler(),
+        *FLAGS,
+        define,
+        f"-I{SOURCES}",
+        *sources,
+        "-lm",
+        "-o",
+        str(program),
+    ]
     subprocess.run(command, check=True)
     done = subprocess.run([program, str(calls)], capture_output=True, text=True, check=True)
     said = dict(line.rsplit(" ", 1) for line in done.stdout.splitlines())

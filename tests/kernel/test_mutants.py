@@ -11,7 +11,7 @@ import pytest
 from kernel.histories import history, most
 from layerjam.device.load import load
 from layerjam.kernel import kernel as kernels
-from layerjam.kernel.compiler import SOURCES, build, compiler
+from layerjam.kernel.compiler import SOURCES, find_compiler, run_compiler
 from layerjam.kernel.kernel import Kernel
 from layerjam.mechanics.hysteresis import brake_cycle
 from strategies import one, random_brakes
@@ -92,8 +92,8 @@ def test_a_changed_line_of_a_formula_is_noticed(tmp_path, monkeypatch):
         (tmp_path / "formulas.h").write_text(changed, "utf-8")
         code = [str(tmp_path / path.name) for path in kernels.CODE]
         target = tmp_path / f"mutant{number}.so"
-        build([*compiler(), "-std=c99", "-O0", "-shared", "-fPIC", *code], target)
-        loaded = kernels.bound(target, "double")
+        run_compiler([*find_compiler(), "-std=c99", "-O0", "-shared", "-fPIC", *code], target)
+        loaded = kernels.bind_library(target, "double")
         monkeypatch.setattr(kernels, "load_library", lambda precision, loaded=loaded: loaded)
         made += 1
         if all(agrees(Kernel(brake), brake, one) for brake, _, one in known):

@@ -10,10 +10,10 @@ import pytest
 
 from layerjam.cli.main import main
 from layerjam.kernel import compiler, engine, kernel
-from layerjam.kernel.compiler import KERNEL, TARGETS, compiler_on_path, find_shipped
+from layerjam.kernel.compiler import KERNEL, TARGETS, find_on_path, find_shipped
 
 MACHINE = (sys.platform, compiler.platform.machine())
-pytestmark = pytest.mark.skipif(compiler_on_path() is None, reason="there is no C compiler here")
+pytestmark = pytest.mark.skipif(find_on_path() is None, reason="there is no C compiler here")
 
 
 @pytest.fixture
@@ -22,14 +22,14 @@ def shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder = tmp_path / "built"
     folder.mkdir()
     path = folder / compiler._shipped_name(KERNEL, (), MACHINE)
-    command = [*(compiler_on_path() or ()), *compiler.FLAGS, "-shared", "-fPIC"]
+    command = [*(find_on_path() or ()), *compiler.FLAGS, "-shared", "-fPIC"]
     subprocess.run([*command, "-o", str(path), *map(str, KERNEL), "-lm"], check=True)
     for module in (compiler, engine):
         monkeypatch.setattr(module, "SHIPPED", folder)
     load = kernel.load_library.__wrapped__
     for module in (kernel, engine):
         monkeypatch.setattr(module, "load_library", load)
-    monkeypatch.setattr(engine, "_is_there", engine._is_there.__wrapped__)
+    monkeypatch.setattr(engine, "_is_available", engine._is_available.__wrapped__)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.delenv("CC", raising=False)

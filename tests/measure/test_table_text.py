@@ -23,7 +23,7 @@ from layerjam.records.contents import read_content
 from layerjam.report.brake_files import csv_text
 from layerjam.report.brake_numbers import COLUMNS, Number
 from layerjam.simulate.record import Outcome, PullRecord, read_header
-from layerjam.toml_files.table_text import comment, plain_cell, plain_comment, rows_text
+from layerjam.toml_files.table_text import comment, format_rows, restore_cell, restore_comment
 
 WORST = (
     "=cmd|' /C calc'!A0.csv",
@@ -53,9 +53,9 @@ def formula(shown: str) -> bool:
 
 @given(st.lists(st.lists(texts, min_size=1, max_size=4), min_size=1, max_size=4))
 def test_no_cell_is_a_formula_and_all_come_back(rows: list[list[str]]) -> None:
-    found = list(csv.reader(io.StringIO(rows_text([[*row, "end"] for row in rows]), newline="")))
+    found = list(csv.reader(io.StringIO(format_rows([[*row, "end"] for row in rows]), newline="")))
     assert not any(formula(one) for row in found for one in row)
-    assert [[plain_cell(one) for one in row[:-1]] for row in found] == rows
+    assert [[restore_cell(one) for one in row[:-1]] for row in found] == rows
 
 
 @given(texts)
@@ -64,7 +64,7 @@ def test_no_piece_of_a_comment_is_a_formula_and_it_comes_back(text: str) -> None
     for mark in ",;\t":
         for one in csv.reader([line], delimiter=mark):
             assert not any(map(formula, one))
-    assert plain_comment(line) == "# " + " ".join(text.splitlines())
+    assert restore_comment(line) == "# " + " ".join(text.splitlines())
 
 
 def test_a_number_in_a_comment_is_no_formula() -> None:
@@ -73,7 +73,7 @@ def test_a_number_in_a_comment_is_no_formula() -> None:
 
 @given(st.floats())
 def test_numbers_stay_numbers(value: float) -> None:
-    (row,) = csv.reader(io.StringIO(rows_text([[value, repr(value), None]])))
+    (row,) = csv.reader(io.StringIO(format_rows([[value, repr(value), None]])))
     assert row == [repr(value), repr(value), ""]
 
 
@@ -84,7 +84,7 @@ def test_the_numbers_of_a_report(name: str) -> None:
     assert tuple(head) == tuple(COLUMNS)
     assert not any(map(formula, row))
     cells = dict(zip(head, row, strict=True))
-    assert plain_cell(cells["source"]) == name
+    assert restore_cell(cells["source"]) == name
     assert float(cells["value"]) == -1.5
 
 
@@ -116,7 +116,7 @@ def test_a_list_of_conditions_names_such_a_file(tmp_path: Path) -> None:
     path = tmp_path / "=1+1.csv"
     path.write_bytes(encode_file(trace, Form()))
     rows = [["file", "vacuum"], [path.name, "60 kPa"]]
-    (tmp_path / LIST).write_text(rows_text(rows), encoding="utf-8")
+    (tmp_path / LIST).write_text(format_rows(rows), encoding="utf-8")
     assert read_trace(path).facts.vacuum == 60e3
 
 

@@ -14,10 +14,10 @@ from layerjam.mechanics.enclosure import (
     backbone_dissipated,
     backbone_stored,
     backbone_work,
-    enclosure_at,
-    enclosure_of,
+    enclosure_law,
     enclosure_stretch,
     inverse_backbone,
+    make_enclosure,
     saturation_slip,
 )
 from layerjam.mechanics.energy import energy_capacity, pull_work, slip_heat, slip_work
@@ -65,7 +65,7 @@ def test_work_is_the_integral_of_force(brake, vacuum):
 @pytest.mark.parametrize(("brake", "vacuum"), CASES)
 def test_stored_energy_and_heat_of_the_sleeve_from_its_tension(brake, vacuum):
     """Energy from T(s) = T0 - q s, heat from q times the way of every point; quadrature in s."""
-    sleeve = enclosure_at(vacuum, brake)
+    sleeve = enclosure_law(vacuum, brake)
     q, stiff, reach = (float(v) for v in (sleeve.friction, sleeve.stiffness, sleeve.reach))
     for x in (1e-4, 0.01, 0.04):
         end = float(backbone(x, sleeve)) / 2
@@ -86,14 +86,14 @@ def test_stored_energy_and_heat_of_the_sleeve_from_its_tension(brake, vacuum):
 
 @pytest.mark.parametrize(("brake", "vacuum"), CASES)
 def test_inverse_of_the_first_loading(brake, vacuum):
-    sleeve = enclosure_at(vacuum, brake)
+    sleeve = enclosure_law(vacuum, brake)
     x = np.array([0.0, 1e-7, 1e-4, 0.003, 0.04, 0.3])
     assert np.asarray(inverse_backbone(backbone(x, sleeve), sleeve)) == pytest.approx(x, rel=1e-12)
 
 
 @pytest.mark.parametrize(("brake", "vacuum"), CASES)
 def test_heat_is_all_friction(brake, vacuum):
-    sleeve = enclosure_at(vacuum, brake)
+    sleeve = enclosure_law(vacuum, brake)
     x = np.array([0.0, 0.001, 0.02, 0.05])
     left = np.asarray(slip_work(x, vacuum, brake) - slip_heat(x, vacuum, brake))
     assert left == pytest.approx(np.asarray(backbone_stored(x, sleeve)), rel=1e-10, abs=1e-14)
@@ -138,8 +138,8 @@ def test_peak_is_the_greatest_force(brake, vacuum):
 @pytest.mark.parametrize("strength", [1.0, 2.0])
 def test_rising_root_in_every_branch(strength):
     for vacuum in (0.0, 50.0, 900.0, 94.5e3):
-        sleeve = enclosure_at(vacuum, KAPTON)
-        sleeve = enclosure_of(sleeve.stiffness, strength * sleeve.friction, sleeve.reach)
+        sleeve = enclosure_law(vacuum, KAPTON)
+        sleeve = make_enclosure(sleeve.stiffness, strength * sleeve.friction, sleeve.reach)
         for spring in (0.0, 10.0, 5e4):
             drive = np.array([1e-6, 0.01, 1.0, 30.0, 900.0])
             y = np.asarray(rising_root(drive, spring, sleeve))
@@ -196,7 +196,7 @@ def test_the_longer_free_length_buckles_first():
 
 def test_a_relaxed_sleeve_stores_and_pulls_nothing_at_any_vacuum():
     for vacuum in (0.0, 10.0, 9e4):
-        at = enclosure_at(vacuum, KAPTON)
+        at = enclosure_law(vacuum, KAPTON)
         assert float(backbone(0.0, at)) == 0.0
         assert float(backbone_stored(0.0, at)) == 0.0
 

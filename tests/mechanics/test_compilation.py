@@ -127,7 +127,7 @@ def test_a_folder_of_somebody_else_is_not_used(
 
 
 def test_seconds_of_compiling_are_announced_once(capsys: pytest.CaptureFixture[str]) -> None:
-    compilation.announce.cache_clear()
+    compilation.announce_compilation.cache_clear()
     stopwatch = compilation._Stopwatch()
     for event, seconds, line in (
         (compilation.COMPILED, 1.5, ""),
@@ -158,7 +158,7 @@ def test_events_have_the_names_that_jax_gives_them() -> None:
 def test_a_loop_that_is_kept_is_announced(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    compilation.announce.cache_clear()
+    compilation.announce_compilation.cache_clear()
     monkeypatch.setattr(compilation, "keep_compiled_code", lambda: True)
     compilation._announce_loops()
     numba.njit(lambda x: x + 1)(1.0)

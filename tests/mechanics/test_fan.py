@@ -14,7 +14,7 @@ from layerjam import laws
 from layerjam.device.fan import fan_exponent, fan_factor
 from layerjam.device.load import load
 from layerjam.errors import QuantityError
-from layerjam.mechanics.fan import STEEPEST, concentration, steepness
+from layerjam.mechanics.fan import STEEPEST, fan_slope, tension_ratio
 from layerjam.mechanics.stop.algebra import NEVER_SLID, STOPPED
 from layerjam.simulate.batch import batch
 from strategies import KAPTON, change, one, random_brakes
@@ -78,7 +78,7 @@ def test_the_factor_is_that_of_single_sheets_and_of_the_tension_along_the_fan():
         tension = single_sheets(count, thickness, 0.011, 0.011, friction_of(brake))
         mean = tension.sum() / (2 * (count - 1))
         errors.append(float(laws.amplification(0.0, brake)) / mean - 1)
-        assert float(concentration(brake)) == pytest.approx(
+        assert float(tension_ratio(brake)) == pytest.approx(
             tension.max() / tension.mean(), rel=3 / count
         )
     assert errors[0] == pytest.approx(0.035, abs=0.002)
@@ -95,7 +95,7 @@ def test_the_factor_is_that_of_single_sheets_and_of_the_tension_along_the_fan():
     )
     outer, total = run.y[:, -1]
     assert float(laws.amplification(0.0, THICK)) == pytest.approx(total / m / outer, rel=1e-9)
-    assert float(concentration(THICK)) == pytest.approx(m / total, rel=1e-9)
+    assert float(tension_ratio(THICK)) == pytest.approx(m / total, rel=1e-9)
 
 
 def test_it_is_105_for_the_papers_brake_and_206_for_41_sheets():
@@ -379,11 +379,11 @@ def test_static_friction_is_amplified_more():
 def test_the_middle_sheet_bears_most_and_a_fan_that_is_too_steep_is_refused():
     even = THICK.with_(spacers=True)
     share = float(laws.sheet_stress(1.0, THICK)) / float(laws.sheet_stress(1.0, even))
-    assert share == pytest.approx(float(concentration(THICK)), rel=1e-12) and share > 1.3
+    assert share == pytest.approx(float(tension_ratio(THICK)), rel=1e-12) and share > 1.3
     clamp = float(laws.clamp_stress(1.0, THICK)) / float(laws.clamp_stress(1.0, even))
     assert clamp == pytest.approx(share, rel=1e-12)
     steep = 41 * 0.254e-3 / (4 * 2e-3)
-    assert float(steepness(change(THICK, sheets__free_left=2e-3))) == pytest.approx(steep)
+    assert float(fan_slope(change(THICK, sheets__free_left=2e-3))) == pytest.approx(steep)
     assert steep > STEEPEST
     with pytest.raises(QuantityError, match=r"spacers: .* at 52 degrees; at most 45"):
         THICK.with_(free_left="2 mm")

@@ -14,9 +14,9 @@ from layerjam.device.hyperelastic import NAMES, Hyperelastic
 from layerjam.device.load import load
 from layerjam.errors import QuantityError
 from layerjam.identify.rubber import hyperelastic as fitted
-from layerjam.mechanics.enclosure import backbone, enclosure_at, enclosure_force, enclosure_stretch
+from layerjam.mechanics.enclosure import backbone, enclosure_force, enclosure_law, enclosure_stretch
 from layerjam.mechanics.energy import pull_work, slip_work
-from layerjam.mechanics.hyperelastic import at_slip, greatest_slip
+from layerjam.mechanics.hyperelastic import largest_slip, load_to_slip
 from layerjam.mechanics.hysteresis import brake_cycle
 from layerjam.mechanics.law import double_precision, law
 from layerjam.mechanics.pull import (
@@ -38,7 +38,7 @@ MODELS = {
     "ogden-1": {"mu1": 20e3, "alpha1": 2.6},
     "ogden-2": {"mu1": 40e3, "alpha1": 1.4, "mu2": 300.0, "alpha2": 4.0},
 }
-strip = law(at_slip)
+strip = law(load_to_slip)
 SLIPS = np.array([1e-4, 2e-3, 1e-2, 2e-2])
 VACUUMS = (2e3, 2e4, FULL)
 
@@ -102,7 +102,7 @@ def test_while_a_part_rests_the_slip_is_the_complementary_energy(model: str) -> 
     slip = np.geomspace(1e-3, 2e-2, 12).reshape(4, 3)
     strain, _ = strip(slip, np.full((4, 3), FULL), brake_of(model, whole=True))
     stress = fitted.stress(model, MODELS[model], strain)
-    one = enclosure_at(FULL, KAPTON)
+    one = enclosure_law(FULL, KAPTON)
     section = KAPTON.sheets.width * KAPTON.enclosure.wall
     assert (section * stress < one.friction * one.reach).all()
     due = 2 * section / float(one.friction) * (strain * stress - energy(model, strain))
@@ -114,12 +114,12 @@ def test_small_strains_obey_the_one_modulus_and_no_vacuum_stretches_evenly(model
     modulus = fitted.initial_modulus(model, MODELS[model])
     linear = replace(KAPTON, enclosure=replace(KAPTON.enclosure, modulus=modulus))
     # spreading, saturated, and evenly; the last two stretch it much, and relax it
-    reach = float(enclosure_at(0.0, linear).reach)
+    reach = float(enclosure_law(0.0, linear).reach)
     slip, vacuum = np.full((4, 3), 1e-13), np.full((4, 3), FULL)
     slip[1], vacuum[1], slip[2], vacuum[2], slip[3] = 1e-7, 1e-2, 0.04, 0.0, 0.0
     strain, made = strip(slip, vacuum, brake_of(model, whole=True))
     assert (strain[:2] < 2e-5).all()
-    one = enclosure_at(vacuum[:2], linear)
+    one = enclosure_law(vacuum[:2], linear)
     np.testing.assert_allclose(made.force[:2], backbone(slip[:2], one), rtol=1e-4)
     even = 0.04 / (2 * reach)
     due = 2 * KAPTON.sheets.width * KAPTON.enclosure.wall
@@ -174,7 +174,7 @@ def test_gradients_are_those_of_differences() -> None:
 @pytest.mark.slow
 def test_beyond_the_strain_that_was_fitted_there_is_no_force() -> None:
     brake = brake_of("yeoh", top=2.0)
-    most = float(greatest_slip(FULL, brake))
+    most = float(largest_slip(FULL, brake))
     slip = most * np.array([0.1, 0.5, 1 - 1e-6, 1 + 1e-6, 2.0])
     strain = np.asarray(enclosure_stretch(slip, FULL, brake))
     assert strain[2] == pytest.approx(2.0, rel=1e-5) and strain[0] < strain[1] < strain[2]
@@ -188,7 +188,7 @@ def test_a_brake_with_one_modulus_has_no_fitted_strain() -> None:
     with pytest.raises(
         QuantityError, match=r"hyperelastic: this supports only a hyperelastic enclosure"
     ):
-        greatest_slip(FULL, replace(brake_of("yeoh"), hyperelastic=None))
+        largest_slip(FULL, replace(brake_of("yeoh"), hyperelastic=None))
 
 
 @pytest.mark.slow

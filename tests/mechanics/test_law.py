@@ -9,7 +9,7 @@ import pytest
 
 from layerjam.mechanics import enclosure, energy, friction, limits, pull, stiffness
 from layerjam.mechanics.hysteresis import brake_cycle
-from layerjam.mechanics.law import safe_sqrt, within
+from layerjam.mechanics.law import keep_if, safe_sqrt
 from layerjam.mechanics.memory import enclosure_cycle
 from strategies import KAPTON, change, one, points, random_brakes, stretched
 
@@ -84,7 +84,7 @@ def test_safe_sqrt_and_within():
     assert np.isnan(value[0]) and value[1] == 0 and value[2] == 2
     assert float(jax.grad(safe_sqrt)(0.0)) == 0.0
     assert float(jax.grad(safe_sqrt)(4.0)) == 0.25
-    kept = within(jnp.array([True, False]), jnp.array([1.0, 2.0]))
+    kept = keep_if(jnp.array([True, False]), jnp.array([1.0, 2.0]))
     assert kept[0] == 1 and np.isnan(kept[1])
 
 

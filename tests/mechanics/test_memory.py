@@ -10,8 +10,8 @@ import pytest
 
 from layerjam.mechanics.enclosure import (
     backbone,
-    enclosure_at,
     enclosure_force,
+    enclosure_law,
     inverse_backbone,
     saturation_slip,
 )
@@ -240,7 +240,7 @@ def test_pump_down_and_let_go_returns_less_than_was_put_in(brake):
 @pytest.mark.parametrize("x", [1e-4, 0.02])
 def test_raised_from_nothing_the_whole_strip_has_friction_to_spare(x):
     """At zero vacuum all of it slides: q l of each half must come before the backbone is joined."""
-    strip = enclosure_at(5e3, KAPTON)
+    strip = enclosure_law(5e3, KAPTON)
     held = float(enclosure_force(x, 0.0, KAPTON))
     joined = held + 2 * strip.friction * strip.reach
     ends = float(inverse_backbone(joined, strip))
@@ -253,7 +253,7 @@ def test_raised_from_nothing_the_whole_strip_has_friction_to_spare(x):
 def test_let_back_and_vented_a_little_it_slides_and_rejoins_first_loading():
     """Near EA x/l - q l, where all of it is turned: pulled again it joins the first loading."""
     x, low = 0.02, 100.0
-    strip = enclosure_at(low, KAPTON)
+    strip = enclosure_law(low, KAPTON)
     slope = float(strip.stiffness / strip.reach)
     edge = slope * x - float(strip.friction * strip.reach)
     turn = 2 * float(strip.friction) * float(strip.reach) ** 2 / float(strip.stiffness)
@@ -267,7 +267,7 @@ def test_let_back_and_vented_a_little_it_slides_and_rejoins_first_loading():
 
 def test_a_strip_that_slides_back_as_a_whole_heats_by_its_friction_and_falls_by_its_spring():
     low, x, back = 60.0, 0.02, 0.015
-    strip = enclosure_at(low, KAPTON)
+    strip = enclosure_law(low, KAPTON)
     force, stored, heat = cycle([0.04, x, x, back], np.array([2e3, 2e3, low, low]))
     way = x - back
     assert force[3] == pytest.approx(

@@ -28,7 +28,7 @@ from layerjam.mechanics.stop.motion import (
     SNAPPED,
     STANDSTILL,
     TRAVEL_USED,
-    load_of,
+    make_load,
     stop_in_time,
     stored_energy,
 )
@@ -41,7 +41,7 @@ MANY = 400_000
 
 def audit(run, mass, speed, gravity, rope, damping, brake):
     """What is missing in the books [J], as a part of all the energy that came in."""
-    load = load_of(mass, gravity, rope, damping, brake)
+    load = make_load(mass, gravity, rope, damping, brake)
     came = mass * speed**2 / 2 + mass * gravity * np.asarray(run.place)
     there = mass * np.asarray(run.speed) ** 2 / 2 + np.asarray(run.heat)
     return (there + np.asarray(stored_energy(run, load, brake)) - came) / came
@@ -234,10 +234,10 @@ def test_heat_is_what_friction_and_damper_took():
     fine = np.linspace(0, slip[-1], 20001)
     held = np.asarray(brake_force(fine, FULL, KAPTON))
     work = np.concatenate([[0], np.cumsum((held[1:] + held[:-1]) / 2 * np.diff(fine))])
-    from layerjam.mechanics.enclosure import backbone_stored, enclosure_at
+    from layerjam.mechanics.enclosure import backbone_stored, enclosure_law
 
     sheets = np.interp(slip, fine, work) - np.asarray(
-        backbone_stored(slip, enclosure_at(FULL, KAPTON))
+        backbone_stored(slip, enclosure_law(FULL, KAPTON))
     )
     rate = np.gradient(stretch, time)
     rope = np.concatenate(
@@ -288,7 +288,7 @@ def test_a_step_that_could_pass_over_the_standstill_is_no_case():
 
 def test_a_weight_at_rest_stays_where_it_is_for_an_hour():
     """99.9 % of what the brake holds, hung on at rest: nothing creeps, at any step."""
-    from layerjam.mechanics.stop.motion import Load, Motion, Vacuum, at_start, step_on
+    from layerjam.mechanics.stop.motion import Load, Motion, Vacuum, advance_step, at_start
 
     onset = float(brake_force(0.0, FULL, KAPTON))
     mass = 0.999 * onset / G
@@ -303,7 +303,7 @@ def test_a_weight_at_rest_stays_where_it_is_for_an_hour():
 
         def march(state: Motion, step: float = step, count: int = count, load: Load = load):
             def one(_, now):
-                return step_on(now, step, Vacuum(FULL), load, KAPTON)
+                return advance_step(now, step, Vacuum(FULL), load, KAPTON)
 
             return jax.lax.fori_loop(0, count, one, state)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from layerjam.mechanics.stack.batch import peaks_of
+from layerjam.mechanics.stack.batch import find_peaks
 from layerjam.mechanics.stack.pull import pull_stack
 from layerjam.simulate.stack_layout import stack_of
 from strategies import KAPTON
@@ -25,7 +25,7 @@ def test_many_stacks_are_each_what_one_is():
         friction = stack.friction * np.exp(random.normal(0, 0.1, (6, 10)))
         friction[0] = stack.friction
         length = np.broadcast_to(stack.length, friction.shape)
-        peaks = peaks_of(stack, friction, length, 0.06)
+        peaks = find_peaks(stack, friction, length, 0.06)
         for j in range(6):
             one = stack._replace(friction=friction[j])
             run = pull_stack(np.linspace(0, 1.1 * peaks.elongation[j], 30001), one)
@@ -49,14 +49,14 @@ def test_a_batch_keeps_what_could_not_be_followed_apart():
     stack = stack_of(KAPTON, FULL, mount=2000.0)
     friction = np.stack([stack.friction, stack.friction * 0.5])
     length = np.broadcast_to(stack.length, friction.shape)
-    peaks = peaks_of(stack, friction, length, 0.2)
+    peaks = find_peaks(stack, friction, length, 0.2)
     assert np.isnan(peaks.peak[0])
     assert peaks.peak[1] == pytest.approx(C / 2, rel=3e-2)
 
 
 def test_no_peak_within_the_travel_gives_the_end():
     stack = stack_of(KAPTON, 500.0)
-    peaks = peaks_of(stack, stack.friction[None], stack.length[None], 0.03)
+    peaks = find_peaks(stack, stack.friction[None], stack.length[None], 0.03)
     run = pull_stack(np.linspace(0, 0.03, 500), stack)
     assert peaks.elongation[0] == pytest.approx(0.03)
     assert peaks.peak[0] == pytest.approx(run.force[-1], rel=1e-9)

@@ -18,7 +18,7 @@ from layerjam.mechanics.pull import brake_force
 from layerjam.mechanics.stick_slip.curve import Stribeck
 from layerjam.mechanics.stick_slip.laws import (
     critical_speed,
-    of_film,
+    film_curve,
     sliding_force,
     slow_saw,
     stable_speed,
@@ -76,14 +76,14 @@ def test_gradient_at_rest_is_the_mean_of_both_sides() -> None:
 
 @pytest.mark.parametrize("slip", [0.0, 0.01, 0.04])
 def test_dry_force_is_that_of_the_paper_at_every_speed(slip: float) -> None:
-    flat = dataclasses.replace(of_film(KAPTON), static=KAPTON.film.kinetic)
+    flat = dataclasses.replace(film_curve(KAPTON), static=KAPTON.film.kinetic)
     speeds = np.array([0.0, 1e-3, 25e-3, 1.0])
     force = np.asarray(sliding_force(slip, speeds, FULL, KAPTON, flat))
     assert np.allclose(force, float(brake_force(slip, FULL, KAPTON)), rtol=1e-14)
 
 
 def test_at_rest_the_curve_gives_the_holding_force() -> None:
-    force = float(sliding_force(0.0, 0.0, FULL, KAPTON, of_film(KAPTON, 1e-3)))
+    force = float(sliding_force(0.0, 0.0, FULL, KAPTON, film_curve(KAPTON, 1e-3)))
     assert force == pytest.approx(float(holding_force(FULL, KAPTON)), rel=1e-14)
 
 

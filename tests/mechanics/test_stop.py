@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from layerjam.mechanics.enclosure import enclosure_at, enclosure_force
+from layerjam.mechanics.enclosure import enclosure_force, enclosure_law
 from layerjam.mechanics.energy import slip_heat, slip_work
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.pull import brake_force, peak
@@ -94,7 +94,7 @@ def test_a_spring_softer_than_the_softening_snaps():
 
 def test_a_spring_that_the_sleeve_still_helps_does_not_snap():
     """Between c - EA/l and c the force never falls faster than the spring gives."""
-    at = enclosure_at(2e3, KAPTON)
+    at = enclosure_law(2e3, KAPTON)
     c = float(friction_per_contact(2e3, KAPTON))
     least = c - float(at.stiffness / at.reach)
     assert float(at.saturation) < KAPTON.sheets.usable_travel

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from layerjam.commands.impact import drop
 from layerjam.device.load import load
-from layerjam.simulate.crash import crash, with_crash
+from layerjam.simulate.crash import append_crash, crash
 
 KAPTON = "choi2018-kapton"
 FALL = {"mass": "1 kg", "speed": "2.5 m/s", "vacuum": "5 kPa"}
@@ -82,7 +82,7 @@ def test_what_is_not_known_is_said_and_what_does_not_crash_has_none():
 
 
 def test_the_drop_and_its_crash_are_one_record(fallen):
-    whole = with_crash(fallen.record, fallen.crash)
+    whole = append_crash(fallen.record, fallen.crash)
     assert (np.diff(whole.time) > 0).all()
     assert whole.slip[-1] == fallen.slip
     # speed is what the displacement changes by

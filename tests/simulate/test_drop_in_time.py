@@ -12,7 +12,7 @@ from layerjam.errors import QuantityError
 from layerjam.simulate.drop import drop
 from layerjam.simulate.drop_in_time import History, drop_in_time
 from layerjam.simulate.record import Outcome
-from layerjam.simulate.rope_alone import damped_rope_only
+from layerjam.simulate.rope_alone import simulate_damped_rope
 
 FILE = load("choi2018-kapton")
 CASE = {"mass": 1.0, "speed": 2.5, "rope_stiffness": 16.8e3}
@@ -92,7 +92,7 @@ def test_damping_without_a_rope_is_refused():
 
 @pytest.mark.parametrize("damping", [1e-6, 30.0, 2 * np.sqrt(16.8e3), 900.0])
 def test_a_damped_rope_alone(damping):
-    force, time, heat = damped_rope_only(1.0, 2.5, 16.8e3, damping, G)
+    force, time, heat = simulate_damped_rope(1.0, 2.5, 16.8e3, damping, G)
     # the mass at its standstill: came in = weight's work + energy of motion = heat + spring
     from scipy.integrate import solve_ivp
 

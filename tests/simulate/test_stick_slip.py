@@ -14,14 +14,14 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import FitError, QuantityError
 from layerjam.mechanics.friction import holding_force, sheet_friction
-from layerjam.mechanics.stick_slip.laws import critical_speed, of_film, undamped_saw
+from layerjam.mechanics.stick_slip.laws import critical_speed, film_curve, undamped_saw
 from layerjam.mechanics.stick_slip.slide import slide
 from layerjam.mechanics.stick_slip.slide_step import Slide
 from layerjam.simulate.record import Outcome
 from layerjam.simulate.stick_slip import (
     StickSlipRecord,
     amplitude_map,
-    critical_speed_of,
+    find_critical_speed,
     force_bounds,
     make_slide,
     moving_mass,
@@ -57,7 +57,7 @@ def test_a_load_below_static_friction_is_held_for_an_hour(
     load = 0.999 * float(force_bounds(frozen).static)
     record = stick_slip(
         KAPTON, vacuum=FULL, speed=1e-3, slip=start, travel=load / 131e3, hold=3600.0, step=step,
-        stribeck=of_film(KAPTON.brake, pace),
+        stribeck=film_curve(KAPTON.brake, pace),
     )  # fmt: skip
     assert record.outcome is Outcome.STUCK and len(record.events) == 0
     assert record.time[-1] == pytest.approx(3600.0 + load / 131.0, rel=1e-14)
@@ -146,10 +146,10 @@ def test_judder_dies_at_the_critical_speed(ratio: float, pace: float) -> None:
 
 def test_critical_speed_by_runs_meets_the_closed_form() -> None:
     at = block(damping=5.0)
-    closed = critical_speed_of(at)
+    closed = find_critical_speed(at)
     assert closed == pytest.approx(float(critical_speed(130, 100, 131e3, 0.01, 5.0)), rel=1e-12)
-    assert np.isinf(critical_speed_of(block()))
-    assert critical_speed_of(block(rise=0.0, damping=1.0)) == 0.0
+    assert np.isinf(find_critical_speed(block()))
+    assert find_critical_speed(block(rise=0.0, damping=1.0)) == 0.0
 
 
 @given(
@@ -163,7 +163,7 @@ def test_energy_is_kept(
     mass, spring = moving_mass(file.brake), series_stiffness(file.brake)
     record = stick_slip(
         file, vacuum=vacuum, speed=speed, damping=2 * ratio * np.sqrt(mass * spring), slip=slip,
-        stribeck=of_film(file.brake, pace),
+        stribeck=film_curve(file.brake, pace),
     )  # fmt: skip
     balance = record.work - record.dissipated_energy - record.stored_energy
     size = float(record.work.max()) + float(record.stored_energy[0])
@@ -213,14 +213,14 @@ def test_amplitude_map() -> None:
 def test_critical_speed_with_a_slack_spring() -> None:
     # a slack spring lets the mass stop above the taut one's critical speed
     slack = block(level=50.0, rise=1.5, damping=3.0)
-    assert critical_speed_of(slack) > 1.02 * float(critical_speed(125, 50, 131e3, 0.01, 3.0))
+    assert find_critical_speed(slack) > 1.02 * float(critical_speed(125, 50, 131e3, 0.01, 3.0))
 
 
 @pytest.mark.slow
 def test_critical_speed_of_a_steep_curve_is_the_jump_laws() -> None:
     at = block(damping=5.0)
-    found = critical_speed_of(at._replace(stribeck=1e-6))
-    assert found == pytest.approx(critical_speed_of(at), rel=2e-3)
+    found = find_critical_speed(at._replace(stribeck=1e-6))
+    assert found == pytest.approx(find_critical_speed(at), rel=2e-3)
 
 
 def test_faster_than_critical_it_slides_steadily() -> None:
@@ -235,7 +235,7 @@ def test_other_ends() -> None:
     assert heavy.outcome is Outcome.SEPARATED
     closed = stick_slip(KAPTON, vacuum=1e3, speed=1e-3, slip=0.04, travel=1e-6)
     assert closed.outcome is Outcome.CLOSED_BY_SLEEVE
-    flat = dataclasses.replace(of_film(KAPTON.brake), static=KAPTON.brake.film.kinetic)
+    flat = dataclasses.replace(film_curve(KAPTON.brake), static=KAPTON.brake.film.kinetic)
     with pytest.raises(FitError, match="more than"):
         stick_slip(KAPTON, vacuum=FULL, speed=1e-3, stribeck=flat, mass=1e-6, travel=0.03)
 

@@ -315,7 +315,7 @@ def test_a_compilers_message_is_its_errors(tmp_path: Path, monkeypatch: pytest.M
         " print('bad.c:2: error: nothing is undeclared', file=sys.stderr); sys.exit(1)"
     )
     with pytest.raises(CompilerError) as caught:
-        compiler.build([sys.executable, "-c", script], tmp_path / "bad.so")
+        compiler.run_compiler([sys.executable, "-c", script], tmp_path / "bad.so")
     said = str(caught.value)
     assert "nothing is undeclared" in said and len(said) < len(sys.executable) + 450
     assert "\n" not in said

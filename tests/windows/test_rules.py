@@ -145,7 +145,7 @@ def test_a_compilers_path_keeps_its_backslashes(monkeypatch: pytest.MonkeyPatch)
     text = r'"C:\Program Files\LLVM\bin\clang.exe" -O2'
     with monkeypatch.context() as patch:
         patch.setattr(os, "name", "nt")
-        words = compiler._words(text)
+        words = compiler._split_command(text)
     assert words == [r"C:\Program Files\LLVM\bin\clang.exe", "-O2"]
 
 

@@ -205,8 +205,8 @@ def test_what_would_stop_it_is_looked_for_once(monkeypatch):
     from layerjam.simulate import tuned
 
     asked = []
-    real = tuned.other_sheets
-    monkeypatch.setattr(tuned, "other_sheets", lambda case: asked.append(case) or real(case))
+    real = tuned.suggest_sheet_count
+    monkeypatch.setattr(tuned, "suggest_sheet_count", lambda case: asked.append(case) or real(case))
     _, drops, found, _ = page_of(speed=5.0).compute()
     assert len(asked) == 1
     own = drop(KAPTON, **CASE | {"speed": "5 m/s"}, vacuum="tuned", travel="40 mm")

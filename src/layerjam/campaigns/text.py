@@ -9,7 +9,7 @@ from layerjam.campaigns.spec import TABLES, Spec, Truth, check_spec
 from layerjam.toml_files.reader import Reader
 from layerjam.toml_files.toml import parse_toml, read_text
 from layerjam.toml_files.values import entries
-from layerjam.toml_files.writer import literal, meaning
+from layerjam.toml_files.writer import describe_spec, literal
 
 _HEADINGS = {
     "brakes": (
@@ -48,10 +48,10 @@ def parse_spec(text: str, path: object, folder: Path | None = None) -> Spec:
     reader = Reader(text, path, _FIELDS, words={})
     brakes: tuple[Any, ...] = ()
     if "brakes" in tables:
-        brakes = reader.rows("brakes", _resolve_paths(tables.pop("brakes"), folder), Truth)
-    reader.take(tables)
+        brakes = reader.read_rows("brakes", _resolve_paths(tables.pop("brakes"), folder), Truth)
+    reader.read_all(tables)
     with reader.locate_errors():
-        return check_spec(replace(reader.record(Spec), brakes=brakes))
+        return check_spec(replace(reader.build_record(Spec), brakes=brakes))
 
 
 def _resolve_paths(rows: object, folder: Path | None) -> object:
@@ -72,7 +72,7 @@ def format_spec(spec: Spec) -> str:
         "# A campaign of the virtual laboratory: layerjam lab THIS.toml --out DIR",
         "# Every quantity carries its unit; a missing value takes the default in its comment.",
         "",
-        meaning(_FIELDS["seed"].spec),
+        describe_spec(_FIELDS["seed"].spec),
         f"seed = {spec.seed}",
     ]
     for table, cls in TABLES.items():
@@ -87,7 +87,7 @@ def _record_values(record: Any, cls: type) -> list[str]:
     lines = []
     for name, entry in entries(cls):
         value = getattr(record, name)
-        lines.append(meaning(entry.spec))
+        lines.append(describe_spec(entry.spec))
         lines.append(
             f"# {name} =" if value is None else f"{name} = {literal(entry.spec.to_toml(value))}"
         )

@@ -19,7 +19,7 @@ from layerjam.fluid.file import LineFile
 from layerjam.fluid.line import Line, Sensor
 from layerjam.rig.outcomes import Checked, Zero
 from layerjam.system import typed_line
-from layerjam.toml_files.changes import values_of
+from layerjam.toml_files.changes import collect_values
 from layerjam.toml_files.source import Source
 from layerjam.units import build, show
 
@@ -161,7 +161,7 @@ def _replace_measured(line: LineFile, checks: Checked, sensor: Sensor, address: 
     lag, noise = values.pop("lag"), max(sensor.noise, values.pop("noise"))
     new_line = match_line(line.line, Plant(**values), vacuum=LINEAR_AT)
     new_line = replace(new_line, sensor=replace(sensor, lag=lag, noise=noise))
-    numbers = values_of(new_line)
+    numbers = collect_values(new_line)
     new_line = build(
         Line, numbers | {name: float(f"{numbers[name]:.{DIGITS}g}") for name in REPLACED}
     )

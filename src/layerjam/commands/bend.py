@@ -180,7 +180,7 @@ def _joint_results(
 ) -> dict[str, float]:
     """Return the friction and stress of a pull over the joint, with and without vacuum."""
     from layerjam.mechanics.enclosure import enclosure_force
-    from layerjam.mechanics.fan import flat
+    from layerjam.mechanics.fan import remove_fan
     from layerjam.mechanics.friction import sheet_friction
     from layerjam.mechanics.joint import joint_friction, joint_sheet_force
     from layerjam.mechanics.stiffness import sheet_section
@@ -191,7 +191,7 @@ def _joint_results(
     case = (slip, vacuum, angle, radius, stress_at(vacuum), device)
     force = float(joint_friction(*case))
     # self-amplification at a joint is unknown, so both values ignore it
-    straight = float(sheet_friction(slip, vacuum, flat(device)))
+    straight = float(sheet_friction(slip, vacuum, remove_fan(device)))
     numbers = {
         "joint_friction": force,
         "joint_friction_off": float(

@@ -33,7 +33,7 @@ from layerjam.commands.arguments import (
 from layerjam.commands.results import Result
 from layerjam.conversion import strip_unit
 from layerjam.errors import Notice, QuantityError, UnknownNameError, explain_arguments
-from layerjam.toml_files.changes import record_files
+from layerjam.toml_files.changes import find_record_files
 from layerjam.units import QuantitySpec, show
 
 if TYPE_CHECKING:
@@ -406,7 +406,7 @@ class Command:
             grid = self._align_grid(values)
             bound = inspect.BoundArguments(self.signature, values)  # type: ignore[arg-type]
             result = self.function(*bound.args, **bound.kwargs).with_notices(*notes).with_grid(grid)
-        return result.with_verdicts(record_files(bound.arguments.values()))
+        return result.with_verdicts(find_record_files(bound.arguments.values()))
 
 
 def precision() -> contextlib.AbstractContextManager[None]:

@@ -53,7 +53,7 @@ def edit(
     or path, FileError for values that contradict each other.
     """
     file = convert_brake(brake)
-    edition = file.edited(_convert_changes(file, changes, BRAKE_FIELDS, kind, source), name=name)
+    edition = file.edit(_convert_changes(file, changes, BRAKE_FIELDS, kind, source), name=name)
     notices = [*edition.warnings(), *find_stale_numbers(edition)]
     return EditedFile(name=edition.name, text=edition.text, warnings=notices, record=edition)
 
@@ -77,7 +77,7 @@ def edit_line(
     file = load_line_file(line)
     tables = {table: _find_catalogue_part(table, part) for table, part in (takes or {}).items()}
     changes_by_path = _convert_changes(file, changes, LINE_FIELDS, kind, source)
-    edition = file.edited(changes_by_path, name=name, tables=tables)
+    edition = file.edit(changes_by_path, name=name, tables=tables)
     return EditedFile(
         name=edition.name,
         text=edition.text,

@@ -145,8 +145,8 @@ def export_fmu(
     """
     from layerjam.device.load import write_whole
     from layerjam.interop import fmi as units
-    from layerjam.interop.fmi_variables import token, variables
-    from layerjam.kernel.compiler import compiler, version
+    from layerjam.interop.fmi_variables import list_variables, make_token
+    from layerjam.kernel.compiler import find_compiler, find_version
     from layerjam.kernel.parameters import parameters
 
     numbers, values = parameters(brake, rope_stiffness), units.start_values(brake, rope_stiffness)
@@ -155,11 +155,11 @@ def export_fmu(
             "platforms", ("sources are not built for a platform; omit the platforms")
         )
     platform_names = None if platforms is None else [name.strip() for name in platforms.split(",")]
-    platform_choice = () if sources_only else units.chosen_platforms(fmi, platform_names)
+    platform_choice = () if sources_only else units.choose_platforms(fmi, platform_names)
     facts, size = common_results("fmu", brake, numbers, strict), None
     if facts["feasible"]:
-        binaries = {o: units.binary(fmi, o) for o in platform_choice}
-        unit = units.fmu(fmi, brake.name, values, binaries, brake.mark())
+        binaries = {o: units.build_binary(fmi, o) for o in platform_choice}
+        unit = units.build_fmu(fmi, brake.name, values, binaries, brake.mark())
         write_whole(out, unit, overwrite)
         size = len(unit)
     is_own = units.own_platform() in platform_choice
@@ -168,10 +168,10 @@ def export_fmu(
         files=[Path(out).name] if facts["feasible"] else [],
         bytes=size,
         fmi_version=f"{fmi}.0",
-        token=token(),
+        token=make_token(),
         platforms=platform_choice,
-        compiler=version(compiler()) if is_own else None,
-        variables=[v.name for v in variables() if fmi == "3" or v.role != "local"],
+        compiler=find_version(find_compiler()) if is_own else None,
+        variables=[v.name for v in list_variables() if fmi == "3" or v.role != "local"],
         record=values,
     )
 

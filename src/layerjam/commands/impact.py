@@ -343,7 +343,7 @@ def _peak_results(force: float, mass: float, gravity: float, g: float) -> dict[s
 
 
 def _drop_without_brake(case: dict[str, Any], damping: float, g: float) -> Stop:
-    from layerjam.simulate.rope_alone import damped_rope_only, simulate_bare_drop
+    from layerjam.simulate.rope_alone import simulate_bare_drop, simulate_damped_rope
 
     mass, speed, rope, gravity = (case[k] for k in ("mass", "speed", "rope_stiffness", "gravity"))
     if rope is None:
@@ -352,7 +352,7 @@ def _drop_without_brake(case: dict[str, Any], damping: float, g: float) -> Stop:
             "missing; without a brake the mass hangs on the rope, so give the stiffness "
             "of the rope (--rope-stiffness), not a brake",
         )
-    force, time, heat = damped_rope_only(mass, speed, rope, damping, gravity)
+    force, time, heat = simulate_damped_rope(mass, speed, rope, damping, gravity)
     stands = math.isfinite(time)
     reason = None
     if not stands:

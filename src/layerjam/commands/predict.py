@@ -252,9 +252,9 @@ def _check_fitted_strain(enclosure: Any, vacuum: Any, device: Any) -> None:
 
     if device.hyperelastic is None or np.isfinite(enclosure).all():
         return
-    from layerjam.mechanics.hyperelastic import greatest_slip
+    from layerjam.mechanics.hyperelastic import largest_slip
 
-    greatest = float(np.min(greatest_slip(vacuum, device)))
+    greatest = float(np.min(largest_slip(vacuum, device)))
     raise QuantityError.of(
         "slip",
         f"above {in_words(greatest, 'm')} the enclosure is stretched beyond the measured "
@@ -334,9 +334,9 @@ def vacuum(
 
 def _apply_sliding_speed(file: BrakeFile, speed: Any) -> BrakeFile:
     """Return the file with the friction at a sliding speed [m/s], if one is given."""
-    from layerjam.mechanics.friction import at_speed
+    from layerjam.mechanics.friction import fix_speed
 
-    return file if speed is None else replace(file, brake=at_speed(speed, file.brake))
+    return file if speed is None else replace(file, brake=fix_speed(speed, file.brake))
 
 
 def _explain_missing_vacuum(

@@ -152,9 +152,9 @@ judder = stick_slip
 
 def _friction_curve(brake: Brake, speed: float, static: float | None) -> Stribeck:
     """Return the film's friction with a Stribeck speed [m/s] and, if given, static friction."""
-    from layerjam.mechanics.stick_slip.laws import of_film
+    from layerjam.mechanics.stick_slip.laws import film_curve
 
-    curve = of_film(brake, speed)
+    curve = film_curve(brake, speed)
     if static is None:
         return curve
     if static < curve.kinetic:
@@ -206,10 +206,10 @@ def _last_slip_results(record: StickSlipRecord) -> dict[str, float]:
 def _stick_slip_limits(slide: Slide, bounds: Bounds, ratio: float) -> dict[str, float]:
     """Return the speed and the stiffness that prevent stick–slip; infinite if none does."""
     from layerjam.mechanics.stick_slip.laws import stable_speed, stiffness_without_stick_slip
-    from layerjam.simulate.stick_slip import critical_speed_of
+    from layerjam.simulate.stick_slip import find_critical_speed
 
     drag = float(slide.damping) + float(slide.level) * float(slide.viscous)
-    out = {"critical_speed": critical_speed_of(slide)}
+    out = {"critical_speed": find_critical_speed(slide)}
     # steady sliding without damping is never stable; with the jump law it is at best neutral
     if drag and slide.law is None:
         drop = bounds.static - bounds.kinetic

@@ -176,7 +176,7 @@ def _pull_stack(
 
     # use compiled loops only if requested
     from layerjam.simulate.sheet_motion import sheet_motion
-    from layerjam.simulate.stack import tensile_stack, with_sliding_speed
+    from layerjam.simulate.stack import fix_sliding_speed, tensile_stack
     from layerjam.simulate.stack_spread import peak_spread
 
     if scatter is None and (samples is not None or seed is not None):
@@ -194,7 +194,7 @@ def _pull_stack(
         tell("scatter", count / total)
 
     pace = next(step.speed for step in steps.steps if isinstance(step, Pull | Return))
-    brake_at_speed = replace(brake, brake=with_sliding_speed(pace, brake.brake))
+    brake_at_speed = replace(brake, brake=fix_sliding_speed(pace, brake.brake))
     spread = peak_spread(
         brake_at_speed, highest, scatter, count, start, **layout, progress=report_progress
     )

@@ -85,12 +85,12 @@ def tune(
     from layerjam.mechanics.stop.tune import vacuum_eq10
     from layerjam.simulate.drop import series_spring
     from layerjam.simulate.speed import follows_speed, stop_notices
-    from layerjam.simulate.tuned import speeds, tuning_vacuum
+    from layerjam.simulate.tuned import find_tunable_speeds, tuning_vacuum
 
     device, g = brake.brake, brake.brake.site.gravity
     arrives = arrival_speed(speed, height, horizontal, g)
     case = tuning_case(brake, mass, arrives, travel, rope_stiffness, horizontal)
-    pressure, reach = tuning_vacuum(case), speeds(case)
+    pressure, reach = tuning_vacuum(case), find_tunable_speeds(case)
     eq10 = float(vacuum_eq10(mass, arrives, travel, device))
     vacuum_at = pressure or device.site.atmosphere
     top = float(peak(vacuum_at, device.sheets.usable_travel, device).force)
@@ -144,9 +144,9 @@ def _suggest_alternatives(case: "Case", reach: tuple[float, float] | None) -> di
     from layerjam.simulate import tuned
 
     out: dict[str, Any] = {
-        "travel_needed": tuned.other_travel(case),
-        "sheets_needed": tuned.other_sheets(case),
-        "brakes_needed": tuned.more_brakes(case),
+        "travel_needed": tuned.suggest_travel(case),
+        "sheets_needed": tuned.suggest_sheet_count(case),
+        "brakes_needed": tuned.suggest_brake_count(case),
     }
     sentences = {
         "travel_needed": f"{show(out['travel_needed'], 'm', tuned.DIGITS)} of travel",

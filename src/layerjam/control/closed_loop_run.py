@@ -16,7 +16,7 @@ import numpy as np
 from layerjam.control import exact, law
 from layerjam.control.noise import key_of, normal
 from layerjam.control.through_tube import advance
-from layerjam.mechanics.compilation import compile_loop, stamp_of
+from layerjam.mechanics.compilation import compile_loop, hash_files
 from layerjam.mechanics.threads import cache_threadsafe
 
 READS, STANDS, SHOWS = 0, 1, 2
@@ -99,7 +99,7 @@ def compile_loop_of_runs() -> Any:
     """Return the compiled loop, which is cached; a changed law takes a few seconds to compile."""
     folder = Path(__file__).parent
     names = ("law.py", "noise.py", "exact.py", "closed_loop_run.py", "through_tube.py")
-    stamp = stamp_of(folder / name for name in names)
+    stamp = hash_files(folder / name for name in names)
 
     @compile_loop(nogil=True, error_model="numpy")
     def run_loop(  # type: ignore[no-untyped-def]

@@ -20,7 +20,7 @@ from layerjam.control.closed_loop_run import compiled_detect, factors
 from layerjam.control.faults import FaultInjection
 from layerjam.control.settings import LawSettings, Regulator
 from layerjam.control.through_tube import advance
-from layerjam.mechanics.compilation import compile_loop, stamp_of
+from layerjam.mechanics.compilation import compile_loop, hash_files
 from layerjam.mechanics.threads import cache_threadsafe
 
 IN_NOISE = 5.0
@@ -159,7 +159,7 @@ def _compile_trial() -> Any:
     """Return the compiled trial, which runs the pump fully and counts the steps until a fault."""
     folder = Path(__file__).parent
     names = ("law.py", "detection.py", "exact.py", "closed_loop_run.py", "through_tube.py")
-    stamp = stamp_of(folder / name for name in names)
+    stamp = hash_files(folder / name for name in names)
 
     @compile_loop(error_model="numpy")
     def run_trial(plant, watch, memory, drive, begin, course):  # type: ignore[no-untyped-def]  # pragma: no cover

@@ -20,7 +20,7 @@ from layerjam.control.plant import Plant
 from layerjam.control.settings import Regulator
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
-from layerjam.mechanics.friction import at_speed
+from layerjam.mechanics.friction import fix_speed
 from layerjam.mechanics.pull import brake_force, force_limits, vacuum_for_force
 from layerjam.units import show
 
@@ -85,7 +85,7 @@ def target_vacuums(
     """
     count = len(slip)
     wide = _pad_values(slip)
-    moving = at_speed(np.zeros_like(wide) if pace is None else _pad_values(pace), brake)
+    moving = fix_speed(np.zeros_like(wide) if pace is None else _pad_values(pace), brake)
     low, high = (np.asarray(f)[:count] for f in force_limits(wide, moving))
     vacuum = np.asarray(vacuum_for_force(_pad_values(forces), wide, moving))[:count]
     full = min(highest, brake.site.atmosphere)
@@ -173,7 +173,7 @@ def follow(
     loop = simulate_run(
         regulator, [(dt, float(level)) for level in targets], plant=plant, seed=seed
     )
-    true = at_speed(_pad_values(paces), brake or model)
+    true = fix_speed(_pad_values(paces), brake or model)
     force = np.asarray(brake_force(_pad_values(slip), _pad_values(loop.vacuum), true))[: len(slip)]
     return Following(loop, wanted, force, slip, is_held & fine, (*reasons, *slow))
 

@@ -21,7 +21,7 @@ from layerjam.fluid.line import Line
 from layerjam.fluid.network import CHAMBER, Drive, Response
 from layerjam.mechanics.limits import sheet_stress
 from layerjam.mechanics.stop.exact import NEVER_SLID, STOPPED, Stop, stop
-from layerjam.mechanics.stop.paced_tune import holds
+from layerjam.mechanics.stop.paced_tune import is_held
 from layerjam.simulate.coupled import CoupledStop, coupled_drop
 from layerjam.simulate.drop import OUTCOMES, series_spring
 from layerjam.simulate.drop_in_time import TimedStop
@@ -119,7 +119,7 @@ def _stops_within(vacuums: Array, case: Arrival, spring: float, brake: Brake) ->
     good = ((outcome == STOPPED) | (outcome == NEVER_SLID)) & (slip <= case.travel)
     if follows_speed(brake):
         good &= np.asarray(
-            holds(np.minimum(slip, case.travel), vacuums, case.mass * case.gravity, brake)
+            is_held(np.minimum(slip, case.travel), vacuums, case.mass * case.gravity, brake)
         )
     return good
 

@@ -22,7 +22,7 @@ from layerjam.fluid.energy import jam_work
 from layerjam.fluid.line import Line
 from layerjam.mechanics import energy, friction, limits, pull, stiffness
 from layerjam.mechanics.fan import is_flat
-from layerjam.mechanics.law import within
+from layerjam.mechanics.law import keep_if
 from layerjam.mechanics.stick_slip import laws as stickslip
 from layerjam.simulate.quantities import CROSSHEAD_SPEED, MASS
 from layerjam.units import QuantitySpec, like, quantity, record, spec_of
@@ -265,7 +265,7 @@ def merits(point: Point, base: Brake, puller: StickSlipPull | None = None) -> di
             puller.speed, holding * rows, kinetic * rows, puller.mass, puller.damping_ratio
         )
         out["judder_margin"] = brake_stiffness * rows / row / least
-    return {name: within(valid, value) for name, value in out.items()}
+    return {name: keep_if(valid, value) for name, value in out.items()}
 
 
 def line_merits(vacuum: float, line: Line, brakes: float) -> tuple[float, float]:

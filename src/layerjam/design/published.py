@@ -99,7 +99,7 @@ def _read_device(key: str, table: Any, text: str, path: object) -> PublishedDevi
     if not isinstance(table, dict):
         raise FileError(path, f"{key} must be a table, [{key}]")
     reader = Reader(text, path, FIELDS, {**DESCRIBING, **_REQUIRED})
-    reader.take(table)
+    reader.read_all(table)
     for name in _REQUIRED:
         if name not in reader.words:
             raise FileError(path, f"[{key}] has no {name}")

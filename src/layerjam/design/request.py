@@ -21,11 +21,11 @@ from layerjam.design.stopping import StopRequirement
 from layerjam.device.mount import Site
 from layerjam.errors import QuantityError
 from layerjam.simulate.quantities import SEED
-from layerjam.toml_files.changes import values_of
+from layerjam.toml_files.changes import collect_values
 from layerjam.toml_files.reader import Reader
 from layerjam.toml_files.toml import parse_toml
 from layerjam.toml_files.values import AsItIs, Entry, ListSpec, TextSpec, entries, value
-from layerjam.toml_files.writer import plain
+from layerjam.toml_files.writer import plain_lines
 from layerjam.units import QuantitySpec, like, nested, quantity, show, spec_of
 
 MOST_VALUES = 1_000_000
@@ -151,11 +151,11 @@ class DesignRequest:
 
     def text(self) -> str:
         """Return the TOML text, which `read_request` turns back into the same request."""
-        values = {**values_of(self), "weights": tuple(o.weight for o in self.objectives)}
-        lines = plain(_FIELDS, values)
+        values = {**collect_values(self), "weights": tuple(o.weight for o in self.objectives)}
+        lines = plain_lines(_FIELDS, values)
         for choice in self.film:
-            lines += ["", "[[film]]", *plain(_FILM, values_of(choice))]
-        lines += plain(_VARY, {f"vary.{name}": axis for name, axis in self.vary.items()})
+            lines += ["", "[[film]]", *plain_lines(_FILM, collect_values(choice))]
+        lines += plain_lines(_VARY, {f"vary.{name}": axis for name, axis in self.vary.items()})
         return "\n".join([*lines, ""])
 
 
@@ -178,10 +178,10 @@ def open_reader(text: str, path: object) -> Reader:
 def read_request(reader: Reader) -> DesignRequest:
     """Return the request in the text of a specification; raises FileError with file and line."""
     tables = parse_toml(reader.text, reader.path)
-    film = reader.rows("film", tables.pop("film", []), FilmChoice)
-    reader.take(tables)
-    reader.require()
-    request = reader.record(DesignRequest)
+    film = reader.read_rows("film", tables.pop("film", []), FilmChoice)
+    reader.read_all(tables)
+    reader.check_required()
+    request = reader.build_record(DesignRequest)
     weights = reader.values.get("weights", (1.0,) * len(request.objectives))
     with reader.locate_errors():
         return replace(

@@ -27,7 +27,7 @@ from layerjam.device.workshop import FilmCutting
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile, lines, load_line
 from layerjam.toml_files.reader import DESCRIBING, Reader
-from layerjam.toml_files.shipped import shipped_files, text_of
+from layerjam.toml_files.shipped import load_text, shipped_files
 from layerjam.toml_files.toml import parse_toml
 from layerjam.toml_files.values import entries
 from layerjam.units import show
@@ -46,7 +46,7 @@ def load_spec(spec: str | Path) -> DesignSpecification:
 
     Raises FileError, or UnknownNameError with the nearest names.
     """
-    return read_spec(*text_of("specification", spec, example_texts()))
+    return read_spec(*load_text("specification", spec, example_texts()))
 
 
 def read_spec(
@@ -274,7 +274,7 @@ def _read_film(use: str, finder: FileFinder, file: BrakeFile, notes: list[str]) 
         raise UnknownNameError("film", use, [*films, *catalogue()], quantity=use)
     keys = {**dict(entries(Film)), **dict(entries(FilmCutting))}
     reader = Reader(films[use], f"film {use}", keys)
-    reader.take({k: v for k, v in parse_toml(films[use], use).items() if k not in DESCRIBING})
-    reader.require()
+    reader.read_all({k: v for k, v in parse_toml(films[use], use).items() if k not in DESCRIBING})
+    reader.check_required()
     notes.append(f"{use}: handbook friction and a scale factor of 1, not measured on a brake")
-    return make_stock(reader.record(Film))
+    return make_stock(reader.build_record(Film))

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 
 from layerjam.design.merit import Point, StickSlipPull, is_buildable, make_brake, merits
 from layerjam.device.brake import Brake
-from layerjam.mechanics.law import law, within
+from layerjam.mechanics.law import keep_if, law
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.mechanics.stop.exact import BOTTOMED_OUT, SNAPS, stop
 from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS, STOP_TRAVEL
@@ -61,8 +61,8 @@ def stops(point: Point, base: Brake, need: StopRequirement, most_in_row: int) ->
         is_moving = is_moving & at_end & (turn + 1 < point.series)
         speed = jnp.where(is_moving, result.end_speed, 0.0)
     return {
-        "stop_slip": within(valid & is_stopped, slip),
-        "stop_peak": within(valid & is_stopped, peak * point.parallel),
+        "stop_slip": keep_if(valid & is_stopped, slip),
+        "stop_peak": keep_if(valid & is_stopped, peak * point.parallel),
     }
 
 

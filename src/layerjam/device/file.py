@@ -14,7 +14,7 @@ from layerjam.device.brake import Brake, validate
 from layerjam.device.fan import MATTERS, fan_exponent, fan_factor
 from layerjam.device.workshop import FilmCutting, Making, check_build
 from layerjam.errors import Notice, QuantityError, UnknownNameError
-from layerjam.toml_files.changes import RecordFile, paths_of, values_of
+from layerjam.toml_files.changes import RecordFile, collect_values, find_paths
 from layerjam.toml_files.reader import DESCRIBING, Reader
 from layerjam.toml_files.shipped import shipped_files
 from layerjam.toml_files.source import Source
@@ -82,13 +82,13 @@ class BrakeFile(RecordFile[Brake]):
             if isinstance(inner, dict) and "use" in inner:
                 _apply_material(reader, table, inner.pop("use"), materials()[folder])
         before = dict(reader.values), dict(reader.sources)
-        reader.take(tables)
+        reader.read_all(tables)
         _keep_laser_warning(reader, *before)
         _copy_screw_count(reader)
         with reader.locate_errors():
-            making = reader.record(Making)
+            making = reader.build_record(Making)
             check(making)
-        file = cls.from_reader(reader, making=making)
+        file = cls.build_from_reader(reader, making=making)
         if any(path.startswith("build.") for path in reader.sources):
             with reader.locate_errors():
                 check_build(file.brake, making.build)
@@ -102,7 +102,7 @@ class BrakeFile(RecordFile[Brake]):
     @property
     def known_values(self) -> dict[str, Any]:
         """{dotted path: value in SI} of all known values."""
-        return values_of(self.brake) | values_of(self.making)
+        return collect_values(self.brake) | collect_values(self.making)
 
     @property
     def is_calibrated(self) -> bool:
@@ -113,7 +113,7 @@ class BrakeFile(RecordFile[Brake]):
     @property
     def synthetic(self) -> list[str]:
         """Dotted paths of values derived from files that a program wrote."""
-        return paths_of(self.sources, "synthetic")
+        return find_paths(self.sources, "synthetic")
 
     def synthetic_mark(self, without: Collection[str] = ()) -> str:
         """Return the sentence about synthetic values, or empty text if there are none."""
@@ -135,7 +135,7 @@ class BrakeFile(RecordFile[Brake]):
         """
         out: list[str] = []
         for kind, word in (("handbook", "handbook values"), ("assumed", "assumed values")):
-            paths = [p for p in paths_of(self.sources, kind) if p in _MATTERS - {*without}]
+            paths = [p for p in find_paths(self.sources, kind) if p in _MATTERS - {*without}]
             if paths:
                 numbers = ", ".join(paths)
                 out.append(f"{numbers} of {self.name}: {word}, not measured on this brake")
@@ -188,7 +188,7 @@ def film_cutting(use: str) -> tuple[FilmCutting, Mapping[str, Source]]:
     """Return the catalogue data for buying and cutting a film, and {dotted path: source}."""
     reader = Reader("", f"material {use}", BrakeFile.fields)
     _apply_material(reader, "film", use, materials()["films"])
-    return reader.record(FilmCutting, "film."), reader.sources
+    return reader.build_record(FilmCutting, "film."), reader.sources
 
 
 def _apply_material(reader: Reader, table: str, use: object, texts: Mapping[str, str]) -> None:

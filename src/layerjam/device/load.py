@@ -13,7 +13,7 @@ from layerjam.device.brake import Brake, validate
 from layerjam.device.file import BrakeFile, materials
 from layerjam.errors import FileError
 from layerjam.system import check_name, report_failure
-from layerjam.toml_files.shipped import shipped_files, text_of
+from layerjam.toml_files.shipped import load_text, shipped_files
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -42,14 +42,14 @@ def load(brake: str | Path) -> BrakeFile:
     """
     name = str(brake)
     if name not in _catalogue_texts():
-        return BrakeFile.read(*text_of("brake", brake, _catalogue_texts()))
+        return BrakeFile.read(*load_text("brake", brake, _catalogue_texts()))
     file = _load_shipped(name)
     return replace(file, sources=dict(file.sources), notes=dict(file.notes))
 
 
 @functools.cache
 def _load_shipped(name: str) -> BrakeFile:
-    return BrakeFile.read(*text_of("brake", name, _catalogue_texts()))
+    return BrakeFile.read(*load_text("brake", name, _catalogue_texts()))
 
 
 def resolve_brake(anything: str | Path | BrakeFile | Brake) -> Brake:

@@ -10,7 +10,7 @@ from layerjam.fabricate.drawing import Drawing
 from layerjam.fabricate.lengths import ellipse_girth, mm
 from layerjam.fabricate.masses import screw_name
 from layerjam.fabricate.screws import THREADS, Thread, sold_length
-from layerjam.toml_files.table_text import rows_text
+from layerjam.toml_files.table_text import format_rows
 from layerjam.units import show
 
 
@@ -42,7 +42,7 @@ def list_items(plan: Drawing, files: Collection[str] | None = None) -> list[Item
 def bom_csv(plan: Drawing, files: Collection[str] | None = None) -> str:
     """Return the parts list as CSV, with a header row."""
     rows = (astuple(row) for row in list_items(plan, files))
-    return rows_text([[f.name for f in fields(Item)], *rows])
+    return format_rows([[f.name for f in fields(Item)], *rows])
 
 
 def _film_item(plan: Drawing) -> list[Item]:

@@ -11,7 +11,7 @@ from layerjam.device.workshop import Build, Making, check_build
 from layerjam.errors import FileError, QuantityError
 from layerjam.toml_files.reader import Reader
 from layerjam.toml_files.source import Source
-from layerjam.toml_files.toml import line_of, read_text
+from layerjam.toml_files.toml import find_line, read_text
 from layerjam.toml_files.values import entries
 from layerjam.units import check
 
@@ -87,13 +87,13 @@ def _locate_error(texts: Mapping[str, tuple[str, str]]) -> Iterator[None]:
         if key not in texts:
             raise
         path, text = texts[key]
-        raise FileError(path, str(error), line_of(text, key)) from None
+        raise FileError(path, str(error), find_line(text, key)) from None
 
 
 def _read_workshop(path: Path) -> Reader:
     text = read_text(path)
     reader = Reader(text, path, _BUILD)
-    reader.take()
+    reader.read_all()
     if not reader.values:
         raise FileError(path, "has no table [build], which contains the choices of a workshop")
     return reader

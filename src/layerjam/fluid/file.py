@@ -12,9 +12,9 @@ from typing import Any, ClassVar, Self
 
 from layerjam.fluid.line import Line, validate
 from layerjam.fluid.parts import FAMILIES, part_entries
-from layerjam.toml_files.changes import RecordFile, paths_of
+from layerjam.toml_files.changes import RecordFile, find_paths
 from layerjam.toml_files.reader import Reader
-from layerjam.toml_files.shipped import shipped_files, text_of
+from layerjam.toml_files.shipped import load_text, shipped_files
 from layerjam.toml_files.toml import parse_toml
 from layerjam.toml_files.values import Entry, entries
 
@@ -39,8 +39,8 @@ class LineFile(RecordFile[Line]):
         tables = parse_toml(text, path)
         reader = Reader(text, path, cls.fields)
         parts = _insert_parts(tables, reader)
-        reader.take(tables)
-        return cls.from_reader(
+        reader.read_all(tables)
+        return cls.build_from_reader(
             reader, *([] if "pump.curve" in reader.values else ["pump.flow"]), parts=parts
         )
 
@@ -49,7 +49,7 @@ class LineFile(RecordFile[Line]):
         return [
             f"{', '.join(paths)} of {self.name}: {word}, not measured"
             for kind, word in (("inferred", "inferred"), ("assumed", "assumed values"))
-            if (paths := paths_of(self.sources, kind))
+            if (paths := find_paths(self.sources, kind))
         ]
 
 
@@ -67,7 +67,7 @@ def load_line(line: str | Path) -> LineFile:
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
-    return LineFile.read(*text_of("line", line, _catalogue_texts()))
+    return LineFile.read(*load_text("line", line, _catalogue_texts()))
 
 
 def _insert_parts(tables: dict[str, Any], reader: Reader) -> dict[str, str]:

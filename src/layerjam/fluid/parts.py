@@ -98,13 +98,13 @@ def _read_part(name: str, table: Any, text: str, path: object, family: str) -> P
     if "curve" not in entries and all(isinstance(e, dict) and "value" in e for e in ends):
         entries["curve"] = _straight_curve(*ends)
     for key, entry in entries.items():
-        reader.entry(f"{name}.{key}", entry)
+        reader.read_entry(f"{name}.{key}", entry)
         if not reader.sources[f"{name}.{key}"].text:
             raise reader.fail(f"{name}.{key}", f"{name}.{key} names no source")
     for key, (value, reason) in ASSUMED[family].items():
         if key not in entries and not (key == "ultimate" and "curve" in entries):
             entries[key] = assumed_entry(value, reason)
-            reader.entry(f"{name}.{key}", entries[key])
+            reader.read_entry(f"{name}.{key}", entries[key])
     short = {k.removeprefix(f"{name}."): v for k, v in reader.values.items()}
     return Part(
         name=name,

@@ -2,7 +2,7 @@
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
-from layerjam.mechanics.friction import at_speed, growth_of
+from layerjam.mechanics.friction import brake_growth, fix_speed
 from layerjam.simulate.speed import follows_speed
 
 
@@ -20,7 +20,7 @@ def friction_growth(brake: Brake, speed: float | None, path: str) -> float:
             "speed ([speed_law]); state the speed in a sidecar, or use the brake without "
             "that table",
         )
-    return float(growth_of(speed, brake))
+    return float(brake_growth(speed, brake))
 
 
 def at_crosshead_speed(brake: Brake, speed: float | None, path: str) -> Brake:
@@ -29,4 +29,4 @@ def at_crosshead_speed(brake: Brake, speed: float | None, path: str) -> Brake:
     A scale factor fitted with this brake is valid at the law's test speed.
     """
     friction_growth(brake, speed, path)
-    return brake if speed is None else at_speed(speed, brake)
+    return brake if speed is None else fix_speed(speed, brake)

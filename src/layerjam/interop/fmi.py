@@ -11,11 +11,11 @@ from typing import NamedTuple
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
-from layerjam.interop.fmi_variables import parameter_list
+from layerjam.interop.fmi_variables import list_parameters
 from layerjam.interop.fmi_xml import MODEL, Version, build_description, model_description
 from layerjam.interop.source import KERNEL, WRAPPERS
-from layerjam.kernel.compiler import SOURCES, TARGETS, library
-from layerjam.kernel.parameters import brake_of
+from layerjam.kernel.compiler import SOURCES, TARGETS, build_library
+from layerjam.kernel.parameters import check_exportable
 from layerjam.mechanics.stiffness import working_stiffness
 
 
@@ -56,8 +56,8 @@ def start_values(brake: Brake | BrakeFile, rope_stiffness: float | None = None) 
 
     Raises QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure.
     """
-    brake = brake_of(brake)
-    values = {p.name: _value(brake, p.name) for p in parameter_list()}
+    brake = check_exportable(brake)
+    values = {p.name: _read_value(brake, p.name) for p in list_parameters()}
     values["rope.stiffness"] = rope_stiffness or 0.0
     if brake.vacuum_share is None:
         values["vacuum_share"] = 1.0
@@ -66,14 +66,14 @@ def start_values(brake: Brake | BrakeFile, rope_stiffness: float | None = None) 
     return values
 
 
-def _value(brake: Brake, path: str) -> float:
+def _read_value(brake: Brake, path: str) -> float:
     node: object = brake
     for name in path.split("."):
         node = getattr(node, name) if node is not None else None
     return 0.0 if node is None else float(node)  # type: ignore[arg-type]
 
 
-def chosen_platforms(version: Version, names: Sequence[str] | None) -> tuple[str, ...]:
+def choose_platforms(version: Version, names: Sequence[str] | None) -> tuple[str, ...]:
     """Return the platforms to build for, by default that of this machine.
 
     Raises QuantityError for an unknown name, or one that this version of FMI lacks.
@@ -97,10 +97,10 @@ def chosen_platforms(version: Version, names: Sequence[str] | None) -> tuple[str
     return tuple(dict.fromkeys(names))
 
 
-def binary(version: Version, name: str) -> bytes:
+def build_binary(version: Version, name: str) -> bytes:
     """Return the library for a platform, from the cache or compiled; CompilerError on failure."""
     target = PLATFORMS[name]
-    path = library(
+    path = build_library(
         [UNIT / f"fmi{version}.c", UNIT / "model.c", SOURCES / "layerjam.c"],
         flags=FLAGS,
         includes=[SOURCES, UNIT / "headers"],
@@ -110,7 +110,7 @@ def binary(version: Version, name: str) -> bytes:
     return path.read_bytes()
 
 
-def fmu(
+def build_fmu(
     version: Version,
     name: str,
     values: Mapping[str, float],
@@ -127,7 +127,7 @@ def fmu(
         "modelDescription.xml": model_description(version, name, values, sources, mark),
         "resources/brake.bin": _MAGIC
         + struct.pack(
-            f"<I{len(values)}d", len(values), *(values[o.name] for o in parameter_list())
+            f"<I{len(values)}d", len(values), *(values[o.name] for o in list_parameters())
         ),
     }
     for platform_name, library_ in binaries.items():
@@ -143,16 +143,16 @@ def fmu(
     files["sources/values.h"] = _values_header(values)
     for header in sorted((UNIT / "headers").glob(f"fmi{version}*.h")):
         files[f"sources/headers/{header.name}"] = header.read_bytes()
-    return _zip(files)
+    return _zip_files(files)
 
 
 def _values_header(values: Mapping[str, float]) -> str:
-    rows = ", \\\n    ".join(repr(float(values[p.name])) for p in parameter_list())
+    rows = ", \\\n    ".join(repr(float(values[p.name])) for p in list_parameters())
     comment = "/* The exported brake, in the order of variables.h. */"
     return f"{comment}\n#define LJ_VALUES {{ \\\n    {rows}}}\n"
 
 
-def _zip(files: Mapping[str, bytes | str]) -> bytes:
+def _zip_files(files: Mapping[str, bytes | str]) -> bytes:
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():

@@ -84,7 +84,7 @@ _FLAGS = (
 )
 
 
-def parameter_list() -> tuple[Variable, ...]:
+def list_parameters() -> tuple[Variable, ...]:
     """Return the parameters, with the bounds of a brake file."""
     specs = {path: spec for path, spec, _ in quantities(Brake)}
     return tuple(
@@ -103,7 +103,7 @@ def parameter_list() -> tuple[Variable, ...]:
     )
 
 
-def variables() -> tuple[Variable, ...]:
+def list_variables() -> tuple[Variable, ...]:
     """Return all variables in the order of their value references."""
     result = [Variable(TIME, "time", "independent", "s", "simulated time")]
     for i, (name, unit, text) in enumerate(_INPUTS):
@@ -115,12 +115,12 @@ def variables() -> tuple[Variable, ...]:
     result.append(
         Variable(TURNING, "turning", "local", "m/s", "the velocity; its zeros mark reversals")
     )
-    return (*result, *parameter_list())
+    return (*result, *list_parameters())
 
 
-def token() -> str:
+def make_token() -> str:
     """Return the token that links a description to a binary; it is the same for every brake."""
-    digest = hashlib.sha256(repr(variables()).encode()).hexdigest()
+    digest = hashlib.sha256(repr(list_variables()).encode()).hexdigest()
     return f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
 
 
@@ -128,20 +128,20 @@ def print_header() -> str:
     """Return the list as a C header."""
     references = "".join(
         f"#define {v.symbol} {v.reference}u\n"
-        for v in variables()
+        for v in list_variables()
         if v.role not in ("parameter", "flag")
     )
-    places = "".join(f"#define {v.symbol} {i}\n" for i, v in enumerate(parameter_list()))
+    places = "".join(f"#define {v.symbol} {i}\n" for i, v in enumerate(list_parameters()))
     names = "".join(
-        f'    [{v.reference}] = "{v.name}",\n' for v in variables() if v.role != "parameter"
+        f'    [{v.reference}] = "{v.name}",\n' for v in list_variables() if v.role != "parameter"
     )
     rows = "".join(
         f'    {{"{v.name}", {v.least!r}, {v.most!r}, {int(v.whole)}, {int(v.optional)}}},\n'
-        for v in parameter_list()
+        for v in list_parameters()
     )
     return f"""/* Printed by layerjam/interop/fmi_variables.py. Apache License 2.0. */
 
-#define LJ_TOKEN "{token()}"
+#define LJ_TOKEN "{make_token()}"
 
 /* value references */
 {references}#define LJ_FIRST_INPUT {FIRST_INPUT}u

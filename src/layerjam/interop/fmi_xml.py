@@ -5,7 +5,7 @@ from typing import Literal
 from xml.sax.saxutils import quoteattr
 
 from layerjam._version import __version__
-from layerjam.interop.fmi_variables import TURNING, Variable, token, variables
+from layerjam.interop.fmi_variables import TURNING, Variable, list_variables, make_token
 
 Version = Literal["3", "2"]
 MODEL = "layerjam_brake"
@@ -33,8 +33,8 @@ def model_description(
 
     Only FMI 2 lists the C files. `mark` is part of the description.
     """
-    head = _head(name, mark)
-    lines = _fmi3(head, values) if version == "3" else _fmi2(head, values, sources)
+    head = _print_header(name, mark)
+    lines = _build_fmi3(head, values) if version == "3" else _build_fmi2(head, values, sources)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + "\n".join(lines) + "\n"
 
 
@@ -51,7 +51,7 @@ def build_description(sources: Sequence[str]) -> str:
 """
 
 
-def _head(name: str, mark: str) -> str:
+def _print_header(name: str, mark: str) -> str:
     text = "Soft layer-jamming brake: force from elongation and vacuum"
     text += f" ({mark})" * bool(mark)
     return (
@@ -61,26 +61,26 @@ def _head(name: str, mark: str) -> str:
     )
 
 
-def _fmi3(head: str, values: Mapping[str, float]) -> Iterator[str]:
+def _build_fmi3(head: str, values: Mapping[str, float]) -> Iterator[str]:
     can = (
         f'modelIdentifier="{MODEL}" canGetAndSetFMUState="true" canSerializeFMUState="true" '
         'providesDirectionalDerivatives="true" providesAdjointDerivatives="true"'
     )
-    yield f'<fmiModelDescription fmiVersion="3.0" {head} instantiationToken="{token()}">'
+    yield f'<fmiModelDescription fmiVersion="3.0" {head} instantiationToken="{make_token()}">'
     yield f"  <ModelExchange {can}/>"
     yield f'  <CoSimulation {can} canHandleVariableCommunicationStepSize="true"/>'
-    yield from _units()
+    yield from _print_units()
     yield '  <DefaultExperiment startTime="0" stopTime="4" stepSize="0.01"/>'
     yield "  <ModelVariables>"
-    for v in variables():
+    for v in list_variables():
         kind = "Boolean" if v.role == "flag" else "Float64"
         yield (
             f'    <{kind} name="{v.name}" valueReference="{v.reference}" '
-            f"{_describe(v)}{_start(v, values)}/>"
+            f"{_describe(v)}{_print_start(v, values)}/>"
         )
     yield "  </ModelVariables>"
     yield "  <ModelStructure>"
-    outputs = [v for v in variables() if v.role in ("output", "flag")]
+    outputs = [v for v in list_variables() if v.role in ("output", "flag")]
     for tag in ("Output", "InitialUnknown"):
         for v in outputs:
             yield f'    <{tag} valueReference="{v.reference}"/>'
@@ -89,7 +89,7 @@ def _fmi3(head: str, values: Mapping[str, float]) -> Iterator[str]:
     yield "</fmiModelDescription>"
 
 
-def _fmi2(head: str, values: Mapping[str, float], sources: Sequence[str]) -> Iterator[str]:
+def _build_fmi2(head: str, values: Mapping[str, float], sources: Sequence[str]) -> Iterator[str]:
     can = (
         f'modelIdentifier="{MODEL}" canGetAndSetFMUstate="true" canSerializeFMUstate="true" '
         'providesDirectionalDerivative="true"'
@@ -97,7 +97,7 @@ def _fmi2(head: str, values: Mapping[str, float], sources: Sequence[str]) -> Ite
     files = "".join(f'<File name="{file}"/>' for file in sources)
     files = f"<SourceFiles>{files}</SourceFiles>"
     yield (
-        f'<fmiModelDescription fmiVersion="2.0" {head} guid="{token()}" '
+        f'<fmiModelDescription fmiVersion="2.0" {head} guid="{make_token()}" '
         'numberOfEventIndicators="1">'
     )
     yield f"  <ModelExchange {can}>{files}</ModelExchange>"
@@ -105,16 +105,16 @@ def _fmi2(head: str, values: Mapping[str, float], sources: Sequence[str]) -> Ite
         f'  <CoSimulation {can} canHandleVariableCommunicationStepSize="true">'
         f"{files}</CoSimulation>"
     )
-    yield from _units()
+    yield from _print_units()
     yield '  <DefaultExperiment startTime="0" stopTime="4" stepSize="0.01"/>'
     yield "  <ModelVariables>"
-    rows_ = [v for v in variables() if v.reference != TURNING]
+    rows_ = [v for v in list_variables() if v.reference != TURNING]
     for v in rows_:
         kind = "Boolean" if v.role == "flag" else "Real"
         yield (
             f'    <ScalarVariable name="{v.name}" valueReference="{v.reference}" '
             f"{_describe(v, typed=False)}>"
-            f"<{kind}{_unit_and_bounds(v)}{_start(v, values)}/></ScalarVariable>"
+            f"<{kind}{_unit_and_bounds(v)}{_print_start(v, values)}/></ScalarVariable>"
         )
     yield "  </ModelVariables>"
     yield "  <ModelStructure>"
@@ -129,7 +129,7 @@ def _fmi2(head: str, values: Mapping[str, float], sources: Sequence[str]) -> Ite
     yield "</fmiModelDescription>"
 
 
-def _units() -> Iterator[str]:
+def _print_units() -> Iterator[str]:
     yield "  <UnitDefinitions>"
     for unit, (base, unit_) in UNITS.items():
         display = f'<DisplayUnit name="{unit_[0]}" factor="{unit_[1]:g}"/>' if unit_ else ""
@@ -164,7 +164,7 @@ def _unit_and_bounds(v: Variable) -> str:
     return text
 
 
-def _start(v: Variable, values: Mapping[str, float]) -> str:
+def _print_start(v: Variable, values: Mapping[str, float]) -> str:
     if v.role == "parameter":
         return f' start="{float(values[v.name])!r}"'
     return ' start="0"' if v.role == "input" else ""

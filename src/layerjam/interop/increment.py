@@ -13,10 +13,10 @@ import numpy as np
 
 from layerjam.errors import QuantityError
 from layerjam.kernel.parameters import Parameters
-from layerjam.mechanics.enclosure import enclosure_of
+from layerjam.mechanics.enclosure import make_enclosure
 from layerjam.mechanics.hysteresis import Setting, State, change_vacuum, move
 from layerjam.mechanics.law import in_double_precision
-from layerjam.mechanics.memory import PIECES, at_rest
+from layerjam.mechanics.memory import PIECES, new_memory
 
 
 class Motion(NamedTuple):
@@ -37,7 +37,7 @@ class Motion(NamedTuple):
         return self.brake.force
 
 
-def at_start(dtype: Any = jnp.float64) -> Motion:
+def make_rest_state(dtype: Any = jnp.float64) -> Motion:
     """Return a brake at rest without vacuum: no slip, no force, no elongation.
 
     If JAX works in single precision, float64 gives float32 leaves, as in all of JAX.
@@ -45,7 +45,7 @@ def at_start(dtype: Any = jnp.float64) -> Motion:
     zero, no = jnp.zeros((), dtype), jnp.array(False)
     memory = jax.tree.map(
         lambda leaf: leaf.astype(dtype) if jnp.issubdtype(leaf.dtype, jnp.floating) else leaf,
-        at_rest(),
+        new_memory(),
     )
     return Motion(State(memory, zero, zero, zero, zero, zero, no, no), no)
 
@@ -62,7 +62,7 @@ def move_state(
     brake = state.brake
     vacuum = jnp.where((vacuum >= 0) & jnp.isfinite(vacuum), vacuum, brake.vacuum)
     spring = numbers.stiffness / (1 + numbers.stiffness * compliance)
-    soft = _setting(state, vacuum, spring, numbers)
+    soft = _make_setting(state, vacuum, spring, numbers)
     stiff = soft._replace(k=numbers.stiffness)
     brake_now = jax.lax.cond(
         vacuum == brake.vacuum,
@@ -78,13 +78,13 @@ def move_state(
     )
 
 
-def _setting(state: Motion, vacuum: Any, spring: Any, numbers: Parameters) -> Setting:
+def _make_setting(state: Motion, vacuum: Any, spring: Any, numbers: Parameters) -> Setting:
     """Return the resistances from the kernel's eight numbers."""
     c = jnp.where(state.separated, 0.0, numbers.contact * vacuum)
     if not isinstance(numbers.exponent, float) or numbers.exponent != 0:
         positive = jnp.where(vacuum > 0, vacuum, 1.0)
         c = c * jnp.where(vacuum > 0, (positive / numbers.test_pressure) ** numbers.exponent, 0.0)
-    strip = enclosure_of(
+    strip = make_enclosure(
         numbers.enclosure_stiffness, numbers.enclosure_contact * vacuum, numbers.reach
     )
     return Setting(c, spring, numbers.overlap, strip)
@@ -127,12 +127,12 @@ class Increment:
     @in_double_precision
     def __init__(self, numbers: Parameters) -> None:
         self.parameters = numbers
-        self._state = at_start()
+        self._state = make_rest_state()
 
     @in_double_precision
     def start(self) -> None:
         """Return to rest without vacuum."""
-        self._state = at_start()
+        self._state = make_rest_state()
 
     @in_double_precision
     def move(self, elongation: float, vacuum: float, compliance: float = 0.0) -> float:

@@ -7,7 +7,7 @@ from xml.sax.saxutils import quoteattr
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError, UnknownNameError
-from layerjam.interop.tendon import Coupling, coupling_of
+from layerjam.interop.tendon import Coupling, check_coupling
 from layerjam.kernel.parameters import parameters
 
 AnyBrake = str | BrakeFile | Brake
@@ -17,20 +17,20 @@ HELD = 50e3
 """Vacuum of the keyframe [Pa]."""
 
 
-def brake_file(brake: AnyBrake) -> BrakeFile | Brake:
+def load_brake_file(brake: AnyBrake) -> BrakeFile | Brake:
     """Return the file of a catalogue name or a path; other arguments are returned unchanged."""
     from layerjam.device.load import load
 
     return load(brake) if isinstance(brake, str) else brake
 
 
-def atmosphere_of(brake: BrakeFile | Brake) -> float:
+def highest_vacuum(brake: BrakeFile | Brake) -> float:
     """Return the highest possible vacuum [Pa]."""
     brake = brake.brake if isinstance(brake, BrakeFile) else brake
     return float(brake.site.atmosphere)
 
 
-def config(
+def plugin_attributes(
     brake: BrakeFile | Brake,
     coupling: Coupling = "limited",
     rest_length: float | None = None,
@@ -48,10 +48,10 @@ def config(
         if not 0 <= rest_length < float("inf"):
             raise QuantityError.of("rest_length", f"{rest_length} m is not allowed; use 0 or more")
         attributes["rest_length"] = repr(float(rest_length))
-    return {**attributes, "coupling": coupling_of(coupling)}
+    return {**attributes, "coupling": check_coupling(coupling)}
 
 
-def _lag(vacuum_lag: float | None) -> dict[str, str]:
+def _lag_attributes(vacuum_lag: float | None) -> dict[str, str]:
     """Return the vacuum line as the actuator's dynamics: of first order, exact at any step."""
     if vacuum_lag is None:
         return {}
@@ -78,8 +78,8 @@ def mjcf(
     default the tendon's. `over_joint` lays the brake over the cylinder or sphere that the tendon
     wraps. Raises QuantityError, UnknownNameError.
     """
-    file, name = brake_file(brake), name or tendon
-    numbers = config(
+    file, name = load_brake_file(brake), name or tendon
+    numbers = plugin_attributes(
         file, coupling, rest_length, rope_stiffness=rope_stiffness, over_joint=over_joint
     )
     keys = "\n".join(
@@ -93,8 +93,8 @@ def mjcf(
         "instance": instance,
         "tendon": tendon,
         "ctrllimited": "true",
-        "ctrlrange": f"0 {atmosphere_of(file)!r}",
-        **_lag(vacuum_lag),
+        "ctrlrange": f"0 {highest_vacuum(file)!r}",
+        **_lag_attributes(vacuum_lag),
     }
     words = " ".join(f"{key}={quoteattr(value)}" for key, value in actuator.items())
     mark = file.mark().replace("--", "- -") if isinstance(file, BrakeFile) else ""
@@ -150,7 +150,7 @@ def attach(
         names = [item.name for item in spec.tendons] or ["(the model has no tendon)"]
         raise UnknownNameError("tendon", tendon, names)
     for quantity in ("stiffness", "frictionloss", "springyield"):
-        if any(float(value) != 0 for value in _numbers(getattr(target, quantity, 0.0))):
+        if any(float(value) != 0 for value in _list_floats(getattr(target, quantity, 0.0))):
             raise QuantityError.of(
                 f"tendon '{tendon}'", f"{quantity} would add to the brake; omit it"
             )
@@ -159,15 +159,15 @@ def attach(
         raise QuantityError.of(
             "name", f"the model already has an actuator '{name}'; choose a different name"
         )
-    file, lag = brake_file(brake), _lag(vacuum_lag)
-    numbers = config(
+    file, lag = load_brake_file(brake), _lag_attributes(vacuum_lag)
+    numbers = plugin_attributes(
         file, coupling, rest_length, rope_stiffness=rope_stiffness, over_joint=over_joint
     )
     spec.activate_plugin(PLUGIN)
     instance = spec.add_plugin(name=f"{INSTANCE}-{name}", plugin_name=PLUGIN, active=True)
     instance.config = numbers
     actuator = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon)
-    actuator.ctrllimited, actuator.ctrlrange = True, [0.0, atmosphere_of(file)]
+    actuator.ctrllimited, actuator.ctrlrange = True, [0.0, highest_vacuum(file)]
     if lag:
         actuator.dyntype = mujoco.mjtDyn.mjDYN_FILTEREXACT
         actuator.dynprm[0] = vacuum_lag
@@ -175,5 +175,5 @@ def attach(
     return actuator
 
 
-def _numbers(value: Any) -> list[float]:
+def _list_floats(value: Any) -> list[float]:
     return list(value) if hasattr(value, "__len__") else [value]

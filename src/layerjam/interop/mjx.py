@@ -15,15 +15,15 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.errors import MissingExtraError, QuantityError
-from layerjam.interop.increment import Motion, at_start, move_state
-from layerjam.interop.mjcf import AnyBrake, brake_file
+from layerjam.interop.increment import Motion, make_rest_state, move_state
+from layerjam.interop.mjcf import AnyBrake, load_brake_file
 from layerjam.interop.tendon import (
     LOWEST,
     Coupling,
+    check_coupling,
     check_integrator,
-    compliance_of,
-    coupling_of,
-    tendon_of,
+    find_tendon,
+    series_compliance,
 )
 from layerjam.kernel.parameters import Parameters, parameters
 
@@ -71,16 +71,16 @@ def brake(
     """
     with MissingExtraError.raise_if_missing("a brake in MJX", "mjx"):
         from mujoco import mjx as _  # noqa: F401
-    _check(model)
-    numbers = parameters(brake_file(brake), rope_stiffness)
+    _check_model(model)
+    numbers = parameters(load_brake_file(brake), rope_stiffness)
     check_integrator(model)
-    target = tendon_of(model, tendon, numbers)
+    target = find_tendon(model, tendon, numbers)
     model.tendon_stiffness[target.id] = numbers.stiffness
     model.tendon_lengthspring[target.id] = (LOWEST, target.rest_length)
-    return TendonBrake(Setup(numbers, target.rest_length), target.id, coupling_of(coupling))
+    return TendonBrake(Setup(numbers, target.rest_length), target.id, check_coupling(coupling))
 
 
-def _check(model: Any) -> None:
+def _check_model(model: Any) -> None:
     """Raise QuantityError for features that MJX accepts silently but computes differently."""
     import mujoco
 
@@ -112,7 +112,7 @@ def start(brake: TendonBrake, dtype: Any = None) -> Motion:
         raise QuantityError.of(
             "dtype", 'float64 needs jax.config.update("jax_enable_x64", True) first'
         )
-    return at_start(dtype)
+    return make_rest_state(dtype)
 
 
 def step(mx: Any, d: Any, state: Motion, vacuum: Any, brake: TendonBrake) -> tuple[Any, Motion]:
@@ -132,7 +132,7 @@ def step(mx: Any, d: Any, state: Motion, vacuum: Any, brake: TendonBrake) -> tup
         pull = d._impl.ten_J[index]
         mobility = pull @ smooth.solve_m(mx, d, pull)
         timestep = mx.opt.timestep
-        compliance = compliance_of(brake.coupling, mobility, timestep, values.numbers.stiffness)
+        compliance = series_compliance(brake.coupling, mobility, timestep, values.numbers.stiffness)
         if brake.coupling == "implicit":
             advance = timestep * (pull @ d.qvel)
     state = move_state(state, elongation + advance, vacuum, values.numbers, compliance)

@@ -12,15 +12,15 @@ the vacuum. Unlike `frictionloss`, both hold a load exactly, without creep.
 from typing import Any
 
 from layerjam.errors import CompilerError
-from layerjam.interop.mjcf import AnyBrake, attach, brake_file, mjcf
+from layerjam.interop.mjcf import AnyBrake, attach, load_brake_file, mjcf
 from layerjam.interop.plugin import import_mujoco, load, plugin
 from layerjam.interop.tendon import (
     LOWEST,
     Coupling,
+    check_coupling,
     check_integrator,
-    compliance_of,
-    coupling_of,
-    tendon_of,
+    find_tendon,
+    series_compliance,
 )
 from layerjam.kernel.kernel import Kernel
 from layerjam.kernel.parameters import parameters
@@ -50,13 +50,13 @@ class Brake:
         rope_stiffness: float | None = None,
     ) -> None:
         import_mujoco()
-        file = brake_file(brake)
+        file = load_brake_file(brake)
         numbers = parameters(file, rope_stiffness)
         check_integrator(model)
-        self.tendon = tendon_of(model, tendon, numbers)
-        self.coupling = coupling_of(coupling)
+        self.tendon = find_tendon(model, tendon, numbers)
+        self.coupling = check_coupling(coupling)
         self.stiffness = numbers.stiffness
-        self.law = _law(file, rope_stiffness)
+        self.law = _make_law(file, rope_stiffness)
         self._model = model
         model.tendon_stiffness[self.tendon.id] = numbers.stiffness
         self._set_rest_length(0.0)
@@ -108,7 +108,7 @@ class Brake:
         advance, compliance, step = 0.0, 0.0, model.opt.timestep
         if self.coupling != "explicit":
             mobility, row, columns = self._mobility(data)
-            compliance = compliance_of(self.coupling, mobility, step, self.stiffness)
+            compliance = series_compliance(self.coupling, mobility, step, self.stiffness)
             if self.coupling == "implicit":
                 advance = step * float(row @ data.qvel[columns])
         force = self.law.move(elongation + advance, vacuum, compliance)
@@ -136,7 +136,7 @@ class Brake:
         self._model.tendon_lengthspring[self.tendon.id] = (LOWEST, self.tendon.rest_length + slip)
 
 
-def _law(brake: Any, rope_stiffness: float | None) -> Any:
+def _make_law(brake: Any, rope_stiffness: float | None) -> Any:
     """Return the compiled kernel, or its JAX version if no C compiler is installed."""
     try:
         return Kernel(brake, rope_stiffness=rope_stiffness)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from layerjam.errors import CompilerError, MissingExtraError
-from layerjam.kernel.compiler import SOURCES, library
+from layerjam.kernel.compiler import SOURCES, build_library
 
 SOURCE = Path(__file__).parent / "c" / "mujoco_plugin.c"
 _libraries: list[ctypes.CDLL] = []
@@ -32,7 +32,7 @@ def plugin() -> Path:
     if not engine:
         raise CompilerError(f"MuJoCo's library was not found next to its headers, in {home}")
     headers = Path(mujoco.HEADERS_DIR)
-    return library(
+    return build_library(
         [SOURCE],  # it includes the kernel
         includes=[SOURCES, headers.parent, headers],
         libraries=[str(engine[0])],

@@ -27,7 +27,7 @@ class Tendon(NamedTuple):
     """Length at zero elongation [m]."""
 
 
-def tendon_of(model: Any, name: str, numbers: Parameters) -> Tendon:
+def find_tendon(model: Any, name: str, numbers: Parameters) -> Tendon:
     """Return the checked tendon of a mujoco.MjModel.
 
     Raises UnknownNameError for an unknown name, QuantityError for a tendon that is not a spring of
@@ -40,7 +40,7 @@ def tendon_of(model: Any, name: str, numbers: Parameters) -> Tendon:
     if name not in names:
         raise UnknownNameError("tendon", name, names or ["(the model has no tendon)"])
     index = names.index(name)
-    _check(model, index, f"tendon '{name}'", numbers.stiffness)
+    _check_tendon(model, index, f"tendon '{name}'", numbers.stiffness)
     return Tendon(index, float(model.tendon_lengthspring[index, 1]))
 
 
@@ -61,7 +61,7 @@ def check_integrator(model: Any) -> None:
         )
 
 
-def _check(model: Any, index: int, label: str, due: float) -> None:
+def _check_tendon(model: Any, index: int, label: str, due: float) -> None:
     """Raise QuantityError for a tendon that cannot carry the brake."""
     stiffness = float(model.tendon_stiffness[index])
     if stiffness == 0:
@@ -80,14 +80,14 @@ def _check(model: Any, index: int, label: str, due: float) -> None:
         raise QuantityError.of(label, "springyield would slide in addition to the brake; omit it")
 
 
-def coupling_of(coupling: str) -> Coupling:
+def check_coupling(coupling: str) -> Coupling:
     """Return the coupling with a name; raises UnknownNameError."""
     if coupling not in get_args(Coupling):
         raise UnknownNameError("coupling", coupling, get_args(Coupling))
     return coupling  # type: ignore[return-value]
 
 
-def compliance_of(coupling: Coupling, mobility: Any, step: float, stiffness: float) -> Any:
+def series_compliance(coupling: Coupling, mobility: Any, step: float, stiffness: float) -> Any:
     """Return the compliance in series [m/N] for a step [s] and a mobility A = J M^-1 J^T [1/kg].
 
     `limited` softens the spring only if the step could not resolve it (omega h > 1). `implicit` is

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from layerjam.errors import CompilerError
-from layerjam.mechanics.compilation import user_cache
+from layerjam.mechanics.compilation import find_user_cache
 
 SOURCES = Path(__file__).parent / "c"
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno")
@@ -37,12 +37,12 @@ TARGETS = {
 """{(sys.platform, platform.machine()): target of the cross-compiler}."""
 
 
-def compiler() -> tuple[str, ...]:
+def find_compiler() -> tuple[str, ...]:
     """Return the command of a C compiler: $CC, cc, gcc, clang, or of the Python package ziglang.
 
     Raises CompilerError if there is none.
     """
-    on_path = compiler_on_path()
+    on_path = find_on_path()
     if on_path is not None:
         return on_path
     if importlib.util.find_spec("ziglang") is not None:
@@ -50,12 +50,12 @@ def compiler() -> tuple[str, ...]:
     raise CompilerError('no C compiler found: install gcc or clang, or pip install "layerjam[fmu]"')
 
 
-def compiler_on_path() -> tuple[str, ...] | None:
+def find_on_path() -> tuple[str, ...] | None:
     """Return the command of $CC, cc, gcc or clang, or None if none is installed.
 
     Raises CompilerError if $CC names a command that does not exist.
     """
-    words = _words(os.environ.get("CC", ""))
+    words = _split_command(os.environ.get("CC", ""))
     if words:
         if shutil.which(words[0]) is None:
             raise CompilerError(f"CC: '{words[0]}' was not found; correct or unset CC")
@@ -63,7 +63,7 @@ def compiler_on_path() -> tuple[str, ...] | None:
     return next(((name,) for name in KNOWN if shutil.which(name) is not None), None)
 
 
-def _words(text: str) -> list[str]:
+def _split_command(text: str) -> list[str]:
     """Return the words of a typed command; on Windows a backslash separates folders."""
     if os.name != "nt":
         return shlex.split(text)
@@ -71,21 +71,21 @@ def _words(text: str) -> list[str]:
 
 
 @functools.cache
-def version(command: tuple[str, ...]) -> str:
+def find_version(command: tuple[str, ...]) -> str:
     """Return the first line of the compiler's version message."""
     run = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
     return (run.stdout or run.stderr).strip().split("\n")[0]
 
 
-def cache() -> Path:
+def library_folder() -> Path:
     """Return the folder of the libraries: the user's cache, else the system's temporary folder."""
-    folder = user_cache("interop")
+    folder = find_user_cache("interop")
     if folder is None:
         raise CompilerError("no folder for compiled libraries: set XDG_CACHE_HOME to a folder")
     return folder
 
 
-def cross_compiler(target: str) -> tuple[str, ...]:
+def find_cross_compiler(target: str) -> tuple[str, ...]:
     """Return the command that compiles for a different machine, such as "aarch64-macos".
 
     Raises CompilerError if the Python package ziglang, the only cross-compiler, is missing.
@@ -97,7 +97,7 @@ def cross_compiler(target: str) -> tuple[str, ...]:
     return (sys.executable, "-m", "ziglang", "cc", "-target", target)
 
 
-def library(
+def build_library(
     sources: Sequence[Path],
     defines: Sequence[str] = (),
     *,
@@ -114,17 +114,17 @@ def library(
     recompilation. `target` names a different machine, as in `cross_compiler`. Raises CompilerError
     with the compiler's message, or if it takes longer than `limit` [s].
     """
-    command = compiler() if target is None else cross_compiler(target)
+    command = find_compiler() if target is None else find_cross_compiler(target)
     options = [*FLAGS, *flags, *(f"-D{name}" for name in defines)]
     ending = ending or ENDINGS.get(sys.platform, ".so")
-    made_by = hashlib.sha256("\n".join([*command, version(command)]).encode()).hexdigest()[:12]
-    name = _name(sources, includes, [*options, *libraries])
-    path = cache() / f"{name}-{made_by}{ending}"
+    made_by = hashlib.sha256("\n".join([*command, find_version(command)]).encode()).hexdigest()[:12]
+    name = _library_name(sources, includes, [*options, *libraries])
+    path = library_folder() / f"{name}-{made_by}{ending}"
     if not path.exists():
         kind = ["-shared"] if ending == ENDINGS["win32"] else ["-shared", "-fPIC"]
-        folders = [f"-I{folder}" for folder in _folders(sources, includes)]
+        folders = [f"-I{folder}" for folder in _source_folders(sources, includes)]
         words = [*command, *options, *kind, *folders, *map(str, sources)]
-        build(words, path, libraries=(*libraries, "-lm"), limit=limit)
+        run_compiler(words, path, libraries=(*libraries, "-lm"), limit=limit)
     return path
 
 
@@ -140,8 +140,8 @@ def build_shipped(folder: Path) -> list[Path]:
         options = (*FLAGS, "-g0", "-s", "-shared", *(() if machine[0] == "win32" else ("-fPIC",)))
         if machine[0] == "darwin":  # otherwise the temporary folder
             options = (*options, f"-Wl,-install_name,@rpath/{path.name}")
-        words = [*cross_compiler(target), *options, f"-I{SOURCES}", *map(str, KERNEL)]
-        build(words, path, libraries=("-lm",))
+        words = [*find_cross_compiler(target), *options, f"-I{SOURCES}", *map(str, KERNEL)]
+        run_compiler(words, path, libraries=("-lm",))
         paths.append(path)
     return paths
 
@@ -153,22 +153,22 @@ def find_shipped(sources: Sequence[Path], defines: Sequence[str] = ()) -> Path |
 
 
 def _shipped_name(sources: Sequence[Path], defines: Sequence[str], machine: tuple[str, str]) -> str:
-    name = _name(sources, (), [*FLAGS, *(f"-D{d}" for d in defines)], machine)
+    name = _library_name(sources, (), [*FLAGS, *(f"-D{d}" for d in defines)], machine)
     return name + ENDINGS.get(machine[0], ".so")
 
 
 def find_built(sources: Sequence[Path], defines: Sequence[str] = ()) -> Path | None:
     """Return a library of these sources in the cache, from any compiler, or None."""
-    name = _name(sources, (), [*FLAGS, *(f"-D{d}" for d in defines)])
-    paths = cache().glob(f"{name}-*{ENDINGS.get(sys.platform, '.so')}")
+    name = _library_name(sources, (), [*FLAGS, *(f"-D{d}" for d in defines)])
+    paths = library_folder().glob(f"{name}-*{ENDINGS.get(sys.platform, '.so')}")
     return min(paths, default=None)
 
 
-def _folders(sources: Sequence[Path], includes: Sequence[Path]) -> list[Path]:
+def _source_folders(sources: Sequence[Path], includes: Sequence[Path]) -> list[Path]:
     return list(dict.fromkeys([*(source.parent for source in sources), *includes]))
 
 
-def _name(
+def _library_name(
     sources: Sequence[Path],
     includes: Sequence[Path],
     options: Sequence[str],
@@ -178,13 +178,13 @@ def _name(
     machine = machine or (sys.platform, platform.machine())
     parts = [*machine, *options, *(source.name for source in sources)]
     stamp = hashlib.sha256("\n".join(parts).encode())
-    for folder in _folders(sources, includes):
+    for folder in _source_folders(sources, includes):
         for file in sorted(folder.glob("*.[ch]")):
             stamp.update(file.name.encode() + file.read_bytes())
     return f"{sources[0].stem}-{stamp.hexdigest()[:24]}"
 
 
-def build(
+def run_compiler(
     command: Sequence[str],
     target: Path,
     *,

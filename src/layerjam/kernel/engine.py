@@ -15,7 +15,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import CompilerError, QuantityError
-from layerjam.kernel.compiler import SHIPPED, compiler_on_path, find_built, find_shipped, library
+from layerjam.kernel.compiler import SHIPPED, build_library, find_built, find_on_path, find_shipped
 from layerjam.kernel.kernel import CODE, Kernel, load_library
 from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.hysteresis import brake_cycle
@@ -39,7 +39,7 @@ def quick_kernel(brake: Brake, vacuum: float) -> Kernel | None:
     neither a library nor a compiler, or if LAYERJAM_KERNEL=off. Raises QuantityError for any other
     value of that variable.
     """
-    if not _switched_on() or not _is_there():
+    if not _is_switched_on() or not _is_available():
         return None
     try:
         kernel = Kernel(brake)
@@ -58,7 +58,7 @@ def stop_loop() -> Callable[..., int] | None:
 
     Raises QuantityError for an unknown value of LAYERJAM_KERNEL.
     """
-    return load_library("double")[0].lj_stops if _switched_on() and _is_there() else None
+    return load_library("double")[0].lj_stops if _is_switched_on() and _is_available() else None
 
 
 def follow_history(
@@ -72,14 +72,14 @@ def follow_history(
     if speed is None:
         highest = float(np.max(vacuum, initial=0.0))
         kernel = quick_kernel(replace(brake, speed_law=None), highest)
-    twin = None if kernel is None else kernel.twin(elongation, vacuum)
+    twin = None if kernel is None else kernel.exact_cycle(elongation, vacuum)
     if twin is not None:
         return twin, "kernel"
     histories = (elongation, vacuum) if speed is None else (elongation, vacuum, speed)
-    return in_blocks(lambda u, p, *v: brake_cycle(u, p, brake, *v), *histories), "law"
+    return run_in_blocks(lambda u, p, *v: brake_cycle(u, p, brake, *v), *histories), "law"
 
 
-def in_blocks(run: Callable[..., Cycle], *histories: Array) -> Cycle:
+def run_in_blocks(run: Callable[..., Cycle], *histories: Array) -> Cycle:
     """Return the result of `run` for histories, shape (N,), padded to whole blocks of samples."""
     count = len(histories[0])
     longer = [np.pad(history, (0, -count % BLOCK), mode="edge") for history in histories]
@@ -91,16 +91,16 @@ def describe_engine() -> str:
 
     Raises QuantityError for an unknown value of LAYERJAM_KERNEL.
     """
-    if not _switched_on():
+    if not _is_switched_on():
         return f"law ({SWITCH}=off)"
-    if not _is_there():
+    if not _is_available():
         return "law (no compiled kernel for this machine, and no C compiler to build it)"
     path = Path(load_library("double")[0]._name)
     came = "shipped with layerjam" if path.parent == SHIPPED else "compiled on this machine"
     return f"kernel ({came}: {path})"
 
 
-def _switched_on() -> bool:
+def _is_switched_on() -> bool:
     setting = os.environ.get(SWITCH, "")
     if setting not in ("", "on", "off"):
         raise QuantityError.of(SWITCH, f"'{setting}' is not allowed; set it to off, or unset it")
@@ -108,13 +108,13 @@ def _switched_on() -> bool:
 
 
 @cache_threadsafe
-def _is_there() -> bool:
+def _is_available() -> bool:
     """Return whether the library exists or can be built now; checked once per process."""
     try:
         if find_shipped(CODE) is None and find_built(CODE) is None:
-            if compiler_on_path() is None:
+            if find_on_path() is None:
                 return False
-            library(CODE, limit=LONGEST)
+            build_library(CODE, limit=LONGEST)
         load_library("double")
     except (CompilerError, OSError):
         return False

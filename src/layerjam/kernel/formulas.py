@@ -14,26 +14,27 @@ from layerjam.mechanics import enclosure, memory, pull
 from layerjam.mechanics.stop import algebra
 
 FOLDER = Path(__file__).parent / "c"
+_STRIP = enclosure.EnclosureLaw
 LAWS: dict[str, tuple[Callable[..., Any], ...]] = {
-    "formulas.h": (enclosure.EnclosureLaw, enclosure.enclosure_of, memory.branch, pull.spread_root),
+    "formulas.h": (_STRIP, enclosure.make_enclosure, memory.branch, pull.spread_root),
     "stop_formulas.h": (
-        enclosure.EnclosureLaw,
+        _STRIP,
         algebra.Setup,
         algebra.Quartic,
         algebra.Search,
         algebra.Stop,
-        algebra.setup,
-        algebra.root_of,
+        algebra.make_setup,
+        algebra.positive_root,
         algebra.balance_root,
         algebra.quartic,
-        algebra.value,
-        algebra.slope_of,
+        algebra.quartic_value,
+        algebra.quartic_slope,
         algebra.snap_root,
-        algebra.search,
-        algebra.guess,
+        algebra.bracket_root,
+        algebra.guess_root,
         algebra.curvature_step,
         algebra.polish_root,
-        algebra.end_of,
+        algebra.make_stop,
     ),
 }
 """{file: records and laws in the order of printing}: each uses only earlier ones."""
@@ -70,33 +71,33 @@ RECORDS = {"enclosure": "lj_enclosure", "energy": "lj_energy"}
 
 def print_file(name: str) -> str:
     """Return the text of a file of LAWS."""
-    parts = (_record(law) if isinstance(law, type) else function(law) for law in LAWS[name])
+    parts = (print_record(x) if isinstance(x, type) else print_function(x) for x in LAWS[name])
     return HEAD + "\n" + "\n".join(parts)
 
 
-def _record(record: Any) -> str:
+def print_record(record: Any) -> str:
     """Return a class of numbers as a C structure."""
     kinds = {name: RECORDS.get(name, "lj_real") for name in record._fields}
     fields = "".join(f"    {kind} {name};\n" for name, kind in kinds.items())
     return f"typedef struct {{\n{fields}}} {TYPES[record.__name__]};\n"
 
 
-def function(law: Callable[..., Any]) -> str:
+def print_function(law: Callable[..., Any]) -> str:
     """Return a law as a C function; raises TypeError for Python code that it cannot print."""
     tree = ast.parse(textwrap.dedent(inspect.getsource(law))).body[0]
     if not isinstance(tree, ast.FunctionDef):
         raise TypeError(f"{law.__name__} is not a function")
-    kinds = {a.arg: _type(a.annotation) for a in tree.args.args}
+    kinds = {a.arg: _c_type(a.annotation) for a in tree.args.args}
     places = (
         f"{kind} {_variable(name)}" if kind == TYPES["Any"] else f"const {kind} *{_variable(name)}"
         for name, kind in kinds.items()
     )
-    head = f"static inline {_type(tree.returns)} {_name(law.__name__)}({', '.join(places)})"
-    lines = [_wrap(line) for line in _Printer(law, kinds).statements(tree)]
+    head = f"static inline {_c_type(tree.returns)} {_c_name(law.__name__)}({', '.join(places)})"
+    lines = [_wrap(line) for line in _Printer(law, kinds).print_statements(tree)]
     return "\n".join([_wrap(head, indent=0), "{", *lines, "}", ""])
 
 
-def _type(annotation: ast.expr | None) -> str:
+def _c_type(annotation: ast.expr | None) -> str:
     return TYPES[ast.unparse(annotation)] if annotation else TYPES["Any"]
 
 
@@ -106,7 +107,7 @@ def _wrap(line: str, indent: int = 4) -> str:
     )
 
 
-def _name(name: str) -> str:
+def _c_name(name: str) -> str:
     bare = name.lstrip("_")
     return "lj_" + CALLS.get(bare, bare)
 
@@ -123,12 +124,12 @@ class _Printer:
         self.kinds = dict(kinds)
         self.pointers = {name for name, kind in kinds.items() if kind != TYPES["Any"]}
 
-    def statements(self, tree: ast.FunctionDef) -> Iterator[str]:
+    def print_statements(self, tree: ast.FunctionDef) -> Iterator[str]:
         for line in tree.body:
             if isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant):
                 continue  # skip the docstring
             if isinstance(line, ast.Return) and line.value is not None:
-                yield f"return {self.text(line.value)[0]};"
+                yield f"return {self.print_node(line.value)[0]};"
                 continue
             if not isinstance(line, ast.Assign):
                 raise TypeError(f"{tree.name}: {ast.unparse(line)} is not printed")
@@ -137,12 +138,12 @@ class _Printer:
             if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
                 pairs = list(zip(target.elts, value.elts, strict=True))
             for place, expression in pairs:
-                name, (text, tight) = ast.unparse(place), self.text(expression)
-                kind = "" if name in self.kinds else self.kind(expression, tight) + " "
+                name, (text, tight) = ast.unparse(place), self.print_node(expression)
+                kind = "" if name in self.kinds else self.infer_type(expression, tight) + " "
                 self.kinds.setdefault(name, kind.strip())
                 yield f"{kind}{_variable(name)} = {text};"
 
-    def kind(self, node: ast.expr, tight: int = ATOM) -> str:
+    def infer_type(self, node: ast.expr, tight: int = ATOM) -> str:
         """Return the type of an expression."""
         match node:
             case ast.Name() if ast.unparse(node) in self.kinds:
@@ -157,11 +158,11 @@ class _Printer:
                 return TYPES[getattr(result_type, "__name__", result_type)]
         return "int" if tight <= 3 else TYPES["Any"]
 
-    def text(self, node: ast.expr) -> tuple[str, int]:
+    def print_node(self, node: ast.expr) -> tuple[str, int]:
         """Return an expression and its precedence; the order of operations is that of Python."""
 
         def wrap(part: ast.expr, least: int) -> str:
-            text, tight = self.text(part)
+            text, tight = self.print_node(part)
             return text if tight >= least else f"({text})"
 
         match node:
@@ -177,9 +178,9 @@ class _Printer:
                 return "LJ_INFINITY", ATOM
             case ast.Attribute(value=owner):
                 arrow = "->" if ast.unparse(owner) in self.pointers else "."
-                return f"{self.text(owner)[0]}{arrow}{node.attr}", ATOM
+                return f"{self.print_node(owner)[0]}{arrow}{node.attr}", ATOM
             case ast.BinOp(op=ast.Pow(), right=ast.Constant(value=2)):
-                return f"lj_square({self.text(node.left)[0]})", ATOM
+                return f"lj_square({self.print_node(node.left)[0]})", ATOM
             case ast.BinOp() if type(node.op) in OPERATORS:
                 sign, tight = OPERATORS[type(node.op)]
                 return f"{wrap(node.left, tight)} {sign} {wrap(node.right, tight + 1)}", tight
@@ -187,22 +188,22 @@ class _Printer:
                 sign, tight = OPERATORS[type(operator)]
                 return f"{wrap(node.left, tight + 1)} {sign} {wrap(right, tight + 1)}", tight
             case ast.Call():
-                return self.call(node), ATOM
+                return self.print_call(node), ATOM
         raise TypeError(f"{ast.unparse(node)} is not printed")
 
-    def call(self, node: ast.Call) -> str:
+    def print_call(self, node: ast.Call) -> str:
         name = node.func.attr if isinstance(node.func, ast.Attribute) else ast.unparse(node.func)
-        args = [self.argument(arg, name in TYPES) for arg in node.args]
+        args = [self.print_argument(arg, name in TYPES) for arg in node.args]
         if name == "where":
             return f"({args[0]} ? {args[1]} : {args[2]})"
         if name in TYPES:
             return f"({TYPES[name]}){{{', '.join(args)}}}"
-        return f"{_name(name)}({', '.join(args)})"
+        return f"{_c_name(name)}({', '.join(args)})"
 
-    def argument(self, node: ast.expr, is_field: bool) -> str:
+    def print_argument(self, node: ast.expr, is_field: bool) -> str:
         """Return an argument: a record by value as a field of another record, else its address."""
-        text, is_address = self.text(node)[0], ast.unparse(node) in self.pointers
-        if self.kind(node) in ("int", TYPES["Any"]) or is_address != is_field:
+        text, is_address = self.print_node(node)[0], ast.unparse(node) in self.pointers
+        if self.infer_type(node) in ("int", TYPES["Any"]) or is_address != is_field:
             return text
         return f"*{text}" if is_field else f"&{text}"
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import CompilerError, QuantityError
-from layerjam.kernel.compiler import KERNEL, SOURCES, find_built, find_shipped, library
+from layerjam.kernel.compiler import KERNEL, SOURCES, build_library, find_built, find_shipped
 from layerjam.kernel.parameters import parameters
 from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.threads import cache_threadsafe
@@ -68,15 +68,15 @@ def load_library(precision: Precision) -> tuple[Any, _Structures]:
     wheel_kernel = find_shipped(CODE, defines)
     if wheel_kernel is not None:
         with contextlib.suppress(OSError):  # it may be for a system with a different C library
-            return bound(wheel_kernel, precision)
-    path = find_built(CODE, defines) or library(CODE, defines)
+            return bind_library(wheel_kernel, precision)
+    path = find_built(CODE, defines) or build_library(CODE, defines)
     try:
-        return bound(path, precision)
+        return bind_library(path, precision)
     except OSError as error:
         raise CompilerError(f"the kernel's library cannot be loaded: {error}") from None
 
 
-def bound(path: Path, precision: Precision) -> tuple[Any, _Structures]:
+def bind_library(path: Path, precision: Precision) -> tuple[Any, _Structures]:
     """Return a compiled library with declared functions, and its structures."""
     library_, types = ctypes.CDLL(str(path)), _Structures(precision)
     brake, state, real = ctypes.POINTER(types.brake), ctypes.POINTER(types.state), types.real
@@ -132,7 +132,7 @@ class Kernel:
         force = self._library.lj_move(self._brake, self._state, *numbers)
         if self._state.flags & REFUSED:
             self._state.flags &= ~REFUSED
-            _refuse(*numbers)
+            _raise_number_error(*numbers)
         return force
 
     def peek(self, elongation: float, vacuum: float, compliance: float = 0.0) -> float:
@@ -140,7 +140,7 @@ class Kernel:
         copy = self._made.state.from_buffer_copy(self._state)
         force = self._library.lj_move(self._brake, copy, elongation, vacuum, compliance)
         if copy.flags & REFUSED:
-            _refuse(elongation, vacuum, compliance)
+            _raise_number_error(elongation, vacuum, compliance)
         return force
 
     def tangent(self, compliance: float = 0.0) -> float:
@@ -211,19 +211,19 @@ class Kernel:
         snaps or exceeds its memory of turns. Past the end of the overlap the kernel continues with
         the enclosure alone, unlike `brake_cycle`. The kernel's own state is unchanged.
         """
-        path, rows = self._history(elongation, vacuum)
+        path, rows = self._run_history(elongation, vacuum)
         flags = rows["flags"]
         void = (flags & (REFUSED | SNAPPED | OVERFLOW) > 0) | (path < 0)
         return self._cycle(rows, np.where(void, np.nan, rows["force"]), flags & SEPARATED > 0)
 
-    def twin(self, elongation: ArrayLike, vacuum: ArrayLike) -> Cycle | None:
+    def exact_cycle(self, elongation: ArrayLike, vacuum: ArrayLike) -> Cycle | None:
         """Return the result of `brake_cycle` to rounding, or None if the kernel may differ.
 
         It may differ if the brake snaps, if a number is not allowed, if the number of nested turns
         nearly reaches the memory, or if the sheets separate between two samples. If a sample is at
         the end of the overlap, `separated` is true from there on, and later samples do not count.
         """
-        path, rows = self._history(elongation, vacuum)
+        path, rows = self._run_history(elongation, vacuum)
         overlap = self.parameters.overlap
         separated = rows["slip"] >= overlap * (1 - PARTED)
         count = int(np.argmax(separated)) + 1 if separated.any() else len(rows)
@@ -250,7 +250,7 @@ class Kernel:
             snapped=flags & SNAPPED > 0,
         )
 
-    def _history(self, elongation: ArrayLike, vacuum: ArrayLike) -> tuple[Any, NDArray[Any]]:
+    def _run_history(self, elongation: ArrayLike, vacuum: ArrayLike) -> tuple[Any, NDArray[Any]]:
         real = np.dtype(self._made.real)
         path = np.ascontiguousarray(np.atleast_1d(np.asarray(elongation, real)))
         pressure = np.ascontiguousarray(np.broadcast_to(np.asarray(vacuum, real), path.shape))
@@ -261,7 +261,7 @@ class Kernel:
         return path, rows
 
 
-def _refuse(elongation: float, vacuum: float, compliance: float) -> None:
+def _raise_number_error(elongation: float, vacuum: float, compliance: float) -> None:
     """Raise QuantityError for the first number that the kernel rejects."""
     numbers = {"elongation": (elongation, "m"), "vacuum": (vacuum, "Pa")}
     numbers["compliance"] = (compliance, "m/N")

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
-from layerjam.mechanics.enclosure import face_of, one_modulus
-from layerjam.mechanics.fan import straight
+from layerjam.mechanics.enclosure import check_modulus, face_constants
+from layerjam.mechanics.fan import require_flat
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.stiffness import working_stiffness
 
@@ -37,13 +37,13 @@ UNITS = dict(zip(Parameters._fields, ("m", "m", "N/m", "N", "m", "m", "1", "Pa")
 """{parameter: SI unit}."""
 
 
-def brake_of(brake: Brake | BrakeFile) -> Brake:
+def check_exportable(brake: Brake | BrakeFile) -> Brake:
     """Return the brake for the kernel; QuantityError for a law that the kernel lacks.
 
     Spacers are omitted, because without a fan they affect only the scale factor.
     """
     brake = brake.brake if isinstance(brake, BrakeFile) else brake
-    one_modulus(brake)
+    check_modulus(brake)
     if brake.speed_law is not None:
         raise QuantityError.of(
             "speed_law",
@@ -54,7 +54,7 @@ def brake_of(brake: Brake | BrakeFile) -> Brake:
         raise QuantityError.of(
             "effects", "the exported law has no effects; export the brake without them"
         )
-    return straight(brake, "the exported law")
+    return require_flat(brake, "the exported law")
 
 
 def parameters(brake: Brake | BrakeFile, rope_stiffness: float | None = None) -> Parameters:
@@ -64,9 +64,9 @@ def parameters(brake: Brake | BrakeFile, rope_stiffness: float | None = None) ->
     Raises QuantityError for laws that the kernel lacks: sheets that fan out, a speed law, a
     hyperelastic enclosure.
     """
-    brake = brake_of(brake)
+    brake = check_exportable(brake)
     share = 1.0 if brake.vacuum_share is None else brake.vacuum_share
-    face, face_contact, reach = face_of(brake)
+    face, face_contact, reach = face_constants(brake)
     stiffness = float(working_stiffness(brake))
     if rope_stiffness is not None:
         if not rope_stiffness > 0:

@@ -14,7 +14,7 @@ from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.columns import split_unit
 from layerjam.measure.readers.unit_words import convert
 from layerjam.measure.sidecar import Facts, read_facts
-from layerjam.toml_files.table_text import plain_cell
+from layerjam.toml_files.table_text import restore_cell
 from layerjam.toml_files.toml import read_text
 from layerjam.toml_files.values import entries
 from layerjam.units import FlagSpec, QuantitySpec, show
@@ -88,7 +88,7 @@ def parse_list(text: str, path: str | Path) -> dict[str, dict[str, Any]]:
     mark = max(",;\t", key=text.partition("\n")[0].count)
     rows = [(n, row) for n, row in enumerate(csv.reader(io.StringIO(text), delimiter=mark), 1)]
     rows = [
-        (n, [plain_cell(cell.strip()) for cell in row])
+        (n, [restore_cell(cell.strip()) for cell in row])
         for n, row in rows
         if any(map(str.strip, row))
     ]

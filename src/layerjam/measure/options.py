@@ -154,8 +154,8 @@ def read_options_of(path: str | Path) -> ReadingOptions:
 def _read_options(place: Path) -> ReadingOptions:
     text = read_text_or_empty(place)
     reader = Reader(text, place, _FIELDS)
-    reader.take({k: v for k, v in parse_toml(text, place).items() if k == READ})
-    options = reader.record(ReadingOptions, f"{READ}.")
+    reader.read_all({k: v for k, v in parse_toml(text, place).items() if k == READ})
+    options = reader.build_record(ReadingOptions, f"{READ}.")
     with reader.locate_errors(READ):
         options.entries(ROLES)
     return options

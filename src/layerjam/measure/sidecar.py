@@ -10,7 +10,7 @@ from layerjam.simulate.quantities import AREA, CROSSHEAD_SPEED, NORMAL_FORCE, SE
 from layerjam.toml_files.reader import Reader
 from layerjam.toml_files.toml import parse_toml, read_text
 from layerjam.toml_files.values import TextSpec, entries, value
-from layerjam.toml_files.writer import plain
+from layerjam.toml_files.writer import plain_lines
 from layerjam.units import FlagSpec, build, like, quantity
 
 SIDECAR_ENDING = ".toml"
@@ -127,7 +127,7 @@ def _read_place(place: Path) -> dict[str, Any]:
 def parse_facts(text: str, place: str | Path) -> dict[str, Any]:
     """Return {key: SI value} from a sidecar's text; a FileError names the file and the line."""
     reader = Reader(text, place, _FIELDS, words={})
-    reader.take({k: v for k, v in parse_toml(text, place).items() if k != READ})
+    reader.read_all({k: v for k, v in parse_toml(text, place).items() if k != READ})
     return reader.values
 
 
@@ -143,7 +143,7 @@ def read_text_or_empty(place: Path) -> str:
 def facts_text(facts: Facts) -> str:
     """Return the TOML text of a sidecar, from which `read_facts` returns the same metadata."""
     lines = ["# Metadata that the data file next to this one does not contain."]
-    return "\n".join([*lines, *plain(_FIELDS, vars(facts)), ""])
+    return "\n".join([*lines, *plain_lines(_FIELDS, vars(facts)), ""])
 
 
 def write_facts(path: str | Path, facts: Facts, overwrite: bool = False) -> Path:

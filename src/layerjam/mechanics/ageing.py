@@ -12,10 +12,10 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.friction import holding_force
-from layerjam.mechanics.law import law, within
+from layerjam.mechanics.law import keep_if, law
 
 
-def _aged(hold: Any, brake: Brake) -> Any:
+def _grow_static_friction(hold: Any, brake: Brake) -> Any:
     film = brake.film
     if film.ageing is None or film.static_hold is None:
         return film.static + jnp.zeros(jnp.shape(hold))
@@ -32,7 +32,7 @@ def aged_static(hold: Any, brake: Brake) -> Any:
 
     It is mu_s at every hold if the brake does not state its ageing. NaN for a negative hold.
     """
-    return within(hold >= 0, _aged(hold, brake))
+    return keep_if(hold >= 0, _grow_static_friction(hold, brake))
 
 
 @law
@@ -42,5 +42,5 @@ def aged_holding_force(hold: Any, vacuum: Any, brake: Brake) -> Any:
     This is `holding_force` with the grown static friction. Sheets without spacers amplify it more,
     since their factor grows with friction. NaN for a negative hold or vacuum.
     """
-    aged_brake = replace(brake, film=replace(brake.film, static=_aged(hold, brake)))
-    return within(hold >= 0, holding_force(vacuum, aged_brake))
+    aged_brake = replace(brake, film=replace(brake.film, static=_grow_static_friction(hold, brake)))
+    return keep_if(hold >= 0, holding_force(vacuum, aged_brake))

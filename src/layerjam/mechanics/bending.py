@@ -22,11 +22,11 @@ from typing import Any
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.fan import flat
+from layerjam.mechanics.fan import remove_fan
 from layerjam.mechanics.friction import friction_per_contact
-from layerjam.mechanics.law import law, within
+from layerjam.mechanics.law import keep_if, law
 from layerjam.mechanics.roots import implicit_root
-from layerjam.mechanics.stiffness import sheet_section, sides
+from layerjam.mechanics.stiffness import count_sides, sheet_section
 
 
 def _one_sheet(brake: Brake) -> Any:
@@ -36,7 +36,7 @@ def _one_sheet(brake: Brake) -> Any:
 
 def _shear_flow(vacuum: Any, brake: Brake) -> Any:
     """Return the shear flow q [N/m], the friction of one interface per metre."""
-    return friction_per_contact(vacuum, flat(brake)) / (brake.sheets.count - 1)
+    return friction_per_contact(vacuum, remove_fan(brake)) / (brake.sheets.count - 1)
 
 
 @law
@@ -70,7 +70,7 @@ def bending_stiffness_jammed(brake: Brake) -> Any:
 # a transverse force: Narang, Vlassak and Howe
 
 
-def _first_slip(flow: Any, brake: Brake) -> Any:
+def _curvature_at_first_slip(flow: Any, brake: Brake) -> Any:
     """Return the curvature per distance from the force [1/m^2] at which the first interfaces slip.
 
     It is 8 q/(E W t^2 n^2) for even n, with one interface in the middle. For odd n the two
@@ -90,7 +90,7 @@ def _shear_force(bend: Any, flow: Any, brake: Brake) -> Any:
     V = E I (n + 2 m (m^2 - 1)) g + q t (n - m), where m (m + 1) just exceeds 2 q/(E W t^2 g).
     """
     count, t, sheet = brake.sheets.count, brake.sheets.thickness, _one_sheet(brake)
-    sticks = bend <= _first_slip(flow, brake)
+    sticks = bend <= _curvature_at_first_slip(flow, brake)
     safe = jnp.where(sticks | (bend <= 0), 1.0, bend)
     share = flow / (brake.film.modulus * sheet_section(brake) * t * safe)
     block = jnp.maximum(jnp.ceil((jnp.sqrt(1 + 8 * share) - 1) / 2), 1.0)
@@ -105,8 +105,8 @@ def shear_at_first_slip(vacuum: Any, brake: Brake) -> Any:
     It is (2/3) a mu_k P W n t, divided by 1 - 1/n^2 for odd n: the parabolic shear stress in a beam
     reaches the friction in the middle. The enclosure bends with the sheets and carries its share.
     """
-    bend = _first_slip(_shear_flow(vacuum, brake), brake)
-    return within(vacuum >= 0, bend * bending_stiffness_jammed(brake))
+    bend = _curvature_at_first_slip(_shear_flow(vacuum, brake), brake)
+    return keep_if(vacuum >= 0, bend * bending_stiffness_jammed(brake))
 
 
 @law
@@ -117,11 +117,11 @@ def shear_at_full_slip(vacuum: Any, brake: Brake) -> Any:
     """
     flow = _shear_flow(vacuum, brake)
     outermost = flow / (brake.film.modulus * sheet_section(brake) * brake.sheets.thickness)
-    bend = jnp.maximum(outermost, _first_slip(flow, brake))
+    bend = jnp.maximum(outermost, _curvature_at_first_slip(flow, brake))
     force = _shear_force(bend * (1 + 1e-15), flow, brake) + bend * enclosure_bending_stiffness(
         brake
     )
-    return within(vacuum >= 0, force)
+    return keep_if(vacuum >= 0, force)
 
 
 @law
@@ -135,7 +135,7 @@ def cantilever_force(deflection: Any, length: Any, vacuum: Any, brake: Brake) ->
     bend = 3 * deflection / length**3
     force = _shear_force(bend, _shear_flow(vacuum, brake), brake)
     fine = (deflection >= 0) & (length > 0) & (vacuum >= 0)
-    return within(fine, force + bend * enclosure_bending_stiffness(brake))
+    return keep_if(fine, force + bend * enclosure_bending_stiffness(brake))
 
 
 @law
@@ -151,13 +151,13 @@ def cantilever_deflection(force: Any, length: Any, vacuum: Any, brake: Brake) ->
     load = jnp.where(fine, force, 0.0) + jnp.zeros(jnp.shape(length * vacuum))
     # the Newton step stays within the straight piece
     root = implicit_root(excess, load * rigid * (1 - 1e-12), load * soft * (1 + 1e-12))
-    return within(fine, root)
+    return keep_if(fine, root)
 
 
 # caps that rotate
 
 
-def _spread(count: Any, pitch: Any, brake: Brake) -> Any:
+def _stack_bending(count: Any, pitch: Any, brake: Brake) -> Any:
     """Return E I [N m^2] of sheets at a pitch [m] that each bend about their own middle."""
     axial = brake.film.modulus * sheet_section(brake) * pitch**2 * count * (count**2 - 1) / 12
     return axial + count * _one_sheet(brake)
@@ -179,9 +179,9 @@ def _fan_stiffness(count: Any, brake: Brake) -> tuple[Any, Any]:
     return stiffness, 9 * axial / (14 * axial + 6 * bending)
 
 
-def _side(count: Any, brake: Brake) -> Any:
+def _free_length_stiffness(count: Any, brake: Brake) -> Any:
     """Return E I [N m^2] of a jammed brake's free length, without that of the enclosure."""
-    spread = _spread(count, 2 * brake.sheets.thickness, brake)
+    spread = _stack_bending(count, 2 * brake.sheets.thickness, brake)
     if brake.mount.spacers is None:
         return spread
     fan = _fan_stiffness(count, brake)[0] - enclosure_bending_stiffness(brake)
@@ -197,26 +197,26 @@ def _lever(slip: Any, brake: Brake) -> Any:
     if brake.mount.spacers is None:
         return 1.0
     tube, sheet = enclosure_bending_stiffness(brake), _one_sheet(brake)
-    (left, right), (a, b, c) = sides(brake), _lengths(slip, brake)
+    (left, right), (a, b, c) = count_sides(brake), _part_lengths(slip, brake)
     middle = brake.sheets.count * sheet + tube
     parts = a / (left * sheet + tube), b / middle, c / (right * sheet + tube)
     fan = (0.75 * (parts[0] + parts[2]) + parts[1]) / (parts[0] + parts[1] + parts[2])
     return jnp.where(jnp.asarray(brake.mount.spacers) > 0, 1.0, fan)
 
 
-def _lengths(slip: Any, brake: Brake) -> tuple[Any, Any, Any]:
+def _part_lengths(slip: Any, brake: Brake) -> tuple[Any, Any, Any]:
     """Return the left free length, the overlap and the right free length [m] at a slip [m]."""
     sheets = brake.sheets
     return sheets.free_left + slip, sheets.overlap - slip, sheets.free_right + slip
 
 
-def _in_series(slip: Any, stiffness: tuple[Any, Any, Any], brake: Brake) -> Any:
+def _join_parts(slip: Any, stiffness: tuple[Any, Any, Any], brake: Brake) -> Any:
     tube = enclosure_bending_stiffness(brake)
-    parts = zip(_lengths(slip, brake), stiffness, strict=True)
+    parts = zip(_part_lengths(slip, brake), stiffness, strict=True)
     return 1 / sum(length / (stiff + tube) for length, stiff in parts)
 
 
-def _fine(slip: Any, brake: Brake) -> Any:
+def _is_valid(slip: Any, brake: Brake) -> Any:
     return (slip >= 0) & (slip < brake.sheets.overlap)
 
 
@@ -226,10 +226,10 @@ def turning_stiffness_free(slip: Any, brake: Brake) -> Any:
 
     Left free sheets, overlap and right free sheets are in series; each sheet bends separately.
     """
-    left, right = sides(brake)
+    left, right = count_sides(brake)
     sheet = _one_sheet(brake)
-    stiffness = _in_series(slip, (left * sheet, brake.sheets.count * sheet, right * sheet), brake)
-    return within(_fine(slip, brake), stiffness)
+    stiffness = _join_parts(slip, (left * sheet, brake.sheets.count * sheet, right * sheet), brake)
+    return keep_if(_is_valid(slip, brake), stiffness)
 
 
 @law
@@ -240,10 +240,10 @@ def turning_stiffness_jammed(slip: Any, brake: Brake) -> Any:
     sheets stretch and inner ones shorten. In the overlap all sheets bend as one beam. Without
     spacers the sheets fan out towards the overlap, and the free lengths are several times softer.
     """
-    left, right = sides(brake)
+    left, right = count_sides(brake)
     overlap = brake.sheets.count**3 * _one_sheet(brake)
-    parts = (_side(left, brake), overlap, _side(right, brake))
-    return within(_fine(slip, brake), _in_series(slip, parts, brake))
+    parts = (_free_length_stiffness(left, brake), overlap, _free_length_stiffness(right, brake))
+    return keep_if(_is_valid(slip, brake), _join_parts(slip, parts, brake))
 
 
 @law
@@ -254,9 +254,9 @@ def slip_moment(slip: Any, vacuum: Any, brake: Brake) -> Any:
     distance from the middle times the angle; without spacers, by 3/4 of that, with the angle taken
     over the free lengths. Zero for a brake that slides along its pull.
     """
-    force = friction_per_contact(vacuum, flat(brake)) * (brake.sheets.overlap - slip)
+    force = friction_per_contact(vacuum, remove_fan(brake)) * (brake.sheets.overlap - slip)
     moment = force * (brake.sheets.count - 1) * brake.sheets.thickness / 4 * _lever(slip, brake)
-    return within(_fine(slip, brake) & (vacuum >= 0), moment)
+    return keep_if(_is_valid(slip, brake) & (vacuum >= 0), moment)
 
 
 @law
@@ -269,11 +269,11 @@ def buckling_moment(slip: Any, brake: Brake) -> Any:
     """
     t, sheet = brake.sheets.thickness, _one_sheet(brake)
     stretch = brake.film.modulus * sheet_section(brake)
-    lengths = _lengths(slip, brake)
+    lengths = _part_lengths(slip, brake)
 
-    def least_of(count: Any, length: Any) -> Any:
+    def lowest_moment(count: Any, length: Any) -> Any:
         edge = (count - 1) * t
-        strain = edge / (_spread(count, 2 * t, brake) + enclosure_bending_stiffness(brake))
+        strain = edge / (_stack_bending(count, 2 * t, brake) + enclosure_bending_stiffness(brake))
         if brake.mount.spacers is not None:
             couple = _fan_stiffness(count, brake)[1] * 6 / (stretch * t * count * (count + 1))
             strain = jnp.where(jnp.asarray(brake.mount.spacers) > 0, strain, couple)
@@ -281,9 +281,9 @@ def buckling_moment(slip: Any, brake: Brake) -> Any:
         moment = 4 * jnp.pi**2 * sheet / length**2 / jnp.where(is_single, 1.0, strain * stretch)
         return jnp.where(is_single, jnp.inf, moment)
 
-    left, right = sides(brake)
-    least = jnp.minimum(least_of(left, lengths[0]), least_of(right, lengths[2]))
-    return within(_fine(slip, brake), least)
+    left, right = count_sides(brake)
+    least = jnp.minimum(lowest_moment(left, lengths[0]), lowest_moment(right, lengths[2]))
+    return keep_if(_is_valid(slip, brake), least)
 
 
 @law
@@ -300,13 +300,13 @@ def turning_moment(angle: Any, slip: Any, vacuum: Any, brake: Brake) -> Any:
     """
     free = turning_stiffness_free(slip, brake)
     friction = slip_moment(slip, vacuum, brake)
-    left, overlap, right = _lengths(slip, brake)
+    left, overlap, right = _part_lengths(slip, brake)
     bend = overlap / (4 * (left + right + overlap / 2))
     jams = friction > 0
     extra = turning_stiffness_jammed(slip, brake) - free
     start = 1.5 * extra * angle / jnp.where(jams, friction, 1.0)
     share = jnp.where(jams, _lap_joints(start, bend), 0.0)
-    return within((angle >= 0) & (vacuum >= 0), free * angle + friction * share)
+    return keep_if((angle >= 0) & (vacuum >= 0), free * angle + friction * share)
 
 
 def _lap_joints(stretch: Any, bend: Any) -> Any:

@@ -31,7 +31,7 @@ def keep_compiled_code() -> bool:
 
     if jax.config.jax_compilation_cache_dir is not None:
         return False
-    folder = user_cache("compiled")
+    folder = find_user_cache("compiled")
     if folder is None:
         return False
     jax.config.update("jax_compilation_cache_dir", str(folder))
@@ -65,7 +65,7 @@ def _announce_loops() -> None:
     class Announcer(event.Listener):  # type: ignore[misc]
         def on_start(self, event: Any) -> None:
             if event.data["dispatcher"]._cache.cache_path is not None and keep_compiled_code():
-                announce()
+                announce_compilation()
 
         def on_end(self, event: Any) -> None:
             pass
@@ -73,7 +73,7 @@ def _announce_loops() -> None:
     event.register("numba:compile", Announcer())  # type: ignore[no-untyped-call]
 
 
-def stamp_of(files: Iterable[Path]) -> str:
+def hash_files(files: Iterable[Path]) -> str:
     """Return a hash that changes with the files.
 
     Numba's cache notices changes only in the compiled file. A loop that refers to the stamp of all
@@ -82,7 +82,7 @@ def stamp_of(files: Iterable[Path]) -> str:
     return hashlib.sha256(b"".join(file.read_bytes() for file in sorted(files))).hexdigest()
 
 
-def user_cache(name: str) -> Path | None:
+def find_user_cache(name: str) -> Path | None:
     """Return a folder in the user's cache, else in the temporary folder, else None.
 
     The folder belongs to the user, so nobody else can replace the code in it.
@@ -104,7 +104,7 @@ def user_cache(name: str) -> Path | None:
 
 
 @functools.cache
-def announce() -> None:
+def announce_compilation() -> None:
     """Print once per process that a first call compiles."""
     print("layerjam: compiling, once per machine", file=sys.stderr, flush=True)
 
@@ -120,4 +120,4 @@ class _Stopwatch:
         if event in (COMPILED, LOADED):
             self.seconds += duration_secs if event == COMPILED else -duration_secs
             if self.seconds > LONG:
-                announce()
+                announce_compilation()

@@ -10,8 +10,8 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
-from layerjam.mechanics.hyperelastic import at_slip
-from layerjam.mechanics.law import fuse, law, safe_sqrt, within
+from layerjam.mechanics.hyperelastic import load_to_slip
+from layerjam.mechanics.law import fuse, keep_if, law, safe_sqrt
 
 
 class EnclosureLaw(NamedTuple):
@@ -29,25 +29,25 @@ class EnclosureLaw(NamedTuple):
     """x* = q l^2/EA [m], the slip at which the whole face moves."""
 
 
-def enclosure_at(vacuum: Any, brake: Brake) -> EnclosureLaw:
+def enclosure_law(vacuum: Any, brake: Brake) -> EnclosureLaw:
     """Return the enclosure's constants at a vacuum [Pa]; QuantityError for a hyperelastic one."""
-    stiffness, contact, reach = face_of(brake)
-    return enclosure_of(stiffness, contact * vacuum, reach)
+    stiffness, contact, reach = face_constants(brake)
+    return make_enclosure(stiffness, contact * vacuum, reach)
 
 
-def face_of(brake: Brake) -> tuple[Any, Any, Any]:
+def face_constants(brake: Brake) -> tuple[Any, Any, Any]:
     """Return EA [N], friction per unit of vacuum and length mu_e W [m], half the free length l [m].
 
     Raises QuantityError for a hyperelastic enclosure.
     """
-    one_modulus(brake)
+    check_modulus(brake)
     sheets = brake.sheets
     stiffness = brake.enclosure.modulus * sheets.width * brake.enclosure.wall
     reach = (sheets.free_left + sheets.overlap + sheets.free_right) / 2
     return stiffness, brake.film.friction_on_silicone * sheets.width, reach
 
 
-def one_modulus(brake: Brake) -> None:
+def check_modulus(brake: Brake) -> None:
     """Raise QuantityError for a brake whose enclosure is hyperelastic."""
     if brake.hyperelastic is not None:
         raise QuantityError.of(
@@ -58,7 +58,7 @@ def one_modulus(brake: Brake) -> None:
         )
 
 
-def enclosure_of(stiffness: Any, friction: Any, reach: Any) -> EnclosureLaw:
+def make_enclosure(stiffness: Any, friction: Any, reach: Any) -> EnclosureLaw:
     """Return an enclosure with EA [N], friction q [N/m] and half its free length l [m]."""
     root = 2 * safe_sqrt(stiffness * friction)
     return EnclosureLaw(stiffness, friction, reach, root, friction * reach**2 / stiffness)
@@ -126,16 +126,16 @@ def inverse_backbone(force: Any, enclosure: EnclosureLaw) -> Any:
 def first_loading(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Return the first-loading force [N] of both faces at a slip [m] and vacuum [Pa]; any law."""
     if brake.hyperelastic is None:
-        return backbone(slip, enclosure_at(vacuum, brake))
-    return at_slip(slip, vacuum, brake)[1].force
+        return backbone(slip, enclosure_law(vacuum, brake))
+    return load_to_slip(slip, vacuum, brake)[1].force
 
 
 def first_loading_energy(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any]:
     """Return work and heat [J] of both faces in first loading to a slip [m], by any law."""
     if brake.hyperelastic is None:
-        enclosure = enclosure_at(vacuum, brake)
+        enclosure = enclosure_law(vacuum, brake)
         return backbone_work(slip, enclosure), backbone_dissipated(slip, enclosure)
-    loading = at_slip(slip, vacuum, brake)[1]
+    loading = load_to_slip(slip, vacuum, brake)[1]
     return loading.stored + loading.heat, loading.heat
 
 
@@ -147,13 +147,13 @@ def enclosure_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
     Its slope at zero slip is infinite; the gradient there is taken as zero. NaN for a negative slip
     or vacuum. With `[hyperelastic]` that law applies; NaN beyond the fitted strain.
     """
-    return within((slip >= 0) & (vacuum >= 0), first_loading(slip, vacuum, brake))
+    return keep_if((slip >= 0) & (vacuum >= 0), first_loading(slip, vacuum, brake))
 
 
 @law
 def saturation_slip(vacuum: Any, brake: Brake) -> Any:
     """Return the slip [m] above which the whole enclosure moves at a vacuum [Pa]."""
-    return within(vacuum >= 0, enclosure_at(vacuum, brake).saturation)
+    return keep_if(vacuum >= 0, enclosure_law(vacuum, brake).saturation)
 
 
 @law
@@ -164,6 +164,6 @@ def enclosure_stretch(slip: Any, vacuum: Any, brake: Brake) -> Any:
     outside its range.
     """
     if brake.hyperelastic is not None:
-        return within((slip >= 0) & (vacuum >= 0), at_slip(slip, vacuum, brake)[0])
-    enclosure = enclosure_at(vacuum, brake)
-    return within((slip >= 0) & (vacuum >= 0), backbone(slip, enclosure) / 2 / enclosure.stiffness)
+        return keep_if((slip >= 0) & (vacuum >= 0), load_to_slip(slip, vacuum, brake)[0])
+    enclosure = enclosure_law(vacuum, brake)
+    return keep_if((slip >= 0) & (vacuum >= 0), backbone(slip, enclosure) / 2 / enclosure.stiffness)

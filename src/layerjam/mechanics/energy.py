@@ -6,30 +6,30 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import first_loading_energy
-from layerjam.mechanics.fan import work_of
-from layerjam.mechanics.friction import sheets_at
-from layerjam.mechanics.law import law, within
+from layerjam.mechanics.fan import fan_work
+from layerjam.mechanics.friction import sheet_law
+from layerjam.mechanics.law import keep_if, law
 from layerjam.mechanics.pull import slip_at_elongation
 from layerjam.mechanics.stiffness import working_stiffness
 
 
 def sheet_work(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Return the work of the sheets' friction over a slip [J], all of which is heat."""
-    return work_of(jnp.zeros_like(slip), slip, sheets_at(vacuum, brake))
+    return fan_work(jnp.zeros_like(slip), slip, sheet_law(vacuum, brake))
 
 
 @law
 def slip_work(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Return E(d, P) [J], the external work to slip the brake by d [m] at P [Pa] (eq. 10)."""
     work = sheet_work(slip, vacuum, brake) + first_loading_energy(slip, vacuum, brake)[0]
-    return within((slip >= 0) & (vacuum >= 0), work)
+    return keep_if((slip >= 0) & (vacuum >= 0), work)
 
 
 @law
 def slip_heat(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Return the part of `slip_work` that becomes heat [J]; the enclosure stores the rest."""
     heat = sheet_work(slip, vacuum, brake) + first_loading_energy(slip, vacuum, brake)[1]
-    return within((slip >= 0) & (vacuum >= 0), heat)
+    return keep_if((slip >= 0) & (vacuum >= 0), heat)
 
 
 @law

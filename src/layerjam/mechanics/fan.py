@@ -18,7 +18,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
-from layerjam.mechanics.law import law, within
+from layerjam.mechanics.law import keep_if, law
 
 STEEPEST = 1.0
 """Slope of the outermost sheet, n t/(4 L), above which the angles are not small."""
@@ -49,7 +49,7 @@ class Sheets(NamedTuple):
     """None if the brake does not state whether it has spacers."""
 
 
-def fan_of(brake: Brake, factor: Any = 1.0) -> Fan | None:
+def make_fan(brake: Brake, factor: Any = 1.0) -> Fan | None:
     """Return the fan of a brake, None if its spacers are unknown; `factor` is (P/P_test)^m."""
     sheets, mount = brake.sheets, brake.mount
     if mount.spacers is None:
@@ -62,12 +62,12 @@ def fan_of(brake: Brake, factor: Any = 1.0) -> Fan | None:
     return Fan(strength, sheets.free_left, sheets.free_right, reference)
 
 
-def exponent_of(slip: Any, fan: Fan) -> Any:
+def fan_exponent(slip: Any, fan: Fan) -> Any:
     """Return alpha [-] at a slip [m], which lengthens both free lengths."""
     return fan.strength * (1 / (fan.left + slip) + 1 / (fan.right + slip))
 
 
-def mean_of(alpha: Any) -> Any:
+def fan_mean(alpha: Any) -> Any:
     """Return sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha)): the mean of exp(alpha (1 - s^2))."""
     small = alpha < 0.5
     series = jnp.ones_like(alpha)
@@ -80,15 +80,15 @@ def mean_of(alpha: Any) -> Any:
     )
 
 
-def ratio_of(slip: Any, fan: Fan) -> Any:
+def fan_factor(slip: Any, fan: Fan) -> Any:
     """Return the factor at a slip [m] relative to that already in the scale factor."""
-    return mean_of(jnp.asarray(exponent_of(slip, fan), jnp.float64)) / fan.reference
+    return fan_mean(jnp.asarray(fan_exponent(slip, fan), jnp.float64)) / fan.reference
 
 
-def force_of(slip: Any, sheets: Any) -> Any:
+def fan_force(slip: Any, sheets: Any) -> Any:
     """Return the friction [N] at a slip [m] of `Sheets`, or any object with c, overlap and fan."""
     plain = sheets.c * jnp.maximum(sheets.overlap - slip, 0.0)
-    return plain if sheets.fan is None else plain * ratio_of(slip, sheets.fan)
+    return plain if sheets.fan is None else plain * fan_factor(slip, sheets.fan)
 
 
 def scale_friction(sheets: Any, factor: Any) -> Any:
@@ -103,31 +103,31 @@ def scale_friction(sheets: Any, factor: Any) -> Any:
     return sheets._replace(c=sheets.c * factor, fan=fan)
 
 
-def rise_with_friction(slip: Any, sheets: Any) -> Any:
+def log_slope(slip: Any, sheets: Any) -> Any:
     """Return the slope of friction versus the logarithm of its coefficient [N]."""
-    force = force_of(slip, sheets)
+    force = fan_force(slip, sheets)
     if sheets.fan is None:
         return force
-    alpha = jnp.asarray(exponent_of(slip, sheets.fan), jnp.float64)
-    return force * (1 + alpha * _slope_of(alpha) / mean_of(alpha))
+    alpha = jnp.asarray(fan_exponent(slip, sheets.fan), jnp.float64)
+    return force * (1 + alpha * _fan_mean_slope(alpha) / fan_mean(alpha))
 
 
-def tangent(slip: Any, sheets: Any) -> Any:
+def fan_tangent(slip: Any, sheets: Any) -> Any:
     """Return the sheets without a fan whose friction is tangent to this one at a slip [m]."""
     if sheets.fan is None:
         return sheets
     slip = jnp.clip(slip, 0.0, sheets.overlap)
     fan, left = sheets.fan, sheets.overlap - slip
-    alpha = jnp.asarray(exponent_of(slip, fan), jnp.float64)
-    ratio = mean_of(alpha) / fan.reference
-    slope = _slope_of(alpha) / fan.reference
+    alpha = jnp.asarray(fan_exponent(slip, fan), jnp.float64)
+    ratio = fan_mean(alpha) / fan.reference
+    slope = _fan_mean_slope(alpha) / fan.reference
     shrink = fan.strength * (1 / (fan.left + slip) ** 2 + 1 / (fan.right + slip) ** 2)
     steep = ratio + left * slope * shrink
     reach = slip + left * ratio / steep
     return sheets._replace(c=sheets.c * steep, overlap=reach, fan=None)
 
 
-def _slope_of(alpha: Any) -> Any:
+def _fan_mean_slope(alpha: Any) -> Any:
     """Return d mean_of/d alpha: (1 - M + 2 alpha M)/(2 alpha), 2/3 at 0."""
     small = alpha < 0.5
     low = jnp.where(small, alpha, 0.0)
@@ -136,16 +136,16 @@ def _slope_of(alpha: Any) -> Any:
         series = series + k * term / (k + 0.5)
         term = term * low / (k + 0.5)
     large = jnp.where(small, 1.0, alpha)
-    mean = mean_of(large)
+    mean = fan_mean(large)
     return jnp.where(small, series, mean + (1 - mean) / (2 * large))
 
 
-def work_of(start: Any, end: Any, sheets: Any) -> Any:
+def fan_work(start: Any, end: Any, sheets: Any) -> Any:
     """Return the work of friction [J] between two slips [m]; the overlap may end in between."""
     start, end = jnp.minimum(start, sheets.overlap), jnp.minimum(end, sheets.overlap)
     if sheets.fan is None:
         return sheets.c * (end - start) * (sheets.overlap - (start + end) / 2)
-    return _integrate(lambda slip: force_of(slip, sheets), start, end, sheets.fan)
+    return _integrate(lambda slip: fan_force(slip, sheets), start, end, sheets.fan)
 
 
 def growing_work(start: Any, end: Any, sheets: Any, c: Any) -> Any:
@@ -160,7 +160,7 @@ def growing_work(start: Any, end: Any, sheets: Any, c: Any) -> Any:
 
     def force(slip: Any) -> Any:
         friction = c + (sheets.c - c) * (slip - start) / part
-        return force_of(slip, sheets._replace(c=friction))
+        return fan_force(slip, sheets._replace(c=friction))
 
     return _integrate(force, start, end, sheets.fan)
 
@@ -176,7 +176,7 @@ def _integrate(force: Callable[[Any], Any], start: Any, end: Any, fan: Fan) -> A
     return (weights * half * place * force(place - least)).sum(axis=0)
 
 
-def along_tangents(solve: Callable[[Any], Any], start: Any, sheets: Any) -> Any:
+def solve_fan(solve: Callable[[Any], Any], start: Any, sheets: Any) -> Any:
     """Return the slip at which `solve` finds an equilibrium, for friction along any curve.
 
     `solve` assumes a linear friction; each step uses the tangent at the result of the previous one.
@@ -186,11 +186,11 @@ def along_tangents(solve: Callable[[Any], Any], start: Any, sheets: Any) -> Any:
         return solve(sheets)
 
     def step(_: int, slip: Any) -> Any:
-        return solve(tangent(slip, sheets)) + jnp.zeros_like(slip)
+        return solve(fan_tangent(slip, sheets)) + jnp.zeros_like(slip)
 
-    first = solve(tangent(start, sheets))
+    first = solve(fan_tangent(start, sheets))
     root = jax.lax.fori_loop(0, _STEPS, step, first)
-    return solve(tangent(jax.lax.stop_gradient(root), sheets))
+    return solve(fan_tangent(jax.lax.stop_gradient(root), sheets))
 
 
 @law
@@ -202,13 +202,13 @@ def amplification(slip: Any, brake: Brake) -> Any:
     for a brake that does not state whether it has spacers, and if a sheet would run to the overlap
     at more than 45 degrees.
     """
-    fan = fan_of(brake)
+    fan = make_fan(brake)
     if fan is None:
         return jnp.full(jnp.shape(slip), jnp.nan)
-    return within((slip >= 0) & is_flat(brake), mean_of(exponent_of(slip, fan)))
+    return keep_if((slip >= 0) & is_flat(brake), fan_mean(fan_exponent(slip, fan)))
 
 
-def straight(brake: Brake, caller: str) -> Brake:
+def require_flat(brake: Brake, caller: str) -> Brake:
     """Return the brake without its fan, for a `caller` that needs friction linear in slip.
 
     With spacers, the fan of a different brake is removed from the scale factor. Raises
@@ -223,10 +223,10 @@ def straight(brake: Brake, caller: str) -> Brake:
             f"{caller} does not support the self-amplified friction of sheets without "
             "spacers; if spacers is true or not stated, friction is computed without it",
         )
-    return flat(brake)
+    return remove_fan(brake)
 
 
-def flat(brake: Brake) -> Brake:
+def remove_fan(brake: Brake) -> Brake:
     """Return the brake with flat sheets: its scale factor without the effect of a fan.
 
     A brake that does not state whether it has spacers is unchanged.
@@ -242,7 +242,7 @@ def flat(brake: Brake) -> Brake:
     return replace(brake, scale_factor=factor, amplification_held=None, mount=plain)
 
 
-def steepness(brake: Brake) -> Any:
+def fan_slope(brake: Brake) -> Any:
     """Return the slope [-] at which the outermost sheet of a fan leaves its cap, n t/(4 L)."""
     sheets = brake.sheets
     least = jnp.minimum(sheets.free_left, sheets.free_right)
@@ -253,13 +253,13 @@ def is_flat(brake: Brake) -> Any:
     """Return whether the sheets are flat, or run to the overlap at no more than 45 degrees."""
     if brake.mount.spacers is None:
         return jnp.asarray(True)
-    return (jnp.asarray(brake.mount.spacers) > 0) | (steepness(brake) <= STEEPEST)
+    return (jnp.asarray(brake.mount.spacers) > 0) | (fan_slope(brake) <= STEEPEST)
 
 
-def concentration(brake: Brake) -> Any:
+def tension_ratio(brake: Brake) -> Any:
     """Return the ratio of the middle sheets' tension to their side's mean [-] at rest."""
-    fan = fan_of(brake)
+    fan = make_fan(brake)
     if fan is None:
         return 1.0
-    alpha = jnp.asarray(exponent_of(0.0, fan), jnp.float64)
-    return jnp.exp(alpha) / mean_of(alpha)
+    alpha = jnp.asarray(fan_exponent(0.0, fan), jnp.float64)
+    return jnp.exp(alpha) / fan_mean(alpha)

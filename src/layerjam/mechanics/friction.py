@@ -7,8 +7,8 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.device.speed_law import SpeedLaw
-from layerjam.mechanics.fan import Sheets, fan_of, force_of, scale_friction
-from layerjam.mechanics.law import law, within
+from layerjam.mechanics.fan import Sheets, fan_force, make_fan, scale_friction
+from layerjam.mechanics.law import keep_if, law
 
 
 def pressure_on_sheets(vacuum: Any, brake: Brake) -> Any:
@@ -40,13 +40,13 @@ def is_proportional(brake: Brake) -> bool:
 
 def friction_factor(vacuum: Any, brake: Brake) -> Any:
     """Return the friction coefficient at a vacuum [Pa] with all effects, relative to the film's."""
-    factor = _friction_over_pressure(vacuum, brake)
+    factor = _pressure_factor(vacuum, brake)
     for effect in brake.effects:
         factor = factor * effect.friction_factor(vacuum, brake)
     return factor
 
 
-def _friction_over_pressure(vacuum: Any, brake: Brake) -> Any:
+def _pressure_factor(vacuum: Any, brake: Brake) -> Any:
     """Return the friction coefficient at a vacuum [Pa], relative to that at the test pressure.
 
     It is (P/P_test)^m with the pressure P on the sheets and a fitted `pressure_exponent` m (ours),
@@ -61,17 +61,17 @@ def _friction_over_pressure(vacuum: Any, brake: Brake) -> Any:
     return (pressure / test) ** brake.pressure_exponent
 
 
-def sheets_at(vacuum: Any, brake: Brake) -> Sheets:
+def sheet_law(vacuum: Any, brake: Brake) -> Sheets:
     """Return the friction law of the sheets at a vacuum [Pa]."""
     c: Any = friction_per_contact(vacuum, brake)
-    fan = fan_of(brake, friction_factor(vacuum, brake))
+    fan = make_fan(brake, friction_factor(vacuum, brake))
     return Sheets(c, brake.sheets.overlap, fan)
 
 
-def static_at(vacuum: Any, brake: Brake) -> Sheets:
+def static_law(vacuum: Any, brake: Brake) -> Sheets:
     """Return the same law with static friction, which the fan amplifies more."""
     sheets: Sheets = scale_friction(
-        sheets_at(vacuum, brake), brake.film.static / brake.film.kinetic
+        sheet_law(vacuum, brake), brake.film.static / brake.film.kinetic
     )
     return sheets
 
@@ -81,12 +81,12 @@ def growth(speed: Any, law: SpeedLaw) -> Any:
     return ((law.rest_speed + speed) / (law.rest_speed + law.test_speed)) ** law.power
 
 
-def growth_of(speed: Any, brake: Brake) -> Any:
+def brake_growth(speed: Any, brake: Brake) -> Any:
     """Return `growth` of a brake; 1 if it has no speed law."""
     return 1.0 if brake.speed_law is None else growth(speed, brake.speed_law)
 
 
-def at_speed(speed: Any, brake: Brake) -> Brake:
+def fix_speed(speed: Any, brake: Brake) -> Brake:
     """Return the brake with the sheets' friction fixed at its value for a speed [m/s]."""
     if brake.speed_law is None:
         return brake
@@ -100,8 +100,8 @@ def sheet_friction(slip: Any, vacuum: Any, brake: Brake) -> Any:
 
     It is zero once the overlap is used up; NaN for a negative slip or vacuum.
     """
-    force = force_of(slip, sheets_at(vacuum, brake))
-    return within((slip >= 0) & (vacuum >= 0), force)
+    force = fan_force(slip, sheet_law(vacuum, brake))
+    return keep_if((slip >= 0) & (vacuum >= 0), force)
 
 
 @law
@@ -110,8 +110,8 @@ def sheet_friction_at(slip: Any, speed: Any, vacuum: Any, brake: Brake) -> Any:
 
     NaN for a negative speed. Without a speed law the speed has no effect.
     """
-    sheets = scale_friction(sheets_at(vacuum, brake), growth_of(jnp.abs(speed), brake))
-    return within((slip >= 0) & (vacuum >= 0) & (speed >= 0), force_of(slip, sheets))
+    sheets = scale_friction(sheet_law(vacuum, brake), brake_growth(jnp.abs(speed), brake))
+    return keep_if((slip >= 0) & (vacuum >= 0) & (speed >= 0), fan_force(slip, sheets))
 
 
 @law
@@ -120,4 +120,7 @@ def holding_force(vacuum: Any, brake: Brake) -> Any:
 
     The scale factor multiplies static and kinetic friction alike (ours).
     """
-    return within(vacuum >= 0, force_of(0.0, static_at(vacuum, brake)))
+    return keep_if(vacuum >= 0, fan_force(0.0, static_law(vacuum, brake)))
+
+
+sheets_at, static_at, growth_of, at_speed = sheet_law, static_law, brake_growth, fix_speed

@@ -13,9 +13,9 @@ from typing import Any
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake, sheet_mass
-from layerjam.mechanics.fan import exponent_of
-from layerjam.mechanics.friction import friction_per_contact, sheets_at
-from layerjam.mechanics.law import law, within
+from layerjam.mechanics.fan import fan_exponent
+from layerjam.mechanics.friction import friction_per_contact, sheet_law
+from layerjam.mechanics.law import keep_if, law
 
 
 def _specific_heat(brake: Brake) -> Any:
@@ -43,7 +43,7 @@ def temperature_rise(heat: Any, brake: Brake) -> Any:
     It solves m c dT = heat. NaN for negative heat, or if the film's specific heat is unknown.
     """
     capacity = rubbing_mass(brake) * _specific_heat(brake)
-    return within(heat >= 0, heat / capacity)
+    return keep_if(heat >= 0, heat / capacity)
 
 
 @law
@@ -53,7 +53,7 @@ def temperature_rise_of_sheets(heat: Any, brake: Brake) -> Any:
     This is the state after the heat has spread along the sheets, before any is lost.
     """
     capacity = brake.sheets.count * sheet_mass(brake) * _specific_heat(brake)
-    return within(heat >= 0, heat / capacity)
+    return keep_if(heat >= 0, heat / capacity)
 
 
 @law
@@ -67,12 +67,12 @@ def local_rise(slip: Any, vacuum: Any, brake: Brake) -> Any:
     sheets = brake.sheets
     # the friction law includes the pressure exponent
     shear = friction_per_contact(vacuum, brake) / ((sheets.count - 1) * sheets.width)
-    fan = sheets_at(vacuum, brake).fan
+    fan = sheet_law(vacuum, brake).fan
     if fan is not None:  # for the middle sheet, at its tension at rest
-        shear = shear * jnp.exp(exponent_of(0.0, fan)) / fan.reference
+        shear = shear * jnp.exp(fan_exponent(0.0, fan)) / fan.reference
     rise = shear * slip / (brake.film.density * _specific_heat(brake) * sheets.thickness)
     fine = (slip >= 0) & (slip <= sheets.overlap) & (vacuum >= 0)
-    return within(fine, rise)
+    return keep_if(fine, rise)
 
 
 @law
@@ -95,4 +95,4 @@ def stops_per_minute(heat: Any, allowed_rise: Any, film_coefficient: Any, brake:
     possible = share < 1
     spacing = -jnp.log1p(-jnp.where(possible, share, 0.5)) / rate
     fine = (heat > 0) & (allowed_rise > 0) & (film_coefficient > 0) & ~jnp.isnan(share)
-    return within(fine, jnp.where(possible, 60 / spacing, 0.0))
+    return keep_if(fine, jnp.where(possible, 60 / spacing, 0.0))

@@ -91,7 +91,7 @@ class FirstLoading(NamedTuple):
         return self.stored + self.heat
 
 
-def strip_at(vacuum: Any, brake: Brake) -> Strip:
+def make_strip(vacuum: Any, brake: Brake) -> Strip:
     """Return half a face at a vacuum [Pa]; QuantityError for a brake with a single modulus."""
     if brake.hyperelastic is None:
         raise QuantityError.of(
@@ -109,7 +109,7 @@ def rubber_slope(strain: Any, rubber: Hyperelastic) -> Any:
     return jax.jvp(lambda e: rubber_stress(e, rubber), (strain,), (jnp.ones_like(strain),))[1]
 
 
-def _middle(end: Any, strip: Strip) -> tuple[Any, Any]:
+def _solve_middle(end: Any, strip: Strip) -> tuple[Any, Any]:
     """Return the strain in the middle of a face, and the moving length [m], at an end strain."""
     pull = rubber_stress(end, strip.rubber)
     left = pull - strip.friction * strip.reach / strip.section
@@ -128,10 +128,10 @@ def saturation_strain(strip: Strip) -> Any:
     return rising_zero(lambda e: rubber_stress(e, rubber) - full, jnp.zeros_like(full), top)
 
 
-def loading_at(end: Any, strip: Strip) -> FirstLoading:
+def load_strip(end: Any, strip: Strip) -> FirstLoading:
     """Return the enclosure once the strain at the ends of its faces is `end`, any shape."""
     end = end + 0.0 * strip.friction
-    middle, length = _middle(end, strip)
+    middle, length = _solve_middle(end, strip)
     axis = (...,) + (None,) * jnp.ndim(end)
     strain = middle + (end - middle) * jnp.asarray(_NODES)[axis]
     weight = rubber_slope(strain, strip.rubber) * jnp.asarray(_WEIGHTS)[axis]
@@ -170,24 +170,24 @@ def end_strain(drive: Any, spring: Any, with_force: float, strip: Strip) -> Any:
     constants = jax.lax.stop_gradient((drive, spring, strip))
     top = jnp.zeros_like(drive) + constants[2].rubber.strain
     guess = rising_zero(
-        lambda e: resists(loading_at(e, constants[2]), constants[1]) - constants[0],
+        lambda e: resists(load_strip(e, constants[2]), constants[1]) - constants[0],
         jnp.zeros_like(drive),
         top,
     )
-    point = loading_at(guess, strip)
+    point = load_strip(guess, strip)
     slope = jax.lax.stop_gradient(spring * point.slip_slope + with_force * point.force_slope)
     strain = guess + (drive - resists(point, spring)) / slope
     # a bisection that never moved down from the top has found no root
     return jnp.where(moves, jnp.where(guess < top, strain, jnp.nan), 0.0)
 
 
-def at_slip(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, FirstLoading]:
+def load_to_slip(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, FirstLoading]:
     """Return end strain and enclosure at a slip [m] and a vacuum [Pa], which broadcast."""
     slip, vacuum = jnp.broadcast_arrays(slip, vacuum)
-    strip = strip_at(vacuum, brake)
+    strip = make_strip(vacuum, brake)
     moves = slip > 0
     end = end_strain(jnp.where(moves, slip, 1e-9), 1.0, 0.0, strip)
-    point = loading_at(end, strip)
+    point = load_strip(end, strip)
     point = jax.tree.map(lambda part: jnp.where(moves, part, 0.0), point)
     return jnp.where(moves, end, 0.0), point
 
@@ -195,14 +195,14 @@ def at_slip(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, FirstLoading]:
 def slip_under(drive: Any, spring: Any, vacuum: Any, brake: Brake) -> Any:
     """Return x >= 0 [m] with spring x + F_e(x) = drive [N]: `pull.rising_root` for this law."""
     drive, spring, vacuum = jnp.broadcast_arrays(drive, spring, vacuum)
-    strip = strip_at(vacuum, brake)
+    strip = make_strip(vacuum, brake)
     moves = drive > 0
     end = end_strain(jnp.where(moves, drive, 1e-9), spring, 1.0, strip)
-    return jnp.where(moves, loading_at(end, strip).slip, 0.0)
+    return jnp.where(moves, load_strip(end, strip).slip, 0.0)
 
 
 @law
-def greatest_slip(vacuum: Any, brake: Brake) -> Any:
+def largest_slip(vacuum: Any, brake: Brake) -> Any:
     """Return the slip [m] at which the ends reach the largest fitted strain."""
-    strip = strip_at(vacuum, brake)
-    return loading_at(strip.rubber.strain + 0.0 * vacuum, strip).slip
+    strip = make_strip(vacuum, brake)
+    return load_strip(strip.rubber.strain + 0.0 * vacuum, strip).slip

@@ -13,17 +13,17 @@ import jax.numpy as jnp
 from layerjam.device.brake import Brake
 from layerjam.device.speed_law import SpeedLaw
 from layerjam.mechanics.cycle import Cycle
-from layerjam.mechanics.enclosure import EnclosureLaw, enclosure_at, one_modulus
-from layerjam.mechanics.fan import Fan, along_tangents, force_of, scale_friction, tangent, work_of
-from layerjam.mechanics.friction import growth_of, sheets_at
+from layerjam.mechanics.enclosure import EnclosureLaw, check_modulus, enclosure_law
+from layerjam.mechanics.fan import Fan, fan_force, fan_tangent, fan_work, scale_friction, solve_fan
+from layerjam.mechanics.friction import brake_growth, sheet_law
 from layerjam.mechanics.law import law
 from layerjam.mechanics.memory import (
     Memory,
-    at_rest,
-    at_vacuum,
+    apply_vacuum,
     branch,
     face_direction,
     find_path,
+    new_memory,
     piece,
     slide_to,
 )
@@ -59,9 +59,9 @@ class Setting(NamedTuple):
     """Friction as a function of sliding speed; `c` is the value at the law's test speed."""
 
 
-def setting_of(vacuum: Any, spring: Any, brake: Brake, growth: Any = None) -> Setting:
+def make_setting(vacuum: Any, spring: Any, brake: Brake, growth: Any = None) -> Setting:
     """Return the setting at a vacuum [Pa] on a spring [N/m], with friction times `growth`."""
-    sheets, enclosure = sheets_at(vacuum, brake), enclosure_at(vacuum, brake)
+    sheets, enclosure = sheet_law(vacuum, brake), enclosure_law(vacuum, brake)
     if growth is not None:
         sheets = scale_friction(sheets, growth)
     return Setting(sheets.c, spring, sheets.overlap, enclosure, sheets.fan, brake.speed_law)
@@ -89,14 +89,14 @@ def slip_to_balance(memory: Memory, elongation: Any, direction: Any, setting: Se
         strip, spring = branch(strength, line.enclosure), line.k - direction * line.c
         return start + direction * rising_root(drive(start, force), spring, strip)
 
-    slip = along_tangents(meets, memory.slip, setting)
+    slip = solve_fan(meets, memory.slip, setting)
     return jnp.where(direction * (slip - memory.slip) > 0, jnp.maximum(slip, 0.0), memory.slip)
 
 
 def _friction_heat(start: Any, end: Any, setting: Setting) -> Any:
     """Return the heat of the sheets' friction over a move [J]; zero past the end of the overlap."""
     if setting.fan is not None:
-        return jnp.abs(work_of(start, end, setting))
+        return jnp.abs(fan_work(start, end, setting))
     return jnp.abs(end - start) * setting.c * (setting.overlap - (end + start) / 2)
 
 
@@ -104,7 +104,7 @@ def move(state: State, elongation: Any, setting: Setting) -> State:
     """Move the crosshead at constant vacuum; work and heat are exact."""
     memory = state.enclosure
     trial = setting.k * (elongation - memory.slip)
-    hold = force_of(memory.slip, setting)
+    hold = fan_force(memory.slip, setting)
     out = trial > memory.force + hold
     returns = jnp.maximum(trial, 0.0) < memory.force - hold
 
@@ -136,13 +136,13 @@ def move(state: State, elongation: Any, setting: Setting) -> State:
         vacuum=state.vacuum,
         growth=state.growth,
         closed=state.closed | (memory.slip - slip > 1e-12 * setting.overlap),
-        snapped=state.snapped | (out & (setting.k <= tangent(memory.slip, setting).c)),
+        snapped=state.snapped | (out & (setting.k <= fan_tangent(memory.slip, setting).c)),
     )
 
 
 def change_vacuum(state: State, vacuum: Any, after: Setting) -> State:
     """Change the vacuum at a fixed crosshead, without work; released energy becomes heat."""
-    pumped_memory = at_vacuum(state.enclosure, after.enclosure)
+    pumped_memory = apply_vacuum(state.enclosure, after.enclosure)
     new = move(state._replace(enclosure=pumped_memory), state.elongation, after)
     spring = (state.force**2 - new.force**2) / (2 * after.k)
     loss = state.enclosure.stored - new.enclosure.stored + spring
@@ -162,7 +162,7 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake, speed: Any = None) -
     """
     if brake.hyperelastic is not None:
         if speed is not None:
-            one_modulus(brake)
+            check_modulus(brake)
         elongation = jnp.atleast_1d(elongation)
         return rubber_cycle(elongation, jnp.broadcast_to(vacuum, elongation.shape), brake)
     if speed is not None:
@@ -171,7 +171,7 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake, speed: Any = None) -
 
 
 def _paced_cycle(elongation: Any, vacuum: Any, brake: Brake, speed: Any) -> Cycle:
-    growth = jnp.broadcast_to(growth_of(speed, brake), jnp.shape(jnp.atleast_1d(elongation)))
+    growth = jnp.broadcast_to(brake_growth(speed, brake), jnp.shape(jnp.atleast_1d(elongation)))
     return _cycle(elongation, vacuum, growth, brake)
 
 
@@ -190,14 +190,14 @@ def _cycle(elongation: Any, vacuum: Any, growth: Any, brake: Brake) -> Cycle:
 def new_state(vacuum: Any, growth: Any = None) -> State:
     """Return a brake that was never pulled, at a vacuum [Pa]."""
     zero, no = jnp.array(0.0), jnp.array(False)
-    return State(at_rest(), zero, zero, zero, zero, vacuum, no, no, growth)
+    return State(new_memory(), zero, zero, zero, zero, vacuum, no, no, growth)
 
 
 def step_state(
     state: State, target: Any, pressure: Any, growth: Any, spring: Any, brake: Brake
 ) -> tuple[State, Cycle]:
     """Return the brake after a change of vacuum [Pa] and a move to an elongation [m]."""
-    after = setting_of(pressure, spring, brake, growth)
+    after = make_setting(pressure, spring, brake, growth)
     same = pressure == state.vacuum
     if growth is not None:
         same = same & (growth == state.growth)

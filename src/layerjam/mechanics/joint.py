@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.fan import flat
+from layerjam.mechanics.fan import remove_fan
 from layerjam.mechanics.friction import friction_per_contact
-from layerjam.mechanics.law import law, within
+from layerjam.mechanics.law import keep_if, law
 
 
 class _Arc(NamedTuple):
@@ -25,14 +25,14 @@ class _Arc(NamedTuple):
     """Friction of the outermost interface [N]."""
 
 
-def _arc(slip: Any, vacuum: Any, angle: Any, radius: Any, tension: Any, brake: Brake) -> _Arc:
+def _make_arc(slip: Any, vacuum: Any, angle: Any, radius: Any, tension: Any, brake: Brake) -> _Arc:
     sheets = brake.sheets
     overlap = sheets.overlap - slip
     on_joint = jnp.minimum(radius * angle, overlap)
     line_load = vacuum * sheets.width + tension / radius
     # a pressure exponent applies at the lowest pressure on the joint
     pressure = jnp.where(line_load > 0, line_load, 1.0) / sheets.width
-    friction = friction_per_contact(pressure, flat(brake)) / (
+    friction = friction_per_contact(pressure, remove_fan(brake)) / (
         (sheets.count - 1) * sheets.width * pressure
     )
     growth = friction * on_joint / radius
@@ -41,7 +41,7 @@ def _arc(slip: Any, vacuum: Any, angle: Any, radius: Any, tension: Any, brake: B
     return _Arc(growth, seed)
 
 
-def _fine(slip: Any, vacuum: Any, angle: Any, radius: Any, tension: Any, brake: Brake) -> Any:
+def _is_valid(slip: Any, vacuum: Any, angle: Any, radius: Any, tension: Any, brake: Brake) -> Any:
     inside = (slip >= 0) & (slip <= brake.sheets.overlap) & (vacuum >= 0)
     return inside & (angle >= 0) & (radius > 0) & (tension >= 0)
 
@@ -57,12 +57,12 @@ def joint_friction(
     a mu_k P W times the overlap. The arc covers at most the overlap, which `slip` [m] shortens; the
     vacuum is in Pa. NaN outside the domain.
     """
-    arc = _arc(slip, vacuum, angle, radius, tension, brake)
+    arc = _make_arc(slip, vacuum, angle, radius, tension, brake)
     is_bent = arc.growth > 0
     safe = jnp.where(is_bent, arc.growth, 1.0)
     interfaces = brake.sheets.count - 1
     times = jnp.where(is_bent, jnp.expm1(interfaces * safe) / jnp.expm1(safe), interfaces)
-    return within(_fine(slip, vacuum, angle, radius, tension, brake), arc.seed * times)
+    return keep_if(_is_valid(slip, vacuum, angle, radius, tension, brake), arc.seed * times)
 
 
 @law
@@ -74,11 +74,11 @@ def joint_sheet_force(
     It occurs in the second sheet from the inside, which rubs on both faces at the highest pressure.
     If there are only two sheets, each carries the whole force.
     """
-    arc = _arc(slip, vacuum, angle, radius, tension, brake)
+    arc = _make_arc(slip, vacuum, angle, radius, tension, brake)
     count = brake.sheets.count
     both = jnp.exp((count - 2) * arc.growth) + jnp.exp((count - 3) * arc.growth)
     force = arc.seed * jnp.where(count > 2, both, 1.0)
-    return within(_fine(slip, vacuum, angle, radius, tension, brake), force)
+    return keep_if(_is_valid(slip, vacuum, angle, radius, tension, brake), force)
 
 
 @law
@@ -87,4 +87,4 @@ def capstan_ratio(angle: Any, friction: Any) -> Any:
 
     `friction` [-] is that of the enclosure on the surface below it, `angle` [rad] the wrap angle.
     """
-    return within((angle >= 0) & (friction >= 0), jnp.exp(friction * angle))
+    return keep_if((angle >= 0) & (friction >= 0), jnp.exp(friction * angle))

@@ -39,7 +39,7 @@ def _register(cls: type) -> None:
     names = list(cls.__dataclass_fields__)  # type: ignore[attr-defined]
     keys = [jax.tree_util.GetAttrKey(name) for name in names]
     specs = [f.metadata.get("quantity") for f in dataclasses.fields(cls)]
-    read = operator.attrgetter(*names) if len(names) > 1 else _reader_of_one(names[0])
+    read = operator.attrgetter(*names) if len(names) > 1 else _make_field_reader(names[0])
     no_floats = any(isinstance(spec, FlagSpec) or getattr(spec, "whole", False) for spec in specs)
 
     def flat(rec: Any) -> tuple[Any, None]:
@@ -59,7 +59,7 @@ def _register(cls: type) -> None:
     jax.tree_util.register_pytree_with_keys(cls, with_keys, unflatten, flat)
 
 
-def _reader_of_one(name: str) -> Callable[[Any], tuple[Any, ...]]:
+def _make_field_reader(name: str) -> Callable[[Any], tuple[Any, ...]]:
     return lambda rec: (getattr(rec, name),)
 
 
@@ -98,8 +98,8 @@ def law(function: F) -> F:
         try:
             return program(*map(_as_argument, values))
         except (TypeError, ValueError, AttributeError):
-            if not _tracing(values):
-                _explain(function.__name__, places, values)
+            if not _is_tracing(values):
+                _explain_failure(function.__name__, places, values)
             raise
 
     @functools.wraps(function)
@@ -115,7 +115,7 @@ def law(function: F) -> F:
             raise ArgumentError(f"{function.__name__}() takes {takes}") from None
         if jax.config.jax_enable_x64:
             return call(arguments)
-        if _tracing(arguments):
+        if _is_tracing(arguments):
             raise PrecisionError
         with double_precision():
             result = call(arguments)
@@ -133,7 +133,7 @@ def fuse(function: F) -> F:
     return jax.jit(function, inline=True)  # type: ignore[return-value]
 
 
-def _tracing(arguments: Any) -> bool:
+def _is_tracing(arguments: Any) -> bool:
     """Return whether JAX traces the arguments or the current computation."""
     leaves = [*jax.tree.leaves(arguments), jnp.zeros(())]
     return any(isinstance(leaf, jax.core.Tracer) for leaf in leaves)
@@ -158,7 +158,7 @@ def _as_argument(value: Any) -> Any:
     return jnp.asarray(value, dtype=jnp.float64)
 
 
-def _explain(name: str, places: inspect.Signature, values: Any) -> None:
+def _explain_failure(name: str, places: inspect.Signature, values: Any) -> None:
     """Raise QuantityError if a failed call has arguments that no law accepts."""
     records = {cls.__name__: cls for cls in RECORDS}
     arguments = dict(zip(places.parameters, values, strict=False))
@@ -198,6 +198,6 @@ def safe_sqrt(value: Any) -> Any:
     return jnp.where(positive, root, jnp.where(value == 0, 0.0, jnp.nan))
 
 
-def within(domain: Any, value: Any) -> Any:
+def keep_if(domain: Any, value: Any) -> Any:
     """Return `value` where `domain` is true, otherwise NaN: a traced law cannot raise errors."""
     return jnp.where(domain, value, jnp.nan)

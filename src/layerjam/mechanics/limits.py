@@ -5,10 +5,10 @@ from typing import Any
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import backbone, enclosure_at
-from layerjam.mechanics.fan import concentration, force_of
-from layerjam.mechanics.friction import holding_force, is_proportional, sheets_at
-from layerjam.mechanics.law import law, safe_sqrt, within
+from layerjam.mechanics.enclosure import backbone, enclosure_law
+from layerjam.mechanics.fan import fan_force, tension_ratio
+from layerjam.mechanics.friction import holding_force, is_proportional, sheet_law
+from layerjam.mechanics.law import keep_if, law, safe_sqrt
 from layerjam.mechanics.pull import peak
 from layerjam.mechanics.roots import implicit_root
 from layerjam.mechanics.stiffness import sheet_section
@@ -34,7 +34,7 @@ def sheet_stress(force: Any, brake: Brake) -> Any:
     The sheets share the force equally; if they fan out, the stress is that of the middle one, which
     carries the most.
     """
-    force = force * concentration(brake)
+    force = force * tension_ratio(brake)
     return force / (jnp.floor(brake.sheets.count / 2) * sheet_section(brake))
 
 
@@ -52,7 +52,7 @@ def clamp_stress(force: Any, brake: Brake) -> Any:
     The sheets share the force as in `sheet_stress`. The holes are side by side, so the section is
     reduced by all of them.
     """
-    force, width = force * concentration(brake), brake.sheets.width
+    force, width = force * tension_ratio(brake), brake.sheets.width
     holes = brake.mount.screws_across(width) * brake.mount.screw_hole
     net = (width - holes) * brake.sheets.thickness
     return force / (jnp.floor(brake.sheets.count / 2) * net)
@@ -71,28 +71,28 @@ def self_closing_vacuum(slip: Any, brake: Brake) -> Any:
     It solves F_e = F_f: P = (e_1/c_1)^2 x/(L2 - x)^2 before saturation, otherwise an equation
     linear in P. Infinite if friction can never hold the enclosure.
     """
-    unit = enclosure_at(1.0, brake)
+    unit = enclosure_law(1.0, brake)
     contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
     if not is_proportional(brake):
-        return _searched_closing(slip, brake)
-    c1 = force_of(slip, sheets_at(1.0, brake))
+        return _search_closing_vacuum(slip, brake)
+    c1 = fan_force(slip, sheet_law(1.0, brake))
     spread = (unit.root * safe_sqrt(slip) / jnp.where(contact > 0, c1, 1.0)) ** 2
     net_slope = c1 - unit.friction * unit.reach
     linear = unit.stiffness * slip / unit.reach / jnp.where(net_slope > 0, net_slope, 1.0)
     spreads = (contact > 0) & (slip < spread * unit.saturation)
     closing = jnp.where(spreads, spread, jnp.where(net_slope > 0, linear, jnp.inf))
-    return within(slip >= 0, jnp.where(slip == 0, 0.0, closing))
+    return keep_if(slip >= 0, jnp.where(slip == 0, 0.0, closing))
 
 
-def _searched_closing(slip: Any, brake: Brake) -> Any:
+def _search_closing_vacuum(slip: Any, brake: Brake) -> Any:
     """Return the same vacuum for other friction laws, found by a search over log P."""
 
     def holds(log_vacuum: Any) -> Any:
         vacuum = jnp.exp(log_vacuum)
-        friction = force_of(slip, sheets_at(vacuum, brake))
-        return friction - backbone(slip, enclosure_at(vacuum, brake))
+        friction = fan_force(slip, sheet_law(vacuum, brake))
+        return friction - backbone(slip, enclosure_law(vacuum, brake))
 
     top = jnp.log(brake.site.atmosphere) + jnp.zeros(jnp.shape(slip))
     vacuum = jnp.exp(implicit_root(holds, top - 30.0, top))
     closing = jnp.where(holds(top) >= 0, vacuum, jnp.inf)
-    return within(slip >= 0, jnp.where(slip == 0, 0.0, closing))
+    return keep_if(slip >= 0, jnp.where(slip == 0, 0.0, closing))

@@ -22,12 +22,12 @@ from layerjam.mechanics.enclosure import (
     EnclosureLaw,
     backbone,
     backbone_work,
-    enclosure_at,
-    enclosure_of,
+    enclosure_law,
+    make_enclosure,
     slipped_area,
 )
-from layerjam.mechanics.law import law, safe_sqrt, within
-from layerjam.mechanics.rubber_strip import along_slip
+from layerjam.mechanics.law import keep_if, law, safe_sqrt
+from layerjam.mechanics.rubber_strip import follow_slip
 
 DEPTH = 16
 """Largest number of nested turning points in each direction that are stored."""
@@ -75,7 +75,7 @@ class Path(NamedTuple):
     """Force with the front at the far end [N]."""
 
 
-def at_rest(shape: tuple[int, ...] = ()) -> Memory:
+def new_memory(shape: tuple[int, ...] = ()) -> Memory:
     """Return a relaxed enclosure, or an array of them."""
     zero = jnp.zeros(shape)
     none = jnp.zeros((PIECES, *shape))
@@ -85,10 +85,10 @@ def at_rest(shape: tuple[int, ...] = ()) -> Memory:
 
 def branch(strength: Any, enclosure: EnclosureLaw) -> EnclosureLaw:
     """Return the response of the strip to a move against a change of friction `strength` [N/m]."""
-    return enclosure_of(enclosure.stiffness, strength, enclosure.reach)
+    return make_enclosure(enclosure.stiffness, strength, enclosure.reach)
 
 
-def _places(state: Memory) -> Any:
+def _piece_indices(state: Memory) -> Any:
     return jnp.arange(len(state.ends)).reshape((-1,) + (1,) * jnp.ndim(state.count))
 
 
@@ -105,7 +105,7 @@ def _sum_nearer(values: Any) -> Any:
 
 def _with_piece(state: Memory, place: Any, end: Any, slope: Any) -> Memory:
     """Return the state with a piece at an index; that index becomes the last valid one."""
-    is_place = _places(state) == place
+    is_place = _piece_indices(state) == place
     return state._replace(
         ends=jnp.where(is_place, end, state.ends),
         slopes=jnp.where(is_place, slope, state.slopes),
@@ -122,7 +122,7 @@ def face_direction(state: Memory, direction: Any, enclosure: EnclosureLaw) -> Me
 
 def find_path(state: Memory, direction: Any, enclosure: EnclosureLaw) -> Path:
     """Return the branches ahead of a state from `face_direction`."""
-    places = _places(state)
+    places = _piece_indices(state)
     is_active = places < state.count - 1
     slope = -direction * enclosure.friction
     strength = jnp.where(is_active & (places > 0), jnp.abs(slope - state.slopes), 0.0)
@@ -141,7 +141,7 @@ def find_path(state: Memory, direction: Any, enclosure: EnclosureLaw) -> Path:
     )
 
 
-def sliding_share(state: Memory) -> Any:
+def sliding_fraction(state: Memory) -> Any:
     """Return how far the last move reached from the driven end, relative to half the length [-].
 
     The force then rises by EA over that length.
@@ -164,7 +164,7 @@ def _grow_piece(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
     distance = jnp.abs(slip - state.slip)
     ready = face_direction(state, direction, enclosure)
     path = find_path(ready, direction, enclosure)
-    places = _places(state)
+    places = _piece_indices(state)
     is_active = places < ready.count - 1
     # a loop that closes within rounding is closed
     branch_way = path.end - direction * (path.slip - state.slip)
@@ -215,8 +215,8 @@ class _Tension(NamedTuple):
     stored: Any
 
 
-def _tension_of(state: Memory, enclosure: EnclosureLaw) -> _Tension:
-    places = _places(state)
+def _piece_tension(state: Memory, enclosure: EnclosureLaw) -> _Tension:
+    places = _piece_indices(state)
     last = state.count - 1
     start = jnp.where(places < last, jnp.roll(state.ends, -1, axis=0), 0.0)
     length = jnp.where((places > 0) & (places <= last), state.ends - start, 0.0) * enclosure.reach
@@ -229,7 +229,7 @@ def _tension_of(state: Memory, enclosure: EnclosureLaw) -> _Tension:
 
 def _book_loss(state: Memory, new: Memory, enclosure: EnclosureLaw) -> Memory:
     """Return the new pieces at the old slip; the loss of stored energy becomes heat."""
-    before, after = (_tension_of(s, enclosure).stored.sum(axis=0) for s in (state, new))
+    before, after = (_piece_tension(s, enclosure).stored.sum(axis=0) for s in (state, new))
     loss = jnp.maximum(before - after, 0.0)
     return new._replace(slip=state.slip, stored=state.stored - loss, heat=state.heat + loss)
 
@@ -241,7 +241,7 @@ def _join_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
     not change. Tension then only moves from high to low, which stores less energy. If all
     neighbours have opposite directions, the last turn is dropped and reported.
     """
-    places = _places(state)
+    places = _piece_indices(state)
     near_end, nearer = (jnp.roll(state.ends, -k, axis=0) for k in (1, 2))
     a, b = near_end - nearer, state.ends - near_end
     deep, middle, top = (jnp.roll(state.slopes, -k, axis=0) for k in (0, 1, 2))
@@ -266,7 +266,7 @@ def _join_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
     return _choose(has_bow, _book_loss(state, new, enclosure), forgotten)
 
 
-def at_vacuum(state: Memory, enclosure: EnclosureLaw) -> Memory:
+def apply_vacuum(state: Memory, enclosure: EnclosureLaw) -> Memory:
     """Return the state under a different vacuum at the same slip; only a lower vacuum changes it.
 
     Runs of pieces of one direction that are steeper than friction now allows become flatter, from
@@ -275,7 +275,7 @@ def at_vacuum(state: Memory, enclosure: EnclosureLaw) -> Memory:
     pulled out), and close to the effect of a slowly falling vacuum for several runs. The stored
     energy never increases.
     """
-    steep = (_places(state) < state.count) & (jnp.abs(state.slopes) > enclosure.friction)
+    steep = (_piece_indices(state) < state.count) & (jnp.abs(state.slopes) > enclosure.friction)
     return jax.lax.cond(
         jnp.any(steep),
         lambda s: _choose(jnp.any(steep, axis=0), _slide_steep_pieces(s, enclosure), s),
@@ -286,7 +286,7 @@ def at_vacuum(state: Memory, enclosure: EnclosureLaw) -> Memory:
 
 def _slide_steep_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
     """Apply `at_vacuum` if anything slides, from the innermost piece to the driven end."""
-    places, q, tension = _places(state), enclosure.friction, _tension_of(state, enclosure)
+    places, q, tension = _piece_indices(state), enclosure.friction, _piece_tension(state, enclosure)
     real = (places > 0) & (places < state.count)
     steep = real & (jnp.abs(state.slopes) > q)
     near_end = jnp.where(places < state.count - 1, jnp.roll(state.ends, -1, axis=0), 0.0)
@@ -311,7 +311,7 @@ def _slide_steep_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
         local = outer._replace(
             slip=slip, force=outer.force - 2 * slope * length, ends=(outer.ends - border) / left
         )
-        strip = enclosure_of(enclosure.stiffness, q, enclosure.reach * left)
+        strip = make_enclosure(enclosure.stiffness, q, enclosure.reach * left)
         new = _grow_piece(local, aim, strip)
         is_turn = last[place] & (border < 1)
         new = _choose(is_turn, new._replace(ends=border + left * new.ends), outer)
@@ -333,12 +333,12 @@ def enclosure_cycle(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any, Any
     slip = jnp.atleast_1d(slip)
     vacuum = jnp.broadcast_to(vacuum, slip.shape)
     if brake.hyperelastic is not None:
-        return along_slip(slip, vacuum, brake)
+        return follow_slip(slip, vacuum, brake)
 
     def step(state: Memory, point: tuple[Any, Any]) -> Any:
-        enclosure = enclosure_at(point[1], brake)
-        state = slide_to(at_vacuum(state, enclosure), point[0], enclosure)
+        enclosure = enclosure_law(point[1], brake)
+        state = slide_to(apply_vacuum(state, enclosure), point[0], enclosure)
         fine = ~state.overflow & (point[0] >= 0) & (point[1] >= 0)
-        return state, tuple(within(fine, v) for v in (state.force, state.stored, state.heat))
+        return state, tuple(keep_if(fine, v) for v in (state.force, state.stored, state.heat))
 
-    return jax.lax.scan(step, at_rest(), (slip, vacuum))[1]
+    return jax.lax.scan(step, new_memory(), (slip, vacuum))[1]

@@ -11,11 +11,11 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import EnclosureLaw, backbone, enclosure_at, first_loading
-from layerjam.mechanics.fan import Sheets, along_tangents, force_of, tangent
-from layerjam.mechanics.friction import friction_per_contact, is_proportional, sheets_at
+from layerjam.mechanics.enclosure import EnclosureLaw, backbone, enclosure_law, first_loading
+from layerjam.mechanics.fan import Sheets, fan_force, fan_tangent, solve_fan
+from layerjam.mechanics.friction import friction_per_contact, is_proportional, sheet_law
 from layerjam.mechanics.hyperelastic import slip_under
-from layerjam.mechanics.law import law, safe_sqrt, within
+from layerjam.mechanics.law import keep_if, law, safe_sqrt
 from layerjam.mechanics.roots import implicit_root, rising_zero
 from layerjam.mechanics.stiffness import working_stiffness
 
@@ -29,9 +29,9 @@ def brake_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
     At zero slip the gradient is that of the sheets alone: the enclosure's infinite slope is treated
     as zero there. NaN for a negative slip or vacuum.
     """
-    force = force_of(slip, sheets_at(vacuum, brake))
+    force = fan_force(slip, sheet_law(vacuum, brake))
     force = force + first_loading(slip, vacuum, brake)
-    return within((slip >= 0) & (vacuum >= 0), force)
+    return keep_if((slip >= 0) & (vacuum >= 0), force)
 
 
 class Peak(NamedTuple):
@@ -55,13 +55,13 @@ def peak(vacuum: Any, travel: Any, brake: Brake) -> Peak:
     lower vacuum the force rises to the end, which is then reported with inside = False. Sheets that
     fan out have no closed form: the largest force is found by a search.
     """
-    sheets, enclosure = sheets_at(vacuum, brake), enclosure_at(vacuum, brake)
+    sheets, enclosure = sheet_law(vacuum, brake), enclosure_law(vacuum, brake)
     if sheets.fan is None:
         force, slip, inside = _closed_peak(travel, sheets.c, sheets.overlap, enclosure)
     else:
         force, slip, inside = searched_peak(travel, sheets, enclosure)
     fine = (vacuum >= 0) & (travel >= 0)
-    force, slip = within(fine, force), within(fine, slip)
+    force, slip = keep_if(fine, force), keep_if(fine, slip)
     return Peak(force, slip, slip + force / working_stiffness(brake), inside)
 
 
@@ -85,7 +85,7 @@ def searched_peak(travel: Any, sheets: Sheets, enclosure: EnclosureLaw) -> tuple
     """
 
     def force(root: Any, laws: tuple[Sheets, EnclosureLaw]) -> Any:
-        return force_of(root**2, laws[0]) + backbone(root**2, laws[1])
+        return fan_force(root**2, laws[0]) + backbone(root**2, laws[1])
 
     end = safe_sqrt(jnp.maximum(travel, 0.0))
     end = end + sum(0.0 * part for part in jax.tree.leaves((sheets, enclosure)))
@@ -129,21 +129,21 @@ def slip_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
     (`least_stiffness`), NaN otherwise.
     """
     k = working_stiffness(brake)
-    sheets = sheets_at(vacuum, brake)
+    sheets = sheet_law(vacuum, brake)
 
     def root(drive: Any, spring: Any) -> Any:
         if brake.hyperelastic is None:
-            return rising_root(drive, spring, enclosure_at(vacuum, brake))
+            return rising_root(drive, spring, enclosure_law(vacuum, brake))
         return slip_under(drive, spring, vacuum, brake)
 
     def meets(line: Sheets) -> Any:
         return root(k * elongation - line.c * line.overlap, k - line.c)
 
-    slip = along_tangents(meets, 0.0 * elongation, sheets)
+    slip = solve_fan(meets, 0.0 * elongation, sheets)
     enclosure_slip = root(k * elongation, k)
     past = slip > brake.sheets.overlap
     slip = jnp.where(past, jnp.maximum(enclosure_slip, brake.sheets.overlap), slip)
-    return within((elongation >= 0) & (vacuum >= 0) & (k > tangent(0.0, sheets).c), slip)
+    return keep_if((elongation >= 0) & (vacuum >= 0) & (k > fan_tangent(0.0, sheets).c), slip)
 
 
 @law
@@ -160,7 +160,7 @@ def least_stiffness(vacuum: Any, brake: Brake) -> Any:
     The friction of sheets that fan out falls most steeply at the start, where their free lengths
     are shortest.
     """
-    return tangent(0.0, sheets_at(vacuum, brake)).c
+    return fan_tangent(0.0, sheet_law(vacuum, brake)).c
 
 
 @law
@@ -172,34 +172,34 @@ def scale_factor_of_peak(force: Any, vacuum: Any, brake: Brake) -> Any:
     fan out it is found by bisection.
     """
     if brake.mount.spacers is not None:
-        return _factor_by_bisection(force, vacuum, brake)
-    root, overlap = enclosure_at(vacuum, brake).root, brake.sheets.overlap
+        return _bisect_factor(force, vacuum, brake)
+    root, overlap = enclosure_law(vacuum, brake).root, brake.sheets.overlap
     unit_friction = friction_per_contact(vacuum, brake) / brake.scale_factor
     square = force**2 - root**2 * overlap
     return (force + safe_sqrt(square)) / (2 * unit_friction * overlap)
 
 
-def _factor_by_bisection(force: Any, vacuum: Any, brake: Brake) -> Any:
+def _bisect_factor(force: Any, vacuum: Any, brake: Brake) -> Any:
     """Return a by bisection of log a and one Newton step, as the amplification depends on a."""
-    enclosure, start = enclosure_at(vacuum, brake), jnp.log(jnp.asarray(brake.scale_factor))
+    enclosure, start = enclosure_law(vacuum, brake), jnp.log(jnp.asarray(brake.scale_factor))
     force, vacuum, start = jnp.broadcast_arrays(force, vacuum, start)
 
     def top(log_factor: Any) -> Any:
         factor: Any = jnp.exp(log_factor)
-        sheets = sheets_at(vacuum, replace(brake, scale_factor=factor))
+        sheets = sheet_law(vacuum, replace(brake, scale_factor=factor))
         return searched_peak(brake.sheets.overlap, sheets, enclosure)[0]
 
     root = implicit_root(lambda v: top(v) - force, start - 7.0, start + 5.0)
     least = enclosure.root * jnp.sqrt(brake.sheets.overlap)
     is_met = jnp.abs(force - jax.lax.stop_gradient(top(root))) < 1e-6 * force
-    return within((force >= least) & is_met, jnp.exp(root))
+    return keep_if((force >= least) & is_met, jnp.exp(root))
 
 
 @law
 def scale_factor_eq8(force: Any, displacement: Any, vacuum: Any, brake: Brake) -> Any:
     """Return the paper's a (eq. 8), with the crosshead's displacement [m] in place of the slip."""
     unit_friction = friction_per_contact(vacuum, brake) / brake.scale_factor
-    enclosure = backbone(displacement, enclosure_at(vacuum, brake))
+    enclosure = backbone(displacement, enclosure_law(vacuum, brake))
     return (force - enclosure) / (unit_friction * (brake.sheets.overlap - displacement))
 
 
@@ -213,7 +213,7 @@ def factor_and_stiffness_of_eq8_and_eq9(
     they are a quadratic in the root of the peak force, from which a and k follow exactly. On a
     curve of the law they do not return its a and k. NaN if no pull gives these two values.
     """
-    enclosure, overlap = enclosure_at(vacuum, brake), brake.sheets.overlap
+    enclosure, overlap = enclosure_law(vacuum, brake), brake.sheets.overlap
     unit = friction_per_contact(vacuum, brake) / brake.scale_factor
     # F = factor one (L2 - d) + e sqrt(d) with d = F/stiffness
     square, linear = 1 + factor * unit / stiffness, enclosure.root / safe_sqrt(stiffness)
@@ -224,7 +224,7 @@ def factor_and_stiffness_of_eq8_and_eq9(
     slip = (enclosure.root / (2 * exact * unit)) ** 2
     fine = (displacement < enclosure.saturation) & (slip < displacement) & (vacuum > 0)
     slope = force / jnp.where(fine, displacement - slip, 1.0)
-    return within(fine, exact), within(fine, slope)
+    return keep_if(fine, exact), keep_if(fine, slope)
 
 
 @law
@@ -235,13 +235,13 @@ def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
     the enclosure alone carries more or the site's full vacuum gives less.
     """
     sheets, atmosphere = brake.sheets, brake.site.atmosphere
-    unit = enclosure_at(1.0, brake)
+    unit = enclosure_law(1.0, brake)
     enclosure_alone = unit.stiffness * slip / unit.reach
     contact = jnp.maximum(sheets.overlap - slip, 0.0)
-    top_force = force_of(slip, sheets_at(atmosphere, brake))
-    top_force = top_force + backbone(slip, enclosure_at(atmosphere, brake))
+    top_force = fan_force(slip, sheet_law(atmosphere, brake))
+    top_force = top_force + backbone(slip, enclosure_law(atmosphere, brake))
     if is_proportional(brake):
-        c1 = force_of(slip, sheets_at(1.0, brake))
+        c1 = fan_force(slip, sheet_law(1.0, brake))
         c2 = unit.root * safe_sqrt(slip)
         below = c2 + safe_sqrt(c2**2 + 4 * c1 * jnp.maximum(force, 0.0))
         spread = (2 * jnp.maximum(force, 0.0) / jnp.where(below > 0, below, 1.0)) ** 2
@@ -250,17 +250,17 @@ def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
         vacuum = jnp.where(saturated & (slip > 0), linear, spread)
         vacuum = jnp.minimum(vacuum, atmosphere)
     else:
-        vacuum = _vacuum_by_bisection(force, slip, brake)
+        vacuum = _bisect_vacuum(force, slip, brake)
     reachable = (force >= enclosure_alone) & (force <= top_force) & (slip >= 0)
-    return within(reachable & ((contact > 0) | (slip > 0)), vacuum)
+    return keep_if(reachable & ((contact > 0) | (slip > 0)), vacuum)
 
 
-def _vacuum_by_bisection(force: Any, slip: Any, brake: Brake) -> Any:
+def _bisect_vacuum(force: Any, slip: Any, brake: Brake) -> Any:
     """Return the inverse by bisection if friction is not proportional to the vacuum."""
 
     def resist(vacuum: Any) -> Any:
-        sheets = force_of(slip, sheets_at(vacuum, brake))
-        return sheets + backbone(slip, enclosure_at(vacuum, brake))
+        sheets = fan_force(slip, sheet_law(vacuum, brake))
+        return sheets + backbone(slip, enclosure_law(vacuum, brake))
 
     zero = jnp.zeros(jnp.broadcast_shapes(jnp.shape(force), jnp.shape(slip)))
     return implicit_root(lambda p: resist(p) - force, zero, zero + brake.site.atmosphere)
@@ -269,9 +269,9 @@ def _vacuum_by_bisection(force: Any, slip: Any, brake: Brake) -> Any:
 @law
 def force_limits(slip: Any, brake: Brake) -> tuple[Any, Any]:
     """Return the smallest and the largest force [N] that the site's vacuum allows at a slip [m]."""
-    low = backbone(slip, enclosure_at(0.0, brake))
-    high = force_of(slip, sheets_at(brake.site.atmosphere, brake))
-    return low, high + backbone(slip, enclosure_at(brake.site.atmosphere, brake))
+    low = backbone(slip, enclosure_law(0.0, brake))
+    high = fan_force(slip, sheet_law(brake.site.atmosphere, brake))
+    return low, high + backbone(slip, enclosure_law(brake.site.atmosphere, brake))
 
 
 @law
@@ -280,13 +280,13 @@ def peak_vacuum(brake: Brake) -> Any:
 
     It is found by a search if the friction is not proportional to the vacuum.
     """
-    unit = enclosure_at(1.0, brake)
+    unit = enclosure_law(1.0, brake)
     bound = unit.stiffness / unit.reach
     if is_proportional(brake):
-        return bound / tangent(0.0, sheets_at(1.0, brake)).c
+        return bound / fan_tangent(0.0, sheet_law(1.0, brake)).c
 
     def excess(log_vacuum: Any) -> Any:
-        return jnp.log(tangent(0.0, sheets_at(jnp.exp(log_vacuum), brake)).c / bound)
+        return jnp.log(fan_tangent(0.0, sheet_law(jnp.exp(log_vacuum), brake)).c / bound)
 
     middle = 0.0 * excess(0.0)
     return jnp.exp(implicit_root(excess, middle - 100.0, middle + 100.0))

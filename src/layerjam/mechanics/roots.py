@@ -78,11 +78,11 @@ def newton_root(
         new = jnp.where(is_done | inside, next_x, (low + high) / 2)
         return new, low, high, jnp.where(is_done, 0.0, jnp.abs(new - x)), hint, count + 1
 
-    def goes_on(state: tuple[Any, ...]) -> Any:
+    def continues(state: tuple[Any, ...]) -> Any:
         return jnp.any(state[3] > close) & (state[5] < _MOST_STEPS)
 
     start = (guess, low, high, jnp.full_like(guess, jnp.inf), hint, 0)
-    return jax.lax.while_loop(goes_on, step, start)[0]
+    return jax.lax.while_loop(continues, step, start)[0]
 
 
 class Bracket(NamedTuple):
@@ -114,7 +114,7 @@ def false_position(
     `rounds` steps. No slope is needed, and the function is compiled once.
     """
 
-    def goes_on(bracket: Bracket) -> Any:
+    def continues(bracket: Bracket) -> Any:
         is_open = jnp.abs(bracket.high - bracket.low) > 1e-12 * jnp.abs(bracket.high)
         still = bracket.is_met & (bracket.error > close) & is_open
         return (bracket.turn < 2) | ((bracket.turn < rounds) & jnp.any(still))
@@ -144,4 +144,4 @@ def false_position(
 
     zero = jnp.zeros_like(low + high)
     start = Bracket(jnp.array(0), low + zero, zero - 1, high + zero, zero + 1, zero, zero + jnp.inf)
-    return jax.lax.while_loop(goes_on, step, start)
+    return jax.lax.while_loop(continues, step, start)

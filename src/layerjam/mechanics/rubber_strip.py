@@ -21,14 +21,14 @@ import jax.numpy as jnp
 from layerjam.device.brake import Brake
 from layerjam.device.hyperelastic import Hyperelastic
 from layerjam.mechanics.cycle import Cycle
-from layerjam.mechanics.fan import force_of, tangent, work_of
-from layerjam.mechanics.friction import sheets_at
+from layerjam.mechanics.fan import fan_force, fan_tangent, fan_work
+from layerjam.mechanics.friction import sheet_law
 from layerjam.mechanics.hyperelastic import (
-    at_slip,
+    load_to_slip,
+    make_strip,
     rubber_energy,
     rubber_slope,
     rubber_stress,
-    strip_at,
 )
 from layerjam.mechanics.roots import newton_root
 from layerjam.mechanics.softening import elastic_energy, lost_energy, softening
@@ -72,14 +72,14 @@ class Rubber(NamedTuple):
     """True once the rubber was strained beyond the fitted range."""
 
 
-def cells_for(slip: Any, least: Any, highest: Any, brake: Brake, count: int = CELLS) -> Cells:
+def make_cells(slip: Any, least: Any, highest: Any, brake: Brake, count: int = CELLS) -> Cells:
     """Return cells for histories up to a slip [m], between a lowest and a highest vacuum [Pa].
 
     They cover the part that can move, and are small near the driven end, where every reversal
     starts.
     """
-    loading = at_slip(slip, highest, brake)[1]
-    strip, rubber = strip_at(least, brake), strip_at(highest, brake).rubber
+    loading = load_to_slip(slip, highest, brake)[1]
+    strip, rubber = make_strip(least, brake), make_strip(highest, brake).rubber
     top = strip.section * rubber_stress(rubber.strain + 0.0 * slip, rubber)
     pull = jnp.where(jnp.isnan(loading.force), top, loading.force / 2)
     rubs = strip.friction * strip.reach > pull
@@ -101,7 +101,7 @@ def _stress(strain: Any, peak_energy: Any, rubber: Hyperelastic) -> tuple[Any, A
     return eta * first, eta * rubber_slope(strain, rubber) + steep * first**2
 
 
-def _strain_under(tension: Any, peak_energy: Any, guess: Any, cells: Cells) -> Any:
+def _solve_strain(tension: Any, peak_energy: Any, guess: Any, cells: Cells) -> Any:
     """Return the strain of the cells [-] at their tension [N]."""
 
     def excess(state: tuple[Any, Any]) -> tuple[Any, Any, Any]:
@@ -114,13 +114,13 @@ def _strain_under(tension: Any, peak_energy: Any, guess: Any, cells: Cells) -> A
     return jnp.where(tension > 0, jnp.maximum(strain, 0.0), 0.0)
 
 
-def follow(state: Rubber, drive: Drive, friction: Any, cells: Cells) -> Rubber:
+def move_strip(state: Rubber, drive: Drive, friction: Any, cells: Cells) -> Rubber:
     """Return the strip after a move in one direction up to `drive`, at a friction [N/m]."""
 
     def strip_at_pull(pull: Any, guess: Any) -> tuple[Any, Any]:
         bears = friction * cells.place
         tension = jnp.clip(state.tension, pull - bears, pull + bears)
-        return tension, _strain_under(tension, state.peak_energy, guess, cells)
+        return tension, _solve_strain(tension, state.peak_energy, guess, cells)
 
     def excess(point: tuple[Any, Any]) -> tuple[Any, Any, Any]:
         tension, strain = strip_at_pull(*point)
@@ -151,13 +151,13 @@ def follow(state: Rubber, drive: Drive, friction: Any, cells: Cells) -> Rubber:
     )
 
 
-def along_slip(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
+def follow_slip(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
     """Return force [N], elastic energy and heat [J] along a slip history [m], both of shape (N,).
 
     NaN once the vacuum [Pa] falls on a stretched strip, if the strip would have to be pushed, or if
     the strain exceeds the fitted range.
     """
-    cells = cells_for(slip.max(), vacuum.min(), vacuum.max(), brake)
+    cells = make_cells(slip.max(), vacuum.min(), vacuum.max(), brake)
 
     def step(carry: tuple[Rubber, Any, Any], point: tuple[Any, Any]) -> Any:
         state, before, bad = carry
@@ -166,9 +166,9 @@ def along_slip(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
         def drive(pull: Any, slip: Any) -> tuple[Any, Any, Any]:
             return target - slip, 0.0 * pull, -jnp.ones_like(slip)
 
-        friction = strip_at(pressure, brake).friction
+        friction = make_strip(pressure, brake).friction
         strip = jax.lax.cond(
-            target == state.slip, lambda: state, lambda: follow(state, drive, friction, cells)
+            target == state.slip, lambda: state, lambda: move_strip(state, drive, friction, cells)
         )
         bad = bad | strip.is_exceeded | ((pressure < before) & (state.slip > 0)) | (target < 0)
         bad = bad | (jnp.abs(strip.slip - target) > 1e-9 * (jnp.abs(target) + state.slip))
@@ -198,13 +198,13 @@ def rubber_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
     relaxed, or once the enclosure is stretched beyond the fitted strain.
     """
     k, overlap = jnp.asarray(working_stiffness(brake), jnp.float64), brake.sheets.overlap
-    cells = cells_for(elongation.max(), vacuum.min(), vacuum.max(), brake)
+    cells = make_cells(elongation.max(), vacuum.min(), vacuum.max(), brake)
 
     def step(state: _State, point: tuple[Any, Any]) -> tuple[_State, Cycle]:
         target, pressure = point
-        before, sheets = state.enclosure, sheets_at(pressure, brake)
-        friction = strip_at(pressure, brake).friction
-        trial, hold = k * (target - before.slip), force_of(before.slip, sheets)
+        before, sheets = state.enclosure, sheet_law(pressure, brake)
+        friction = make_strip(pressure, brake).friction
+        trial, hold = k * (target - before.slip), fan_force(before.slip, sheets)
         out = trial > 2 * before.pull + hold
         returns = jnp.maximum(trial, 0.0) < 2 * before.pull - hold
         sign = jnp.where(out, 1.0, -1.0)
@@ -212,15 +212,15 @@ def rubber_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
         def drive(pull: Any, slip: Any) -> tuple[Any, Any, Any]:
             # when the rope is slack, the enclosure closes the brake against the sheets' friction
             taut = k * (target - slip)
-            residual = jnp.maximum(taut, 0.0) - 2 * pull - sign * force_of(slip, sheets)
-            over_slip = sign * tangent(slip, sheets).c - jnp.where(taut > 0, k, 0.0)
+            residual = jnp.maximum(taut, 0.0) - 2 * pull - sign * fan_force(slip, sheets)
+            over_slip = sign * fan_tangent(slip, sheets).c - jnp.where(taut > 0, k, 0.0)
             return residual, -2.0 + 0.0 * pull, over_slip
 
         strip = jax.lax.cond(
-            out | returns, lambda: follow(before, drive, friction, cells), lambda: before
+            out | returns, lambda: move_strip(before, drive, friction, cells), lambda: before
         )
         force = jnp.maximum(k * (target - strip.slip), 0.0)
-        heat = jnp.abs(work_of(before.slip, strip.slip, sheets)) + strip.heat - before.heat
+        heat = jnp.abs(fan_work(before.slip, strip.slip, sheets)) + strip.heat - before.heat
         elastic = (force**2 - state.force**2) / (2 * k)
         falls = (pressure < state.vacuum) & ((before.slip > 0) | (state.force > 0))
         new = _State(
@@ -230,7 +230,7 @@ def rubber_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
             heat=state.heat + heat,
             vacuum=pressure,
             has_closed=state.has_closed | (before.slip - strip.slip > 1e-12 * overlap),
-            has_snapped=state.has_snapped | (out & (k <= tangent(before.slip, sheets).c)),
+            has_snapped=state.has_snapped | (out & (k <= fan_tangent(before.slip, sheets).c)),
             is_invalid=state.is_invalid | falls | strip.is_exceeded,
         )
         fine = (target >= 0) & (pressure >= 0) & ~(new.has_snapped | new.is_invalid)

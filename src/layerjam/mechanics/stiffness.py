@@ -8,7 +8,7 @@ from layerjam.device.brake import Brake
 from layerjam.mechanics.law import law
 
 
-def sides(brake: Brake) -> tuple[Any, Any]:
+def count_sides(brake: Brake) -> tuple[Any, Any]:
     """Return the numbers of sheets on the left and on the right cap, as floats."""
     count = jnp.asarray(brake.sheets.count, jnp.float64)
     return jnp.ceil(count / 2), jnp.floor(count / 2)
@@ -23,7 +23,7 @@ def sheet_section(brake: Brake) -> Any:
 def stiffness_before_slip(brake: Brake) -> Any:
     """Return the stiffness of the stuck sheets alone [N/m], three springs in series (eq. 1, 2)."""
     sheets, rigidity = brake.sheets, brake.film.modulus * sheet_section(brake)
-    left, right = sides(brake)
+    left, right = count_sides(brake)
     flexibility = sheets.free_left / left + sheets.overlap / sheets.count
     return rigidity / (flexibility + sheets.free_right / right)
 
@@ -36,7 +36,7 @@ def stiffness_sliding(slip: Any, brake: Brake) -> Any:
     rest: slip = 0.
     """
     sheets, rigidity = brake.sheets, brake.film.modulus * sheet_section(brake)
-    left, right = sides(brake)
+    left, right = count_sides(brake)
     return rigidity / ((sheets.free_left + slip) / left + (sheets.free_right + slip) / right)
 
 
@@ -57,3 +57,6 @@ def mount_stiffness(brake: Brake) -> Any:
     if brake.stiffness_measured is None:
         return jnp.inf
     return 1 / (1 / brake.stiffness_measured - 1 / stiffness_before_slip(brake))
+
+
+sides = count_sides  # former name

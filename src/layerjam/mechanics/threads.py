@@ -14,7 +14,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-def cores() -> int:
+def core_count() -> int:
     """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -47,21 +47,21 @@ class Workers(ThreadPoolExecutor):
     """
 
     def __init__(self, threads: int | None = None) -> None:
-        super().__init__(threads or cores())
+        super().__init__(threads or core_count())
 
     def submit(self, work: Callable[P, R], /, *args: P.args, **named: P.kwargs) -> Future[R]:
         """Return the future result of `work(*args, **named)`."""
-        return super().submit(functools.partial(_in_double, work), *args, **named)
+        return super().submit(functools.partial(_run_in_double, work), *args, **named)
 
     def share(self, count: int, work: Callable[[int, int], None]) -> None:
         """Run `work(first, last)` over `count` cases, one range for each core, and wait for all."""
-        edges = np.linspace(0, count, cores() + 1).astype(int)
+        edges = np.linspace(0, count, core_count() + 1).astype(int)
         parts = [self.submit(work, int(a), int(b)) for a, b in itertools.pairwise(edges) if b > a]
         for part in parts:
             part.result()
 
 
-def _in_double(work: Callable[..., R], *args: Any, **named: Any) -> R:
+def _run_in_double(work: Callable[..., R], *args: Any, **named: Any) -> R:
     from layerjam.mechanics.law import double_precision
 
     with double_precision():

@@ -28,7 +28,7 @@ from layerjam.records.pieces import (
     to_hex,
 )
 from layerjam.system import report_failure, typed_line
-from layerjam.toml_files.table_text import plain_comment
+from layerjam.toml_files.table_text import restore_comment
 from layerjam.toml_files.toml import parse_toml, read_text
 
 STATED = (
@@ -320,7 +320,7 @@ def _head_comments(head: bytes) -> list[str]:
     for line in head.decode("utf-8-sig", "replace").splitlines():
         if not line.startswith("#"):
             break
-        text = plain_comment(line)
+        text = restore_comment(line)
         comments.append(text[2:] if text.startswith("# ") else text[1:])
     return comments
 

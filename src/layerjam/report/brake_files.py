@@ -14,7 +14,7 @@ from layerjam.report.brake_numbers import COLUMNS, Number
 from layerjam.report.brake_report import STAGES, BrakeReport, all_numbers, page
 from layerjam.report.folder import figures_of, json_text, plain, write_folder
 from layerjam.report.page import drawn_all, html
-from layerjam.toml_files.table_text import rows_text
+from layerjam.toml_files.table_text import format_rows
 from layerjam.verdict import accepted_rows
 
 FIGURES = ("friction", "calibration", "scale-factors", "validation", "residuals")
@@ -24,7 +24,7 @@ NAMES = ("results.json", "numbers.csv", "report.pdf", "report.html")
 def csv_text(numbers: Sequence[Number], names: Mapping[str, str] | None = None) -> str:
     """Return numbers.csv with SI values in full precision; `names` as in a BrakeReport."""
     rows = ([rename_files(plain(v), names or {}) for v in n.row().values()] for n in numbers)
-    return rows_text([COLUMNS, *rows])
+    return format_rows([COLUMNS, *rows])
 
 
 def results(report: BrakeReport, numbers: Sequence[Number]) -> dict[str, Any]:

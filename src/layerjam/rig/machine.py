@@ -12,12 +12,12 @@ from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
 from layerjam.fluid.line import Line
 from layerjam.kernel.engine import quick_kernel
-from layerjam.mechanics.enclosure import one_modulus
-from layerjam.mechanics.friction import growth_of
+from layerjam.mechanics.enclosure import check_modulus
+from layerjam.mechanics.friction import brake_growth
 from layerjam.mechanics.hysteresis import new_state, step_state
 from layerjam.mechanics.law import double_precision, register_records
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.simulate.speed import follows_speed, without_idle_speed_law
+from layerjam.simulate.speed import drop_idle_speed_law, follows_speed
 
 
 class SteppedBrake:
@@ -28,8 +28,8 @@ class SteppedBrake:
     """
 
     def __init__(self, brake: Brake) -> None:
-        one_modulus(brake)
-        self._kernel = quick_kernel(without_idle_speed_law(brake), brake.site.atmosphere)
+        check_modulus(brake)
+        self._kernel = quick_kernel(drop_idle_speed_law(brake), brake.site.atmosphere)
         register_records()
         self._brake, self._paced = brake, follows_speed(brake)
         with double_precision():
@@ -49,7 +49,7 @@ class SteppedBrake:
                 self._state = True
             return self._kernel.move(elongation, vacuum), self._kernel.slip
         with double_precision():
-            growth = np.float64(growth_of(speed, self._brake)) if self._paced else None
+            growth = np.float64(brake_growth(speed, self._brake)) if self._paced else None
             if self._state is None:
                 # plain arrays, like later states, because another type would trigger recompilation
                 start = new_state(np.float64(vacuum), growth)

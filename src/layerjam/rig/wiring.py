@@ -11,7 +11,7 @@ from layerjam.fluid.line import Sensor
 from layerjam.simulate.accelerometer import Accelerometer
 from layerjam.toml_files.changes import RecordFile
 from layerjam.toml_files.reader import Reader
-from layerjam.toml_files.shipped import shipped_files, text_of
+from layerjam.toml_files.shipped import load_text, shipped_files
 from layerjam.toml_files.values import Entry, TextSpec, entries, value
 from layerjam.units import check as bounded
 from layerjam.units import like, nested, quantity, record, spec_of
@@ -118,8 +118,8 @@ class WiringFile(RecordFile[Wiring]):
     def read(cls, text: str, path: object) -> Self:
         """Return the file from its TOML text; FileError with file and line if it is invalid."""
         reader = Reader(text, path, cls.fields)
-        reader.take()
-        return cls.from_reader(reader)
+        reader.read_all()
+        return cls.build_from_reader(reader)
 
     def firmware_pins(self) -> dict[str, Any]:
         """Return the firmware's table: flat, in SI units, without unknown values."""
@@ -137,4 +137,4 @@ def load_wiring(board: str | Path) -> WiringFile:
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
-    return WiringFile.read(*text_of("board", board, shipped_files("layerjam.rig", "boards")))
+    return WiringFile.read(*load_text("board", board, shipped_files("layerjam.rig", "boards")))

@@ -170,7 +170,7 @@ def _is_swinging_back(record: DropRecord) -> bool:
     return stopped and still and steady and record.force[-1] > record.mass * record.gravity
 
 
-def _end_of_stop(record: DropRecord) -> list[str]:
+def _end_warnings(record: DropRecord) -> list[str]:
     force, weight = float(record.force[-1]), record.mass * record.gravity
     hangs = abs(force - weight) <= 1e-3 * float(record.force.max())
     if force == 0 or hangs or _is_swinging_back(record):
@@ -291,8 +291,8 @@ def measure_acceleration(
     Raises QuantityError for a rate below ten times the class, for a class that is not in SAE
     J211-1, and for an invalid signal.
     """
-    time, value = _validate(signal)
-    warnings = _end_of_stop(signal) if isinstance(signal, DropRecord) else []
+    time, value = _check_signal(signal)
+    warnings = _end_warnings(signal) if isinstance(signal, DropRecord) else []
     if cfc is not None and cfc not in CLASSES:
         names = ", ".join(map(str, CLASSES))
         raise QuantityError(f"filter: CFC {cfc:g} is not an SAE J211-1 class; classes: {names}")
@@ -377,7 +377,7 @@ def _sample_signal(
     return first + np.arange(count) / rate, filtered
 
 
-def _validate(signal: Signal) -> tuple[Array, Array]:
+def _check_signal(signal: Signal) -> tuple[Array, Array]:
     pair = specific_force(signal) if isinstance(signal, DropRecord) else signal
     time, value = (np.atleast_1d(np.asarray(part, float)) for part in pair)
     if time.ndim != 1 or time.shape != value.shape or len(time) < 2:

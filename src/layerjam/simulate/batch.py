@@ -16,7 +16,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import MissingExtraError, QuantityError, UnknownNameError, explain_arguments
 from layerjam.kernel.engine import stop_loop
-from layerjam.mechanics.enclosure import enclosure_at
+from layerjam.mechanics.enclosure import enclosure_law
 from layerjam.mechanics.friction import friction_per_contact, is_proportional
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stop.exact import Stop, stop
@@ -42,12 +42,12 @@ class Constants(NamedTuple):
     reach: float
 
 
-def constants_of(brake: Brake) -> Constants | None:
+def loop_constants(brake: Brake) -> Constants | None:
     """Return the constants of a brake for the compiled loop, or None if the loop lacks its laws."""
     effects = (brake.speed_law, brake.hyperelastic, brake.mount.spacers)
     if any(part is not None for part in effects) or not is_proportional(brake):
         return None
-    enclosure = enclosure_at(1.0, brake)
+    enclosure = enclosure_law(1.0, brake)
     sheets, c = brake.sheets, friction_per_contact(1.0, brake)
     values = (c, enclosure.friction, sheets.overlap, sheets.usable_travel)
     return Constants(*(float(v) for v in (*values, enclosure.stiffness, enclosure.reach)))
@@ -248,7 +248,7 @@ def _make_runner(
     block: int,
 ) -> tuple[Run, tuple[str, ...], bool]:
     """Return the evaluator of flat cases, names of its results, and whether it is compiled C."""
-    constants = constants_of(brake) if law is stop else None
+    constants = loop_constants(brake) if law is stop else None
     of_brake = any(s.name.startswith("brake.") for s in sweeps)
     loop = None if constants is None or law_constants or of_brake else stop_loop()
     if loop is not None:

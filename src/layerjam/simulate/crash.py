@@ -13,7 +13,7 @@ import numpy as np
 
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.record import DropRecord, Outcome
-from layerjam.simulate.rope_alone import displacement, oscillator, standstill_time, time_of_peak
+from layerjam.simulate.rope_alone import displacement, oscillator, peak_time, standstill_time
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 SAMPLES = 400
@@ -60,7 +60,7 @@ def crash(record: DropRecord) -> Crash | None:
         after = np.append(0.0, np.geomspace(1e-9, 10.0, 4 * SAMPLES) / slow)
     else:
         stands = standstill_time(mass, speed, rope, damping, left)
-        top = time_of_peak(mass, speed, system, left, stands)
+        top = peak_time(mass, speed, system, left, stands)
         after = np.unique(np.append(np.linspace(0.0, stands, SAMPLES), top))
     place = displacement(after, stretch - sag, speed, system)
     pace = displacement(after, speed, left - 2 * system.decay * speed, system)
@@ -72,7 +72,7 @@ def crash(record: DropRecord) -> Crash | None:
     )
 
 
-def with_crash(record: DropRecord, motion: Crash) -> DropRecord:
+def append_crash(record: DropRecord, motion: Crash) -> DropRecord:
     """Return the drop with its motion after the end of the travel: the brake stays as it is."""
     after: dict[str, Array] = {
         "time": motion.time,

@@ -12,7 +12,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.speed_law import SpeedLaw
 from layerjam.errors import FitError, Notice
-from layerjam.mechanics.enclosure import backbone_dissipated, enclosure_at
+from layerjam.mechanics.enclosure import backbone_dissipated, enclosure_law
 from layerjam.mechanics.energy import slip_heat
 from layerjam.mechanics.law import fuse, in_double_precision
 from layerjam.mechanics.pull import brake_force, least_stiffness, peak
@@ -22,14 +22,14 @@ from layerjam.mechanics.stop.exact import (
     SNAPS,
     STOPPED,
     Stop,
-    course_of,
     speed_at_slip,
     stop,
+    stop_course,
     time_at_slip,
 )
-from layerjam.mechanics.stop.motion import series_of
+from layerjam.mechanics.stop.motion import rope_spring
 from layerjam.mechanics.stop.paced import ROWS
-from layerjam.mechanics.stop.paced_tune import holds
+from layerjam.mechanics.stop.paced_tune import is_held
 from layerjam.simulate.first_pull import first_peak, overstretch_error
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.speed import follows_speed, stop_notices
@@ -66,7 +66,7 @@ class TimedStop(NamedTuple):
 
 def series_spring(brake: Brake, rope_stiffness: float | None) -> float:
     """Return the stiffness of rope and brake in series [N/m]."""
-    return float(series_of(rope_stiffness, brake))
+    return float(rope_spring(rope_stiffness, brake))
 
 
 def drop(
@@ -100,7 +100,7 @@ def drop(
     if law is not None and result.slip > 0:
         columns, fastest, error = _append_slide(columns, law, *case)
         notes = stop_notices(file, fastest, error)
-        if outcome is Outcome.STOPPED and not holds(result.slip, vacuum, mass * pull, brake):
+        if outcome is Outcome.STOPPED and not is_held(result.slip, vacuum, mass * pull, brake):
             notes.append(
                 Notice(
                     "the mass stops only for a moment: the sheets cannot hold its weight "
@@ -186,7 +186,7 @@ def _drop_columns(
     slides = end > 0 and law is None
     slid = _slip_samples(end, vacuum, brake) if slides else np.zeros(SAMPLES)
     if law is not None and end > 0:
-        first = float(course_of(law, *case)[0])
+        first = float(stop_course(law, *case)[0])
     else:
         times, speeds, forces, heats = np.asarray(_slide(np.append(0.0, slid), *case))
         first = float(times[0])
@@ -235,11 +235,11 @@ def _append_slide(
     slip, time and force.
     """
     vacuum, spring, brake = case[2], case[3], case[5]
-    first, course = course_of(law, *case)
+    first, course = stop_course(law, *case)
     rows = np.vstack([np.asarray(course.rows)[: min(int(course.count), ROWS)], course.end])
     time, slip, speed, pace, friction_heat, force = rows[np.append(np.diff(rows[:, 0]) > 0, True)].T
     exact, coarse = np.asarray(course.end)[[0, 1, 5]], np.asarray(course.coarse)[[0, 1, 5]]
-    enclosure = enclosure_at(vacuum, brake)
+    enclosure = enclosure_law(vacuum, brake)
     slid = {
         "time": float(first) + time,
         "travel": slip + force / spring,

@@ -13,8 +13,8 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.mount import Rope, Site
 from layerjam.errors import Notice, QuantityError
-from layerjam.mechanics.fan import force_of
-from layerjam.mechanics.hysteresis import setting_of
+from layerjam.mechanics.fan import fan_force
+from layerjam.mechanics.hysteresis import make_setting
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stop.motion import (
     CLOSED,
@@ -24,17 +24,17 @@ from layerjam.mechanics.stop.motion import (
     STANDSTILL,
     TRAVEL_USED,
     Vacuum,
+    advance_step,
     go_to_event,
-    load_of,
-    series_of,
-    step_on,
+    make_load,
+    rope_spring,
     stored_energy,
 )
-from layerjam.mechanics.stop.motion_step import Load, Motion, at_start, force_of_enclosure, resting
+from layerjam.mechanics.stop.motion_step import Load, Motion, memory_force, new_motion, rest_setting
 from layerjam.simulate.drop import TimedStop, make_record
 from layerjam.simulate.quantities import ARRIVAL_SPEED, DURATION, MASS, VACUUM, check_given
 from layerjam.simulate.record import DropRecord, Outcome
-from layerjam.simulate.speed import follows_speed, stop_notices, without_idle_speed_law
+from layerjam.simulate.speed import drop_idle_speed_law, follows_speed, stop_notices
 from layerjam.simulate.vacuum_history import History
 from layerjam.units import QuantitySpec, show, spec_of
 
@@ -98,7 +98,7 @@ def _march(motion: Motion, max_steps: Any, until: Any, dt: Any, case: _Case) -> 
 
     def advance(state: tuple[Any, Motion]) -> tuple[Any, Motion]:
         current = state[1]
-        return state[0] + 1, step_on(
+        return state[0] + 1, advance_step(
             current, _next_step(current, until, dt, case.vacuum), *case[1:]
         )
 
@@ -139,17 +139,17 @@ def drop_in_time(
     Raises QuantityError for values out of bounds, for damping without a rope, for a step longer
     than a quarter of sqrt(M/k), and if the mass does not come to rest in 4 million steps.
     """
-    brake = without_idle_speed_law(file.brake)
+    brake = drop_idle_speed_law(file.brake)
     pull = brake.site.gravity if gravity is None else gravity
     inputs: dict[str, float | None] = {"mass": mass, "speed": speed, "gravity": pull}
     inputs |= {"rope_damping": rope_damping, "rope_stiffness": rope_stiffness}
     _check_inputs({**inputs, "duration": duration}, step, brake)
     history = _changing_history(vacuum, brake.site.atmosphere)
     first = float(vacuum.at(0.0) if isinstance(vacuum, History) else vacuum)
-    load = load_of(mass, pull, rope_stiffness, rope_damping or None, brake)
+    load = make_load(mass, pull, rope_stiffness, rope_damping or None, brake)
     load = jax.tree.map(np.float64, load)
     start = _strip_weak_types(
-        at_start(np.float64(speed), np.float64(first), history is None, follows_speed(brake))
+        new_motion(np.float64(speed), np.float64(first), history is None, follows_speed(brake))
     )
     pressure = Vacuum(jnp.asarray(first)) if history is None else _pad_history(history)
     case = _Case(start, pressure, load, brake)
@@ -280,9 +280,9 @@ def _is_hanging(state: Motion, case: _Case) -> bool:
             return False
     weight = float(load.mass * load.gravity)
     energy = load.mass * state.speed**2 + (state.force - weight) ** 2 / load.spring
-    setting = setting_of(state.vacuum, load.spring, case.brake)
-    strip = force_of_enclosure(state, setting.enclosure)
-    hold = float(force_of(state.slip, resting(setting)) + strip)
+    setting = make_setting(state.vacuum, load.spring, case.brake)
+    strip = memory_force(state, setting.enclosure)
+    hold = float(fan_force(state.slip, rest_setting(setting)) + strip)
     return float(energy) <= STILL * weight**2 / float(load.spring) and hold > weight * (1 + 1e-6)
 
 
@@ -293,7 +293,7 @@ def _check_inputs(inputs: Mapping[str, float | None], step: float | None, brake:
     if not (inputs["speed"] or inputs["gravity"]):
         raise QuantityError.of("speed", "0 m/s without gravity along the pull is not a drop")
     if step is not None:
-        spring = float(series_of(inputs["rope_stiffness"], brake))
+        spring = float(rope_spring(inputs["rope_stiffness"], brake))
         longest = LONGEST * math.sqrt((inputs["mass"] or 0.0) / spring)
         spec = QuantitySpec("s", "step (a quarter of sqrt(M/k))", open_lo=True, hi=longest)
         spec.check(step, "step")

@@ -10,9 +10,9 @@ from layerjam.errors import ProcedureError, QuantityError
 from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.enclosure import first_loading
 from layerjam.mechanics.energy import sheet_work
-from layerjam.mechanics.fan import Sheets, along_tangents, force_of, tangent
-from layerjam.mechanics.friction import sheets_at
-from layerjam.mechanics.hyperelastic import at_slip, greatest_slip, loading_at, strip_at
+from layerjam.mechanics.fan import Sheets, fan_force, fan_tangent, solve_fan
+from layerjam.mechanics.friction import sheet_law
+from layerjam.mechanics.hyperelastic import largest_slip, load_strip, load_to_slip, make_strip
 from layerjam.mechanics.law import law
 from layerjam.mechanics.pull import least_stiffness, slip_at_elongation
 from layerjam.mechanics.stiffness import working_stiffness
@@ -50,21 +50,21 @@ def first_peak(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
     While part of a face rests, dx/dN = 2 e/q. The force then peaks when the strain at the ends
     equals q divided by the fall of the sheets' friction.
     """
-    sheets, strip = sheets_at(vacuum, brake), strip_at(vacuum, brake)
+    sheets, strip = sheet_law(vacuum, brake), make_strip(vacuum, brake)
     limit = strip.rubber.strain
 
     def strain(line: Sheets) -> Any:
         return strip.friction / jnp.where(line.c > 0, line.c, strip.friction / limit)
 
     def top(line: Sheets) -> Any:
-        return loading_at(jnp.minimum(strain(line), limit), strip).slip
+        return load_strip(jnp.minimum(strain(line), limit), strip).slip
 
-    slip = along_tangents(top, 0.0 * vacuum, sheets)
-    end = strain(tangent(slip, sheets))
-    state = loading_at(jnp.minimum(end, limit), strip)
+    slip = solve_fan(top, 0.0 * vacuum, sheets)
+    end = strain(fan_tangent(slip, sheets))
+    state = load_strip(jnp.minimum(end, limit), strip)
     is_inside = (end < limit) & (state.force < 2 * strip.friction * strip.reach)
     is_inside = is_inside & (state.slip < brake.sheets.overlap)
-    return state.slip, force_of(state.slip, sheets) + state.force, is_inside
+    return state.slip, fan_force(state.slip, sheets) + state.force, is_inside
 
 
 @law
@@ -75,7 +75,7 @@ def first_events(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
     """
     k, overlap = working_stiffness(brake), brake.sheets.overlap
     slip, force, inside = first_peak(vacuum, brake)
-    onset = force_of(0.0, sheets_at(vacuum, brake)) / k
+    onset = fan_force(0.0, sheet_law(vacuum, brake)) / k
     # beyond the fitted strain there is no separation, because the pull fails first
     separation = overlap + first_loading(overlap, vacuum, brake) / k
     separation = jnp.where(jnp.isnan(separation), overlap + onset, separation)
@@ -86,7 +86,7 @@ def first_events(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
 def _first_pull_state(elongation: Any, vacuum: Any, brake: Brake) -> tuple[Any, ...]:
     """Return slip [m], forces of brake and enclosure [N], heat and elastic energy [J]."""
     slip = slip_at_elongation(elongation, vacuum, brake)
-    k, sleeve = working_stiffness(brake), at_slip(slip, vacuum, brake)[1]
+    k, sleeve = working_stiffness(brake), load_to_slip(slip, vacuum, brake)[1]
     force = k * (elongation - slip)
     heat = sheet_work(slip, vacuum, brake) + sleeve.heat
     return slip, force, sleeve.force, heat, sleeve.stored + force**2 / (2 * k)
@@ -94,7 +94,7 @@ def _first_pull_state(elongation: Any, vacuum: Any, brake: Brake) -> tuple[Any, 
 
 def overstretch_error(vacuum: float, brake: Brake) -> QuantityError:
     """Return the error of a pull beyond the fitted strain, at a vacuum [Pa]."""
-    slip = float(greatest_slip(vacuum, brake))
+    slip = float(largest_slip(vacuum, brake))
     return QuantityError.of(
         "hyperelastic.strain",
         f"at {show(vacuum, 'Pa')} a slip beyond {show(slip, 'm')} stretches the enclosure "

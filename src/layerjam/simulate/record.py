@@ -13,7 +13,7 @@ from layerjam._version import __version__
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import accept_force, write_whole
 from layerjam.errors import FileError, MissingExtraError
-from layerjam.toml_files.table_text import comment, plain_comment
+from layerjam.toml_files.table_text import comment, restore_comment
 from layerjam.units import QuantitySpec
 
 if TYPE_CHECKING:
@@ -222,7 +222,7 @@ def read_header(path: str | Path) -> tuple[BrakeFile, str]:
             for line in handle:
                 if not line.startswith("#"):
                     break
-                text = plain_comment(line)
+                text = restore_comment(line)
                 if in_brake:
                     brake_lines.append(text[4:])
                 elif text.startswith("# procedure: "):

@@ -98,7 +98,7 @@ def standstill_time(
     return speed / lean if split == 0 else math.log1p(2 * speed * split / excess) / (2 * split)
 
 
-def time_of_peak(mass: float, speed: float, osc: Oscillator, gravity: float, end: float) -> float:
+def peak_time(mass: float, speed: float, osc: Oscillator, gravity: float, end: float) -> float:
     """Return the time [s] of the largest force between start and standstill, or 0."""
     if osc.square > 0:
         swing = math.sqrt(osc.square)
@@ -117,7 +117,7 @@ def time_of_peak(mass: float, speed: float, osc: Oscillator, gravity: float, end
     return max(ratio + 2 * math.atanh(split / osc.decay) / split, 0.0)
 
 
-def damped_rope_only(
+def simulate_damped_rope(
     mass: float, speed: float, spring: float, damping: float, gravity: float
 ) -> tuple[float, float, float]:
     """Return peak force [N], time of the first standstill [s] and heat [J] on a damped rope.
@@ -128,7 +128,7 @@ def damped_rope_only(
     """
     osc, weight = oscillator(mass, spring, damping), mass * gravity
     time = standstill_time(mass, speed, spring, damping, gravity)
-    top = time_of_peak(mass, speed, osc, gravity, time)
+    top = peak_time(mass, speed, osc, gravity, time)
     ends = [damping * speed, float(_rope_force([top], mass, speed, osc, gravity)[0])]
     sag = gravity**2 / osc.stiff
     if math.isinf(time):
@@ -182,3 +182,4 @@ def simulate_bare_drop(
 
 
 felt = simulate_bare_drop  # former name
+damped_rope_only = simulate_damped_rope

@@ -23,7 +23,7 @@ def follows_speed(brake: Brake) -> bool:
     return brake.speed_law is not None and brake.speed_law.power > 0
 
 
-def without_idle_speed_law(brake: Brake) -> Brake:
+def drop_idle_speed_law(brake: Brake) -> Brake:
     """Return the brake without a speed law if that law has no effect."""
     return brake if follows_speed(brake) else replace(brake, speed_law=None)
 

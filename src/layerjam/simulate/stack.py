@@ -9,14 +9,14 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import ProcedureError
-from layerjam.mechanics.friction import at_speed
+from layerjam.mechanics.friction import fix_speed
 from layerjam.mechanics.pull import peak
 from layerjam.mechanics.stack.pull import StackPull, pull_stack
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return
 from layerjam.simulate.record import Outcome, TensileRecord
 from layerjam.simulate.speed import stack_notices
-from layerjam.simulate.stack_layout import Housing, Interfaces, fan_of_stack, stack_of
+from layerjam.simulate.stack_layout import Housing, Interfaces, make_fanned_friction, stack_of
 from layerjam.simulate.tensile import outcome_warnings
 
 FINE, COARSE = 2400, 1200
@@ -67,9 +67,9 @@ def _sample_path(
     return np.concatenate(times), np.concatenate(positions)
 
 
-def with_sliding_speed(speed: float, brake: Brake) -> Brake:
+def fix_sliding_speed(speed: float, brake: Brake) -> Brake:
     """Return the brake with kinetic friction at a speed [m/s], and static friction no lower."""
-    sliding = at_speed(speed, brake)
+    sliding = fix_speed(speed, brake)
     static = max(float(brake.film.static), float(sliding.film.kinetic))
     return replace(sliding, film=replace(sliding.film, static=static))
 
@@ -95,11 +95,11 @@ def tensile_stack(
     """
     first_step, moves = _split_procedure(procedure)
     speeds = [step.speed for step in moves if not isinstance(step, Hold)]
-    brake = with_sliding_speed(speeds[0], file.brake)
+    brake = fix_sliding_speed(speeds[0], file.brake)
     vacuum = first_step.to
     layout: Any = {"interfaces": interfaces, "housing": housing, "static": static}
     stack = stack_of(brake, vacuum, one_by_one=one_by_one, **layout)
-    lengths, fan = stack.length.copy(), fan_of_stack(brake, vacuum, interfaces, static)
+    lengths, fan = stack.length.copy(), make_fanned_friction(brake, vacuum, interfaces, static)
     time, path = _sample_path(first_step, moves, brake)
     if fan is not None:
         lengths[stack.ends[0] : stack.ends[1]] = fan.length

@@ -7,9 +7,9 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError, explain_arguments
-from layerjam.mechanics.enclosure import enclosure_at
+from layerjam.mechanics.enclosure import enclosure_law
 from layerjam.mechanics.fan import Fan, is_flat
-from layerjam.mechanics.friction import friction_per_contact, sheets_at, static_at
+from layerjam.mechanics.friction import friction_per_contact, sheet_law, static_law
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stack.solve import Stack
 from layerjam.mechanics.stiffness import sheet_section, stiffness_sliding
@@ -89,7 +89,7 @@ def fanned_friction(
     an interface's own friction, but not the pressure from its neighbours. Raises QuantityError for
     a fan steeper than 45 degrees.
     """
-    kinetic, still = sheets_at(vacuum, brake).fan, static_at(vacuum, brake).fan
+    kinetic, still = sheet_law(vacuum, brake).fan, static_law(vacuum, brake).fan
     if kinetic is None or still is None:
         return None
     if not bool(is_flat(brake)):
@@ -153,7 +153,7 @@ class Housing:
     stiffness: float = 1e8
 
 
-def _per_interface(values: float | Array, count: int, name: str) -> Array:
+def _expand_per_interface(values: float | Array, count: int, name: str) -> Array:
     array = np.asarray(values, float)
     if array.shape not in ((), (count,)):
         raise QuantityError(f"{name}: shape {array.shape} for {count} interfaces")
@@ -194,7 +194,7 @@ def stack_of(
     free = np.where(right, sheets.free_right, sheets.free_left)
     springs = film.modulus * float(sheet_section(brake)) / free
     friction, length = _resting_interfaces(brake, vacuum, layout)
-    face = enclosure_at(vacuum, brake)
+    face = enclosure_law(vacuum, brake)
     if mount is None:
         mount = np.inf
         if brake.stiffness_measured is not None:
@@ -218,7 +218,7 @@ def stack_of(
     return stack if housing is None else _add_walls(stack, housing)
 
 
-def fan_of_stack(
+def make_fanned_friction(
     brake: Brake, vacuum: float, interfaces: Interfaces | None, static: bool
 ) -> FannedFriction | None:
     """Return friction of the interfaces that decreases with slip, or None if it is linear."""
@@ -231,11 +231,11 @@ def fan_of_stack(
 def _resting_interfaces(brake: Brake, vacuum: float, layout: Interfaces) -> tuple[Array, Array]:
     """Return kinetic friction [N] and overlap [m] of the interfaces at rest, without a fan."""
     count = int(brake.sheets.count)
-    pressure = vacuum * _per_interface(layout.vacuum, count - 1, "interfaces.vacuum")
-    share = _per_interface(layout.friction, count - 1, "interfaces.friction")
+    pressure = vacuum * _expand_per_interface(layout.vacuum, count - 1, "interfaces.vacuum")
+    share = _expand_per_interface(layout.friction, count - 1, "interfaces.friction")
     if (pressure < 0).any() or (share < 0).any():
         raise QuantityError("interfaces: friction and vacuum must not be negative")
-    extra = _per_interface(layout.extra_overlap, count - 1, "interfaces.extra_overlap")
+    extra = _expand_per_interface(layout.extra_overlap, count - 1, "interfaces.extra_overlap")
     length = brake.sheets.overlap + extra
     if (length <= 0).any():
         raise QuantityError("interfaces.extra_overlap: some sheets would not overlap at all")
@@ -262,3 +262,6 @@ def _add_walls(stack: Stack, housing: Housing) -> Stack:
         length=surround(stack.length, housing.contact, housing.contact),
         ends=stack.ends + 1,
     )
+
+
+fan_of_stack = make_fanned_friction  # former name

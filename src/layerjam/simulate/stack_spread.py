@@ -9,7 +9,7 @@ import numpy as np
 from layerjam.device.file import BrakeFile
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.mechanics.pull import peak
-from layerjam.mechanics.stack.batch import Peaks, peaks_of
+from layerjam.mechanics.stack.batch import Peaks, find_peaks
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.stack_layout import Housing, Interfaces, stack_of
 
@@ -90,7 +90,7 @@ def peak_spread(
             normal = draw_normal(start, stop, last - first, seed)
             friction[:, first:last] *= np.exp(width * normal - width**2 / 2)
             length = np.broadcast_to(stack.length, friction.shape)
-            parts.append(peaks_of(stack, friction, length, end))
+            parts.append(find_peaks(stack, friction, length, end))
             if progress:
                 progress(stop, samples)
     except KeyboardInterrupt:

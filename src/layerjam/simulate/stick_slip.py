@@ -12,12 +12,12 @@ import numpy as np
 from layerjam.device.brake import Brake, mass
 from layerjam.device.file import BrakeFile
 from layerjam.errors import FitError, QuantityError
-from layerjam.mechanics.enclosure import backbone, backbone_stored, enclosure_at
-from layerjam.mechanics.fan import straight
+from layerjam.mechanics.enclosure import backbone, backbone_stored, enclosure_law
+from layerjam.mechanics.fan import require_flat
 from layerjam.mechanics.friction import friction_per_contact, growth
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stick_slip.curve import Stribeck
-from layerjam.mechanics.stick_slip.laws import critical_speed, of_film, slow_saw
+from layerjam.mechanics.stick_slip.laws import critical_speed, film_curve, slow_saw
 from layerjam.mechanics.stick_slip.slide import CLOSED, SEPARATED, STEADY, TOO_LONG, slide
 from layerjam.mechanics.stick_slip.slide_step import Slide
 from layerjam.mechanics.stiffness import stiffness_before_slip, working_stiffness
@@ -141,11 +141,11 @@ def make_slide(
 
     Entries broadcast. The crosshead does not stop and the run has no end yet; set `ramp` and `end`.
     """
-    brake = straight(brake, "stick–slip")
-    curve = stribeck or of_film(brake)
+    brake = require_flat(brake, "stick–slip")
+    curve = stribeck or film_curve(brake)
     c = np.asarray(friction_per_contact(np.asarray(vacuum, float), brake))
     c = c * curve.kinetic / brake.film.kinetic
-    enclosure, overlap = enclosure_at(np.asarray(vacuum, float), brake), brake.sheets.overlap
+    enclosure, overlap = enclosure_law(np.asarray(vacuum, float), brake), brake.sheets.overlap
     base = np.asarray(backbone(np.asarray(slip, float), enclosure)) if frozen else 0.0
     return Slide(
         mass=mass,
@@ -234,7 +234,7 @@ def stick_slip(
         "mass": moving_mass(brake) if mass is None else mass,
         "stiffness": series_stiffness(brake, mount_stiffness),
         "damping": damping,
-        "stribeck": stribeck or of_film(brake),
+        "stribeck": stribeck or film_curve(brake),
     }
     setup = make_slide(brake, slip=slip, **motion)
     travel = _crosshead_travel(setup, brake, speed, slip) if travel is None else travel
@@ -250,7 +250,7 @@ def stick_slip(
     rows = np.asarray(state.trace)[: int(state.written)]
     time, crosshead, force, slips, pace, work, heat, sliding = rows.T
     # read all rows, whose number is constant, so that this compiles once
-    energy = np.asarray(backbone_stored(state.trace[:, 3], enclosure_at(vacuum, brake)))
+    energy = np.asarray(backbone_stored(state.trace[:, 3], enclosure_law(vacuum, brake)))
     energy = energy[: len(rows)]
     spring_held = setup.spring * np.maximum(crosshead - slips, 0.0) ** 2 / 2
     return StickSlipRecord(
@@ -358,7 +358,7 @@ def amplitude_map(
     return single_event(run, swings)
 
 
-def critical_speed_of(run: Slide) -> float:
+def find_critical_speed(run: Slide) -> float:
     """Return the speed [m/s] above which stick–slip from rest decays, with constant friction.
 
     Closed form for the jump law while the spring stays taut; otherwise found by simulations to

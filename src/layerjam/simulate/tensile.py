@@ -8,10 +8,10 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import ProcedureError, QuantityError
 from layerjam.fluid.closed_forms import held_vacuum
-from layerjam.kernel.engine import Engine, follow_history, in_blocks
+from layerjam.kernel.engine import Engine, follow_history, run_in_blocks
 from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.enclosure import enclosure_force
-from layerjam.mechanics.friction import at_speed, sheet_friction
+from layerjam.mechanics.friction import fix_speed, sheet_friction
 from layerjam.mechanics.law import law
 from layerjam.mechanics.memory import DEPTH
 from layerjam.mechanics.pull import least_stiffness, peak
@@ -80,7 +80,7 @@ def _sample_path(
             instants = time + step.duration * np.arange(1, samples + 1) / samples
             blocks.append(_make_rows(instants, start, remaining(instants), pace))
         else:
-            positions = _move_samples(step, start, vacuum, at_speed(step.speed, brake))
+            positions = _move_samples(step, start, vacuum, fix_speed(step.speed, brake))
             instants = time + np.abs(positions - start) / step.speed
             blocks.append(_make_rows(instants, positions, remaining(instants), step.speed))
     times, elongations, vacuums, speeds = np.concatenate(blocks, axis=1)
@@ -110,7 +110,7 @@ def _run_history(
     elongation: Array, vacuum: Array, speed: Array, brake: Brake
 ) -> tuple[Cycle, Engine]:
     if brake.hyperelastic is not None and is_first_pull(elongation, vacuum):
-        return in_blocks(lambda u, p: first_pull(u, p, brake), elongation, vacuum), "law"
+        return run_in_blocks(lambda u, p: first_pull(u, p, brake), elongation, vacuum), "law"
     return follow_history(elongation, vacuum, brake, speed if follows_speed(brake) else None)
 
 

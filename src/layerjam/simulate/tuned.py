@@ -16,7 +16,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.mount import Rope
 from layerjam.mechanics.stop.tune import speed_range, tuned_stop
 from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS, STOP_TRAVEL
-from layerjam.simulate.speed import follows_speed, without_idle_speed_law
+from layerjam.simulate.speed import drop_idle_speed_law, follows_speed
 from layerjam.units import spec_of
 
 Array = npt.NDArray[np.float64]
@@ -64,15 +64,15 @@ class Case:
 
 def tuning_vacuum(case: Case) -> float | None:
     """Return the vacuum [Pa] that stops the mass after exactly the travel, or None."""
-    vacuum = float(np.ravel(tuned_stop(*_arguments(case)))[0])
+    vacuum = float(np.ravel(tuned_stop(*_tuning_arguments(case)))[0])
     return vacuum if math.isfinite(vacuum) else None
 
 
-def _arguments(case: Case) -> tuple[Any, ...]:
+def _tuning_arguments(case: Case) -> tuple[Any, ...]:
     """Return the arguments of `tuned_stop`, all of the same shape if every stop is integrated."""
     mass, speed, travel, rope, gravity, brake = case.per_brake()
     if not follows_speed(brake):
-        return mass, speed, travel, rope, gravity, without_idle_speed_law(brake)
+        return mass, speed, travel, rope, gravity, drop_idle_speed_law(brake)
     mass, speed, travel = (np.zeros(FEW) + value for value in (mass, speed, travel))
     return mass, speed, travel, rope, gravity, brake
 
@@ -97,7 +97,7 @@ def _can_tune_batch(case: Case, name: str, values: Array, size: int) -> npt.NDAr
     }
     columns: dict[str, Any] = {key: np.full(size, value) for key, value in usual.items()}
     columns[name][: len(values)] = values
-    vacuums = np.asarray(tuned_stop(*_arguments(case.with_changes(**columns))))
+    vacuums = np.asarray(tuned_stop(*_tuning_arguments(case.with_changes(**columns))))
     return np.isfinite(vacuums)[: len(values)]
 
 
@@ -112,7 +112,7 @@ def _first_tunable(case: Case, name: str, values: Array) -> Any:
     return None
 
 
-def other_travel(case: Case) -> float | None:
+def suggest_travel(case: Case) -> float | None:
     """Return the nearest shorter travel [m] that works, or the nearest longer one, or None."""
     usable = case.brake.sheets.usable_travel
     count = _batch_size(case, TRAVELS)
@@ -137,7 +137,7 @@ def _round_travels(travels: Array, usable: float) -> Array:
     return values[(values <= usable) & (values >= least)]
 
 
-def other_sheets(case: Case) -> int | None:
+def suggest_sheet_count(case: Case) -> int | None:
     """Return the next larger number of sheets that works, otherwise the nearest smaller one."""
     count = case.brake.sheets.count
     greater, fewer = range(count + 1, MOST_SHEETS + 1), range(min(count - 1, MOST_SHEETS), 1, -1)
@@ -145,7 +145,7 @@ def other_sheets(case: Case) -> int | None:
     return None if number is None else int(number)
 
 
-def more_brakes(case: Case) -> int | None:
+def suggest_brake_count(case: Case) -> int | None:
     """Return the smallest number of parallel brakes that works, each with its share of the rope."""
     limit = min(float(MOST_BRAKES), case.mass / MASS.lo)
     if case.rope is not None:
@@ -161,12 +161,12 @@ def balanced_speeds(case: Case) -> tuple[float, float]:
     On a soft rope the mass does not reach the travel at all of them; `speeds` returns those at
     which it does.
     """
-    mass, _, travel, rope, gravity, brake = _arguments(case)
+    mass, _, travel, rope, gravity, brake = _tuning_arguments(case)
     low, high = speed_range(mass, travel, rope, gravity, brake)
     return float(np.ravel(low)[0]), float(np.ravel(high)[0])
 
 
-def speeds(case: Case) -> tuple[float, float] | None:
+def find_tunable_speeds(case: Case) -> tuple[float, float] | None:
     """Return the lowest and highest arrival speed [m/s] that some vacuum stops, or None.
 
     Both ends are tested, as are speeds in between. If some fail, the result is the longest range

@@ -27,7 +27,7 @@ SET_BY_HAND = Source(kind="assumed", text="set with with_()")
 
 
 @cache
-def names(cls: type) -> Mapping[str, str]:
+def quantity_names(cls: type) -> Mapping[str, str]:
     """Return {short name: dotted path} of every quantity of a record class.
 
     The short name is the field's name if it is unique and its record is always present. Otherwise
@@ -44,12 +44,12 @@ def names(cls: type) -> Mapping[str, str]:
     )
 
 
-def by_path(cls: type, changes: Mapping[str, Change]) -> dict[str, float | None]:
+def resolve_changes(cls: type, changes: Mapping[str, Change]) -> dict[str, float | None]:
     """Return {dotted path: SI value or None} of changes by name.
 
     Raises UnknownNameError with the nearest names, or QuantityError.
     """
-    paths = names(cls)
+    paths = quantity_names(cls)
     specs = {path: (spec, is_required) for path, spec, is_required in quantities(cls)}
     values: dict[str, float | None] = {}
     for name, change in changes.items():
@@ -64,11 +64,11 @@ def by_path(cls: type, changes: Mapping[str, Change]) -> dict[str, float | None]
 
 def with_changes(rec: R, changes: Mapping[str, Change]) -> R:
     """Return the record with numbers changed by name; raises as `by_path` does."""
-    values = values_of(rec) | by_path(type(rec), changes)
+    values = collect_values(rec) | resolve_changes(type(rec), changes)
     return build(type(rec), {path: v for path, v in values.items() if v is not None})
 
 
-def values_of(rec: Any) -> dict[str, Any]:
+def collect_values(rec: Any) -> dict[str, Any]:
     """Return {dotted path: value} of all known values of a record."""
     values = {path: get(rec, path) for path, _ in entries(type(rec))}
     return {path: value for path, value in values.items() if value is not None}
@@ -111,11 +111,11 @@ class RecordFile(ABC, Generic[R]):
         """Raise QuantityError for a record that is out of bounds or contradicts itself."""
 
     @classmethod
-    def from_reader(cls, reader: Reader, *required: str, **more: Any) -> Self:
+    def build_from_reader(cls, reader: Reader, *required: str, **more: Any) -> Self:
         """Return the file of a filled reader, complete and checked; raises FileError."""
-        reader.require(*required)
+        reader.check_required(*required)
         with reader.locate_errors():
-            record: R = reader.record(cls.kind)
+            record: R = reader.build_record(cls.kind)
             cls.check(record)
         name, (pattern, wrong) = reader.words.get("name", ""), cls.name_rule
         if not re.fullmatch(pattern, name):
@@ -142,11 +142,11 @@ class RecordFile(ABC, Generic[R]):
     @property
     def known_values(self) -> dict[str, Any]:
         """{dotted path: value in SI} of all known values."""
-        return values_of(self.record)
+        return collect_values(self.record)
 
     def rows(self) -> Iterator[tuple[str, str, str]]:
         """Yield (dotted path, value in a readable unit, kind of its source) of each number."""
-        for path, value in values_of(self.record).items():
+        for path, value in collect_values(self.record).items():
             unit = getattr(self.fields[path].spec, "unit", None)
             kind = self.sources[path].kind if path in self.sources else ""
             yield path, str(value) if unit is None else show(value, unit), kind
@@ -182,10 +182,10 @@ class RecordFile(ABC, Generic[R]):
         values keep their sources. Raises UnknownNameError with the nearest names, QuantityError for
         a number out of bounds, FileError for numbers that contradict each other.
         """
-        values = by_path(type(self.record), changes)
-        return self.edited({p: None if v is None else (v, SET_BY_HAND) for p, v in values.items()})
+        values = resolve_changes(type(self.record), changes)
+        return self.edit({p: None if v is None else (v, SET_BY_HAND) for p, v in values.items()})
 
-    def edited(
+    def edit(
         self,
         changes: Mapping[str, tuple[Any, Source] | None],
         *,
@@ -197,13 +197,13 @@ class RecordFile(ABC, Generic[R]):
         `tables` are first replaced or removed as a whole. Raises FileError for values that
         contradict each other.
         """
-        text = self.text if self._in_step() else self.render(self.name)
+        text = self.text if self._is_text_current() else self.render(self.name)
         # a key that is not in the file need not be removed
         edits = {p: c for p, c in changes.items() if c or p in self.known_values}
         new_text = update_text(text, self.fields, edits, name=name, tables=tables)
         return self.read(new_text, f"{self.holds} {(name or self.name)[:80]}")
 
-    def _in_step(self) -> bool:
+    def _is_text_current(self) -> bool:
         """Return whether the text describes the record; a replaced record may differ."""
         try:
             return self.read(self.text, self.name).record == self.record
@@ -229,19 +229,19 @@ class RecordFile(ABC, Generic[R]):
         return "\n".join(lines) + "\n"
 
 
-def record_files(values: Iterable[Any]) -> Iterator[RecordFile[Any]]:
+def find_record_files(values: Iterable[Any]) -> Iterator[RecordFile[Any]]:
     """Yield the record files among arguments, also in lists, mappings and option records."""
     for value in values:
         if isinstance(value, RecordFile):
             yield value
         elif isinstance(value, list | tuple):
-            yield from record_files(value)
+            yield from find_record_files(value)
         elif isinstance(value, Mapping):
-            yield from record_files(value.values())
+            yield from find_record_files(value.values())
         elif is_dataclass(value) and not isinstance(value, type):
-            yield from record_files(getattr(value, f.name) for f in fields(value))
+            yield from find_record_files(getattr(value, f.name) for f in fields(value))
 
 
-def paths_of(sources: Mapping[str, Source], kind: str) -> list[str]:
+def find_paths(sources: Mapping[str, Source], kind: str) -> list[str]:
     """Return the dotted paths of the numbers that come from one kind of source."""
     return [path for path, source in sources.items() if source.kind == kind]

@@ -51,7 +51,7 @@ def clear_leftovers(parent: Path) -> None:
                 if folder.is_symlink() or not folder.is_dir():
                     continue
                 lock = _lock(folder)
-                if lock is None and not _without_locks(folder):
+                if lock is None and not _is_stale_without_locks(folder):
                     continue
                 _restore(folder)
                 shutil.rmtree(folder, ignore_errors=True)
@@ -113,7 +113,7 @@ def _unlock(handle: int | None) -> None:
         os.close(handle)
 
 
-def _without_locks(folder: Path) -> bool:
+def _is_stale_without_locks(folder: Path) -> bool:
     """Return whether the system cannot lock folders and this one has not changed for a day."""
     return os.name == "nt" and time.time() - folder.stat().st_mtime > DAY
 

@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 from layerjam.errors import FileError, LayerjamError, UnknownNameError
 from layerjam.toml_files.source import Source
-from layerjam.toml_files.toml import line_of, parse_toml, row_with
+from layerjam.toml_files.toml import find_line, find_row, parse_toml
 from layerjam.toml_files.values import Entry, TextSpec, entries
 from layerjam.units import build
 from layerjam.verdict import Acceptance
@@ -40,7 +40,7 @@ class Reader:
 
     def fail(self, key: str, reason: object) -> FileError:
         """Return the error, with the line of the key."""
-        return FileError(self.path, str(reason), line_of(self.text, key))
+        return FileError(self.path, str(reason), find_line(self.text, key))
 
     @contextmanager
     def locate_errors(self, key: str = "") -> Iterator[None]:
@@ -54,40 +54,40 @@ class Reader:
             raise
         except LayerjamError as err:
             name = err.quantity or ""
-            line = line_of(self.text, name) or row_with(self.text, name)
-            line = line or line_of(self.text, key)
+            line = find_line(self.text, name) or find_row(self.text, name)
+            line = line or find_line(self.text, key)
             raise FileError(self.path, str(err), line) from None
 
-    def take(self, tables: Mapping[str, Any] | None = None, table: str = "") -> None:
+    def read_all(self, tables: Mapping[str, Any] | None = None, table: str = "") -> None:
         """Read every entry of a file, or of one of its tables."""
         entries_of_table = parse_toml(self.text, self.path) if tables is None else tables
         for key, value in entries_of_table.items():
             path = f"{table}.{key}" if table else key
             if path in self.fields:
-                self.entry(path, value)
+                self.read_entry(path, value)
             elif not table and key in self.described:
                 with self.locate_errors(key):
                     self.words[key] = self.described[key].spec.read(value, key)
             elif not table and key in self.tables:
                 if not isinstance(value, dict):
                     raise self.fail(key, f"{key} must be a table, [{key}]")
-                self.take(value, key)
+                self.read_all(value, key)
             elif path == "made_by" and isinstance(value, dict):
                 self.notes = value
             elif path == "accepted" and isinstance(value, list):
                 with self.locate_errors(path):
                     self.accepted = tuple(Acceptance.read(row) for row in value)
             else:
-                raise self.fail(path, self.unknown(path))
+                raise self.fail(path, self.unknown_key_error(path))
 
-    def unknown(self, key: str) -> UnknownNameError:
+    def unknown_key_error(self, key: str) -> UnknownNameError:
         """Return the error for an unknown key."""
         return UnknownNameError("key", key, [*self.fields, *self.tables, *self.described])
 
-    def entry(self, path: str, entry: object) -> None:
+    def read_entry(self, path: str, entry: object) -> None:
         """Read one value, plain or with its source."""
         if path not in self.fields:
-            raise self.fail(path, self.unknown(path))
+            raise self.fail(path, self.unknown_key_error(path))
         value, source = entry, Source()
         if isinstance(entry, dict) and not self.fields[path].table:
             with self.locate_errors(path):
@@ -96,7 +96,7 @@ class Reader:
             self.values[path] = self.fields[path].spec.read(value, path)
         self.sources[path] = source
 
-    def rows(self, key: str, tables: object, cls: type[R]) -> tuple[R, ...]:
+    def read_rows(self, key: str, tables: object, cls: type[R]) -> tuple[R, ...]:
         """Return one record for each table of an array of tables, [[key]]."""
         if not isinstance(tables, list) or not all(isinstance(row, dict) for row in tables):
             raise self.fail(key, f"{key}: each begins with a line [[{key}]]")
@@ -104,19 +104,19 @@ class Reader:
         records = []
         for row in tables:
             inner = Reader(self.text, self.path, fields)
-            inner.take(row, key)
-            inner.require()
-            records.append(inner.record(cls, f"{key}."))
+            inner.read_all(row, key)
+            inner.check_required()
+            records.append(inner.build_record(cls, f"{key}."))
         return tuple(records)
 
-    def require(self, *more: str) -> None:
+    def check_required(self, *more: str) -> None:
         """Raise FileError if a required value, or one of `more`, is missing."""
         tables = {p.rpartition(".")[0] for p in self.values}
         due = [
             path
             for path, e in self.fields.items()
             if path not in self.values
-            and (path in more or (e.required and not self._absent(path, e, tables)))
+            and (path in more or (e.required and not self._is_absent(path, e, tables)))
         ]
         if due:
             names = ", ".join(f"{p} ({self.fields[p].spec.text})" for p in due[:4])
@@ -124,10 +124,10 @@ class Reader:
             raise self.fail(due[0] if "." in due[0] else "", reason)
 
     @staticmethod
-    def _absent(path: str, entry: Entry, tables: Collection[str]) -> bool:
+    def _is_absent(path: str, entry: Entry, tables: Collection[str]) -> bool:
         return entry.in_optional and path.rpartition(".")[0] not in tables
 
-    def record(self, cls: type[R], prefix: str = "") -> R:
+    def build_record(self, cls: type[R], prefix: str = "") -> R:
         """Return the record of the values read under a prefix."""
         inside = (p for p, _ in entries(cls, prefix) if p in self.values)
         with self.locate_errors():

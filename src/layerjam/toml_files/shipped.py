@@ -25,7 +25,7 @@ def _read_shipped(package: str, *folders: str) -> dict[str, str]:
     }
 
 
-def text_of(kind: str, source: str | Path, texts: Mapping[str, str]) -> tuple[str, str]:
+def load_text(kind: str, source: str | Path, texts: Mapping[str, str]) -> tuple[str, str]:
     """Return the TOML text and the name or path of a shipped file of a `kind`, or of a user's file.
 
     Raises UnknownNameError (with the nearest names) or FileError.

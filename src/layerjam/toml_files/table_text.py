@@ -18,21 +18,21 @@ _PIECES = (re.compile(r"(?<=\t)[^\t]*"), re.compile(r"(?<=[,;])[^,;]*"))
 Cell = str | float | None
 
 
-def cell(value: Cell) -> str:
+def format_cell(value: Cell) -> str:
     """Return a value as a cell: a number with all its digits, None as an empty text."""
     if isinstance(value, str):
         return _guard(value)
     return "" if value is None else repr(value)
 
 
-def plain_cell(text: str) -> str:
+def restore_cell(text: str) -> str:
     """Return the text that was passed to `cell`."""
     return text[1:] if _MARKED.match(text) else text
 
 
-def rows_text(rows: Iterable[Sequence[Cell]]) -> str:
+def format_rows(rows: Iterable[Sequence[Cell]]) -> str:
     """Return the rows of a table as CSV, one line each."""
-    return "".join(",".join(_quote(cell(value)) for value in row) + "\n" for row in rows)
+    return "".join(",".join(_quote(format_cell(value)) for value in row) + "\n" for row in rows)
 
 
 def comment(text: str) -> str:
@@ -43,10 +43,10 @@ def comment(text: str) -> str:
     return line
 
 
-def plain_comment(line: str) -> str:
+def restore_comment(line: str) -> str:
     """Return the comment line that was passed to `comment`."""
     for piece in reversed(_PIECES):
-        line = piece.sub(lambda m: plain_cell(m[0]), line)
+        line = piece.sub(lambda m: restore_cell(m[0]), line)
     return line
 
 

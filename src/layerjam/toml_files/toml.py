@@ -13,7 +13,7 @@ MAX_NAMES = 5_000
 """Number of names in a folder that are compared with a missing file's name."""
 
 
-def nearby(path: Path) -> str:
+def suggest_nearby(path: Path) -> str:
     """Return a suggestion: the nearest name in a missing file's folder, or ""."""
     try:
         if path.exists():
@@ -62,7 +62,7 @@ def read_text(path: Path) -> str:
             raw = handle.read(MAX_BYTES + 1)
     except (OSError, ValueError) as err:
         problem = f"cannot be read: {getattr(err, 'strerror', None) or err}"
-        raise FileError(path, problem, how=nearby(path)) from None
+        raise FileError(path, problem, how=suggest_nearby(path)) from None
     if len(raw) > MAX_BYTES:
         raise FileError(path, f"is larger than {MAX_BYTES // 1000} kB, the limit for TOML files")
     return decode_toml(raw, path)
@@ -81,7 +81,7 @@ def decode_toml(raw: bytes, path: object) -> str:
         raise FileError(path, "is not UTF-8 text; save it as UTF-8", line) from None
 
 
-def line_of(text: str, path: str) -> int | None:
+def find_line(text: str, path: str) -> int | None:
     """Return the line on which a dotted path is set, or None.
 
     In an array of tables, [[name]], the first table that sets it is used.
@@ -106,7 +106,7 @@ def line_of(text: str, path: str) -> int | None:
     return table_line
 
 
-def row_with(text: str, words: str) -> int | None:
+def find_row(text: str, words: str) -> int | None:
     """Return the number of the first line that contains some words, or None."""
     rows = enumerate(text.splitlines(), 1)
     return next((number for number, row in rows if words and words in row), None)

@@ -29,7 +29,7 @@ def literal(value: object) -> str:
     return repr(value)
 
 
-def meaning(spec: ValueSpec) -> str:
+def describe_spec(spec: ValueSpec) -> str:
     """Return a comment line: symbol, meaning, unit and bounds."""
     symbol, unit = "", ""
     if isinstance(spec, QuantitySpec):
@@ -38,7 +38,7 @@ def meaning(spec: ValueSpec) -> str:
     return f"# {symbol}{spec.text}{unit}; {spec.limits()}"
 
 
-def plain(rows: Mapping[str, Entry], values: Mapping[str, Any]) -> list[str]:
+def plain_lines(rows: Mapping[str, Entry], values: Mapping[str, Any]) -> list[str]:
     """Return lines that set every value other than a default, with tables under headings."""
     lines, table = [], ""
     for path, entry in rows.items():
@@ -70,7 +70,7 @@ def commented_lines(
         if head != table:
             lines += ["", f"[{head}]"]
             table = head
-        lines.append(meaning(entry.spec))
+        lines.append(describe_spec(entry.spec))
         value, source = values.get(path), sources.get(path)
         if value is None:
             lines.append(f"# {key} =        (not known)")
@@ -115,7 +115,7 @@ def update_text(
     for path, change in changes.items():
         table, _, key = path.rpartition(".")
         if change is None:
-            _take_out(document, path)
+            _remove_key(document, path)
             continue
         if table and table not in document:
             document[table] = tomlkit.table()
@@ -151,7 +151,7 @@ def dump_toml(document: Any, text: str) -> str:
     return new_text.replace("\n", "\r\n") if "\r\n" in text else new_text
 
 
-def _take_out(document: Any, path: str) -> None:
+def _remove_key(document: Any, path: str) -> None:
     table, _, key = path.rpartition(".")
     place = document.get(table, {}) if table else document
     if key not in place:

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 from nicegui import run, ui
 
 from layerjam.errors import LayerjamError
-from layerjam.toml_files.table_text import comment, rows_text
+from layerjam.toml_files.table_text import comment, format_rows
 from layerjam.workbench import copying
 from layerjam.workbench.widgets import button, one_line
 
@@ -108,7 +108,7 @@ def curves_csv(options: Mapping[str, Any], failures: Sequence[str] = ()) -> str:
         return ""
     title = "layerjam: curves of a chart, thinned to about 500 points each"
     head = "".join(f"{comment(text)}\n" for text in (title, *failures))
-    return head + rows_text([("y axis", "curve", "x axis", "x", "y"), *rows])
+    return head + format_rows([("y axis", "curve", "x axis", "x", "y"), *rows])
 
 
 def _points(options: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Any, Any]]:

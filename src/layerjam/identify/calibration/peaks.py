@@ -33,7 +33,7 @@ from layerjam.identify.shape import change_shape
 from layerjam.identify.single_pulls import SinglePull, pull_checks, single_pulls
 from layerjam.identify.speed import at_crosshead_speed, friction_growth
 from layerjam.measure.trace import Array, block_means
-from layerjam.mechanics.enclosure import enclosure_at
+from layerjam.mechanics.enclosure import enclosure_law
 from layerjam.mechanics.pull import (
     brake_force,
     force_at_elongation,
@@ -84,7 +84,7 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
         )
     factor = float(scale_factor_of_peak(pull.peak_force, vacuum, brake))
     if not np.isfinite(factor):
-        root = float(enclosure_at(vacuum, brake).root)
+        root = float(enclosure_law(vacuum, brake).root)
         least = show(root * brake.sheets.overlap**0.5, "N")
         raise FitError.of(
             pull.path,

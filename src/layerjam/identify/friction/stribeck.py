@@ -15,8 +15,8 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.identify.checks import Check, check, check_span
-from layerjam.mechanics.enclosure import backbone, enclosure_at
-from layerjam.mechanics.fan import straight
+from layerjam.mechanics.enclosure import backbone, enclosure_law
+from layerjam.mechanics.fan import require_flat
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.stick_slip.curve import Stribeck
 from layerjam.mechanics.stick_slip.wet import WetFilm
@@ -163,11 +163,11 @@ def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> Spee
 
 def _friction_lever(points: SpeedPoints, brake: Brake) -> tuple[Array, Array]:
     """Return (force per unit friction coefficient, enclosure force) [N]."""
-    brake = straight(brake, "the fit of friction versus speed")
+    brake = require_flat(brake, "the fit of friction versus speed")
     contact = brake.sheets.overlap - points.slip
     per_metre = np.asarray(friction_per_contact(points.vacuum, brake)) / brake.film.kinetic
     return per_metre * contact, np.asarray(
-        backbone(points.slip, enclosure_at(points.vacuum, brake))
+        backbone(points.slip, enclosure_law(points.vacuum, brake))
     )
 
 

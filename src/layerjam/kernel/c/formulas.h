@@ -8,7 +8,7 @@ typedef struct {
     lj_real saturation;
 } lj_enclosure;
 
-static inline lj_enclosure lj_enclosure_of(lj_real stiffness, lj_real friction, lj_real reach)
+static inline lj_enclosure lj_make_enclosure(lj_real stiffness, lj_real friction, lj_real reach)
 {
     lj_real root = LJ(2) * lj_sqrt(stiffness * friction);
     return (lj_enclosure){stiffness, friction, reach, root, friction * lj_square(reach) /
@@ -17,7 +17,7 @@ static inline lj_enclosure lj_enclosure_of(lj_real stiffness, lj_real friction, 
 
 static inline lj_enclosure lj_branch(lj_real strength, const lj_enclosure *enclosure)
 {
-    return lj_enclosure_of(enclosure->stiffness, strength, enclosure->reach);
+    return lj_make_enclosure(enclosure->stiffness, strength, enclosure->reach);
 }
 
 static inline lj_real lj_spread_root(lj_real drive, lj_real spring, const lj_enclosure *enclosure)

@@ -57,8 +57,8 @@ typedef struct {
 
 static LJ_OFTEN lj_enclosure enclosure_at(const lj_brake *brake, lj_real vacuum)
 {
-    return lj_enclosure_of(brake->enclosure_stiffness, brake->enclosure_contact * vacuum,
-                           brake->reach);
+    return lj_make_enclosure(brake->enclosure_stiffness, brake->enclosure_contact * vacuum,
+                             brake->reach);
 }
 
 static LJ_OFTEN lj_setting setting_of(const lj_brake *brake, const lj_state *state,

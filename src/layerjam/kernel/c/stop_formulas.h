@@ -46,7 +46,7 @@ typedef struct {
     lj_real outcome;
 } lj_end;
 
-static inline lj_case lj_setup(lj_real mass, lj_real speed, lj_real c, lj_real overlap, const
+static inline lj_case lj_make_setup(lj_real mass, lj_real speed, lj_real c, lj_real overlap, const
         lj_enclosure *enclosure, lj_real spring, lj_real gravity)
 {
     lj_real weight = mass * gravity;
@@ -57,7 +57,7 @@ static inline lj_case lj_setup(lj_real mass, lj_real speed, lj_real c, lj_real o
     return (lj_case){mass, arriving, weight, c, onset, spring, compliance, *enclosure, kinetic};
 }
 
-static inline lj_real lj_root_of(lj_real square)
+static inline lj_real lj_positive_root(lj_real square)
 {
     int positive = square > LJ(0);
     return (positive ? lj_sqrt((positive ? square : LJ(1.0))) : LJ(0.0));
@@ -72,7 +72,7 @@ static inline lj_real lj_balance_root(const lj_case *case_, lj_real limit)
     int spreads = falls && slope * case_->enclosure.saturation > linear;
     lj_real square = case_->enclosure.root * case_->enclosure.root + LJ(4) * case_->c * margin;
     lj_real radicand = (spreads ? square : slope * linear);
-    lj_real root = (spreads ? case_->enclosure.root : LJ(0.0)) + lj_root_of(radicand);
+    lj_real root = (spreads ? case_->enclosure.root : LJ(0.0)) + lj_positive_root(radicand);
     root = root / (spreads ? LJ(2) * case_->c : (falls ? slope : LJ(1.0)));
     return lj_min((falls && radicand >= LJ(0) ? root : limit), limit);
 }
@@ -95,12 +95,12 @@ static inline lj_energy lj_quartic(const lj_case *case_, lj_real linear)
         fall * compliance : c - c * c * compliance) / LJ(2)};
 }
 
-static inline lj_real lj_value(const lj_energy *p, lj_real w)
+static inline lj_real lj_quartic_value(const lj_energy *p, lj_real w)
 {
     return p->a0 + w * (p->a1 + w * (p->a2 + w * (p->a3 + w * p->a4)));
 }
 
-static inline lj_real lj_slope_of(const lj_energy *p, lj_real w)
+static inline lj_real lj_quartic_slope(const lj_energy *p, lj_real w)
 {
     return p->a1 + w * (LJ(2) * p->a2 + w * (LJ(3) * p->a3 + w * LJ(4) * p->a4));
 }
@@ -111,37 +111,37 @@ static inline lj_real lj_snap_root(lj_real soft, const lj_enclosure *enclosure)
     return (runs ? enclosure->root / (LJ(2) * (runs ? soft : LJ(1.0))) : LJ_INFINITY);
 }
 
-static inline lj_bracket lj_search(const lj_case *case_, lj_real travel)
+static inline lj_bracket lj_bracket_root(const lj_case *case_, lj_real travel)
 {
-    lj_real all_of_it = lj_root_of(travel);
+    lj_real all_of_it = lj_positive_root(travel);
     lj_real snap = lj_snap_root(case_->c - case_->k, &case_->enclosure);
     lj_real saturation = case_->enclosure.root * (case_->enclosure.reach / (LJ(2) *
         case_->enclosure.stiffness));
     lj_real end = lj_min(lj_balance_root(case_, all_of_it), snap);
     lj_real edge = lj_min(saturation, end);
     lj_energy start = lj_quartic(case_, case_->c < LJ(0));
-    int linear = (edge < end ? lj_value(&start, edge) : LJ(0.0)) > LJ(0);
+    int linear = (edge < end ? lj_quartic_value(&start, edge) : LJ(0.0)) > LJ(0);
     lj_energy energy = lj_quartic(case_, linear);
     lj_real low = (linear ? edge : LJ(0.0));
     lj_real high = (linear ? end : edge);
     lj_real limit = lj_min(all_of_it, snap);
-    return (lj_bracket){energy, low, high, lj_value(&energy, high) <= LJ(0), limit, snap <
+    return (lj_bracket){energy, low, high, lj_quartic_value(&energy, high) <= LJ(0), limit, snap <
         all_of_it};
 }
 
-static inline lj_real lj_guess(const lj_energy *p, lj_real low, lj_real high)
+static inline lj_real lj_guess_root(const lj_energy *p, lj_real low, lj_real high)
 {
-    lj_real down = lj_root_of(p->a2 * p->a2 - LJ(4) * p->a0 * p->a4) - p->a2;
+    lj_real down = lj_positive_root(p->a2 * p->a2 - LJ(4) * p->a0 * p->a4) - p->a2;
     lj_real square = LJ(2) * p->a0 / (down > LJ(0) ? down : LJ(1.0));
-    return lj_min(lj_max(lj_root_of(square), low), high);
+    return lj_min(lj_max(lj_positive_root(square), low), high);
 }
 
 static inline lj_real lj_curvature_step(const lj_energy *p, lj_real w, lj_real low, lj_real high)
 {
-    lj_real first = lj_slope_of(p, w);
+    lj_real first = lj_quartic_slope(p, w);
     lj_real second = LJ(2) * p->a2 + w * (LJ(6) * p->a3 + w * LJ(12) * p->a4);
-    lj_real energy = lj_value(p, w);
-    lj_real down = lj_root_of(first * first - LJ(2) * energy * second) - first;
+    lj_real energy = lj_quartic_value(p, w);
+    lj_real down = lj_positive_root(first * first - LJ(2) * energy * second) - first;
     lj_real new = w + LJ(2) * energy / (down > LJ(0) ? down : LJ(1.0));
     return lj_min(lj_max(new, low), high);
 }
@@ -149,11 +149,11 @@ static inline lj_real lj_curvature_step(const lj_energy *p, lj_real w, lj_real l
 static inline lj_real lj_polish_root(const lj_energy *p, lj_real root, lj_real slope)
 {
     int down = slope < LJ(0);
-    lj_real step = (down ? lj_value(p, root) / (down ? slope : LJ(-1.0)) : LJ(0.0));
+    lj_real step = (down ? lj_quartic_value(p, root) / (down ? slope : LJ(-1.0)) : LJ(0.0));
     return lj_max(root - step, LJ(0.0));
 }
 
-static inline lj_end lj_end_of(const lj_case *case_, const lj_bracket *bracket, lj_real root)
+static inline lj_end lj_make_stop(const lj_case *case_, const lj_bracket *bracket, lj_real root)
 {
     lj_real mass = case_->mass;
     lj_enclosure enclosure = case_->enclosure;
@@ -187,7 +187,7 @@ static inline lj_end lj_end_of(const lj_case *case_, const lj_bracket *bracket, 
         spread);
     lj_real left = case_->arriving + case_->weight * (slip + resist * case_->compliance) - heat -
         energy;
-    lj_real pace = lj_root_of((slides ? (stops ? LJ(0.0) : LJ(2) * left / mass) : swing));
+    lj_real pace = lj_positive_root((slides ? (stops ? LJ(0.0) : LJ(2) * left / mass) : swing));
     lj_real elastic = case_->weight + pace;
     return (lj_end){slip, (slides ? highest : elastic), (slides ? pace : LJ(0.0)), heat, (slides ?
         energy : elastic * elastic * case_->compliance / LJ(2)), outcome};

@@ -61,8 +61,8 @@ LJ_INLINE lj_case case_of(const lj_block *block, int i, const double *brake)
     double vacuum = block->in[VACUUM][i], stiffness = brake[STIFFNESS], reach = brake[REACH];
     lj_enclosure enclosure = {stiffness, brake[DRAG] * vacuum, reach, block->root[i],
                               brake[DRAG] * reach * reach / stiffness * vacuum};
-    return lj_setup(block->in[MASS][i], block->in[SPEED][i], brake[FRICTION] * vacuum,
-                    brake[OVERLAP], &enclosure, block->in[SPRING][i], block->in[GRAVITY][i]);
+    return lj_make_setup(block->in[MASS][i], block->in[SPEED][i], brake[FRICTION] * vacuum,
+                         brake[OVERLAP], &enclosure, block->in[SPRING][i], block->in[GRAVITY][i]);
 }
 
 LJ_INLINE lj_bracket bracket_of(const lj_block *block, int i)
@@ -79,7 +79,7 @@ LJ_INLINE void open_drop(lj_block *block, int i, const double *brake)
     lj_bracket bracket;
     block->root[i] = 2 * sqrt(brake[STIFFNESS] * brake[DRAG] * block->in[VACUUM][i]);
     drop = case_of(block, i, brake);
-    bracket = lj_search(&drop, brake[TRAVEL]);
+    bracket = lj_bracket_root(&drop, brake[TRAVEL]);
     block->a0[i] = bracket.energy.a0;
     block->a1[i] = bracket.energy.a1;
     block->a2[i] = bracket.energy.a2;
@@ -95,7 +95,7 @@ LJ_INLINE void open_drop(lj_block *block, int i, const double *brake)
 LJ_INLINE void guess_root(lj_block *block, int i)
 {
     lj_bracket bracket = bracket_of(block, i);
-    block->w[i] = lj_guess(&bracket.energy, bracket.low, bracket.high);
+    block->w[i] = lj_guess_root(&bracket.energy, bracket.low, bracket.high);
 }
 
 /* Step towards the root. */
@@ -123,8 +123,8 @@ LJ_INLINE void end_drop(lj_block *block, int i, const double *brake)
     const double nan = 0 * LJ_INFINITY;
     lj_case drop = case_of(block, i, brake);
     lj_bracket bracket = bracket_of(block, i);
-    double slope = lj_slope_of(&bracket.energy, block->w[i]), bad;
-    lj_end end = lj_end_of(&drop, &bracket, lj_polish_root(&bracket.energy, block->w[i], slope));
+    double slope = lj_quartic_slope(&bracket.energy, block->w[i]), bad;
+    lj_end end = lj_make_stop(&drop, &bracket, lj_polish_root(&bracket.energy, block->w[i], slope));
     bad = drop.mass > 0 ? 0 : nan;
     bad = block->in[SPEED][i] >= 0 ? bad : nan;
     bad = block->in[VACUUM][i] >= 0 ? bad : nan;

@@ -25,7 +25,7 @@ from layerjam.measure.readers.words import normalise_name
 from layerjam.measure.sidecar import READ
 from layerjam.measure.trace import Trace
 from layerjam.simulate.procedure import Evacuate, Pull, Return, parse_procedure
-from layerjam.toml_files.table_text import plain_comment
+from layerjam.toml_files.table_text import restore_comment
 
 OWN_FORMAT = "layerjam CSV"
 
@@ -158,7 +158,7 @@ def _header_vacuum(source: Source) -> float | None:
         if not text.startswith("#"):
             break
         if text.startswith("# procedure: "):
-            text_of_steps = plain_comment(text).removeprefix("# procedure: ").strip()
+            text_of_steps = restore_comment(text).removeprefix("# procedure: ").strip()
             try:
                 steps = parse_procedure(text_of_steps).steps
             except LayerjamError:

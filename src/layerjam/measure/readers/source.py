@@ -10,7 +10,7 @@ from layerjam.measure.readers.workbook import read_sheets
 from layerjam.measure.run_text import csv_text
 from layerjam.measure.runs import ENDING, read_run
 from layerjam.system import report_failure
-from layerjam.toml_files.toml import nearby
+from layerjam.toml_files.toml import suggest_nearby
 
 MAX_BYTES = 1_000_000_000
 _HEAD = 65_536
@@ -68,7 +68,7 @@ def _read_text(name: str, path: str | Path) -> bytes:
         if place.is_dir():
             raise FileError(name, "is a folder, not a file")
         if not place.exists():
-            raise FileError(name, "does not exist", how=nearby(place))
+            raise FileError(name, "does not exist", how=suggest_nearby(place))
         if not place.is_file():
             raise FileError(name, "is not a regular file")
         size = place.stat().st_size

@@ -11,7 +11,7 @@ import numpy as np
 from layerjam.mechanics.compilation import compile_loop
 from layerjam.mechanics.stack.enclosure import CHATTER, DONE, SNAPPED
 from layerjam.mechanics.stack.lasso import kernel
-from layerjam.mechanics.stack.pull import advance, at_rest, check_stack, kernel_stamp, room_for
+from layerjam.mechanics.stack.pull import advance, check_stack, kernel_stamp, make_work, rest_state
 from layerjam.mechanics.stack.solve import (
     ELONGATION,
     FORCE,
@@ -52,7 +52,7 @@ class Peaks:
 
 
 @kernel
-def _copy(new: State, old: State) -> None:  # pragma: no cover
+def _copy_state(new: State, old: State) -> None:  # pragma: no cover
     """Copy `old` into `new` without turning points, because a pull has none."""
     for i in range(len(old.past)):
         new.past[i], new.slides[i], new.moving[i] = old.past[i], old.slides[i], old.moving[i]
@@ -67,7 +67,7 @@ def _copy(new: State, old: State) -> None:  # pragma: no cover
 
 
 @kernel
-def _to_onset(stack: Stack, state: State) -> float:  # pragma: no cover
+def _onset_factor(stack: Stack, state: State) -> float:  # pragma: no cover
     """Return the factor on the load at which the first interface slips, if all forces scale."""
     share = np.inf
     for i in range(len(stack.friction)):
@@ -78,7 +78,7 @@ def _to_onset(stack: Stack, state: State) -> float:  # pragma: no cover
 
 
 @kernel
-def _elongation_at(force: float, track: Array, points: int) -> float:  # pragma: no cover
+def _elongation(force: float, track: Array, points: int) -> float:  # pragma: no cover
     """Return the elongation at which a track first carries `force`, interpolated linearly."""
     k = 1
     while track[1, k] < force and k < points:
@@ -100,12 +100,12 @@ def _pull_to_peak(
     """Pull one stack to its peak; `probe` is a small elongation, `end` the last one."""
     (state, last, before), (trial, overload) = states, room
     code = advance(probe, stack, state, trial, overload)
-    onset = probe * _to_onset(stack, state)
+    onset = probe * _onset_factor(stack, state)
     for i in range(len(state.past)):
         onset = 0.0 if state.slides[i] != 0 else onset
     if onset > 0.0 and code == DONE:
         code = advance(max(0.9 * onset, probe), stack, state, trial, overload)
-        out[4] = state.values[FORCE] * _to_onset(stack, state)
+        out[4] = state.values[FORCE] * _onset_factor(stack, state)
     if code != DONE:
         return code
     strength = 0.0
@@ -113,11 +113,11 @@ def _pull_to_peak(
         strength += stack.ratio[i] * stack.friction[i]
     unit = strength * state.values[ELONGATION] / state.values[FORCE]
     step, falling, top = unit / COARSE, 0, 0.0
-    _copy(before, state)
+    _copy_state(before, state)
     wide, points = step, 1
     track[0, 0], track[1, 0] = 0.0, 0.0
     for _ in range(_MAX_STEPS):
-        _copy(last, state)
+        _copy_state(last, state)
         track[0, points], track[1, points] = state.values[ELONGATION], state.values[FORCE]
         points += 1
         target = min(state.values[ELONGATION] + step, end)
@@ -126,7 +126,7 @@ def _pull_to_peak(
             return code
         if state.values[TOP] > top:
             top, falling, wide = state.values[TOP], 0, 2 * step
-            _copy(before, last)
+            _copy_state(before, last)
         else:
             falling += 1
         past = state.values[ELONGATION] > 1.1 * unit
@@ -134,27 +134,27 @@ def _pull_to_peak(
             break
         step *= 1.2 if past else 1.0
     for _ in range(LEVELS):
-        _copy(state, before)
+        _copy_state(state, before)
         goal = min(before.values[ELONGATION] + wide, end)
         step, top = (goal - before.values[ELONGATION]) / PARTS, state.values[TOP]
         for part in range(PARTS):
-            _copy(last, state)
+            _copy_state(last, state)
             code = advance(goal - (PARTS - 1 - part) * step, stack, state, trial, overload)
             if code != DONE:
                 return code
             if state.values[TOP] > top:
                 top = state.values[TOP]
-                _copy(before, last)
+                _copy_state(before, last)
                 out[0], out[1], out[2] = top, state.values[TOP_ELONGATION], state.values[TOP_SLIP]
         wide = 2 * step
     track[0, points], track[1, points] = before.values[ELONGATION], before.values[FORCE]
-    low, high = _elongation_at(0.2 * top, track, points), _elongation_at(0.8 * top, track, points)
+    low, high = _elongation(0.2 * top, track, points), _elongation(0.8 * top, track, points)
     out[3] = 0.6 * top / (high - low)
     return code
 
 
 @cache_threadsafe
-def _loop() -> Any:
+def _compile_loop() -> Any:
     stamp = kernel_stamp()
 
     @compile_loop(nogil=True, error_model="numpy")
@@ -168,8 +168,8 @@ def _loop() -> Any:
             single = Stack(
                 springs, right, friction[j], ratio, length[j], mount, ends, face, one_by_one
             )
-            states = at_rest(single), at_rest(single), at_rest(single)
-            code = _pull_to_peak(probe, end, single, states, room_for(single), track, out[j])
+            states = rest_state(single), rest_state(single), rest_state(single)
+            code = _pull_to_peak(probe, end, single, states, make_work(single), track, out[j])
             if code != DONE:
                 for k in range(5):
                     out[j, k] = np.nan if code in (SNAPPED, CHATTER) else -1.0
@@ -177,7 +177,7 @@ def _loop() -> Any:
     return pull_all
 
 
-def peaks_of(stack: Stack, friction: Array, length: Array, end: float) -> Peaks:
+def find_peaks(stack: Stack, friction: Array, length: Array, end: float) -> Peaks:
     """Pull stacks from rest to their peak, at most to the elongation `end` [m].
 
     They are identical to `stack` except for `friction` [N] and `length` [m], shape (M, n - 1).
@@ -193,7 +193,7 @@ def peaks_of(stack: Stack, friction: Array, length: Array, end: float) -> Peaks:
 
     def pull_share(first: int, last: int) -> None:
         part = slice(first, last)
-        _loop()(probe, end, friction[part], length[part], stack, out[part])
+        _compile_loop()(probe, end, friction[part], length[part], stack, out[part])
 
     with Workers() as pool:
         pool.share(len(out), pull_share)

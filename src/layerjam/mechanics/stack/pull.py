@@ -18,7 +18,7 @@ import numpy as np
 from numba.extending import register_jitable
 
 from layerjam.errors import LayerjamError, ProcedureError, QuantityError
-from layerjam.mechanics.compilation import compile_loop, stamp_of
+from layerjam.mechanics.compilation import compile_loop, hash_files
 from layerjam.mechanics.stack.enclosure import (
     CHATTER,
     DEPTH,
@@ -45,9 +45,9 @@ from layerjam.mechanics.stack.solve import (
     State,
     Trial,
     bound,
-    holds,
+    is_held,
     margin,
-    solve,
+    solve_increment,
     stiffness_sum,
 )
 from layerjam.mechanics.threads import cache_threadsafe
@@ -65,14 +65,14 @@ _BREAKS = 500  # breaks in one increment, per sheet
 
 
 @kernel
-def _overload(
+def _largest_overload(
     level: float, stack: Stack, state: State, t: Trial, marks: Flags
 ) -> float:  # pragma: no cover
     """Return the largest relative excess over a static bound; `marks` are those > `level`."""
     worst, stiff = -1.0, stiffness_sum(stack)
     reach = 2 * abs(t.values[CAP]) + abs(state.values[ELONGATION])
     for i in range(len(stack.friction)):
-        if holds(i, stack, state):
+        if is_held(i, stack, state):
             limit = stack.ratio[i] * bound(i, state.past[i], stack)
             excess = (abs(t.force[i]) - margin(i, reach, stiff, stack)) / limit - 1.0
             worst = max(worst, excess)
@@ -83,7 +83,7 @@ def _overload(
 
 
 @kernel
-def _accept(
+def _accept_trial(
     target: float, jump: float, stack: Stack, state: State, t: Trial
 ) -> int:  # pragma: no cover
     """Accept the trial as the new state, with its work and heat.
@@ -137,37 +137,37 @@ def _accept(
 
 
 @kernel
-def _load(target: float, stack: Stack, state: State, t: Trial) -> int:  # pragma: no cover
+def _solve_tension(target: float, stack: Stack, state: State, t: Trial) -> int:  # pragma: no cover
     """Solve in tension only: a brake that would be pushed rests without force."""
-    code = solve(target, 0.0, stack, state, t)
+    code = solve_increment(target, 0.0, stack, state, t)
     state.values[SLACK] = 0.0
     if code == DONE and t.values[FORCE] < 0.0:
-        code = solve(target, 1.0, stack, state, t)
+        code = solve_increment(target, 1.0, stack, state, t)
         t.values[FORCE] = 0.0
         state.values[SLACK] = 1.0
     return code
 
 
 @kernel
-def _breaking(
+def _find_break(
     target: float, marks: Flags, stack: Stack, state: State, t: Trial
 ) -> tuple[int, float]:  # pragma: no cover
     """Return the point before `target`, the first interface reaches its static bound (Illinois)."""
     low, high = state.values[ELONGATION], target
-    above = _overload(AT_BOUND, stack, state, t, marks)
+    above = _largest_overload(AT_BOUND, stack, state, t, marks)
     for i in range(len(t.force)):
         t.force[i] = state.interface[i]
-    below, side, point = _overload(AT_BOUND, stack, state, t, marks), 0, target
+    below, side, point = _largest_overload(AT_BOUND, stack, state, t, marks), 0, target
     for _ in range(_ROUNDS):
         if below >= 0.0 or above == below:
             point = low
         else:
             point = (low * above - high * below) / (above - below)
-        code = _load(point, stack, state, t)
-        excess = _overload(AT_BOUND, stack, state, t, marks)
+        code = _solve_tension(point, stack, state, t)
+        excess = _largest_overload(AT_BOUND, stack, state, t, marks)
         if code != DONE or (excess <= 0.0 and excess > -1e-11) or point in (low, high):
             # rounding may end the search just short of the bound: the nearest interface breaks
-            _overload(min(excess, 0.0) - 1e-9, stack, state, t, marks)
+            _largest_overload(min(excess, 0.0) - 1e-9, stack, state, t, marks)
             return code, point
         if excess > 0.0:
             high, above = point, excess
@@ -181,7 +181,7 @@ def _breaking(
 
 
 @kernel
-def _release(marks: Flags, state: State) -> None:  # pragma: no cover
+def _release_interfaces(marks: Flags, state: State) -> None:  # pragma: no cover
     """Assign kinetic friction to interfaces that have reached their static bound."""
     for i in range(len(marks)):
         if marks[i]:
@@ -201,7 +201,7 @@ def advance(
     for i in range(len(stack.ratio)):
         brittle |= stack.ratio[i] > 1.0
     for _ in range(_BREAKS * len(stack.springs)):
-        code = _load(goal, stack, state, t)
+        code = _solve_tension(goal, stack, state, t)
         short = abs(goal - values[ELONGATION]) <= _LEAST * abs(goal)
         if code in (STALLED, SNAPPED) and jump == 0.0 and not short:
             goal = (
@@ -210,25 +210,25 @@ def advance(
             continue
         if code != DONE:
             return code
-        excess = _overload(AT_BOUND, stack, state, t, marks) if brittle else -1.0
+        excess = _largest_overload(AT_BOUND, stack, state, t, marks) if brittle else -1.0
         if excess > 0.0 and jump > 0.0:
             if stack.one_by_one:
                 # other interfaces remain as this break left them; identical ones break together
-                _overload(excess + AT_BOUND, stack, state, t, marks)
-                code = _accept(goal, jump, stack, state, t)
+                _largest_overload(excess + AT_BOUND, stack, state, t, marks)
+                code = _accept_trial(goal, jump, stack, state, t)
                 if code != DONE:
                     return code
-            _release(marks, state)
+            _release_interfaces(marks, state)
             continue
         if excess > 0.0:
-            code, goal = _breaking(target, marks, stack, state, t)
-            code = code if code != DONE else _accept(goal, jump, stack, state, t)
+            code, goal = _find_break(target, marks, stack, state, t)
+            code = code if code != DONE else _accept_trial(goal, jump, stack, state, t)
             if code != DONE:
                 return code
-            _release(marks, state)
+            _release_interfaces(marks, state)
             jump = 1.0
             continue
-        code = _accept(goal, jump, stack, state, t)
+        code = _accept_trial(goal, jump, stack, state, t)
         if code != DONE or goal == target:
             return code
         goal, jump = target, 0.0
@@ -236,7 +236,7 @@ def advance(
 
 
 @register_jitable
-def at_rest(stack: Stack) -> State:  # pragma: no cover
+def rest_state(stack: Stack) -> State:  # pragma: no cover
     """Return the state of a stack at rest."""
     n = len(stack.springs)
     turns, counts, heading = np.zeros((2, 2, DEPTH)), np.zeros(2, np.int64), np.ones(2, np.int64)
@@ -247,7 +247,7 @@ def at_rest(stack: Stack) -> State:  # pragma: no cover
 
 
 @register_jitable
-def room_for(stack: Stack) -> tuple[Trial, Flags]:  # pragma: no cover
+def make_work(stack: Stack) -> tuple[Trial, Flags]:  # pragma: no cover
     """Return work arrays for its increments."""
     n = len(stack.springs)
     trial = Trial(
@@ -302,11 +302,11 @@ class StackPull(NamedTuple):
 
 def kernel_stamp() -> str:
     """Return the stamp that validates the cache of a loop over stacks."""
-    return stamp_of(Path(__file__).parent.glob("*.py"))
+    return hash_files(Path(__file__).parent.glob("*.py"))
 
 
 @cache_threadsafe
-def _follow() -> Any:
+def _compile_follow() -> Any:
     stamp = kernel_stamp()
 
     @compile_loop(error_model="numpy")
@@ -380,14 +380,14 @@ def pull_stack(
         for name in StackPull._fields[:-1]
     }
     motion = StackPull(**tracks, snapped=False)
-    state, room = at_rest(stack), room_for(stack)
+    state, room = rest_state(stack), make_work(stack)
     block, first, code = 1 if renew else max(1, BLOCK // n), 0, DONE
     report_every = max(1, BLOCK // n)
     while first < count and code == DONE:
         if renew and not renew(np.where(stack.right[:-1], -state.past, state.past), stack):
             break
         part = slice(first, min(first + block, count))
-        steps, code = _follow()(path[part], stack, state, room, _cut(motion, part))
+        steps, code = _compile_follow()(path[part], stack, state, room, _trim_motion(motion, part))
         first += steps
         if progress and (first % report_every == 0 or not renew):
             progress(1.0 if first < part.stop else first / count)
@@ -408,8 +408,8 @@ def pull_stack(
             f"stack: no equilibrium was found at an elongation of {path[first]:.6g} m; please "
             "report this brake"
         )
-    return _cut(motion, slice(first), code == SNAPPED)
+    return _trim_motion(motion, slice(first), code == SNAPPED)
 
 
-def _cut(motion: StackPull, part: slice, snapped: bool = False) -> StackPull:
+def _trim_motion(motion: StackPull, part: slice, snapped: bool = False) -> StackPull:
     return StackPull._make([*(track[part] for track in motion[:-1]), snapped])

@@ -126,13 +126,13 @@ def margin(i: int, reach: float, stiff: float, stack: Stack) -> float:  # pragma
 
 
 @inline_kernel
-def holds(i: int, stack: Stack, state: State) -> bool:  # pragma: no cover
+def is_held(i: int, stack: Stack, state: State) -> bool:  # pragma: no cover
     """Return whether interface i rests on static friction that exceeds kinetic friction."""
     return stack.ratio[i] > 1.0 and not state.moving[i] and bound(i, state.past[i], stack) > 0.0
 
 
 @kernel
-def respond(stack: Stack, state: State, t: Trial) -> None:  # pragma: no cover
+def compute_response(stack: Stack, state: State, t: Trial) -> None:  # pragma: no cover
     """Compute how groups of stuck sheets follow cap and faces, for the pattern of `t`.
 
     A sliding interface carries f = s c (1 - slip/length), s its sign, which couples its groups.
@@ -183,7 +183,7 @@ def respond(stack: Stack, state: State, t: Trial) -> None:  # pragma: no cover
 
 
 @inline_kernel
-def _lay_out(stack: Stack, state: State, t: Trial) -> None:  # pragma: no cover
+def _lay_out_sheets(stack: Stack, state: State, t: Trial) -> None:  # pragma: no cover
     """Compute sheets, forces and slips of the pattern of `t` from its cap and faces."""
     n, cap = len(stack.springs), t.values[CAP]
     p0, p1 = t.push
@@ -208,12 +208,12 @@ def _lay_out(stack: Stack, state: State, t: Trial) -> None:  # pragma: no cover
 
 
 @kernel
-def place(
+def place_sheets(
     target: float, slack: float, stack: Stack, state: State, t: Trial
 ) -> int:  # pragma: no cover
     """Compute cap, faces, sheets and forces of the pattern; SNAPPED if the mount is too soft."""
     n = len(stack.springs)
-    respond(stack, state, t)
+    compute_response(stack, state, t)
     # coefficients of the force on the cap, and of the gaps, for (1, U, p0, p1)
     f0, fu, fa, fb = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
@@ -261,25 +261,25 @@ def place(
     cap = u0 + ua * p0 + ub * p1
     t.push[0], t.push[1] = p0, p1
     t.values[CAP] = cap
-    _lay_out(stack, state, t)
+    _lay_out_sheets(stack, state, t)
     return DONE
 
 
 @kernel
-def solve(
+def solve_increment(
     target: float, slack: float, stack: Stack, state: State, t: Trial
 ) -> int:  # pragma: no cover
     """Solve the increment to `target`, or to zero force; static interfaces stay at rest."""
     n = len(stack.springs)
     for i in range(n - 1):
         t.slides[i], t.slip[i] = state.slides[i], state.past[i]
-        if holds(i, stack, state):
+        if is_held(i, stack, state):
             t.slides[i] = 0
     cap, stiff = state.values[CAP], stiffness_sum(stack)
     before, snaps = cap, 0
     t.pull[0], t.pull[1] = state.faces.push
     for turn in range(_ROUNDS):
-        code = place(target, slack, stack, state, t)
+        code = place_sheets(target, slack, stack, state, t)
         fine, reach = code == DONE, abs(t.values[CAP]) + abs(target)
         for i in range(n - 1):
             tight = margin(i, reach, stiff, stack)
@@ -289,7 +289,7 @@ def solve(
                 # bounds depend on the overlap, which is that of the previous round
                 hold = t.slides[i] * bound(i, t.slip[i], stack)
                 fine &= abs(t.force[i] - hold) <= 1e3 * tight
-            elif not holds(i, stack, state):
+            elif not is_held(i, stack, state):
                 fine &= abs(t.force[i]) <= bound(i, t.slip[i], stack) + tight
         if fine:
             return DONE
@@ -322,7 +322,7 @@ def solve(
             lowest, highest = min(lowest, t.centre[i]), max(highest, t.centre[i])
         for i in range(n - 1):
             t.bound[i] = bound(i, t.slip[i], stack)
-            if holds(i, stack, state):
+            if is_held(i, stack, state):
                 t.bound[i] = stiff * (highest - lowest)  # more than any interface can carry
         fused_lasso(stack.springs, t.centre, t.bound, t.z, t.work)
         for i in range(n - 1):

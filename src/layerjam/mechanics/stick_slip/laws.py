@@ -14,15 +14,15 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import backbone, enclosure_at
-from layerjam.mechanics.fan import Sheets, force_of
-from layerjam.mechanics.friction import sheets_at
-from layerjam.mechanics.law import law, safe_sqrt, within
+from layerjam.mechanics.enclosure import backbone, enclosure_law
+from layerjam.mechanics.fan import Sheets, fan_force
+from layerjam.mechanics.friction import sheet_law
+from layerjam.mechanics.law import keep_if, law, safe_sqrt
 from layerjam.mechanics.roots import rising_zero
 from layerjam.mechanics.stick_slip.curve import Stribeck
 
 
-def of_film(brake: Brake, speed: Any = 0.0, exponent: Any = 1.0, viscous: Any = 0.0) -> Stribeck:
+def film_curve(brake: Brake, speed: Any = 0.0, exponent: Any = 1.0, viscous: Any = 0.0) -> Stribeck:
     """Return static and kinetic friction of a brake's film with a Stribeck speed [m/s]."""
     film = brake.film
     return Stribeck(
@@ -30,7 +30,7 @@ def of_film(brake: Brake, speed: Any = 0.0, exponent: Any = 1.0, viscous: Any = 
     )
 
 
-def static_left(speed: Any, stribeck_speed: Any, exponent: Any) -> Any:
+def static_fraction(speed: Any, stribeck_speed: Any, exponent: Any) -> Any:
     """Return the fraction of the static excess at a speed: exp(-(|v|/v_s)^delta), 1 at rest."""
     weakens = (stribeck_speed > 0) & (speed != 0)
     ratio = jnp.abs(speed) / jnp.where(weakens, stribeck_speed, 1.0)
@@ -45,10 +45,10 @@ def stribeck_friction(speed: Any, curve: Stribeck) -> Any:
     It is even in speed. At zero speed, where it has a kink for delta <= 1, the gradient is taken as
     0, the mean of both sides. NaN if the kinetic coefficient is above the static one.
     """
-    left = static_left(speed, curve.speed, curve.exponent)
+    left = static_fraction(speed, curve.speed, curve.exponent)
     friction = curve.kinetic + (curve.static - curve.kinetic) * left
     friction = friction + curve.viscous * jnp.abs(speed)
-    return within((curve.kinetic >= 0) & (curve.static >= curve.kinetic), friction)
+    return keep_if((curve.kinetic >= 0) & (curve.static >= curve.kinetic), friction)
 
 
 @law
@@ -58,13 +58,13 @@ def sliding_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, curve: Strib
     The sheets' part follows `curve` in place of the film's kinetic friction; the enclosure's does
     not depend on speed. Equal to `brake_force` for a flat curve with the film's kinetic friction.
     """
-    sheets, share = sheets_at(vacuum, brake), stribeck_friction(speed, curve) / brake.film.kinetic
+    sheets, share = sheet_law(vacuum, brake), stribeck_friction(speed, curve) / brake.film.kinetic
     fan = sheets.fan
     if fan is not None:
         fan = fan._replace(strength=fan.strength * share)
-    friction = force_of(slip, Sheets(sheets.c * share, sheets.overlap, fan))
-    force = friction + backbone(slip, enclosure_at(vacuum, brake))
-    return within((slip >= 0) & (vacuum >= 0), force)
+    friction = fan_force(slip, Sheets(sheets.c * share, sheets.overlap, fan))
+    force = friction + backbone(slip, enclosure_law(vacuum, brake))
+    return keep_if((slip >= 0) & (vacuum >= 0), force)
 
 
 class Saw(NamedTuple):
@@ -84,7 +84,7 @@ class Saw(NamedTuple):
     """True if the spring becomes slack."""
 
 
-def _physical(static: Any, kinetic: Any, stiffness: Any) -> Any:
+def _is_physical(static: Any, kinetic: Any, stiffness: Any) -> Any:
     return (kinetic >= 0) & (static >= kinetic) & (stiffness > 0)
 
 
@@ -108,13 +108,13 @@ def slow_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: Any) -
     after = safe_sqrt(jnp.maximum(drop**2 - kinetic**2, 0.0)) / jnp.where(slack, stops, 1.0)
     time = (jnp.arccos(jnp.where(slack, -bound, 0.0)) + after) / omega
     time = jnp.where(slack, time, jnp.pi / omega)
-    fine = _physical(static, kinetic, stiffness) & (mass > 0) & (speed > 0)
+    fine = _is_physical(static, kinetic, stiffness) & (mass > 0) & (speed > 0)
     return Saw(
-        force_high=within(fine, static),
-        force_low=within(fine, jnp.where(slack, 0.0, 2 * kinetic - static)),
-        slip=within(fine, slip),
-        period=within(fine, slip / speed + time),
-        slip_time=within(fine, time),
+        force_high=keep_if(fine, static),
+        force_low=keep_if(fine, jnp.where(slack, 0.0, 2 * kinetic - static)),
+        slip=keep_if(fine, slip),
+        period=keep_if(fine, slip / speed + time),
+        slip_time=keep_if(fine, time),
         slack=slack,
     )
 
@@ -144,13 +144,13 @@ def undamped_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: An
     stops = jnp.where(slack & (kinetic > 0), kinetic, jnp.where(slack, jnp.nan, 1.0))
     slack_slip = static / stiffness + speed * first + mass * pace**2 / (2 * stops)
     slip = jnp.where(slack, slack_slip, taut_slip)
-    fine = _physical(static, kinetic, stiffness) & (mass > 0) & (speed > 0) & is_known
+    fine = _is_physical(static, kinetic, stiffness) & (mass > 0) & (speed > 0) & is_known
     return Saw(
-        force_high=within(fine, kinetic + swing),
-        force_low=within(fine, jnp.where(slack, 0.0, kinetic - swing)),
-        slip=within(fine, slip),
-        period=within(fine, slip / speed),
-        slip_time=within(fine, jnp.where(slack, first + mass * pace / stops, taut_time)),
+        force_high=keep_if(fine, kinetic + swing),
+        force_low=keep_if(fine, jnp.where(slack, 0.0, kinetic - swing)),
+        slip=keep_if(fine, slip),
+        period=keep_if(fine, slip / speed),
+        slip_time=keep_if(fine, jnp.where(slack, first + mass * pace / stops, taut_time)),
         slack=slack,
     )
 
@@ -198,7 +198,7 @@ def critical_speed(static: Any, kinetic: Any, stiffness: Any, mass: Any, damping
     speed = (static - kinetic) / (impedance * _critical_drop(ratio))
     speed = jnp.where(ratio >= 1, 0.0, jnp.where(ratio == 0, jnp.inf, speed))
     speed = jnp.where(static == kinetic, 0.0, speed)
-    return within(_physical(static, kinetic, stiffness) & (mass > 0) & (damping >= 0), speed)
+    return keep_if(_is_physical(static, kinetic, stiffness) & (mass > 0) & (damping >= 0), speed)
 
 
 @law
@@ -213,7 +213,7 @@ def stiffness_without_stick_slip(
     least = ((static - kinetic) / (_critical_drop(damping_ratio) * speed)) ** 2 / mass
     least = jnp.where(damping_ratio >= 1, 0.0, jnp.where(damping_ratio == 0, jnp.inf, least))
     fine = (kinetic >= 0) & (static >= kinetic) & (mass > 0) & (speed > 0) & (damping_ratio >= 0)
-    return within(fine, least)
+    return keep_if(fine, least)
 
 
 @law
@@ -248,4 +248,7 @@ def stable_speed(drop: Any, stribeck_speed: Any, exponent: Any, damping: Any) ->
     speed = stribeck_speed * jnp.exp(jnp.where(weakens, u, 0.0) / exponent)
     speed = jnp.where(weakens, jnp.where(share > 0, speed, jnp.inf), 0.0)
     fine = (drop >= 0) & (stribeck_speed >= 0) & (exponent > 0) & (damping >= 0)
-    return within(fine, speed)
+    return keep_if(fine, speed)
+
+
+of_film, static_left = film_curve, static_fraction  # former names

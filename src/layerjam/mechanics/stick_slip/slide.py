@@ -25,16 +25,16 @@ from layerjam.mechanics.stick_slip.slide_step import (
     Slide,
     State,
     Trial,
+    base_drag,
     crosshead_speed,
-    exactly,
-    extension_at,
+    exact_step,
     hermite_range,
     hermite_root,
-    passive,
     resistance,
     runge_kutta,
     slip_speed,
     spring_force,
+    spring_stretch,
     static_bound,
 )
 
@@ -48,20 +48,20 @@ CALM = 0.02
 """Deviation from steady sliding, relative to the pulling speed, below which it counts as steady."""
 
 
-def _bound(state: State, case: Slide) -> tuple[Any, Any, Any]:
+def _limit_step(state: State, case: Slide) -> tuple[Any, Any, Any]:
     """Return the longest allowed step, the next instant not to cross, and whether it is near."""
     limit = jnp.where(state.time < case.ramp, jnp.minimum(case.ramp, case.end), case.end)
     left = limit - state.time
     return jnp.minimum(left, case.step), limit, left <= case.step
 
 
-def _stay(state: State, case: Slide) -> State:
+def _wait_for_breakaway(state: State, case: Slide) -> State:
     """Advance the time of a stuck mass until the spring's force reaches the static bound.
 
     The slip is constant.
     """
-    drive, e0 = crosshead_speed(state.time, case), extension_at(state.time, state.slip, case)
-    span, limit, is_limit = _bound(state, case)
+    drive, e0 = crosshead_speed(state.time, case), spring_stretch(state.time, state.slip, case)
+    span, limit, is_limit = _limit_step(state, case)
     bound = static_bound(state.slip, case)
     missing = jnp.maximum(bound - case.damping * drive, 0.0) / case.spring - e0
     wait = jnp.where(drive > 0, missing / jnp.where(drive > 0, drive, 1.0), jnp.inf)
@@ -69,7 +69,7 @@ def _stay(state: State, case: Slide) -> State:
     breaks = wait <= span
     stays = jnp.where(is_limit, limit, state.time + span)
     time = jnp.where(breaks, state.time + wait, stays)
-    e1 = jnp.maximum(extension_at(time, state.slip, case), 0.0)
+    e1 = jnp.maximum(spring_stretch(time, state.slip, case), 0.0)
     extra = e1 - jnp.maximum(e0, 0.0)
     loss = case.damping * drive * extra
     gain = case.spring / 2 * (e1**2 - jnp.maximum(e0, 0.0) ** 2) + loss
@@ -111,13 +111,13 @@ class _Step(NamedTuple):
 
 
 def _try_step(state: State, h: Any, case: Slide, exact: bool) -> _Step:
-    drive, e0 = crosshead_speed(state.time, case), extension_at(state.time, state.slip, case)
+    drive, e0 = crosshead_speed(state.time, case), spring_stretch(state.time, state.slip, case)
     omega = jnp.sqrt(case.spring / case.mass)
-    trial = (exactly if exact else runge_kutta)(state, h, case)
+    trial = (exact_step if exact else runge_kutta)(state, h, case)
     slip, e1 = state.slip + trial.travel, e0 + drive * h - trial.travel
     taut = state.mode == TAUT
-    force0, slope0, gain0 = _forces(e0, state.slip, state.velocity, drive, taut, case)
-    force1, slope1, gain1 = _forces(e1, slip, trial.velocity, drive, taut, case)
+    force0, slope0, gain0 = _net_forces(e0, state.slip, state.velocity, drive, taut, case)
+    force1, slope1, gain1 = _net_forces(e1, slip, trial.velocity, drive, taut, case)
     stops, stop_at = hermite_root(h, state.velocity, gain0, trial.velocity, gain1)
     # a taut spring becomes slack at zero force; a slack one becomes taut once it is stretched and
     # pulls
@@ -142,7 +142,7 @@ def _try_step(state: State, h: Any, case: Slide, exact: bool) -> _Step:
     return _Step(slip, e1, trial, is_stopped, is_turned, late, sooner, tiny, wrong, high, low)
 
 
-def _forces(e: Any, x: Any, v: Any, drive: Any, taut: Any, case: Slide) -> tuple[Any, Any, Any]:
+def _net_forces(e: Any, x: Any, v: Any, drive: Any, taut: Any, case: Slide) -> tuple[Any, Any, Any]:
     """Return the force of spring and damper if they could push [N], its rate, acceleration."""
     force = case.spring * e + case.damping * (drive - v)
     gain = (jnp.where(taut, force, 0.0) - resistance(x, v, case)) / case.mass
@@ -159,7 +159,7 @@ def _move(state: State, case: Slide, exact: bool) -> tuple[State, Any, Any]:
     Returns the state, whether time has passed, and whether the mass has just come to rest.
     """
     drive, omega = crosshead_speed(state.time, case), jnp.sqrt(case.spring / case.mass)
-    span, limit, is_limit = _bound(state, case)
+    span, limit, is_limit = _limit_step(state, case)
     fixed = case.tolerance == 0
     goal = jnp.where(fixed, jnp.minimum(state.next_step, case.step), state.next_step)
     h = jnp.minimum(jnp.minimum(goal, (0.5 if exact else 0.2) / omega), span)
@@ -210,7 +210,7 @@ def _select(choose: Any, a: State, b: State) -> State:
 
 def _record_action(old: State, new: State, has_passed: Any, rests: Any, case: Slide) -> State:
     """Record the event and the sample of this action in their tables."""
-    extension, drive = extension_at(new.time, new.slip, case), crosshead_speed(new.time, case)
+    extension, drive = spring_stretch(new.time, new.slip, case), crosshead_speed(new.time, case)
     pull = spring_force(extension, drive - new.velocity, case)
     force = jnp.where(new.mode == SLACK, 0.0, pull)
     broke, begin, at_break = old.broke
@@ -234,10 +234,10 @@ def _record_action(old: State, new: State, has_passed: Any, rests: Any, case: Sl
 def _end_reason(state: State, case: Slide, max_actions: int) -> Any:
     """Return the reason for the end of the run, 0 while it runs."""
     force = spring_force(
-        extension_at(state.time, state.slip, case), crosshead_speed(state.time, case), case
+        spring_stretch(state.time, state.slip, case), crosshead_speed(state.time, case), case
     )
-    sheets = static_bound(state.slip, case) - passive(state.slip, case)
-    closes = (state.mode == STUCK) & (passive(state.slip, case) - case.base - force > sheets)
+    sheets = static_bound(state.slip, case) - base_drag(state.slip, case)
+    closes = (state.mode == STUCK) & (base_drag(state.slip, case) - case.base - force > sheets)
     drive = crosshead_speed(state.time, case)
     slope = jax.jvp(lambda v: resistance(state.slip, v, case), (drive,), (jnp.ones_like(drive),))[1]
     calm = (state.mode == TAUT) & (state.deviation < CALM * drive) & (case.damping + slope > 0)
@@ -273,7 +273,7 @@ def _run(case: Slide, exact: bool, events: int, samples: int, max_actions: int) 
     def act(state: State) -> State:
         stuck = state.mode == STUCK
         moving, has_passed, rests = _move(state, case, exact)
-        new = _select(stuck, _stay(state, case), moving)
+        new = _select(stuck, _wait_for_breakaway(state, case), moving)
         new = _record_action(state, new, stuck | has_passed, ~stuck & rests, case)
         return new._replace(reason=_end_reason(new, case, max_actions))
 
@@ -282,11 +282,11 @@ def _run(case: Slide, exact: bool, events: int, samples: int, max_actions: int) 
 
 
 @partial(jax.jit, static_argnames=("exact", "events", "samples", "max_actions"))
-def _runs(case: Slide, exact: bool, events: int, samples: int, max_actions: int) -> State:
+def _run_batch(case: Slide, exact: bool, events: int, samples: int, max_actions: int) -> State:
     return jax.vmap(lambda single: _run(single, exact, events, samples, max_actions))(case)
 
 
-def constant(case: Slide) -> bool:
+def is_constant(case: Slide) -> bool:
     """Return whether friction depends on neither slip nor speed, so that the motion is exact."""
     plain = (case.fall, case.stribeck, case.viscous)
     return (
@@ -312,7 +312,7 @@ def slide(
     """
     case = jax.tree.map(lambda v: np.asarray(v, np.float64), case)
     shape = np.broadcast_shapes(*(v.shape for v in jax.tree.leaves(case)))
-    is_exact = constant(case) if exact is None else exact
+    is_exact = is_constant(case) if exact is None else exact
     if not shape:
         return _run(case, is_exact, events, samples, max_actions)
     flat = jax.tree.map(lambda v: np.broadcast_to(v, shape).ravel(), case)
@@ -321,6 +321,6 @@ def slide(
         # pad the last block with its last case
         indices = np.minimum(np.arange(first, first + BLOCK), count - 1)
         block = jax.tree.map(lambda v, indices=indices: v[indices], flat)
-        parts.append(_runs(block, is_exact, events, samples, max_actions))
+        parts.append(_run_batch(block, is_exact, events, samples, max_actions))
     results = jax.tree.map(lambda *blocks: np.concatenate(blocks)[:count], *parts)
     return jax.tree.map(lambda v: v.reshape(shape + v.shape[1:]), results)

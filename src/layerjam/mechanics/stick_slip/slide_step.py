@@ -14,7 +14,7 @@ from layerjam.device.speed_law import SpeedLaw
 from layerjam.mechanics.enclosure import EnclosureLaw, backbone
 from layerjam.mechanics.friction import growth
 from layerjam.mechanics.roots import rising_zero
-from layerjam.mechanics.stick_slip.laws import static_left
+from layerjam.mechanics.stick_slip.laws import static_fraction
 
 STUCK, TAUT, SLACK = 0, 1, 2
 """States of the mass and its spring."""
@@ -116,10 +116,10 @@ class Trial(NamedTuple):
 
 def static_bound(slip: Any, case: Slide) -> Any:
     """Return the largest force that leaves the mass at rest [N]."""
-    return jnp.maximum(case.level - case.fall * slip, 0.0) * (1 + case.rise) + passive(slip, case)
+    return jnp.maximum(case.level - case.fall * slip, 0.0) * (1 + case.rise) + base_drag(slip, case)
 
 
-def passive(slip: Any, case: Slide) -> Any:
+def base_drag(slip: Any, case: Slide) -> Any:
     """Return the resistance other than that of the sheets [N]."""
     if case.enclosure is None:
         return case.base
@@ -133,7 +133,7 @@ def resistance(slip: Any, velocity: Any, case: Slide) -> Any:
     A trial step may end at a negative speed before the stop is located. The excess is then mirrored
     about its value at rest, which keeps it smooth.
     """
-    left = static_left(velocity, case.stribeck, case.exponent)
+    left = static_fraction(velocity, case.stribeck, case.exponent)
     left = jnp.where(velocity < 0, 2 - left, left)
     # with the jump law, sliding begins at once
     left = jnp.where(case.stribeck > 0, left, 0.0)
@@ -142,10 +142,10 @@ def resistance(slip: Any, velocity: Any, case: Slide) -> Any:
     if case.law is not None:  # the bound at rest remains static friction
         kinetic = growth(jnp.maximum(velocity, 0.0), case.law)
         excess = 1 + case.rise - growth(0.0, case.law)
-    return sheets * (kinetic + excess * left + case.viscous * velocity) + passive(slip, case)
+    return sheets * (kinetic + excess * left + case.viscous * velocity) + base_drag(slip, case)
 
 
-def extension_at(time: Any, slip: Any, case: Slide) -> Any:
+def spring_stretch(time: Any, slip: Any, case: Slide) -> Any:
     """Return the stretch of the spring [m] at a time [s]; negative if it is slack."""
     return case.start + case.speed * jnp.minimum(time, case.ramp) - slip
 
@@ -163,7 +163,7 @@ def spring_force(extension: Any, rate: Any, case: Slide) -> Any:
 
 def runge_kutta(state: State, h: Any, case: Slide) -> Trial:
     """Return one Dormand–Prince step: new state, speed, work and heat."""
-    e0, drive = extension_at(state.time, state.slip, case), crosshead_speed(state.time, case)
+    e0, drive = spring_stretch(state.time, state.slip, case), crosshead_speed(state.time, case)
     taut = state.mode == TAUT
 
     def rate(s: Any, y: Any) -> Any:
@@ -193,12 +193,12 @@ def runge_kutta(state: State, h: Any, case: Slide) -> Trial:
     return Trial(y[0], y[1], y[2], heat, error)
 
 
-def exactly(state: State, h: Any, case: Slide) -> Trial:
+def exact_step(state: State, h: Any, case: Slide) -> Trial:
     """Return the same step in closed form, for constant friction."""
     drive = crosshead_speed(state.time, case)
     resist = resistance(state.slip, 1.0, case)
     balance = resist / case.spring
-    e0 = extension_at(state.time, state.slip, case)
+    e0 = spring_stretch(state.time, state.slip, case)
     z0, u0 = e0 - balance, drive - state.velocity
     decay = case.damping / (2 * case.mass)
     square = case.spring / case.mass - decay**2

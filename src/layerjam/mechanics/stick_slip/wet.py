@@ -15,11 +15,11 @@ from typing import Any
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import backbone, enclosure_at
-from layerjam.mechanics.fan import fan_of, ratio_of
+from layerjam.mechanics.enclosure import backbone, enclosure_law
+from layerjam.mechanics.fan import fan_factor, make_fan
 from layerjam.mechanics.friction import friction_per_contact, pressure_on_sheets
-from layerjam.mechanics.law import law, within
-from layerjam.mechanics.stick_slip.laws import static_left
+from layerjam.mechanics.law import keep_if, law
+from layerjam.mechanics.stick_slip.laws import static_fraction
 from layerjam.units import quantity, record
 
 
@@ -63,10 +63,10 @@ def wet_stress(speed: Any, vacuum: Any, film: WetFilm, scale_factor: Any) -> Any
     fitted to the brake itself. At rest the result is the stress at which the interface begins to
     slip. NaN for a negative speed or vacuum.
     """
-    left = static_left(speed, film.speed, film.exponent)
+    left = static_fraction(speed, film.speed, film.exponent)
     friction = film.kinetic + (film.static - film.kinetic) * left
     stress = scale_factor * friction * vacuum + film.adhesion + film.viscosity * speed
-    return within((speed >= 0) & (vacuum >= 0), stress)
+    return keep_if((speed >= 0) & (vacuum >= 0), stress)
 
 
 @law
@@ -84,12 +84,12 @@ def wet_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, film: WetFilm) -
     coulomb = coulomb / ((sheets.count - 1) * sheets.width * brake.film.kinetic)
     factor = coulomb / jnp.where(jammed, vacuum, 1.0)
     stress = wet_stress(speed, vacuum, film, factor)
-    force, fan = contact * stress, fan_of(brake)
+    force, fan = contact * stress, make_fan(brake)
     if fan is not None:
         # the self-amplification acts on any shear stress; its friction coefficient is the ratio of
         # stress to pressure
         share = stress / pressure_on_sheets(jnp.where(jammed, vacuum, 1.0), brake)
         share = share / (brake.scale_factor * brake.film.kinetic)
-        force = force * ratio_of(slip, fan._replace(strength=fan.strength * share))
-    force = force + backbone(slip, enclosure_at(vacuum, brake))
-    return within((slip >= 0) & (speed >= 0) & (vacuum >= 0), force)
+        force = force * fan_factor(slip, fan._replace(strength=fan.strength * share))
+    force = force + backbone(slip, enclosure_law(vacuum, brake))
+    return keep_if((slip >= 0) & (speed >= 0) & (vacuum >= 0), force)

@@ -70,7 +70,7 @@ class Stop(NamedTuple):
     """STOPPED, NEVER_SLID, BOTTOMED_OUT, SNAPS (0 to 3), or NOT_A_CASE (-1): all else is NaN."""
 
 
-def setup(
+def make_setup(
     mass: Any, speed: Any, c: Any, overlap: Any, enclosure: EnclosureLaw, spring: Any, gravity: Any
 ) -> Setup:
     """Return the constants of a stop from the friction per contact c [N/m] and the enclosure."""
@@ -80,7 +80,7 @@ def setup(
     return Setup(mass, arriving, weight, c, onset, spring, compliance, enclosure, kinetic)
 
 
-def root_of(square: Any) -> Any:
+def positive_root(square: Any) -> Any:
     """Return the square root of a positive value, otherwise 0 with zero gradient."""
     positive = square > 0
     return jnp.where(positive, jnp.sqrt(jnp.where(positive, square, 1.0)), 0.0)
@@ -101,7 +101,7 @@ def balance_root(case: Setup, limit: Any) -> Any:
     spreads = falls & (slope * case.enclosure.saturation > linear)
     square = case.enclosure.root * case.enclosure.root + 4 * case.c * margin
     radicand = jnp.where(spreads, square, slope * linear)
-    root = jnp.where(spreads, case.enclosure.root, 0.0) + root_of(radicand)
+    root = jnp.where(spreads, case.enclosure.root, 0.0) + positive_root(radicand)
     root = root / jnp.where(spreads, 2 * case.c, jnp.where(falls, slope, 1.0))
     return jnp.minimum(jnp.where(falls & (radicand >= 0), root, limit), limit)
 
@@ -124,12 +124,12 @@ def quartic(case: Setup, linear: Any) -> Quartic:
     )
 
 
-def value(p: Quartic, w: Any) -> Any:
+def quartic_value(p: Quartic, w: Any) -> Any:
     """Return K(w) [J]."""
     return p.a0 + w * (p.a1 + w * (p.a2 + w * (p.a3 + w * p.a4)))
 
 
-def slope_of(p: Quartic, w: Any) -> Any:
+def quartic_slope(p: Quartic, w: Any) -> Any:
     """Return dK/dw."""
     return p.a1 + w * (2 * p.a2 + w * (3 * p.a3 + w * 4 * p.a4))
 
@@ -152,34 +152,34 @@ def snap_slip(soft: Any, enclosure: EnclosureLaw) -> Any:
     return jnp.where(runs, finite * finite, jnp.inf)
 
 
-def search(case: Setup, travel: Any) -> Search:
+def bracket_root(case: Setup, travel: Any) -> Search:
     """Return the slips between which the kinetic energy crosses zero, and its quartic there."""
-    all_of_it, snap = root_of(travel), snap_root(case.c - case.k, case.enclosure)
+    all_of_it, snap = positive_root(travel), snap_root(case.c - case.k, case.enclosure)
     # the saturation slip's root, sqrt(q l^2/EA), from e = 2 sqrt(EA q)
     saturation = case.enclosure.root * (case.enclosure.reach / (2 * case.enclosure.stiffness))
     end = jnp.minimum(balance_root(case, all_of_it), snap)
     edge = jnp.minimum(saturation, end)
     start = quartic(case, case.c < 0)
     # beyond saturation the enclosure follows a different quartic
-    linear = jnp.where(edge < end, value(start, edge), 0.0) > 0
+    linear = jnp.where(edge < end, quartic_value(start, edge), 0.0) > 0
     energy = quartic(case, linear)
     low, high = jnp.where(linear, edge, 0.0), jnp.where(linear, end, edge)
     limit = jnp.minimum(all_of_it, snap)
-    return Search(energy, low, high, value(energy, high) <= 0, limit, snap < all_of_it)
+    return Search(energy, low, high, quartic_value(energy, high) <= 0, limit, snap < all_of_it)
 
 
-def guess(p: Quartic, low: Any, high: Any) -> Any:
+def guess_root(p: Quartic, low: Any, high: Any) -> Any:
     """Return the root without the enclosure's part, within the bracket."""
-    down = root_of(p.a2 * p.a2 - 4 * p.a0 * p.a4) - p.a2
+    down = positive_root(p.a2 * p.a2 - 4 * p.a0 * p.a4) - p.a2
     square = 2 * p.a0 / jnp.where(down > 0, down, 1.0)
-    return jnp.minimum(jnp.maximum(root_of(square), low), high)
+    return jnp.minimum(jnp.maximum(positive_root(square), low), high)
 
 
 def curvature_step(p: Quartic, w: Any, low: Any, high: Any) -> Any:
     """Make one step that uses slope and curvature (Euler's, cubic), limited to the bracket."""
-    first, second = slope_of(p, w), 2 * p.a2 + w * (6 * p.a3 + w * 12 * p.a4)
-    energy = value(p, w)
-    down = root_of(first * first - 2 * energy * second) - first
+    first, second = quartic_slope(p, w), 2 * p.a2 + w * (6 * p.a3 + w * 12 * p.a4)
+    energy = quartic_value(p, w)
+    down = positive_root(first * first - 2 * energy * second) - first
     new = w + 2 * energy / jnp.where(down > 0, down, 1.0)
     return jnp.minimum(jnp.maximum(new, low), high)
 
@@ -187,11 +187,11 @@ def curvature_step(p: Quartic, w: Any, low: Any, high: Any) -> Any:
 def polish_root(p: Quartic, root: Any, slope: Any) -> Any:
     """Return the root after one more Newton step, with a slope that may be held fixed."""
     down = slope < 0
-    step = jnp.where(down, value(p, root) / jnp.where(down, slope, -1.0), 0.0)
+    step = jnp.where(down, quartic_value(p, root) / jnp.where(down, slope, -1.0), 0.0)
     return jnp.maximum(root - step, 0.0)
 
 
-def end_of(case: Setup, bracket: Search, root: Any) -> Stop:
+def make_stop(case: Setup, bracket: Search, root: Any) -> Stop:
     """Return the outcome: a stop at `root` (sqrt of the slip), end of travel, or no slip."""
     mass, enclosure = case.mass, case.enclosure
     # without slip the force swings up to weight + sqrt(swing)
@@ -222,7 +222,7 @@ def end_of(case: Setup, bracket: Search, root: Any) -> Stop:
     energy = resist * resist * case.compliance / 2 + jnp.where(linear, linear_energy, spread)
     # the remaining energy gives a speed if the drop slides, else a swing: one root for both
     left = case.arriving + case.weight * (slip + resist * case.compliance) - heat - energy
-    pace = root_of(jnp.where(slides, jnp.where(stops, 0.0, 2 * left / mass), swing))
+    pace = positive_root(jnp.where(slides, jnp.where(stops, 0.0, 2 * left / mass), swing))
     elastic = case.weight + pace
     return Stop(
         slip,

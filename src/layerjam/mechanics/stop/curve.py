@@ -21,18 +21,18 @@ from layerjam.mechanics.enclosure import (
     backbone,
     backbone_dissipated,
     backbone_stored,
-    enclosure_at,
+    enclosure_law,
 )
-from layerjam.mechanics.fan import Sheets, along_tangents, force_of, tangent, work_of
-from layerjam.mechanics.friction import sheets_at
+from layerjam.mechanics.fan import Sheets, fan_force, fan_tangent, fan_work, solve_fan
+from layerjam.mechanics.friction import sheet_law
 from layerjam.mechanics.hyperelastic import (
     FirstLoading,
     end_strain,
-    loading_at,
+    load_strip,
+    make_strip,
     saturation_strain,
-    strip_at,
 )
-from layerjam.mechanics.law import safe_sqrt, within
+from layerjam.mechanics.law import keep_if, safe_sqrt
 from layerjam.mechanics.roots import first_fall, newton_root
 from layerjam.mechanics.stop.algebra import (
     BOTTOMED_OUT,
@@ -42,8 +42,8 @@ from layerjam.mechanics.stop.algebra import (
     STOPPED,
     Stop,
     balance_root,
+    make_setup,
     quartic,
-    setup,
 )
 from layerjam.mechanics.stop.timing import (
     MARGIN,
@@ -93,21 +93,21 @@ class Curve(NamedTuple):
     """Expansion of K in closed form, if there is one."""
 
 
-def curve_of(vacuum: Any, brake: Brake) -> Curve:
+def make_curve(vacuum: Any, brake: Brake) -> Curve:
     """Return the first loading of a brake at a vacuum [Pa]."""
-    sheets = sheets_at(vacuum, brake)
+    sheets = sheet_law(vacuum, brake)
 
     def add_sheets(enclosure: FirstLoading) -> FirstLoading:
         slip, slope = enclosure.slip, enclosure.slip_slope
-        heat = work_of(jnp.zeros_like(slip), slip, sheets)
+        heat = fan_work(jnp.zeros_like(slip), slip, sheets)
         return enclosure._replace(
-            force=enclosure.force + force_of(slip, sheets),
+            force=enclosure.force + fan_force(slip, sheets),
             heat=enclosure.heat + heat,
-            force_slope=enclosure.force_slope - tangent(slip, sheets).c * slope,
+            force_slope=enclosure.force_slope - fan_tangent(slip, sheets).c * slope,
         )
 
     if brake.hyperelastic is None:
-        strip = enclosure_at(vacuum, brake)
+        strip = enclosure_law(vacuum, brake)
 
         def at_root(w: Any) -> FirstLoading:
             slip = w**2
@@ -120,16 +120,16 @@ def curve_of(vacuum: Any, brake: Brake) -> Curve:
         def balance(weight: Any, w_end: Any) -> tuple[Any, Any]:
             def meets(line: Sheets) -> Any:
                 # use a unit mass, with the gravity that gives it this weight
-                case = setup(1.0, 0.0, line.c, line.overlap, strip, 1.0, weight)
+                case = make_setup(1.0, 0.0, line.c, line.overlap, strip, 1.0, weight)
                 return balance_root(case, jnp.inf) ** 2
 
             constants = jax.lax.stop_gradient(sheets)
-            least = safe_sqrt(along_tangents(meets, 0.0 * w_end, constants))
+            least = safe_sqrt(solve_fan(meets, 0.0 * w_end, constants))
             return jax.lax.stop_gradient(jnp.minimum(least, w_end)), w_end
 
         def expand(load: Mass) -> Expand:
             line = (sheets.c, sheets.overlap, strip)
-            case = setup(load.mass, load.speed, *line, load.k, load.gravity)
+            case = make_setup(load.mass, load.speed, *line, load.k, load.gravity)
 
             def around(end: Any, sign: Any) -> Expansion:
                 inside = end + sign * MARGIN * jnp.maximum(end, 1e-6)
@@ -139,11 +139,11 @@ def curve_of(vacuum: Any, brake: Brake) -> Curve:
 
         kink, closed_form = safe_sqrt(strip.saturation), expand if sheets.fan is None else None
         return Curve(at_root, safe_sqrt, jnp.inf, kink, balance, closed_form)
-    rubber = strip_at(vacuum, brake)
+    rubber = make_strip(vacuum, brake)
 
     def at_strain(strain: Any) -> FirstLoading:
         moves = strain > 0
-        point = loading_at(jnp.where(moves, strain, 1e-9), rubber)
+        point = load_strip(jnp.where(moves, strain, 1e-9), rubber)
         return add_sheets(FirstLoading(*(jnp.where(moves, part, 0.0) for part in point)))
 
     def place(slip: Any) -> Any:
@@ -159,30 +159,31 @@ def curve_of(vacuum: Any, brake: Brake) -> Curve:
     return Curve(at_strain, place, rubber.rubber.strain, saturation_strain(rubber), crossings)
 
 
-def energy_at(point: FirstLoading, load: Mass) -> Any:
+def mass_energy(point: FirstLoading, load: Mass) -> Any:
     """Return the kinetic energy K of the mass [J]."""
     loss = point.work + point.force**2 / (2 * load.k)
     return load.arriving + load.weight * (point.slip + point.force / load.k) - loss
 
 
-def _pace(point: FirstLoading, load: Mass) -> Any:
+def _mass_slope(point: FirstLoading, load: Mass) -> Any:
     """Return the slope of the mass's position versus the coordinate; below zero the brake snaps."""
     return point.slip_slope + point.force_slope / load.k
 
 
-def stop_along(vacuum: Any, brake: Brake, load: Mass) -> Stop:
+def solve_stop(vacuum: Any, brake: Brake, load: Mass) -> Stop:
     """Return the outcome at a vacuum [Pa]; all of the same shape except the numbers of the brake.
 
     NOT_A_CASE if the mass would stretch the enclosure beyond the strain that was fitted.
     """
-    curve, constants = curve_of(vacuum, brake), curve_of(*jax.lax.stop_gradient((vacuum, brake)))
+    curve = make_curve(vacuum, brake)
+    constants = make_curve(*jax.lax.stop_gradient((vacuum, brake)))
     constant = jax.lax.stop_gradient(load)
 
     def falls(state: tuple[Any, None]) -> tuple[Any, Any, None]:
         point = constants.point(state[0])
         return (
-            -energy_at(point, constant),
-            (point.force - constant.weight) * _pace(point, constant),
+            -mass_energy(point, constant),
+            (point.force - constant.weight) * _mass_slope(point, constant),
             None,
         )
 
@@ -192,7 +193,7 @@ def stop_along(vacuum: Any, brake: Brake, load: Mass) -> Stop:
     cut = jnp.isnan(end)
     end = jnp.where(cut, curve.w_max, end)
     last = jax.lax.stop_gradient(end)
-    w_end, snaps = first_fall(lambda w: _pace(constants.point(w), constant), zero, last)
+    w_end, snaps = first_fall(lambda w: _mass_slope(constants.point(w), constant), zero, last)
     peak = first_fall(lambda w: constants.point(w).force_slope, zero, w_end)[0]
     least = first_fall(lambda w: constants.point(w).force - constant.weight, zero, w_end)[0]
     early, late = (falls((w, None))[0] >= 0 for w in (least, w_end))
@@ -201,14 +202,14 @@ def stop_along(vacuum: Any, brake: Brake, load: Mass) -> Stop:
     root = newton_root(falls, (low + high) / 2, low, high)
     point, slope = curve.point(root), -falls((root, None))[1]
     down = slope < 0
-    root = root - jnp.where(down, energy_at(point, load) / jnp.where(down, slope, -1.0), 0.0)
+    root = root - jnp.where(down, mass_energy(point, load) / jnp.where(down, slope, -1.0), 0.0)
     onset = curve.point(zero).force
     elastic = load.weight + safe_sqrt(load.weight**2 + 2 * load.k * load.arriving)
     slides = elastic > onset
     w = jnp.where(stops, jnp.maximum(root, 0.0), jnp.where(snaps, w_end, end))
     final = curve.point(jnp.where(slides, w, 0.0))
     top = jnp.maximum(curve.point(jnp.minimum(w, peak)).force, onset)
-    left = jnp.where(stops | ~slides, 0.0, jnp.maximum(energy_at(final, load), 0.0))
+    left = jnp.where(stops | ~slides, 0.0, jnp.maximum(mass_energy(final, load), 0.0))
     outcome = jnp.where(cut, NOT_A_CASE, BOTTOMED_OUT)
     outcome = jnp.where(stops, STOPPED, jnp.where(snaps, SNAPS, outcome))
     return Stop(
@@ -228,7 +229,7 @@ def sliding_time(slip: Any, curve: Curve, load: Mass) -> Any:
     cuts = jnp.stack([jnp.zeros_like(end), *turns, jnp.minimum(curve.kink, end), end])
 
     def pace(w: Any) -> Any:
-        return _pace(curve.point(w), load)
+        return _mass_slope(curve.point(w), load)
 
     def falls(w: Any) -> Any:
         return curve.point(w).force > load.weight
@@ -239,5 +240,5 @@ def sliding_time(slip: Any, curve: Curve, load: Mass) -> Any:
     if curve.expand is not None:
         expand = curve.expand(load)
     else:
-        expand = expand_energy(lambda w: energy_at(curve.point(w), load), slope)
-    return within(end >= 0, pieces_time(jnp.sort(cuts, axis=0), expand, falls, pace, load.mass))
+        expand = expand_energy(lambda w: mass_energy(curve.point(w), load), slope)
+    return keep_if(end >= 0, pieces_time(jnp.sort(cuts, axis=0), expand, falls, pace, load.mass))

@@ -12,10 +12,10 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.device.speed_law import SpeedLaw
-from layerjam.mechanics.enclosure import enclosure_at
-from layerjam.mechanics.fan import force_of, scale_friction
-from layerjam.mechanics.friction import friction_per_contact, growth, sheets_at
-from layerjam.mechanics.law import law, safe_sqrt, within
+from layerjam.mechanics.enclosure import enclosure_law
+from layerjam.mechanics.fan import fan_force, scale_friction
+from layerjam.mechanics.friction import friction_per_contact, growth, sheet_law
+from layerjam.mechanics.law import keep_if, law, safe_sqrt
 from layerjam.mechanics.roots import newton_root
 from layerjam.mechanics.stop.algebra import (
     BOTTOMED_OUT,
@@ -26,17 +26,17 @@ from layerjam.mechanics.stop.algebra import (
     Quartic,
     Setup,
     Stop,
+    bracket_root,
     curvature_step,
-    end_of,
-    guess,
+    guess_root,
+    make_setup,
+    make_stop,
     polish_root,
-    search,
-    setup,
-    slope_of,
-    value,
+    quartic_slope,
+    quartic_value,
 )
-from layerjam.mechanics.stop.curve import Mass, curve_of, energy_at, sliding_time, stop_along
-from layerjam.mechanics.stop.paced import Course, PacedProblem, paced_course, paced_of, paced_stop
+from layerjam.mechanics.stop.curve import Mass, make_curve, mass_energy, sliding_time, solve_stop
+from layerjam.mechanics.stop.paced import Course, PacedProblem, new_case, paced_course, paced_stop
 
 __all__ = ["BOTTOMED_OUT", "NEVER_SLID", "NOT_A_CASE", "SNAPS", "STOPPED"]
 __all__ += ["Stop", "speed_at_slip", "stop", "time_at_slip"]
@@ -45,19 +45,19 @@ SETTLED = 1e-5
 
 
 def _setup(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> Setup:
-    c, enclosure = friction_per_contact(vacuum, brake), enclosure_at(vacuum, brake)
-    return setup(mass, speed, c, brake.sheets.overlap, enclosure, spring, gravity)
+    c, enclosure = friction_per_contact(vacuum, brake), enclosure_law(vacuum, brake)
+    return make_setup(mass, speed, c, brake.sheets.overlap, enclosure, spring, gravity)
 
 
 def paced_setup(
     mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake, law: SpeedLaw
 ) -> PacedProblem:
     """Return the constants of a stop with a speed law; sliding starts at the friction at rest."""
-    sheets, enclosure = sheets_at(vacuum, brake), enclosure_at(vacuum, brake)
-    rest_friction = force_of(0.0, scale_friction(sheets, growth(0.0, law))) / sheets.overlap
-    case = setup(mass, speed, rest_friction, sheets.overlap, enclosure, spring, gravity)
+    sheets, enclosure = sheet_law(vacuum, brake), enclosure_law(vacuum, brake)
+    rest_friction = fan_force(0.0, scale_friction(sheets, growth(0.0, law))) / sheets.overlap
+    case = make_setup(mass, speed, rest_friction, sheets.overlap, enclosure, spring, gravity)
     case = case._replace(c=sheets.c + jnp.zeros_like(rest_friction))
-    return paced_of(case, gravity, sheets.fan, brake, law)
+    return new_case(case, gravity, sheets.fan, brake, law)
 
 
 def _first_root(energy: Quartic, low: Any, high: Any) -> Any:
@@ -66,14 +66,14 @@ def _first_root(energy: Quartic, low: Any, high: Any) -> Any:
     It takes three curvature steps from the root without an enclosure. If any case has not settled,
     Newton steps limited to the bracket follow for all cases.
     """
-    before = guess(energy, low, high)
+    before = guess_root(energy, low, high)
     for _ in range(2):
         before = curvature_step(energy, before, low, high)
     root = curvature_step(energy, before, low, high)
     has_settled = jnp.all(~(jnp.abs(root - before) > SETTLED * high))
 
     def rising(state: tuple[Any, None]) -> tuple[Any, Any, None]:
-        return -value(energy, state[0]), -slope_of(energy, state[0]), None
+        return -quartic_value(energy, state[0]), -quartic_slope(energy, state[0]), None
 
     return jax.lax.cond(
         has_settled, lambda: root, lambda: newton_root(rising, (low + high) / 2, low, high)
@@ -89,7 +89,7 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
     speed law of a power above 0 is integrated (see `paced_stop`) and has no reverse derivative. The
     work of a hyperelastic enclosure is a quadrature; NOT_A_CASE if it is stretched too far.
     """
-    result = _exact(mass, speed, vacuum, spring, gravity, brake)
+    result = _solve(mass, speed, vacuum, spring, gravity, brake)
     law = brake.speed_law
     if law is None:
         return result
@@ -102,31 +102,31 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
         jnp.where((law.power > 0) & fine, *pair) for pair in zip(paced_result, result, strict=True)
     ]
     outcome = values[-1]
-    return Stop(*(within(outcome != NOT_A_CASE, x) for x in values))._replace(outcome=outcome)
+    return Stop(*(keep_if(outcome != NOT_A_CASE, x) for x in values))._replace(outcome=outcome)
 
 
-def _exact(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> Stop:
+def _solve(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> Stop:
     """Return the stop with a friction that does not depend on speed."""
     mass, speed, vacuum, spring, gravity = jnp.broadcast_arrays(
         mass, speed, vacuum, spring, gravity
     )
     if brake.hyperelastic is not None or brake.mount.spacers is not None:
-        return _along_curve(mass, speed, vacuum, spring, gravity, brake)
+        return _solve_on_curve(mass, speed, vacuum, spring, gravity, brake)
     case = _setup(mass, speed, vacuum, spring, gravity, brake)
     travel = brake.sheets.usable_travel + jnp.zeros_like(case.kinetic)
-    bracket = search(case, travel)
+    bracket = bracket_root(case, travel)
     # the search is not differentiated, but the polishing step carries the gradient of the root
     energy, low, high = jax.lax.stop_gradient((bracket.energy, bracket.low, bracket.high))
     root = _first_root(energy, low, high)
-    root = polish_root(bracket.energy, root, jax.lax.stop_gradient(slope_of(energy, root)))
-    end = end_of(case, bracket, root)
+    root = polish_root(bracket.energy, root, jax.lax.stop_gradient(quartic_slope(energy, root)))
+    end = make_stop(case, bracket, root)
     fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
     fine = fine & (case.onset + case.enclosure.root >= 0)
     outcome = jnp.where(fine, end.outcome, NOT_A_CASE)
-    return Stop(*(within(fine, x) for x in end))._replace(outcome=outcome)
+    return Stop(*(keep_if(fine, x) for x in end))._replace(outcome=outcome)
 
 
-def _along_curve(
+def _solve_on_curve(
     mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
 ) -> Stop:
     """Return `stop` for a kinetic energy that is not a quartic in the root of the slip."""
@@ -135,13 +135,13 @@ def _along_curve(
     mass, speed, vacuum, spring, gravity = (
         jnp.where(fine, x, 1.0) for x in (mass, speed, vacuum, spring, gravity)
     )
-    end = stop_along(vacuum, brake, Mass(mass, speed, spring, gravity))
+    end = solve_stop(vacuum, brake, Mass(mass, speed, spring, gravity))
     outcome = jnp.where(fine & (end.peak_force >= 0), end.outcome, NOT_A_CASE)
-    return Stop(*(within(outcome != NOT_A_CASE, x) for x in end))._replace(outcome=outcome)
+    return Stop(*(keep_if(outcome != NOT_A_CASE, x) for x in end))._replace(outcome=outcome)
 
 
 @law
-def course_of(
+def stop_course(
     law: SpeedLaw, mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
 ) -> tuple[Any, Course]:
     """Return the time of the onset [s] and the motion after it, for one stop with a speed law."""
@@ -170,14 +170,15 @@ def speed_at_slip(
 
     Also NaN with a speed law, which has no closed form.
     """
-    curve, load = curve_of(vacuum, brake), Mass(mass, speed, spring, gravity)
-    left, size = energy_at(curve.point(curve.place(slip)), load), load.arriving + load.weight * slip
+    curve, load = make_curve(vacuum, brake), Mass(mass, speed, spring, gravity)
+    left = mass_energy(curve.point(curve.place(slip)), load)
+    size = load.arriving + load.weight * slip
     # rounding may put a standstill on either side of zero
     pace = safe_sqrt(jnp.where(left < -1e-9 * size, left, jnp.maximum(left, 0.0)) * 2 / mass)
-    return within(any_speed(brake), pace)
+    return keep_if(is_speed_independent(brake), pace)
 
 
-def any_speed(brake: Brake) -> Any:
+def is_speed_independent(brake: Brake) -> Any:
     """Return whether friction is the same at every speed."""
     return jnp.asarray(True if brake.speed_law is None else brake.speed_law.power == 0)
 
@@ -194,9 +195,9 @@ def time_at_slip(
     """
     arrays = jnp.broadcast_arrays(slip, mass, speed, vacuum, spring, gravity)
     slip, mass, speed, vacuum, spring, gravity = arrays
-    curve, load = curve_of(vacuum, brake), Mass(mass, speed, spring, gravity)
+    curve, load = make_curve(vacuum, brake), Mass(mass, speed, spring, gravity)
     onset, weight = curve.point(0.0 * slip).force, load.weight
     slip = slip + 0.0 * onset
     slides = weight + jnp.sqrt(weight**2 + spring * mass * speed**2) > onset
     start = _elastic_time(mass, speed, gravity, spring, onset, slides)
-    return within(any_speed(brake), start + sliding_time(slip, curve, load))
+    return keep_if(is_speed_independent(brake), start + sliding_time(slip, curve, load))

@@ -14,20 +14,20 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import backbone_stored, enclosure_at
-from layerjam.mechanics.fan import force_of, tangent
-from layerjam.mechanics.hysteresis import Setting, setting_of
-from layerjam.mechanics.law import law, within
-from layerjam.mechanics.memory import CLOSE, sliding_share
+from layerjam.mechanics.enclosure import backbone_stored, enclosure_law
+from layerjam.mechanics.fan import fan_force, fan_tangent
+from layerjam.mechanics.hysteresis import Setting, make_setting
+from layerjam.mechanics.law import keep_if, law
+from layerjam.mechanics.memory import CLOSE, sliding_fraction
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.mechanics.stop.algebra import NOT_A_CASE
 from layerjam.mechanics.stop.motion_step import (
     Load,
     Motion,
-    at_start,
-    force_of_enclosure,
-    pump,
-    resting,
+    change_vacuum,
+    memory_force,
+    new_motion,
+    rest_setting,
     step_motion,
 )
 
@@ -40,10 +40,10 @@ LONGEST = 0.25
 """Ratio of the longest step to sqrt(M/k); longer steps would pass over a standstill."""
 
 
-def _event(old: Motion, new: Motion, setting: Setting, travel: Any) -> Any:
+def _find_event(old: Motion, new: Motion, setting: Setting, travel: Any) -> Any:
     """Return the event of a step at which the run must end."""
-    hold = force_of(new.slip, resting(setting))
-    enclosure = force_of_enclosure(new, setting.enclosure)
+    hold = fan_force(new.slip, rest_setting(setting))
+    enclosure = memory_force(new, setting.enclosure)
     closes = enclosure * (1 - 1e-9) - new.force > hold
     code = jnp.where((old.speed > 0) & (new.speed <= 0), STANDSTILL, MOVING)
     code = jnp.where(new.slip >= travel, TRAVEL_USED, code)
@@ -60,15 +60,15 @@ def _snaps(old: Motion, new: Motion, setting: Setting) -> Any:
     if setting.law is not None:
         return jnp.zeros_like(new.slack)
     strip = setting.enclosure
-    slides = new.slip if new.enclosure is None else sliding_share(new.enclosure)
+    slides = new.slip if new.enclosure is None else sliding_fraction(new.enclosure)
     part = jnp.where(slides > 0, slides, 1.0)
     if new.enclosure is None:
         steep = jnp.maximum(strip.root / (2 * jnp.sqrt(part)), strip.stiffness / strip.reach)
     else:
         steep = strip.stiffness / (strip.reach * part)
     steep = jnp.where(slides > 0, steep, jnp.inf)
-    soft = tangent(new.slip, setting).c - setting.k
-    hold = force_of(new.slip, setting) + force_of_enclosure(new, strip)
+    soft = fan_tangent(new.slip, setting).c - setting.k
+    hold = fan_force(new.slip, setting) + memory_force(new, strip)
     is_torn = (new.force > hold * (1 + 1e-6)) & (soft > 0)
     falls = soft >= steep * (1 - 1e-9)
     return ((new.slip > old.slip) & (falls | is_torn)) | (jnp.isnan(new.force) & (soft > 0))
@@ -85,7 +85,7 @@ class Vacuum(NamedTuple):
         return jnp.interp(time, self.time, self.pressure)
 
 
-def _ready(
+def _prepare_step(
     motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brake
 ) -> tuple[Motion, Setting, Any]:
     """Return the state before a step of `dt` [s], its setting, and the friction at its start [N/m].
@@ -96,7 +96,7 @@ def _ready(
     lost.
     """
     if motion.enclosure is None:
-        return motion, setting_of(vacuum.pressure, load.spring, brake), None
+        return motion, make_setting(vacuum.pressure, load.spring, brake), None
     begin, end = vacuum.value_at(motion.time), vacuum.value_at(motion.time + dt)
     falls = end < begin
     lags = begin < motion.vacuum * (1 - CLOSE)
@@ -110,8 +110,8 @@ def _ready(
         return _change_vacuum(target != current.vacuum, current, target, load, brake)
 
     new = jax.lax.fori_loop(0, 2, advance, motion)
-    setting = setting_of(level, load.spring, brake)
-    return new, setting, jnp.where(falls, setting.c, setting_of(start, load.spring, brake).c)
+    setting = make_setting(level, load.spring, brake)
+    return new, setting, jnp.where(falls, setting.c, make_setting(start, load.spring, brake).c)
 
 
 def _change_vacuum(changes: Any, motion: Motion, vacuum: Any, load: Load, brake: Brake) -> Motion:
@@ -122,20 +122,20 @@ def _change_vacuum(changes: Any, motion: Motion, vacuum: Any, load: Load, brake:
     """
 
     def change(motion: Motion) -> Motion:
-        new = pump(motion, vacuum, setting_of(vacuum, load.spring, brake))
+        new = change_vacuum(motion, vacuum, make_setting(vacuum, load.spring, brake))
         return _choose(changes, new, motion)
 
     return jax.lax.cond(jnp.any(changes), change, lambda m: m, motion)  # type: ignore[no-any-return]
 
 
-def step_on(motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brake) -> Motion:
+def advance_step(motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brake) -> Motion:
     """Advance by one step of `dt` [s].
 
     A state whose next step contains an event does not change, except for its outcome.
     """
-    ready, setting, c = _ready(motion, dt, vacuum, load, brake)
+    ready, setting, c = _prepare_step(motion, dt, vacuum, load, brake)
     new = step_motion(ready, dt, setting, c, load)
-    code = _event(motion, new, setting, brake.sheets.usable_travel)
+    code = _find_event(motion, new, setting, brake.sheets.usable_travel)
     going = (motion.outcome == MOVING) & (code == MOVING)
     still = motion._replace(outcome=jnp.where(motion.outcome == MOVING, code, motion.outcome))
     return jax.tree.map(lambda a, b: jnp.where(going, a, b), new, still)
@@ -146,7 +146,7 @@ def go_to_event(motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brak
     travel = brake.sheets.usable_travel
 
     def state_after(time: Any) -> tuple[Motion, Any]:
-        ready, setting, c = _ready(motion, time, vacuum, load, brake)
+        ready, setting, c = _prepare_step(motion, time, vacuum, load, brake)
         new = step_motion(ready, time, setting, c, load)
         snaps = _snaps(motion, new, setting)
         if new.enclosure is None:
@@ -199,7 +199,7 @@ def _choose(condition: Any, yes: Motion, no: Motion) -> Motion:
 def stored_energy(motion: Motion, load: Load, brake: Brake) -> Any:
     """Return the elastic energy [J] in rope, sheets, mount and enclosure."""
     if motion.enclosure is None:
-        enclosure = backbone_stored(motion.slip, enclosure_at(motion.vacuum, brake))
+        enclosure = backbone_stored(motion.slip, enclosure_law(motion.vacuum, brake))
     else:
         enclosure = motion.enclosure.stored
     rope = jnp.zeros_like(motion.stretch)
@@ -208,14 +208,14 @@ def stored_energy(motion: Motion, load: Load, brake: Brake) -> Any:
     return motion.force**2 / (2 * load.spring) + rope + enclosure
 
 
-def load_of(mass: Any, gravity: Any, rope: Any, damping: Any, brake: Brake) -> Load:
+def make_load(mass: Any, gravity: Any, rope: Any, damping: Any, brake: Brake) -> Load:
     """Return the load of a mass [kg] on a rope [N/m] (None: only the brake); damping [N s/m]."""
     if damping is not None:
         return Load(mass, gravity, working_stiffness(brake), rope, damping)
-    return Load(mass, gravity, series_of(rope, brake), None, None)
+    return Load(mass, gravity, rope_spring(rope, brake), None, None)
 
 
-def series_of(rope: Any, brake: Brake) -> Any:
+def rope_spring(rope: Any, brake: Brake) -> Any:
     """Return the stiffness [N/m] of rope (None: no rope) and brake in series."""
     stiffness = working_stiffness(brake)
     return stiffness if rope is None else 1 / (1 / stiffness + 1 / rope)
@@ -248,22 +248,22 @@ def stop_in_time(
     steady = times is None
     history = Vacuum(vacuum, times)
     first = vacuum if steady else history.value_at(0.0)
-    load = load_of(mass, gravity, rope, damping, brake)
-    parts = jax.tree.leaves((load, setting_of(first, load.spring, brake), speed, step))
+    load = make_load(mass, gravity, rope, damping, brake)
+    parts = jax.tree.leaves((load, make_setting(first, load.spring, brake), speed, step))
     speed = jnp.broadcast_to(speed, jnp.broadcast_shapes(*(jnp.shape(a) for a in parts)))
-    start = at_start(speed, first, steady, brake.speed_law is not None)
-    setting = setting_of(first, load.spring, brake)
+    start = new_motion(speed, first, steady, brake.speed_law is not None)
+    setting = make_setting(first, load.spring, brake)
     fine = (mass > 0) & (speed >= 0) & (gravity >= 0) & (step > 0) & (jnp.min(vacuum) >= 0)
-    fine = fine & (force_of(0.0, setting) + setting.enclosure.root >= 0)
-    fine = fine & (step <= LONGEST * jnp.sqrt(mass / series_of(rope, brake)))
+    fine = fine & (fan_force(0.0, setting) + setting.enclosure.root >= 0)
+    fine = fine & (step <= LONGEST * jnp.sqrt(mass / rope_spring(rope, brake)))
 
     def going(state: tuple[Any, Motion]) -> Any:
         return (state[0] < jnp.max(steps)) & jnp.any(fine & (state[1].outcome == MOVING))
 
     def advance(state: tuple[Any, Motion]) -> tuple[Any, Motion]:
-        return state[0] + 1, step_on(state[1], step, history, load, brake)
+        return state[0] + 1, advance_step(state[1], step, history, load, brake)
 
     last = jax.lax.while_loop(going, advance, (jnp.array(0), start))[1]
     last = go_to_event(last, step, history, load, brake)
     last = last._replace(outcome=jnp.where(fine, last.outcome, NOT_A_CASE))
-    return jax.tree.map(lambda a: within(fine, a) if a.dtype == jnp.float64 else a, last)
+    return jax.tree.map(lambda a: keep_if(fine, a) if a.dtype == jnp.float64 else a, last)

@@ -9,17 +9,12 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.speed_law import SpeedLaw
-from layerjam.mechanics.enclosure import (
-    EnclosureLaw,
-    backbone,
-    backbone_dissipated,
-    backbone_work,
-)
-from layerjam.mechanics.fan import along_tangents, force_of, growing_work, scale_friction, tangent
+from layerjam.mechanics.enclosure import EnclosureLaw, backbone, backbone_dissipated, backbone_work
+from layerjam.mechanics.fan import fan_force, fan_tangent, growing_work, scale_friction, solve_fan
 from layerjam.mechanics.friction import growth
 from layerjam.mechanics.hysteresis import Setting, slip_to_balance
 from layerjam.mechanics.law import safe_sqrt
-from layerjam.mechanics.memory import Memory, at_rest, at_vacuum, slide_to
+from layerjam.mechanics.memory import Memory, apply_vacuum, new_memory, slide_to
 from layerjam.mechanics.pull import rising_root
 from layerjam.mechanics.roots import newton_root
 from layerjam.mechanics.stop.algebra import snap_slip
@@ -81,7 +76,7 @@ class _Extension(NamedTuple):
     enclosure: Memory | None
 
 
-def at_start(speed: Any, vacuum: Any, steady: bool, paced: bool = False) -> Motion:
+def new_motion(speed: Any, vacuum: Any, steady: bool, paced: bool = False) -> Motion:
     """Return a taut and relaxed state; its shape is that of `speed` [m/s] and `vacuum` [Pa].
 
     `paced` states whether friction depends on the sliding speed.
@@ -93,10 +88,10 @@ def at_start(speed: Any, vacuum: Any, steady: bool, paced: bool = False) -> Moti
     start = start._replace(speed=speed, slack=no, vacuum=vacuum, outcome=none)
     # before the first step it has been at rest for an arbitrary time
     start = start._replace(pace=zero if paced else None, lapse=zero + 1.0 if paced else None)
-    return start._replace(enclosure=None if steady else at_rest(speed.shape))
+    return start._replace(enclosure=None if steady else new_memory(speed.shape))
 
 
-def force_of_enclosure(motion: Motion, enclosure: EnclosureLaw) -> Any:
+def memory_force(motion: Motion, enclosure: EnclosureLaw) -> Any:
     """Return the force of the enclosure [N], from its memory if it has one."""
     return backbone(motion.slip, enclosure) if motion.enclosure is None else motion.enclosure.force
 
@@ -112,14 +107,14 @@ def _extend_brake(
     """
     elongation = motion.drawn + distance
     if motion.enclosure is None:
-        out = along_tangents(lambda line: _first_loading(elongation, line), motion.slip, setting)
+        out = solve_fan(lambda line: _first_loading(elongation, line), motion.slip, setting)
     else:
         out = slip_to_balance(motion.enclosure, elongation, 1, setting)
     slip = jnp.where(slides, jnp.maximum(out, motion.slip), motion.slip)
     slide = slip - motion.slip
     force = motion.force + setting.k * (distance - slide)
     friction_heat = growing_work(motion.slip, slip, setting, setting.c if c is None else c)
-    work, warm, enclosure = _of_enclosure(motion, slip, setting)
+    work, warm, enclosure = _enclosure_work(motion, slip, setting)
     elastic = (force - motion.force) * (force + motion.force) / (2 * setting.k)
     return _Extension(
         elongation, slip, force, elastic + friction_heat + work, friction_heat + warm, enclosure
@@ -136,15 +131,15 @@ def _first_loading(elongation: Any, setting: Setting) -> Any:
     return jnp.where(snaps, snap, out)
 
 
-def _meet(
+def _balance_step(
     motion: Motion, alpha: Any, beta: Any, setting: Setting, c: Any
 ) -> tuple[_Extension, Any]:
     """Extend the brake until its mean force is alpha - beta distance [m].
 
     Also returns the distance.
     """
-    hold = force_of(motion.slip, setting)
-    hold = hold + force_of_enclosure(motion, setting.enclosure)
+    hold = fan_force(motion.slip, setting)
+    hold = hold + memory_force(motion, setting.enclosure)
     distance = (alpha - motion.force) / (beta + setting.k / 2)
     slides = motion.force + setting.k * distance > hold
     least = (hold - motion.force) / setting.k
@@ -164,7 +159,7 @@ def _meet(
     return _extend_brake(motion, travel, slides, setting, c), travel
 
 
-def resting(setting: Setting) -> Setting:
+def rest_setting(setting: Setting) -> Setting:
     """Return the setting with the friction of sheets at rest."""
     result: Setting = (
         setting if setting.law is None else scale_friction(setting, growth(0.0, setting.law))
@@ -172,7 +167,7 @@ def resting(setting: Setting) -> Setting:
     return result
 
 
-def _meet_paced(
+def _balance_paced(
     motion: Motion, alpha: Any, beta: Any, setting: Setting, law: SpeedLaw, dt: Any
 ) -> tuple[_Extension, Any]:
     """Return `_meet` for friction that depends on the sliding speed, by a search for the slip.
@@ -186,8 +181,8 @@ def _meet_paced(
     def state_at(slip: Any) -> tuple[Any, Any]:
         mean = (slip - start) / dt
         pace = jnp.maximum(mean + (mean - motion.pace) * share, 0.0)
-        new = force_of(slip, scale_friction(setting, growth(pace, law)))
-        new = new + force_of_enclosure(_slide_to(motion, slip, setting), setting.enclosure)
+        new = fan_force(slip, scale_friction(setting, growth(pace, law)))
+        new = new + memory_force(_slide_to(motion, slip, setting), setting.enclosure)
         return new, slip - start + (new - force) / setting.k
 
     def excess(state: tuple[Any, None]) -> tuple[Any, Any, None]:
@@ -197,8 +192,8 @@ def _meet_paced(
 
         return *jax.jvp(excess_force, (state[0],), (jnp.ones_like(start),)), None
 
-    hold = force_of(start, resting(setting))
-    hold = hold + force_of_enclosure(motion, setting.enclosure)
+    hold = fan_force(start, rest_setting(setting))
+    hold = hold + memory_force(motion, setting.enclosure)
     stuck = (alpha - force) / (beta + setting.k / 2)
     slides = force + setting.k * stuck > hold
     # the slip is at most that of a mass and spring without resistance
@@ -209,7 +204,7 @@ def _meet_paced(
     distance = jnp.where(slides, sliding, stuck)
     new = jnp.where(slides, new, force + setting.k * stuck)
     mean = (force + new) / 2
-    work, warm, enclosure = _of_enclosure(motion, slip, setting)
+    work, warm, enclosure = _enclosure_work(motion, slip, setting)
     slide = slip - start
     heat = mean * slide - work + warm
     pull = _Extension(motion.drawn + distance, slip, new, mean * distance, heat, enclosure)
@@ -223,7 +218,7 @@ def _slide_to(motion: Motion, slip: Any, setting: Setting) -> Motion:
     return motion._replace(slip=slip, enclosure=slide_to(motion.enclosure, slip, setting.enclosure))
 
 
-def _of_enclosure(motion: Motion, slip: Any, setting: Setting) -> tuple[Any, Any, Memory | None]:
+def _enclosure_work(motion: Motion, slip: Any, setting: Setting) -> tuple[Any, Any, Memory | None]:
     """Return the enclosure's work up to a slip [J], the part that is heat, and its new state."""
     old, new = motion.enclosure, _slide_to(motion, slip, setting).enclosure
     if old is not None and new is not None:
@@ -234,7 +229,7 @@ def _of_enclosure(motion: Motion, slip: Any, setting: Setting) -> tuple[Any, Any
     return work, warm - backbone_dissipated(motion.slip, setting.enclosure), None
 
 
-def _taut(motion: Motion, dt: Any, setting: Setting, c: Any, load: Load) -> Motion:
+def _advance_taut(motion: Motion, dt: Any, setting: Setting, c: Any, load: Load) -> Motion:
     damped = load.damping is not None
     m, g, v = load.mass, load.gravity, motion.speed
     if damped:
@@ -245,9 +240,9 @@ def _taut(motion: Motion, dt: Any, setting: Setting, c: Any, load: Load) -> Moti
     else:
         alpha, beta = m * (g + 2 * v / dt), 2 * m / dt**2
     if setting.law is None:
-        pull, distance = _meet(motion, alpha, beta, setting, c)
+        pull, distance = _balance_step(motion, alpha, beta, setting, c)
     else:
-        pull, distance = _meet_paced(motion, alpha, beta, setting, setting.law, dt)
+        pull, distance = _balance_paced(motion, alpha, beta, setting, setting.law, dt)
     mean = alpha - beta * distance
     place = v * dt + (g - mean / m) * dt**2 / 2
     stretch = place - distance if damped else jnp.zeros_like(distance)
@@ -263,21 +258,22 @@ def _taut(motion: Motion, dt: Any, setting: Setting, c: Any, load: Load) -> Moti
         force=pull.force,
         enclosure=pull.enclosure,
         heat=motion.heat + pull.heat + rope,
-        peak=jnp.maximum(motion.peak, _highest(motion, pull, setting)),
+        peak=jnp.maximum(motion.peak, _highest_force(motion, pull, setting)),
     )
 
 
-def _line_at_top(setting: Setting) -> Any:
+def _peak_tangent(setting: Setting) -> Any:
     """Return the friction's tangent where the first-loading force is largest."""
     top = 0.0 * setting.c
     for _ in range(4):
         top = (
-            setting.enclosure.root / (2 * jnp.where(setting.c > 0, tangent(top, setting).c, 1.0))
+            setting.enclosure.root
+            / (2 * jnp.where(setting.c > 0, fan_tangent(top, setting).c, 1.0))
         ) ** 2
-    return tangent(top, setting)
+    return fan_tangent(top, setting)
 
 
-def _highest(motion: Motion, pull: _Extension, setting: Setting) -> Any:
+def _highest_force(motion: Motion, pull: _Extension, setting: Setting) -> Any:
     """Return the largest force within a step [N], which may exceed that at its ends.
 
     It is the top of the backbone, if the step passed it. With a speed law the peak depends on the
@@ -285,7 +281,7 @@ def _highest(motion: Motion, pull: _Extension, setting: Setting) -> Any:
     """
     if setting.law is not None:
         return pull.force
-    line = setting if setting.fan is None else _line_at_top(setting)
+    line = setting if setting.fan is None else _peak_tangent(setting)
     top = (setting.enclosure.root / (2 * jnp.where(line.c > 0, line.c, 1.0))) ** 2
     is_passed = (motion.slip < top) & (top < pull.slip) & (top < setting.enclosure.saturation)
     if pull.enclosure is not None:  # this holds only on the backbone
@@ -305,8 +301,8 @@ def _pace_fields(motion: Motion, slip: Any, dt: Any) -> dict[str, Any]:
     return {"pace": mean, "lapse": jnp.where(dt > 0, duration, motion.lapse)}
 
 
-def _until_slack(motion: Motion, dt: Any, setting: Setting, load: Load) -> Motion:
-    """Return the fraction of a step after which the contracting brake no longer pulls."""
+def _advance_until_slack(motion: Motion, dt: Any, setting: Setting, load: Load) -> Motion:
+    """Advance to the instant at which the contracting brake no longer pulls."""
     damped = load.damping is not None
     m, v, force = load.mass, motion.speed, motion.force
     pull, shrink = load.gravity - force / (2 * m), force / setting.k
@@ -336,7 +332,7 @@ def _until_slack(motion: Motion, dt: Any, setting: Setting, load: Load) -> Motio
     )
 
 
-def _slack(motion: Motion, dt: Any, load: Load) -> Motion:
+def _advance_slack(motion: Motion, dt: Any, load: Load) -> Motion:
     """Advance in free flight by a step, or until the rope is taut again."""
     damped = load.damping is not None
     g, v = load.gravity, motion.speed
@@ -373,13 +369,13 @@ def _slack(motion: Motion, dt: Any, load: Load) -> Motion:
     )
 
 
-def pump(motion: Motion, vacuum: Any, setting: Setting) -> Motion:
+def change_vacuum(motion: Motion, vacuum: Any, setting: Setting) -> Motion:
     """Change the vacuum while the mass rests; the slip of the brake turns into heat."""
     if motion.enclosure is None:  # constant vacuum
         return motion
-    enclosure = at_vacuum(motion.enclosure, setting.enclosure)
+    enclosure = apply_vacuum(motion.enclosure, setting.enclosure)
     new = motion._replace(enclosure=enclosure)
-    gives = motion.force > force_of(motion.slip, setting) + enclosure.force
+    gives = motion.force > fan_force(motion.slip, setting) + enclosure.force
     if setting.law is not None:  # with a speed law the brake starts to slide with a delay
         gives = jnp.zeros_like(gives)
     pull = _extend_brake(new, jnp.zeros_like(motion.slip), gives & ~motion.slack, setting)
@@ -399,9 +395,9 @@ def pump(motion: Motion, vacuum: Any, setting: Setting) -> Motion:
 
 def step_motion(motion: Motion, dt: Any, setting: Setting, c: Any, load: Load) -> Motion:
     """Advance by one step, which is shortened if the rope becomes slack or taut within it."""
-    taut = _taut(motion, dt, setting, c, load)
-    loose = _until_slack(motion, dt, setting, load)
-    free = _slack(motion, dt, load)
+    taut = _advance_taut(motion, dt, setting, c, load)
+    loose = _advance_until_slack(motion, dt, setting, load)
+    free = _advance_slack(motion, dt, load)
     # a step in which the sheets would separate has not been slack
     parts = (taut.force < 0) & (taut.slip < setting.overlap)
     taut = jax.tree.map(lambda a, b: jnp.where(parts, a, b), loose, taut)

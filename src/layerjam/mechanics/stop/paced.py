@@ -25,8 +25,7 @@ from layerjam.mechanics.enclosure import (
     backbone_dissipated,
     backbone_stored,
 )
-from layerjam.mechanics.fan import Fan, Sheets, rise_with_friction, scale_friction, tangent
-from layerjam.mechanics.fan import force_of as friction_of
+from layerjam.mechanics.fan import Fan, Sheets, fan_force, fan_tangent, log_slope, scale_friction
 from layerjam.mechanics.friction import growth
 from layerjam.mechanics.roots import false_position
 from layerjam.mechanics.stick_slip.slide_step import hermite_range
@@ -37,7 +36,7 @@ from layerjam.mechanics.stop.algebra import (
     STOPPED,
     Setup,
     Stop,
-    root_of,
+    positive_root,
 )
 from layerjam.mechanics.stop.rosenbrock import rosenbrock
 
@@ -87,7 +86,7 @@ class Run(NamedTuple):
     table: Any
 
 
-def _sheets(pace: Any, case: PacedProblem) -> Sheets:
+def _sliding_sheets(pace: Any, case: PacedProblem) -> Sheets:
     """Return the sheets' friction while they slide at a pace [m/s]."""
     sheets: Sheets = scale_friction(
         Sheets(case.setup.c, case.overlap, case.fan), growth(pace, case.law)
@@ -95,28 +94,28 @@ def _sheets(pace: Any, case: PacedProblem) -> Sheets:
     return sheets
 
 
-def force_of(state: Any, case: PacedProblem) -> Any:
+def paced_force(state: Any, case: PacedProblem) -> Any:
     """Return the force [N] in spring and brake."""
     slip, _, pace, _ = state
-    return friction_of(slip, _sheets(pace, case)) + backbone(slip, case.setup.enclosure)
+    return fan_force(slip, _sliding_sheets(pace, case)) + backbone(slip, case.setup.enclosure)
 
 
-def _stiffening(slip: Any, enclosure: EnclosureLaw) -> Any:
+def _enclosure_slope(slip: Any, enclosure: EnclosureLaw) -> Any:
     """Return the slope of the enclosure's force versus slip [N/m]."""
     spread = enclosure.root / (2 * jnp.sqrt(jnp.where(slip > 0, slip, 1.0)))
     return jnp.where(slip < enclosure.saturation, spread, enclosure.stiffness / enclosure.reach)
 
 
-def rates_of(state: Any, case: PacedProblem) -> Any:
+def state_rates(state: Any, case: PacedProblem) -> Any:
     """Return the rates of slip, speed, pace and heat."""
     slip, speed, pace, _ = state
-    law, setup, sheets = case.law, case.setup, _sheets(pace, case)
+    law, setup, sheets = case.law, case.setup, _sliding_sheets(pace, case)
     inside = jnp.minimum(slip, case.overlap * (1 - 1e-9))
-    slope = law.power / (law.rest_speed + pace) * rise_with_friction(inside, sheets)
-    falls = tangent(slip, sheets).c - _stiffening(slip, setup.enclosure)
+    slope = law.power / (law.rest_speed + pace) * log_slope(inside, sheets)
+    falls = fan_tangent(slip, sheets).c - _enclosure_slope(slip, setup.enclosure)
     pull = setup.k * (speed - pace) + falls * pace
-    slows = case.gravity - force_of(state, case) / setup.mass
-    rubs = friction_of(inside, sheets) * pace
+    slows = case.gravity - paced_force(state, case) / setup.mass
+    rubs = fan_force(inside, sheets) * pace
     return jnp.stack([pace, slows, pull / slope, rubs])
 
 
@@ -126,7 +125,7 @@ def _first_moment(case: PacedProblem, arrival: Any) -> tuple[Any, Any]:
     The factor a solves S'(0) a + e sqrt(a/2) = k v, with S' the derivative with respect to speed.
     """
     setup, law = case.setup, case.law
-    rise = rise_with_friction(jnp.zeros_like(arrival), _sheets(0.0, case))
+    rise = log_slope(jnp.zeros_like(arrival), _sliding_sheets(0.0, case))
     slope = law.power / law.rest_speed * rise
     root = setup.enclosure.root / jnp.sqrt(2.0)
     push = setup.k * arrival
@@ -137,9 +136,9 @@ def _first_moment(case: PacedProblem, arrival: Any) -> tuple[Any, Any]:
     return time, jnp.stack([slip, speed, a * time, setup.onset * slip])
 
 
-def _attempt(run: Run, case: PacedProblem, greatest: Any, tolerance: Any) -> Run:
+def _try_step(run: Run, case: PacedProblem, greatest: Any, tolerance: Any) -> Run:
     """Take one step if its error allows it; `_finish` takes the step that contains the end."""
-    new, errors = rosenbrock(lambda y: rates_of(y, case), run.state, run.step)
+    new, errors = rosenbrock(lambda y: state_rates(y, case), run.state, run.step)
     slip, speed, pace, _ = run.state
     error = jnp.maximum(
         jnp.abs(errors[0]) / (jnp.abs(slip) + 1e-6 * case.overlap),
@@ -154,8 +153,8 @@ def _attempt(run: Run, case: PacedProblem, greatest: Any, tolerance: Any) -> Run
     ends = fine & ((new[1] <= 0) | (new[0] >= case.travel))
     creeps = fine & (new[1] <= STILL * greatest)
     accepts = going & fine & ~ends
-    before, after = force_of(run.state, case), force_of(new, case)
-    swing = (before, _loading(run.state, case), after, _loading(new, case))
+    before, after = paced_force(run.state, case), paced_force(new, case)
+    swing = (before, _force_rate(run.state, case), after, _force_rate(new, case))
     highest = hermite_range(run.step, *swing)[0]
     factor = jnp.clip(0.9 * jnp.where(error > 0, error, 1e-9) ** -0.25, 0.2, 5.0)
     factor = jnp.where(jnp.isfinite(error), factor, 0.2)
@@ -186,34 +185,34 @@ def _add_row(run: Run, accepts: Any, row: Any) -> Any:
     return jax.lax.dynamic_update_slice(run.table, row[None], (place, 0))
 
 
-def _loading(state: Any, case: PacedProblem) -> Any:
+def _force_rate(state: Any, case: PacedProblem) -> Any:
     """Return the rate of the force [N/s]: k (v - u)."""
     return case.setup.k * (state[1] - state[2])
 
 
-def _finish(run: Run, case: PacedProblem) -> Run:
+def _finish_run(run: Run, case: PacedProblem) -> Run:
     """Advance to the standstill or end of travel within the next step."""
 
     def after(h: Any) -> Any:
-        return rosenbrock(lambda y: rates_of(y, case), run.state, h).after
+        return rosenbrock(lambda y: state_rates(y, case), run.state, h).after
 
-    def used_share(h: Any) -> Any:
+    def used_fraction(h: Any) -> Any:
         """Return the fraction of speed or travel that a step has used up, minus one."""
         new = jnp.where(h > 0, after(h), run.state)
         return jnp.maximum(-new[1] / run.state[1], (new[0] - case.travel) / case.travel)
 
     zero = jnp.zeros_like(run.step)
-    root = false_position(used_share, zero, run.step, 1e-13, 62)
+    root = false_position(used_fraction, zero, run.step, 1e-13, 62)
     # a creeping mass does not stop within the next step
     ends = root.is_met
     last = jnp.where(ends, root.best, 0.0)
     state = jnp.where(ends, after(root.best), run.state)
     used = ends & (state[0] >= case.travel * (1 - 1e-12)) & (state[1] > 0)
     swing = (
-        force_of(run.state, case),
-        _loading(run.state, case),
-        force_of(state, case),
-        _loading(state, case),
+        paced_force(run.state, case),
+        _force_rate(run.state, case),
+        paced_force(state, case),
+        _force_rate(state, case),
     )
     highest = hermite_range(last, *swing)[0]
     slip, speed = jnp.where(used, case.travel, state[0]), jnp.where(used, state[1], 0.0)
@@ -225,14 +224,14 @@ def _finish(run: Run, case: PacedProblem) -> Run:
     )
 
 
-def slide_on(
+def run_slide(
     case: PacedProblem, speed: Any, rows: int = 0, tolerance: float = TOLERANCE
 ) -> tuple[Run, Run]:
     """Integrate to the standstill or end of travel; return the runs before and after the last step.
 
     `speed` [m/s] is that on arrival. With `rows` the states of one stop are kept in a table.
     """
-    arrival = root_of(2 * case.setup.kinetic / case.setup.mass)
+    arrival = positive_root(2 * case.setup.kinetic / case.setup.mass)
     moves = arrival > 0
     time, state = _first_moment(case, jnp.where(moves, arrival, 1.0))
     greatest = jnp.maximum(jnp.maximum(speed, arrival), 1e-9)
@@ -251,20 +250,20 @@ def slide_on(
     def going(run: Run) -> Any:
         return (run.attempts < MAX_STEPS) & jnp.any(run.code == MOVING)
 
-    run = jax.lax.while_loop(going, lambda run: _attempt(run, case, greatest, tolerance), first)
-    return run, _finish(run, case)
+    run = jax.lax.while_loop(going, lambda run: _try_step(run, case, greatest, tolerance), first)
+    return run, _finish_run(run, case)
 
 
 def paced_stop(case: PacedProblem, speed: Any) -> Stop:
     """Return the outcome; the elastic part, and a mass that never slides, are in closed form."""
     setup = case.setup
-    elastic = setup.weight + root_of(setup.weight**2 + 2 * setup.k * setup.arriving)
+    elastic = setup.weight + positive_root(setup.weight**2 + 2 * setup.k * setup.arriving)
     slides = elastic > setup.onset
-    end = slide_on(case, speed)[1]
+    end = run_slide(case, speed)[1]
     slip, pace, _, sheet_heat = end.state
     enclosure = setup.enclosure
     slip = jnp.where(slides, slip, 0.0)
-    force = jnp.where(slides, force_of(end.state, case), elastic)
+    force = jnp.where(slides, paced_force(end.state, case), elastic)
     return Stop(
         slip=slip,
         peak_force=jnp.where(slides, jnp.maximum(end.peak, force), elastic),
@@ -289,13 +288,13 @@ class Course(NamedTuple):
 
 def paced_course(case: PacedProblem, speed: Any) -> Course:
     """Return the states of one stop, and the result of a second run with coarse steps."""
-    run, last = slide_on(case, speed, ROWS)
-    rough = slide_on(case, speed, tolerance=COARSE)[1]
-    end, coarse = (jnp.stack([r.time, *r.state, force_of(r.state, case)]) for r in (last, rough))
+    run, last = run_slide(case, speed, ROWS)
+    rough = run_slide(case, speed, tolerance=COARSE)[1]
+    end, coarse = (jnp.stack([r.time, *r.state, paced_force(r.state, case)]) for r in (last, rough))
     return Course(run.table, run.count, end, coarse)
 
 
-def paced_of(
+def new_case(
     setup: Setup, gravity: Any, fan: Fan | None, brake: Brake, law: SpeedLaw
 ) -> PacedProblem:
     """Return the constants of a stop, all of the same shape; `setup` has the onset at rest."""

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
-from layerjam.mechanics.friction import at_speed
+from layerjam.mechanics.friction import fix_speed
 from layerjam.mechanics.law import law
 from layerjam.mechanics.pull import brake_force, vacuum_for_force
 from layerjam.mechanics.roots import false_position
@@ -41,12 +41,12 @@ def _excess_slip(slip: Any, case: tuple[Any, Any, Any, Any, Any], brake: Brake) 
 
 
 @law
-def holds(slip: Any, vacuum: Any, weight: Any, brake: Brake) -> Any:
+def is_held(slip: Any, vacuum: Any, weight: Any, brake: Brake) -> Any:
     """Return whether a weight [N] stays at rest at a slip [m]; full vacuum [Pa].
 
     The weight may stop for a moment, held by sheets that still slide, and then continue.
     """
-    return brake_force(slip, vacuum, at_speed(0.0, brake)) >= weight * (1 - 1e-6)
+    return brake_force(slip, vacuum, fix_speed(0.0, brake)) >= weight * (1 - 1e-6)
 
 
 @jax.custom_jvp
@@ -56,7 +56,7 @@ def block_gradient(value: Any) -> Any:
 
 
 @block_gradient.defjvp
-def _no_gradient(_: Any, __: Any) -> Any:
+def _reject_gradient(_: Any, __: Any) -> Any:
     raise QuantityError.of(
         "speed_law",
         "the vacuum of a stop with a speed law is found by search and has no gradient; "
@@ -64,7 +64,7 @@ def _no_gradient(_: Any, __: Any) -> Any:
     )
 
 
-def _root(
+def _find_slip_root(
     rising: Callable[[Any], Any], low: Any, high: Any, slip: Any, already: float = jnp.nan
 ) -> Any:
     """Return the point at which the distance [m] beyond a slip crosses zero.
@@ -92,8 +92,8 @@ def paced_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, br
         return _excess_slip(slip, (mass, speed, top * (1 - share), spring, gravity), brake)
 
     zero = jnp.zeros_like(top)
-    vacuum = top * (1 - _root(short, zero, zero + 1 - LEAST, slip))
-    stays = holds(slip, jnp.where(jnp.isnan(vacuum), 0.0, vacuum), mass * gravity, brake)
+    vacuum = top * (1 - _find_slip_root(short, zero, zero + 1 - LEAST, slip))
+    stays = is_held(slip, jnp.where(jnp.isnan(vacuum), 0.0, vacuum), mass * gravity, brake)
     return jnp.where(stays, vacuum, jnp.nan)
 
 
@@ -103,7 +103,7 @@ def paced_speeds(mass: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) 
     Arrays of one shape.
     """
     weight, full = mass * gravity, brake.site.atmosphere + jnp.zeros_like(mass)
-    rest_brake = at_speed(0.0, brake)
+    rest_brake = fix_speed(0.0, brake)
     enclosure_force = brake_force(slip, 0.0, brake)
     holding_vacuum = vacuum_for_force(jnp.maximum(weight, enclosure_force), slip, rest_brake)
     holding = ~jnp.isnan(holding_vacuum)
@@ -117,5 +117,5 @@ def paced_speeds(mass: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) 
 
     zero = jnp.zeros_like(vacuum)
     # no speed is needed at a vacuum at which the mass slides that far from rest
-    speeds = _root(excess, zero, zero + FASTEST, slip, already=0.0)
+    speeds = _find_slip_root(excess, zero, zero + FASTEST, slip, already=0.0)
     return speeds[0], jnp.where(holding, speeds[1], jnp.nan)

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.mechanics.law import safe_sqrt
-from layerjam.mechanics.stop.algebra import Quartic, slope_of, value
+from layerjam.mechanics.stop.algebra import Quartic, quartic_slope, quartic_value
 
 NEAREST, FARTHEST = 1e-14, 1e6
 """Largest relative distance of a complex root of the kinetic energy to which the nodes adapt."""
@@ -65,7 +65,7 @@ def expand_quartic(part: Quartic, end: Any, sign: Any) -> Expansion:
 
     It starts at `end`, in the direction `sign` (1 or -1).
     """
-    end_energy, first = jnp.maximum(value(part, end), 0.0), sign * slope_of(part, end)
+    end_energy, first = jnp.maximum(quartic_value(part, end), 0.0), sign * quartic_slope(part, end)
     second = 2 * part.a2 + end * (6 * part.a3 + end * 12 * part.a4)
     third, fourth = sign * (6 * part.a3 + 24 * part.a4 * end), part.a4
 

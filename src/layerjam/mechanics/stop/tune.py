@@ -8,11 +8,11 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.energy import slip_work
-from layerjam.mechanics.law import law, safe_sqrt, within
+from layerjam.mechanics.law import keep_if, law, safe_sqrt
 from layerjam.mechanics.pull import brake_force, vacuum_for_force
 from layerjam.mechanics.roots import implicit_root
-from layerjam.mechanics.stop.exact import STOPPED, any_speed, stop
-from layerjam.mechanics.stop.motion import series_of
+from layerjam.mechanics.stop.exact import STOPPED, is_speed_independent, stop
+from layerjam.mechanics.stop.motion import rope_spring
 from layerjam.mechanics.stop.paced_tune import FARTHEST, block_gradient, paced_speeds, paced_vacuum
 
 
@@ -42,7 +42,7 @@ def tuned_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, br
     if brake.speed_law is None:
         return balance
     case = jax.tree.map(block_gradient, (mass, speed, slip, spring, gravity, brake))
-    return jnp.where(any_speed(brake), balance, paced_vacuum(*case))
+    return jnp.where(is_speed_independent(brake), balance, paced_vacuum(*case))
 
 
 def _balanced_vacuum(
@@ -58,7 +58,7 @@ def _balanced_vacuum(
         return _excess(vacuum, mass, speed, slip, spring, gravity, brake)
 
     feasible = ~jnp.isnan(holding_vacuum) & (excess(low) <= 0) & (excess(top) >= 0)
-    return within(feasible, implicit_root(excess, low, top))
+    return keep_if(feasible, implicit_root(excess, low, top))
 
 
 @law
@@ -68,7 +68,7 @@ def tuned_stop(mass: Any, speed: Any, slip: Any, rope: Any, gravity: Any, brake:
     The balance holds at the end of the slip; on a soft `rope` [N/m] (None: no rope) the mass may
     stop or the brake snap earlier. All arguments broadcast, including the brake's numbers.
     """
-    spring = series_of(rope, brake)
+    spring = rope_spring(rope, brake)
     arrays = (mass, speed, slip, spring, gravity, brake.sheets.count)
     mass, speed, slip, spring, gravity, _ = jnp.broadcast_arrays(*arrays)
     vacuum = tuned_vacuum(mass, speed, slip, spring, gravity, brake)
@@ -76,7 +76,7 @@ def tuned_stop(mass: Any, speed: Any, slip: Any, rope: Any, gravity: Any, brake:
     result = stop(mass, speed, jnp.where(jnp.isnan(vacuum), 0.0, vacuum), spring, gravity, plain)
     is_met = (result.outcome == STOPPED) & (jnp.abs(result.slip - slip) <= FARTHEST * slip)
     # a vacuum of `paced_vacuum` has already been tried
-    return within(is_met | ~any_speed(brake), vacuum)
+    return keep_if(is_met | ~is_speed_independent(brake), vacuum)
 
 
 @law
@@ -87,7 +87,7 @@ def speed_range(mass: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> 
     full vacuum. NaN if even that cannot hold it; if the slowest exceeds the fastest, there is no
     such speed. With a speed law stops are tried, as in `tuned_vacuum`.
     """
-    spring, full = series_of(rope, brake), brake.site.atmosphere
+    spring, full = rope_spring(rope, brake), brake.site.atmosphere
     weight = mass * gravity
     enclosure_force = brake_force(slip, 0.0, brake)
     holding_vacuum = vacuum_for_force(jnp.maximum(weight, enclosure_force), slip, brake)
@@ -97,12 +97,12 @@ def speed_range(mass: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> 
         work = slip_work(slip, vacuum, brake) + force**2 / (2 * spring)
         return safe_sqrt(jnp.maximum(work - weight * (slip + force / spring), 0.0) * 2 / mass)
 
-    low, high = speed(holding_vacuum), within(~jnp.isnan(holding_vacuum), speed(full))
+    low, high = speed(holding_vacuum), keep_if(~jnp.isnan(holding_vacuum), speed(full))
     if brake.speed_law is None:
         return low, high
     wide = jnp.broadcast_arrays(mass, slip, spring, gravity, brake.sheets.count)[:4]
     slowest, fastest = paced_speeds(*jax.tree.map(block_gradient, (*wide, brake)))
-    same = any_speed(brake)
+    same = is_speed_independent(brake)
     return jnp.where(same, low, slowest), jnp.where(same, high, fastest)
 
 
@@ -121,4 +121,4 @@ def vacuum_eq10(mass: Any, speed: Any, slip: Any, brake: Brake) -> Any:
         return slip_work(slip, vacuum, brake) - energy
 
     root = implicit_root(excess, jnp.zeros_like(top), top)
-    return within((excess(top) >= 0) & (excess(0.0 * top) <= 0), root)
+    return keep_if((excess(top) >= 0) & (excess(0.0 * top) <= 0), root)

@@ -20,7 +20,7 @@ from layerjam.mechanics.stop.exact import STOPPED, stop
 from layerjam.mechanics.stop.tune import tuned_vacuum, vacuum_eq10
 from layerjam.simulate.drop import series_spring
 from layerjam.simulate.procedure import simple_pull
-from layerjam.simulate.rope_alone import damped_rope_only
+from layerjam.simulate.rope_alone import simulate_damped_rope
 from layerjam.simulate.tensile import tensile
 from layerjam.studies.choi2018.claims import Claim, claim
 from layerjam.studies.choi2018.figures import CALIBRATED, FULL, NAMES, STIFFNESSES, TESTED
@@ -161,7 +161,7 @@ def damping() -> list[Claim]:
     spring = series_spring(kapton, rope)
     work = float(slip_work(TESTED, FULL, kapton))
     numeric = quad(lambda x: float(brake_force(x, FULL, kapton)), 0, TESTED)[0]
-    bare = damped_rope_only(1.0, 3.7, rope, 0.0, G)[0] / G
+    bare = simulate_damped_rope(1.0, 3.7, rope, 0.0, G)[0] / G
     full = float(stop(1.0, 2.5, FULL, spring, G, kapton).peak_force)
     fast = stop(1.0, 3.7, FULL, spring, G, kapton)
     tuned_vacuum_ = float(tuned_vacuum(1.0, 2.5, TESTED, spring, G, kapton))

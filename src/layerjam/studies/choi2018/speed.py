@@ -9,7 +9,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.load import load
 from layerjam.mechanics.friction import holding_force, sheet_friction
 from layerjam.mechanics.pull import brake_force
-from layerjam.mechanics.stick_slip.laws import critical_speed, of_film, slow_saw
+from layerjam.mechanics.stick_slip.laws import critical_speed, film_curve, slow_saw
 from layerjam.mechanics.stick_slip.wet import ILLUSTRATIVE, ILLUSTRATIVE_VISCOUS, wet_force
 from layerjam.mechanics.threads import cache_threadsafe
 from layerjam.simulate.procedure import simple_pull
@@ -77,7 +77,7 @@ def _study(name: str) -> FilmJudder:
     spring, mass = series_stiffness(brake), moving_mass(brake)
     together, slack = _saw_share(static, kinetic, spring, mass)
     staggered_share, _ = _saw_share(staggered_force, kinetic, spring, mass)
-    curve = of_film(brake)
+    curve = film_curve(brake)
     ratio = staggered_force / kinetic
     slide = make_slide(
         brake, vacuum=FULL, speed=SLOW, mass=mass, stiffness=spring, stribeck=curve, frozen=True

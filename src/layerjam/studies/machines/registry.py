@@ -8,7 +8,7 @@ from layerjam.studies.machines.rehabilitation import Rehabilitation
 from layerjam.studies.machines.scenario import read_scenario
 from layerjam.studies.machines.seat_belt import SeatBelt
 from layerjam.studies.machines.verdict import Machine
-from layerjam.toml_files.shipped import shipped_files, text_of
+from layerjam.toml_files.shipped import load_text, shipped_files
 
 MACHINES: dict[str, type[Machine]] = {
     "seat-belt": SeatBelt,
@@ -32,6 +32,6 @@ def load_scenario(scenario: str | Path) -> Machine:
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
-    text, name = text_of("scenario", scenario, _texts())
+    text, name = load_text("scenario", scenario, _texts())
     folder = None if name in _texts() else Path(name).parent
     return read_scenario(text, name, MACHINES, folder)

@@ -18,7 +18,7 @@ from layerjam.control.plant import linearise_line
 from layerjam.control.settings import Regulator
 from layerjam.errors import QuantityError, count_noun
 from layerjam.fluid.line import Sensor
-from layerjam.mechanics.friction import at_speed
+from layerjam.mechanics.friction import fix_speed
 from layerjam.mechanics.limits import self_closing_vacuum
 from layerjam.mechanics.pull import force_limits
 from layerjam.studies.machines.ankle_clutch import fall_time, last_before
@@ -171,7 +171,7 @@ class Rehabilitation(Machine):
         shares = np.array([self.followed_at(controller, float(s))[0] for s in SPEEDS])
         left = _vacuum_left(session, run)
         grid = np.linspace(exercise.start, exercise.end, 101)
-        turning = at_speed(r * exercise.speed, brake)
+        turning = fix_speed(r * exercise.speed, brake)
         high = np.asarray(force_limits(r * (grid - exercise.start), turning)[1]) * r
         target = self.target_at(grid, np.full_like(grid, exercise.speed))
         count = math.ceil(float(np.max(target / high)) - 1e-9)
@@ -207,7 +207,7 @@ class Rehabilitation(Machine):
     def lost_angle(self, vacuum: float, slip: float) -> float:
         """Return the angle [rad] by which friction keeps the enclosure extended."""
         slips = np.linspace(0.0, slip, 400)[1:]
-        closes = np.asarray(self_closing_vacuum(slips, at_speed(0.0, self.brake.brake))) > vacuum
+        closes = np.asarray(self_closing_vacuum(slips, fix_speed(0.0, self.brake.brake))) > vacuum
         held_slip = 0.0 if closes.all() else float(slips[np.flatnonzero(~closes)[-1]])
         return held_slip / float(self.orthosis.pulley)
 

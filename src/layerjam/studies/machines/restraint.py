@@ -26,13 +26,13 @@ import pandas
 
 from layerjam.device.brake import Brake
 from layerjam.device.speed_law import SpeedLaw
-from layerjam.mechanics.enclosure import EnclosureLaw, backbone, enclosure_of, one_modulus
-from layerjam.mechanics.fan import straight
-from layerjam.mechanics.friction import friction_per_contact, growth, growth_of
+from layerjam.mechanics.enclosure import EnclosureLaw, backbone, check_modulus, make_enclosure
+from layerjam.mechanics.fan import require_flat
+from layerjam.mechanics.friction import brake_growth, friction_per_contact, growth
 from layerjam.mechanics.law import law
 from layerjam.mechanics.pull import rising_root
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.simulate.speed import without_idle_speed_law
+from layerjam.simulate.speed import drop_idle_speed_law
 from layerjam.studies.machines.scenario import Array, Scenario
 
 ROOMS = (256, 4096)
@@ -69,19 +69,19 @@ def strap_of(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Brake
     The arguments broadcast. The strap is valid while its stiffness exceeds the fall of friction, k
     > N c; see `snaps`. A speed law of the brake is included.
     """
-    one_modulus(brake)
+    check_modulus(brake)
     every = jnp.broadcast_arrays(parallel, series, vacuum, webbing)
     parallel, series, vacuum, webbing = every
     sheets = brake.sheets
     fall = parallel * friction_per_contact(vacuum, brake)
-    sleeve = enclosure_of(
+    sleeve = make_enclosure(
         parallel * brake.enclosure.modulus * sheets.width * brake.enclosure.wall,
         parallel * brake.film.friction_on_silicone * sheets.width * vacuum,
         (sheets.free_left + sheets.overlap + sheets.free_right) / 2 + 0 * parallel,
     )
     compliance = series / (parallel * working_stiffness(brake))
     travel = sheets.usable_travel + 0 * parallel
-    onset = fall * sheets.overlap * growth_of(0.0, brake)
+    onset = fall * sheets.overlap * brake_growth(0.0, brake)
     overlap = None if brake.speed_law is None else sheets.overlap + 0 * parallel
     stiffness, law = 1 / (compliance + 1 / webbing), brake.speed_law
     return Strap(stiffness, onset, fall, sleeve, travel, series, law, overlap)
@@ -325,7 +325,7 @@ class Trial(NamedTuple):
     def strap(self, **instead: Any) -> Strap:
         """Return the scenario's strap, with any of its values replaced."""
         brakes = self.scenario.brakes
-        brake = straight(without_idle_speed_law(self.scenario.brake.brake), "the restraint")
+        brake = require_flat(drop_idle_speed_law(self.scenario.brake.brake), "the restraint")
         settings = {"parallel": brakes.parallel, "series": brakes.series, "vacuum": brakes.vacuum}
         strap: Strap = strap_of(**(settings | {"webbing": self.webbing} | instead), brake=brake)
         return strap

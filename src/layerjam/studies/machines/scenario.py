@@ -24,11 +24,11 @@ from layerjam.errors import FileError, QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile, load_line
 from layerjam.fluid.line import Sensor
 from layerjam.simulate.speed import machine_notices
-from layerjam.toml_files.changes import paths_of
+from layerjam.toml_files.changes import find_paths
 from layerjam.toml_files.reader import Reader
 from layerjam.toml_files.shipped import shipped_files
 from layerjam.toml_files.source import Source
-from layerjam.toml_files.toml import line_of, parse_toml
+from layerjam.toml_files.toml import find_line, parse_toml
 from layerjam.toml_files.values import TextSpec, entries, value
 from layerjam.units import (
     QuantitySpec,
@@ -127,7 +127,7 @@ class Scenario:
         """Return the warnings about the values of the scenario, the brake and the line."""
         out = []
         for kind in ("assumed", "inferred", "unstated"):
-            paths = [p for p in paths_of(self.sources, kind) if p not in _NAMES]
+            paths = [p for p in find_paths(self.sources, kind) if p not in _NAMES]
             if paths:
                 note = {"unstated": "no source is stated"}.get(kind, f"{kind}, not measured")
                 out.append(f"scenario: {', '.join(paths)}: {note}")
@@ -214,13 +214,13 @@ def read_scenario(
         raise FileError(path, f"machine (which machine: {', '.join(machines)}) is missing")
     if not isinstance(machine, str) or machine not in machines:
         reason = str(UnknownNameError("machine", str(machine), machines))
-        raise FileError(path, reason, line_of(text, "machine"))
+        raise FileError(path, reason, find_line(text, "machine"))
     reader = Reader(text, path, dict(entries(machines[machine])))
-    reader.take(tables)
-    reader.require()
+    reader.read_all(tables)
+    reader.check_required()
     place = folder or Path()
     with reader.locate_errors():
-        read: Any = reader.record(machines[machine])
+        read: Any = reader.build_record(machines[machine])
         check(read)
         scenario: S = replace(
             read,

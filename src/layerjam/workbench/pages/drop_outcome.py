@@ -48,9 +48,9 @@ def series(
     """
     if crash is not None and isinstance(record, DropRecord):
         # import late, so that the first page is shown before the computing code is loaded
-        from layerjam.simulate.crash import with_crash
+        from layerjam.simulate.crash import append_crash
 
-        data = series(with_crash(record, crash), slow)
+        data = series(append_crash(record, crash), slow)
         return None if data is None else {**data, "crash": float(record.time[-1] * 1e3)}
     keep = record.time >= 0
     time, travel = record.time[keep], record.travel[keep]
