@@ -288,13 +288,13 @@ def test_a_step_that_could_pass_over_the_standstill_is_no_case():
 
 def test_a_weight_at_rest_stays_where_it_is_for_an_hour():
     """99.9 % of what the brake holds, hung on at rest: nothing creeps, at any step."""
-    from layerjam.mechanics.stop.motion import Load, Motion, Vacuum, advance_step, at_start
+    from layerjam.mechanics.stop.motion import Load, Motion, Vacuum, advance_step, new_motion
 
     onset = float(brake_force(0.0, FULL, KAPTON))
     mass = 0.999 * onset / G
     force = mass * G
     for step, count in ((1.0, 3600), (1e-2, 20000)):
-        start = at_start(np.float64(0.0), np.float64(FULL), True)
+        start = new_motion(np.float64(0.0), np.float64(FULL), True)
         start = start._replace(
             place=np.float64(force / SPRING), drawn=np.float64(force / SPRING),
             force=np.float64(force),

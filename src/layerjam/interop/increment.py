@@ -37,7 +37,7 @@ class Motion(NamedTuple):
         return self.brake.force
 
 
-def make_rest_state(dtype: Any = jnp.float64) -> Motion:
+def at_start(dtype: Any = jnp.float64) -> Motion:
     """Return a brake at rest without vacuum: no slip, no force, no elongation.
 
     If JAX works in single precision, float64 gives float32 leaves, as in all of JAX.
@@ -127,12 +127,12 @@ class Increment:
     @in_double_precision
     def __init__(self, numbers: Parameters) -> None:
         self.parameters = numbers
-        self._state = make_rest_state()
+        self._state = at_start()
 
     @in_double_precision
     def start(self) -> None:
         """Return to rest without vacuum."""
-        self._state = make_rest_state()
+        self._state = at_start()
 
     @in_double_precision
     def move(self, elongation: float, vacuum: float, compliance: float = 0.0) -> float:

@@ -12,7 +12,7 @@ from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.kernel.parameters import Parameters
 
 Coupling = Literal["limited", "explicit", "implicit"]
-"""Method for the force of a step: see `compliance_of`."""
+"""Method for the force of a step: see `series_compliance`."""
 SAME = 1e-6
 """Relative difference allowed between a stiffness in a model and the brake's."""
 LOWEST = -1e10

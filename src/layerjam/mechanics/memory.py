@@ -285,7 +285,7 @@ def apply_vacuum(state: Memory, enclosure: EnclosureLaw) -> Memory:
 
 
 def _slide_steep_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
-    """Apply `at_vacuum` if anything slides, from the innermost piece to the driven end."""
+    """Apply the lower vacuum if anything slides, from the innermost piece to the driven end."""
     places, q, tension = _piece_indices(state), enclosure.friction, _piece_tension(state, enclosure)
     real = (places > 0) & (places < state.count)
     steep = real & (jnp.abs(state.slopes) > q)

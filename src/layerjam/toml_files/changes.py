@@ -63,7 +63,7 @@ def resolve_changes(cls: type, changes: Mapping[str, Change]) -> dict[str, float
 
 
 def with_changes(rec: R, changes: Mapping[str, Change]) -> R:
-    """Return the record with numbers changed by name; raises as `by_path` does."""
+    """Return the record with numbers changed by name; raises as `resolve_changes` does."""
     values = collect_values(rec) | resolve_changes(type(rec), changes)
     return build(type(rec), {path: v for path, v in values.items() if v is not None})
 

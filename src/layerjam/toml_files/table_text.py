@@ -2,8 +2,8 @@
 
 A cell that begins with `=`, `+`, `-`, `@`, a tab or a carriage return, and is not a number, gets a
 leading apostrophe, which spreadsheets interpret as "text". So does such a piece of a comment line,
-because a spreadsheet splits the line at commas, semicolons or tabs. `plain_cell` and
-`plain_comment` remove the apostrophe, so that every text is restored exactly.
+because a spreadsheet splits the line at commas, semicolons or tabs. `restore_cell` and
+`restore_comment` remove the apostrophe, so that every text is restored exactly.
 """
 
 import re
@@ -26,7 +26,7 @@ def format_cell(value: Cell) -> str:
 
 
 def restore_cell(text: str) -> str:
-    """Return the text that was passed to `cell`."""
+    """Return the text that was passed to `format_cell`."""
     return text[1:] if _MARKED.match(text) else text
 
 

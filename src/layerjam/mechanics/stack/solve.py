@@ -8,8 +8,8 @@ min over w of 1/2 sum d_i (w_i - y_i)^2 + sum c_i |w_{i+1} - w_i - s_i|, y_i = 0
 strictly convex, so the solution is unique; no time step, no contact stiffness, no chatter. Which
 interfaces slide is found exactly in time linear in the sheets (`fused_lasso`). Then sheets, mount
 and slip-dependent bounds form one tridiagonal system, and the enclosure's faces add two unknowns
-(`respond`, `place`). The two steps alternate until the pattern does not change. The first attempt
-usually suffices, because the pattern is that of the last increment.
+(`compute_response`, `place_sheets`). The two steps alternate until the pattern does not change. The
+first attempt usually suffices, because the pattern is that of the last increment.
 """
 
 from typing import Any, NamedTuple

@@ -308,7 +308,7 @@ def slide(
     """Run from rest with an unloaded spring until the end, the last event, or steady sliding.
 
     Entries of `case` may be arrays of the same shape: all cases then run at once. `events` and
-    `samples` size the tables, `max_actions` bounds the actions. `exact` defaults to `constant`.
+    `samples` size the tables, `max_actions` bounds the actions. `exact` defaults to `is_constant`.
     """
     case = jax.tree.map(lambda v: np.asarray(v, np.float64), case)
     shape = np.broadcast_shapes(*(v.shape for v in jax.tree.leaves(case)))

@@ -170,7 +170,7 @@ def rest_setting(setting: Setting) -> Setting:
 def _balance_paced(
     motion: Motion, alpha: Any, beta: Any, setting: Setting, law: SpeedLaw, dt: Any
 ) -> tuple[_Extension, Any]:
-    """Return `_meet` for friction that depends on the sliding speed, by a search for the slip.
+    """Return `_balance_step` for friction that depends on the speed, by a search for the slip.
 
     The force changes linearly from its old value to that of the new slip and its speed, so that
     the spring's work is exact. The speed at the end follows from a parabola through two steps.

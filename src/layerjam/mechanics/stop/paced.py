@@ -137,7 +137,7 @@ def _first_moment(case: PacedProblem, arrival: Any) -> tuple[Any, Any]:
 
 
 def _try_step(run: Run, case: PacedProblem, greatest: Any, tolerance: Any) -> Run:
-    """Take one step if its error allows it; `_finish` takes the step that contains the end."""
+    """Take one step if its error allows it; `_finish_run` takes the step that contains the end."""
     new, errors = rosenbrock(lambda y: state_rates(y, case), run.state, run.step)
     slip, speed, pace, _ = run.state
     error = jnp.maximum(
