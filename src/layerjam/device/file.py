@@ -198,7 +198,7 @@ def _apply_material(reader: Reader, table: str, use: object, texts: Mapping[str,
         raise reader.fail(f"{table}.use", unknown)
     inner = Reader(texts[use], f"material {use}", reader.fields)
     material = parse_toml(texts[use], f"material {use}")
-    inner.take({k: v for k, v in material.items() if k not in DESCRIBING}, table)
+    inner.read_all({k: v for k, v in material.items() if k not in DESCRIBING}, table)
     reader.values |= {f"{table}.product": material["name"], **inner.values}
     reader.sources |= inner.sources
 

@@ -191,8 +191,7 @@ def _free_length_stiffness(count: Any, brake: Brake) -> Any:
 def _lever(slip: Any, brake: Brake) -> Any:
     """Return the ratio of the slip of a fan's interfaces to that of flat sheets, once all slip [-].
 
-    In a free length that bends evenly, the sheets of a fan slip by 3/4 of the distance of flat
-    sheets.
+    In an evenly bent free length, the sheets of a fan slip by 3/4 of the distance of flat sheets.
     """
     if brake.mount.spacers is None:
         return 1.0
