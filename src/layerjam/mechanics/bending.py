@@ -43,8 +43,7 @@ def _shear_flow(vacuum: Any, brake: Brake) -> Any:
 def enclosure_bending_stiffness(brake: Brake) -> Any:
     """Return E I of the enclosure alone [N m^2], as a rectangular tube close around the stack.
 
-    It uses the brake's single modulus, stated at 100 % stretch; silicone is stiffer at small
-    strain.
+    It uses the brake's single modulus, stated at 100 % stretch; below it silicone is stiffer.
     """
     wall, width = brake.enclosure.wall, brake.sheets.width
     height = brake.sheets.count * brake.sheets.thickness

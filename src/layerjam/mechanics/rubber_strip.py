@@ -75,8 +75,7 @@ class Rubber(NamedTuple):
 def make_cells(slip: Any, least: Any, highest: Any, brake: Brake, count: int = CELLS) -> Cells:
     """Return cells for histories up to a slip [m], between a lowest and a highest vacuum [Pa].
 
-    They cover the part that can move, and are small near the driven end, where every reversal
-    starts.
+    They cover the part that can move, and are small near the driven end, where reversals start.
     """
     loading = load_to_slip(slip, highest, brake)[1]
     strip, rubber = make_strip(least, brake), make_strip(highest, brake).rubber

@@ -42,8 +42,7 @@ def cache_threadsafe(make: Callable[P, R]) -> Callable[P, R]:
 class Workers(ThreadPoolExecutor):
     """A pool of threads, one for each core, that compute in double precision.
 
-    JAX sets the precision for each thread, and a worker does not inherit that of the submitting
-    thread.
+    JAX sets the precision for each thread; a worker does not inherit that of its creator.
     """
 
     def __init__(self, threads: int | None = None) -> None:

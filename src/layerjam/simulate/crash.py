@@ -1,8 +1,7 @@
 """Motion after the travel is used up: the mass on its rope alone, against a rigid end.
 
 No source states the compliance at the end of a brake's travel. layerjam assumes the worst case, a
-rigid end: only the rope stretches further, starting from its force and the remaining speed of the
-mass.
+rigid end: only the rope stretches further, starting from its force and the mass's remaining speed.
 """
 
 import math

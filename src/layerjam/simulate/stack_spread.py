@@ -35,8 +35,7 @@ class Spread(Peaks):
 def draw_normal(first: int, last: int, count: int, seed: int) -> Array:
     """Return standard normal numbers for samples `first` to `last`, shape (last - first, count).
 
-    Each sample has its own place in a counter-based generator, so the numbers do not depend on the
-    chunks.
+    Each sample has its own place in a counter-based generator, so chunks do not change the numbers.
     """
     from scipy.special import ndtri
 

@@ -60,8 +60,7 @@ class History:
         """Return a leaking vacuum [Pa]; the line is shut off `held` [s] before the taut rope.
 
         `leak_time` [s] is the volume of the chamber divided by the conductance of the leak. The
-        samples follow `fluid.closed_forms.held_vacuum` to 1.2e-7 of `vacuum` and end at 2.4e-7 of
-        it.
+        samples follow `fluid.closed_forms.held_vacuum` to 1.2e-7 of `vacuum`, ending at 2.4e-7.
         """
         if not vacuum > 0:
             return cls(np.array([-held, 1.0 - held]), np.full(2, vacuum))

@@ -98,8 +98,7 @@ def update_text(
 
     A change is (value in SI, its source), or None to remove the key. `tables` are first replaced as
     a whole, or removed if None or empty. `accepted` are added to the acceptances of the file; an
-    earlier one ends when all its numbers change. Raises QuantityError if a key to remove is
-    missing.
+    earlier one ends when all its numbers change. Raises QuantityError for a missing key.
     """
     import tomlkit
 

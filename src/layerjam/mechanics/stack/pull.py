@@ -360,8 +360,7 @@ def pull_stack(
     load, its force is zero, and `slack` is set until the crosshead returns. Buckling of single
     sheets is not checked. The arrays end when no interface overlaps any more, or before the mount
     is too soft to continue. The length of an increment has no effect while interfaces rest or slide
-    in one direction. If they reverse within an increment, the heat is that of the slip between its
-    ends.
+    in one direction. If they reverse within an increment, the heat is that of its net slip.
 
     `renew` is called before each increment with the slip of the interfaces [m], shape (n - 1,), and
     may change the friction in the stack's arrays; False ends the pull. `progress` is called with

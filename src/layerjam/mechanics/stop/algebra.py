@@ -89,8 +89,7 @@ def positive_root(square: Any) -> Any:
 def balance_root(case: Setup, limit: Any) -> Any:
     """Return sqrt of the slip at which the falling force equals the weight, at most `limit`.
 
-    Up to there the kinetic energy falls (or first rises, then falls), so its first root is the
-    only one.
+    Up to there the kinetic energy falls (or first rises, then falls), so it has only one root.
     """
     # c w^2 - e w = Y(0) - weight, the larger root; or (c - EA/l) w^2 = Y(0) - weight + q l in the
     # linear, saturated part. Either is (a + sqrt(b)) / d: one root and one division for both.
