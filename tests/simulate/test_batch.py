@@ -194,5 +194,5 @@ def test_what_python_would_say_is_said_plainly():
         batch(stop, SWEEP, brake=KAPTON, block=0)
     with pytest.raises(QuantityError, match="brake: a float is not a brake"):
         batch(stop, SWEEP, brake=1.0)
-    with pytest.raises(QuantityError, match="speed: swept and fixed"):
+    with pytest.raises(QuantityError, match="speed: both swept and fixed"):
         batch(stop, SWEEP, brake=KAPTON, fixed={"speed": [1.0]})
