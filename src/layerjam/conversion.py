@@ -137,7 +137,7 @@ def strip_unit(value: Any, si: str, name: str) -> Any:
     """
     if hasattr(value, "columns") or hasattr(value, "data_vars"):
         kind = type(value).__name__
-        raise QuantityError.of(name, f"a {kind} holds several quantities; give one of its columns")
+        raise QuantityError.of(name, f"a {kind} contains several quantities; give one column")
     if hasattr(value, "magnitude") and hasattr(value, "units"):  # a pint quantity from any registry
         return _convert_object(value, "magnitude", si, name)
     if hasattr(value, "to_value") and hasattr(value, "unit"):  # an astropy Quantity

@@ -97,7 +97,7 @@ class UnknownNameError(LayerjamError, KeyError):
         self.quantity = quantity
         names = sorted(names)
         suggestions = difflib.get_close_matches(name.lower(), names, n=3, cutoff=0.3) or names
-        hint = f"did you mean {' or '.join(suggestions[:4])}?" if names else "there is none"
+        hint = f"did you mean {' or '.join(suggestions[:4])}?" if names else "none exists"
         self.message = f"unknown {kind} '{name[:80]}'; {hint}"
         super().__init__(self.message)
 
@@ -140,7 +140,7 @@ def _explain_call(
     if parameters.pop("self", None):
         args = args[1:]
     if any(p.kind is p.VAR_KEYWORD for p in parameters.values()):
-        return "takes values by name alone, such as width='14 mm'"
+        return "accepts only named values, such as width='14 mm'"
     unknown = [name for name in keywords if name not in parameters]
     if unknown:
         suggestions = difflib.get_close_matches(unknown[0], parameters, n=2) or parameters
@@ -222,7 +222,7 @@ class CompilerError(LayerjamError):
 def abbreviate(value: object) -> str:
     """Return a value as text on one short line, for an error message."""
     if shape := getattr(value, "shape", None):
-        return f"{type(value).__name__} of the shape {shape}"
+        return f"{type(value).__name__} of shape {shape}"
     try:
         text = " ".join((value if isinstance(value, str) else repr(value)).split())
     except ValueError:  # Python refuses to print integers with more than 4,300 digits

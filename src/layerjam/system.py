@@ -46,9 +46,9 @@ def _refusal(name: str) -> str | None:
     A device name is reserved with any extension: text written to `con.toml` goes to the console.
     """
     if name.split(".", maxsplit=1)[0].rstrip(" ").upper() in DEVICES:
-        return f"'{name}' is a device's name on Windows; use another one"
+        return f"'{name}' is a device name on Windows; use a different one"
     if name != name.rstrip(". "):
-        return f"'{name}' ends with a dot or a blank, which Windows drops; use another name"
+        return f"'{name}' ends with a dot or a space, which Windows drops; use a different name"
     if forbidden := sorted({c for c in name if c in '<>:"|?*' or ord(c) < 32}):
         return f"{' '.join(map(repr, forbidden))} in '{name}' is not allowed on Windows"
     return None
@@ -75,7 +75,7 @@ def _reason(error: Exception, path: PurePath) -> str:
     if isinstance(error, PermissionError) and os.path.isfile(path):
         return f"{message}; if another program, such as a spreadsheet, has it open, close it there"
     if len(os.path.abspath(path)) >= LONGEST:
-        return f"{message}; the path is longer than the {LONGEST - 1} characters that Windows takes"
+        return f"{message}; the path exceeds the {LONGEST - 1} characters that Windows accepts"
     return message
 
 

@@ -65,7 +65,7 @@ def parse(text: object, si: str, name: str) -> float:
         )
     match = _QUANTITY.fullmatch(text.strip()) if len(text) <= _LONGEST else None
     if re.match(r"\s*[+-]?[0-9]+,[0-9]", text[:60]):
-        raise QuantityError.of(name, f"{abbreviate(text)} has a decimal comma; write a point")
+        raise QuantityError.of(name, f"{abbreviate(text)} has a decimal comma; use a decimal point")
     if not match:
         kind = "a pure number" if si == "1" else f"a number with a unit such as {examples(si)}"
         raise QuantityError.of(name, f"{abbreviate(text)} is not {kind}")
@@ -202,17 +202,16 @@ class QuantitySpec:
         """Return `value` if it lies within the bounds; raises QuantityError otherwise."""
         low_ok = value > self.lo if self.open_lo else value >= self.lo
         if not (math.isfinite(value) and low_ok and value <= self.hi):
-            raise QuantityError.of(
-                name, f"{show(value, self.unit)} is not allowed; {self.text} is {self.limits()}"
-            )
+            reason = f"{show(value, self.unit)} is not allowed; {self.text} must be {self.limits()}"
+            raise QuantityError.of(name, reason)
         if self.whole and value != int(value):
-            raise QuantityError.of(name, f"{value} is not allowed; {self.text} is a whole number")
+            raise QuantityError.of(name, f"{value} is not allowed; {self.text} must be an integer")
         return value
 
     def read(self, text: object, name: str) -> Any:
         """Return the SI value of text with a unit, or of a pure number, within the bounds."""
         if self.whole and isinstance(text, bool):
-            raise QuantityError.of(name, f"{text} is not allowed; {self.text} is a whole number")
+            raise QuantityError.of(name, f"{text} is not allowed; {self.text} must be an integer")
         if self.whole and isinstance(text, str) and re.fullmatch(r"\s*[0-9]{1,40}\s*", text):
             text = int(text)
         if self.whole and isinstance(text, int):
@@ -255,7 +254,7 @@ class QuantitySpec:
             numbers = [self.si(element, name) for element in objects.ravel()]
             value, kind = np.array(numbers, dtype=float).reshape(objects.shape), "f"
         if kind not in ("fiub" if isinstance(self, FlagSpec) else "fiu"):
-            raise QuantityError.of(name, f"elements of the type {value.dtype} are not real numbers")
+            raise QuantityError.of(name, f"elements of type {value.dtype} are not real numbers")
         values = np.asarray(value, dtype=None if self.whole else float)
         if bounded and not values.size:
             raise QuantityError.of(name, "the array is empty; give at least one number")

@@ -58,7 +58,7 @@ def interval_check(name: str, value: float, low: float, high: float) -> Check:
     fails = not (low > 0 and share <= WIDEST)
     sentence = f"the width of the 95 % interval of {name} is {share:.2g} of its value"
     if not low > 0:
-        sentence += " and reaches zero"
+        sentence += "; the interval reaches zero"
     return Check(
         name=f"{name} interval",
         level="failed" if fails else "passed",

@@ -105,7 +105,7 @@ def test_every_spec_comes_back_from_its_text(
         ("[machine]\nforce_noise = 0.1", 2, "machine.force_noise: 0.1 has no unit; write '0.1 N'"),
         ('[machine]\n\nforce_noise = "-1 N"', 3, "force_noise: -1 N is not allowed"),
         ('[machine]\nnoise = "1 N"', 2, "unknown key 'machine.noise'; did you mean machine.for"),
-        ("[pulls]\nrepeats = 1.5", 2, "is a whole number"),
+        ("[pulls]\nrepeats = 1.5", 2, "must be an integer"),
         ('[pulls]\nvacuums = "40 kPa"', 2, "must be a list"),
         ('[pulls]\nvacuums = ["40 kPa", "40 kPa"]', 2, "the same value twice"),
         ('[files]\nlayouts = ["excel"]', 2, "unknown layouts 'excel'"),

@@ -122,7 +122,10 @@ def test_water():
         ({"mass_sd": "2 kg"}, "mass sd: 2 kg is more than the mass itself"),
         ({"speed_sd": "-1 m/s"}, "speed sd: -1 m/s is not allowed"),
         ({"stored": "90 kPa"}, "stored: the line has no reservoir"),
-        ({"samples": 5}, "samples: 5 is not allowed; masses and speeds to try is at least 100"),
+        (
+            {"samples": 5},
+            "samples: 5 is not allowed; masses and speeds to try must be at least 100",
+        ),
         ({"seed": -1}, "seed: -1 is not allowed"),
         ({"rope_stiffness": "0 N/m"}, "rope stiffness: 0 kN/m is not allowed"),
     ],

@@ -122,7 +122,9 @@ def test_limits_leave_room_for_the_sensors_zero_and_noise() -> None:
     loop = regulator()
     assert loop.largest_zero >= 0.01 * SPAN + 5 * 4 * NOISY.noise
     for changes in ({"offset_limit": 1.5e3}, {"floor": -1.5e3}):
-        with pytest.raises(QuantityError, match="and a zero of up to 1.03 kPa; at least 2.055 kPa"):
+        with pytest.raises(
+            QuantityError, match="and a zero error of up to 1.03 kPa; at least 2.055 kPa"
+        ):
             validate(regulator(**changes), 60e3)
     with pytest.raises(QuantityError, match="tolerances.pump: 0.7 is not allowed"):
         validate(regulator(tolerances=Tolerances(pump=0.7)), 60e3)

@@ -47,7 +47,7 @@ def test_a_nut_that_does_not_fit_rules_a_width_out() -> None:
     assert made.chosen["width"] == 0.013 and made.chosen["buildable"] >= 1
     (kept,) = (row for row in made.forbidden if row["constraint"] == "buildable")
     assert kept["design"]["width"] == 0.007 and kept["value"] <= 7 / 8.1 * (1 + 1e-6)
-    assert "C4: 7 mm of width a screw" in kept["reason"]
+    assert "C4: 7 mm of width per screw" in kept["reason"]
     free = lj.design(read_spec(text.replace("[vary]", 'without = "buildable"\n[vary]'), "tiny"))
     assert free.chosen["width"] == 0.007
 

@@ -154,7 +154,7 @@ def test_the_catalogue_names_a_source_and_words_for_every_number() -> None:
         ('mass = { value = "2 kg", source = "a sheet" }\n', "", "needs a mass"),
         ('"2 kg", source = "a sheet"', '"2 kg"', "names no source for mass"),
         ('"2 kg", source', '"0 kg", source', "mass"),
-        ('"other" = "nothing"', '"brake" = "nothing"', "listed, but also"),
+        ('"other" = "nothing"', '"brake" = "nothing"', "listed here and again"),
         ("[paper-sheet]", "[paper-leaf]", "is missing"),
         ('[one]\nname = "One"', '[one]\nforce = { value = "1 N", source = "x" }\nname = "One"',
          "needs a mass"),

@@ -89,7 +89,7 @@ def test_warnings_name_what_was_not_measured():
         ({"sheets__length": 0.08}, "sheets.length.*shorter than"),
         ({"sheets__free_right": 0.012}, "sheets.length.*shorter than"),
         ({"mount__screw_hole": 0.013}, "screw_hole.*leaves nothing"),
-        ({"film__kinetic": 0.33}, "film.kinetic.*more than film.static"),
+        ({"film__kinetic": 0.33}, "film.kinetic.*exceeds film.static"),
         ({"pressure_exponent": 0.1}, "together with test_pressure"),
         ({"test_pressure": 3900.0}, "together with test_pressure"),
         ({"sheets__count": 1}, "sheets.count"),

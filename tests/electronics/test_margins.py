@@ -42,9 +42,9 @@ def test_the_chip_s_pull_down_spoilt_the_sense() -> None:
 
 def test_the_senses_at_all_corners() -> None:
     least, most = trip_voltages(load_circuit("pico"))
-    closed = value("emergency stop closed, at the pin")
+    closed = value("pin voltage, emergency stop closed")
     assert closed == pytest.approx(min(corners(least, 1e5, 3e4, 0.01)), rel=1e-6) and closed > 2.0
-    greatest = value("greatest voltage at estop_sense")
+    greatest = value("highest voltage at estop_sense")
     assert greatest == pytest.approx(max(corners(12.6, 1e5, 3e4, 0.01)), rel=1e-6)
     assert max(corners(0.0, 1e5, 3e4, 0.01)) < 0.8
     # the converter's number at which the firmware stops, seen from the supply
@@ -85,7 +85,7 @@ def test_the_valve_s_diode() -> None:
     [
         ('value = 300.0\ntolerance', 'value = 150.0\ntolerance', "current into the gate of Q1"),
         ('value = 300.0\ntolerance', 'value = 1000.0\ntolerance', "gate of Q1, on"),
-        ("clamp = 24.4", "clamp = 32.4", "Q1, drain to source"),
+        ("clamp = 24.4", "clamp = 32.4", "drain–source voltage of Q1"),
         ("value = 30000.0\ntolerance = 0.01", "value = 22000.0\ntolerance = 0.01", "closed"),
         ("value = 4.7e-08\ntolerance = 0.1", "value = 4.7e-07\ntolerance = 0.1", "is sensed"),
         ("ripple = 1.6", "ripple = 0.4", "ripple current of C1"),

@@ -84,7 +84,7 @@ def test_the_table_is_read_with_its_sources_and_written_again() -> None:
         ('krf = "1 mm"', "did you mean build.kerf"),
         ("kerf = 0.2", "has no unit"),
         ('kerf = "nan mm"', "not a number"),
-        ('port = "M6"', "give M5 or a tube's diameter"),
+        ('port = "M6"', "use M5 or a tube's diameter"),
         ('cutter = "axe"', "unknown cutter"),
         ('tip_radius = "6.5 mm"', "half the sheets' width"),
         ('edge = "1.6 mm"', "not less than build.cheek"),
@@ -92,7 +92,7 @@ def test_the_table_is_read_with_its_sources_and_written_again() -> None:
         ('print_bed = "0.5mm x 1m x 1m"', "at least 1 mm"),
         ('stock_width = "50 mm"', "give both or neither"),
         ("screws = 26", "at most 25"),
-        ("screws = 5", "5 side by side, leaves nothing of sheets 13 mm wide"),
+        ("screws = 5", "5 side by side, leaves no material in sheets 13 mm wide"),
     ],
 )
 def test_what_contradicts_itself_is_refused_with_its_line(rows: str, said: str) -> None:
@@ -113,5 +113,5 @@ def test_command_over_brake_over_workshop(tmp_path) -> None:
         and "tip_radius" in made.default_keys
     )
     place.write_text('name = "empty"\n')
-    with pytest.raises(FileError, match=r"no table \[build\]"):
+    with pytest.raises(FileError, match=r"no \[build\] table"):
         resolve_choices(file, place)

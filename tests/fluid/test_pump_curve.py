@@ -158,7 +158,7 @@ GOOD = '[["0 kPa", "3 L/min"], ["60 kPa", "0 L/min"]]'
 @pytest.mark.parametrize(
     ("curve", "words"),
     [
-        ('[["0 kPa", "3 L/min"]]', "has 1 point; give two or more"),
+        ('[["0 kPa", "3 L/min"]]', "has 1 point; give at least two"),
         ("[]", "0 point"),
         ('"3 L/min"', "is not a list such as"),
         ('[["0 kPa", "3 L/min", "1"]]', "is not a list such as"),
@@ -173,7 +173,10 @@ GOOD = '[["0 kPa", "3 L/min"], ["60 kPa", "0 L/min"]]'
         ('[["0 kPa", "-3 L/min"], ["60 kPa", "0 L/min"]]', "is not allowed"),
         ('[["0 kPa", "3 kPa"], ["60 kPa", "0 L/min"]]', "'3 kPa' is not in units of"),
         ('[["0", "3 L/min"], ["60 kPa", "0 L/min"]]', "has no unit"),
-        (GOOD + '\nflow = "3 L/min"', "pump.flow: a pump has a flow or a flow curve.* both"),
+        (
+            GOOD + '\nflow = "3 L/min"',
+            "pump.flow: a pump needs either a flow or a flow curve.* both",
+        ),
         (GOOD + '\nultimate = "3 kPa"', "pump.ultimate: a flow curve already ends at the lowest"),
     ],
 )

@@ -107,7 +107,7 @@ def test_a_bench_outside_the_tolerances_is_named_and_tuned(
     assert [float(rate) for rate in shown] == pytest.approx([2.5], rel=0.05)
     tuned = lj.load_line(str(file))
     made = linear_plant(tuned.line, vacuum=60e3)
-    assert made.rate == pytest.approx(3.33e-6 / 7.503e-6, rel=0.02), "pump's flow over the volume"
+    assert made.rate == pytest.approx(3.33e-6 / 7.503e-6, rel=0.02), "ratio of pump flow to volume"
     assert (made.vent, made.leak) == pytest.approx((2.5, 0.02), rel=0.05)
     assert {tuned.sources[name].kind for name in ("pump.flow", "sensor.lag")} == {"synthetic"}
     measured = re.findall(r'value = "([\d.e-]+) .*kind = "synthetic"', file.read_text("utf-8"))

@@ -98,7 +98,7 @@ def test_parts_that_cannot_be(tmp_path: Path, old: str, new: str, said: str) -> 
     [
         ({"sync_out": 24}, "GP24 is not connected to a pin"),
         ({"pump_back_gate": 0, "spi_miso": 4, "spi_mosi": 7}, "one PWM channel"),
-        ({"spi_miso": 5}, "another pin of SPI"),
+        ({"spi_miso": 5}, "a different SPI pin"),
         ({"spi_miso": 8}, "two different ports"),
     ],
 )

@@ -97,7 +97,7 @@ def test_two_contacts() -> None:
     machine.end(bench)  # type: ignore[arg-type]
     machine.end(bench)  # type: ignore[arg-type]
     assert bench.told == ["OUTP:SYNC ON", "OUTP:SYNC OFF"]
-    with pytest.raises(CrossheadLostError, match="before it was started"):
+    with pytest.raises(CrossheadLostError, match="before the machine was started"):
         machine.begin(PULL, bench, note)  # type: ignore[arg-type]
     machine.positions(with_flags(0))
     machine.begin(Return(speed=13e-3, to=0.0), bench, note)  # type: ignore[arg-type]

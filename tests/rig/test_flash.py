@@ -251,7 +251,7 @@ def test_what_is_given_is_looked_at_first(tmp_path: Path) -> None:
     for raw, says in (
         (b"text", "not a UF2 image"),
         (uf2.encode_uf2(b"layerjam", 0x12345678), "another chip"),
-        (uf2.encode_uf2(b"MicroPython", uf2.RP2040), "no firmware of layerjam"),
+        (uf2.encode_uf2(b"MicroPython", uf2.RP2040), "no layerjam firmware"),
         (uf2.encode_uf2(b"layerjam", uf2.RP2040), "another version"),
     ):
         image.write_bytes(raw)

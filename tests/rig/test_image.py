@@ -74,7 +74,7 @@ def test_the_pico_s_pins() -> None:
         ('sensor_kind = "hsc"', 'sensor_kind = "adc"', "sensor_full"),
         ('sensor_kind = "hsc"', 'sensor_kind = "hcs"', "hsc"),
         ("accelerometer_full = {", "accelerometer_zeros = {", "did you mean"),
-        ("value = 0.9090909", "value = 0.5050505", "accelerometer_full, which is another"),
+        ("value = 0.9090909", "value = 0.5050505", "a different accelerometer_full"),
         ("vent_gate = 17", "vent_gat = 17", "did you mean"),
         ('pump_frequency = { value = "20 kHz"', "pump_frequency = { value = 20", "unit"),
     ],

@@ -290,7 +290,7 @@ def test_a_place_where_no_run_can_be(tmp_path: Path, monkeypatch: pytest.MonkeyP
         RunFile.create(tmp_path / "a.ljrun", META)
     free = run_file.shutil.disk_usage(tmp_path)._replace(free=3_000_000)
     monkeypatch.setattr(run_file.shutil, "disk_usage", lambda path: free)
-    with pytest.raises(FileError, match=r"3.0 MB are free.*need 10 MB"):
+    with pytest.raises(FileError, match=r"has 3.0 MB free.*needs 10 MB"):
         RunFile.create(tmp_path / "a.ljrun", META)
     assert [path.name for path in tmp_path.iterdir()] == ["mounts"]
 

@@ -64,13 +64,15 @@ def test_seventeen_errors_leave_sixteen(rig: Rig) -> None:
     rig.say("FOO")
     rig.say("SOUR:VAC -1")
     said = rig.say("SYST:ERR:ALL?")
-    assert said.startswith('-113,"Undefined header;FOO",-222,"Data out of range;vacuum is 0 to ')
+    assert said.startswith(
+        '-113,"Undefined header;FOO",-222,"Data out of range;vacuum must be 0 to '
+    )
     assert rig.say("SYST:ERR:ALL?") == '0,"No error"'
 
 
 def test_a_range_is_named(rig: Rig) -> None:
     rig.say("SYST:LEAS 700")
-    assert rig.say("SYST:ERR?") == '-222,"Data out of range;lease is 0.2 to 600 s"'
+    assert rig.say("SYST:ERR?") == '-222,"Data out of range;lease must be 0.2 to 600 s"'
     assert rig.say("SYST:LEAS? MIN;LEAS? MAX;LEAS? DEF;LEAS?") == "0.2;600;2;2"
 
 

@@ -233,7 +233,7 @@ def test_a_devices_name_is_refused_although_it_exists(name: str, here: Path) -> 
     """On Windows `NUL` exists in every folder."""
     os.mkfifo(here / name)
     for act in (write_whole, lambda path, _: check_folder(path, False)):
-        with pytest.raises(FileError, match="is a device's name on Windows"):
+        with pytest.raises(FileError, match="is a device name on Windows"):
             act(here / name, "text")
     if name != "NUL":
         words = ("new", "x", "--from", BRAKE, "--out", name)
@@ -262,8 +262,8 @@ def test_a_folders_name_is_refused_too(
     words: tuple[str, ...], here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(words) == 2
-    assert "on Windows; use another" in capsys.readouterr().err.replace(
-        "which Windows drops; use another", "on Windows; use another"
+    assert "on Windows; use a different" in capsys.readouterr().err.replace(
+        "which Windows drops; use a different", "on Windows; use a different"
     )
     assert not list(here.iterdir())
 

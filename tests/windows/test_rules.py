@@ -77,8 +77,8 @@ def test_the_rules_hold(here: Path) -> None:
 
 
 NAMES = {
-    "con.toml": "device's name", "NUL": "device's name", "com1.x.toml": "device's name",
-    "LPT9 .toml": "device's name", "mine.toml.": "dot or a blank", "a:b.toml": "':'",
+    "con.toml": "device name", "NUL": "device name", "com1.x.toml": "device name",
+    "LPT9 .toml": "device name", "mine.toml.": "dot or a space", "a:b.toml": "':'",
     "what?.toml": "'[?]'",
 }  # fmt: skip
 

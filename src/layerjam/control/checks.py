@@ -102,7 +102,7 @@ def _ripple(regulator: Regulator, target: float, ripple: float) -> Check:
 def _remedy(regulator: Regulator, move: float, target: float) -> str:
     """Return the changes of settings that reduce a step of the vacuum [Pa] to the allowed size."""
     sample, limit = regulator.sample_time, min(idle_band(regulator), 0.5 * SWING * target)
-    changes = "kind pi instead of bang-bang, " if regulator.kind == "bang-bang" else ""
+    changes = "pi instead of bang-bang, " if regulator.kind == "bang-bang" else ""
     if max(regulator.minimum_on, regulator.minimum_vent) > sample:
         return f": use {changes}a shorter minimum run, a smaller pump or a larger volume"
     if move > limit:

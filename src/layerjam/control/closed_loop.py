@@ -157,7 +157,7 @@ class _Loop:
         validate(self.regulator, max(level for _, level in targets))
         fault, dt = self.injected, self.regulator.sample_time
         if fault.sensor not in SENSOR_FAULTS:
-            raise QuantityError(f"sensor: '{fault.sensor}' is not a fault of a sensor")
+            raise QuantityError(f"sensor: '{fault.sensor}' is not a sensor fault")
         length = sum(lasting for lasting, _ in targets) if duration is None else duration
         count = round(length / dt)
         if count < 1:

@@ -15,11 +15,11 @@ PROVOKED = {
     "line-blocked": (
         "the line is blocked: the pump evacuates little more than the tube up to the blockage"
     ),
-    "leak": "a leak opens, and the pump at full power holds only half the target",
+    "leak": "a leak opens; at full power the pump holds only half the target",
     "sensor-nan": "the sensor gives no reading",
     "sensor-stuck": "the sensor reading is frozen",
     "sensor-offset": (
-        "the sensor reads too high, by 2.5 times the reading still accepted as zero when vented"
+        "the sensor reads too high by 2.5 times the highest vented reading accepted as zero"
     ),
 }
 OFFSET = 2.5
@@ -79,13 +79,13 @@ def make_injection(
         left = 1 / (2 * regulator.blocked_ratio)
         return FaultInjection(
             at=start, volume=left
-        ), f"the line is blocked, {left:.1%} of its volume is left"
+        ), f"the line is blocked; {left:.1%} of its volume remains"
     if fault == "leak":
         half = target / 2
         total = plant.rate * (plant.top - plant.weight * half) / half
         extra = max(total - plant.leak, 0.0)
         return FaultInjection(at=start, leak=extra), (
-            f"a leak opens, and the pump at full power holds only {show(half, 'Pa')}"
+            f"a leak opens; at full power the pump holds only {show(half, 'Pa')}"
         )
     if fault == "sensor-offset":
         value = OFFSET * regulator.largest_zero

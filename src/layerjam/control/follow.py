@@ -95,15 +95,15 @@ def target_vacuums(
     if few.any():
         i = int(np.argmax(few))
         reasons.append(
-            f"{show(float(forces[i]), 'N')} at a slip of {show(float(slip[i]), 'm')} is less than "
-            f"the enclosure alone pulls, {show(float(low[i]), 'N')}"
+            f"{show(float(forces[i]), 'N')} at a slip of {show(float(slip[i]), 'm')} is below "
+            f"the enclosure's own force, {show(float(low[i]), 'N')}"
         )
     if much.any():
         i = int(np.argmax(much))
         top = float(np.asarray(brake_force(wide, full, moving))[i])
         reasons.append(
-            f"{show(float(forces[i]), 'N')} at a slip of {show(float(slip[i]), 'm')} is more than "
-            f"the brake gives at {show(highest, 'Pa')}, {show(min(top, float(high[i])), 'N')}"
+            f"{show(float(forces[i]), 'N')} at a slip of {show(float(slip[i]), 'm')} exceeds "
+            f"the brake's force at {show(highest, 'Pa')}, {show(min(top, float(high[i])), 'N')}"
         )
     target = np.where(few, LEAST, np.where(much, highest, vacuum))
     return np.maximum(target, LEAST), ~(few | much), reasons
@@ -148,15 +148,15 @@ def follow(
     wanted, slip = np.asarray(wanted, float), np.asarray(slip, float)
     if wanted.ndim != 1 or wanted.shape != slip.shape or len(wanted) < 2:
         raise QuantityError(
-            f"profile: {wanted.shape} forces and {slip.shape} slips; they are two rows of one "
-            "length, two samples or more"
+            f"profile: {wanted.shape} forces and {slip.shape} slips; expected two rows "
+            "of the same length, with at least two samples"
         )
     if not (np.isfinite(wanted).all() and np.isfinite(slip).all()):
         raise QuantityError("profile: contains a number that is not finite")
     if slip.min() < 0 or slip.max() > model.sheets.overlap:
         raise QuantityError(
             f"slip: {show(float(slip.min()), 'm')} to {show(float(slip.max()), 'm')} is not "
-            f"allowed; it is from 0 to the overlap of {show(model.sheets.overlap, 'm')}"
+            f"allowed; it must be from 0 to the overlap of {show(model.sheets.overlap, 'm')}"
         )
     dt, highest = regulator.sample_time, MARGIN * regulator.plant.reach
     if regulator.kind == "bang-bang":

@@ -261,7 +261,7 @@ def plan_checks(plan: Plan, chance: float) -> Iterator[Check]:
         yield _knife_edge(plan, plan.needed)
     yield from _strength(plan)
     if plan.case.mass_sd or plan.case.speed_sd:
-        sentence = f"the probability of needing more slip than the travel is {chance:.1%}"
+        sentence = f"the probability that the slip exceeds the travel is {chance:.1%}"
         yield check("chance", chance <= MAX_CHANCE, sentence, f", more than {MAX_CHANCE:.0%}")
 
 
@@ -271,9 +271,9 @@ def _knife_edge(plan: Plan, least: float) -> Check:
     vacuum = show_at_least(least, "Pa", atmosphere)
     if not plan.knife_edge:
         return check("knife edge", True, f"the stop hardly changes just below {vacuum}")
-    sentence = f"at {vacuum} the mass barely comes to rest; with 1 ppm less it runs out of travel"
+    sentence = f"at {vacuum} the mass barely comes to rest; with 1 ppm less vacuum it does not"
     if plan.safe_vacuum is None:
-        advice = ", and no vacuum at the site leaves a margin"
+        advice = ", and no vacuum available at the site leaves a margin"
     else:
         safe = show_at_least(plan.safe_vacuum, "Pa", atmosphere)
         advice = f". With {safe} it stops even if mass, speed and vacuum are each {MARGIN:.0%} off"
@@ -288,7 +288,7 @@ def _strength(plan: Plan) -> Iterator[Check]:
         return
     stress, limit = float(sheet_stress(peak, brake)), brake.film.strength
     sentence = (
-        f"at {show(peak, 'N')} the stress in the sheets is {show(stress, 'Pa')}, with "
-        f"{show(limit, 'Pa')} allowed"
+        f"at {show(peak, 'N')} the stress in the sheets is {show(stress, 'Pa')}; "
+        f"{show(limit, 'Pa')} is allowed"
     )
     yield check("sheet strength", stress <= limit, sentence, ": they stretch or tear", "failed")

@@ -89,18 +89,16 @@ def suggest_sizes(standby: Standby, vacuum: float, warning: float) -> Build:
     )
     flow, size = show(tank.conductance, "m^3/(s Pa)"), show(tank.volume, "m^3")
     notes: tuple[str, ...] = ()
-    reservoir = conductance = Size(
-        None, "a reservoir of gas is not part of a line filled with water"
-    )
+    reservoir = conductance = Size(None, "a line filled with water has no gas reservoir")
     if not standby.water:
         reservoir = _size_tank(standby, tank, vacuum, warning, "volume", "reservoir of")
         conductance = _size_tank(
-            standby, tank, vacuum, warning, "conductance", f"valve on {size} of"
+            standby, tank, vacuum, warning, "conductance", f"reservoir of {size} with a valve of"
         )
         if line.reservoir is None:
             notes = (
-                f"no reservoir in the line: its volume is sized at {flow} and its valve at {size}, "
-                f"with {show(tank.delay, 's')} to open; assumed, not measured",
+                f"the line has no reservoir: its volume is sized for a valve of {flow}, its "
+                f"valve for {size}, opening in {show(tank.delay, 's')}; all assumed, not measured",
             )
     return Build(
         warning=_size_warning(standby, vacuum),
@@ -164,4 +162,4 @@ def _size_standby(standby: Standby, target: float, warning: float) -> Size:
 
 def _is_unreachable(standby: Standby, vacuum: float) -> str:
     low = show(reachable_vacuum(standby.line, standby.water), "Pa")
-    return f"the line never holds {show(vacuum, 'Pa')}: its pump reaches only {low}"
+    return f"the line cannot hold {show(vacuum, 'Pa')}: its pump reaches only {low}"

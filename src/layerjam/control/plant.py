@@ -25,9 +25,9 @@ from layerjam.units import check, quantity, show
 class Plant:
     """Pump, volume, leak and vent as four rates; see the equation in this module."""
 
-    rate: float = quantity("1/s", "rate of the full pump", hi=1e4, open_lo=True, symbol="k")
+    rate: float = quantity("1/s", "rate at full pump power", hi=1e4, open_lo=True, symbol="k")
     """Ratio of flow to volume for air, of the rise to `top` for water."""
-    top: float = quantity("Pa", "vacuum the pump reaches without leak", lo=10, hi=1.2e5)
+    top: float = quantity("Pa", "vacuum the pump reaches without a leak", lo=10, hi=1.2e5)
     leak: float = quantity("1/s", "decay of the vacuum with the pump off", hi=1e3, default=0.0)
     vent: float = quantity("1/s", "additional decay with the vent open", hi=1e5, open_lo=True)
     backwards: float = quantity(
@@ -125,7 +125,7 @@ def linearise_line(line: Line, *, vacuum: float, water: bool = False) -> Plant:
     vent = line.valve.conductance * NORMAL / volume if line.valve else 0.0
     if not vent and not reverse_flow:
         raise QuantityError(
-            "line: it has no valve and a pump that cannot run backwards: no release"
+            "line: nothing can release the vacuum: add a valve or a reversible pump"
         )
     if not water:
         leak = leak_throughput(
@@ -189,8 +189,8 @@ def match_line(line: Line, plant: Plant, *, vacuum: float) -> Line:
 def check_target(plant: Plant, target: float, name: str = "target") -> None:
     """Raise QuantityError if `target` [Pa] is above the vacuum that the pump reaches."""
     if not 0.0 <= target < plant.reach:
-        note = f" against its leak (without, {show(plant.top, 'Pa')})" if plant.leak else ""
+        note = f" against its leak (without it, {show(plant.top, 'Pa')})" if plant.leak else ""
         raise QuantityError(
             f"{name}: {show(target, 'Pa')} is not allowed; the pump reaches "
-            f"{show(plant.reach, 'Pa')}{note}, and a target is zero or more and below that"
+            f"{show(plant.reach, 'Pa')}{note}, and a target must be zero or more and below that"
         )

@@ -18,7 +18,7 @@ KINDS = {
     "bang-bang": "pump full on or off, with hysteresis",
     "pi": "proportional-integral with feed-forward",
     "scheduled": (
-        "proportional-integral, with a gain that rises as the pump's effect falls with the vacuum"
+        "proportional-integral, with a gain that rises with the vacuum as the pump's effect falls"
     ),
 }
 SAFE_STATES = {"release": "pump off, vent open", "hold": "pump off, vent closed"}
@@ -73,13 +73,13 @@ class Regulator:
         default=None,
     )
     dead_band: float | None = quantity(
-        "Pa", "PI: half width of the dead band of the error", hi=1e5, default=None
+        "Pa", "PI: half-width of the error's dead band", hi=1e5, default=None
     )
     vent_band: float | None = quantity(
         "Pa", "excess over the target at which the vent opens", hi=1.2e5, open_lo=True, default=None
     )
     gain: float | None = quantity(
-        "1/Pa", "PI: pump command per error; for `scheduled` at no vacuum", hi=1e3, default=None
+        "1/Pa", "PI: pump command per unit error; `scheduled`: at no vacuum", hi=1e3, default=None
     )
     integral_time: float | None = quantity(
         "s", "PI: integral time", hi=1e6, open_lo=True, default=None
@@ -93,11 +93,9 @@ class Regulator:
     least_command: float = quantity(
         "1", "PI: command below which the pump stops", lo=1e-6, hi=1, default=0.02
     )
-    minimum_on: float = quantity("s", "shortest run of the pump", hi=1e4, default=0.0)
-    minimum_off: float = quantity("s", "shortest rest of the pump", hi=1e4, default=0.0)
-    minimum_vent: float = quantity(
-        "s", "shortest time between vent switchings", hi=1e4, default=0.0
-    )
+    minimum_on: float = quantity("s", "minimum run time of the pump", hi=1e4, default=0.0)
+    minimum_off: float = quantity("s", "minimum off time of the pump", hi=1e4, default=0.0)
+    minimum_vent: float = quantity("s", "minimum time between vent switchings", hi=1e4, default=0.0)
     confirm: int = quantity(
         "1",
         "consecutive samples out of range that indicate a fault",
@@ -107,13 +105,13 @@ class Regulator:
         default=3,
     )
     decision_step: float | None = quantity(
-        "Pa", "missing rise at which a dead pump is detected", hi=1e5, open_lo=True, default=None
+        "Pa", "shortfall in rise that indicates a dead pump", hi=1e5, open_lo=True, default=None
     )
     no_vacuum_ratio: float = quantity(
-        "1", "share of the expected rise below which there is no vacuum", lo=0.01, hi=1, default=0.2
+        "1", "fraction of expected rise below which there is no vacuum", lo=0.01, hi=1, default=0.2
     )
     weak_ratio: float = quantity(
-        "1", "share of the expected rise below which the pump is weak", lo=0.01, hi=0.9, default=0.5
+        "1", "fraction of expected rise below which the pump is weak", lo=0.01, hi=0.9, default=0.5
     )
     blocked_ratio: float = quantity(
         "1",
@@ -129,12 +127,12 @@ class Regulator:
         open_lo=True,
         default=None,
     )
-    lost_time: float = quantity("s", "how long that drop must last", hi=1e4, default=1.0)
+    lost_time: float = quantity("s", "minimum duration of that drop", hi=1e4, default=1.0)
     stuck_time: float = quantity(
-        "s", "how long a noisy sensor may show a constant number", hi=1e6, default=1.0
+        "s", "longest time that a noisy sensor may show a constant reading", hi=1e6, default=1.0
     )
     offset_limit: float | None = quantity(
-        "Pa", "greatest reading accepted as zero when vented", hi=1e5, open_lo=True, default=None
+        "Pa", "highest reading accepted as zero when vented", hi=1e5, open_lo=True, default=None
     )
     settle_time: float | None = quantity(
         "s",
@@ -360,15 +358,15 @@ def validate(regulator: Regulator, target: float) -> None:
     check_target(plant, target)
     if plant.passage is not None and target > plant.passage.vacuum * (1 + 1e-9):
         raise QuantityError(
-            f"target: {show(target, 'Pa')} is not allowed; behind the tube the detectors are tuned "
-            f"up to {show(plant.passage.vacuum, 'Pa')}; make the plant for the greatest target, "
+            f"target: {show(target, 'Pa')} is not allowed; the detectors allow for the tube only "
+            f"up to {show(plant.passage.vacuum, 'Pa')}; build the plant for the highest target, "
             "plant_of(line, vacuum=...)"
         )
     line = 1.0 / (plant.rate + plant.leak)
     if dt > SLOWEST * line:
         raise QuantityError(
             f"sample_time: {show(dt, 's')} is not allowed; the line's time constant is "
-            f"{show(line, 's')}, and a sample lasts at most a tenth of it, {show(line / 10, 's')}"
+            f"{show(line, 's')}, and a sample lasts no more than a tenth, {show(line / 10, 's')}"
         )
     highest = target + regulator.half_band + 3 * regulator.greatest_noise + sensor.resolution
     if not highest < sensor.range:
@@ -383,12 +381,12 @@ def validate(regulator: Regulator, target: float) -> None:
     if regulator.kind == "bang-bang" and top >= plant.reach:
         raise QuantityError(
             f"hysteresis: {show(2 * regulator.half_band, 'Pa')} is not allowed; around a target of "
-            f"{show(target, 'Pa')} it ends at {show(top, 'Pa')}, and the pump reaches "
-            f"{show(plant.reach, 'Pa')}"
+            f"{show(target, 'Pa')} it extends to {show(top, 'Pa')}, but the pump "
+            f"reaches only {show(plant.reach, 'Pa')}"
         )
     if regulator.no_vacuum_ratio > regulator.weak_ratio:
         raise QuantityError(
-            f"no_vacuum_ratio: {regulator.no_vacuum_ratio:g} is not allowed; it is at most "
+            f"no_vacuum_ratio: {regulator.no_vacuum_ratio:g} is not allowed; it must not exceed "
             f"weak_ratio, {regulator.weak_ratio:g}"
         )
 
@@ -397,7 +395,7 @@ def _check_noise(regulator: Regulator) -> None:
     """Raise QuantityError if noise or a zero error alone would switch the pump or cause a fault."""
     sensor, noise_sd, zero = regulator.sensor, regulator.greatest_noise, regulator.zero
     nominal = f"noise of {show(sensor.noise, 'Pa')}"
-    worst = f"noise of up to {show(noise_sd, 'Pa')} and a zero of up to {show(zero, 'Pa')}"
+    worst = f"noise of up to {show(noise_sd, 'Pa')} and a zero error of up to {show(zero, 'Pa')}"
     switching = 8.0 * sensor.noise if regulator.kind == "bang-bang" else 0.0
     for name, value, noise, error in (
         ("hysteresis", 2 * regulator.half_band, switching, nominal),

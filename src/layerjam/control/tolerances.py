@@ -16,13 +16,13 @@ class Tolerances:
     pump: float = quantity("1", "relative error of the pump's flow", hi=0.5, default=0.2)
     vent: float = quantity("1", "relative error of the vent's flow", hi=0.9, default=0.3)
     zero: float = quantity(
-        "1", ("relative zero error of the sensor, over its range"), hi=0.1, default=0.01
+        "1", ("zero error of the sensor, as a fraction of its range"), hi=0.1, default=0.01
     )
     lag: float = quantity(
-        "s", "longest lag of the sensor, unless the sensor states a longer one", hi=10, default=0.05
+        "s", "longest lag of the sensor, unless a longer one is given", hi=10, default=0.05
     )
     noise: float = quantity(
-        "1", "greatest noise of a reading, relative to the stated noise", lo=1, hi=20, default=4.0
+        "1", "highest noise of a reading, in multiples of stated noise", lo=1, hi=20, default=4.0
     )
 
 

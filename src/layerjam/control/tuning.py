@@ -112,13 +112,13 @@ def identify_water(
     last = int(np.argmax(vacuum >= 0.9 * high))
     t, v = time[first:last], vacuum[first:last]
     if len(t) < 20:
-        raise FitError(f"the rise has {len(t)} samples, 20 are needed")
+        raise FitError(f"the rise has {len(t)} samples; at least 20 are needed")
     slope, level = np.polyfit(t, v, 1)
     left = v - (slope * t + level)
     noise = float(np.sqrt(left @ left / (len(t) - 2)))
     error = 1.96 * noise / float(np.sqrt(((t - t.mean()) ** 2).sum()))
     if slope - error <= 0:
-        raise FitError("the vacuum does not rise, so this is not a step of a water line")
+        raise FitError("the vacuum does not rise, so this is not the step response of a water line")
     rise = float(slope) + leak * float(v.mean())
     plant = Plant(rate=rise / top, top=top, leak=leak, vent=vent, water=True)
     pole = (rise - error) / top, (rise + error) / top

@@ -54,8 +54,8 @@ def backbone(brake: Brake, vacuum: float, travel: float, stop: bool, name: str) 
     soft = float(least_stiffness(vacuum, brake))
     if k <= soft:
         raise QuantityError(
-            f"{name}: stiffness {show(k, 'N/m')} is not above the {show(soft, 'N/m')} by "
-            "which the brake's force falls as it slides; the brake would snap by itself"
+            f"{name}: stiffness {show(k, 'N/m')} does not exceed {show(soft, 'N/m')}, "
+            "the rate at which the brake's force falls as it slides; the brake would snap by itself"
         )
     top = peak(vacuum, travel, brake)
     # the enclosure's square-root law is steep at first, so knots are dense at zero slip. The knot

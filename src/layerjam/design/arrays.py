@@ -62,7 +62,7 @@ class Array:
 
     def __post_init__(self) -> None:
         if not self.chains or not all(c and all(c) for c in self.chains):
-            raise QuantityError("array: a chain or stage is empty; each holds at least one member")
+            raise QuantityError("array: a chain or stage is empty; each needs at least one member")
         members = self.members
         if len(members) > MAX_MEMBERS:
             raise QuantityError(f"array: {len(members)} members; at most {MAX_MEMBERS} are allowed")

@@ -158,7 +158,7 @@ class Store:
                     return
             raise FileError(
                 self.folder,
-                "contains a sweep of another specification or version; choose an empty folder",
+                "contains a sweep of a different specification or version; choose an empty folder",
             )
         header = {
             "name": self.spec.name,

@@ -149,7 +149,7 @@ class Boxes:
         first = np.where([False, *unsure], 1e3, 1.0)
         while len(low):
             count += len(low)
-            self.progress("can it be met at all", min(count / MOST_BOXES, 1.0))
+            self.progress("checking feasibility", min(count / MOST_BOXES, 1.0))
             if count > MOST_BOXES:
                 return Proof(UNKNOWN)
             is_open = np.ones(len(low), bool)
@@ -284,7 +284,7 @@ def describe_shortfall(c: Constraint, best: float | None, exact: bool = True) ->
     """Return the shortfall from a constraint, as the end of a sentence."""
     if best is None or not math.isfinite(best):
         return ""
-    least = ("least" if c.most else "greatest") + (" reachable is" if exact else " found is")
+    least = ("lowest" if c.most else "highest") + (" reachable is" if exact else " found is")
     short = c.short(best)
     words = f"{short:.2g} times the limit" if short > 2 else f"{short:.2%}"
     return f": the {least} {show(best, c.unit)}, {words} {'over' if c.most else 'short'}"
@@ -318,7 +318,7 @@ def _physical_exclusion(search: Search) -> Exclusion | None:
     if strongest is not None and strongest < least_force:
         reason = (
             f"{slip} needs at least {show(least_force, 'N')}; the strongest of these "
-            f"brakes gives {show(strongest, 'N')}"
+            f"brakes reaches {show(strongest, 'N')}"
         )
         return Exclusion(str(slip), reason, strongest, "N")
     energy = stop.mass * stop.speed**2 / 2
@@ -327,7 +327,7 @@ def _physical_exclusion(search: Search) -> Exclusion | None:
         return None
     best = soft.single(c)
     reason = (
-        f"the mass brings {show(energy, 'J')}{describe_shortfall(c, best)}: compared with "
-        "the largest energy_capacity of these brakes"
+        f"the mass brings {show(energy, 'J')}{describe_shortfall(c, best)} "
+        "(largest energy_capacity of these brakes)"
     )
     return Exclusion(str(c), reason, best, "J")

@@ -25,10 +25,10 @@ from layerjam.units import QuantitySpec, exact_text, quantities, show
 HOLD: Mapping[str, QuantitySpec] = MappingProxyType(
     {
         "force": replace(MERITS["holding_force"], open_lo=True, hi=1e7),
-        "mass": QuantitySpec("kg", "greatest mass of all brakes", open_lo=True, hi=100),
-        "width": QuantitySpec("m", "greatest width of the sheets of one brake", open_lo=True, hi=1),
+        "mass": QuantitySpec("kg", "maximum mass of all brakes", open_lo=True, hi=100),
+        "width": QuantitySpec("m", "maximum width of the sheets of one brake", open_lo=True, hi=1),
         "length": QuantitySpec(
-            "m", "greatest length at rest, clamped ends included", open_lo=True, hi=5
+            "m", "maximum length at rest, including clamped ends", open_lo=True, hi=5
         ),
         "stress_margin": replace(MERITS["stress_margin"], hi=100),
         "travel": replace(MERITS["usable_travel"], hi=5),
@@ -199,7 +199,7 @@ def _overlap_range(brake: BrakeFile, length: float) -> Axis:
     if longest <= gap:
         raise QuantityError.of(
             "length",
-            f"{show(length, 'm')} is too short; free and clamped parts of {brake.name} "
+            f"{show(length, 'm')} is too short; the free and clamped parts of {brake.name} "
             f"need {show(used, 'm')}, and {show(gap, 'm')} of overlap must remain",
         )
     return _round_range(longest / 4 if longest / 4 > gap else (longest + gap) / 2, longest)

@@ -27,7 +27,7 @@ from layerjam.mechanics.stick_slip import laws as stickslip
 from layerjam.simulate.quantities import CROSSHEAD_SPEED, MASS
 from layerjam.units import QuantitySpec, like, quantity, record, spec_of
 
-_TIMES = QuantitySpec("1", "equal brakes", lo=1, hi=1000, whole=True)
+_TIMES = QuantitySpec("1", "identical brakes", lo=1, hi=1000, whole=True)
 OF_SHEETS = ("count", "thickness", "width", "overlap", "free_left", "free_right")
 VARIABLES: Mapping[str, QuantitySpec] = MappingProxyType(
     {
@@ -37,8 +37,8 @@ VARIABLES: Mapping[str, QuantitySpec] = MappingProxyType(
         "wall": spec_of(Enclosure, "wall"),
         "fittings_mass": spec_of(Brake, "fittings_mass"),
         "vacuum": QuantitySpec("Pa", "vacuum at which the brake is used", hi=1.2e5, open_lo=True),
-        "series": replace(_TIMES, text="equal brakes in series"),
-        "parallel": replace(_TIMES, text="equal brakes in parallel"),
+        "series": replace(_TIMES, text="identical brakes in series"),
+        "parallel": replace(_TIMES, text="identical brakes in parallel"),
     }
 )
 """Variables of a design, with units, meanings and bounds; the film is chosen separately."""
@@ -47,38 +47,38 @@ MERITS: Mapping[str, QuantitySpec] = MappingProxyType(
     {
         "holding_force": QuantitySpec("N", "static friction of all sheets at rest"),
         "max_force": QuantitySpec("N", "peak of a slow pull over the usable travel"),
-        "usable_travel": QuantitySpec("m", "slip of all brakes in series"),
+        "usable_travel": QuantitySpec("m", "usable slip of all brakes in series"),
         "energy_capacity": QuantitySpec("J", "work over the usable travel"),
         "mass": QuantitySpec("kg", "mass of all brakes"),
-        "volume": QuantitySpec("m^3", "boxes around enclosures and clamped ends, at rest"),
-        "length": QuantitySpec("m", "length at rest, clamped ends included, in series"),
+        "volume": QuantitySpec("m^3", "boxes around the enclosures and clamped ends, at rest"),
+        "length": QuantitySpec("m", "length of all brakes in series, with clamped ends, at rest"),
         "height": QuantitySpec("m", "height of one stack in its enclosure"),
-        "force_density": QuantitySpec("N/kg", "max_force over mass"),
-        "energy_density": QuantitySpec("J/kg", "energy_capacity over mass"),
+        "force_density": QuantitySpec("N/kg", "ratio of max_force to mass"),
+        "energy_density": QuantitySpec("J/kg", "ratio of energy_capacity to mass"),
         "stiffness": QuantitySpec(
             "N/m", ("stiffness before slip; that of the sheets on the given brake's mount")
         ),
-        "sheet_stress": QuantitySpec("Pa", "greatest stress in a sheet's free part"),
-        "clamp_stress": QuantitySpec("Pa", "greatest stress at the screw holes"),
+        "sheet_stress": QuantitySpec("Pa", "highest stress in a sheet's free part"),
+        "clamp_stress": QuantitySpec("Pa", "highest stress at the screw holes"),
         "stress_margin": QuantitySpec("1", "ratio of film strength to clamp_stress"),
-        "buckling_force": QuantitySpec("N", "compression at which one sheet buckles, at rest"),
+        "buckling_force": QuantitySpec("N", "compressive force that buckles one sheet, at rest"),
         "self_closing_vacuum": QuantitySpec(
             "Pa", "vacuum below which the enclosure closes the brake, at the end of travel"
         ),
-        "rise_time": QuantitySpec("s", "10 to 90 % of the vacuum on the given line"),
-        "gas_work": QuantitySpec("J", "least work of a pump for one jam"),
+        "rise_time": QuantitySpec("s", "time from 10 to 90 % of the vacuum on the given line"),
+        "gas_work": QuantitySpec("J", "minimum pump work for one jam"),
         "judder_margin": QuantitySpec(
-            "1", ("ratio of the stiffness to the least without stick–slip")
+            "1", ("ratio of the stiffness to the minimum that avoids stick–slip")
         ),
-        "stop_slip": QuantitySpec("m", "slip at standstill"),
-        "stop_peak": QuantitySpec("N", "greatest force of the stop"),
-        "film_area": QuantitySpec("m^2", "sheets and spacers of all brakes, as drawn"),
+        "stop_slip": QuantitySpec("m", "slip at which the mass stops"),
+        "stop_peak": QuantitySpec("N", "peak force of the stop"),
+        "film_area": QuantitySpec("m^2", "area of the sheets and spacers of all brakes, as drawn"),
         "print_volume": QuantitySpec(
-            "m^3", "plastic to print for all brakes, one mould and core included, as drawn"
+            "m^3", "plastic to print for all brakes, including one mould and core, as drawn"
         ),
         "drawn_mass": QuantitySpec("kg", "mass of all brakes, as drawn"),
         "buildable": QuantitySpec(
-            "1", "least margin of the checks that prevent a `build`; 1 or more can be built"
+            "1", "smallest margin of the checks that prevent a `build`; 1 or more can be built"
         ),
     }
 )

@@ -17,8 +17,8 @@ from layerjam.units import QuantitySpec
 FIELDS: Mapping[str, Entry] = MappingProxyType(
     {
         "mass": Entry(QuantitySpec("kg", "mass of the device", open_lo=True, hi=1e6), True),
-        "force": Entry(QuantitySpec("N", "greatest force", open_lo=True, hi=1e9)),
-        "torque": Entry(QuantitySpec("N m", "greatest torque", open_lo=True, hi=1e9)),
+        "force": Entry(QuantitySpec("N", "maximum force", open_lo=True, hi=1e9)),
+        "torque": Entry(QuantitySpec("N m", "maximum torque", open_lo=True, hi=1e9)),
         "lever": Entry(QuantitySpec("m", "lever arm of the torque", open_lo=True, hi=100)),
     }
 )
@@ -89,7 +89,7 @@ def read_published(text: str, path: object) -> PublishedDevices:
     sheet = devices.pop(_SHEET)
     both = {r.kind for r in devices.values()} & set(searches)
     if both:
-        raise FileError(path, f"{', '.join(sorted(both))}: listed, but also under [{_NONE}]")
+        raise FileError(path, f"{', '.join(sorted(both))}: listed here and again under [{_NONE}]")
     return PublishedDevices(
         devices=tuple(devices.values()), sheet=sheet, looked_for=MappingProxyType(searches)
     )

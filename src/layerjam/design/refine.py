@@ -204,7 +204,7 @@ def refine(spec: DesignSpecification, number: int) -> RefinedDesign | None:
     binding = [str(c) for c in live if abs(logs[c.name] - math.log(c.limit)) < 1e-6]
     for n, part in zip(spec.grid.ranges, y, strict=True):
         if min(part, 1 - part) < 1e-6:
-            binding.append(f"{n} at its {'least' if part < 0.5 else 'greatest'}")
+            binding.append(f"{n} at its {'minimum' if part < 0.5 else 'maximum'}")
     values = dict(zip(spec.grid.ranges, search.to_values(y).tolist(), strict=True))
     merits = {n: math.exp(logs[n]) if n in logs else math.nan for n in MERITS}
     last = search.full(y)[None, :]

@@ -71,10 +71,10 @@ class AxisSpec(AsItIs):
         if not isinstance(text, dict):
             values = ListSpec(each=self.item, distinct=True, single=True).read(text, name)
             if not 0 < len(values) <= MOST_VALUES:
-                raise QuantityError.of(name, f"a list holds 1 to {MOST_VALUES} values")
+                raise QuantityError.of(name, f"a list must have 1 to {MOST_VALUES} values")
             return values
         if set(text) != set(_RANGE):
-            raise QuantityError.of(name, "a range has only the keys from, to and step")
+            raise QuantityError.of(name, "a range needs the keys from, to and step, and no others")
         spec, unit = self.item, self.item.unit
         step = QuantitySpec(unit, "step", open_lo=True, whole=spec.whole).read(text["step"], name)
         first, last = (spec.read(text[word], name) for word in _RANGE[:2])
@@ -82,8 +82,8 @@ class AxisSpec(AsItIs):
             raise QuantityError.of(
                 name,
                 (
-                    f"from {show(first, unit)} to {show(last, unit)} is empty; from must be "
-                    "the smaller value"
+                    f"from {show(first, unit)} to {show(last, unit)} is empty; 'from' must be "
+                    "smaller than 'to'"
                 ),
             )
         if (last - first) / step >= MOST_VALUES:
@@ -98,7 +98,7 @@ class AxisSpec(AsItIs):
         return texts if len(texts) > 1 else texts[0]
 
 
-_SD = "standard deviation of the {} friction, relative"
+_SD = "relative standard deviation of the {} friction"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,7 +108,7 @@ class ScatterRequest:
     static: float | None = quantity("1", _SD.format("static"), hi=1, default=None)
     kinetic: float | None = quantity("1", _SD.format("kinetic"), hi=1, default=None)
     samples: int = quantity(
-        "1", "samples of the friction", lo=100, hi=10_000_000, whole=True, default=20_000
+        "1", "number of friction samples", lo=100, hi=10_000_000, whole=True, default=20_000
     )
     seed: int = like(SEED, default=1)
 
@@ -133,7 +133,7 @@ class DesignRequest:
 
     name: str = value(_TEXT, "")
     title: str = value(_TEXT, "")
-    brake: str = value(TextSpec(text="the brake to start from, name or path"))
+    brake: str = value(TextSpec(text="name or path of the brake to start from"))
     line: str | None = value(TextSpec(text="name or path of a vacuum line"), None)
     atmosphere: float | None = field(
         default=None, metadata={"quantity": spec_of(Site, "atmosphere")}
@@ -197,7 +197,7 @@ def _set_weights(
     objectives: Sequence[Objective], weights: Sequence[float]
 ) -> tuple[Objective, ...]:
     if not objectives:
-        raise QuantityError.of("objectives", "none is given; such as ['minimise mass']")
+        raise QuantityError.of("objectives", "none is given; write, for example, ['minimise mass']")
     if len(weights) != len(objectives):
         raise QuantityError.of("weights", f"must be a list of {len(objectives)} numbers")
     if len({o.name for o in objectives}) < len(objectives):

@@ -157,8 +157,8 @@ def _closed_form_notice(file: LineFile) -> list[str]:
     if not is_approximate and not line.chamber.shrink:
         return []
     return [
-        f"rise_time on {file.name} by the closed form of a rigid chamber at one "
-        "temperature: its tube, orifice leak and shrinking are ignored"
+        f"rise_time on {file.name} is that of a rigid chamber at constant "
+        "temperature: the line's tube, orifice leak and shrinkage are ignored"
     ]
 
 
@@ -223,7 +223,7 @@ def _make_grid(request: DesignRequest, file: BrakeFile, films: "_Films") -> Grid
     if high > atmosphere * (1 + 1e-12):
         raise QuantityError.of(
             "vary.vacuum",
-            f"{show(high, 'Pa', 6)} is more than the atmosphere, {show(atmosphere, 'Pa', 6)}",
+            f"{show(high, 'Pa', 6)} exceeds the atmosphere, {show(atmosphere, 'Pa', 6)}",
         )
     return grid
 

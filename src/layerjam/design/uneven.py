@@ -20,10 +20,10 @@ def calibration_notices(files: Sequence[BrakeFile]) -> list[Notice]:
     is_single = len(without_pulls) == 1
     return [
         Notice(
-            f"{', '.join(with_pulls)} {'is' if len(with_pulls) == 1 else 'are'} calibrated, "
+            f"{', '.join(with_pulls)} {'is' if len(with_pulls) == 1 else 'are'} calibrated, but "
             f"{', '.join(without_pulls)} {'is' if is_single else 'are'} not: the forces of "
-            f"{'that brake' if is_single else 'those brakes'} rest on a scale factor that no pull "
-            "gave (the paper's two are 0.875 and 1.24), so differences of some 20 % mean nothing",
+            f"{'that brake' if is_single else 'those brakes'} use an unfitted scale "
+            "factor (the paper's: 0.875 and 1.24), so differences of some 20 % are meaningless",
             "calibrated-with-uncalibrated",
         )
     ]

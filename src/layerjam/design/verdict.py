@@ -58,7 +58,7 @@ def explain_loss(
         text = f"{o.name} {much} ({show(loser[o.name], NAMEABLE[o.name].unit)})"
         (worse if step > 0 else better).append(text)
     if not worse and not better:
-        return "it is equal in every objective; the first of equal designs is chosen"
+        return "it is equal in every objective; the first of several equal designs is chosen"
     losses = " and ".join(worse) or "nothing"
     if len(objectives) == 1:
         return f"it loses by {losses}"
@@ -87,8 +87,8 @@ def near_winners(search: Search, result: SweepResult, picks: Highlights) -> list
         excess = build_refusal(search, constraint, result.numbers[k])
         excess = excess or f"{constraint.name} {show(value, constraint.unit)}"
         reason = (
-            f"{constraint} excludes {describe_design(design)}: {excess}; weighted, it "
-            f"would be {format_percent(gain, sign='')} better"
+            f"{constraint} excludes {describe_design(design)}: {excess}; without this "
+            f"limit, the weighted result would be {format_percent(gain, sign='')} better"
         )
         row = {"constraint": str(constraint), "design": design, "value": value}
         rows.append({**row, "short": constraint.short(value), "gain": gain, "reason": reason})
@@ -121,7 +121,7 @@ def explain_failure(search: Search, result: SweepResult, picks: Highlights) -> E
         return Exclusion(None, UNBUILDABLE)
     if result.feasible:
         objectives = " and ".join(o.name for o in search.spec.objectives)
-        reason = f"none of {result.feasible} designs that meet the constraints has a {objectives}"
+        reason = f"of {result.feasible} designs that meet the constraints, none has a {objectives}"
         if search.spec.drawn_merits:
             reason += ": their parts would not fit together as `build` draws them"
         return Exclusion(None, reason)
@@ -164,5 +164,5 @@ def design_checks(file: BrakeFile, vacuum: float, chances: Mapping[str, Chance])
         yield check("sheet strength", stress <= limit, words, ": they stretch or tear", "failed")
     if "all" in chances:
         share = chances["all"].probability
-        words = f"with the scatter in friction all constraints hold in {share:.0%} of brakes"
+        words = f"with the scatter in friction, {share:.0%} of brakes meet all constraints"
         yield check("scatter", share >= LIKELY, words)

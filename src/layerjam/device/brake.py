@@ -35,7 +35,7 @@ class Brake:
         "kg", "mass of caps, screws, ties and tube fittings", hi=100
     )
     weighed_mass: Quantity[float | None] = quantity(
-        "kg", "mass of the whole brake from a balance", lo=1e-6, hi=1000, default=None
+        "kg", "weighed mass of the whole brake", lo=1e-6, hi=1000, default=None
     )
     scale_factor: Quantity[float] = quantity(
         "1", "calibration factor on the sheets' friction", lo=1e-3, hi=100, symbol="a", default=1.0
@@ -54,15 +54,15 @@ class Brake:
         "N/m", "measured stiffness of brake and rig", lo=100, hi=1e9, symbol="k", default=None
     )
     pressure_exponent: Quantity[float | None] = quantity(
-        "1", "exponent of the friction over pressure", lo=-0.9, hi=2, symbol="m", default=None
+        "1", "exponent of friction versus pressure", lo=-0.9, hi=2, symbol="m", default=None
     )
     test_pressure: Quantity[float | None] = quantity(
         "Pa", "contact pressure of the friction test", lo=1, hi=1e7, symbol="P_test", default=None
     )
     lowest_pressure: Quantity[float | None] = quantity(
         "Pa",
-        "lowest contact pressure at which the exponent was measured; below it friction keeps its "
-        "coefficient (sheets that fan out only)",
+        "lowest contact pressure at which the exponent was measured; below it the friction "
+        "coefficient is constant (only for sheets that fan out)",
         lo=1,
         hi=1e7,
         default=None,
@@ -71,7 +71,7 @@ class Brake:
     hyperelastic: Hyperelastic | None = nested(Hyperelastic, default=None)
     vacuum_share: Quantity[float | None] = quantity(
         "1",
-        "share of the gauge's vacuum that presses the sheets on average; default: all of it",
+        "fraction of the gauge's vacuum that presses the sheets on average; default: 1",
         lo=0.01,
         hi=1,
         default=None,
@@ -108,8 +108,7 @@ def validate(brake: Brake) -> None:
     if sheets.usable_travel > sheets.overlap:
         raise QuantityError.of(
             "sheets.usable_travel",
-            f"{show(sheets.usable_travel, 'm')} is more than the overlap of "
-            f"{show(sheets.overlap, 'm')}",
+            f"{show(sheets.usable_travel, 'm')} exceeds the overlap of {show(sheets.overlap, 'm')}",
         )
     least = sheets.overlap + max(sheets.free_left, sheets.free_right) + mount.clamped_length
     if least > sheets.length * (1 + 1e-9):
@@ -123,7 +122,7 @@ def validate(brake: Brake) -> None:
         row = "" if screws == 1 else f", {screws} side by side,"
         raise QuantityError.of(
             "mount.screw_hole",
-            f"{show(mount.screw_hole, 'm')}{row} leaves nothing of sheets "
+            f"{show(mount.screw_hole, 'm')}{row} leaves no material in sheets "
             f"{show(sheets.width, 'm')} wide",
         )
     steep = sheets.count * sheets.thickness / (4 * min(sheets.free_left, sheets.free_right))
@@ -132,21 +131,21 @@ def validate(brake: Brake) -> None:
             "mount.spacers",
             f"without spacers the outermost of {sheets.count:g} sheets of "
             f"{show(sheets.thickness, 'm')} would leave its cap at {atan(steep) * 180 / pi:.0f} "
-            "degrees; at most 45 are allowed: give spacers, or longer free lengths",
+            "degrees; at most 45 are allowed: use spacers or longer free lengths",
         )
     if brake.film.kinetic > brake.film.static:
         raise QuantityError.of(
             "film.kinetic",
-            f"{brake.film.kinetic} is more than film.static, {brake.film.static}; "
-            "kinetic friction is at most the static one",
+            f"{brake.film.kinetic} exceeds film.static, {brake.film.static}; "
+            "kinetic friction cannot exceed static friction",
         )
     if (brake.film.ageing is None) != (brake.film.static_hold is None):
         raise QuantityError.of(
-            "film.ageing", "give it together with film.static_hold, or neither of them"
+            "film.ageing", "give it together with film.static_hold, or give neither"
         )
     if (brake.pressure_exponent is None) != (brake.test_pressure is None):
         raise QuantityError.of(
-            "pressure_exponent", "give it together with test_pressure, or neither of them"
+            "pressure_exponent", "give it together with test_pressure, or give neither"
         )
     check_exponent_of_fan(brake)
     law = brake.speed_law

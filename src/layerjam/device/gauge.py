@@ -25,7 +25,7 @@ def gauge_notices(file: BrakeFile) -> Iterator[Notice]:
     sold = ", ".join(show(gauge, "m", 3, like=min(gauges)) for gauge in sorted(gauges))
     yield Notice(
         f"{product} is not sold {show(thickness, 'm')} thick ({sold}): check which film "
-        "you bought; a laminate or another grade has a different modulus, friction and "
-        "edge",
+        "you bought; a laminate or a different grade differs in modulus, friction "
+        "and edge",
         "film-gauge",
     )

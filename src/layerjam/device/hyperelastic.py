@@ -22,7 +22,7 @@ class Hyperelastic:
     """
 
     strain: Quantity[float] = quantity(
-        "1", "greatest strain that was fitted; the law is not used beyond", lo=1e-3, hi=30
+        "1", "largest strain that was fitted; the law is not used beyond it", lo=1e-3, hi=30
     )
     c10: Quantity[float | None] = quantity(
         "Pa", "coefficient of I1 - 3", lo=-_LIMIT, hi=_LIMIT, symbol="C10", default=None
@@ -40,13 +40,13 @@ class Hyperelastic:
         "Pa", "stress of the first Ogden term", lo=-_LIMIT, hi=_LIMIT, default=None
     )
     alpha1: Quantity[float | None] = quantity(
-        "1", "its exponent", lo=-_STEEPEST, hi=_STEEPEST, default=None
+        "1", "exponent of the first Ogden term", lo=-_STEEPEST, hi=_STEEPEST, default=None
     )
     mu2: Quantity[float | None] = quantity(
         "Pa", "stress of the second Ogden term", lo=-_LIMIT, hi=_LIMIT, default=None
     )
     alpha2: Quantity[float | None] = quantity(
-        "1", "its exponent", lo=-_STEEPEST, hi=_STEEPEST, default=None
+        "1", "exponent of the second Ogden term", lo=-_STEEPEST, hi=_STEEPEST, default=None
     )
     softening_r: Quantity[float | None] = quantity(
         "1",
@@ -57,10 +57,10 @@ class Hyperelastic:
         default=None,
     )
     softening_m: Quantity[float | None] = quantity(
-        "Pa", "energy per volume at which the stress has softened", lo=1, hi=_LIMIT, default=None
+        "Pa", "energy density at which the stress has softened", lo=1, hi=_LIMIT, default=None
     )
     softening_beta: Quantity[float | None] = quantity(
-        "1", "share of the greatest previous energy that is added to m", hi=100, default=None
+        "1", "fraction of the largest previous energy that is added to m", hi=100, default=None
     )
 
 
@@ -82,14 +82,14 @@ def validate_hyperelastic(rubber: Hyperelastic) -> None:
         mu, alpha = getattr(rubber, f"mu{term}"), getattr(rubber, f"alpha{term}")
         if (mu is None) != (alpha is None):
             raise QuantityError.of(
-                f"hyperelastic.mu{term}", f"give it together with alpha{term}, or neither of them"
+                f"hyperelastic.mu{term}", f"give it together with alpha{term}, or give neither"
             )
         if alpha == 0:
             raise QuantityError.of(f"hyperelastic.alpha{term}", "must not be zero")
     missing = [name for name in _SOFTENING if getattr(rubber, name) is None]
     if 0 < len(missing) < len(_SOFTENING):
         raise QuantityError.of(
-            f"hyperelastic.{missing[0]}", f"give {', '.join(_SOFTENING)} together, or none of them"
+            f"hyperelastic.{missing[0]}", f"give all of {', '.join(_SOFTENING)}, or none of them"
         )
     import numpy as np
 

@@ -9,14 +9,14 @@ class Sheets:
     """Geometry of the stack (paper, section II-A)."""
 
     count: Quantity[int] = quantity(
-        "1", "number of interleaved sheets, both sides", lo=2, hi=10000, symbol="n", whole=True
+        "1", "total number of interleaved sheets", lo=2, hi=10000, symbol="n", whole=True
     )
     width: Quantity[float] = quantity("m", "sheet width", lo=1e-3, hi=0.5, symbol="W")
     thickness: Quantity[float] = quantity(
         "m", "thickness of one sheet", lo=1e-6, hi=0.01, symbol="t"
     )
     length: Quantity[float] = quantity(
-        "m", "full length of one sheet, clamped part included", lo=1e-3, hi=5
+        "m", "full length of one sheet, including its clamped part", lo=1e-3, hi=5
     )
     overlap: Quantity[float] = quantity("m", "overlap at rest", lo=1e-3, hi=5, symbol="L2")
     free_left: Quantity[float] = quantity(
@@ -39,20 +39,20 @@ class Film:
         "kg/m^3", "density of the film", lo=100, hi=25000, symbol="rho"
     )
     static: Quantity[float] = quantity(
-        "1", "static friction of the film on itself", lo=1e-4, hi=5, symbol="mu_s"
+        "1", "coefficient of static friction of the film on itself", lo=1e-4, hi=5, symbol="mu_s"
     )
     kinetic: Quantity[float] = quantity(
-        "1", "kinetic friction of the film on itself", lo=1e-4, hi=5, symbol="mu_k"
+        "1", "coefficient of kinetic friction of the film on itself", lo=1e-4, hi=5, symbol="mu_k"
     )
     friction_on_silicone: Quantity[float] = quantity(
-        "1", "friction of the film on the enclosure", lo=1e-4, hi=5, symbol="mu_e"
+        "1", "friction coefficient of the film on the enclosure", lo=1e-4, hi=5, symbol="mu_e"
     )
     ageing: Quantity[float | None] = quantity(
-        "1", "growth of static friction per decade of hold time", lo=-1, hi=1, default=None
+        "1", "increase in static friction per decade of hold time", lo=-1, hi=1, default=None
     )
     static_hold: Quantity[float | None] = quantity(
         "s",
-        "hold under load after which static friction is film.static",
+        "hold time under load after which static friction is film.static",
         lo=1e-3,
         hi=1e8,
         default=None,

@@ -13,7 +13,7 @@ class SpeedLaw:
     """
 
     power: Quantity[float] = quantity(
-        "1", "power of the sliding speed in the friction", lo=0, hi=1, symbol="n"
+        "1", "exponent of the sliding speed in the friction law", lo=0, hi=1, symbol="n"
     )
     test_speed: Quantity[float] = quantity(
         "m/s", "sliding speed at which the friction was measured", hi=100, symbol="v_test"
@@ -22,5 +22,5 @@ class SpeedLaw:
         "m/s", "speed far below which friction no longer changes", lo=1e-7, hi=10, symbol="v_0"
     )
     fastest: Quantity[float | None] = quantity(
-        "m/s", "greatest sliding speed of the measurement", lo=1e-7, hi=1000, default=None
+        "m/s", "highest sliding speed of the measurement", lo=1e-7, hi=1000, default=None
     )

@@ -43,7 +43,7 @@ class PortSpec(AsItIs):
         except QuantityError:
             value_text = f"'{text}'" if isinstance(text, str) else f"{text}"
             raise QuantityError.of(
-                name, f"{value_text[:60]} is not known; give M5 or a tube's diameter such as '4 mm'"
+                name, f"{value_text[:60]} is not a port; use M5 or a tube's diameter such as '4 mm'"
             ) from None
 
     def check(self, value: Any, name: str) -> Any:
@@ -109,7 +109,7 @@ class Build:
     kerf: float = _length_field("full width of the cut", 0.0, hi=1e-3)
     stock_length: float | None = _length_field("length of the film stock", None, 1e-3, 100)
     stock_width: float | None = _length_field("width of the film stock", None, 1e-3, 100)
-    margin: float = _length_field("film kept free along the stock's edges", 5e-3)
+    margin: float = _length_field("width kept free along the stock's edges", 5e-3)
     gap: float = _length_field("distance between two parts on the film", 3e-3)
     tip_radius: float = _length_field("radius of a sheet's corners at its free end", 1e-3)
     clamp_radius: float = _length_field("radius of a sheet's corners at its clamped end", 0.5e-3)
@@ -118,14 +118,14 @@ class Build:
         ("screws in each cap; must equal the number in [mount]"),
         default=None,
     )
-    floor: float = _length_field("least printed floor under a nut or a head", 1.2e-3, 0.4e-3, 0.01)
-    wall: float = _length_field("least printed wall", 1.2e-3, 0.4e-3, 0.01)
+    floor: float = _length_field("minimum printed floor under a nut or head", 1.2e-3, 0.4e-3, 0.01)
+    wall: float = _length_field("minimum printed wall", 1.2e-3, 0.4e-3, 0.01)
     cheek: float = _length_field("thickness of the tray's sides", 1.6e-3, 0.4e-3, 0.02)
     side: float = _length_field("gap between a sheet and the tray's side", 0.3e-3, 0.0, 5e-3)
     fit: float = _length_field("clearance of nut and clamp plate", 0.2e-3, 0.0, 2e-3)
-    head_room: float = _length_field("recess of screw heads and ends", 0.2e-3, hi=5e-3)
-    plenum: float = _length_field("air space behind the sheets", 1e-3, 0.1e-3, 0.05)
-    back: float = _length_field("back wall of the tray", 3e-3, 0.4e-3, 0.05)
+    head_room: float = _length_field("recess depth of screw heads and ends", 0.2e-3, hi=5e-3)
+    plenum: float = _length_field("depth of the air space behind the sheets", 1e-3, 0.1e-3, 0.05)
+    back: float = _length_field("thickness of the tray's back wall", 3e-3, 0.4e-3, 0.05)
     air_bore: float = _length_field("diameter of the air bore", 2e-3, 0.3e-3, 0.02)
     neck_length: float = _length_field("length of the round neck that the tie closes", 8e-3, 1e-3)
     neck_stretch: float = quantity(
@@ -140,24 +140,22 @@ class Build:
     )
     port: str | float = value(PortSpec(), M5)
     pin: float = _length_field("diameter of the dowel pin", 6e-3, 1e-3, 0.05)
-    pin_clearance: float = _length_field(
-        "clearance of the dowel pin, in the diameter", 0.1e-3, hi=2e-3
-    )
-    pin_wall: float = _length_field("wall around the dowel pin", 3e-3, 0.4e-3, 0.05)
+    pin_clearance: float = _length_field("diametral clearance of the dowel pin", 0.1e-3, hi=2e-3)
+    pin_wall: float = _length_field("wall thickness around the dowel pin", 3e-3, 0.4e-3, 0.05)
     edge: float = _length_field("radius of the cap's long edges", 1e-3, hi=0.02)
     sleeve_clearance: float = _length_field("gap between stack and enclosure", 0.0, hi=2e-3)
     shrinkage: float = quantity("1", "shrinkage of the silicone", hi=0.02, default=0.0)
     trim: float = _length_field("length trimmed off each end of the casting", 5e-3)
-    mould_wall: float = _length_field("wall of the mould", 5e-3, 0.4e-3)
-    core_print: float = _length_field("length by which the mould holds the core", 10e-3, 1e-3)
+    mould_wall: float = _length_field("wall thickness of the mould", 5e-3, 0.4e-3)
+    core_print: float = _length_field("length over which the mould holds the core", 10e-3, 1e-3)
     core_clearance: float = _length_field("gap around the core where it is held", 0.1e-3, hi=2e-3)
     mould_bolt: float = _length_field(
-        "hole for the mould's bolts, 4.5 mm for M4", 4.5e-3, 1e-3, 0.02
+        "diameter of the hole for the mould's bolts; 4.5 mm for M4", 4.5e-3, 1e-3, 0.02
     )
     sprue: float = _length_field("diameter of the sprue", 4e-3, 0.5e-3, 0.02)
     vent: float = _length_field("diameter of a vent", 1.5e-3, 0.3e-3, 0.02)
     key: float = _length_field("diameter and height of the mould's keys", 4e-3, 1e-3, 0.02)
-    key_clearance: float = _length_field("clearance of the keys, in the diameter", 0.3e-3, hi=2e-3)
+    key_clearance: float = _length_field("diametral clearance of the keys", 0.3e-3, hi=2e-3)
     waste: float = quantity(
         "1", "silicone lost in cup and nozzle, relative to that in the mould", hi=5.0, default=0.3
     )
@@ -171,9 +169,9 @@ class Build:
         "Pa", "strength of the printed plastic", lo=1e5, hi=1e11, default=None
     )
     nut_factor: float = quantity(
-        "1", "nut factor: torque over preload times screw diameter", lo=0.1, hi=0.4, default=0.2
+        "1", "nut factor: torque / (preload × screw diameter)", lo=0.1, hi=0.4, default=0.2
     )
-    laser_bed: tuple[float, float] | None = value(SizeSpec("bed of the laser", 2), None)
+    laser_bed: tuple[float, float] | None = value(SizeSpec("size of the laser bed", 2), None)
     print_bed: tuple[float, float, float] | None = value(
         SizeSpec(("build volume of the printer"), 3), None
     )
@@ -195,14 +193,14 @@ class Casting:
     """Data for buying and casting a silicone, in addition to the values in [enclosure]."""
 
     product: str | None = value(PRODUCT, None)
-    mix: str | None = value(TextSpec(text="parts to mix, such as '1A:1B'"), None)
+    mix: str | None = value(TextSpec(text="mixing ratio, such as '1A:1B'"), None)
     viscosity: float | None = quantity(
         "Pa s", "viscosity of the mixed silicone", lo=1e-3, hi=1e5, default=None
     )
     pot_life: float | None = quantity(
         "s", "pot life of the mixed silicone", lo=1, hi=1e6, default=None
     )
-    cure_time: float | None = quantity("s", "time until it is cured", lo=1, hi=1e7, default=None)
+    cure_time: float | None = quantity("s", "cure time of the silicone", lo=1, hi=1e7, default=None)
     elongation_at_break: float | None = quantity(
         "1", "elongation at break of the silicone", lo=0.01, hi=50, default=None
     )
@@ -260,13 +258,13 @@ def check_build(brake: Brake, build: Build) -> None:
     if build.kerf and build.cutter == "knife":
         refuse("kerf", "is given for a knife; the plotter applies its own offset, so leave it at 0")
     if build.kerf and build.kerf >= hole:
-        refuse("kerf", f"is not less than the screw's hole of {show(hole, 'm')}")
+        refuse("kerf", f"must be less than the screw's hole of {show(hole, 'm')}")
     if build.kerf:
         check_order("kerf", "gap", equal=False)
     check_order("kerf", "margin", equal=True)
     for radius in ("tip_radius", "clamp_radius"):
         if getattr(build, radius) >= width / 2:
-            refuse(radius, f"is not less than half the sheets' width, {show(width / 2, 'm')}")
+            refuse(radius, f"must be less than half the sheets' width, {show(width / 2, 'm')}")
     if build.cutter == "knife":
         for radius in ("tip_radius", "clamp_radius"):
             if getattr(build, radius) < 0.5e-3:

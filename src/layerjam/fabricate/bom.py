@@ -61,7 +61,7 @@ def _film_item(plan: Drawing) -> list[Item]:
         for part in plan.film.parts
     ]
     for piece in plan.film.pieces:
-        size = f"{piece.length:.4g} mm × {piece.width:.4g} mm, the film runs along the first"
+        size = f"{piece.length:.4g} mm × {piece.width:.4g} mm; the film runs along the first side"
         rows.append(Item(piece.name, size, "1", "pieces", f"cut/{piece.name}.dxf", "drawn"))
     return rows
 
@@ -96,7 +96,7 @@ def _bought_items(plan: Drawing) -> list[Item]:
     lengths, build = plan.lengths, plan.build
     number = plan.brakes
     head = show(lengths.head_height * 1e-3, "m")
-    size = f"dowel {mm(build.pin):g} mm, longer than the head's {head} by its fastener"
+    size = f"dowel {mm(build.pin):g} mm, longer than the head's {head} by its fastener's height"
     tie = show(tied_girth(plan) * 1e-3, "m", 2)
     port = "thread M5" if build.port == M5 else f"tube {mm(float(build.port)):g} mm, glued in"
     rows = [
@@ -110,7 +110,7 @@ def _bought_items(plan: Drawing) -> list[Item]:
             "choose",
         ),
         ("tube fitting", f"{port}; one end may take a sensor or a plug", 2 * number, "choose"),
-        ("tube", "to pump or valve, for the fitting", number, "choose"),
+        ("tube", "to the pump or valve, to suit the fitting", number, "choose"),
         ("mould bolt", mould_bolt(plan), 2 * (lengths.mould.bolts - 1), "standard"),
         ("mould nut", mould_nut(plan), 2 * (lengths.mould.bolts - 1), "standard"),
     ]
@@ -153,9 +153,9 @@ def mould_bolt(plan: Drawing) -> str:
 def _board_items(plan: Drawing) -> list[Item]:
     rows = [("jig", "board that holds the pins at their rest distance", 1)]
     if plan.parallel > 1:
-        rows.append(("yoke", "plate of your material, above and below the heads", 4))
+        rows.append(("yoke", "plate of any material, above and below the heads", 4))
     if plan.series > 1:
-        rows.append(("link", "plate of your material", 2 * (plan.series - 1) * plan.parallel))
+        rows.append(("link", "plate of any material", 2 * (plan.series - 1) * plan.parallel))
     return [
         Item(item, text, str(count), "pieces", f"cut/{item}.dxf", "drawn")
         for item, text, count in rows

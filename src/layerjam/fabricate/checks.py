@@ -46,7 +46,7 @@ def drawable_limits(build: Build, lengths: Lengths) -> Limits:
     shorter = np.minimum(lengths.left.clamped, lengths.right.clamped)
     yield (
         ("tie_depth", "air_bore", "wall", "neck_stretch"), mm(build.tie_depth), neck,
-        "the room in the neck next to air bore and wall",
+        "the space in the neck next to the air bore and the wall",
     )  # fmt: skip
     yield ("air_bore", "port"), mm(build.air_bore), lengths.port, "the port's bore"
     yield (
@@ -55,15 +55,15 @@ def drawable_limits(build: Build, lengths: Lengths) -> Limits:
     )  # fmt: skip
     yield (
         ("key", "key_clearance", "mould_bolt", "wall"), key, mould.flange - 2 * wall,
-        "the mould's flange without two walls",
+        "the mould's flange minus two walls",
     )  # fmt: skip
-    yield ("mould_bolt",), mm(build.mould_bolt), step, "the distance of two bolts"
+    yield ("mould_bolt",), mm(build.mould_bolt), step, "the distance between two bolts"
     yield ("sprue",), mm(build.sprue), lengths.mould.outer_width, "the enclosure's width"
     yield ("vent",), mm(build.vent), mould.outer_width / 2, "half the enclosure's width"
     yield ("mould_wall",), KEY_DEPTH - mould.half, 0.0, "the depth of the keys' holes, 5 mm"
     yield (
         ("core_clearance", "mould_wall", "wall"), mm(build.core_clearance),
-        mm(build.mould_wall) - wall, "the mould's wall without a wall of print",
+        mm(build.mould_wall) - wall, "the mould's wall minus one printed wall",
     )  # fmt: skip
     yield (
         ("core_clearance", "enclosure.wall"), mm(build.core_clearance), lengths.wall,
@@ -96,7 +96,7 @@ def check_drawable(brake: Brake, build: Build, lengths: Lengths) -> None:
         entry = getattr(build, key) if path == f"build.{key}" else get(brake, path)
         text = f"{entry:.0%} " if key == "neck_stretch" else f"{show(entry, 'm')} "
         if path != f"build.{names[0]}":
-            text += f"does not go with build.{names[0]}: {show(getattr(build, names[0]), 'm')} "
+            text += f"conflicts with build.{names[0]}: {show(getattr(build, names[0]), 'm')} "
         raise QuantityError.of(
             path, f"{text}is not less than {name}, {show(max(float(limit), 0.0) * 1e-3, 'm')}"
         )
@@ -149,7 +149,7 @@ def clamp_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
             side.clamped,
             thread.head + HEAD_RIM,
             f"{side.name} clamp {{value}} long; a head of {thread.name} needs {{need}}",
-            ": longer sheets and mount.clamped_length, or a smaller mount.screw_hole",
+            ": use longer sheets and mount.clamped_length, or a smaller mount.screw_hole",
         )
     for part, size in (("nut", thread.nut), ("head", thread.head)):
         yield _length_check(
@@ -157,8 +157,8 @@ def clamp_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
             f"{part}-width",
             lengths.width / lengths.screws,
             size + mm(build.fit) + 2 * wall,
-            f"{{value}} of width a screw; a {part} of {thread.name} with its walls needs {{need}}",
-            ": fewer screws (mount.screws), wider sheets, or a smaller mount.screw_hole",
+            f"{{value}} of width per screw; a {part} of {thread.name} and its walls need {{need}}",
+            ": use fewer screws (mount.screws), wider sheets, or a smaller mount.screw_hole",
         )
     if build.port == M5:
         yield _length_check(
@@ -167,7 +167,7 @@ def clamp_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
             lengths.head / 2,
             M5_LEAST,
             "the port's thread is {value} deep; M5 in printed resin needs {need}",
-            ": a larger build.pin_wall",
+            ": use a larger build.pin_wall",
         )
 
 
@@ -225,12 +225,12 @@ def sleeve_checks(brake: Brake, build: Build, cast: Casting, lengths: Lengths) -
 
 
 def _stretch_text(place: str, stretch: float, limit: float | None, ok: bool | None) -> str:
-    text = f"enclosure over the {place}: {stretch:+.0%} of its girth"
+    text = f"stretch of the enclosure over the {place}: {stretch:+.0%} of its girth"
     if limit is None:
         return text + " (enclosure.elongation_at_break is not given)"
     return text if ok else (
-        f"{text}, more than a third of its elongation at break, {limit:.0%}: a softer silicone, or "
-        "a smaller mount.screw_hole, which lowers the cap"
+        f"{text}, more than a third of its elongation at break, {limit:.0%}: use a softer "
+        "silicone, or a smaller mount.screw_hole, which lowers the cap"
     )  # fmt: skip
 
 
@@ -289,8 +289,8 @@ def wall_check(build: Build, lengths: Lengths) -> Check:
     place = "" if np.ndim(least) else min(thicknesses, key=lambda name: float(thicknesses[name]))
     return _length_check(
         "C10", "least-wall", least, mm(build.wall),
-        f"least wall {{value}} ({place}); {{need}} is needed",
-        f": a smaller build.wall, or a larger {WALL_INPUTS.get(place, 'mount.clamped_length')}",
+        f"thinnest wall {{value}} ({place}); {{need}} is needed",
+        f": use a smaller build.wall, or a larger {WALL_INPUTS.get(place, 'mount.clamped_length')}",
     )  # fmt: skip
 
 
@@ -333,18 +333,18 @@ def seal_check(brake: Brake, build: Build, lengths: Lengths) -> Check:
 def _seal_text(tension: float, pressure: float, need: float, ok: bool | None) -> str:
     text = (
         f"a tie pulled to {show(tension, 'N')} presses on the neck with {show(pressure, 'Pa')}; "
-        f"at least {show(need, 'Pa')} seals"
+        f"it needs at least {show(need, 'Pa')} to seal"
     )
     least = show(float(f"{tension * need / pressure * 1.01:.2g}"), "N")
     return text + (
-        "" if ok else f": pull it tighter (build.tie_tension, {least}), or a narrower one"
+        "" if ok else f": pull it tighter (build.tie_tension, {least}), or use a narrower one"
     )
 
 
 def print_checks(build: Build, parts: Sequence[Part]) -> Iterator[Check]:
     """Yield C2 (printer): every printed part fits into the printer, parallel to its axes."""
     if build.print_bed is None:
-        words = partial(same_text, "build volume of the printer not given, not checked")
+        words = partial(same_text, "not checked: the printer's build volume is not given")
         yield Check(code="C2", key="print-bed", words=words)
         return
     bed = [mm(side) for side in build.print_bed]
@@ -378,7 +378,7 @@ def _printer_text(name: str, sides: Sequence[float], bed: Sequence[float], ok: b
         max((side - room, name) for side, room, name in zip(turn, bed, "xyz", strict=True))
         for turn in permutations(sides)
     )
-    return f"{name}, {size} mm, is too large for the printer by {_mm(excess)} in {axis}"
+    return f"{name}, {size} mm, is too large for the printer by {_mm(excess)} along {axis}"
 
 
 def mass_checks(brake: Brake, rows: Sequence[MassRow]) -> Iterator[Check]:
@@ -392,7 +392,7 @@ def mass_checks(brake: Brake, rows: Sequence[MassRow]) -> Iterator[Check]:
     )
     for (part, part_mass, model), bound in zip(pairs, (MASS_BOUND, *[PART_BOUND] * 2), strict=True):
         error = part_mass / model - 1
-        text = f"{part}: {show(part_mass, 'kg')} as drawn, {error:+.1%} against "
+        text = f"{part}: {show(part_mass, 'kg')} as drawn, {error:+.1%} relative to "
         text += f"{show(model, 'kg')} of "
         yield Check(
             code="C14",

@@ -95,7 +95,7 @@ def _read_workshop(path: Path) -> Reader:
     reader = Reader(text, path, _BUILD)
     reader.read_all()
     if not reader.values:
-        raise FileError(path, "has no table [build], which contains the choices of a workshop")
+        raise FileError(path, "has no [build] table with the workshop's choices")
     return reader
 
 

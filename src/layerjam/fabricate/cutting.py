@@ -14,7 +14,7 @@ OWN_KINDS = ("measured", "assumed", "unstated")
 """Kinds of source that are not published."""
 ADVICE = {
     "never": "this film must never go into a laser; a blade, shears or a die cuts it",
-    "with care": "a laser may cut this film only with care: extract the fumes, clean the edge",
+    "with care": "a laser may cut this film only with care: extract the fumes and clean the edge",
     "yes": "a laser may cut this film; extract the fumes",
 }
 

@@ -38,9 +38,9 @@ DRAWN = (
         "assumes all of them"
     ),
     "spacers of the same film lie between the sheets in both caps; the paper mentions none",
-    "screws and nuts by ISO 4762, 4032, 273 and 888, of steel, 7850 kg/m^3, with a tenth "
+    "screws and nuts to ISO 4762, 4032, 273 and 888, of steel, 7850 kg/m^3, with a tenth "
     "subtracted for a screw's thread and socket",
-    "friction of film on printed plastic is not known: film on film is used instead",
+    "friction of film on printed plastic is unknown: that of film on film is used instead",
 )
 """Assumptions of every build."""
 
@@ -205,9 +205,9 @@ def _build_notices(plan: Drawing) -> list[Notice]:
     if plan.parallel > 1 and plan.yoke_moment is not None:
         warnings.append(
             Notice(
-                f"each yoke bends with {show(plan.yoke_moment, 'N m', 3)}: its section modulus "
-                "must be at least this moment over the allowed stress. Brakes side by side have "
-                "the same elongation only if the yoke does not tilt",
+                f"each yoke bears a moment of {show(plan.yoke_moment, 'N m', 3)}: its section "
+                "modulus must be at least this moment divided by the allowed stress. Brakes "
+                "in parallel have the same elongation only if the yoke does not tilt",
                 "yoke",
             )
         )

@@ -199,7 +199,7 @@ def _bed_check(
 ) -> Check:
     """Return C2 (laser bed): pieces may be turned on the bed, together with all their parts."""
     if bed is None:
-        words = partial(same_text, "laser bed not given, not checked")
+        words = partial(same_text, "not checked: the laser bed is not given")
         return Check(code="C2", key="laser-bed", words=words)
     if excess is not None and stock is None:
         part, axis, amount = excess
@@ -222,7 +222,7 @@ def _bed_check(
 def _size_check(code: str, key: str, part: str, axis: str, excess: float, option: str) -> Check:
     room = {"stock": "stock", "laser-bed": "laser bed"}[key]
     text = f"{part} is {show(excess * 1e-3, 'm')} larger than the {room} along its {axis}; "
-    text += f"another {option} or a smaller brake is needed"
+    text += f"a different {option} or a smaller brake is needed"
     return Check(
         code=code, key=key, words=partial(same_text, text), value=excess * 1e-3, limit=0.0,
         unit="m", otherwise="refused",
@@ -254,7 +254,7 @@ def _hole_text(key: str, value: float, limit: float, ok: bool | None) -> str:
     else:
         text = f"{size} of film around the screw holes"
         remedy = "a smaller mount.screw_hole, fewer screws or a longer clamp"
-    return f"{text}, at least {least} is cut" + ("" if ok else f": {remedy} is needed")
+    return f"{text}; cutting needs at least {least}" + ("" if ok else f": {remedy} is needed")
 
 
 def more_files(

@@ -36,7 +36,7 @@ def check_folder(out: str | Path, overwrite: bool) -> Path:
 
 def _validate(path: Path, overwrite: bool) -> Path:
     if not path.name:
-        raise FileError(path, "is not a folder that can be created; give it a name")
+        raise FileError(path, "cannot be created as a folder; give a folder name")
     if os.path.lexists(path) and not path.is_dir():
         raise FileError(path, "is a file, not a folder")
     if path.is_symlink():
@@ -56,7 +56,7 @@ def _validate(path: Path, overwrite: bool) -> Path:
             raise FileError(
                 path,
                 (
-                    f"holds {strange[0]}{others}, which `build` did not write; move it or "
+                    f"contains {strange[0]}{others}, which `build` did not write; move it or "
                     "choose another folder"
                 ),
             )

@@ -123,12 +123,12 @@ def _fill_check(material: Casting, lengths: Lengths) -> Check:
 
 def _unknown_text(missing: list[str], wall: float, ok: bool | None) -> str:
     inputs = " and ".join(f"enclosure.{name}" for name in missing)
-    text = f"filling pressure not known: {inputs} {'is' if len(missing) == 1 else 'are'} not given"
+    text = f"filling pressure unknown: {inputs} {'is' if len(missing) == 1 else 'are'} not given"
     if ok is False:
         text += f", and a wall of {show(wall, 'm')} is too thin to fill without it"
     return text
 
 
 def _fill_text(pressure: float, ok: bool | None) -> str:
-    text = f"filling in half the pot life takes {show(pressure, 'Pa', 2)}"
+    text = f"filling within half the pot life requires {show(pressure, 'Pa', 2)}"
     return text if ok else text + BY_HAND

@@ -89,12 +89,12 @@ def _sheet_text(place: str, stress: float, film: float | None, grip: Any, ok: bo
     strength, kind = _allowed_stress(film, place)
     text = f"sheets, {place}: {_format_pascals(stress)}"
     if strength is None:
-        text += "; the film's strength is not known (film.strength)"
+        text += "; the film's strength is unknown (film.strength)"
     else:
-        text += f" of {_format_pascals(strength)} of film strength{kind}"
+        text += f" (film strength{kind}: {_format_pascals(strength)})"
     if place == "net section":
         text += ", whether friction in the clamp or the screw carries the load"
-        remedy = ": more or thicker sheets, less overlap, or fewer screws (mount.screws)"
+        remedy = ": use more or thicker sheets, less overlap, or fewer screws (mount.screws)"
     elif grip:
         return text + (
             "; does not apply, because friction in the clamp carries the load (C8). "
@@ -102,7 +102,7 @@ def _sheet_text(place: str, stress: float, film: float | None, grip: Any, ok: bo
         )
     else:
         text += "; the screw carries the load, because friction in the clamp does not (C8)"
-        remedy = ": more or thicker sheets, more screws (mount.screws), or a longer clamp"
+        remedy = ": use more or thicker sheets, more screws (mount.screws), or a longer clamp"
     return text + (remedy if ok is False else "")
 
 
@@ -147,8 +147,8 @@ def _clamp_text(
         f"tighten each {lengths.thread.name} to {show(turn, 'N m', 2)}: at least "
         f"{show(need, 'N', 3)} of preload holds {show(force, 'N')} by friction (film on film, "
         f"{brake.film.kinetic:.3g}, in place of film on plastic; {source}); a screw of class "
-        f"8.8 gives {show(available, 'N', 3)}"
-        + ("" if ok else ": more screws (mount.screws), or a larger mount.screw_hole")
+        f"8.8 allows {show(available, 'N', 3)}"
+        + ("" if ok else ": use more screws (mount.screws), or a larger mount.screw_hole")
     )
 
 
@@ -203,8 +203,8 @@ def _cap_text(place: str, stress: float, strength: float | None, ok: bool | None
     text = f"cap, {place}: {_format_pascals(stress * 1e6)}"
     if limit is None:
         return text + "; build.print_strength is not given"
-    text += f" of {_format_pascals(limit)}{kind}"
-    return text + ("" if ok else f": a larger {_CAP_REMEDIES[place]}, or a stronger plastic")
+    text += f" (strength of the plastic{kind}: {_format_pascals(limit)})"
+    return text + ("" if ok else f": use a larger {_CAP_REMEDIES[place]}, or a stronger plastic")
 
 
 def tray_factor(build: Build, lengths: Lengths) -> float:
@@ -230,4 +230,4 @@ def tray_factor(build: Build, lengths: Lengths) -> float:
 
 
 def _format_pascals(stress: float) -> str:
-    return show(stress, "Pa", 3) if math.isfinite(stress) else "without limit"
+    return show(stress, "Pa", 3) if math.isfinite(stress) else "infinite"

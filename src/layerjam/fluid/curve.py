@@ -26,7 +26,7 @@ MOST_FLOW = 1.0
 def check_curve(points: Curve, name: str) -> Curve:
     """Return the points; QuantityError unless the flow falls from zero vacuum on to zero."""
     if len(points) < 2:
-        raise QuantityError.of(name, f"has {count_noun(len(points), 'point')}; give two or more")
+        raise QuantityError.of(name, f"has {count_noun(len(points), 'point')}; give at least two")
     if len(points) > MOST_POINTS:
         raise QuantityError.of(name, f"{len(points)} points; at most {MOST_POINTS} are allowed")
     for vacuum, flow in points:
@@ -57,7 +57,7 @@ def check_curve(points: Curve, name: str) -> Curve:
         raise QuantityError.of(
             name,
             (
-                f"ends with {_read_point(*points[-1])}; its last point must be the greatest "
+                f"ends with {_read_point(*points[-1])}; its last point must be the highest "
                 "vacuum, with zero flow"
             ),
         )
@@ -86,7 +86,7 @@ def free_flow(vacuum: float, points: Curve) -> float:
 class CurveSpec(AsItIs):
     """Flow curve in a file: `[["0 kPa", "10 L/min"], ...]`."""
 
-    text: str = "flow of free air over vacuum, point by point"
+    text: str = "free-air flow versus vacuum, point by point"
     unit: str = "m^3/s"
     """Unit of the flows; vacuums are in Pa."""
 

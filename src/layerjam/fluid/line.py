@@ -17,25 +17,25 @@ class Chamber:
     """Evacuated volume: V = V0 + A_s slip - C_w vacuum for air, C vacuum for water."""
 
     volume: float = quantity(
-        "m^3", "gas in brake and fittings at no vacuum and no slip", lo=1e-9, hi=1, symbol="V_0"
+        "m^3", "gas in brake and fittings without vacuum or slip", lo=1e-9, hi=1, symbol="V_0"
     )
     volume_per_slip: float = quantity(
         "m^2",
-        "gas volume gained per slip as the enclosure is stretched",
+        "gas volume gained per unit slip as the enclosure stretches",
         hi=1,
         symbol="A_s",
         default=0.0,
     )
     shrink: float = quantity(
         "m^3/Pa",
-        "gas volume lost per vacuum as the enclosure is drawn in",
+        "gas volume lost per unit vacuum as the enclosure is drawn in",
         hi=1e-6,
         symbol="C_w",
         default=0.0,
     )
     compliance: float | None = quantity(
         "m^3/Pa",
-        "volume taken out per vacuum when filled with water",
+        "volume drawn out per unit vacuum when filled with water",
         lo=1e-15,
         hi=1e-6,
         symbol="C",
@@ -51,7 +51,7 @@ class Tube:
     bore: float = quantity("m", "inner diameter of the tube", lo=1e-4, hi=0.1)
     cells: int = quantity(
         "1",
-        "number of cells the tube is divided into, for pressure waves; 0: none",
+        "number of cells in the tube, to model pressure waves; 0 for none",
         hi=60,
         whole=True,
         default=0,
@@ -67,7 +67,7 @@ class Pump:
 
     flow: float | None = quantity(
         "m^3/s",
-        "volume that one pump displaces per time: the flow at its inlet if ultimate is zero",
+        "volume that one pump displaces per unit time: the inlet flow if ultimate is zero",
         lo=1e-12,
         hi=1,
         symbol="Q",
@@ -81,7 +81,7 @@ class Pump:
     )
     backwards: float = quantity(
         "m^3/s",
-        "flow of one pump run backwards, at atmosphere; 0 if it cannot run backwards",
+        "flow of one pump run backwards, at atmospheric pressure; 0 if it cannot run backwards",
         hi=1,
         default=0.0,
     )
@@ -94,7 +94,7 @@ class Valve:
 
     conductance: float = quantity(
         "m^3/(s Pa)",
-        "sonic conductance, volume per time and pressure upstream",
+        "sonic conductance: volume flow per unit upstream pressure",
         lo=1e-15,
         hi=1e-3,
         symbol="C",
@@ -102,7 +102,7 @@ class Valve:
     critical_ratio: float = quantity(
         "1", "pressure ratio below which the flow is choked", hi=0.999, symbol="b", default=0.528
     )
-    delay: float = quantity("s", "from the command to open", hi=10, default=0.0)
+    delay: float = quantity("s", "time from the command until it is open", hi=10, default=0.0)
 
 
 @record
@@ -118,7 +118,7 @@ class Leak:
     )
     orifice: float = quantity(
         "m^3/s",
-        "orifice: q = G p_atm while choked, volume of air of the atmosphere per time",
+        "orifice: q = G p_atm while choked, as volume flow of atmospheric air",
         hi=1e-2,
         default=0.0,
     )
@@ -132,14 +132,14 @@ class Reservoir:
     conductance: float = quantity(
         "m^3/(s Pa)", "sonic conductance of its valve and tube", lo=1e-15, hi=1e-3
     )
-    delay: float = quantity("s", "from the command to open", hi=10, default=0.0)
+    delay: float = quantity("s", "time from the command until it is open", hi=10, default=0.0)
 
 
 @record
 class Sensor:
     """A pressure sensor; its values are vacuums below the atmosphere."""
 
-    range: float = quantity("Pa", "greatest vacuum of the sensor", lo=1, hi=1e7)
+    range: float = quantity("Pa", "highest vacuum that the sensor measures", lo=1, hi=1e7)
     lag: float = quantity("s", "time constant of its first-order lag", hi=100, default=0.0)
     noise: float = quantity("Pa", "standard deviation of a reading", hi=1e6, default=0.0)
     resolution: float = quantity("Pa", "resolution of the readings", hi=1e6, default=0.0)
@@ -159,7 +159,7 @@ class Line:
     sensor: Sensor | None = nested(Sensor, default=None)
     polytropic: float = quantity(
         "1",
-        "exponent of the gas: 1 isothermal, 1.4 adiabatic",
+        "polytropic exponent of the gas: 1 isothermal, 1.4 adiabatic",
         lo=1,
         hi=1.4,
         symbol="n",
@@ -189,7 +189,7 @@ def validate(line: Line) -> None:
     if (line.pump.flow is None) == (line.pump.curve is None):
         raise QuantityError.of(
             "pump.flow",
-            "a pump has a flow or a flow curve, pump.curve; "
+            "a pump needs either a flow or a flow curve, pump.curve; "
             + ("neither is given" if line.pump.flow is None else "both are given"),
         )
     if line.pump.curve is not None and line.pump.ultimate:
@@ -216,6 +216,6 @@ def water_compliance(line: Line) -> float:
     if line.chamber.compliance is None:
         raise QuantityError.of(
             "chamber.compliance",
-            "the line has none, so the water drawn out by a vacuum is unknown",
+            "is missing, so the water drawn out by a vacuum is unknown",
         )
     return line.chamber.compliance

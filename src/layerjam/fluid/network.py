@@ -248,7 +248,7 @@ def respond(
 
     if not (math.isfinite(duration) and duration >= SHORTEST):
         raise QuantityError(
-            f"duration: {duration} s is not allowed; it is at least {SHORTEST:g} s and finite"
+            f"duration: {duration} s is not allowed; it must be finite and at least {SHORTEST:g} s"
         )
     begin = state_at_pressure(line) if start is None else start
     drive_at: Callable[[float], Drive] = drive if callable(drive) else lambda _: drive

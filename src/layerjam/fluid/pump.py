@@ -42,7 +42,7 @@ def check_water(pump: Pump) -> None:
     """Raise QuantityError for a pump whose flow is known only for air."""
     if pump.curve is not None:
         raise QuantityError.of(
-            "pump.curve", "is the flow of free air and does not apply to water; give pump.flow"
+            "pump.curve", "is a flow of free air and does not apply to water; give pump.flow"
         )
 
 

@@ -78,12 +78,12 @@ def address_of(text: str | Address) -> Address:
                     f"option of a '{kind}:' address", name, OPTIONS[kind], quantity="address"
                 )
             if not equals or not value or name in options:
-                raise QuantityError.of("address", f"'{pair[:80]}' is not one '{name}=value'")
+                raise QuantityError.of("address", f"'{pair[:80]}' must be one '{name}=value'")
             options[name] = value
     if kind == "tcp":
         port = target.rpartition(":")[2]
         if ":" not in target or not port.isdecimal() or not 1 <= int(port) <= 65535:
             raise QuantityError.of(
-                "address", f"'{text[:80]}' has no port of 1 to 65535; write '{KINDS['tcp']}'"
+                "address", f"'{text[:80]}' has no port from 1 to 65535; write '{KINDS['tcp']}'"
             )
     return Address(kind, target, options)

@@ -43,7 +43,7 @@ def parts(board: str = "") -> dict[str, str]:
     digest = hashlib.sha256("".join(name + text for name, text in sorted(files.items())).encode())
     names = {code: name for code, name in FAULTS.items() if code}
     files["built.py"] = (
-        '"""Written where the firmware is put together."""\n\n'
+        '"""Generated when the firmware is assembled."""\n\n'
         f"LAW = {law_hash()!r}\nFIRMWARE = {digest.hexdigest()!r}\nFAULTS = {names!r}\n"
     )
     return files
@@ -69,7 +69,7 @@ def interpreter(python: str = "") -> list[str]:
     program = str(local) if local.exists() else shutil.which("micropython")
     if python == "micropython" and not has_pipes():
         raise QuantityError.of(
-            "address", "python=micropython needs pipes that Windows lacks; leave it out"
+            "address", "python=micropython needs pipes that Windows lacks; omit it"
         )
     if python == "cpython" or (not python and (program is None or not has_pipes())):
         return [sys.executable, "-S", "-E", "-s", "-B"]
@@ -144,7 +144,7 @@ def connect(address: str | Address) -> tuple[Line, VirtualBoard | None]:
         board, line = None, Line(Serial(target.where), str(target))
     else:
         raise QuantityError.of(
-            "address", f"{target} is not a board's line; write 'serial:...' or 'sim:...'"
+            "address", f"{target} is not the address of a board; write 'serial:...' or 'sim:...'"
         )
     try:
         line.greet(PATIENCE)

@@ -171,7 +171,7 @@ def run_trial(bed: Bed, plan: Plan) -> Trial:
         if seq is not None and plan.kind.host == "releases":
             named_after = _named_after(board, observer, seq)
         if observer.struck is None:
-            trouble = "its time was not reached"
+            trouble = "the time of the fault was not reached"
     except LineError as error:
         trouble = str(error)
         bed.drop()
@@ -234,7 +234,7 @@ def _until_done(observer: Observer) -> None:
     count = -1
     while not observer.done.wait(5.0):
         if observer.plant.asked == count:
-            raise LineError("the board takes no more samples")
+            raise LineError("the board stopped taking samples")
         count = observer.plant.asked
 
 

@@ -62,16 +62,16 @@ DRIVE = 3
 """State of a sample during which the outputs are driven."""
 FAULTS = {
     "sensor-silent": "the sensor gives no reading",
-    "pump-does-nothing": "with the pump on and the vent shut the reading does not change",
-    "pump-reversed": "with the pump on the reading falls: pump or sensor is reversed",
-    "vent-inverted": "the vacuum rises with the vent commanded to open, and not with the vent "
+    "pump-does-nothing": "with the pump on and the vent shut, the reading does not change",
+    "pump-reversed": "with the pump on, the reading falls: the pump or the sensor is reversed",
+    "vent-inverted": "the vacuum rises when the vent is commanded to open, but not when it is "
     "commanded to close: OUTP:VENT:REST is wrong, or the valve's ports are swapped",
-    "vent-does-nothing": "with the vent open the vacuum does not fall",
+    "vent-does-nothing": "with the vent open, the vacuum does not fall",
 }
 TESTS = {
     1: "the sensor",
     2: "the settings",
-    4: "the self-check of the law",
+    4: "the control law",
     8: "the supply",
     16: "the emergency stop",
     32: "the flash",
@@ -120,13 +120,13 @@ def _lock_bench(bench: Bench, vent_rest: str | None) -> Iterator[None]:
     if limit_speed(bench.address) != bench.address:
         raise QuantityError.of(
             "address",
-            f"{bench.address} is too fast; the check follows a virtual bench at a speed of 1 to "
-            f"{FASTEST:g}",
+            f"{bench.address} is too fast; the check can follow a virtual bench only at speeds "
+            f"of 1 to {FASTEST:g}",
         )
     if vent_rest is None and bench.vent_rest is None:
         raise QuantityError.of(
             "vent rest",
-            "the board does not know it; give --vent-rest, the position of the valve without "
+            "not stored on the board; give --vent-rest, the position of the valve without "
             "power: open or closed",
         )
     if not bench.lock():
@@ -169,8 +169,8 @@ def measure_zero(bench: Bench, *, vent_rest: str | None = None) -> Zero:
         if abs(reading) > limit:
             raise QuantityError.of(
                 "zero",
-                f"{show(reading, 'Pa', 4)} is not allowed; at most {show(limit, 'Pa', 4)} either "
-                "way, 5 % of the sensor's range. Check the sensor, its port and its range",
+                f"{show(reading, 'Pa', 4)} is not allowed; it must be within "
+                f"±{show(limit, 'Pa', 4)}, 5 % of the sensor's range. Check sensor, port and range",
             )
         bench.off()
         date = datetime.now(UTC).date().isoformat()
@@ -247,8 +247,8 @@ def _drive(
     if count < seconds * 1e6 / PERIOD or (np.diff(rows["seq"].astype(int)) != 1).any():
         raise QuantityError.of(
             "bench",
-            f"pump and vent were driven for {count * PERIOD * 1e-6:.2f} s without a gap, and the "
-            f"check needs {seconds:g} s; release the emergency stop and check the 12 V. For a "
+            f"pump and vent were driven for only {count * PERIOD * 1e-6:.2f} s without a gap, but "
+            f"the check needs {seconds:g} s; release the emergency stop and check the 12 V. For a "
             f"virtual bench behind 'bench serve', use a speed of 1 to {FASTEST:g}",
         )
     times = unwrap_clock(rows["board_us"], rows["seq"])
@@ -363,11 +363,11 @@ def _judge(data: Checked, plant: Plant | None, lag: float, tune: bool) -> Checke
     if not reasons and data.rate is not None and data.leak is not None:
         if data.leak >= data.rate:
             reasons.append(
-                f"the line leaks at {data.leak:.3g}/s, the pump fills it at {data.rate:.3g}/s"
+                f"the line leaks at {data.leak:.3g}/s, but the pump's rate is {data.rate:.3g}/s"
             )
         reasons += [] if tune or line_values is None else _differences(data, line_values)
         if data.zero is not None and data.top is not None and abs(data.zero) > 0.05 * data.top:
-            reasons.append(f"the reading with the vent open is {show(data.zero, 'Pa')}")
+            reasons.append(f"the reading with the vent open is {show(data.zero, 'Pa')}, not zero")
     reason = "; ".join(reasons) or None
     return replace(data, feasible=not reasons, reason=reason, expected=line_values)
 
@@ -381,11 +381,11 @@ def _differences(data: Checked, line_values: dict[str, float]) -> Iterator[str]:
         measurement, due = getattr(data, value), line_values[value]
         if measurement is not None and abs(measurement - due) > share * due:
             yield (
-                f"the {name} is {measurement:.3g}/s, and the line's {due:.3g}/s; the detectors "
-                f"allow {share:.0%}"
+                f"the {name} is {measurement:.3g}/s, but the line's is {due:.3g}/s; the detectors "
+                f"allow a difference of {share:.0%}"
             )
     limit = max(line_values["lag"], ALLOWED.lag)
     if data.lag is not None and data.lag > limit + SURE:
-        yield f"the lag is {show(data.lag, 's')}; the detectors allow {show(limit, 's')}"
+        yield f"the lag is {show(data.lag, 's')}; the detectors allow at most {show(limit, 's')}"
     if data.leak is not None and data.leak > max(LEAKY * line_values["leak"], TIGHT):
-        yield f"the leak is {data.leak:.3g}/s, and the line's {line_values['leak']:.3g}/s"
+        yield f"the leak is {data.leak:.3g}/s, but the line's is {line_values['leak']:.3g}/s"

@@ -95,7 +95,7 @@ def _by_sockets(command: Sequence[str], words: Sequence[str], closing: Callable[
         except OSError:
             process.kill()
             process.wait()
-            raise LineError("the virtual board's process does not start") from None
+            raise LineError("the virtual board's process did not start") from None
     ends = (line.fileno(), line.fileno())
     return Child(
         process, Sockets(line, closing), ends, plant.recv, plant.sendall, plant.close, line.close

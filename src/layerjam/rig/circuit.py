@@ -203,7 +203,7 @@ def _channels(circuit: Circuit) -> Iterator[str]:
     pins = circuit.file.wiring.pins
     pump, reverse = pins.pump_gate, pins.pump_back_gate
     if pump % 16 == reverse % 16:
-        yield f"pump_gate and pump_back_gate: GP{pump} and GP{reverse} are one PWM channel"
+        yield f"pump_gate and pump_back_gate: GP{pump} and GP{reverse} share one PWM channel"
 
 
 def _bus(circuit: Circuit) -> Iterator[str]:
@@ -217,7 +217,7 @@ def _bus(circuit: Circuit) -> Iterator[str]:
             continue
         ports.add(number // 8 % 2)
         if number % 4 != spot:
-            yield f"{use}: GP{number} is another pin of SPI; GP{spot}, GP{spot + 4} and so on do"
+            yield f"{use}: GP{number} is a different SPI pin; use GP{spot}, GP{spot + 4} and so on"
     if len(ports) > 1:
         yield "the SPI pins belong to two different ports"
 
@@ -230,8 +230,8 @@ def _gates(circuit: Circuit) -> Iterator[str]:
         down = circuit.parts_between(circuit.series_part(wire.use)[1], "GND")
         if not down or down[0].value > PULL_DOWN:
             yield (
-                f"{wire.use}: {wire.label} needs a pull-down of 8.2 kΩ or less at the gate, and "
-                f"has {wire.shunt or 'none'}: the pin floats while the board is in reset"
+                f"{wire.use}: {wire.label} needs a pull-down of 8.2 kΩ or less at the gate but "
+                f"has {wire.shunt or 'none'}; the pin floats while the board is in reset"
             )
 
 
@@ -240,4 +240,4 @@ def _ratio(circuit: Circuit) -> Iterator[str]:
     upper, lower, _ = circuit.divider("supply_adc")
     ratio, in_file = 1.0 + upper.value / lower.value, circuit.file.wiring.supply_ratio
     if abs(ratio / in_file - 1.0) > 1e-3:
-        yield f"supply_ratio is {in_file:g}, and the resistors of the supply sense give {ratio:g}"
+        yield f"supply_ratio is {in_file:g}, but the resistors of the supply sense give {ratio:g}"

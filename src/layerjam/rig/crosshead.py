@@ -117,7 +117,7 @@ class Trigger:
     def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
         """Close the contact that starts the machine's method."""
         if self._closed:
-            raise CrossheadLostError("the machine's contact is closed before it was started")
+            raise CrossheadLostError("the contact was closed before the machine was started")
         self._due = patience(step, self._at)
         self._at = step.end
         self._moves = True
@@ -151,8 +151,8 @@ class Virtual:
         if plant is None:
             raise QuantityError.of(
                 "crosshead",
-                f"virtual is not allowed on {bench.address}: it moves in a virtual board that this "
-                "command starts itself (sim:LINE)",
+                f"'virtual' is not allowed on {bench.address}; it needs a virtual board that "
+                "this command starts itself (sim:LINE)",
             )
         self._machine = plant.machine = VirtualMachine(brake, line)
         self._due = self._end = self._seen = 0.0
@@ -167,7 +167,7 @@ class Virtual:
         """Whether the samples show the end position."""
         has_arrived = self._seen == self._end
         if elapsed_time > self._due and not has_arrived:
-            raise CrossheadLostError(f"the virtual machine did not arrive within {self._due:.3g} s")
+            raise CrossheadLostError(f"virtual crosshead did not arrive within {self._due:.3g} s")
         return has_arrived
 
     def end(self, bench: Bench) -> None:
@@ -206,7 +206,7 @@ def _enter() -> bool:
     except (OSError, ValueError):
         line = ""
     if not line:
-        raise CrossheadLostError("nobody is at the keyboard: standard input is at its end")
+        raise CrossheadLostError("nobody is at the keyboard: standard input has ended")
     return True
 
 

@@ -23,7 +23,7 @@ SAFE_STATES = {"release": "REL", "hold": "HOLD"}
 VENT_RESTS = {"open": "OPEN", "closed": "CLOS"}
 NO_NUMBER = 9.9e37
 """Number that represents NaN in SCPI."""
-LEASE = QuantitySpec("s", "time for which a silent host keeps the outputs on", lo=0.2, hi=600)
+LEASE = QuantitySpec("s", "time that outputs stay on after the host goes silent", lo=0.2, hi=600)
 TARGET = QuantitySpec("Pa", "vacuum to hold", lo=0.0, hi=1.2e5)
 
 
@@ -34,7 +34,7 @@ class InstrumentError(LayerjamError):
     code: int
 
     def __init__(self, code: int, text: str, line: str) -> None:
-        super().__init__(f"the instrument refused '{line[:60]}': {text} ({code})")
+        super().__init__(f"the instrument rejected '{line[:60]}': {text} ({code})")
         self.code = code
 
 

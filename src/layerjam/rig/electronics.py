@@ -94,35 +94,35 @@ def _senses(circuit: Circuit) -> Iterator[Margin]:
     parts, stop = circuit.components, "estop_sense"
     high, least_supply = circuit.rails["12V"][1], circuit.rails["3V3"][0]
     closed_voltage = pin_voltage(circuit, stop, trip_voltages(circuit)[0], -1)
-    yield Margin("emergency stop closed, at the pin", "V", closed_voltage, least=HIGH)
+    yield Margin("pin voltage, emergency stop closed", "V", closed_voltage, least=HIGH)
     for use in (stop, "supply_adc", "accelerometer_adc"):
         rail = circuit.rails[circuit.series_part(use)[1]][1]
         greatest = pin_voltage(circuit, use, rail, 1)
-        yield Margin(f"greatest voltage at {use}", "V", greatest, most=least_supply)
+        yield Margin(f"highest voltage at {use}", "V", greatest, most=least_supply)
     # with the stop open, R7 pulls the node down; the filter discharges through R8 and R7, and R9 as
     # well
     upper, lower, capacitor = (part.value_at(1) for part in circuit.divider(stop))
     both = 1.0 / (1.0 / (upper + parts["R7"].value_at(1)) + 1.0 / lower)
     open_voltage, begin = LEAKAGE * both, pin_voltage(circuit, stop, high, 1)
-    yield Margin("emergency stop open, at the pin", "V", open_voltage, most=LOW)
+    yield Margin("pin voltage, emergency stop open", "V", open_voltage, most=LOW)
     time = capacitor * both * math.log((begin - open_voltage) / (LOW - open_voltage))
     yield Margin("time until an open stop is sensed", "s", time, most=SAMPLE)
-    yield Margin("heat of R7", "W", high**2 / parts["R7"].value_at(-1), most=parts["R7"].power)
+    yield Margin("power of R7", "W", high**2 / parts["R7"].value_at(-1), most=parts["R7"].power)
 
 
 def _supplies(circuit: Circuit) -> Iterator[Margin]:
     parts, five = circuit.components, circuit.rails["5V"]
     least, highest = trip_voltages(circuit)
-    yield Margin("least supply voltage that is accepted", "V", least, least=VALVE * NOMINAL)
+    yield Margin("lowest supply voltage that is accepted", "V", least, least=VALVE * NOMINAL)
     yield Margin(
-        "greatest supply voltage that is reported as low",
+        "highest supply voltage that is reported as low",
         "V",
         highest,
         most=circuit.rails["12V"][0],
     )
-    yield Margin("input of U1", "V", least, least=parts["U1"].least_input)
-    yield Margin("least voltage at VSYS", "V", five[0] - parts["D3"].forward, least=1.8)
-    yield Margin("greatest voltage at VSYS", "V", five[1], most=5.5)
+    yield Margin("input voltage of U1", "V", least, least=parts["U1"].least_input)
+    yield Margin("lowest voltage at VSYS", "V", five[0] - parts["D3"].forward, least=1.8)
+    yield Margin("highest voltage at VSYS", "V", five[1], most=5.5)
 
 
 def _gates(circuit: Circuit) -> Iterator[Margin]:
@@ -132,9 +132,9 @@ def _gates(circuit: Circuit) -> Iterator[Margin]:
         (down,) = circuit.parts_between(gate, "GND")
         (switch,) = (c for c in circuit.components.values() if c.nodes[1] == gate != c.nodes[-1])
         gate_voltage = OUTPUT * down.value_at(-1) / (down.value_at(-1) + series.value_at(1))
-        yield Margin(f"gate of {switch.ref}, on", "V", gate_voltage, least=switch.gate)
+        yield Margin(f"gate voltage of {switch.ref}, on", "V", gate_voltage, least=switch.gate)
         reset = LEAKAGE * down.value_at(1)
-        yield Margin(f"gate of {switch.ref}, in reset", "V", reset, most=switch.threshold)
+        yield Margin(f"gate voltage of {switch.ref}, in reset", "V", reset, most=switch.threshold)
         peak = circuit.rails["3V3"][1] / series.value_at(-1)
         yield Margin(f"current into the gate of {switch.ref}", "A", peak, most=DRIVE)
 
@@ -153,13 +153,13 @@ def _power(circuit: Circuit) -> Iterator[Margin]:
     for n, name in (("1", "M1"), ("2", "Y1")):
         switch, diode, load = parts[f"Q{n}"], parts[f"D{n}"], parts[name]
         drain = clamp + diode.forward
-        yield Margin(f"{switch.ref}, drain to source", "V", drain, most=switch.voltage)
+        yield Margin(f"drain–source voltage of {switch.ref}", "V", drain, most=switch.voltage)
         heat = heats[switch.ref] + load.running**2 * switch.value
-        yield Margin(f"heat of {switch.ref}", "W", heat, most=switch.power)
+        yield Margin(f"power of {switch.ref}", "W", heat, most=switch.power)
         # heat with a stalled load at half power, where the diode and C1 carry the most current
         half = 0.5 * high / load.value
-        yield Margin(f"{diode.ref}, mean current", "A", half, most=diode.current)
-        yield Margin(f"{diode.ref}, reverse voltage", "V", clamp, most=diode.voltage)
+        yield Margin(f"mean current of {diode.ref}", "A", half, most=diode.current)
+        yield Margin(f"reverse voltage of {diode.ref}", "V", clamp, most=diode.voltage)
     ripple = 0.5 * high / parts["M1"].value
     yield Margin("ripple current of C1", "A", ripple, most=parts["C1"].ripple)
     yield Margin("voltage of C1", "V", high, most=parts["C1"].voltage)

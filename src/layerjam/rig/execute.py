@@ -199,7 +199,7 @@ class Execution:
             raise EndedError(
                 NOT_VENTED,
                 f"the vacuum is {show(self._vacuum, 'Pa', 4)} after {limit:.3g} s of venting; "
-                f"below {show(self.watch.zero, 'Pa', 4)} counts as none",
+                f"expected less than {show(self.watch.zero, 'Pa', 4)}",
             )
 
     def _hold(self, duration: float) -> None:
@@ -217,7 +217,7 @@ class Execution:
     def _move(self, step: Pull | Return) -> None:
         crosshead = self.crosshead
         if crosshead is None:
-            raise CrossheadLostError("the procedure moves a crosshead, but there is none")
+            raise CrossheadLostError("the procedure moves a crosshead, but none is given")
         crosshead.begin(step, self.bench, self.file.note)
         try:
             start = self.recorder.now
@@ -249,7 +249,7 @@ class Execution:
     def _next(self) -> Block:
         """Record one block, and end the run if one of its samples requires that."""
         if self.stop.asked:
-            raise EndedError(STOPPED, "the operator stopped it")
+            raise EndedError(STOPPED, "stopped by the operator")
         recorder, boot = self.recorder, self.recorder.boot
         block = recorder.pump(self._moves)
         if boot is not None and recorder.boot != boot:
@@ -317,11 +317,11 @@ def check(bench: Bench, procedure: Procedure, crosshead: Crosshead | None) -> No
         if isinstance(step, Evacuate) and step.to > reach:
             raise QuantityError.of(
                 "procedure",
-                f"'{step.text()}' is not possible: the regulator of {bench.address} reaches "
-                f"{show(reach, 'Pa', 4)}" + ("" if reach else ", for none is set"),
+                f"'{step.text()}' is not possible: the regulator of {bench.address} "
+                + (f"reaches only {show(reach, 'Pa', 4)}" if reach else "is not set"),
             )
         if isinstance(step, Pull | Return) and crosshead is None:
-            raise QuantityError.of("crosshead", f"missing; '{step.text()}' moves one")
+            raise QuantityError.of("crosshead", f"missing; '{step.text()}' needs one")
 
 
 @accept_force
@@ -361,7 +361,7 @@ def execute(
         plant = bench.plant
         bench.lease = LEASE if plant is None or plant.behind.speed == 1.0 else QUICK
         say(
-            f"lease {bench.lease:g} s: if this program is silent for this time, the "
+            f"lease {bench.lease:g} s: if this program is silent for longer, the "
             f"outputs go to the safe state ({bench.safe_state})"
         )
         try:

@@ -48,7 +48,7 @@ class Prompt:
             if left <= 0:
                 raise LineError(
                     f"{self._name}: neither the firmware nor MicroPython's prompt "
-                    f"responds, but {self._buffer[-60:]!r}"
+                    f"responds; received {self._buffer[-60:]!r}"
                 )
             self._buffer += self._ends.read(left)
         data, _, self._buffer = self._buffer.partition(end)
@@ -84,7 +84,7 @@ class Prompt:
             "  if not b: break\n  print(binascii.hexlify(b).decode())\n"
         )
         if bytes.fromhex(content) != data:
-            raise LineError(f"{self._name}: {name} on the board is not what was sent")
+            raise LineError(f"{self._name}: {name} on the board differs from the file sent")
 
 
 PATIENCE = 20.0
@@ -108,9 +108,9 @@ def image_of(path: Path, board: str) -> bytes:
         image = path.read_bytes()
     program = uf2.decode_uf2(image, uf2.RP2040, str(path))
     if b"layerjam" not in program:
-        raise uf2.ImageError(f"{path} holds no firmware of layerjam; `make firmware` builds one")
+        raise uf2.ImageError(f"{path} contains no layerjam firmware; build it with `make firmware`")
     if firmware_hash(board).encode() not in program:
-        raise uf2.ImageError(f"{path} holds firmware of another version; `make firmware` builds it")
+        raise uf2.ImageError(f"{path} is of a different version; rebuild it with `make firmware`")
     return image
 
 
@@ -190,7 +190,7 @@ def greeting(port: str) -> str:
     finally:
         line.close()
     if not response.startswith("layerjam,"):
-        raise LineError(f"{port}: {response[:60]!r} responds, not a layerjam board")
+        raise LineError(f"{port}: expected a layerjam board, got {response[:60]!r}")
     return response
 
 
@@ -204,7 +204,7 @@ def to_prompt(port: str) -> None:
         return  # the board has restarted
     finally:
         line.close()
-    raise LineError(f"{port}: the board does not leave its firmware: {reason}")
+    raise LineError(f"{port}: the board did not leave its firmware: {reason}")
 
 
 def check_identity(port: str, board: str) -> tuple[str, bool]:

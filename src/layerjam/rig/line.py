@@ -58,7 +58,7 @@ class Pipes:
             return b""
         data = os.read(self._in, 65536)
         if not data:
-            raise LineError("the board's line is closed")
+            raise LineError("the connection to the board is closed")
         return data
 
     def write(self, data: bytes) -> None:
@@ -66,7 +66,7 @@ class Pipes:
         try:
             os.write(self._out, data)
         except BrokenPipeError:
-            raise LineError("the board's line is closed") from None
+            raise LineError("the connection to the board is closed") from None
 
     def close(self) -> None:
         """End the process behind the line."""
@@ -88,7 +88,7 @@ class Sockets:
         except ConnectionError:
             data = b""
         if not data:
-            raise LineError("the board's line is closed")
+            raise LineError("the connection to the board is closed")
         return data
 
     def write(self, data: bytes) -> None:
@@ -96,7 +96,7 @@ class Sockets:
         try:
             self._joined.sendall(data)
         except ConnectionError:
-            raise LineError("the board's line is closed") from None
+            raise LineError("the connection to the board is closed") from None
 
     def close(self) -> None:
         """End the process behind the line."""
@@ -180,7 +180,7 @@ class Line:
                         return answer
                     repeat = True
             kind = SpoiltError if self._spoilt else LineError
-            raise kind(f"{self.name} does not respond: {tries} tries of {WAIT:g} s each")
+            raise kind(f"{self.name} does not respond after {tries} tries of {WAIT:g} s each")
 
     def send(self, session: int, text: bytes) -> None:
         """Send one line without reading its response."""
@@ -209,7 +209,7 @@ class Line:
             if frame is None and any(prompt in self._buffer for prompt in PROMPTS):
                 self._buffer = b""
                 raise LineError(
-                    f"{self.name}: a Python prompt or a traceback responds; the firmware "
+                    f"{self.name}: received a Python prompt or a traceback; the firmware "
                     "is not running"
                 )
             skipped_bytes, self._buffer = self._buffer[:size], self._buffer[size:]
@@ -235,7 +235,7 @@ class Line:
                 break
             except LineError:
                 if time.monotonic() > end:
-                    raise LineError(f"{self.name} does not respond: {patience:g} s") from None
+                    raise LineError(f"{self.name} does not respond within {patience:g} s") from None
         for session in range(1, 16):
             self.ask(session, b"")
         return response.decode("ascii", "replace")

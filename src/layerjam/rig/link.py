@@ -38,7 +38,7 @@ def parse_check(answer: bytes) -> tuple[int, str]:
     """Return the number and text in the response to CHECK; LineError for any other response."""
     match = CHECKED.fullmatch(answer)
     if match is None:
-        raise LineError(f"expected an error's number, got {answer[:60]!r}")
+        raise LineError(f"expected an error number, got {answer[:60]!r}")
     return int(match.group(1)), match.group(2).decode("ascii", "replace").replace('""', '"')
 
 
@@ -161,7 +161,7 @@ class VisaEnds:
         try:
             self._manager: Any = pyvisa.ResourceManager()
         except (OSError, ValueError) as error:
-            raise FileError(str(address), f"there is no VISA library: {error}") from None
+            raise FileError(str(address), f"no VISA library was found: {error}") from None
         try:
             self._resource: Any = self._manager.open_resource(
                 address.where, read_termination="\n", write_termination="\n"

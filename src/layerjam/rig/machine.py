@@ -122,5 +122,5 @@ def check_brake(brake: Brake, end: float) -> None:
         raise QuantityError.of(
             "procedure",
             f"an elongation of {end * 1e3:g} mm is not allowed on a virtual crosshead; the sheets "
-            f"overlap by {brake.sheets.overlap * 1e3:g} mm",
+            f"overlap by only {brake.sheets.overlap * 1e3:g} mm",
         )

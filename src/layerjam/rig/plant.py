@@ -142,7 +142,7 @@ def read_hardware(address: Address) -> Hardware:
         raise QuantityError.of("address", f"second={second[:40]} is not 0 or 1")
     factor = parse(speed, "1", "address: speed")
     if not (factor == 0 or 0.01 <= factor <= 1000):
-        raise QuantityError.of("address", f"speed={speed} is not 0 or 0.01 to 1000")
+        raise QuantityError.of("address", f"speed={speed} must be 0 or from 0.01 to 1000")
     seed = options.get("seed", "0")
     if not seed.isdecimal():
         raise QuantityError.of("address", f"seed={seed[:40]} is not a whole number")

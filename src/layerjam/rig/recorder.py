@@ -115,7 +115,7 @@ class Recorder:
             except InstrumentError as error:
                 if error.code != -222:
                     raise
-                text = "the board no longer has them: a reset, or another recorder at work"
+                text = "the board no longer has the samples: a reset, or another recorder at work"
                 self.file.note("link", text, self.now)
         return block
 
@@ -285,7 +285,7 @@ def check_board(bench: Bench, file: RunFile) -> None:
     """Raise FileError if a file belongs to a different board."""
     serial, actual = file.meta.get("board", ""), _identity(bench)[2]
     if serial != actual:
-        raise FileError(file.path, f"is of the board {serial}, and {bench.address} is {actual}")
+        raise FileError(file.path, f"comes from board {serial}, but {bench.address} is {actual}")
 
 
 @accept_force
@@ -341,7 +341,7 @@ def _file(bench: Bench, out: Path, resume: bool, overwrite: bool) -> RunFile:
     try:
         check_board(bench, file)
         if file.meta.get("kind") != "log":
-            raise FileError(out, "is a run of a procedure; only a log can be resumed")
+            raise FileError(out, "contains a run of a procedure; only a log can be resumed")
         file.note("link", "recording continues")
     except BaseException:
         file.close()

@@ -59,16 +59,16 @@ def check_place(path: Path) -> None:
     if free < ROOM:
         raise FileError(
             path,
-            f"cannot be written: {free / 1e6:.1f} MB are free on its disk, and ten minutes of a "
-            f"run need {ROOM / 1e6:.0f} MB",
+            f"cannot be written: its disk has {free / 1e6:.1f} MB free, and a ten-minute run "
+            f"needs {ROOM / 1e6:.0f} MB",
         )
     with contextlib.suppress(OSError):
         kind = file_system(folder.resolve(), MOUNTS.read_text("utf-8", "replace"))
         if kind in FAR_AWAY:
             raise FileError(
                 path,
-                f"lies on a network file system ({kind}), which does not promise that data are on "
-                "disk; write to a local disk and copy the file afterwards",
+                f"is on a network file system ({kind}), which does not guarantee that data reach "
+                "the disk; write to a local disk and copy the file afterwards",
             )
 
 

@@ -346,7 +346,7 @@ async def _run(
     try:
         server = await asyncio.start_server(gateway.client, host, port)
     except OSError as error:
-        raise FileError(f"{host}:{port}", f"cannot be listened on: {error.strerror}") from None
+        raise FileError(f"{host}:{port}", f"cannot listen: {error.strerror}") from None
     jobs = {asyncio.create_task(gateway.down()), asyncio.create_task(end.wait())}
     with contextlib.ExitStack() as stack:
         if pty is not None:

@@ -25,7 +25,7 @@ from layerjam.units import exact_text, show
 
 WRAP = 1 << 32
 """Overflow of the clock in which a board states the time of a trigger [us]."""
-READY = "The accelerometer waits: let the mass fall."
+READY = "The accelerometer is armed: let the mass fall."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,7 +96,7 @@ def check_rig(rig: DropRig, bench: Bench, procedure: Procedure) -> None:
         if lasting < least_time:
             raise QuantityError.of(
                 "shot",
-                f"'{text}' is too short: a fall to {show(speed, 'm/s')} and its record "
+                f"'{text}' is too short: a fall that reaches {show(speed, 'm/s')} and its record "
                 f"need {show(least_time, 's')}",
             )
 
@@ -155,7 +155,7 @@ class Shots:
             speed=rig.speed,
             rope_stiffness=rig.rope_stiffness,
         )
-        self._file.note("note", f"a virtual mass falls; computed: {stop.outcome.name}")
+        self._file.note("note", f"a virtual mass falls; computed outcome: {stop.outcome.name}")
 
     def look(self, recorder: Recorder) -> None:
         """Query the accelerometer once per block of samples; fetch and store a complete record."""

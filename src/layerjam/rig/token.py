@@ -76,7 +76,7 @@ def read_token(file: str | Path) -> str:
     if os.name == "posix" and mode & 0o077:
         raise FileError(path, "others can read the token; protect it with chmod 600")
     if not re.fullmatch(r"[0-9a-zA-Z]{16,128}", text):
-        raise FileError(path, "a token is 16 to 128 letters and digits")
+        raise FileError(path, "a token must have 16 to 128 letters and digits")
     return text
 
 

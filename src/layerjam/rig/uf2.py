@@ -46,7 +46,7 @@ def encode_uf2(program: bytes, family: int) -> bytes:
 def decode_uf2(image: bytes, family: int, name: str) -> bytes:
     """Return the program in a UF2 file; ImageError if it does not fit this board."""
     if not image or len(image) % BLOCK:
-        raise ImageError(f"{name} is not a UF2 image: {len(image)} bytes are not blocks of {BLOCK}")
+        raise ImageError(f"{name} is not a UF2 image: {len(image)} bytes, not blocks of {BLOCK}")
     count = len(image) // BLOCK
     program = bytearray()
     for number in range(count):
@@ -55,12 +55,12 @@ def decode_uf2(image: bytes, family: int, name: str) -> bytes:
         if (first, second, block[-4:]) != (FIRST, SECOND, struct.pack("<I", LAST)):
             raise ImageError(f"{name} is not a UF2 image: block {number} lacks its markers")
         if not flags & HAS_FAMILY or kind != family:
-            raise ImageError(f"{name} is for another chip: family {kind:#010x}, not {family:#010x}")
+            raise ImageError(f"{name} is for chip family {kind:#010x}, not {family:#010x}")
         if (place, blocks) != (number, count):
-            raise ImageError(f"{name} is incomplete: block {place} of {blocks} at place {number}")
+            raise ImageError(f"{name} is incomplete: block {place} of {blocks} at index {number}")
         if size != PAYLOAD or address != FLASH + number * PAYLOAD:
-            raise ImageError(f"{name} does not fill the flash from its beginning: {address:#010x}")
+            raise ImageError(f"{name} does not fill the flash from its start: {address:#010x}")
         program += block[32 : 32 + size]
     if len(program) > FLASH_BYTES:
-        raise ImageError(f"{name} has {len(program)} bytes, the flash {FLASH_BYTES}")
+        raise ImageError(f"{name} has {len(program)} bytes, but the flash has {FLASH_BYTES}")
     return bytes(program)

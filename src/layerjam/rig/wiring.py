@@ -30,14 +30,14 @@ class Pins:
     """GP numbers, which differ from the pin numbers of the socket."""
 
     pump_gate: int = gp("the pump's transistor")
-    pump_back_gate: int = gp("the second side of an H-bridge, for a pump that runs both ways")
+    pump_back_gate: int = gp("the second side of an H-bridge, for a reversible pump")
     vent_gate: int = gp("the vent valve's transistor")
-    estop_sense: int = gp("the sense of the emergency stop: high while there is power behind it")
+    estop_sense: int = gp("the sense line of the emergency stop, high while the stop passes power")
     sync_out: int = gp("the marker output to a test machine")
     trigger_in: int = gp("the contact that starts a capture")
-    led_out: int = gp("the lamp")
-    supply_adc: int = gp("the supply of pump and valve, divided")
-    spi_miso: int = gp("the sensor's data")
+    led_out: int = gp("the indicator lamp")
+    supply_adc: int = gp("the divided supply voltage of the pump and the valve")
+    spi_miso: int = gp("the sensor's data line")
     spi_cs: int = gp("the sensor's chip select")
     spi_sck: int = gp("the sensor's clock")
     spi_mosi: int = gp("the data output, which the sensor ignores")
@@ -51,23 +51,23 @@ class Wiring:
 
     pump_frequency: float = quantity("Hz", "switching frequency of the pump", lo=10, hi=1e5)
     reference_voltage: float = quantity("V", "full scale of the converter", lo=1.0, hi=3.6)
-    supply_ratio: float = quantity("1", "divider between supply and converter", lo=1, hi=20)
-    least_supply: float = quantity("V", "least supply voltage of pump and valve", lo=1.0, hi=30)
+    supply_ratio: float = quantity("1", "ratio of supply to converter voltage", lo=1, hi=20)
+    least_supply: float = quantity("V", "minimum supply voltage of pump and valve", lo=1.0, hi=30)
     sensor_kind: str = value(TextSpec(text="kind of pressure sensor", choices=("hsc", "adc")))
     sensor_range: float = like(spec_of(Sensor, "range"))
     sensor_zero: float | None = quantity(
-        "1", "output of an analogue sensor at zero vacuum, as a share of the converter's range",
+        "1", "output of an analogue sensor at zero vacuum, as a fraction of the converter's range",
         hi=1, default=None,
     )  # fmt: skip
     sensor_full: float | None = quantity(
-        "1", "output at sensor_range, as a share of the converter's range", hi=1, default=None
+        "1", "output at sensor_range, as a fraction of the converter's range", hi=1, default=None
     )
     accelerometer_zero: float | None = quantity(
-        "1", "output of the accelerometer at 0 g, as a share of the converter's range",
+        "1", "output of the accelerometer at 0 g, as a fraction of the converter's range",
         hi=1, default=None,
     )  # fmt: skip
     accelerometer_full: float | None = quantity(
-        "1", "output at accelerometer_range, as a share of the converter's range",
+        "1", "output at accelerometer_range, as a fraction of the converter's range",
         hi=1, default=None,
     )  # fmt: skip
     accelerometer_range: float | None = like(spec_of(Accelerometer, "range"), default=None)
@@ -91,14 +91,14 @@ def validate(wiring: Wiring) -> None:
     zero, full = wiring.sensor_zero, wiring.sensor_full
     if wiring.sensor_kind == "adc" and (zero is None or full is None or zero == full):
         raise QuantityError.of(
-            "sensor_full", "an analogue sensor needs sensor_zero and sensor_full, two numbers"
+            "sensor_full", "an analogue sensor needs different sensor_zero and sensor_full"
         )
     numbers = (wiring.accelerometer_zero, wiring.accelerometer_full, wiring.accelerometer_range)
     if numbers != (None, None, None) and (None in numbers or numbers[0] == numbers[1]):
         raise QuantityError.of(
             "accelerometer_full",
-            "an accelerometer needs accelerometer_zero, accelerometer_full, which is another "
-            "number, and accelerometer_range",
+            "an accelerometer needs accelerometer_zero, a different accelerometer_full, and "
+            "accelerometer_range",
         )
 
 

@@ -138,7 +138,7 @@ class Bench:
         """Raise -221 in any state other than SAFE."""
         if self.state != SAFE:
             hint = CLEAR if self.state == FAULT else ""
-            raise ScpiError(-221, "only in SAFE, and this is " + STATES[self.state] + hint)
+            raise ScpiError(-221, "only in SAFE, but the state is " + STATES[self.state] + hint)
 
     def renew(self, session, commands: bool) -> None:
         """Restart the lease after a line from the commanding client.
@@ -203,7 +203,7 @@ class Bench:
         """Return the reason why pump and valve have no power, or ""."""
         is_stopped = self.hal.estop()
         if not self.hal.supply():
-            return "the supply of pump and valve is low or off"
+            return "the supply of the pump and the valve is low or off"
         return "the emergency stop is open" if is_stopped else ""
 
     def why_not(self) -> str:
@@ -218,12 +218,12 @@ class Bench:
         if (settings.safe == RELEASE) != (settings.rest == OPEN):
             return "without power the vent does not go to the safe state"
         if settings.law is None:
-            return "no regulator; CONT:LAW"
+            return "no regulator; CONT:LAW sets one"
         if settings.law[0][14] != (1.0 if settings.safe == RELEASE else 0.0):
-            return "the regulator's safe state is another than OUTP:SAFE"
+            return "the regulator's safe state differs from OUTP:SAFE"
         watch = settings.law[1]
         if not watch[5] <= self.reading < watch[6]:
-            return "the sensor shows no vacuum within its range"
+            return "the sensor reading is out of range"
         power_loss = self.without_power()
         if power_loss:
             return power_loss
@@ -251,7 +251,7 @@ class Bench:
             self.only_in_safe()
             self.allowed = DRIVEN
         elif time * 1e6 > self.allowed:
-            raise ScpiError(-221, "%.2f s of driving are left" % (self.allowed * 1e-6))
+            raise ScpiError(-221, "only %.2f s of driving are left" % (self.allowed * 1e-6))
         if not self.settings.rest:
             raise ScpiError(-221, "OUTP:VENT:REST is not declared")
         power_loss = self.without_power()

@@ -58,16 +58,16 @@ class Capture:
     def at_rest(self) -> None:
         """Raise an error during a capture, because the command would change it."""
         if self.busy():
-            raise ScpiError(-221, "a capture waits or runs; ABOR")
+            raise ScpiError(-221, "a capture is waiting or running; send ABOR")
 
     def start(self) -> None:
         """Start sampling and wait for the trigger."""
         if self.busy():
-            raise ScpiError(-213, "a capture waits or runs")
+            raise ScpiError(-213, "a capture is waiting or running")
         if not hasattr(self.hal, "capture_start"):
             raise ScpiError(-241, "no accelerometer")
         if self.rate * (self.before + self.after + SPARE) > ROOM:
-            raise ScpiError(-221, "rate, PRE and POST make more than %d samples" % ROOM)
+            raise ScpiError(-221, "rate, PRE and POST need more than %d samples" % ROOM)
         self.hal.capture_start(self.rate)
         self.scale = self.hal.capture_scale()
         self.state = WAITING
@@ -79,7 +79,7 @@ class Capture:
     def trigger(self) -> None:
         """Trigger the capture (`*TRG`)."""
         if self.state != WAITING or self.source != BUS:
-            raise ScpiError(-211, "nothing waits for one")
+            raise ScpiError(-211, "no capture is waiting for a trigger")
         self.asked = True
 
     def tick(self, micros: int) -> bool:
@@ -161,7 +161,7 @@ class Capture:
     def data(self, first: int, count: int) -> bytes:
         """Return `count` samples of the record starting with `first`, int16, little-endian."""
         if self.state != DONE:
-            raise ScpiError(-230, "no record; this is " + STATES[self.state])
+            raise ScpiError(-230, "no record; the state is " + STATES[self.state])
         size = self.end - self.first
         if not (first < size and first + count <= size):
             raise ScpiError(-222, "the record has %d samples" % size)

@@ -90,11 +90,11 @@ def sync(bench, session, switch: int) -> None:
 def law_set(bench, session, text: str, check: str) -> None:
     raw, crc = bytes_of(text), bytes_of(check)
     if raw is None or crc is None:
-        raise ScpiError(-230, "the law is hexadecimal")
+        raise ScpiError(-230, "the law must be hexadecimal")
     if len(raw) != 8 * store.LAW:
-        raise ScpiError(-230, "the law has %d hexadecimal digits" % (16 * store.LAW))
+        raise ScpiError(-230, "the law must have %d hexadecimal digits" % (16 * store.LAW))
     if crc != struct.pack(">I", binascii.crc32(raw)):
-        raise ScpiError(-230, "the checksum is another")
+        raise ScpiError(-230, "the checksum does not match")
     law, wrong = store.law_of(raw)
     if wrong:
         raise ScpiError(-222, wrong)
@@ -113,9 +113,9 @@ def law_now(bench, session) -> str:
 def zero(bench, session) -> None:
     law = bench.settings.law
     if law is None or bench.vented <= law[1][15]:
-        raise ScpiError(-221, "the vent is not open for long enough")
+        raise ScpiError(-221, "the vent has not been open for long enough")
     if not abs(bench.reading) <= 0.05 * law[1][6]:
-        raise ScpiError(-222, "the zero is within 5 % of the sensor's range")
+        raise ScpiError(-222, "the zero must be within 5 % of the sensor's range")
     bench.settings.offset += bench.reading / bench.settings.gain
 
 
@@ -157,7 +157,7 @@ def acknowledge(bench, session, seq: int) -> None:
     ring = bench.ring
     if not ring.acknowledge(seq, session.number):
         first = ring.place(session.number)
-        raise ScpiError(-222, "seq is %d to %d" % (first, ring.next - 1))
+        raise ScpiError(-222, "seq must be %d to %d" % (first, ring.next - 1))
 
 
 def stream_next(bench, session) -> int:

@@ -146,7 +146,7 @@ def memory(bench, session) -> str:
 
 def settings_store(bench, session) -> None:
     if bench.hal.since_save() < 1000000:
-        raise ScpiError(-221, "settings are stored once a second at most")
+        raise ScpiError(-221, "settings are stored at most once a second")
     store.save(bench.hal, bench.settings)
     bench.trouble = 0
 

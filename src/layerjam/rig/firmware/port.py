@@ -105,7 +105,7 @@ class Port:
             if len(self.later) < LATER:
                 self.later.append(line)
             else:
-                self.bench.sessions[PLAIN].push(-363, "%d lines wait for *OPC? or *WAI" % LATER)
+                self.bench.sessions[PLAIN].push(-363, "%d lines await *OPC? or *WAI" % LATER)
             return
         answer = self.execute(line, PLAIN)
         if answer and answer != frame.PENDING:
@@ -140,7 +140,7 @@ class Port:
         if line == frame.PENDING:
             pending, session.held = session.held, None
         if len(line) > LONGEST:
-            session.push(-363, "a line has at most %d bytes" % LONGEST)
+            session.push(-363, "a line may have at most %d bytes" % LONGEST)
             return b""
         answer, error, commands = scpi.run(self.root, line, self.bench, session, pending)
         if error is not None:
@@ -154,7 +154,7 @@ class Port:
         if framed:
             self.spoilt()
         else:
-            self.bench.sessions[PLAIN].push(-363, "a line has at most %d bytes" % LONGEST)
+            self.bench.sessions[PLAIN].push(-363, "a line may have at most %d bytes" % LONGEST)
 
     def spoilt(self) -> None:
         """Ignore a damaged frame; ten of them within ten seconds are reported."""

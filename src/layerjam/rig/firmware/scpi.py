@@ -148,20 +148,20 @@ class Number:
         if integer is None:
             end = numeral(text)
             if not end:
-                raise ScpiError(-104, self.name + " is a number")
+                raise ScpiError(-104, self.name + " must be a number")
             suffix, value = text[end:].strip().upper(), float(text[:end])
         if suffix:
             if not self.unit:
-                raise ScpiError(-138, self.name + " takes no unit")
+                raise ScpiError(-138, self.name + " has no unit")
             factor = SUFFIXES[self.unit].get(suffix)
             if factor is None:
-                raise ScpiError(-131, self.name + " is in " + self.unit)
+                raise ScpiError(-131, self.name + " must be in " + self.unit)
             value *= factor
         lo, hi = limit(self.lo, bench), limit(self.hi, bench)
         if not lo <= value <= hi:
             if self.empty and hi <= lo < value:
                 raise ScpiError(-221, self.empty)
-            raise ScpiError(-222, "%s is %.9g to %.9g %s" % (self.name, lo, hi, self.unit))
+            raise ScpiError(-222, "%s must be %.9g to %.9g %s" % (self.name, lo, hi, self.unit))
         return int(value + 0.5 if value >= 0 else value - 0.5) if self.whole else value
 
 
@@ -195,12 +195,12 @@ class Text:
     def read(self, text: str, bench) -> object:
         """Return the text between the quotes, with doubled quotes reduced to single ones."""
         if text[:1] not in ("'", '"'):
-            raise ScpiError(-104, self.name + " is a quoted string")
+            raise ScpiError(-104, self.name + " must be a quoted string")
         if len(text) < 2 or text[-1] != text[0]:
             raise ScpiError(-151, self.name)
         inner = text[1:-1].replace(text[0] * 2, text[0])
         if len(inner) > self.most:
-            raise ScpiError(-222, "%s has at most %d characters" % (self.name, self.most))
+            raise ScpiError(-222, "%s may have at most %d characters" % (self.name, self.most))
         return inner
 
 

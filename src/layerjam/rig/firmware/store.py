@@ -59,9 +59,9 @@ def law_of(raw: bytes) -> tuple:
     for place, value in enumerate(numbers):
         lo, hi = LIMITS[place]
         if not lo <= value <= hi or math.isnan(value):
-            return None, "number %d of the law is %g to %g" % (place, lo, hi)
+            return None, "number %d of the law must be %g to %g" % (place, lo, hi)
         if place in INTEGER_PLACES and value != int(value):
-            return None, "number %d of the law is whole" % place
+            return None, "number %d of the law must be an integer" % place
     return (tuple(numbers[:REGULATOR]), tuple(numbers[REGULATOR:])), ""
 
 
