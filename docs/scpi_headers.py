@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from layerjam.rig.board import stage
+from layerjam.rig.board import write_firmware
 
 NOTES = Path(__file__).with_name("scpi_headers.toml")
 REACH = "reach"
@@ -65,7 +65,7 @@ class Header:
 def headers() -> list[Header]:
     """Return all headers, in the order of NOTES; KeyError for one that has no note."""
     with tempfile.TemporaryDirectory(prefix="layerjam-headers-") as folder:
-        stage(Path(folder))
+        write_firmware(Path(folder))
         process = subprocess.run(
             [sys.executable, "-S", "-E", "-s", "-B", "-c", SCRIPT, folder],
             capture_output=True,

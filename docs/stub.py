@@ -222,7 +222,7 @@ def stub() -> str:
             else:
                 imports.append(f"from {module} import {alias.name} as {public}")
     imports += [f"from {m} import {name[1:]} as {name}" for name, m in made.imports.items()]
-    laws = layerjam._names("laws.py").keys() - set(layerjam.__all__)
+    laws = layerjam._read_names("laws.py").keys() - set(layerjam.__all__)
     imports += [f"from layerjam.laws import {name} as {name}" for name in laws]
     # as an expression: mkdocstrings would take an assignment for all that the folder holds
     pairs = layerjam._FOLDERS.items()
