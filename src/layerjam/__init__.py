@@ -43,7 +43,7 @@ _FOLDERS = {"design": "design_brake", "report": "write_report"}
 """Subpackages that share the name of a command; calling such a module runs the command."""
 
 
-def _names(file: str) -> dict[str, tuple[str, str]]:
+def _read_names(file: str) -> dict[str, tuple[str, str]]:
     """Return {name: (module, name there)} of the names that a file of imports defines."""
     tree = ast.parse(Path(__file__).with_name(file).read_text(encoding="utf-8"))
     return {
@@ -54,7 +54,7 @@ def _names(file: str) -> dict[str, tuple[str, str]]:
     }
 
 
-_EXPORTS = _names("_names.pyi")
+_EXPORTS = _read_names("_names.pyi")
 _OLD = {
     entry.split(":")[0]: (module, entry.split(":")[-1])
     for module, entries in _FORMER.items()
@@ -96,4 +96,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*__all__, *_FOLDERS, *_names("laws.py")})
+    return sorted({*__all__, *_FOLDERS, *_read_names("laws.py")})

@@ -36,11 +36,11 @@ def check_name(path: PurePath) -> None:
     Call this first, because on Windows the name of a device counts as an existing file.
     """
     for name in path.parts[bool(path.anchor) :] if WINDOWS else ():
-        if name != ".." and (problem := _refusal(name)):
+        if name != ".." and (problem := _explain_refusal(name)):
             raise FileError(path, f"cannot be written: {problem}")
 
 
-def _refusal(name: str) -> str | None:
+def _explain_refusal(name: str) -> str | None:
     """Return the reason why Windows rejects a name, or None.
 
     A device name is reserved with any extension: text written to `con.toml` goes to the console.
@@ -64,10 +64,10 @@ def report_failure(path: str | PurePath, problem: str) -> Iterator[None]:
         if not (isinstance(error, OSError) or is_name):
             raise
         place = PurePath(getattr(error, "filename2", None) or path)
-        raise FileError(str(path)[:200], f"{problem}: {_reason(error, place)}") from None
+        raise FileError(str(path)[:200], f"{problem}: {_describe_error(error, place)}") from None
 
 
-def _reason(error: Exception, path: PurePath) -> str:
+def _describe_error(error: Exception, path: PurePath) -> str:
     """Return the system's message, with a hint if the system is Windows."""
     message = getattr(error, "strerror", None) or str(error)
     if not WINDOWS:

@@ -54,7 +54,7 @@ def parse(text: object, si: str, name: str) -> float:
     dimension, or if the text is not a finite number.
     """
     if si == "1" and isinstance(text, int | float) and not isinstance(text, bool):
-        return _finite(float(text) if abs(text) < 1e300 else math.inf, text, name)
+        return _check_finite(float(text) if abs(text) < 1e300 else math.inf, text, name)
     if not isinstance(text, str):
         if isinstance(text, int | float) and not isinstance(text, bool):
             raise QuantityError.of(
@@ -84,10 +84,10 @@ def parse(text: object, si: str, name: str) -> float:
         value = math.inf
     if exact and not value:
         raise QuantityError.of(name, f"{abbreviate(text)} is too small a number")
-    return _finite(value, text, name)
+    return _check_finite(value, text, name)
 
 
-def _finite(value: float, text: object, name: str) -> float:
+def _check_finite(value: float, text: object, name: str) -> float:
     if not math.isfinite(value):
         raise QuantityError.of(name, f"{abbreviate(text)} is not a finite number")
     return value
@@ -153,12 +153,12 @@ def exact_text(value: float, si: str) -> str:
         return repr(value)
     usual = (*shown_units(si), *("mm/min" for _ in range(si == "m/s")))
     units = dict.fromkeys((show(value, si).split(" ", 1)[1], *usual, si))
-    texts = [text for unit in units if (text := _exact_in(value, unit, si))]
+    texts = [text for unit in units if (text := _exact_in_unit(value, unit, si))]
     # prefer a usual unit, even if the text is a few characters longer
     return next((t for t in texts if len(t) <= min(map(len, texts)) + 4), f"{value!r} {si}")
 
 
-def _exact_in(value: float, unit: str, si: str) -> str | None:
+def _exact_in_unit(value: float, unit: str, si: str) -> str | None:
     """Return the shortest text in one unit, or None if even 17 digits do not give the value."""
     factor = unit_factor(unit, si) or Fraction(1)
     number = float(Fraction(value) / factor)
@@ -344,13 +344,13 @@ def record(cls: type[T]) -> type[T]:
     value. Values traced by JAX are not checked, nor are numbers from layerjam's own code, such as
     steps of a fit. The `validate` method of the class detects contradictory fields.
     """
-    cls.__post_init__ = _take_quantities  # type: ignore[attr-defined]
+    cls.__post_init__ = _convert_quantities  # type: ignore[attr-defined]
     dataclass_type = explain_arguments(dataclass(frozen=True, kw_only=True)(cls))
     RECORDS.append(dataclass_type)
     return dataclass_type
 
 
-def _take_quantities(rec: Any) -> None:
+def _convert_quantities(rec: Any) -> None:
     """Check the fields of a new record, and convert text and quantity objects to SI numbers."""
     frame: Any = sys._getframe(3)
     while frame.f_globals.get("__name__") in ("dataclasses", "copy"):
@@ -371,13 +371,13 @@ def _take_quantities(rec: Any) -> None:
             object.__setattr__(rec, name, values)
         else:
             object.__setattr__(rec, name, spec.si(value, name))
-    if hasattr(rec, "validate") and not _holds_arrays(rec):
+    if hasattr(rec, "validate") and not _has_arrays(rec):
         rec.validate()
 
 
-def _holds_arrays(value: Any) -> bool:
+def _has_arrays(value: Any) -> bool:
     if is_dataclass(value):
-        return any(_holds_arrays(getattr(value, f.name)) for f in fields(value))
+        return any(_has_arrays(getattr(value, f.name)) for f in fields(value))
     return getattr(value, "ndim", 0) > 0 or is_traced(value)
 
 

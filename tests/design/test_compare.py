@@ -12,7 +12,7 @@ from tests.strategies import KAPTON
 from layerjam.commands.compare import compare
 from layerjam.commands.predict import show
 from layerjam.design.force_density import one_more_sheet, peak_force, sheet_line, with_sheets
-from layerjam.design.published import published_devices, read_published
+from layerjam.design.published import published_devices, read_published_devices
 from layerjam.device.brake import mass, sheet_mass
 from layerjam.device.load import load
 from layerjam.errors import FileError, QuantityError, UnknownNameError
@@ -127,7 +127,7 @@ def test_friction_that_was_not_measured_is_said() -> None:
 
 
 def test_a_torque_becomes_a_force_at_its_lever() -> None:
-    found = read_published(GOOD, "x.toml")
+    found = read_published_devices(GOOD, "x.toml")
     (one,) = found.devices
     assert one.force == pytest.approx(3 / 0.06) and one.density == pytest.approx(25)
     assert "half of its diameter" in one.source() and "'2 kg, 3 N m'" in one.source()
@@ -164,7 +164,7 @@ def test_the_catalogue_names_a_source_and_words_for_every_number() -> None:
 def test_a_catalogue_that_says_too_little_is_refused(old: str, new: str, said: str) -> None:
     assert old in GOOD
     with pytest.raises(FileError, match=said):
-        read_published(GOOD.replace(old, new), "x.toml")
+        read_published_devices(GOOD.replace(old, new), "x.toml")
 
 
 def test_the_picture_is_drawn(tmp_path: Path) -> None:

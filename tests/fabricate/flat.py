@@ -11,7 +11,7 @@ import shapely
 from ezdxf.document import Drawing
 from hypothesis import strategies as st
 
-from layerjam.fabricate.outline import Outline, sheet
+from layerjam.fabricate.outline import Outline, make_sheet
 
 
 @st.composite
@@ -20,7 +20,7 @@ def sheets(draw: st.DrawFn) -> Outline:
     width = draw(st.floats(8, 100))
     clamped = draw(st.floats(6, 30))
     screws = draw(st.integers(1, max(1, int(width / 10))))
-    return sheet(
+    return make_sheet(
         clamped + width + draw(st.floats(0, 400)),
         width,
         clamp_length=clamped,

@@ -13,10 +13,10 @@ from hypothesis import given, settings
 
 from fabricate.flat import of_bulges, opened, sheets
 from layerjam.fabricate.dxf import Frame, write_dxf
-from layerjam.fabricate.jigs import coupon
-from layerjam.fabricate.outline import Outline, sheet
+from layerjam.fabricate.jigs import make_coupon
+from layerjam.fabricate.outline import Outline, make_sheet
 
-SHEET = sheet(85, 13, clamp_length=6, hole=3)
+SHEET = make_sheet(85, 13, clamp_length=6, hole=3)
 
 
 @settings(max_examples=15)
@@ -65,7 +65,7 @@ def test_a_frame_says_the_unit_and_is_not_cut() -> None:
 def test_no_line_is_cut_twice() -> None:
     """Of every two lines, none lies on the other; the comb's end on its frame."""
     lines = []
-    for part in coupon(3.0, 3.0):
+    for part in make_coupon(3.0, 3.0):
         ring = shapely.LinearRing(part.points())
         lines += [shapely.LineString(pair) for pair in pairwise(ring.coords)]
         lines += [shapely.LineString(cut) for cut in part.cuts]

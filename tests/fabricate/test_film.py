@@ -16,7 +16,7 @@ from layerjam.device.workshop import Build
 from layerjam.errors import FileError, QuantityError
 from layerjam.fabricate.checks import check_drawable
 from layerjam.fabricate.choices import resolve_choices
-from layerjam.fabricate.film import Film, lay_out_film, more_files
+from layerjam.fabricate.film import Film, auxiliary_files, lay_out_film
 from layerjam.fabricate.lengths import CannotBuildError, compute_lengths
 from layerjam.fabricate.verdicts import Check, refusals
 
@@ -222,9 +222,9 @@ def test_lifting_a_never_is_said_in_every_file() -> None:
 def test_what_is_no_film() -> None:
     chosen = resolve_choices(KAPTON).build
     drawn = compute_lengths(KAPTON.brake, chosen)
-    files = more_files(chosen, drawn, parallel=3, series=2, coupons=True)
+    files = auxiliary_files(chosen, drawn, parallel=3, series=2, coupons=True)
     assert set(files) == {f"cut/{name}.dxf" for name in ("jig", "yoke", "link", "coupon")}
-    assert set(more_files(chosen, drawn, 1, 1, False)) == {"cut/jig.dxf"}
+    assert set(auxiliary_files(chosen, drawn, 1, 1, False)) == {"cut/jig.dxf"}
 
     def holes(name: str) -> list[float]:
         space = opened(files[f"cut/{name}.dxf"]).modelspace()

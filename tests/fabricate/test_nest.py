@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from layerjam.fabricate.nest import CutPart, Piece, find_too_large, nest_parts, nest_smallest
-from layerjam.fabricate.outline import Outline, sheet, spacer
+from layerjam.fabricate.outline import Outline, make_sheet, make_spacer
 
 
 @st.composite
@@ -19,9 +19,9 @@ def wanted(draw: st.DrawFn) -> list[CutPart]:
     clamps = [draw(st.floats(6, 20)), draw(st.floats(6, 20))]
     parts = []
     for side, (long, clamped) in enumerate(zip(lengths, clamps, strict=True)):
-        shape = sheet(long, width, clamp_length=clamped, hole=2.5, tip_radius=1)
+        shape = make_sheet(long, width, clamp_length=clamped, hole=2.5, tip_radius=1)
         parts.append(CutPart(f"sheet-{side}", shape.add_kerf(kerf), (count + 1 - side) // 2))
-        filler = spacer(clamped, width, hole=2.5)
+        filler = make_spacer(clamped, width, hole=2.5)
         parts.append(CutPart(f"spacer-{side}", filler.add_kerf(kerf), (count + side) // 2))
     return parts
 
@@ -75,8 +75,8 @@ def test_on_the_least_rectangle(parts: list[CutPart], margin: float, gap: float)
 
 def test_the_paper_s_brake_fits_a_sheet_of_office_paper() -> None:
     parts = [
-        CutPart("sheet", sheet(85, 13, clamp_length=6, hole=3), 11),
-        CutPart("spacer", spacer(6, 13, hole=3), 11),
+        CutPart("sheet", make_sheet(85, 13, clamp_length=6, hole=3), 11),
+        CutPart("spacer", make_spacer(6, 13, hole=3), 11),
     ]
     (piece,) = nest_smallest(parts, margin=5, gap=3, bounds=(1169, 797))
     assert piece.length < 210 and piece.width < 297
@@ -86,7 +86,7 @@ def test_the_paper_s_brake_fits_a_sheet_of_office_paper() -> None:
 
 
 def test_a_part_that_no_stock_holds_is_named() -> None:
-    part = CutPart("sheet", sheet(85, 13, clamp_length=6, hole=3), 2)
+    part = CutPart("sheet", make_sheet(85, 13, clamp_length=6, hole=3), 2)
     assert find_too_large([part], (95, 23), 5) is None
     assert find_too_large([part], (90, 23), 5) == ("sheet", "length", 5)
     assert find_too_large([part], (95, 20), 5) == ("sheet", "width", 3)
@@ -98,6 +98,6 @@ def test_a_part_that_no_stock_holds_is_named() -> None:
 
 
 def test_many_sheets_take_a_moment() -> None:
-    part: Outline = sheet(300, 100, clamp_length=10, hole=3)
+    part: Outline = make_sheet(300, 100, clamp_length=10, hole=3)
     pieces = nest_parts([CutPart("sheet", part, 3000)], stock=(640, 450), margin=5, gap=3)
     assert len(pieces) == 375

@@ -11,16 +11,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fabricate.flat import of_bulges, polygon, sheets
-from layerjam.fabricate.jigs import RIM, coupon, jig, link, yoke
-from layerjam.fabricate.outline import Outline, bounding_box, sheet, spacer
+from layerjam.fabricate.jigs import RIM, make_coupon, make_jig, make_link, make_yoke
+from layerjam.fabricate.outline import Outline, bounding_box, make_sheet, make_spacer
 
 
 def test_the_paper_s_sheet_has_the_specification_s_numbers() -> None:
-    part = sheet(85, 13, clamp_length=6, hole=3)
+    part = make_sheet(85, 13, clamp_length=6, hole=3)
     assert part.area() == pytest.approx(1097.39491, abs=5e-6)
     assert part.cut_length() == pytest.approx(204.13717, abs=5e-6)
     # 0.0255 g each of 0.254 mm film of 1420 kg/m³, as the specification's table has it
-    assert spacer(6, 13, hole=3).area() * 0.254 * 1.42e-3 == pytest.approx(0.0255, abs=5e-5)
+    assert make_spacer(6, 13, hole=3).area() * 0.254 * 1.42e-3 == pytest.approx(0.0255, abs=5e-5)
 
 
 @given(sheets())
@@ -70,17 +70,17 @@ def test_the_kerf_is_an_exact_offset(part: Outline, kerf: float) -> None:
 
 
 def test_no_kerf_changes_nothing() -> None:
-    part = sheet(85, 13, clamp_length=6, hole=3)
+    part = make_sheet(85, 13, clamp_length=6, hole=3)
     assert part.add_kerf(0.0) is part
 
 
 def test_holes_stand_in_a_row_across_the_clamp() -> None:
-    part = sheet(85, 40, clamp_length=8, hole=3, screws=4)
+    part = make_sheet(85, 40, clamp_length=8, hole=3, screws=4)
     assert [(h.x, h.y) for h in part.holes] == [(4, -15), (4, -5), (4, 5), (4, 15)]
 
 
 def test_where_two_arcs_meet_no_line_has_no_length() -> None:
-    part = spacer(6, 13, hole=2, clamp_radius=3)
+    part = make_spacer(6, 13, hole=2, clamp_radius=3)
     path = part.path()
     assert len(path) == 6 and sum(v.bulge > 0 for v in path) == 4
     area, length = of_bulges([tuple(v) for v in path])
@@ -89,7 +89,7 @@ def test_where_two_arcs_meet_no_line_has_no_length() -> None:
 
 
 def test_a_part_moves_as_a_whole() -> None:
-    comb = coupon(3.0, 3.0)[1]
+    comb = make_coupon(3.0, 3.0)[1]
     moved = comb.translate(5, -2)
     assert moved.box() == pytest.approx(
         [a + b for a, b in zip(comb.box(), (5, -2) * 2, strict=True)]
@@ -102,7 +102,7 @@ def test_a_part_moves_as_a_whole() -> None:
 
 @pytest.mark.parametrize("count", [1, 2, 3, 5])
 def test_a_yoke_s_eye_hangs_in_the_middle_and_meets_no_pin(count: int) -> None:
-    part = yoke(count, 21.8, 6.1)
+    part = make_yoke(count, 21.8, 6.1)
     *pins, eye = part.holes
     assert part.length == pytest.approx((count - 1) * 21.8 + 20)
     assert sum(h.x for h in pins) / count == pytest.approx(eye.x)
@@ -112,9 +112,9 @@ def test_a_yoke_s_eye_hangs_in_the_middle_and_meets_no_pin(count: int) -> None:
 
 
 def test_link_and_jig_hold_the_pins_where_they_belong() -> None:
-    joint = link(12.0, 3.0, 6.1)
+    joint = make_link(12.0, 3.0, 6.1)
     assert joint.holes[1].x - joint.holes[0].x == 15
-    board = jig(154.4, 6.1)
+    board = make_jig(154.4, 6.1)
     assert board.holes[1].x - board.holes[0].x == pytest.approx(154.4)
     _inside(joint)
     _inside(board)
@@ -128,7 +128,7 @@ def _inside(part: Outline) -> None:
 
 
 def test_the_comb_leaves_eleven_kerfs() -> None:
-    comb, kerf = coupon(3.0, 3.0)[1], 0.2
+    comb, kerf = make_coupon(3.0, 3.0)[1], 0.2
     lines = shapely.union_all(
         [shapely.Polygon(comb.points()).exterior, *(shapely.LineString(c) for c in comb.cuts)]
     )
@@ -141,7 +141,7 @@ def test_the_comb_leaves_eleven_kerfs() -> None:
 
 
 def test_no_coupon_touches_another() -> None:
-    parts = coupon(3.0, 3.0)
+    parts = make_coupon(3.0, 3.0)
     shapes = [shapely.Polygon(part.points()) for part in parts]
     for i, one in enumerate(shapes):
         assert all(one.distance(other) > 2.9 for other in shapes[i + 1 :])

@@ -11,11 +11,11 @@ import pytest
 import trimesh
 
 from built_parts import parts_of
-from layerjam.fabricate.mesh import mesh
+from layerjam.fabricate.mesh import make_mesh
 from layerjam.fabricate.package import write_3mf, write_stl
 
 PARTS = {name: part for name, part in parts_of().items() if part.printed}
-MESHES = [mesh(part.solid) for part in PARTS.values()]
+MESHES = [make_mesh(part.solid) for part in PARTS.values()]
 
 
 def objects(data: bytes) -> tuple[list, list[str]]:

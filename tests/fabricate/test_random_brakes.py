@@ -11,7 +11,7 @@ from layerjam.device.workshop import Build
 from layerjam.errors import LayerjamError
 from layerjam.fabricate import checks
 from layerjam.fabricate.lengths import Lengths, compute_lengths
-from layerjam.fabricate.mesh import mesh
+from layerjam.fabricate.mesh import make_mesh
 from layerjam.fabricate.parts import Part, make_parts
 from layerjam.fabricate.step import write_step
 
@@ -53,7 +53,7 @@ def check(brake: Brake) -> bool:
         return False
     found, all_parts = made
     for part in all_parts:
-        surface = mesh(part.solid)
+        surface = make_mesh(part.solid)
         assert surface.handles == through(part.name, found), part.name
         assert surface.volume == pytest.approx(part.solid.volume, rel=1e-3), part.name
     return True

@@ -9,8 +9,8 @@ import pytest
 
 from built_parts import KAPTON, lengths_of, parts_of, read_step
 from layerjam.device.workshop import Build
-from layerjam.fabricate.mesh import mesh
-from layerjam.fabricate.mould import casting
+from layerjam.fabricate.mesh import make_mesh
+from layerjam.fabricate.mould import make_casting
 from layerjam.fabricate.solid import Box, Ellipse, Solid, add, cut
 from layerjam.fabricate.step import write_step
 
@@ -27,7 +27,7 @@ def test_volumes_of_the_specification() -> None:
     assert set(found) == set(printed)
     for name, volume in printed.items():
         assert found[name].solid.volume == pytest.approx(volume, abs=5.1e-6), name
-    assert casting(lengths_of()).volume == pytest.approx(4839.968, abs=1e-6)
+    assert make_casting(lengths_of()).volume == pytest.approx(4839.968, abs=1e-6)
 
 
 def sampled(part: Solid, count: int, seed: int) -> tuple[float, float]:
@@ -74,7 +74,7 @@ def test_the_crossing_of_two_bores_is_taken_once() -> None:
 @pytest.mark.parametrize("name", sorted(THROUGH))
 def test_the_mesh_is_closed_and_has_its_holes(name: str) -> None:
     part = parts_of()[name].solid
-    made = mesh(part)
+    made = make_mesh(part)
     assert made.handles == THROUGH[name]
     assert made.volume == pytest.approx(part.volume, rel=1e-3)
     low, high = part.bounds
@@ -87,7 +87,7 @@ def test_the_mesh_is_closed_and_has_its_holes(name: str) -> None:
     )
     _, counts = np.unique(edges, axis=0, return_counts=True)
     assert (counts == 2).all()
-    again = mesh(part)
+    again = make_mesh(part)
     assert np.array_equal(made.corners, again.corners)
     assert np.array_equal(made.triangles, again.triangles)
 
@@ -97,7 +97,7 @@ def test_two_cuts_in_one_plane_leave_no_skin() -> None:
     block = add("x", 0.0, 1.0, Box((0.1, 0.1), (0.1 + third, 0.7)))
     pocket = cut("x", 0.0, 1.0, Box((0.2, 0.1 + third), (0.3, 0.7)))
     hole = cut("z", 0.1, 0.1 + third, Ellipse.circle((0.5, 0.25), 0.02))
-    assert mesh(Solid("thin", (block, pocket, hole))).handles == 1
+    assert make_mesh(Solid("thin", (block, pocket, hole))).handles == 1
 
 
 @pytest.mark.parametrize("name", sorted(THROUGH))
@@ -127,6 +127,6 @@ def test_a_flat_neck_and_several_screws() -> None:
     found = parts_of(brake, build)
     assert {"cap-left", "cap-right", "plate-left", "plate-right"} < set(found)
     for name in ("cap-left", "cap-right"):
-        made = mesh(found[name].solid)
+        made = make_mesh(found[name].solid)
         assert made.handles == 5
         assert made.volume == pytest.approx(found[name].solid.volume, rel=1e-3)

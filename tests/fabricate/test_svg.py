@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from fabricate.flat import sheets
 from layerjam.fabricate.dxf import Frame
 from layerjam.fabricate.film import write_svg
-from layerjam.fabricate.jigs import coupon
-from layerjam.fabricate.outline import Outline, bounding_box, sheet
+from layerjam.fabricate.jigs import make_coupon
+from layerjam.fabricate.outline import Outline, bounding_box, make_sheet
 
 PX = 96 / 25.4
 """Pixels of an SVG's reader in a millimetre."""
@@ -37,7 +37,7 @@ def test_lengths_are_in_mm(part: Outline) -> None:
 
 
 def test_the_picture_is_upright_and_holds_all() -> None:
-    part = sheet(85, 20, clamp_length=6, hole=3, screws=2).translate(5, 30)
+    part = make_sheet(85, 20, clamp_length=6, hole=3, screws=2).translate(5, 30)
     part = Outline(**{**vars(part), "holes": part.holes[:1]})
     (hole,) = re.findall(rb'<circle cx="([^"]+)" cy="([^"]+)" r="([^"]+)"', write_svg([part]))
     x, y, radius = map(float, hole)
@@ -46,7 +46,7 @@ def test_the_picture_is_upright_and_holds_all() -> None:
 
 
 def test_a_frame_is_grey_and_only_lines_to_cut_are_red_or_blue() -> None:
-    parts = coupon(3.0, 3.0)
+    parts = make_coupon(3.0, 3.0)
     left, low, right, high = bounding_box(parts)
     moved = [part.translate(5 - left, 5 - low) for part in parts]
     frame = Frame(length=right - left + 10, width=high - low + 10, words="cut <first> & keep")

@@ -14,7 +14,7 @@ from layerjam.device.workshop import Build
 from layerjam.errors import LayerjamError
 from layerjam.fabricate import checks
 from layerjam.fabricate.lengths import compute_lengths
-from layerjam.fabricate.mesh import mesh
+from layerjam.fabricate.mesh import make_mesh
 from layerjam.fabricate.parts import make_parts
 from strategies import unchecked
 
@@ -75,7 +75,7 @@ def measured(brake: Brake, build: Build, rng: np.random.Generator) -> float:
     sharp = unchecked(build, edge=0.0)
     found = compute_lengths(brake, sharp)
     return min(
-        least_thickness(mesh(part.solid), rng)
+        least_thickness(make_mesh(part.solid), rng)
         for part in make_parts(found, sharp)
         if part.printed and part.stays
     )

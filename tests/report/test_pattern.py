@@ -10,7 +10,7 @@ import pypdfium2.raw as pdfium
 import pytest
 
 from layerjam.fabricate.nest import CutPart, Piece, nest_smallest
-from layerjam.fabricate.outline import Outline, sheet, spacer
+from layerjam.fabricate.outline import Outline, make_sheet, make_spacer
 from layerjam.report import build_files as drawn
 from layerjam.report.build_files import FORMATS, paper_for, pattern
 
@@ -30,8 +30,8 @@ def _pages(data: bytes) -> Iterator[list[pypdfium2.PdfPage]]:
 
 def _pieces(count: int, kerf: float, length: float = 85, width: float = 13) -> list[Piece]:
     parts = [
-        CutPart("sheet", sheet(length, width, clamp_length=6, hole=3).add_kerf(kerf), count),
-        CutPart("spacer", spacer(6, width, hole=3).add_kerf(kerf), count),
+        CutPart("sheet", make_sheet(length, width, clamp_length=6, hole=3).add_kerf(kerf), count),
+        CutPart("spacer", make_spacer(6, width, hole=3).add_kerf(kerf), count),
     ]
     return nest_smallest(parts, margin=5, gap=3, bounds=(1169, 777))
 

@@ -16,7 +16,7 @@ from typing import Any
 from layerjam.control.plant import Plant
 from layerjam.control.settings import Regulator
 from layerjam.fluid.line import Sensor
-from layerjam.rig.board import parts, stage
+from layerjam.rig.board import firmware_files, write_firmware
 
 CHIP = ("converter.py", "hal_rp2.py", "sensor_adc.py", "sensor_hsc.py")
 """Files that need a chip's own modules."""
@@ -38,10 +38,10 @@ def law_words(made: Regulator) -> str:
 @cache
 def firmware() -> types.SimpleNamespace:
     """The modules as a board has them; their flat names are taken back afterwards."""
-    names = [name.removesuffix(".py") for name in parts() if name not in CHIP]
+    names = [name.removesuffix(".py") for name in firmware_files() if name not in CHIP]
     kept = {name: sys.modules.pop(name, None) for name in names}
     with tempfile.TemporaryDirectory() as folder:
-        stage(Path(folder))
+        write_firmware(Path(folder))
         sys.path.insert(0, folder)
         writes, sys.dont_write_bytecode = sys.dont_write_bytecode, True
         try:

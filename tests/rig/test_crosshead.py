@@ -19,7 +19,7 @@ from layerjam.fluid.file import load_line
 from layerjam.measure.runs import read_run
 from layerjam.mechanics.hysteresis import brake_cycle
 from layerjam.rig.address import address_of
-from layerjam.rig.crosshead import CrossheadLostError, Manual, Trigger, Virtual, patience
+from layerjam.rig.crosshead import CrossheadLostError, Manual, Trigger, Virtual, move_timeout
 from layerjam.rig.machine import SteppedBrake, VirtualMachine, check_brake
 from layerjam.rig.plant import VirtualPlant, read_hardware
 from layerjam.rig.recorder import Block
@@ -102,8 +102,8 @@ def test_two_contacts() -> None:
     machine.positions(with_flags(0))
     machine.begin(Return(speed=13e-3, to=0.0), bench, note)  # type: ignore[arg-type]
     with pytest.raises(CrossheadLostError, match="did not close"):
-        machine.done(patience(PULL, 0.0) + 0.1)
-    assert patience(PULL, 0.0) == pytest.approx(2 * 40 / 13 + 10)
+        machine.done(move_timeout(PULL, 0.0) + 0.1)
+    assert move_timeout(PULL, 0.0) == pytest.approx(2 * 40 / 13 + 10)
 
 
 def test_a_machine_started_and_ended_by_contacts(tmp_path: Path) -> None:

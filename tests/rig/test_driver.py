@@ -16,7 +16,7 @@ from layerjam.rig.address import address_of
 from layerjam.rig.driver import Bench, InstrumentError, TrippedError
 from layerjam.rig.line import LineError
 from layerjam.rig.plant import read_hardware
-from layerjam.rig.telemetry import RECORD, payload
+from layerjam.rig.telemetry import RECORD, read_payload
 from rig.boards import firmware
 from rig.gateways import gateway
 
@@ -146,4 +146,4 @@ def test_nobody_there() -> None:
 @pytest.mark.parametrize("block", [b"", b"#", b"#0", b"#15abc", b"#x1a", b"5", b"#13abcd"])
 def test_a_torn_block_is_no_data(block: bytes) -> None:
     with pytest.raises(LineError):
-        payload(block)
+        read_payload(block)

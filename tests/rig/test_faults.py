@@ -70,9 +70,11 @@ def test_a_detector_that_is_switched_off_is_missed(
     name: str, file: str, was: str, now: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The second one names its fault and leaves the outputs as they were: the plant's log knows."""
-    sound = boards.parts()
+    sound = boards.firmware_files()
     assert was in sound[file]
-    monkeypatch.setattr(boards, "parts", lambda: {**sound, file: sound[file].replace(was, now)})
+    monkeypatch.setattr(
+        boards, "firmware_files", lambda: {**sound, file: sound[file].replace(was, now)}
+    )
     # while it pumps, the law also notices a sensor that sticks, and a pump without its supply
     done = campaign(CPYTHON, only=[name], runs=4 if name in ("sensor-stuck", "supply-low") else 1)
     assert not all(trial.met for trial in done.trials)

@@ -20,7 +20,7 @@ from layerjam.cli.main import main
 from layerjam.errors import FileError, LayerjamError, QuantityError, UnknownNameError
 from layerjam.rig import flash as flashing
 from layerjam.rig import uf2
-from layerjam.rig.board import parts
+from layerjam.rig.board import firmware_files
 from layerjam.rig.line import LineError
 from rig.boards import Hal, firmware
 
@@ -156,8 +156,8 @@ def test_a_board_with_plain_micropython_gets_all_files(flash_folder: Path) -> No
     done = flashing.flash(board.port, settings=PICO)
     written = {path.name: path.read_text("utf-8") for path in flash_folder.iterdir()}
     wired = json.loads(written.pop("wired.json"))
-    assert written == parts("pico") and wired["vent_gate"] == 17
-    assert set(done.files) == {*parts("pico"), "wired.json"} and done.verified
+    assert written == firmware_files("pico") and wired["vent_gate"] == 17
+    assert set(done.files) == {*firmware_files("pico"), "wired.json"} and done.verified
     assert done.identity is not None and ",Raspberry Pi Pico,E661," in done.identity
 
 
@@ -203,13 +203,13 @@ def test_an_image_goes_by_the_drive_of_the_boot_loader(
     (drive / "layerjam.uf2").unlink()
     monkeypatch.setattr(flashing, "DRIVES", (str(tmp_path / "d*"),))
     board.held, board.prompted = flashing.firmware_hash("pico"), True
-    load = flashing.load
+    load = flashing.write_image
 
     def loaded(data: bytes, place: Path) -> None:
         load(data, place)
         board.reset()
 
-    monkeypatch.setattr(flashing, "load", loaded)
+    monkeypatch.setattr(flashing, "write_image", loaded)
     done = flashing.flash(board.port, image=tmp_path / "a.uf2", settings=PICO)
     assert (drive / "layerjam.uf2").read_bytes() == image
     assert done.verified and done.files == ("wired.json",)

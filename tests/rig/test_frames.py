@@ -20,7 +20,10 @@ def test_there_and_back(session: int, number: int, payload: bytes) -> None:
     check = zlib.crc32(head.encode() + payload)
     assert made == f"@{head}{check:08X} ".encode() + payload + b"\n"
     assert frame.unpack(made) == (session, number, payload)
-    assert frame.first(b"junk@1@" + made + b"@0") == ((session, number, payload), 7 + len(made))
+    assert frame.parse_first_frame(b"junk@1@" + made + b"@0") == (
+        (session, number, payload),
+        7 + len(made),
+    )
 
 
 @given(st.binary(max_size=60), st.data())
@@ -33,14 +36,14 @@ def test_any_single_byte_changed_is_seen(payload: bytes, data: st.DataObject) ->
 
 @given(st.binary(max_size=200))
 def test_noise_is_no_frame(noise: bytes) -> None:
-    found, done = frame.first(noise)
+    found, done = frame.parse_first_frame(noise)
     assert found is None and 0 <= done <= len(noise)
 
 
 def test_a_frame_in_pieces_is_waited_for() -> None:
     made = frame.pack(1, 2, b"a\n@b")
     for cut in range(len(made)):
-        assert frame.first(b"xx" + made[:cut]) == (None, 2)
+        assert frame.parse_first_frame(b"xx" + made[:cut]) == (None, 2)
 
 
 def exchange(rig: Rig, session: int, number: int, text: bytes, draw: random.Random, rate: float,
@@ -61,7 +64,7 @@ def exchange(rig: Rig, session: int, number: int, text: bytes, draw: random.Rand
         rig.port.feed(worn(frame.pack(session, number, text)))
         said, rig.port.outbox = worn(rig.port.outbox), b""
         while said:
-            found, done = frame.first(said)
+            found, done = frame.parse_first_frame(said)
             if found is None:
                 break
             said = said[done:]

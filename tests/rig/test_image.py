@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 
 from layerjam.errors import FileError, UnknownNameError
 from layerjam.rig import uf2
-from layerjam.rig.board import parts
-from layerjam.rig.wiring import WiringFile, boards, load_wiring
+from layerjam.rig.board import firmware_files
+from layerjam.rig.wiring import WiringFile, list_boards, load_wiring
 from rig.boards import CHIP, firmware
 
 PICO = Path(__file__).parents[2] / "src" / "layerjam" / "rig" / "boards" / "pico.toml"
@@ -53,13 +53,13 @@ def test_what_is_no_image() -> None:
 
 
 def test_the_pico_s_pins() -> None:
-    assert boards() == ["pico"]
+    assert list_boards() == ["pico"]
     wired = load_wiring("pico").firmware_pins()
     assert (wired["pump_gate"], wired["vent_gate"], wired["estop_sense"]) == (16, 17, 18)
     assert wired["sensor_kind"] == "hsc" and "sensor_full" not in wired
     held: dict[str, Any] = {}
-    exec(parts("pico")["wired.py"], held)
-    assert held["WIRED"] == wired and "wired.py" not in parts()
+    exec(firmware_files("pico")["wired.py"], held)
+    assert held["WIRED"] == wired and "wired.py" not in firmware_files()
     with pytest.raises(UnknownNameError):
         load_wiring("pica")
 
@@ -224,7 +224,7 @@ def made_chip(monkeypatch: pytest.MonkeyPatch, folder: Path) -> Machine:
     held: dict[str, Any] = {"machine": machine}
     for name in ("ticks", "begin", "ring", "outside", "capture"):
         held[name] = getattr(made, name)
-    for name, text in parts("pico").items():
+    for name, text in firmware_files("pico").items():
         if name in (*CHIP, "wired.py"):
             module = types.ModuleType(name.removesuffix(".py"))
             held[module.__name__] = module

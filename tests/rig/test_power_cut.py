@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from layerjam.rig.board import interpreter, stage
+from layerjam.rig.board import interpreter_command, write_firmware
 from rig.boards import law_words, regulator
 
 SCRIPT = """
@@ -136,15 +136,17 @@ for n in range(int(sys.argv[2])):
 """
 
 
-@pytest.mark.skipif("micropython" not in interpreter()[0], reason="MicroPython is not installed")
+@pytest.mark.skipif(
+    "micropython" not in interpreter_command()[0], reason="MicroPython is not installed"
+)
 def test_settings_are_the_old_or_the_new_ones(tmp_path: Path) -> None:
     saves = 12
-    stage(tmp_path)
+    write_firmware(tmp_path)
     script = tmp_path / "script.py"
     script.write_text(SCRIPT, encoding="utf-8")
     (tmp_path / "law.hex").write_text(law_words(regulator()).split('"')[1], encoding="ascii")
     done = subprocess.run(
-        [*interpreter(), str(script), str(tmp_path), str(saves)],
+        [*interpreter_command(), str(script), str(tmp_path), str(saves)],
         capture_output=True, text=True, timeout=60, check=False,
     )  # fmt: skip
     rows = [line.split() for line in done.stdout.splitlines()]

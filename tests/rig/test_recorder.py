@@ -21,7 +21,7 @@ from layerjam.rig.driver import InstrumentError
 from layerjam.rig.export import export
 from layerjam.rig.line import LineError
 from layerjam.rig.recorder import Recorder, check_board
-from layerjam.rig.run_file import RecordingError, RunFile, check_place, file_system
+from layerjam.rig.run_file import RecordingError, RunFile, check_place, find_file_system
 from layerjam.rig.telemetry import RECORD, unwrap_clock
 
 META = {"kind": "log", "board": "T1", "simulated": 1, "run_id": "r"}
@@ -274,8 +274,8 @@ MOUNTED = """22 1 254:0 / / rw,relatime shared:1 - ext4 /dev/vda1 rw
      ("/database/x", "ext4")],
 )  # fmt: skip
 def test_the_file_system_of_a_path(path: str, kind: str) -> None:
-    assert file_system(Path(path), MOUNTED) == kind
-    assert file_system(Path(path), "") == ""
+    assert find_file_system(Path(path), MOUNTED) == kind
+    assert find_file_system(Path(path), "") == ""
 
 
 def test_a_place_where_no_run_can_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -346,7 +346,9 @@ def test_a_cable_is_pulled_and_put_back(tmp_path: Path, monkeypatch: pytest.Monk
 
     monkeypatch.setattr(recorder, "open_bench", found)
     said: list[str] = []
-    made = recorder.log("tcp:127.0.0.1:1", tmp_path / "a.ljrun", duration=8.0, say=said.append)
+    made = recorder.record_log(
+        "tcp:127.0.0.1:1", tmp_path / "a.ljrun", duration=8.0, say=said.append
+    )
     assert (made.outcome, made.gaps, made.boots, made.simulated) == ("FINISHED", 0, 1, False)
     assert len(said) == 2 and board.closed == 2
     kinds = [text for *_, kind, text in read_run(made.file).events if kind == "link"]
@@ -361,7 +363,7 @@ def test_another_board_on_the_cable_is_refused(
     boards = iter([first, second])
     monkeypatch.setattr(recorder, "open_bench", lambda address: next(boards))
     with pytest.raises(FileError, match="board T1"):
-        recorder.log("tcp:127.0.0.1:1", tmp_path / "a.ljrun", duration=8.0)
+        recorder.record_log("tcp:127.0.0.1:1", tmp_path / "a.ljrun", duration=8.0)
     assert (first.closed, second.closed) == (2, 1)
     assert read_run(tmp_path / "a.ljrun").samples == 120
 
@@ -375,6 +377,6 @@ def test_a_line_that_stays_down_ends_a_log(tmp_path: Path, monkeypatch: pytest.M
         raise FileError(address, "cannot be had")
 
     monkeypatch.setattr(recorder, "open_bench", found)
-    made = recorder.log("tcp:127.0.0.1:1", tmp_path / "a.ljrun", patience=0.3)
+    made = recorder.record_log("tcp:127.0.0.1:1", tmp_path / "a.ljrun", patience=0.3)
     assert (made.outcome, made.reason) == ("LINE_LOST", "the serial line is gone")
     assert made.samples == 120 and read_run(made.file).outcome == "LINE_LOST"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 import struct
 
-from layerjam.rig.telemetry import records
+from layerjam.rig.telemetry import parse_records
 from rig.boards import Rig
 
 
@@ -23,7 +23,7 @@ def test_every_client_reads_all_samples_without_the_lock() -> None:
         for session in held:
             if draw.random() < 0.6:
                 block = rig.port.execute(b"FETC:STR? 200", session)
-                held[session] += records(block)["seq"].tolist()
+                held[session] += parse_records(block)["seq"].tolist()
                 rig.say(f"STR:ACK {held[session][-1]}", session)
                 assert rig.error(session) == 0
     for seqs in held.values():

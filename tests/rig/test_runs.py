@@ -30,9 +30,9 @@ from layerjam.rig.address import address_of
 from layerjam.rig.driver import Bench
 from layerjam.rig.execute import STATES, Execution, ProcedureBench
 from layerjam.rig.plant import read_hardware
-from layerjam.rig.recorder import Recorder, describe_bench, log
+from layerjam.rig.recorder import Recorder, describe_bench, record_log
 from layerjam.rig.run_file import RunFile
-from layerjam.rig.settling import scatter
+from layerjam.rig.settling import measure_scatter
 from rig.gateways import gateway
 
 FAST = "sim:choi2018?speed=0"
@@ -367,10 +367,15 @@ def test_another_has_locked_the_bench(tmp_path: Path, monkeypatch: pytest.Monkey
 def test_a_sensor_at_rest_shows_its_noise() -> None:
     draw = np.random.default_rng(3)
     noisy = 500 + draw.normal(0, 20, 4000) + 0.5 * np.arange(4000)
-    assert scatter(noisy) == pytest.approx(60, rel=0.1)
-    assert scatter(np.full(30, 7.0)) == scatter(np.array([])) == scatter(np.array([math.nan])) == 0
+    assert measure_scatter(noisy) == pytest.approx(60, rel=0.1)
+    assert (
+        measure_scatter(np.full(30, 7.0))
+        == measure_scatter(np.array([]))
+        == measure_scatter(np.array([math.nan]))
+        == 0
+    )
     coarse = np.round(noisy / 15.8) * 15.8
-    assert scatter(coarse) == pytest.approx(60 + 2 * 15.8, rel=0.15)
+    assert measure_scatter(coarse) == pytest.approx(60 + 2 * 15.8, rel=0.15)
 
 
 def test_a_board_without_a_clock_waits_for_who_fetches_and_not_for_the_dead() -> None:
@@ -397,7 +402,7 @@ def test_a_log_needs_no_lock(tmp_path: Path) -> None:
         with layerjam.rig.open(address) as bench:
             assert bench.lock()
             rows, _ = bench.stream()
-            made = log(address, tmp_path / "a.ljrun", duration=0.5)
+            made = record_log(address, tmp_path / "a.ljrun", duration=0.5)
             assert (made.outcome, made.gaps) == ("FINISHED", 0) and made.samples >= 50
             more, _ = bench.stream()
             assert more["seq"][0] == rows["seq"][0], "nothing was taken from the first client"

@@ -20,7 +20,7 @@ from layerjam.errors import LayerjamError
 from layerjam.rig import link
 from layerjam.rig.driver import InstrumentError, open_bench
 from layerjam.rig.serve import Listening, Splitter, serve
-from layerjam.rig.token import Door, token_of
+from layerjam.rig.token import Door, make_token
 from rig.bad_lines import BAD
 from rig.boards import law_words, regulator
 from rig.gateways import Client, gateway
@@ -279,7 +279,7 @@ def test_who_may_start_nothing_has_nothing_pending(tmp_path: Path) -> None:
 
 def test_a_token_file_of_another_gateway(tmp_path: Path) -> None:
     other = tmp_path / "other"
-    token_of(other)
+    make_token(other)
     with (
         gateway("sim:choi2018", token_file=str(tmp_path / "token")) as (number, _),
         pytest.raises(LayerjamError, match="a different token"),
@@ -337,12 +337,12 @@ def test_a_token_that_others_may_read_is_refused(tmp_path: Path) -> None:
     file.write_text("0" * 32)
     file.chmod(0o644)
     with pytest.raises(LayerjamError, match="chmod 600"):
-        token_of(file)
+        make_token(file)
     file.chmod(0o600)
-    assert token_of(file) == "0" * 32
+    assert make_token(file) == "0" * 32
     file.write_text("short")
     with pytest.raises(LayerjamError, match="16 to 128"):
-        token_of(file)
+        make_token(file)
 
 
 def test_the_door_counts_what_it_denied() -> None:

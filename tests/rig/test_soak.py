@@ -47,11 +47,11 @@ def test_an_hour(kind: str) -> None:
 
 def test_a_false_fault_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     """A detector that is too sharp stops a sound line, again and again."""
-    sound = boards.parts()
+    sound = boards.firmware_files()
     sharp = sound["bench.py"].replace("if self.disagree(self.settings.law[1]):",
                                       "if self.count % 1000 == 999:")  # fmt: skip
     assert sharp != sound["bench.py"]
-    monkeypatch.setattr(boards, "parts", lambda: {**sound, "bench.py": sharp})
+    monkeypatch.setattr(boards, "firmware_files", lambda: {**sound, "bench.py": sharp})
     done = soak(f"{VIRTUAL}&python=cpython", hours=0.01)
     assert 1 <= len(done.faults) <= done.ticks // 1000 and set(done.faults) == {"SENSORS_DISAGREE"}
     assert done.heap_growth is None and done.gaps == 0
@@ -59,12 +59,12 @@ def test_a_false_fault_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_leak_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     """A number that each sample leaves in a list; a list keeps the numbers themselves."""
-    sound = boards.parts()
+    sound = boards.firmware_files()
     judged = "self.disagree(self.settings.law[1])"
     assert f"if {judged}:" in sound["bench.py"]
     leaky = sound["bench.py"].replace(f"if {judged}:", f"if KEPT.append(self.count) or {judged}:")
     leaky = leaky.replace("\nclass ", "\nKEPT = []\n\n\nclass ", 1)
-    monkeypatch.setattr(boards, "parts", lambda: {**sound, "bench.py": leaky})
+    monkeypatch.setattr(boards, "firmware_files", lambda: {**sound, "bench.py": leaky})
     done = soak(VIRTUAL, hours=0.01)
     assert done.heap_growth is not None and done.heap_growth > 1000
 
@@ -73,7 +73,7 @@ def test_a_block_kept_by_chance_is_no_leak(monkeypatch: pytest.MonkeyPatch) -> N
     """The first reading, then those of each round at the end."""
     for readings, growth in (([900, 932, 932, 900], 0), ([900, *[932] * 5], 32), ([900, 868], -32)):
         left = iter(readings)
-        monkeypatch.setattr(rig_soak, "_used", lambda *_, left=left: next(left))
+        monkeypatch.setattr(rig_soak, "_read_used_memory", lambda *_, left=left: next(left))
         assert soak(VIRTUAL, hours=0.002).heap_growth == growth
         assert next(left, None) is None
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from layerjam.errors import LayerjamError
-from layerjam.rig.board import VirtualBoard, connect, interpreter
+from layerjam.rig.board import VirtualBoard, connect, interpreter_command
 from rig.boards import law_words, regulator
 
-ONES = ["cpython"] + (["micropython"] if "micropython" in interpreter()[0] else [])
+ONES = ["cpython"] + (["micropython"] if "micropython" in interpreter_command()[0] else [])
 
 
 def board(store: Path, python: str) -> VirtualBoard:

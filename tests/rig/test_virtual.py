@@ -17,12 +17,12 @@ from layerjam.control.settings import Regulator
 from layerjam.errors import LayerjamError
 from layerjam.fluid.line import Sensor
 from layerjam.rig.address import Address, address_of
-from layerjam.rig.board import VirtualBoard, connect, interpreter
+from layerjam.rig.board import VirtualBoard, connect, interpreter_command
 from layerjam.rig.line import Line, LineError, Pipes
 from layerjam.rig.plant import Hardware, VirtualPlant, read_hardware
 from rig.boards import law_words
 
-ONES = ["cpython"] + (["micropython"] if "micropython" in interpreter()[0] else [])
+ONES = ["cpython"] + (["micropython"] if "micropython" in interpreter_command()[0] else [])
 
 
 @pytest.fixture(params=ONES)

@@ -21,7 +21,7 @@ from layerjam.records.database import database_url
 from layerjam.rig import child, crosshead
 from layerjam.rig.address import address_of
 from layerjam.rig.board import connect
-from layerjam.rig.line import LineError, _system_message
+from layerjam.rig.line import LineError, _describe_error
 from windows.rules import Console, impose
 
 BRAKE = "choi2018-kapton"
@@ -151,8 +151,8 @@ def test_a_compilers_path_keeps_its_backslashes(monkeypatch: pytest.MonkeyPatch)
 
 def test_why_a_port_does_not_open() -> None:
     said = OSError("could not open port 'COM3': PermissionError(13, 'Access is denied.', None, 5)")
-    assert _system_message(said) == "Access is denied"
-    assert _system_message(OSError(2, "could not open port /dev/x: ...")) == os.strerror(2)
+    assert _describe_error(said) == "Access is denied"
+    assert _describe_error(OSError(2, "could not open port /dev/x: ...")) == os.strerror(2)
 
 
 def test_enter_is_asked_of_the_console(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -161,7 +161,7 @@ def test_enter_is_asked_of_the_console(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "msvcrt", fake)
     monkeypatch.setattr(sys, "platform", "win32")
     monkeypatch.setattr(sys, "stdin", types.SimpleNamespace(isatty=lambda: True))
-    assert crosshead._enter() and not crosshead._enter()
+    assert crosshead._is_enter_pressed() and not crosshead._is_enter_pressed()
 
 
 def test_a_board_of_sockets(here: Path) -> None:
@@ -185,7 +185,7 @@ def test_a_board_of_sockets(here: Path) -> None:
 def test_a_board_that_does_not_call_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(child, "PATIENCE", 0.3)
     with pytest.raises(LineError, match="does not start"):
-        child._by_sockets([sys.executable, "-c", "pass"], [], lambda: None)
+        child._use_sockets([sys.executable, "-c", "pass"], [], lambda: None)
 
 
 @pytest.mark.slow

@@ -332,9 +332,9 @@ def bench_log(
     if the process is killed; `resume` fetches the samples that the board still has, from the last
     ten seconds. Ctrl-C or SIGTERM ends it. Raises FileError for the file, LineError for the bench.
     """
-    from layerjam.rig.recorder import log
+    from layerjam.rig.recorder import record_log
 
-    record = log(
+    record = record_log(
         str(address),
         out,
         duration=duration,

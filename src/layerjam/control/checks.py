@@ -34,13 +34,13 @@ def shortest_moves(regulator: Regulator, vacuum: float) -> dict[str, float]:
     share = 1.0 if regulator.kind == "bang-bang" else regulator.least_command
     run, vent = max(sample, regulator.minimum_on), max(sample, regulator.minimum_vent)
     moves = {
-        _sampled_time("pump", run, sample): share * float(plant.rise(vacuum)) * run,
-        _sampled_time("vent", vent, sample): float(plant.fall(vacuum)) * vent,
+        _describe_duration("pump", run, sample): share * float(plant.rise(vacuum)) * run,
+        _describe_duration("vent", vent, sample): float(plant.fall(vacuum)) * vent,
     }
     return dict(sorted(moves.items(), key=lambda move: -move[1]))
 
 
-def _sampled_time(actor: str, time: float, sample: float) -> str:
+def _describe_duration(actor: str, time: float, sample: float) -> str:
     if time > sample:
         return f"the shortest run of the {actor}, {show(time, 's')},"
     return f"one sample ({show(sample, 's')}) of the {actor}"
@@ -78,10 +78,10 @@ def regulation_checks(regulator: Regulator, target: float, loop: "ClosedLoop") -
         sentence = f"the vacuum does not reach {show(target, 'Pa')} within {show(ends, 's')}"
     yield check("target", reached, sentence, ": simulate longer (--duration)", "failed")
     if reached:
-        yield _ripple(regulator, target, loop.ripple)
+        yield _check_ripple(regulator, target, loop.ripple)
 
 
-def _ripple(regulator: Regulator, target: float, ripple: float) -> Check:
+def _check_ripple(regulator: Regulator, target: float, ripple: float) -> Check:
     band = idle_band(regulator)
     fine = ripple <= RIPPLE * band and ripple <= SWING * target
     sentence = (

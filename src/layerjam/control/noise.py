@@ -26,7 +26,7 @@ EDGE = 3.6541528853610088
 """Edge of the lowest layer, where the tail begins; it gives all 256 layers the same area."""
 
 
-def _layers() -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+def _compute_layers() -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
     """Return (right edge of each layer, ratio of the next edge to this one)."""
     foot = math.exp(-0.5 * EDGE * EDGE)
     area = EDGE * foot + math.sqrt(math.pi / 2) * math.erfc(EDGE / math.sqrt(2))
@@ -37,7 +37,7 @@ def _layers() -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
     return x, x[1:] / x[:-1]
 
 
-EDGES, INNER = _layers()
+EDGES, INNER = _compute_layers()
 
 
 @numba.njit(**_INLINE)  # type: ignore[untyped-decorator]
@@ -68,11 +68,11 @@ def normal(key: np.uint64, count: int) -> float:  # pragma: no cover
     place = 2.0 * uniform(word) - 1.0
     if abs(place) < INNER[layer]:
         return place * EDGES[layer]
-    return _rare(word)
+    return _draw_from_tail(word)
 
 
 @numba.njit(**_LOOP)  # type: ignore[untyped-decorator]
-def _rare(word: np.uint64) -> float:  # pragma: no cover
+def _draw_from_tail(word: np.uint64) -> float:  # pragma: no cover
     """Return a number from the tail or the edge of a layer, or from a new word."""
     while True:
         layer = np.int64(word & _LAYER)

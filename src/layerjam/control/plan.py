@@ -258,14 +258,14 @@ MAX_CHANCE = 0.05
 def plan_checks(plan: Plan, chance: float) -> Iterator[Check]:
     """Return the checks of a plan; `chance` is the probability of exceeding the travel."""
     if plan.needed is not None:
-        yield _knife_edge(plan, plan.needed)
-    yield from _strength(plan)
+        yield _check_knife_edge(plan, plan.needed)
+    yield from _check_strength(plan)
     if plan.case.mass_sd or plan.case.speed_sd:
         sentence = f"the probability that the slip exceeds the travel is {chance:.1%}"
         yield check("chance", chance <= MAX_CHANCE, sentence, f", more than {MAX_CHANCE:.0%}")
 
 
-def _knife_edge(plan: Plan, least: float) -> Check:
+def _check_knife_edge(plan: Plan, least: float) -> Check:
     """Return the check that slightly less than the planned vacuum still stops the mass."""
     atmosphere = plan.brake.brake.site.atmosphere
     vacuum = show_at_least(least, "Pa", atmosphere)
@@ -280,7 +280,7 @@ def _knife_edge(plan: Plan, least: float) -> Check:
     return check("knife edge", False, sentence, advice, "failed")
 
 
-def _strength(plan: Plan) -> Iterator[Check]:
+def _check_strength(plan: Plan) -> Iterator[Check]:
     """Yield the check of the sheets' stress at the peak force, if the film's strength is known."""
     brake, forces = plan.brake.brake, (plan.full.peak_force, plan.tuned.peak_force)
     peak = max((force for force in forces if math.isfinite(force)), default=None)

@@ -133,7 +133,7 @@ def _size_warning(standby: Standby, vacuum: float) -> Size:
     if vacuum <= standby.vacuum:
         return Size(0.0)
     if vacuum >= reachable_vacuum(standby.line, standby.water):
-        return Size(None, _is_unreachable(standby, vacuum))
+        return Size(None, _explain_unreachable(standby, vacuum))
     time = least_root(lambda t: standby.vacuum_after(t) - vacuum, 1e-6, LONGEST)
     if time is not None:
         return Size(time)
@@ -152,7 +152,7 @@ def _size_standby(standby: Standby, target: float, warning: float) -> Size:
         return Size(0.0)
     top = min(target, reachable_vacuum(standby.line, standby.water))
     if excess(top) < -1e-6 * target:
-        return Size(None, _is_unreachable(standby, target))
+        return Size(None, _explain_unreachable(standby, target))
     if excess(top) <= 0:
         return Size(top)
     # add half of the tolerance, so that the size is certainly sufficient
@@ -160,6 +160,6 @@ def _size_standby(standby: Standby, target: float, warning: float) -> Size:
     return Size(min(root + CLOSE * target / 2, top))
 
 
-def _is_unreachable(standby: Standby, vacuum: float) -> str:
+def _explain_unreachable(standby: Standby, vacuum: float) -> str:
     low = show(reachable_vacuum(standby.line, standby.water), "Pa")
     return f"the line cannot hold {show(vacuum, 'Pa')}: its pump reaches only {low}"

@@ -255,7 +255,7 @@ def prove_impossible(
     rules = list(search.spec.constraints)
     for c in rules:
         if boxes.prove([c]).outcome == IMPOSSIBLE:
-            return _exclude(boxes, c, [])
+            return _exclusion(boxes, c, [])
     if boxes.prove(rules).outcome != IMPOSSIBLE:
         return None
     core = [c for c in rules if c.name not in LATE_MERITS]
@@ -264,7 +264,8 @@ def prove_impossible(
         if boxes.prove(others).outcome == IMPOSSIBLE:
             core = others
     return min(
-        (_exclude(boxes, c, [o for o in core if o is not c]) for c in core), key=_relative_shortfall
+        (_exclusion(boxes, c, [o for o in core if o is not c]) for c in core),
+        key=_relative_shortfall,
     )
 
 
@@ -272,7 +273,7 @@ def _relative_shortfall(k: Exclusion) -> float:
     return math.inf if k.reachable is None or not math.isfinite(k.reachable) else k.short
 
 
-def _exclude(boxes: Boxes, c: Constraint, others: list[Constraint]) -> Exclusion:
+def _exclusion(boxes: Boxes, c: Constraint, others: list[Constraint]) -> Exclusion:
     best = boxes.best_value(c, others)
     words = f" together with {' and '.join(map(str, others))}" if others else ""
     reason = f"{c} cannot be met{words}{describe_shortfall(c, best.value, best.exact)}"

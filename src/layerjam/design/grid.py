@@ -144,7 +144,7 @@ class Kernel:
 
     def merits(self, numbers: Numbers) -> Array:
         """Return merits except those of the stop, shape (merits, n)."""
-        batch, evaluation = _pad(numbers), self.evaluation
+        batch, evaluation = _pad_numbers(numbers), self.evaluation
         point = self.grid.point(batch)
         rows = np.asarray(_merits(point, evaluation.base, evaluation.stick_slip, names=self.names))
         if evaluation.line is not None:
@@ -162,7 +162,7 @@ class Kernel:
         """Return `stop_slip` and `stop_peak` of the designs, shape (2, n)."""
         if len(numbers) == 0 or self.evaluation.stop is None:
             return np.full((len(STOP_MERITS), len(numbers)), math.nan)
-        point, evaluation = self.grid.point(_pad(numbers)), self.evaluation
+        point, evaluation = self.grid.point(_pad_numbers(numbers)), self.evaluation
         rows = _stops(point, evaluation.base, evaluation.stop, row=self.grid.most_in_row)
         return np.asarray(rows)[:, : len(numbers)]
 
@@ -174,7 +174,9 @@ class Kernel:
         rows = []
         for start in range(0, len(numbers), PIECE):
             part = numbers[start : start + PIECE]
-            merits = drawn_merits(self.grid.point(_pad(part)), evaluation.base, evaluation.draw)
+            merits = drawn_merits(
+                self.grid.point(_pad_numbers(part)), evaluation.base, evaluation.draw
+            )
             rows.append([merits[name][: len(part)] for name in DRAWN_MERITS])
         return dict(zip(DRAWN_MERITS, np.concatenate(rows, axis=1), strict=True))
 
@@ -187,7 +189,7 @@ class Kernel:
         return np.concatenate(rows, axis=1)
 
 
-def _pad(numbers: Numbers) -> Numbers:
+def _pad_numbers(numbers: Numbers) -> Numbers:
     """Pad numbers to one of a few lengths, because each length is compiled separately."""
     size = next(n for n in (256, 4096, PIECE) if n >= len(numbers))
     return np.pad(np.asarray(numbers, np.int64), (0, size - len(numbers)), "edge")

@@ -72,10 +72,10 @@ class PublishedDevices:
 def published_devices() -> PublishedDevices:
     """Return the catalogue that is part of the package."""
     place = files("layerjam.design") / "catalogue" / "published_devices.toml"
-    return read_published(place.read_text(encoding="utf-8"), "published_devices.toml")
+    return read_published_devices(place.read_text(encoding="utf-8"), "published_devices.toml")
 
 
-def read_published(text: str, path: object) -> PublishedDevices:
+def read_published_devices(text: str, path: object) -> PublishedDevices:
     """Return devices from TOML text.
 
     Raises FileError if a device lacks its name, class, words, mass, the source of a number, or a

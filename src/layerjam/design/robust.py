@@ -51,13 +51,13 @@ def robustness(spec: DesignSpecification, point: Point) -> dict[str, Chance]:
         value = np.broadcast_to(np.asarray(out[c.name]), (scatter.samples,))
         holds = np.asarray(c.holds(value))
         all_hold &= holds
-        chances[str(c)] = Chance(*_chance(holds), *_value_range(value))
+        chances[str(c)] = Chance(*_estimate_chance(holds), *_value_range(value))
     if chances:
-        chances["all"] = Chance(*_chance(all_hold), math.nan, math.nan)
+        chances["all"] = Chance(*_estimate_chance(all_hold), math.nan, math.nan)
     return chances
 
 
-def _chance(holds: Any) -> tuple[float, float]:
+def _estimate_chance(holds: Any) -> tuple[float, float]:
     part, count = float(holds.mean()), len(holds)
     return part, max(math.sqrt(part * (1 - part) / count), 1 / count)
 

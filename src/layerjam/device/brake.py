@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 from layerjam.conversion import Quantity
 from layerjam.device.enclosure import Enclosure
-from layerjam.device.fan import check_exponent_of_fan
+from layerjam.device.fan import check_fan_exponent
 from layerjam.device.hyperelastic import Hyperelastic, validate_hyperelastic
 from layerjam.device.mount import Mount, Rope, Site
 from layerjam.device.sheets import Film, Sheets
@@ -147,7 +147,7 @@ def validate(brake: Brake) -> None:
         raise QuantityError.of(
             "pressure_exponent", "give it together with test_pressure, or give neither"
         )
-    check_exponent_of_fan(brake)
+    check_fan_exponent(brake)
     law = brake.speed_law
     if law is not None and law.fastest is not None and law.fastest < law.test_speed:
         raise QuantityError.of(

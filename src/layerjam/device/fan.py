@@ -31,7 +31,7 @@ def fan_factor(alpha: float) -> float:
     return total
 
 
-def check_exponent_of_fan(brake: Any) -> None:
+def check_fan_exponent(brake: Any) -> None:
     """Raise QuantityError for a pressure exponent that is impossible for sheets without spacers.
 
     Their friction grows exponentially with the coefficient. If that rose without bound as the

@@ -94,7 +94,7 @@ def write_whole(
     if path.is_dir():
         raise FileError(path, "is a folder, not a file")
     with report_failure(path, "cannot be written"), contextlib.ExitStack() as leftovers:
-        temporary = _make_temporary(path)
+        temporary = _make_temporary_file(path)
         leftovers.callback(temporary.unlink, missing_ok=True)
         if isinstance(content, str | bytes):
             temporary.write_bytes(content if isinstance(content, bytes) else content.encode())
@@ -104,7 +104,7 @@ def write_whole(
     return path
 
 
-def _make_temporary(path: Path) -> Path:
+def _make_temporary_file(path: Path) -> Path:
     """Create an empty file with a random name and the permissions of the user's umask."""
     name = f".{path.stem[:40]}-{secrets.token_hex(8)}{path.suffix}"
     path_of_file = path.with_name(name)

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from layerjam.device.workshop import Build
 from layerjam.fabricate.lengths import Lengths, Side, mm
 from layerjam.fabricate.outline import clamp_holes
-from layerjam.fabricate.solid import Box, Ellipse, Prism, Solid, add, cut, solid
+from layerjam.fabricate.solid import Box, Ellipse, Prism, Solid, add, cut, make_solid
 
 
 def screw_places(lengths: Lengths, side: Side) -> list[float]:
@@ -20,15 +20,15 @@ def screw_places(lengths: Lengths, side: Side) -> list[float]:
     return [hole.y for hole in row]
 
 
-def cap(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
+def make_cap(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
     """Return the cap of one side: tray, neck with groove, and head with port and pin."""
     back_depth, neck = side.tray + mm(build.back), mm(build.neck_length)
     end = back_depth + neck
     port = end + lengths.port_length / 2
     prisms = [
-        *_tray(lengths, build, side),
-        *_neck(lengths, build, back_depth),
-        *_head(lengths, build, end),
+        *_make_tray(lengths, build, side),
+        *_make_neck(lengths, build, back_depth),
+        *_make_head(lengths, build, end),
     ]
     axis_height, half = lengths.air_axis, lengths.head / 2
     bore = mm(build.air_bore)
@@ -37,10 +37,10 @@ def cap(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
         cut("x", -port, -side.tray, Ellipse.circle((0, axis_height), bore)),
         cut("y", 0, half, Ellipse.circle((axis_height, -port), lengths.port)),
     ]
-    return solid(name, prisms, shared_volume(bore / 2, lengths.port / 2, free))
+    return make_solid(name, prisms, shared_volume(bore / 2, lengths.port / 2, free))
 
 
-def _tray(lengths: Lengths, build: Build, side: Side) -> Iterator[Prism]:
+def _make_tray(lengths: Lengths, build: Build, side: Side) -> Iterator[Prism]:
     """Yield the tray for sheets and plate, with nut pockets and screw holes."""
     top, bottom = (
         lengths.stack / 2 + lengths.plate_height,
@@ -59,7 +59,7 @@ def _tray(lengths: Lengths, build: Build, side: Side) -> Iterator[Prism]:
         yield cut("z", ceiling, -lengths.stack / 2, hole)
 
 
-def _neck(lengths: Lengths, build: Build, back_wall: float) -> Iterator[Prism]:
+def _make_neck(lengths: Lengths, build: Build, back_wall: float) -> Iterator[Prism]:
     """Yield the round neck for the cable tie: two collars and a groove between them."""
     length, slot, depth = mm(build.neck_length), mm(build.tie_slot), mm(build.tie_depth)
     a, b = lengths.neck_a, lengths.neck_b
@@ -69,14 +69,14 @@ def _neck(lengths: Lengths, build: Build, back_wall: float) -> Iterator[Prism]:
     yield add("x", last, -back_wall, Ellipse((0, 0), a, b))
 
 
-def _head(lengths: Lengths, build: Build, end: float) -> Iterator[Prism]:
+def _make_head(lengths: Lengths, build: Build, end: float) -> Iterator[Prism]:
     length, side, height = lengths.port_length + lengths.head, lengths.head, lengths.head_height
     yield add("x", -end - length, -end, Box.centred_on((0, 0), side, height, mm(build.edge)))
-    pin = Ellipse.circle((-end - lengths.port_length - side / 2, 0), pin_hole(build))
+    pin = Ellipse.circle((-end - lengths.port_length - side / 2, 0), pin_hole_diameter(build))
     yield cut("z", -height / 2, height / 2, pin)
 
 
-def pin_hole(build: Build) -> float:
+def pin_hole_diameter(build: Build) -> float:
     """Return the diameter of the hole for the dowel pin."""
     return mm(build.pin) + mm(build.pin_clearance)
 
@@ -97,7 +97,7 @@ def shared_volume(bore: float, port: float, length: float) -> float:
     return bore**2 * math.pi / (count + 1) * total
 
 
-def plate(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
+def make_plate(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
     """Return the clamp plate of one side, which is open at front and back above its screws."""
     fit, thread = mm(build.fit), lengths.thread
     low, high = lengths.stack / 2, lengths.stack / 2 + lengths.plate_height
@@ -108,4 +108,4 @@ def plate(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
         prisms.append(cut("x", depth, 0, Box((y - head / 2, floor), (y + head / 2, high))))
         hole = Ellipse.circle((-side.clamped / 2, y), thread.clearance)
         prisms.append(cut("z", low, floor, hole))
-    return solid(name, prisms)
+    return make_solid(name, prisms)

@@ -11,7 +11,7 @@ import numpy as np
 from layerjam.device.brake import Brake, enclosure_mass, mass, sheet_mass
 from layerjam.device.workshop import M5, Build, Casting, find_changed_input
 from layerjam.errors import Notice, QuantityError
-from layerjam.fabricate.cap import pin_hole
+from layerjam.fabricate.cap import pin_hole_diameter
 from layerjam.fabricate.lengths import (
     ATMOSPHERES,
     KEY_DEPTH,
@@ -276,7 +276,7 @@ def wall_thicknesses(build: Build, lengths: Lengths) -> dict[str, Any]:
         "neck next to the tie": np.where(proud, (neck - slot) / 2 if depth else neck, free),
         "head next to the air bore": lengths.head / 2 - bore,
         "head around the port": PORT_WALL,
-        "head around the pin": (lengths.head - pin_hole(build)) / 2,
+        "head around the pin": (lengths.head - pin_hole_diameter(build)) / 2,
         "between two nuts": np.where(lengths.screws > 1, pitch - nut, free),
         "between two heads": np.where(lengths.screws > 1, pitch - thread.head - fit, free),
     }

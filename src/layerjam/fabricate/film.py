@@ -15,7 +15,7 @@ from layerjam.fabricate import cutting, jigs
 from layerjam.fabricate.dxf import BAR, Frame, write_dxf
 from layerjam.fabricate.lengths import Lengths, Side, mm
 from layerjam.fabricate.nest import SLACK, CutPart, Piece, find_too_large, nest_parts, nest_smallest
-from layerjam.fabricate.outline import Outline, Vertex, bounding_box, sheet, spacer
+from layerjam.fabricate.outline import Outline, Vertex, bounding_box, make_sheet, make_spacer
 from layerjam.fabricate.verdicts import ROUNDING, Check, same_text
 from layerjam.units import show
 
@@ -117,7 +117,7 @@ def film_parts(build: Build, lengths: Lengths, copies: int = 1) -> list[CutPart]
 
 def _make_sheet(build: Build, lengths: Lengths, side: Side) -> Outline:
     tip, clamp = mm(build.tip_radius), mm(build.clamp_radius)
-    return sheet(
+    return make_sheet(
         lengths.sheet_length,
         lengths.width,
         clamp_length=side.clamped,
@@ -129,7 +129,7 @@ def _make_sheet(build: Build, lengths: Lengths, side: Side) -> Outline:
 
 
 def _make_spacer(build: Build, lengths: Lengths, side: Side) -> Outline:
-    return spacer(
+    return make_spacer(
         side.clamped,
         lengths.width,
         hole=lengths.hole,
@@ -257,14 +257,14 @@ def _hole_text(key: str, value: float, limit: float, ok: bool | None) -> str:
     return f"{text}; cutting needs at least {least}" + ("" if ok else f": {remedy} is needed")
 
 
-def more_files(
+def auxiliary_files(
     build: Build, lengths: Lengths, parallel: int, series: int, coupons: bool
 ) -> dict[str, bytes]:
     """Return {path: bytes} of auxiliary parts (jig, yoke, link, coupons), all at nominal size."""
     flat = auxiliary_plates(build, lengths, parallel, series)
     content = {f"cut/{name}.dxf": write_dxf([part]) for name, part in flat.items()}
     if coupons:
-        content["cut/coupon.dxf"] = write_dxf(jigs.coupon(lengths.hole, mm(build.gap)))
+        content["cut/coupon.dxf"] = write_dxf(jigs.make_coupon(lengths.hole, mm(build.gap)))
     return content
 
 
@@ -273,11 +273,11 @@ def auxiliary_plates(
 ) -> dict[str, Outline]:
     """Return the jig, and the yoke and link if the array needs them, by name [mm]."""
     bore = mm(build.pin) + mm(build.pin_clearance)
-    outlines = {"jig": jigs.jig(lengths.pin_to_pin, bore)}
+    outlines = {"jig": jigs.make_jig(lengths.pin_to_pin, bore)}
     if parallel > 1:
-        outlines["yoke"] = jigs.yoke(parallel, brake_pitch(build, lengths), bore)
+        outlines["yoke"] = jigs.make_yoke(parallel, brake_pitch(build, lengths), bore)
     if series > 1:
-        outlines["link"] = jigs.link(lengths.head, mm(build.gap), bore)
+        outlines["link"] = jigs.make_link(lengths.head, mm(build.gap), bore)
     return outlines
 
 

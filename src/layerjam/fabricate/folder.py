@@ -12,8 +12,8 @@ from layerjam._version import __version__
 from layerjam.errors import FileError, MissingExtraError
 from layerjam.fabricate.bom import bom_csv
 from layerjam.fabricate.drawing import Drawing
-from layerjam.fabricate.film import more_files
-from layerjam.fabricate.mesh import mesh
+from layerjam.fabricate.film import auxiliary_files
+from layerjam.fabricate.mesh import make_mesh
 from layerjam.fabricate.package import write_3mf, write_stl
 from layerjam.fabricate.step import write_step
 from layerjam.system import check_name, report_failure
@@ -31,10 +31,10 @@ def check_folder(out: str | Path, overwrite: bool) -> Path:
     path = Path(out)
     check_name(path)
     with report_failure(out, "cannot be created"):
-        return _validate(path, overwrite)
+        return _validate_folder(path, overwrite)
 
 
-def _validate(path: Path, overwrite: bool) -> Path:
+def _validate_folder(path: Path, overwrite: bool) -> Path:
     if not path.name:
         raise FileError(path, "cannot be created as a folder; give a folder name")
     if os.path.lexists(path) and not path.is_dir():
@@ -98,8 +98,10 @@ def build_files(drawing: Drawing, *, with_step: bool, coupons: bool) -> dict[str
     Raises MissingExtraError if the `build` extra is not installed, or `step` if STEP is requested.
     """
     content: dict[str, str | bytes] = {**drawing.film.files()}
-    content |= more_files(drawing.build, drawing.lengths, drawing.parallel, drawing.series, coupons)
-    meshes = [mesh(part.solid) for part in drawing.parts if part.printed]
+    content |= auxiliary_files(
+        drawing.build, drawing.lengths, drawing.parallel, drawing.series, coupons
+    )
+    meshes = [make_mesh(part.solid) for part in drawing.parts if part.printed]
     content["print/print.3mf"] = write_3mf(meshes, "layer-jamming brake")
     for surface in meshes:
         content[f"print/{surface.name}.stl"] = write_stl(surface)

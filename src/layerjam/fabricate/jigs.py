@@ -19,7 +19,7 @@ def rim_width(bore: float) -> float:
     return max(RIM, bore / 2 + 5)
 
 
-def jig(pin_to_pin: float, bore: float) -> Outline:
+def make_jig(pin_to_pin: float, bore: float) -> Outline:
     """Return a board with two holes for the pins, at the distance that they have at rest."""
     edge = rim_width(bore) + 5
     return Outline(
@@ -31,7 +31,7 @@ def jig(pin_to_pin: float, bore: float) -> Outline:
     )
 
 
-def yoke(brakes: int, pitch: float, bore: float) -> Outline:
+def make_yoke(brakes: int, pitch: float, bore: float) -> Outline:
     """Return a plate across `brakes` in parallel; the load hangs from the eye in its middle.
 
     The eye is not in the row of the pins, because an odd number of brakes has a pin in the middle.
@@ -48,7 +48,7 @@ def yoke(brakes: int, pitch: float, bore: float) -> Outline:
     )
 
 
-def link(head: float, gap: float, bore: float) -> Outline:
+def make_link(head: float, gap: float, bore: float) -> Outline:
     """Return a plate between two brakes in series; `head` is the length of the head of a cap."""
     edge = rim_width(bore)
     return Outline(
@@ -60,7 +60,7 @@ def link(head: float, gap: float, bore: float) -> Outline:
     )
 
 
-def coupon(hole: float, gap: float) -> list[Outline]:
+def make_coupon(hole: float, gap: float) -> list[Outline]:
     """Return test pieces to cut first from the same film, in its direction, at nominal size.
 
     A comb of ten slats in a frame measures the kerf: pushed together, the slats leave a gap of

@@ -15,7 +15,7 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.device.workshop import LEAST_SCREW_HOLE, M5, Build
 from layerjam.errors import LayerjamError, QuantityError
-from layerjam.fabricate.screws import LENGTHS, Thread, sold_length, thread_for
+from layerjam.fabricate.screws import LENGTHS, Thread, find_thread, sold_length
 from layerjam.units import show
 
 M5_BORE = 4.2
@@ -254,7 +254,7 @@ def compute_lengths(brake: Brake, build: Build) -> Lengths:
 def _clamp_lengths(brake: Brake, build: Build) -> tuple[Thread, Any, Any, tuple[Any, Any, Any]]:
     """Return thread, screw length (NaN if none), floor, and heights of plate, shelf and cap."""
     hole = mm(brake.mount.screw_hole)
-    thread = thread_for(hole)
+    thread = find_thread(hole)
     if thread is None:
         raise QuantityError.of(
             "mount.screw_hole",

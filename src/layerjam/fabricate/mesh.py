@@ -37,7 +37,7 @@ class Mesh:
 
 
 @functools.lru_cache(maxsize=64)
-def mesh(part: Solid) -> Mesh:
+def make_mesh(part: Solid) -> Mesh:
     """Return a part's mesh, which is always the same for the same part.
 
     Raises MissingExtraError if the `build` extra is not installed, and RuntimeError for a mesh that

@@ -8,17 +8,17 @@ from collections.abc import Iterator
 
 from layerjam.device.workshop import Build
 from layerjam.fabricate.lengths import KEY_DEPTH, KEY_HEIGHT, Lengths, mm
-from layerjam.fabricate.solid import Box, Ellipse, Prism, Solid, add, cut, solid
+from layerjam.fabricate.solid import Box, Ellipse, Prism, Solid, add, cut, make_solid
 
 
-def sleeve(lengths: Lengths) -> Solid:
+def make_sleeve(lengths: Lengths) -> Solid:
     """Return the trimmed enclosure, a straight tube."""
     return _make_tube(
         "sleeve", lengths.inner_width, lengths.inner_height, lengths.wall, lengths.sleeve
     )
 
 
-def casting(lengths: Lengths) -> Solid:
+def make_casting(lengths: Lengths) -> Solid:
     """Return the casting in the mould: the enclosure with the ends that are cut off."""
     mould, walls = lengths.mould, lengths.mould.outer_width - lengths.mould.inner_width
     return _make_tube("casting", mould.inner_width, mould.inner_height, walls / 2, mould.casting)
@@ -28,27 +28,27 @@ def _make_tube(name: str, width: float, height: float, wall: float, length: floa
     outer = Box.centred_on((0, 0), width + 2 * wall, height + 2 * wall)
     inner = Box.centred_on((0, 0), width, height)
     ends = -length / 2, length / 2
-    return solid(name, [add("x", *ends, outer), cut("x", *ends, inner)])
+    return make_solid(name, [add("x", *ends, outer), cut("x", *ends, inner)])
 
 
-def core(lengths: Lengths) -> Solid:
+def make_core(lengths: Lengths) -> Solid:
     """Return the core, which the mould holds at both ends."""
     mould = lengths.mould
     section = Box.centred_on((0, 0), mould.inner_width, mould.inner_height)
-    return solid("core", [add("x", -mould.core / 2, mould.core / 2, section)])
+    return make_solid("core", [add("x", -mould.core / 2, mould.core / 2, section)])
 
 
-def bottom(lengths: Lengths, build: Build) -> Solid:
+def make_bottom(lengths: Lengths, build: Build) -> Solid:
     """Return the lower half, with the pins of the keys."""
     pins = [
         add("z", 0, KEY_HEIGHT, Ellipse.circle(place, mm(build.key)))
         for place in bolt_places(lengths)[1]
     ]
     body = list(_mould_half(lengths, build, below=True))
-    return solid("mould-bottom", [*body, *pins])
+    return make_solid("mould-bottom", [*body, *pins])
 
 
-def top(lengths: Lengths, build: Build) -> Solid:
+def make_top(lengths: Lengths, build: Build) -> Solid:
     """Return the upper half, with the holes for the keys, the sprue and the vents."""
     mould = lengths.mould
     prisms = list(_mould_half(lengths, build, below=False))
@@ -59,7 +59,7 @@ def top(lengths: Lengths, build: Build) -> Solid:
     roof = mould.outer_height / 2
     for place, diameter in vent_places(lengths, build):
         prisms.append(cut("z", roof, mould.half, Ellipse.circle(place, diameter)))
-    return solid("mould-top", prisms)
+    return make_solid("mould-top", prisms)
 
 
 def vent_places(lengths: Lengths, build: Build) -> list[tuple[tuple[float, float], float]]:

@@ -197,7 +197,7 @@ def clamp_holes(clamp_length: float, width: float, screws: int, hole: float) -> 
     return [Circle(clamp_length / 2, y, hole) for y in row]
 
 
-def sheet(
+def make_sheet(
     length: float,
     width: float,
     *,
@@ -217,7 +217,7 @@ def sheet(
     )
 
 
-def spacer(
+def make_spacer(
     clamp_length: float, width: float, *, hole: float, screws: int = 1, clamp_radius: float = 0.5
 ) -> Outline:
     """Return one spacer [mm], which fills the gap between two sheets inside a cap."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from layerjam.device.workshop import Build
 from layerjam.fabricate import mould
-from layerjam.fabricate.cap import cap, plate
+from layerjam.fabricate.cap import make_cap, make_plate
 from layerjam.fabricate.lengths import Lengths
 from layerjam.fabricate.solid import Solid
 
@@ -28,12 +28,12 @@ class Part:
 def make_parts(lengths: Lengths, build: Build) -> list[Part]:
     """Return caps, plates, mould, core and enclosure, by side if the sides differ."""
     solids = []
-    for shape, word in ((cap, "cap"), (plate, "plate")):
+    for shape, word in ((make_cap, "cap"), (make_plate, "plate")):
         if lengths.same_caps:
             solids.append(Part(shape(lengths, build, lengths.left, word), 2))
             continue
         for side in lengths.sides:
             solids.append(Part(shape(lengths, build, side, f"{word}-{side.name}"), 1))
-    tools = (mould.bottom(lengths, build), mould.top(lengths, build), mould.core(lengths))
-    solids += [Part(tool, 1, stays=False) for tool in tools]
-    return [*solids, Part(mould.sleeve(lengths), 1, printed=False)]
+    tools = [mould.make_bottom(lengths, build), mould.make_top(lengths, build)]
+    solids += [Part(tool, 1, stays=False) for tool in (*tools, mould.make_core(lengths))]
+    return [*solids, Part(mould.make_sleeve(lengths), 1, printed=False)]

@@ -66,7 +66,7 @@ THREADS = (
 )
 
 
-def thread_for(hole: float) -> Thread | None:
+def find_thread(hole: float) -> Thread | None:
     """Return the largest thread that passes through a sheet's hole [mm], or None if below M2."""
     return max(
         (t for t in THREADS if t.size <= hole * (1 + 1e-9)), key=lambda t: t.size, default=None

@@ -12,7 +12,7 @@ import numpy as np
 
 from layerjam.device.workshop import Build, Casting
 from layerjam.fabricate.lengths import Lengths, Mould
-from layerjam.fabricate.mould import casting
+from layerjam.fabricate.mould import make_casting
 from layerjam.fabricate.verdicts import Check
 from layerjam.units import show
 
@@ -29,7 +29,7 @@ THIN = 0.3e-3
 
 def cavity_volume(lengths: Lengths) -> float:
     """Return the volume of silicone in the mould [m³]."""
-    return casting(lengths).volume * 1e-9
+    return make_casting(lengths).volume * 1e-9
 
 
 def silicone_to_mix(lengths: Lengths, build: Build, density: float) -> float:
@@ -102,7 +102,7 @@ def _fill_check(material: Casting, lengths: Lengths) -> Check:
         return Check(
             code="C12",
             key="fill",
-            words=partial(_unknown_text, missing, lengths.wall * 1e-3),
+            words=partial(_missing_input_text, missing, lengths.wall * 1e-3),
             value=lengths.wall * 1e-3 if np.any(thin) else None,
             limit=THIN if np.any(thin) else MOST_PRESSURE,
             at_most=False,
@@ -121,7 +121,7 @@ def _fill_check(material: Casting, lengths: Lengths) -> Check:
     )
 
 
-def _unknown_text(missing: list[str], wall: float, ok: bool | None) -> str:
+def _missing_input_text(missing: list[str], wall: float, ok: bool | None) -> str:
     inputs = " and ".join(f"enclosure.{name}" for name in missing)
     text = f"filling pressure unknown: {inputs} {'is' if len(missing) == 1 else 'are'} not given"
     if ok is False:

@@ -160,6 +160,6 @@ def cut(axis: Axis, start: float, end: float, section: Section) -> Prism:
     return Prism(axis, start, end, section, True)
 
 
-def solid(name: str, prisms: Iterable[Prism], shared_volume: float = 0.0) -> Solid:
+def make_solid(name: str, prisms: Iterable[Prism], shared_volume: float = 0.0) -> Solid:
     """Return the part that consists of these prisms."""
     return Solid(name, tuple(prisms), shared_volume)

@@ -9,7 +9,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.device.workshop import Build
-from layerjam.fabricate.cap import pin_hole
+from layerjam.fabricate.cap import pin_hole_diameter
 from layerjam.fabricate.lengths import Lengths, mm
 from layerjam.fabricate.verdicts import Check
 from layerjam.units import show
@@ -161,7 +161,7 @@ def cap_stresses(force: float, clamp: float, build: Build, lengths: Lengths) -> 
     """
     depth, bore = mm(build.tie_depth), mm(build.air_bore)
     neck = math.pi * ((lengths.neck_a - depth) * (lengths.neck_b - depth) - bore**2 / 4)
-    hole, thread = pin_hole(build), lengths.thread
+    hole, thread = pin_hole_diameter(build), lengths.thread
     lug = lengths.head - hole
     seat = min(math.pi / 4 * thread.head**2, math.sqrt(3) / 2 * thread.nut**2)
     seat -= math.pi / 4 * thread.clearance**2

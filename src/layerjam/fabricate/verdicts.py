@@ -81,8 +81,8 @@ class Check:
             "ok": self.ok,
             "level": self.level,
             "text": self.text,
-            "value": _finite(self.value),
-            "limit": _finite(self.limit),
+            "value": _finite_or_none(self.value),
+            "limit": _finite_or_none(self.limit),
             "unit": self.unit,
             "key": self.key,
         }
@@ -93,8 +93,8 @@ class Check:
             name=self.code,
             level=self.level,
             sentence=self.text,
-            value=_finite(self.value),
-            limit=_finite(self.limit),
+            value=_finite_or_none(self.value),
+            limit=_finite_or_none(self.limit),
             unit=self.unit,
         )
 
@@ -104,7 +104,7 @@ def same_text(text: str, ok: bool | None) -> str:
     return text
 
 
-def _finite(value: Any) -> float | None:
+def _finite_or_none(value: Any) -> float | None:
     return float(value) if value is not None and math.isfinite(value) else None
 
 

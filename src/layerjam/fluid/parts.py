@@ -93,7 +93,7 @@ def _read_part(name: str, table: Any, text: str, path: object, family: str) -> P
         raise reader.fail(name, f"{name} must be a table, [{name}]")
     with reader.locate_errors(name):
         words = {k: spec.read(table.get(k, ""), f"{name}.{k}") for k, spec in _TEXTS.items()}
-    entries = {k: _resolve_as(v, table) for k, v in table.items() if k not in _TEXTS}
+    entries = {k: _read_entry(v, table) for k, v in table.items() if k not in _TEXTS}
     ends = entries.get("free_flow"), entries.get("ultimate_vacuum")
     if "curve" not in entries and all(isinstance(e, dict) and "value" in e for e in ends):
         entries["curve"] = _straight_curve(*ends)
@@ -119,7 +119,7 @@ def _read_part(name: str, table: Any, text: str, path: object, family: str) -> P
     )
 
 
-def _resolve_as(entry: Any, table: Mapping[str, Any]) -> Any:
+def _read_entry(entry: Any, table: Mapping[str, Any]) -> Any:
     """Return an entry whose source "as KEY: ..." is replaced by that key's document."""
     text = entry.get("source") if isinstance(entry, dict) else None
     match = re.match(r"as (\w+)(.*)", text, re.DOTALL) if isinstance(text, str) else None
@@ -127,7 +127,7 @@ def _resolve_as(entry: Any, table: Mapping[str, Any]) -> Any:
         return entry
     # an entry can refer only to earlier entries of the catalogue, never to itself
     before = dict(list(table.items())[: list(table.values()).index(entry)])
-    source = _resolve_as(before.get(match.group(1), ""), before)
+    source = _read_entry(before.get(match.group(1), ""), before)
     document = str(source.get("source", "")) if isinstance(source, dict) else ""
     detail = match.group(2)
     return {

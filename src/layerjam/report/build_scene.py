@@ -17,9 +17,9 @@ from layerjam.fabricate import cap as caps
 from layerjam.fabricate import jigs, mould
 from layerjam.fabricate.film import film_parts
 from layerjam.fabricate.lengths import Lengths, Side, mm
-from layerjam.fabricate.mesh import mesh
+from layerjam.fabricate.mesh import make_mesh
 from layerjam.fabricate.outline import Outline
-from layerjam.fabricate.solid import Box, Ellipse, Solid, add, cut, solid
+from layerjam.fabricate.solid import Box, Ellipse, Solid, add, cut, make_solid
 from layerjam.report.shading import Body
 
 PRINTED, PLATE, STEEL, BRASS = "#8f9bab", "#aab4c0", "#565b63", "#c9a84c"
@@ -54,7 +54,7 @@ def scene(build: Build, lengths: Lengths) -> Scene:
 
 def body(part: Solid, colour: str) -> Body:
     """Return a solid as a body."""
-    surface = mesh(part)
+    surface = make_mesh(part)
     return Body(surface.corners, surface.triangles, colour)
 
 
@@ -81,13 +81,15 @@ def _extrude(rings: Sequence[Ring], low: float, high: float, colour: str) -> Bod
 
 def cap(world: Scene, side: Side) -> Body:
     """Return a cap in its position."""
-    part = body(caps.cap(world.lengths, world.build, side, "cap"), PRINTED)
+    part = body(caps.make_cap(world.lengths, world.build, side, "cap"), PRINTED)
     return _place(world, side, part)
 
 
 def plate(world: Scene, side: Side) -> Body:
     """Return a clamp plate in its position."""
-    return _place(world, side, body(caps.plate(world.lengths, world.build, side, "plate"), PLATE))
+    return _place(
+        world, side, body(caps.make_plate(world.lengths, world.build, side, "plate"), PLATE)
+    )
 
 
 def screws(world: Scene, side: Side) -> list[Body]:
@@ -105,7 +107,7 @@ def screws(world: Scene, side: Side) -> list[Body]:
             seat + thread.head_height,
             Ellipse.circle(center, 0.9 * thread.size),
         )
-        bodies.append(_place(world, side, body(solid("screw", [shank, head, key]), STEEL)))
+        bodies.append(_place(world, side, body(make_solid("screw", [shank, head, key]), STEEL)))
     return bodies
 
 
@@ -146,21 +148,21 @@ def dowel(world: Scene, side: Side) -> Body:
     lengths, size = world.lengths, mm(world.build.pin)
     end = side.reach + lengths.port_length + lengths.head / 2
     half = lengths.head_height / 2 + 6
-    pin = solid("pin", [add("z", -half, half, Ellipse.circle((-end, 0), size))])
+    pin = make_solid("pin", [add("z", -half, half, Ellipse.circle((-end, 0), size))])
     return _place(world, side, body(pin, STEEL))
 
 
 def jig(world: Scene) -> list[Body]:
     """Return the board below both caps, with its dowels."""
     lengths, build = world.lengths, world.build
-    board = jigs.jig(lengths.pin_to_pin, caps.pin_hole(build))
+    board = jigs.make_jig(lengths.pin_to_pin, caps.pin_hole_diameter(build))
     left = lengths.left.reach + lengths.port_length + lengths.head / 2
     ground = -max(lengths.stack / 2 + lengths.shelf_height, lengths.neck_b) - 0.2
     bodies = [slab(board, ground - 6, ground, BOARD).shift(-left - board.holes[0].x)]
     for x in (-left, lengths.pin_to_pin - left):
         pin = Ellipse.circle((x, 0), mm(build.pin))
         bodies.append(
-            body(solid("pin", [add("z", ground - 6, lengths.head_height / 2 + 4, pin)]), STEEL)
+            body(make_solid("pin", [add("z", ground - 6, lengths.head_height / 2 + 4, pin)]), STEEL)
         )
     return bodies
 
@@ -172,7 +174,7 @@ def bolts(world: Scene, z: float) -> list[Body]:
     for place in mould.bolt_places(world.lengths)[0]:
         shank = add("z", z - 2 * world.lengths.mould.half, z, Ellipse.circle(place, 0.88 * size))
         head = add("z", z, z + 0.8 * size, Ellipse.circle(place, 1.5 * size))
-        bodies.append(body(solid("bolt", [shank, head]), STEEL))
+        bodies.append(body(make_solid("bolt", [shank, head]), STEEL))
     return bodies
 
 
@@ -181,7 +183,7 @@ def tube(world: Scene, side: Side) -> Body:
     lengths = world.lengths
     x, face = -(side.reach + lengths.port_length / 2), lengths.head / 2
     ring = add("y", face + 6, face + 24, Ellipse.circle((0, x), max(lengths.port, 2.5)))
-    return _place(world, side, body(solid("tube", [ring]), TUBE))
+    return _place(world, side, body(make_solid("tube", [ring]), TUBE))
 
 
 def fitting(world: Scene, side: Side) -> Body:
@@ -194,7 +196,7 @@ def fitting(world: Scene, side: Side) -> Body:
         add("y", face, face + 3, Ellipse.circle((0, x), size + 2.5)),
         add("y", face + 3, face + 9, Ellipse.circle((0, x), max(size - 1, 1.5))),
     ]
-    return _place(world, side, body(solid("fitting", rings), BRASS))
+    return _place(world, side, body(make_solid("fitting", rings), BRASS))
 
 
 def tie(world: Scene, side: Side, gap: float = 0.0) -> Body:
@@ -209,14 +211,14 @@ def tie(world: Scene, side: Side, gap: float = 0.0) -> Body:
         cut("x", *ends, Ellipse((0, 0), a, b)),
         add("x", *ends, Box((-2.4, b + 1.0), (2.4, b + 4.2))),
     ]
-    return _place(world, side, body(solid("tie", rings), TIE))
+    return _place(world, side, body(make_solid("tie", rings), TIE))
 
 
 def sleeve(world: Scene) -> Body:
     """Return the trimmed, unstretched enclosure in its position."""
     lengths = world.lengths
     middle = (lengths.free + lengths.right.reach - lengths.left.reach) / 2
-    return body(mould.sleeve(lengths), SILICONE).shift(middle)
+    return body(mould.make_sleeve(lengths), SILICONE).shift(middle)
 
 
 def mounted_sleeve(world: Scene) -> Body:
@@ -301,9 +303,9 @@ def tools(world: Scene) -> dict[str, Body]:
     """Return both halves of the mould, and the core, in their positions in the closed mould."""
     build, lengths = world.build, world.lengths
     return {
-        "top": body(mould.top(lengths, build), PRINTED),
-        "core": body(mould.core(lengths), CORE),
-        "bottom": body(mould.bottom(lengths, build), PRINTED),
+        "top": body(mould.make_top(lengths, build), PRINTED),
+        "core": body(mould.make_core(lengths), CORE),
+        "bottom": body(mould.make_bottom(lengths, build), PRINTED),
     }
 
 

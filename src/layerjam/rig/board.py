@@ -16,7 +16,7 @@ from layerjam.control import law
 from layerjam.control.settings import FAULTS
 from layerjam.errors import LayerjamError, MissingExtraError, QuantityError
 from layerjam.rig.address import Address, address_of
-from layerjam.rig.child import has_pipes, start
+from layerjam.rig.child import has_pipes, start_child
 from layerjam.rig.line import Line, Serial
 from layerjam.rig.plant import PlantThread, VirtualPlant, read_hardware
 from layerjam.rig.wiring import load_wiring
@@ -26,7 +26,7 @@ PATIENCE = 15.0
 """Time that a board may take to start [s]."""
 
 
-def parts(board: str = "") -> dict[str, str]:
+def firmware_files(board: str = "") -> dict[str, str]:
     """Return {file name: text} of everything that runs on a board, including the control law.
 
     If `board` names a real board, its pins are added.
@@ -54,13 +54,13 @@ def law_hash() -> str:
     return hashlib.sha256(Path(law.__file__).read_bytes()).hexdigest()
 
 
-def stage(folder: Path) -> None:
+def write_firmware(folder: Path) -> None:
     """Write the firmware's files to one folder, laid out as on a board."""
-    for name, text in parts().items():
+    for name, text in firmware_files().items():
         (folder / name).write_text(text, encoding="utf-8")
 
 
-def interpreter(python: str = "") -> list[str]:
+def interpreter_command(python: str = "") -> list[str]:
     """Return the command that runs the firmware: MicroPython if installed, otherwise this Python.
 
     `python` selects one: "micropython" or "cpython".
@@ -91,17 +91,17 @@ class VirtualBoard:
             raise QuantityError.of(
                 "address", f"python={python[:40]} is not 'micropython' or 'cpython'"
             )
-        command = interpreter(python)
+        command = interpreter_command(python)
         self.name = "MicroPython" if "micropython" in command[0] else "CPython"
         self.plant = VirtualPlant(hardware)
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._folder = tempfile.TemporaryDirectory(prefix="layerjam-board-")
-        stage(Path(self._folder.name))
+        write_firmware(Path(self._folder.name))
         words = [str(hardware.speed), f"SIM-{hardware.name}"]
         if "store" in address.options:
             words.append(os.path.abspath(address.options["store"]))
         main = str(Path(self._folder.name) / "main.py")
-        self._child = start([*command, main], words, self.close)
+        self._child = start_child([*command, main], words, self.close)
         self._thread = PlantThread(self.plant, self._child)
         self._thread.start()
         self.line = Line(self._child.line, str(address))

@@ -20,7 +20,7 @@ from layerjam.rig.line import LineError
 from layerjam.rig.link import SESSION, BoardLink
 from layerjam.rig.observer import Observer, Plan, draw_plan
 from layerjam.rig.plant import read_hardware
-from layerjam.rig.telemetry import records
+from layerjam.rig.telemetry import parse_records
 
 EMPTY = 50.0
 """Vacuum [Pa] below which a run may start."""
@@ -166,10 +166,10 @@ def run_trial(bed: Bed, plan: Plan) -> Trial:
     trouble = ""
     try:
         bench, board, observer = bed.begin(plan)
-        seq = _through(bench, board, observer)
+        seq = _inject_fault(bench, board, observer)
         fault = bench.fault
         if seq is not None and plan.kind.host == "releases":
-            named_after = _named_after(board, observer, seq)
+            named_after = _naming_time(board, observer, seq)
         if observer.struck is None:
             trouble = "the time of the fault was not reached"
     except LineError as error:
@@ -187,16 +187,16 @@ def run_trial(bed: Bed, plan: Plan) -> Trial:
         deadline=deadline if math.isfinite(deadline) else None,
         vacuum_after=observer.vacuum if observer else math.nan,
         doubted_after=observer.openings(VENTS, VENT_WINDOW) if observer else None,
-        lost_after=_after(observer.lost, observer.event) if observer else None,
+        lost_after=_elapsed_time(observer.lost, observer.event) if observer else None,
         trouble=trouble,
     )
 
 
-def _after(time: float | None, event: float | None) -> float | None:
+def _elapsed_time(time: float | None, event: float | None) -> float | None:
     return None if time is None or event is None else time - event
 
 
-def _through(bench: Bench, board: VirtualBoard, observer: Observer) -> int | None:
+def _inject_fault(bench: Bench, board: VirtualBoard, observer: Observer) -> int | None:
     """Run to the start of the fault, act as the host that the fault requires, and wait for the end.
 
     Returns the number of the sample at which the board received the host's last command.
@@ -238,12 +238,12 @@ def _until_done(observer: Observer) -> None:
         count = observer.plant.asked
 
 
-def _named_after(board: VirtualBoard, observer: Observer, seq: int) -> float:
+def _naming_time(board: VirtualBoard, observer: Observer, seq: int) -> float:
     """Return the time [s] from the event to the first record that names a fault, or infinity."""
     line, event = board.line, observer.event
     line.ask(SESSION, b"STR:ACK %d" % max(seq - 1, 0))
     while event is not None:
-        rows = records(line.ask(SESSION, b"FETC:STR? 200"))
+        rows = parse_records(line.ask(SESSION, b"FETC:STR? 200"))
         faults = rows[rows["fault"] != 0]
         if len(faults):
             time_named = observer.time_of(int(faults["seq"][0]))

@@ -110,8 +110,8 @@ def check_bench(
     InstrumentError if the board is not in SAFE.
     """
     with _lock_bench(bench, vent_rest):
-        result = _inspect(bench)
-    return _judge(result, plant, lag, tune)
+        result = _inspect_bench(bench)
+    return _judge_bench(result, plant, lag, tune)
 
 
 @contextlib.contextmanager
@@ -152,7 +152,7 @@ def measure_zero(bench: Bench, *, vent_rest: str | None = None) -> Zero:
     LockedError if another client has the lock, InstrumentError if the board is not in SAFE.
     """
     with _lock_bench(bench, vent_rest):
-        times, readings = _drive(bench, 0.0, 1, ZEROED)
+        times, readings = _drive_outputs(bench, 0.0, 1, ZEROED)
         level = readings[times > ZEROED - 1.0]
         if not np.isfinite(level).all():
             raise QuantityError.of("zero", FAULTS["sensor-silent"])
@@ -187,37 +187,37 @@ def measure_zero(bench: Bench, *, vent_rest: str | None = None) -> Zero:
     )
 
 
-def _inspect(bench: Bench) -> Checked:
+def _inspect_bench(bench: Bench) -> Checked:
     self_test = int(bench.ask("*TST?"))
     values: dict[str, Any] = {"self_test": self_test, "feasible": False, "reason": None}
     values["simulated"] = bench.simulated
     values |= dict.fromkeys(("zero", "noise", "rate", "top", "leak", "vent", "lag", "expected"))
-    _, still = _drive(bench, 0.0, 1, VENTED)
+    _, still = _drive_outputs(bench, 0.0, 1, VENTED)
     if not np.isfinite(still).all():
         return Checked(**values, wiring=("sensor-silent",))
     level = still[len(still) // 2 :]
     zero, noise = float(np.mean(level)), float(np.std(level))
     values |= {"zero": zero, "noise": noise}
     least = max(MOVED, 10 * noise)
-    rise, after = _pump(bench, 0)
+    rise, after = _measure_pump(bench, 0)
     change = float(np.mean(after[1][-5:])) - zero
     if abs(change) < least:
-        is_inverted = _rise_with_vent(bench, zero) > least
+        is_inverted = _measure_vented_rise(bench, zero) > least
         return Checked(**values, wiring=("vent-inverted" if is_inverted else "pump-does-nothing",))
     if change < 0.0:
         return Checked(**values, wiring=("pump-reversed",))
     values |= _fit_pump((rise[0], rise[1] - zero), (after[0], after[1] - zero))
-    height, times, fall = _release(bench, zero, 1)
+    height, times, fall = _measure_release(bench, zero, 1)
     if fall[-1] < RELEASED * height:
         values["vent"] = _fit_vent(times, fall, height, values["leak"], values["lag"])
         return Checked(**values, wiring=())
     # a strong pump may maintain part of the vacuum while the vent is open
-    height, _, fall = _release(bench, zero, 0)
+    height, _, fall = _measure_release(bench, zero, 0)
     is_inverted = fall[-1] < RELEASED * height
     return Checked(**values, wiring=("vent-inverted" if is_inverted else "vent-does-nothing",))
 
 
-def _drive(
+def _drive_outputs(
     bench: Bench, pump: float, vent: int, seconds: float, *, limit: float | None = None
 ) -> tuple[Array, Array]:
     """Return the time [s] since the change of the outputs and the reading [Pa] of every sample.
@@ -255,16 +255,16 @@ def _drive(
     return (times - times[0]) * 1e-6, rows["vacuum"].astype(float)
 
 
-def _pump(bench: Bench, vent: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+def _measure_pump(bench: Bench, vent: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Return the readings while the pump runs, and those after it stops with the vent closed."""
     bench.off()
-    rise = _drive(bench, 1.0, vent, PUMPED, limit=5.0)
-    return rise, _drive(bench, 0.0, 0, HELD)
+    rise = _drive_outputs(bench, 1.0, vent, PUMPED, limit=5.0)
+    return rise, _drive_outputs(bench, 0.0, 0, HELD)
 
 
-def _rise_with_vent(bench: Bench, zero: float) -> float:
+def _measure_vented_rise(bench: Bench, zero: float) -> float:
     """Return the vacuum [Pa] that the pump reaches while the vent is commanded to open."""
-    (_, readings), _ = _pump(bench, 1)
+    (_, readings), _ = _measure_pump(bench, 1)
     return float(np.max(readings)) - zero
 
 
@@ -293,13 +293,13 @@ def _fit_pump(rise: tuple[Array, Array], after: tuple[Array, Array]) -> dict[str
         return end * (1.0 - decay(t, pole, lag))
 
     guess = (1.3 * float(rise[1].max()), 1.0 / PUMPED, 0.01)
-    fit = _fit(curve, *rise, guess)
+    fit = _fit_curve(curve, *rise, guess)
     if fit is None or not fit[0][1] > leak:
         return out
     end, pole, _ = fit[0]
     out |= {"rate": pole - leak, "top": end * pole / (pole - leak)}
     early = rise[0] < ONSET
-    fit = _fit(
+    fit = _fit_curve(
         lambda t, size, lag: curve(t, size * end, pole, lag),
         rise[0][early], rise[1][early], (1.0, 0.01),
     )  # fmt: skip
@@ -308,16 +308,16 @@ def _fit_pump(rise: tuple[Array, Array], after: tuple[Array, Array]) -> dict[str
     return out
 
 
-def _release(bench: Bench, zero: float, vent: int) -> tuple[float, Array, Array]:
+def _measure_release(bench: Bench, zero: float, vent: int) -> tuple[float, Array, Array]:
     """Return the pump's vacuum [Pa], and the times [s] and vacuums [Pa] after the vent command.
 
     The vent is commanded to open if `vent` is 1, to close if it is 0; while pumping it has the
     opposite command.
     """
     bench.off()
-    _drive(bench, 1.0, 1 - vent, 0.5 * PUMPED, limit=5.0)
-    _, even = _drive(bench, 0.0, 1 - vent, EVEN, limit=3.0)
-    times, fall = _drive(bench, 0.0, vent, HELD)
+    _drive_outputs(bench, 1.0, 1 - vent, 0.5 * PUMPED, limit=5.0)
+    _, even = _drive_outputs(bench, 0.0, 1 - vent, EVEN, limit=3.0)
+    times, fall = _drive_outputs(bench, 0.0, vent, HELD)
     return float(np.mean(even[-5:])) - zero, times, fall - zero
 
 
@@ -326,14 +326,14 @@ def _fit_vent(
 ) -> float | None:
     """Return the decay rate [1/s] that the open vent adds; None if too fast for the samples."""
     shows = int(np.argmax(fall < LEFT * level)) or len(fall)
-    fit = _fit(
+    fit = _fit_curve(
         lambda t, size, pole: size * decay(t, pole, lag or 0.0),
         times[:shows], fall[:shows], (level, 1.0 / max(times[shows // 2], 1e-3)),
     )  # fmt: skip
     return None if fit is None else max(fit[0][1] - (leak or 0.0), 0.0)
 
 
-def _fit(
+def _fit_curve(
     curve: Callable[..., Array], times: Array, values: Array, guess: tuple[float, ...]
 ) -> tuple[list[float], list[float]] | None:
     """Return positive parameters of a curve and their standard errors; None if the fit fails."""
@@ -348,7 +348,7 @@ def _fit(
     return parameters.tolist(), np.sqrt(np.diag(spread)).tolist()
 
 
-def _judge(data: Checked, plant: Plant | None, lag: float, tune: bool) -> Checked:
+def _judge_bench(data: Checked, plant: Plant | None, lag: float, tune: bool) -> Checked:
     """Return the data with the expected values, and the reason against regulation, if any."""
     faulty = (name for bit, name in TESTS.items() if data.self_test & bit)
     reasons = [f"{name} fails the self-test" for name in faulty]
@@ -365,14 +365,14 @@ def _judge(data: Checked, plant: Plant | None, lag: float, tune: bool) -> Checke
             reasons.append(
                 f"the line leaks at {data.leak:.3g}/s, but the pump's rate is {data.rate:.3g}/s"
             )
-        reasons += [] if tune or line_values is None else _differences(data, line_values)
+        reasons += [] if tune or line_values is None else _describe_differences(data, line_values)
         if data.zero is not None and data.top is not None and abs(data.zero) > 0.05 * data.top:
             reasons.append(f"the reading with the vent open is {show(data.zero, 'Pa')}, not zero")
     reason = "; ".join(reasons) or None
     return replace(data, feasible=not reasons, reason=reason, expected=line_values)
 
 
-def _differences(data: Checked, line_values: dict[str, float]) -> Iterator[str]:
+def _describe_differences(data: Checked, line_values: dict[str, float]) -> Iterator[str]:
     """Yield each value that differs from that of the line by more than the detectors tolerate."""
     for name, value, share in (
         ("pump's rate", "rate", ALLOWED.pump),

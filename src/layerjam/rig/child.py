@@ -39,16 +39,16 @@ def has_pipes() -> bool:
     return PIPES
 
 
-def start(command: Sequence[str], words: Sequence[str], closing: Callable[[], None]) -> Child:
+def start_child(command: Sequence[str], words: Sequence[str], closing: Callable[[], None]) -> Child:
     """Run `command` with two arguments that name the plant's end, followed by `words`.
 
     `closing` is called when the line is closed. Raises LineError if the child does not connect.
     """
-    join = _by_pipes if has_pipes() else _by_sockets
+    join = _use_pipes if has_pipes() else _use_sockets
     return join(command, words, closing)
 
 
-def _by_pipes(command: Sequence[str], words: Sequence[str], closing: Callable[[], None]) -> Child:
+def _use_pipes(command: Sequence[str], words: Sequence[str], closing: Callable[[], None]) -> Child:
     from_board, to_board, line_in, line_out = os.pipe(), os.pipe(), os.pipe(), os.pipe()
     # the firmware handles the data that is waiting, then continues sampling
     os.set_blocking(line_in[0], False)
@@ -78,7 +78,9 @@ def _close(*descriptors: int) -> None:
         os.close(descriptor)
 
 
-def _by_sockets(command: Sequence[str], words: Sequence[str], closing: Callable[[], None]) -> Child:
+def _use_sockets(
+    command: Sequence[str], words: Sequence[str], closing: Callable[[], None]
+) -> Child:
     token = secrets.token_hex(16)
     with socket.create_server(("127.0.0.1", 0)) as door:
         door.settimeout(PATIENCE)
@@ -91,7 +93,7 @@ def _by_sockets(command: Sequence[str], words: Sequence[str], closing: Callable[
             creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
         )
         try:
-            line, plant = _accept(door, token + "L"), _accept(door, token + "P")
+            line, plant = _accept_child(door, token + "L"), _accept_child(door, token + "P")
         except OSError:
             process.kill()
             process.wait()
@@ -102,7 +104,7 @@ def _by_sockets(command: Sequence[str], words: Sequence[str], closing: Callable[
     )
 
 
-def _accept(door: socket.socket, token: str) -> socket.socket:
+def _accept_child(door: socket.socket, token: str) -> socket.socket:
     """Return the connection of a child that sends the words `token`; close all others."""
     while True:
         connection, _ = door.accept()

@@ -108,7 +108,7 @@ class Circuit:
     @cached_property
     def wires(self) -> tuple[Wire, ...]:
         """Return the wires with the parts on them."""
-        return tuple(_wire(self, entry) for entry in self.declared)
+        return tuple(_make_wire(self, entry) for entry in self.declared)
 
     def parts_between(self, first: str, *others: str) -> list[Component]:
         """Return the components between the node `first` and one of `others`."""
@@ -132,7 +132,7 @@ class Circuit:
 
     def conflicts(self) -> tuple[str, ...]:
         """Return each conflict between pins and parts as a sentence."""
-        rules = (_sockets, _channels, _bus, _gates, _ratio)
+        rules = (_check_sockets, _check_channels, _check_bus, _check_gates, _check_ratio)
         return tuple(text for rule in rules for text in rule(self))
 
 
@@ -170,7 +170,7 @@ def load_circuit(board: str | Path, circuit: Path = PICO) -> Circuit:
     )
 
 
-def _wire(circuit: Circuit, entry: Mapping[str, str]) -> Wire:
+def _make_wire(circuit: Circuit, entry: Mapping[str, str]) -> Wire:
     use = entry.get("use")
     node = use or entry["pin"]
     series, end = (None, node) if node in ("GND", *circuit.rails) else circuit.series_part(node)
@@ -191,14 +191,14 @@ def _wire(circuit: Circuit, entry: Mapping[str, str]) -> Wire:
     )
 
 
-def _sockets(circuit: Circuit) -> Iterator[str]:
+def _check_sockets(circuit: Circuit) -> Iterator[str]:
     """Yield a conflict for pins of the chip that are not on the socket."""
     for use, number in asdict(circuit.file.wiring.pins).items():
         if use not in INSIDE and f"GP{number}" not in circuit.socket:
             yield f"{use}: GP{number} is not connected to a pin of the socket"
 
 
-def _channels(circuit: Circuit) -> Iterator[str]:
+def _check_channels(circuit: Circuit) -> Iterator[str]:
     """Yield a conflict if the two inputs of the pump driver share a PWM slice."""
     pins = circuit.file.wiring.pins
     pump, reverse = pins.pump_gate, pins.pump_back_gate
@@ -206,7 +206,7 @@ def _channels(circuit: Circuit) -> Iterator[str]:
         yield f"pump_gate and pump_back_gate: GP{pump} and GP{reverse} share one PWM channel"
 
 
-def _bus(circuit: Circuit) -> Iterator[str]:
+def _check_bus(circuit: Circuit) -> Iterator[str]:
     """Yield a conflict for SPI pins on different ports or in wrong positions."""
     if circuit.file.wiring.sensor_kind != "hsc":
         return
@@ -222,7 +222,7 @@ def _bus(circuit: Circuit) -> Iterator[str]:
         yield "the SPI pins belong to two different ports"
 
 
-def _gates(circuit: Circuit) -> Iterator[str]:
+def _check_gates(circuit: Circuit) -> Iterator[str]:
     """Yield a conflict for gates that float in reset because no pull-down is small enough."""
     for wire in circuit.wires:
         if wire.use not in GATES:
@@ -235,7 +235,7 @@ def _gates(circuit: Circuit) -> Iterator[str]:
             )
 
 
-def _ratio(circuit: Circuit) -> Iterator[str]:
+def _check_ratio(circuit: Circuit) -> Iterator[str]:
     """Yield a conflict if the board file and the circuit differ about the supply's divider."""
     upper, lower, _ = circuit.divider("supply_adc")
     ratio, in_file = 1.0 + upper.value / lower.value, circuit.file.wiring.supply_ratio

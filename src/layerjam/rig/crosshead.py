@@ -62,7 +62,7 @@ class Manual:
     def __init__(
         self, pressed: Callable[[], bool] | None = None, say: Callable[[str], None] | None = None
     ) -> None:
-        self._pressed = pressed or _enter
+        self._pressed = pressed or _is_enter_pressed
         self._say = say or tell_person
         self._moves = False
         self._step: Pull | Return | None = None
@@ -118,7 +118,7 @@ class Trigger:
         """Close the contact that starts the machine's method."""
         if self._closed:
             raise CrossheadLostError("the contact was closed before the machine was started")
-        self._due = patience(step, self._at)
+        self._due = move_timeout(step, self._at)
         self._at = step.end
         self._moves = True
         bench.tell("OUTP:SYNC ON")
@@ -159,7 +159,7 @@ class Virtual:
 
     def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
         """Start the move; the marker is on during the move."""
-        self._due, self._end = patience(step, self._machine.elongation), step.end
+        self._due, self._end = move_timeout(step, self._machine.elongation), step.end
         bench.tell("OUTP:SYNC ON")
         self._machine.go(step.end, step.speed)
 
@@ -185,7 +185,7 @@ class Virtual:
         return readings
 
 
-def patience(step: Pull | Return, start: float) -> float:
+def move_timeout(step: Pull | Return, start: float) -> float:
     """Return the time [s] after which a move from an elongation [m] is long overdue."""
     return 2 * abs(step.end - start) / step.speed + 10.0
 
@@ -195,10 +195,10 @@ def tell_person(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def _enter() -> bool:
+def _is_enter_pressed() -> bool:
     """Return whether a line has arrived on standard input, without waiting."""
     if sys.platform == "win32" and sys.stdin.isatty():
-        return _key()
+        return _is_key_pressed()
     try:
         if not select.select([sys.stdin], [], [], 0)[0]:
             return False
@@ -210,7 +210,7 @@ def _enter() -> bool:
     return True
 
 
-def _key() -> bool:
+def _is_key_pressed() -> bool:
     """Return whether Enter was pressed in the Windows console, which `select` cannot watch."""
     keys: Any = importlib.import_module("msvcrt")
     is_enter = False

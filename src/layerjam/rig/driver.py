@@ -13,10 +13,10 @@ from layerjam.errors import LayerjamError, QuantityError
 from layerjam.rig.address import Address, address_of
 from layerjam.rig.board import law_hash
 from layerjam.rig.line import LineError
-from layerjam.rig.link import BoardLink, Link, link_to
+from layerjam.rig.link import BoardLink, Link, open_link
 from layerjam.rig.outcomes import BenchStatus
 from layerjam.rig.plant import VirtualPlant
-from layerjam.rig.telemetry import payload, records
+from layerjam.rig.telemetry import parse_records, read_payload
 from layerjam.units import QuantitySpec, check, parse
 
 SAFE_STATES = {"release": "REL", "hold": "HOLD"}
@@ -75,7 +75,7 @@ class Bench:
 
     def block(self, query: str) -> bytes:
         """Return the content of a definite-length block; raises InstrumentError."""
-        return payload(self._exchange(query))
+        return read_payload(self._exchange(query))
 
     def tell(self, line: str) -> None:
         """Send one command and check that it was accepted; raises InstrumentError."""
@@ -127,7 +127,7 @@ class Bench:
 
     @target.setter
     def target(self, value: float | str) -> None:
-        self.tell(f"SOUR:VAC {_si(value, TARGET, 'target'):.17g}")
+        self.tell(f"SOUR:VAC {_to_si(value, TARGET, 'target'):.17g}")
 
     @property
     def output(self) -> bool:
@@ -141,20 +141,20 @@ class Bench:
     @property
     def safe_state(self) -> str | None:
         """`release` or `hold`; None until it is declared."""
-        return _word(SAFE_STATES, self.ask("OUTP:SAFE?"))
+        return _from_scpi_word(SAFE_STATES, self.ask("OUTP:SAFE?"))
 
     @safe_state.setter
     def safe_state(self, value: str) -> None:
-        self.tell(f"OUTP:SAFE {_choice(SAFE_STATES, value, 'safe_state')}")
+        self.tell(f"OUTP:SAFE {_to_scpi_word(SAFE_STATES, value, 'safe_state')}")
 
     @property
     def vent_rest(self) -> str | None:
         """Position of the vent valve without power, `open` or `closed`; None until declared."""
-        return _word(VENT_RESTS, self.ask("OUTP:VENT:REST?"))
+        return _from_scpi_word(VENT_RESTS, self.ask("OUTP:VENT:REST?"))
 
     @vent_rest.setter
     def vent_rest(self, value: str) -> None:
-        self.tell(f"OUTP:VENT:REST {_choice(VENT_RESTS, value, 'vent_rest')}")
+        self.tell(f"OUTP:VENT:REST {_to_scpi_word(VENT_RESTS, value, 'vent_rest')}")
 
     @property
     def lease(self) -> float:
@@ -163,7 +163,7 @@ class Bench:
 
     @lease.setter
     def lease(self, value: float | str) -> None:
-        self.tell(f"SYST:LEAS {_si(value, LEASE, 'lease'):.17g}")
+        self.tell(f"SYST:LEAS {_to_si(value, LEASE, 'lease'):.17g}")
 
     @property
     def regulator(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -253,14 +253,14 @@ class Bench:
 
     def samples(self, count: int = 100) -> np.ndarray[Any, Any]:
         """Return the oldest unacknowledged records, at most `count`; see `telemetry.RECORD`."""
-        return records(self._exchange(f"FETC:STR? {count}"))
+        return parse_records(self._exchange(f"FETC:STR? {count}"))
 
     def stream(self, count: int = 200) -> tuple[np.ndarray[Any, Any], int]:
         """Return the records as `samples` does, and the random number of the board's start."""
         block, mark, boot = self._exchange(f"FETC:STR? {count};:SYST:BOOT?").rpartition(b';"')
         if not mark:
             raise LineError("no block of samples was received")
-        return records(block), int(boot[:8], 16)
+        return parse_records(block), int(boot[:8], 16)
 
     def acknowledge(self, seq: int) -> None:
         """Acknowledge the records up to `seq`; this does not affect the outputs."""
@@ -331,7 +331,7 @@ def open_as(address: str | Address, kind: type[B]) -> B:
     Raises FileError, LineError, QuantityError, UnknownNameError or MissingExtraError.
     """
     target = address_of(address)
-    link = link_to(target)
+    link = open_link(target)
     try:
         return kind(link, target)
     except BaseException:
@@ -339,7 +339,7 @@ def open_as(address: str | Address, kind: type[B]) -> B:
         raise
 
 
-def _si(value: float | str, spec: QuantitySpec, name: str) -> float:
+def _to_si(value: float | str, spec: QuantitySpec, name: str) -> float:
     """Return the SI value of a number or of text with a unit; QuantityError for anything else."""
     number = parse(value, spec.unit, name) if isinstance(value, str) else float(value)
     if not math.isfinite(number):
@@ -347,11 +347,11 @@ def _si(value: float | str, spec: QuantitySpec, name: str) -> float:
     return number
 
 
-def _choice(words: dict[str, str], value: str, name: str) -> str:
+def _to_scpi_word(words: dict[str, str], value: str, name: str) -> str:
     if value not in words:
         raise QuantityError.of(name, f"'{value}' is not allowed; write {' or '.join(words)}")
     return words[value]
 
 
-def _word(words: dict[str, str], scpi_word: str) -> str | None:
+def _from_scpi_word(words: dict[str, str], scpi_word: str) -> str | None:
     return next((word for word, value in words.items() if value == scpi_word), None)

@@ -85,13 +85,13 @@ def arm(bench: Bench) -> None:
     bench.tell("INIT")
 
 
-def capture_of(bench: Bench) -> Capture:
+def read_capture(bench: Bench) -> Capture:
     """Return the state of the record."""
     state, size, before, micros = bench.ask("FETC:ACC:STAT?").split(",")
     return Capture(state=state, size=int(size), before=int(before), trigger_us=int(micros))
 
 
-def coming(bench: Bench, state: Capture) -> Shot:
+def pending_shot(bench: Bench, state: Capture) -> Shot:
     """Return a complete (DONE) record without its samples."""
     scale = bytes.fromhex(bench.ask("FETC:ACC:SCAL?").strip('"'))
     zero, gain, reach, rate = struct.unpack("<4d", scale)
@@ -108,7 +108,7 @@ def coming(bench: Bench, state: Capture) -> Shot:
     )
 
 
-def piece(bench: Bench, first: int, size: int) -> bytes:
+def read_piece(bench: Bench, first: int, size: int) -> bytes:
     """Return at most PIECE samples of a record of `size` samples, starting with number `first`."""
     return bench.block(f"FETC:ACC:DATA? {first},{min(PIECE, size - first)}")
 
@@ -120,7 +120,7 @@ def collect(bench: Bench, patience: float = 60.0) -> Shot:
     capture is waiting.
     """
     end = time.monotonic() + patience
-    while (state := capture_of(bench)).state != "DONE":
+    while (state := read_capture(bench)).state != "DONE":
         if state.state == "IDLE":
             raise CaptureError("no capture is armed or running; arm it first")
         if time.monotonic() > end:
@@ -132,8 +132,8 @@ def collect(bench: Bench, patience: float = 60.0) -> Shot:
             )
             raise CaptureError(f"no record of the accelerometer within {patience:g} s: {reason}")
         time.sleep(PAUSE)
-    shot = coming(bench, state)
-    data = b"".join(piece(bench, start, shot.size) for start in range(0, shot.size, PIECE))
+    shot = pending_shot(bench, state)
+    data = b"".join(read_piece(bench, start, shot.size) for start in range(0, shot.size, PIECE))
     return replace(shot, counts=np.frombuffer(data, "<i2"))
 
 

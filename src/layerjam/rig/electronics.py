@@ -62,7 +62,8 @@ class Margin:
 
 def margins(circuit: Circuit) -> tuple[Margin, ...]:
     """Return the quantities of the circuit with their limits."""
-    return (*_senses(circuit), *_supplies(circuit), *_gates(circuit), *_power(circuit))
+    groups = (_sense_margins, _supply_margins, _gate_margins, _power_margins)
+    return tuple(margin for group in groups for margin in group(circuit))
 
 
 def find_conflicts(circuit: Circuit) -> tuple[str, ...]:
@@ -90,7 +91,7 @@ def pin_voltage(circuit: Circuit, use: str, volts: float, sign: int) -> float:
     return lower / (upper + lower) * (volts + sign * LEAKAGE * upper)
 
 
-def _senses(circuit: Circuit) -> Iterator[Margin]:
+def _sense_margins(circuit: Circuit) -> Iterator[Margin]:
     parts, stop = circuit.components, "estop_sense"
     high, least_supply = circuit.rails["12V"][1], circuit.rails["3V3"][0]
     closed_voltage = pin_voltage(circuit, stop, trip_voltages(circuit)[0], -1)
@@ -110,7 +111,7 @@ def _senses(circuit: Circuit) -> Iterator[Margin]:
     yield Margin("power of R7", "W", high**2 / parts["R7"].value_at(-1), most=parts["R7"].power)
 
 
-def _supplies(circuit: Circuit) -> Iterator[Margin]:
+def _supply_margins(circuit: Circuit) -> Iterator[Margin]:
     parts, five = circuit.components, circuit.rails["5V"]
     least, highest = trip_voltages(circuit)
     yield Margin("lowest supply voltage that is accepted", "V", least, least=VALVE * NOMINAL)
@@ -125,7 +126,7 @@ def _supplies(circuit: Circuit) -> Iterator[Margin]:
     yield Margin("highest voltage at VSYS", "V", five[1], most=5.5)
 
 
-def _gates(circuit: Circuit) -> Iterator[Margin]:
+def _gate_margins(circuit: Circuit) -> Iterator[Margin]:
     for use in GATES:
         gate = circuit.series_part(use)[1]
         (series,) = circuit.parts_between(use, gate)
@@ -147,7 +148,7 @@ def switching_heat(circuit: Circuit) -> float:
     return energy * circuit.file.wiring.pump_frequency
 
 
-def _power(circuit: Circuit) -> Iterator[Margin]:
+def _power_margins(circuit: Circuit) -> Iterator[Margin]:
     parts, high, clamp = circuit.components, circuit.rails["12V"][1], circuit.components["D4"].clamp
     heats = {"Q1": switching_heat(circuit), "Q2": 0.0}
     for n, name in (("1", "M1"), ("2", "Y1")):

@@ -29,7 +29,7 @@ from layerjam.rig.recorder import (
     describe_bench,
 )
 from layerjam.rig.run_file import RecordingError, RunFile
-from layerjam.rig.settling import Watch, last, scatter, stays
+from layerjam.rig.settling import Watch, last_vacuum, measure_scatter, steady_test
 from layerjam.rig.shots import DropRig, Shots, ShotSummary, check_rig
 from layerjam.rig.stop import Stop
 from layerjam.simulate.procedure import (
@@ -155,7 +155,7 @@ class Execution:
             return False
 
         self._until(keep, AT_REST)
-        self._noise = scatter(np.concatenate(readings)) if readings else 0.0
+        self._noise = measure_scatter(np.concatenate(readings)) if readings else 0.0
         self.bench.output = True
         self._until(lambda block: bool((block.rows["state"] == STATES["RUN"]).any()), 1.0)
 
@@ -181,7 +181,7 @@ class Execution:
         close = max(CLOSE * step.to, self.watch.regulator[3])
         limit = TIMES * self.watch.rise_time(self._vacuum, step.to - close) + EXTRA
         self.bench.target = step.to
-        is_steady = stays(self.watch, step.to, self._noise, self.recorder.now)
+        is_steady = steady_test(self.watch, step.to, self._noise, self.recorder.now)
         if not self._until(is_steady, limit, self._last_sample()):
             raise EndedError(
                 NOT_REACHED,
@@ -195,7 +195,9 @@ class Execution:
         limit = 2 * self.watch.settle_time
         self.bench.target = 0.0
         none = self.watch.zero
-        if not self._until(lambda block: bool(last(block) < none), limit, self._last_sample()):
+        if not self._until(
+            lambda block: bool(last_vacuum(block) < none), limit, self._last_sample()
+        ):
             raise EndedError(
                 NOT_VENTED,
                 f"the vacuum is {show(self._vacuum, 'Pa', 4)} after {limit:.3g} s of venting; "
@@ -269,7 +271,7 @@ class Execution:
 
     def _look(self, block: Block) -> None:
         """End the run on a fault, or if another client switched the outputs off."""
-        self._vacuum = last(block)
+        self._vacuum = last_vacuum(block)
         state = block.rows["state"]
         faults = np.flatnonzero(state == STATES["FAULT"])
         if len(faults):
@@ -310,7 +312,7 @@ class Execution:
             pass
 
 
-def check(bench: Bench, procedure: Procedure, crosshead: Crosshead | None) -> None:
+def check_procedure(bench: Bench, procedure: Procedure, crosshead: Crosshead | None) -> None:
     """Raise QuantityError if a bench cannot carry out a procedure."""
     reach = bench.reach
     for step in procedure.steps:
@@ -348,7 +350,7 @@ def execute(
     line of a run, which states the lease.
     """
     steps = parse_procedure(procedure) if isinstance(procedure, str) else procedure
-    check(bench, steps, crosshead)
+    check_procedure(bench, steps, crosshead)
     if rig is not None:
         check_rig(rig, bench, steps)
     entries = {"kind": "run", "procedure": steps.text(), **describe_bench(bench), **(meta or {})}
@@ -374,7 +376,7 @@ def execute(
                 file.close()
                 raise
         finally:
-            _unlock(bench, before)
+            _unlock_bench(bench, before)
     return result
 
 
@@ -407,7 +409,7 @@ def _run_and_close(bench: Bench, file: RunFile, running: Execution) -> RunResult
     )
 
 
-def _unlock(bench: Bench, lease: float) -> None:
+def _unlock_bench(bench: Bench, lease: float) -> None:
     """Release the lock and restore the lease [s] if the connection still works."""
     with contextlib.suppress(LayerjamError):
         bench.lease = lease

@@ -63,15 +63,15 @@ def export(
         write_whole(out, csv_text(run_), overwrite)
         sidecar = write_facts(out, run_facts(run_), overwrite)
     elif ending == ".parquet":
-        _table(ordered_columns(run_), describe_run(run_), out, overwrite)
+        _write_table(ordered_columns(run_), describe_run(run_), out, overwrite)
     else:
-        _netcdf(run_, out, overwrite)
+        _write_netcdf(run_, out, overwrite)
     for path, shot in shot_files.items():
         if ending == ".csv":
             write_whole(path, shot.text({"run_id": run_.meta.get("run_id", "")}), overwrite)
         else:
             columns = {"time": shot.time, "acceleration": shot.acceleration}
-            _table(columns, {**describe_run(run_), **facts_of_shot(shot)}, path, overwrite)
+            _write_table(columns, {**describe_run(run_), **shot_metadata(shot)}, path, overwrite)
     return ExportedRun(run=run_, file=out, sidecar=sidecar, shots=tuple(shot_files))
 
 
@@ -80,7 +80,7 @@ def shot_file(out: Path, shot: Shot) -> Path:
     return out.with_name(f"{out.stem}-shot{shot.number}{out.suffix}")
 
 
-def facts_of_shot(shot: Shot) -> dict[str, str]:
+def shot_metadata(shot: Shot) -> dict[str, str]:
     """Return the metadata of an accelerometer's record."""
     return {"shot": f"{shot.number}", "range": f"{shot.range:.6g} m/s^2", "rate": f"{shot.rate} Hz"}
 
@@ -91,7 +91,7 @@ def describe_run(run: Run) -> Mapping[str, str]:
     return {"data": data, **{key: text for key, text in run.meta.items() if text}}
 
 
-def _table(
+def _write_table(
     columns: Mapping[str, Array], facts: Mapping[str, str], out: Path, overwrite: bool
 ) -> None:
     with MissingExtraError.raise_if_missing("Parquet (pyarrow)", "sweep"):
@@ -105,11 +105,11 @@ def _table(
     write_whole(out, lambda path: parquet.write_table(table, path, compression="zstd"), overwrite)
 
 
-def _netcdf(run: Run, out: Path, overwrite: bool) -> None:
+def _write_netcdf(run: Run, out: Path, overwrite: bool) -> None:
     """Write NetCDF 3; it has no 64-bit integers, so long ones are stored as exact doubles."""
     from scipy.io import netcdf_file
 
-    def fill(path: Path) -> None:
+    def write_file(path: Path) -> None:
         with netcdf_file(path, "w", version=2) as file:
             for key, text in describe_run(run).items():
                 setattr(file, key, text.encode())
@@ -123,7 +123,7 @@ def _netcdf(run: Run, out: Path, overwrite: bool) -> None:
             for shot in run.shots:
                 _add_shot(file, shot)
 
-    write_whole(out, fill, overwrite)
+    write_whole(out, write_file, overwrite)
 
 
 def _add_shot(file: Any, shot: Shot) -> None:
@@ -134,5 +134,5 @@ def _add_shot(file: Any, shot: Shot) -> None:
         variable = file.createVariable(f"{name}_{column}", "f8", (f"{name}_sample",))
         variable[:] = getattr(shot, column)
         variable.units = UNITS[column].encode()
-    for key, text in facts_of_shot(shot).items():
+    for key, text in shot_metadata(shot).items():
         setattr(variable, key, text.encode())

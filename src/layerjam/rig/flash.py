@@ -17,7 +17,7 @@ from typing import TypeVar
 
 from layerjam.errors import FileError, LayerjamError, QuantityError
 from layerjam.rig import uf2
-from layerjam.rig.board import parts
+from layerjam.rig.board import firmware_files
 from layerjam.rig.line import Ends, Line, LineError, Serial
 from layerjam.rig.outcomes import Flashed
 from layerjam.rig.wiring import load_wiring
@@ -99,10 +99,10 @@ T = TypeVar("T")
 
 def firmware_hash(board: str) -> str:
     """Return the SHA-256 of the files that this package puts on a board."""
-    return re.findall("FIRMWARE = '(.*)'", parts(board)["built.py"])[0]
+    return re.findall("FIRMWARE = '(.*)'", firmware_files(board)["built.py"])[0]
 
 
-def image_of(path: Path, board: str) -> bytes:
+def read_image(path: Path, board: str) -> bytes:
     """Return the image in a file; FileError or ImageError if it does not fit the board."""
     with report_failure(path, "cannot be read"):
         image = path.read_bytes()
@@ -128,7 +128,7 @@ def flash(
     wiring = (
         None if settings is None else json.dumps(load_wiring(settings).firmware_pins()).encode()
     )
-    image_data = None if image is None else image_of(image, board)
+    image_data = None if image is None else read_image(image, board)
     digest = None if image_data is None else hashlib.sha256(image_data).hexdigest()
     if port.partition(":")[0] in ("sim", "tcp", "visa"):
         raise QuantityError.of("port", f"'{port[:80]}' is not a serial port of this machine")
@@ -138,28 +138,30 @@ def flash(
             raise QuantityError.of(
                 "port", f"{port} is a drive: it takes an image; settings need the serial port"
             )
-        load(image_data, Path(port))
+        write_image(image_data, Path(port))
         return Flashed(board=board, image_sha256=digest, files=(), verified=False, identity=None)
-    files = tuple(put_all(port, board, image_data, wiring))
+    files = tuple(write_files(port, board, image_data, wiring))
     if image_data is not None:
-        load(
+        write_image(
             image_data,
-            wait_for(drive, "the boot loader's drive did not appear; mount it, and give its path"),
+            wait_for(
+                find_drive, "the boot loader's drive did not appear; mount it, and give its path"
+            ),
         )
-    identity, same = retry(lambda: check_identity(port, board))
+    identity, same = retry_call(lambda: check_identity(port, board))
     return Flashed(board=board, image_sha256=digest, files=files, verified=same, identity=identity)
 
 
-def put_all(port: str, board: str, image: bytes | None, wiring: bytes | None) -> list[str]:
+def write_files(port: str, board: str, image: bytes | None, wiring: bytes | None) -> list[str]:
     """Write files, then restart the board or start its boot loader; return the files' names."""
-    if greeting(port):
-        to_prompt(port)
-    prompt, ends = retry(lambda: at_prompt(port))
+    if read_greeting(port):
+        enter_prompt(port)
+    prompt, ends = retry_call(lambda: open_prompt(port))
     try:
         installed_hash = prompt.run(HELD).strip()
         files = {} if wiring is None else {"wired.json": wiring}
         if image is None and installed_hash != firmware_hash(board):
-            files.update((name, text.encode()) for name, text in parts(board).items())
+            files.update((name, text.encode()) for name, text in firmware_files(board).items())
         for name, data in files.items():
             prompt.put(name, data)
         prompt.send(
@@ -170,7 +172,7 @@ def put_all(port: str, board: str, image: bytes | None, wiring: bytes | None) ->
         ends.close()
 
 
-def at_prompt(port: str) -> tuple[Prompt, Serial]:
+def open_prompt(port: str) -> tuple[Prompt, Serial]:
     """Return the prompt of a board at a port, and the port."""
     ends = Serial(port)
     try:
@@ -180,7 +182,7 @@ def at_prompt(port: str) -> tuple[Prompt, Serial]:
         raise
 
 
-def greeting(port: str) -> str:
+def read_greeting(port: str) -> str:
     """Return the firmware's response to `*IDN?`, or "" if the firmware is not running."""
     line = Line(Serial(port), port)
     try:
@@ -194,7 +196,7 @@ def greeting(port: str) -> str:
     return response
 
 
-def to_prompt(port: str) -> None:
+def enter_prompt(port: str) -> None:
     """Switch from running firmware to the prompt; LineError if this fails."""
     line = Line(Serial(port), port)
     try:
@@ -218,7 +220,7 @@ def check_identity(port: str, board: str) -> tuple[str, bool]:
         line.close()
 
 
-def retry(ask: Callable[[], T]) -> T:
+def retry_call(ask: Callable[[], T]) -> T:
     """Return the response of a board that is restarting, repeating the query."""
     end = time.monotonic() + PATIENCE
     while True:
@@ -230,7 +232,7 @@ def retry(ask: Callable[[], T]) -> T:
             time.sleep(0.2)
 
 
-def drive() -> Path | None:
+def find_drive() -> Path | None:
     """Return the boot loader's drive, or None."""
     for pattern in DRIVES:
         for place in glob.glob(pattern):
@@ -249,7 +251,7 @@ def wait_for(look: Callable[[], Path | None], otherwise: str) -> Path:
     return place
 
 
-def load(image: bytes, place: Path) -> None:
+def write_image(image: bytes, place: Path) -> None:
     """Copy an image to the boot loader's drive; FileError if `place` is a different drive."""
     try:
         text = (place / MARK).read_text("ascii", "replace")

@@ -24,7 +24,7 @@ def pack(session: int, number: int, payload: bytes) -> bytes:
     return b"".join((b"@", head, b"%08X " % check, payload, b"\n"))
 
 
-def length_of(head: bytes) -> int:
+def frame_length(head: bytes) -> int:
     """Return the payload length stated by a frame's first 17 bytes; -1 if they are invalid."""
     if len(head) != HEAD or head[0] != 64 or head[16] != 32:
         return -1
@@ -36,7 +36,7 @@ def length_of(head: bytes) -> int:
 
 def unpack(frame: bytes) -> "tuple[int, int, bytes] | None":
     """Return (session, number, payload) of a complete frame with its LF; None if damaged."""
-    size = length_of(frame[:HEAD])
+    size = frame_length(frame[:HEAD])
     if size < 0 or len(frame) != HEAD + size + 1 or frame[-1] != 10:
         return None
     payload = bytes(frame[HEAD:-1])
@@ -46,7 +46,7 @@ def unpack(frame: bytes) -> "tuple[int, int, bytes] | None":
     return int(frame[1:2], 16), int(frame[2:4], 16), payload
 
 
-def first(buffer: bytes) -> "tuple[tuple[int, int, bytes] | None, int]":
+def parse_first_frame(buffer: bytes) -> "tuple[tuple[int, int, bytes] | None, int]":
     """Return (first undamaged frame or None, number of bytes consumed).
 
     Bytes outside frames are skipped; an incomplete frame is not consumed.
@@ -59,7 +59,7 @@ def first(buffer: bytes) -> "tuple[tuple[int, int, bytes] | None, int]":
         head = buffer[place : place + HEAD]
         if len(head) < HEAD:
             return None, place
-        size = length_of(head)
+        size = frame_length(head)
         if size >= 0:
             end = place + HEAD + size + 1
             if len(buffer) < end:

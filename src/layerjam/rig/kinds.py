@@ -103,7 +103,7 @@ class FaultKind:
         return name in self.names or disagree
 
 
-def _inject(name: str) -> Callable[[Case, VirtualPlant], None]:
+def _make_injection(name: str) -> Callable[[Case, VirtualPlant], None]:
     """Return an injection of a size that the detectors can detect (`control/faults.py`)."""
 
     def breaks(case: Case, plant: VirtualPlant) -> None:
@@ -112,7 +112,7 @@ def _inject(name: str) -> Callable[[Case, VirtualPlant], None]:
     return breaks
 
 
-def _set(**changes: object) -> Callable[[Case, VirtualPlant], None]:
+def _make_setter(**changes: object) -> Callable[[Case, VirtualPlant], None]:
     """Return a function that sets attributes of the plant; without any, only the host fails."""
 
     def breaks(_: Case, plant: VirtualPlant) -> None:
@@ -122,39 +122,39 @@ def _set(**changes: object) -> Callable[[Case, VirtualPlant], None]:
     return breaks
 
 
-def _rail(case: Case, plant: VirtualPlant) -> None:
+def _set_rail(case: Case, plant: VirtualPlant) -> None:
     value = math.copysign(case.regulator.sensor.range, case.size)
     plant.injected = FaultInjection(sensor="rail", value=value)
 
 
-def _disconnect(case: Case, plant: VirtualPlant) -> None:
+def _disconnect_sensor(case: Case, plant: VirtualPlant) -> None:
     share = -COUNTS[0] / COUNTS[1]  # the sensor reads zero counts
     value = (2 * share - 1) * case.regulator.sensor.range
     plant.injected = FaultInjection(sensor="rail", value=value)
 
 
-def _stuck_open(_: Case, plant: VirtualPlant) -> None:
+def _stick_vent_open(_: Case, plant: VirtualPlant) -> None:
     plant.injected = FaultInjection(leak=plant.behind.plant.vent)
 
 
-def _drifts(case: Case, plant: VirtualPlant) -> None:
+def _start_drift(case: Case, plant: VirtualPlant) -> None:
     plant.drift = case.size
 
 
-def _stalls(case: Case, plant: VirtualPlant) -> None:
+def _stall_samples(case: Case, plant: VirtualPlant) -> None:
     plant.stall = case.size
 
 
-def _samples(count: int) -> Callable[[Case], float]:
+def _sample_deadline(count: int) -> Callable[[Case], float]:
     return lambda case: count * case.regulator.sample_time
 
 
-def _leak_shows(case: Case) -> float:
+def _leak_deadline(case: Case) -> float:
     """Return the time until the healthy leak takes the vacuum out of the band, as a loss would."""
     return case.falls(case.regulator.plant.joined.leak, 0.0) + case.promised_times["VACUUM_LOST"]
 
 
-def _leaks_out(case: Case) -> float:
+def _loss_deadline(case: Case) -> float:
     """Return the time until a loss is visible although the pump runs at full power."""
     plant, pump = case.regulator.plant.joined, case.strongest.rate
     half = case.target / 2
@@ -163,7 +163,7 @@ def _leaks_out(case: Case) -> float:
     return case.falls(rate, pump * plant.top / rate) + case.promised_times["VACUUM_LOST"]
 
 
-def _open_shows(case: Case) -> float:
+def _open_vent_deadline(case: Case) -> float:
     """Return the time until the open vent limits the rise to that of a weak pump.
 
     Near zero vacuum, little air flows through the open vent, and the pump seems to work normally.
@@ -177,16 +177,16 @@ def _open_shows(case: Case) -> float:
     return rises + case.promised_times["WEAK_PUMP"]
 
 
-def _lease(case: Case) -> float:
+def _lease_deadline(case: Case) -> float:
     return case.lease + case.regulator.sample_time
 
 
-def _late(case: Case) -> float:
+def _stall_deadline(case: Case) -> float:
     """Return the time to the first sample that arrives, which is also the last that may be late."""
     return case.size + case.regulator.sample_time
 
 
-def _disagree(case: Case) -> float:
+def _drift_deadline(case: Case) -> float:
     """Return infinity for one sensor; for two, the time until they differ by more than noise."""
     if not case.second:
         return math.inf
@@ -197,34 +197,34 @@ def _disagree(case: Case) -> float:
 
 
 _BREAKS: dict[str, Callable[[Case, VirtualPlant], None]] = {
-    "sensor-rail": _rail,
-    "sensor-disconnected": _disconnect,
-    "sensor-drift": _drifts,
-    "pump-dead-holding": _inject("pump-dead"),
-    "vent-stuck-open": _stuck_open,
-    "vent-stuck-closed": _set(injected=FaultInjection(vent=0.0)),
-    "host-silent": _set(),
-    "host-deaf": _set(),
-    "tick-late": _stalls,
-    "e-stop": _set(estop=True),
-    "supply-low": _set(supply_low=True),
+    "sensor-rail": _set_rail,
+    "sensor-disconnected": _disconnect_sensor,
+    "sensor-drift": _start_drift,
+    "pump-dead-holding": _make_injection("pump-dead"),
+    "vent-stuck-open": _stick_vent_open,
+    "vent-stuck-closed": _make_setter(injected=FaultInjection(vent=0.0)),
+    "host-silent": _make_setter(),
+    "host-deaf": _make_setter(),
+    "tick-late": _stall_samples,
+    "e-stop": _make_setter(estop=True),
+    "supply-low": _make_setter(supply_low=True),
 }
 """{fault: change of the plant}, for faults that the law does not have under the same name."""
 _PROMISES: dict[str, Callable[[Case], float]] = {
-    "sensor-drift": _disagree,
-    "pump-dead-holding": _leak_shows,
-    "vent-stuck-open": _open_shows,
-    "leak": _leaks_out,
-    "host-silent": _lease,
-    "host-deaf": _lease,
-    "tick-late": _late,
-    "e-stop": _samples(ESTOP_SAMPLES),
-    "supply-low": _samples(SUPPLY_SAMPLES),
+    "sensor-drift": _drift_deadline,
+    "pump-dead-holding": _leak_deadline,
+    "vent-stuck-open": _open_vent_deadline,
+    "leak": _loss_deadline,
+    "host-silent": _lease_deadline,
+    "host-deaf": _lease_deadline,
+    "tick-late": _stall_deadline,
+    "e-stop": _sample_deadline(ESTOP_SAMPLES),
+    "supply-low": _sample_deadline(SUPPLY_SAMPLES),
 }
 """{fault: deadline}, for faults whose time the law does not guarantee."""
 
 
-def _kinds() -> Iterator[tuple[str, FaultKind]]:
+def _read_kinds() -> Iterator[tuple[str, FaultKind]]:
     """Yield (name, kind) of every fault in kinds.toml."""
     text = files("layerjam.rig").joinpath("kinds.toml").read_text(encoding="utf-8")
     for name, row in tomllib.loads(text).items():
@@ -234,7 +234,7 @@ def _kinds() -> Iterator[tuple[str, FaultKind]]:
                 text=row["text"].format(offset=f"{OFFSET:g}"),
                 moments=tuple(row["moments"]),
                 answers=row["answers"],
-                breaks=_BREAKS.get(name) or _inject(name),
+                breaks=_BREAKS.get(name) or _make_injection(name),
                 names=frozenset(row.get("names", [row["answers"]])),
                 promise=_PROMISES.get(name),
                 host=row.get("host", "talks"),
@@ -242,14 +242,14 @@ def _kinds() -> Iterator[tuple[str, FaultKind]]:
         )
 
 
-KINDS = dict(_kinds())
+KINDS = dict(_read_kinds())
 NOTHING = "nothing"
 """Name of a healthy run, up to the release of the vacuum."""
 HEALTHY = FaultKind(
     text="no fault",
     moments=("holding",),
     answers="",
-    breaks=_set(),
+    breaks=_make_setter(),
     names=frozenset(),
     promise=lambda _: math.inf,
     host="releases",

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from layerjam.errors import FileError, LayerjamError, MissingExtraError
-from layerjam.rig.frame import first, pack
+from layerjam.rig.frame import pack, parse_first_frame
 
 TRIES = 5
 WAIT = 0.5
@@ -103,7 +103,7 @@ class Sockets:
         self._closing()
 
 
-def _system_message(error: OSError) -> str:
+def _describe_error(error: OSError) -> str:
     """Return the system's message about a port, without pyserial's additions.
 
     On POSIX, pyserial keeps the system's error number; on Windows it prints the error as code:
@@ -124,7 +124,7 @@ class Serial:
         try:
             self._port = serial.Serial(port, 115200, timeout=0, write_timeout=2, exclusive=True)
         except (serial.SerialException, OSError) as error:
-            raise FileError(port, f"cannot be opened: {_system_message(error)}") from None
+            raise FileError(port, f"cannot be opened: {_describe_error(error)}") from None
 
     def read(self, wait: float) -> bytes:
         """Return the bytes received within `wait` [s]."""
@@ -195,17 +195,17 @@ class Line:
         with self._lock:
             while data := self._ends.read(WAIT):
                 self._buffer += data
-                frame, size = first(self._buffer)
+                frame, size = parse_first_frame(self._buffer)
                 while frame is not None:
                     payloads.append(frame[2])
                     self._buffer = self._buffer[size:]
-                    frame, size = first(self._buffer)
+                    frame, size = parse_first_frame(self._buffer)
         return payloads
 
     def _answer(self, session: int, number: int, end: float) -> bytes | None:
         """Return the payload of the requested frame, or None if it is damaged or too late."""
         while True:
-            frame, size = first(self._buffer)
+            frame, size = parse_first_frame(self._buffer)
             if frame is None and any(prompt in self._buffer for prompt in PROMPTS):
                 self._buffer = b""
                 raise LineError(

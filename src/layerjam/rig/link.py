@@ -139,7 +139,7 @@ class SocketLink:
         self._socket.close()
 
 
-def link_to(address: str | Address) -> Link:
+def open_link(address: str | Address) -> Link:
     """Return a client of a gateway (`tcp:`, `visa:`), or the owner of the board's line."""
     target = address_of(address)
     if target.kind in ("tcp", "visa"):

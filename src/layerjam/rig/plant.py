@@ -125,9 +125,9 @@ def read_hardware(address: Address) -> Hardware:
     vacuum = parse(options["at"], "Pa", "address: at") if "at" in options else LINEAR_AT
     plant = linearise_line(line, vacuum=vacuum)
     if "leak" in options:
-        plant = replace(plant, leak=_rate(options, "leak"))
+        plant = replace(plant, leak=_read_rate(options, "leak"))
     if "vent" in options:
-        plant = replace(plant, vent=_rate(options, "vent"))
+        plant = replace(plant, vent=_read_rate(options, "vent"))
     check(plant, "plant.")
     sensor = line.sensor or Sensor(range=RANGE)
     for name, field in (("range", "range"), ("noise", "noise")):
@@ -154,7 +154,7 @@ def read_hardware(address: Address) -> Hardware:
 behind = read_hardware  # former name
 
 
-def _rate(options: Mapping[str, str], name: str) -> float:
+def _read_rate(options: Mapping[str, str], name: str) -> float:
     """Return the rate [1/s]: the inverse of a time constant in an address."""
     lasting = parse(options[name], "s", f"address: {name}")
     if not lasting > 0:
@@ -349,7 +349,7 @@ class PlantThread(threading.Thread):
         last: int | None = None
         plant = self.plant
         try:
-            while len(data := _exactly(self._child.receive, TOLD.size)) == TOLD.size:
+            while len(data := _receive_exactly(self._child.receive, TOLD.size)) == TOLD.size:
                 pump, board_time, power, asks, count = TOLD.unpack(data)
                 passage = 0 if last is None else (board_time - last + WRAP // 2) % WRAP - WRAP // 2
                 plant.wraps += last is not None and passage > 0 and board_time < last
@@ -364,7 +364,7 @@ class PlantThread(threading.Thread):
             self._child.leave()
 
 
-def _exactly(receive: Callable[[int], bytes], size: int) -> bytes:
+def _receive_exactly(receive: Callable[[int], bytes], size: int) -> bytes:
     """Return `size` bytes, or fewer at the end of the stream."""
     data = b""
     while len(data) < size:

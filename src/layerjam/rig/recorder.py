@@ -25,7 +25,7 @@ from layerjam.rig.board import law_hash
 from layerjam.rig.driver import Bench, InstrumentError, open_bench
 from layerjam.rig.line import LineError, SpoiltError
 from layerjam.rig.outcomes import Logged
-from layerjam.rig.run_file import RecordingError, RunFile, utc
+from layerjam.rig.run_file import RecordingError, RunFile, format_utc
 from layerjam.rig.stop import Stop
 from layerjam.rig.telemetry import PERIOD, unwrap_clock
 
@@ -83,7 +83,7 @@ class Recorder:
         self._last: tuple[int, int] | None = None
         self._told, self._heard = 0.0, 0
         self._asked = self._most = FULL
-        self._throttle = _throttle(bench)
+        self._throttle = _make_throttle(bench)
 
     @property
     def seq(self) -> int:
@@ -222,7 +222,7 @@ class Throttle:
             time.sleep(SLOWLY)
 
 
-def _throttle(bench: Bench) -> Throttle | None:
+def _make_throttle(bench: Bench) -> Throttle | None:
     """Return the throttle of a local board that runs at full speed, or None for any other board."""
     plant = bench.plant
     if plant is None or plant.behind.speed:
@@ -241,13 +241,13 @@ def _rows(rows: np.ndarray[Any, Any], us: np.ndarray[Any, Any]) -> Iterator[tupl
 
 def describe_bench(bench: Bench) -> dict[str, object]:
     """Return the description of a bench and its host for a run file."""
-    maker, model, serial, firmware = _identity(bench)
+    maker, model, serial, firmware = _read_identity(bench)
     user = ""
     with contextlib.suppress(OSError, KeyError, ImportError):
         user = getpass.getuser()
     return {
         "run_id": str(uuid.uuid4()),
-        "started_utc": utc(),
+        "started_utc": format_utc(),
         "ended_utc": "",
         "outcome": "",
         "simulated": int(bench.simulated),
@@ -269,7 +269,7 @@ def describe_bench(bench: Bench) -> dict[str, object]:
     }
 
 
-def _identity(bench: Bench) -> list[str]:
+def _read_identity(bench: Bench) -> list[str]:
     """Return maker, model, serial number and firmware from `*IDN?`."""
     return ([*bench.identity.split(","), "", "", ""])[:4]
 
@@ -283,13 +283,13 @@ def _ask_or_empty(bench: Bench, query: str) -> str:
 
 def check_board(bench: Bench, file: RunFile) -> None:
     """Raise FileError if a file belongs to a different board."""
-    serial, actual = file.meta.get("board", ""), _identity(bench)[2]
+    serial, actual = file.meta.get("board", ""), _read_identity(bench)[2]
     if serial != actual:
         raise FileError(file.path, f"comes from board {serial}, but {bench.address} is {actual}")
 
 
 @accept_force
-def log(
+def record_log(
     address: str,
     out: str | Path,
     *,
@@ -307,7 +307,7 @@ def log(
     with Stop() as stop:
         bench = open_bench(address)
         try:
-            file = _file(bench, Path(out), resume, overwrite)
+            file = _open_file(bench, Path(out), resume, overwrite)
         except BaseException:
             bench.close()
             raise
@@ -333,7 +333,7 @@ def log(
     )
 
 
-def _file(bench: Bench, out: Path, resume: bool, overwrite: bool) -> RunFile:
+def _open_file(bench: Bench, out: Path, resume: bool, overwrite: bool) -> RunFile:
     """Return a new file, or the one to continue."""
     if not resume:
         return RunFile.create(out, {"kind": "log", **describe_bench(bench)}, overwrite)

@@ -32,7 +32,7 @@ class RecordingError(LayerjamError):
     key = "recording"
 
 
-def file_system(path: Path, mounts: str) -> str:
+def find_file_system(path: Path, mounts: str) -> str:
     """Return the type of a path's file system, or "" if it is not in the list of mounts."""
     best, kind = "", ""
     for line in mounts.splitlines():
@@ -63,7 +63,7 @@ def check_place(path: Path) -> None:
             f"needs {ROOM / 1e6:.0f} MB",
         )
     with contextlib.suppress(OSError):
-        kind = file_system(folder.resolve(), MOUNTS.read_text("utf-8", "replace"))
+        kind = find_file_system(folder.resolve(), MOUNTS.read_text("utf-8", "replace"))
         if kind in FAR_AWAY:
             raise FileError(
                 path,
@@ -93,7 +93,7 @@ class RunFile:
         path = Path(path)
         check_place(path)
         if overwrite:
-            _remove(path)
+            _remove_files(path)
         flags = os.O_RDWR | os.O_CREAT | os.O_EXCL
         with report_failure(path, "cannot be written"):
             try:
@@ -109,7 +109,7 @@ class RunFile:
             run.state({"format": FORMAT, **meta})
         except (LayerjamError, sqlite3.Error) as error:
             os.close(lock)
-            _remove(path)
+            _remove_files(path)
             if isinstance(error, LayerjamError):
                 raise
             raise FileError(path, f"cannot be written: {error}") from None
@@ -230,7 +230,7 @@ class RunFile:
                 with contextlib.suppress(RecordingError):
                     self.add()
                 with contextlib.suppress(RecordingError):
-                    self.state({"outcome": outcome, "ended_utc": utc()})
+                    self.state({"outcome": outcome, "ended_utc": format_utc()})
                 # another program has the file open, or the disk is full
                 with contextlib.suppress(sqlite3.Error):
                     self._base.execute("PRAGMA wal_checkpoint(TRUNCATE)")
@@ -246,17 +246,17 @@ class RunFile:
     def discard(self) -> None:
         """Remove the file."""
         self.close()
-        _remove(self.path)
+        _remove_files(self.path)
 
 
-def utc(ns: int | None = None) -> str:
+def format_utc(ns: int | None = None) -> str:
     """Return a moment of the host's calendar time, by default now: 2026-11-23T03:00:00.123Z."""
     ns = time.time_ns() if ns is None else ns
     seconds = time.strftime("%Y-%m-%dT%H:%M:%S", time.gmtime(ns // 10**9))
     return f"{seconds}.{ns // 10**6 % 1000:03d}Z"
 
 
-def _remove(path: Path) -> None:
+def _remove_files(path: Path) -> None:
     for file in (path, *(Path(f"{path}{ending}") for ending in ("-wal", "-shm"))):
         with contextlib.suppress(FileNotFoundError):
             file.unlink()

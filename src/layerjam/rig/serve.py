@@ -23,7 +23,7 @@ from layerjam.rig.board import connect
 from layerjam.rig.frame import PENDING
 from layerjam.rig.line import Line, LineError
 from layerjam.rig.link import POLL
-from layerjam.rig.token import DELAY, STOP, TRIES, Door, is_message, token_of
+from layerjam.rig.token import DELAY, STOP, TRIES, Door, is_message, make_token
 
 PORT = 5025
 """Usual port of instruments with a raw SCPI socket."""
@@ -256,7 +256,7 @@ class Gateway:
                     for line in lines:
                         answer = await self.execute(session, line, lines, more_lines)
                         if answer:
-                            await _write(loop, master, answer + b"\n")
+                            await _write_all(loop, master, answer + b"\n")
         finally:
             loop.remove_reader(master)
 
@@ -272,7 +272,7 @@ class Gateway:
         self._thread.shutdown()
 
 
-async def _write(loop: asyncio.AbstractEventLoop, descriptor: int, data: bytes) -> None:
+async def _write_all(loop: asyncio.AbstractEventLoop, descriptor: int, data: bytes) -> None:
     """Write all data to a terminal that may be full."""
     while data:
         try:
@@ -313,7 +313,7 @@ def serve(
             "token file",
             f"missing; other machines can reach {host}; a token file (--token-file) keeps them out",
         )
-    token = token_of(token_file) if token_file is not None else ""
+    token = make_token(token_file) if token_file is not None else ""
     if pty is not None and not hasattr(os, "openpty"):
         raise QuantityError.of(
             "pty", ("this system has no pseudo-terminals; clients must use the TCP port")
@@ -322,12 +322,12 @@ def serve(
         raise FileError(pty, "already exists")
     line, _board = connect(address)
     try:
-        asyncio.run(_run(line, announce, str(address), (host, port), token, pty))
+        asyncio.run(_run_gateway(line, announce, str(address), (host, port), token, pty))
     finally:
         line.close()
 
 
-async def _run(
+async def _run_gateway(
     line: Line,
     announce: Callable[[Listening], None],
     address: str,
@@ -350,7 +350,7 @@ async def _run(
     jobs = {asyncio.create_task(gateway.down()), asyncio.create_task(end.wait())}
     with contextlib.ExitStack() as stack:
         if pty is not None:
-            master = stack.enter_context(_terminal(Path(pty)))
+            master = stack.enter_context(_open_terminal(Path(pty)))
             jobs.add(asyncio.create_task(gateway.terminal(master)))
         identity = (await gateway.ask(GUEST, b"*IDN?")).decode("ascii", "replace")
         listens = server.sockets[0].getsockname()[1]
@@ -370,7 +370,7 @@ async def _run(
 
 
 @contextlib.contextmanager
-def _terminal(link: Path):  # type: ignore[no-untyped-def]
+def _open_terminal(link: Path):  # type: ignore[no-untyped-def]
     """Open the master of a pseudo-terminal; `link` points to its other side."""
     import tty
 

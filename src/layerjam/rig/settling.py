@@ -56,7 +56,7 @@ class Watch:
         return count * PERIOD * 1e-6
 
 
-def scatter(vacuum: np.ndarray[Any, Any]) -> float:
+def measure_scatter(vacuum: np.ndarray[Any, Any]) -> float:
     """Return three standard deviations of a sensor at rest plus two of its steps [Pa]."""
     steps = np.diff(vacuum[np.isfinite(vacuum)].astype(float))
     if not len(steps):
@@ -68,20 +68,20 @@ def scatter(vacuum: np.ndarray[Any, Any]) -> float:
     return 3.0 * float(np.std(steps)) / math.sqrt(2) + 2.0 * float(changes.min())
 
 
-def last(block: Block) -> float:
+def last_vacuum(block: Block) -> float:
     """Return the last reading [Pa]; NaN if it is not reliable."""
     return float(block.rows["vacuum"][-1])
 
 
-def stays(watch: Watch, target: float, noise: float, start: int) -> Callable[[Block], bool]:
+def steady_test(watch: Watch, target: float, noise: float, start: int) -> Callable[[Block], bool]:
     """Return a test that every reading of the last half second has reached the target [Pa]."""
     outside = start
 
-    def done(block: Block) -> bool:
+    def is_steady(block: Block) -> bool:
         nonlocal outside
         for time, reading in zip(block.us, block.rows["vacuum"], strict=True):
             if not law.reached(watch.regulator, float(reading), target, noise):
                 outside = int(time)
         return int(block.us[-1]) - outside >= SETTLED * 1e6
 
-    return done
+    return is_steady

@@ -15,7 +15,7 @@ from layerjam.errors import QuantityError
 from layerjam.measure.shots import Shot
 from layerjam.rig.crosshead import tell_person
 from layerjam.rig.driver import Bench
-from layerjam.rig.drop import DELAY, arm, capture_of, coming, fall, piece, prepare
+from layerjam.rig.drop import DELAY, arm, fall, pending_shot, prepare, read_capture, read_piece
 from layerjam.rig.recorder import Recorder
 from layerjam.rig.run_file import RunFile
 from layerjam.rig.trigger import AFTER
@@ -68,7 +68,7 @@ class ShotSummary:
 
 def check_rig(rig: DropRig, bench: Bench, procedure: Procedure) -> None:
     """Raise QuantityError if a procedure has no hold for a drop, or if there is no mass to fall."""
-    holds = {step.text(): _hold(step) for step in procedure.steps if _hold(step) > 0.0}
+    holds = {step.text(): _hold_time(step) for step in procedure.steps if _hold_time(step) > 0.0}
     if not holds:
         raise QuantityError.of(
             "shot", "the mass falls during a hold, but the procedure has none; write 'hold 20 s'"
@@ -101,7 +101,7 @@ def check_rig(rig: DropRig, bench: Bench, procedure: Procedure) -> None:
             )
 
 
-def _hold(step: object) -> float:
+def _hold_time(step: object) -> float:
     if isinstance(step, Evacuate):
         return step.hold
     return step.duration if isinstance(step, Hold) else 0.0
@@ -163,12 +163,12 @@ class Shots:
             if self._wanted:
                 self._arm()
             return
-        capture = capture_of(self._bench)
+        capture = read_capture(self._bench)
         self._state = capture.state
         if capture.state == "DONE":
             micros = capture.trigger_us - recorder.now
             shot = replace(
-                coming(self._bench, capture),
+                pending_shot(self._bench, capture),
                 number=len(self._taken) + 1,
                 boot=recorder.boot or 0,
                 trigger_us=recorder.now + (micros + WRAP // 2) % WRAP - WRAP // 2,
@@ -187,7 +187,7 @@ class Shots:
         self._taken.append(shot)
         while len(shot.counts) < shot.size:
             first = len(shot.counts)
-            data = piece(self._bench, first, shot.size)
+            data = read_piece(self._bench, first, shot.size)
             self._file.add_shot_data(shot.number, first, data)
             counts = np.concatenate([shot.counts, np.frombuffer(data, "<i2")])
             shot = self._taken[-1] = replace(shot, counts=counts)

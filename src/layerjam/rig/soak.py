@@ -16,7 +16,7 @@ from layerjam.rig.driver import Bench
 from layerjam.rig.link import SESSION, BoardLink
 from layerjam.rig.observer import highest_target
 from layerjam.rig.outcomes import Soaked
-from layerjam.rig.telemetry import records
+from layerjam.rig.telemetry import parse_records
 
 PERIOD = 10_000
 """Time between two samples [us]."""
@@ -67,7 +67,7 @@ class Log:
         response = line.ask(SESSION, given_up + b"FETC:STR? %d" % BLOCK)
         if not response:  # records in the ring have been overwritten
             response = line.ask(SESSION, b"*CLS;:FETC:STR? %d" % BLOCK)
-        rows = records(response)
+        rows = parse_records(response)
         if not len(rows):
             return False
         self.look(rows["seq"].astype(np.int64), rows["board_us"].astype(np.int64))
@@ -103,12 +103,12 @@ def soak(
     if board is None:
         raise QuantityError.of("address", f"{target} is not a virtual board")
     with Bench(BoardLink(line, board), target) as bench:
-        highest = _ready(bench, board, kind)
-        results = _run_for(bench, board, highest, hours * 3600.0, random.Random(seed), progress)
+        highest = _prepare_bench(bench, board, kind)
+        results = _run_board(bench, board, highest, hours * 3600.0, random.Random(seed), progress)
         return Soaked(address=str(address), kind=kind, **results)
 
 
-def _ready(bench: Bench, board: VirtualBoard, kind: str) -> float:
+def _prepare_bench(bench: Bench, board: VirtualBoard, kind: str) -> float:
     """Set the board's regulator; return the highest target [Pa]."""
     hardware = board.plant.behind
     safe = "release" if hardware.normally_open else "hold"
@@ -122,7 +122,7 @@ def _ready(bench: Bench, board: VirtualBoard, kind: str) -> float:
     return highest
 
 
-def _run_for(
+def _run_board(
     bench: Bench,
     board: VirtualBoard,
     highest: float,
@@ -142,7 +142,7 @@ def _run_for(
                 _clear_fault(bench, log, faults)
                 bench.output = True
             if first is None and elapsed_time >= min(WARM, lasting / 2):
-                first = _used(bench, log, faults)
+                first = _read_used_memory(bench, log, faults)
                 bench.output = True
             if plant.time >= due:
                 progress("hours", elapsed_time / lasting)
@@ -154,10 +154,10 @@ def _run_for(
         complete = False
     duration_ = plant.time - start
     timing = bench.ask("SYST:TIM?").split(",")
-    last = _used(bench, log, faults)
+    last = _read_used_memory(bench, log, faults)
     for _ in range(ROUNDS - 1):
         if first is not None and last is not None and last > first:
-            last = _used(bench, log, faults)
+            last = _read_used_memory(bench, log, faults)
     return {
         "board": board.name,
         "hours": duration_ / 3600.0,
@@ -181,7 +181,7 @@ def _clear_fault(bench: Bench, log: Log, faults: list[str]) -> None:
         log.cleared = log.board.plant.asked
 
 
-def _used(bench: Bench, log: Log, faults: list[str]) -> int | None:
+def _read_used_memory(bench: Bench, log: Log, faults: list[str]) -> int | None:
     """Return the bytes in use on the board with the law as at power-up; None if not counted."""
     bench.off()
     _clear_fault(bench, log, faults)

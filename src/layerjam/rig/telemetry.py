@@ -27,7 +27,7 @@ COUNT = 1 << 32
 """Range of `board_us` [us]; it overflows after 71.6 minutes."""
 
 
-def payload(block: bytes) -> bytes:
+def read_payload(block: bytes) -> bytes:
     """Return the content of a definite-length block; LineError if it is invalid or incomplete."""
     digits = block[1:2]
     if block[:1] == b"#" and digits.isdigit() and digits != b"0":
@@ -37,9 +37,9 @@ def payload(block: bytes) -> bytes:
     raise LineError(f"expected a block of data, got {block[:40]!r}")
 
 
-def records(block: bytes) -> np.ndarray[Any, Any]:
+def parse_records(block: bytes) -> np.ndarray[Any, Any]:
     """Return the records of a block, an array of RECORD of shape (N,)."""
-    data = payload(block)
+    data = read_payload(block)
     if len(data) % RECORD.itemsize:
         raise LineError(f"a block of {len(data)} bytes does not contain complete records")
     return np.frombuffer(data, RECORD)

@@ -46,7 +46,7 @@ def is_message(line: bytes) -> bool:
     return MESSAGE.fullmatch(line) is not None and HTTP.fullmatch(line) is None
 
 
-def token_of(file: str | Path) -> str:
+def make_token(file: str | Path) -> str:
     """Return the token in a file; a new file gets 32 digits that only its owner can read.
 
     Raises FileError for a file that others may read or that has no token.

@@ -127,7 +127,7 @@ class WiringFile(RecordFile[Wiring]):
         return {"name": self.title or self.name, **{key: v for key, v in rows if v is not None}}
 
 
-def boards() -> list[str]:
+def list_boards() -> list[str]:
     """Return the names of the boards whose wiring is part of the package."""
     return list(shipped_files("layerjam.rig", "boards"))
 

@@ -12,7 +12,7 @@ from typing import Any
 import layerjam.rig
 from layerjam.control.plant import Plant
 from layerjam.rig import uf2
-from layerjam.rig.board import parts
+from layerjam.rig.board import firmware_files
 from layerjam.rig.wiring import load_wiring
 
 IMAGE = Path(__file__).parents[3] / "out" / "firmware" / "layerjam-pico.uf2"
@@ -37,7 +37,7 @@ def missing() -> str:
 def firmware_hash() -> str:
     """What the board says of its own files."""
     held: dict[str, Any] = {}
-    exec(parts("pico")["built.py"], held)
+    exec(firmware_files("pico")["built.py"], held)
     return str(held["FIRMWARE"])
 
 

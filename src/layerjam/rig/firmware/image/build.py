@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from layerjam.rig import uf2
-from layerjam.rig.board import law_hash, parts
+from layerjam.rig.board import firmware_files, law_hash
 
 FOLDER = Path(__file__).parent
 SUITE = "trixie"
@@ -81,7 +81,7 @@ def sources() -> dict[str, str]:
     """Return the sources of an image; an image with the same hashes is up to date."""
     return {
         "law_sha256": law_hash(),
-        "firmware_sha256": re.findall("FIRMWARE = '(.*)'", parts("pico")["built.py"])[0],
+        "firmware_sha256": re.findall("FIRMWARE = '(.*)'", firmware_files("pico")["built.py"])[0],
         "recipe_sha256": recipe_hash(),
     }
 
@@ -186,7 +186,7 @@ def compile_program(tree: Path, library: Path, work: Path, log: Path, jobs: int)
     for folder in (frozen, board):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir()
-    for name, text in parts("pico").items():
+    for name, text in firmware_files("pico").items():
         (frozen / name).write_text(text, encoding="utf-8")
     (frozen / "reserved.py").write_text(RESERVED, encoding="utf-8")
     manifest = work / "manifest.py"
