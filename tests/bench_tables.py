@@ -101,7 +101,7 @@ def drifts(runs: int) -> list[str]:
                 doubted += [] if trial.doubted_after is None else [trial.doubted_after]
                 named += trial.named is not None
                 other = run_trial(two, draw_plan(two.behind, "sensor-drift", n, 0, size=rate))
-                second += [other.safe_after] if other.met and other.safe_after else []
+                second += [other.safe_after] if other.is_met and other.safe_after else []
             rows.append(
                 f"| {show(rate, 'Pa/s')} | {spread(lost, runs)} | {spread(doubted, runs)} | "
                 f"{named} of {runs} | safe: {spread(second, runs)} |"

@@ -194,13 +194,13 @@ def plant(patch: pytest.MonkeyPatch, name: str) -> None:
         patch.setattr(film, "write_dxf", metres)
     elif name == "no air bore":
         round_one = lambda p: p.cut and p.axis == "x" and hasattr(p.section, "first")  # noqa: E731
-        patch.setattr(parts, "cap", without(parts.cap, round_one))
+        patch.setattr(parts, "make_cap", without(parts.make_cap, round_one))
     elif name == "no screw hole in the plate":
-        patch.setattr(parts, "plate", without(parts.plate, lambda p: p.axis == "z"))
+        patch.setattr(parts, "make_plate", without(parts.make_plate, lambda p: p.axis == "z"))
     elif name == "inside out":
-        meshed = folder.mesh
+        meshed = folder.make_mesh
         turned = lambda s: replace(meshed(s), triangles=meshed(s).triangles[:, ::-1])  # noqa: E731
-        patch.setattr(folder, "mesh", turned)
+        patch.setattr(folder, "make_mesh", turned)
     elif name == "screws of one cap":
         bought = bom._bought_items
         half = lambda m: [  # noqa: E731

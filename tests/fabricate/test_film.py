@@ -135,14 +135,14 @@ def test_stock_and_bed() -> None:
     assert len(found.pieces) == 2 and check(found, "stock").ok
     found = made(stock_length=0.09, stock_width=0.1)
     stock = check(found, "stock")
-    assert not stock.ok and stock.refuses and stock.value == pytest.approx(5e-3)
+    assert not stock.ok and stock.is_refused and stock.value == pytest.approx(5e-3)
     assert "length" in stock.text and found.pieces == []
     # the bed bounds the pieces, laid either way
     found = made(laser_bed=(0.1, 0.096))
     assert len(found.pieces) > 1 and check(found, "laser-bed").ok
     assert all(max(piece.length, piece.width) <= 100 for piece in found.pieces)
     bed = check(made(laser_bed=(0.08, 0.3), stock_length=0.4, stock_width=0.3), "laser-bed")
-    assert not bed.ok and bed.refuses and bed.value == pytest.approx(0.22)
+    assert not bed.ok and bed.is_refused and bed.value == pytest.approx(0.22)
     tall = check(made(laser_bed=(0.05, 0.09)), "laser-bed")
     assert not tall.ok and tall.value == pytest.approx(5e-3)
     assert check(made(laser_bed=(0.02, 0.2)), "laser-bed").ok is False
@@ -179,7 +179,7 @@ def test_films_and_lasers() -> None:
     for name in ("choi2018-ptfe", "choi2018-ptfe-fiberglass"):
         found = made(load(name), cutter="laser")
         never = check(found, "film-and-laser")
-        assert never.ok is False and never.refuses and never.code == "C15"
+        assert never.ok is False and never.is_refused and never.code == "C15"
         for cutter in ("service", "knife"):
             other = made(load(name), cutter=cutter)
             assert check(other, "film-and-laser").ok is None

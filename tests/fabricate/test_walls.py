@@ -127,7 +127,7 @@ def test_the_papers_brake_has_its_least_wall_before_the_screw_hole() -> None:
 def test_the_rims_beside_a_short_necks_tie_are_found() -> None:
     short = replace(Build(), neck_length=4e-3)
     check = checks.wall_check(short, compute_lengths(KAPTON.brake, short))
-    assert check.ok is False and check.refuses and check.value == pytest.approx(0.25e-3)
+    assert check.ok is False and check.is_refused and check.value == pytest.approx(0.25e-3)
     thin = unchecked(short, wall=0.2e-3)
     assert measured(KAPTON.brake, thin, np.random.default_rng(2)) == pytest.approx(0.25, abs=0.01)
 

@@ -54,7 +54,7 @@ def test_nothing_is_switched_on_that_was_not_declared(missing: str) -> None:
             rig.say(line)
     rig.say("OUTP ON")
     assert rig.error() == -221 and rig.hal.pump == 0
-    assert missing in rig.bench.why_not()
+    assert missing in rig.bench.explain_refusal()
 
 
 def test_a_regulator_of_another_safe_state_is_refused() -> None:
@@ -208,7 +208,7 @@ def test_a_long_lease_ends_with_the_client_that_asked_for_it(end: str) -> None:
     rig.run(3)
     assert rig.bench.state == 1
     if end == "leave":
-        rig.bench.leave(5)
+        rig.bench.end_session(5)
     else:
         rig.say("*RST", 6)
     assert float(rig.say("SYST:LEAS?")) == 2
@@ -221,7 +221,7 @@ def test_a_lease_of_another_client_stays() -> None:
     rig = Rig()
     rig.say("SYST:LEAS 120", 5)
     rig.say("*OPC?", 6)
-    rig.bench.leave(6)
+    rig.bench.end_session(6)
     assert float(rig.say("SYST:LEAS?")) == 120
 
 

@@ -81,9 +81,9 @@ def test_nobody_is_there(tmp_path: Path) -> None:
     assert (made.outcome, made.reason) == ("CROSSHEAD_LOST", "nobody is at the keyboard")
     manual, asked = Manual(lambda: False, lambda text: None), Asked()
     manual.begin(PULL, asked, lambda kind, text: None)  # type: ignore[arg-type]
-    assert not manual.done(599)
+    assert not manual.is_done(599)
     with pytest.raises(CrossheadLostError, match="600 s"):
-        manual.done(601)
+        manual.is_done(601)
 
 
 def test_two_contacts() -> None:
@@ -91,9 +91,9 @@ def test_two_contacts() -> None:
     note: Any = lambda kind, text: None  # noqa: E731
     machine.positions(with_flags(1, 1))
     machine.begin(PULL, bench, note)  # type: ignore[arg-type]
-    assert bench.told == ["OUTP:SYNC ON"] and not machine.done(3.0)
+    assert bench.told == ["OUTP:SYNC ON"] and not machine.is_done(3.0)
     machine.positions(with_flags(1, 17))
-    assert machine.done(3.1)
+    assert machine.is_done(3.1)
     machine.end(bench)  # type: ignore[arg-type]
     machine.end(bench)  # type: ignore[arg-type]
     assert bench.told == ["OUTP:SYNC ON", "OUTP:SYNC OFF"]
@@ -102,7 +102,7 @@ def test_two_contacts() -> None:
     machine.positions(with_flags(0))
     machine.begin(Return(speed=13e-3, to=0.0), bench, note)  # type: ignore[arg-type]
     with pytest.raises(CrossheadLostError, match="did not close"):
-        machine.done(move_timeout(PULL, 0.0) + 0.1)
+        machine.is_done(move_timeout(PULL, 0.0) + 0.1)
     assert move_timeout(PULL, 0.0) == pytest.approx(2 * 40 / 13 + 10)
 
 
@@ -167,7 +167,7 @@ def test_a_slip_makes_the_chamber_larger() -> None:
     plant.machine = machine = VirtualMachine(load("choi2018-kapton").brake, line)
     plant.vacuum = plant.shown = 60e3
     atmosphere, n = line.site.atmosphere, line.polytropic
-    machine.go(40e-3, 13e-3)
+    machine.start_motion(40e-3, 13e-3)
     for _ in range(400):
         plant.advance(0.01)
         due = min(40e-3, 13e-3 * plant.time)

@@ -157,4 +157,4 @@ def test_nothing_more_is_read_while_too_much_waits() -> None:
     rig = Rig()
     rig.run(12)
     rig.port.feed(b"FETC:STR? 200\n")
-    assert rig.port.full()
+    assert rig.port.is_full()

@@ -56,7 +56,7 @@ def test_garbage_is_collected_before_the_first_sample_and_every_half_second(
         hal = Looped(120, takes)
         monkeypatch.setattr(firmware().main, "gc", hal)
         with pytest.raises(EOFError):
-            firmware().main.loop(hal)
+            firmware().main.run_loop(hal)
         assert hal.collected_at == [0, 50, 100]
 
 
@@ -72,7 +72,7 @@ def test_what_is_said_goes_out_once_and_in_order(acts: list[bytes | int]) -> Non
         else:
             piece = bytes(port.waiting()[:act])
             went += piece
-            port.took(len(piece))
+            port.drop_sent(len(piece))
         assert bytes(port.waiting()) == said[len(went) :] and said.startswith(went)
         assert bool(port.outbox) == (went != said)
     assert went == said
@@ -83,12 +83,12 @@ def test_a_line_that_takes_nothing_costs_no_copy() -> None:
     port = Rig().port
     port.put(bytes(4800))
     held = port.outbox
-    port.took(0)
-    port.took(64)
+    port.drop_sent(0)
+    port.drop_sent(64)
     assert port.outbox is held and len(port.waiting()) == 4736
-    assert port.full()
-    port.took(700)
-    assert not port.full()
+    assert port.is_full()
+    port.drop_sent(700)
+    assert not port.is_full()
 
 
 def test_an_image_is_current_while_nothing_that_it_is_made_of_changes(tmp_path: Path) -> None:

@@ -88,7 +88,7 @@ class Hal:
 def settings(n):
     made = store.Settings()
     made.safe, made.rest, made.offset, made.gain, made.sensor = 1, 1, 10.0 * n, 1.0, "s%d" % n
-    made.law = store.law_of(binascii.unhexlify(open(sys.argv[1] + '/law.hex').read()))[0]
+    made.law = store.parse_law(binascii.unhexlify(open(sys.argv[1] + '/law.hex').read()))[0]
     return made
 
 def mounted(data):

@@ -76,7 +76,7 @@ def test_every_sample_once_and_its_clock_counts_on(tmp_path: Path, uptime: int) 
     made = opened(path, board)
     for _ in range(5):
         board.run(150)
-        made.pump()
+        made.record_block()
     made.file.close("FINISHED")
     run = read_run(path)
     assert run.outcome == "FINISHED" and not run.interrupted and run.gaps == 0
@@ -103,7 +103,7 @@ def test_nothing_is_acknowledged_before_it_is_on_disk(
     monkeypatch.setattr(made.file, "add", noted)
     for _ in range(2):
         board.run(30)
-        made.pump()
+        made.record_block()
     assert board.acts == [
         "fetch", "on disk to 29", "acknowledge", "fetch", "on disk to 59", "acknowledge",
     ]  # fmt: skip
@@ -139,7 +139,7 @@ def test_killed_anywhere_it_misses_nothing_and_doubles_nothing(
             setattr(target, name, dying)
         try:
             while board.kept < board.made:
-                made.pump()
+                made.record_block()
         except Killed:
             pass
         if dies_after:
@@ -147,7 +147,7 @@ def test_killed_anywhere_it_misses_nothing_and_doubles_nothing(
         made.file.close()
     made = opened(path, board)
     while board.kept < board.made:
-        made.pump()
+        made.record_block()
     made.file.close("FINISHED")
     run = read_run(path)
     assert np.array_equal(run.columns["seq"], np.arange(board.made)) and run.gaps == 0
@@ -158,10 +158,10 @@ def test_what_the_ring_lost_is_counted_and_said(tmp_path: Path) -> None:
     board, path = Board(), tmp_path / "a.ljrun"
     made = opened(path, board)
     board.run(100)
-    made.pump()
+    made.record_block()
     board.run(ROOM + 123)
     while board.kept < board.made:
-        made.pump()
+        made.record_block()
     assert made.file.counts() == (ROOM + 100, 123, 1)
     made.file.close("FINISHED")
     run = read_run(path)
@@ -176,11 +176,11 @@ def test_a_board_that_starts_anew_is_another_boot(tmp_path: Path) -> None:
     made = opened(path, first)
     made._clocks = lambda: (now[0], now[1])
     first.run(200)
-    made.pump()
+    made.record_block()
     now[:] = now[0] + 5 * 10**9, now[1] - 3600 * 10**9
     made.bench = second  # type: ignore[assignment]
     second.run(200)
-    made.pump()
+    made.record_block()
     assert made.file.counts() == (400, 0, 2)
     made.file.close("FINISHED")
     run = read_run(path)
@@ -197,14 +197,14 @@ def test_an_open_file_is_read_and_a_second_recorder_refused(tmp_path: Path) -> N
     board, path = Board(), tmp_path / "a.ljrun"
     made = opened(path, board)
     board.run(50)
-    made.pump()
+    made.record_block()
     assert read_run(path).interrupted and read_run(path).samples == 50
     with pytest.raises(FileError, match="another recorder"):
         RunFile.resume(path)
     with pytest.raises(FileError, match="already exists"):
         RunFile.create(path, META)
     board.run(50)
-    made.pump()
+    made.record_block()
     made.file.close()
     assert read_run(path).samples == 100
     other = Board()
@@ -227,7 +227,7 @@ def test_a_full_disk_acknowledges_nothing(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="full"):
         for _ in range(50):
             board.run(100)
-            made.pump()
+            made.record_block()
     kept = board.kept
     made.file.close("DISK_FULL")
     run = read_run(path)

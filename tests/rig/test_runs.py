@@ -294,13 +294,13 @@ def test_an_operator_stops_it_safely(tmp_path: Path, monkeypatch: pytest.MonkeyP
         assert self.bench.plant is not None and self.bench.plant.outputs == (0.0, True)
 
     monkeypatch.setattr(Execution, "_make_safe", twice)
-    begin = Execution._begin
+    begin = Execution._begin_run
 
     def stopped(self: Execution) -> None:
         begin(self)
         signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(Execution, "_begin", stopped)
+    monkeypatch.setattr(Execution, "_begin_run", stopped)
     with ready() as bench:
         made = bench.run(PROCEDURE, out=tmp_path / "a.ljrun")
     assert made.outcome == "OPERATOR_STOPPED" and read_run(made.file).outcome == made.outcome
@@ -326,13 +326,13 @@ def test_a_full_disk_ends_a_run_safely(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 def test_a_line_that_is_lost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    begin = Execution._begin
+    begin = Execution._begin_run
 
     def cut(self: Execution) -> None:
         begin(self)
         self.bench._link.board._child.process.kill()  # type: ignore[attr-defined]
 
-    monkeypatch.setattr(Execution, "_begin", cut)
+    monkeypatch.setattr(Execution, "_begin_run", cut)
     with ready() as bench:
         made = bench.run(PROCEDURE, out=tmp_path / "a.ljrun")
     assert made.outcome == "LINE_LOST" and read_run(made.file).outcome == "LINE_LOST"

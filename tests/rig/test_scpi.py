@@ -126,7 +126,7 @@ def test_queues_and_masks_are_each_clients_own() -> None:
     rig.hal.estop_open = True
     rig.run(0.02)
     assert [rig.error(n) for n in (0, 1, 2, 15)] == [123] * 4
-    rig.bench.leave(2)
+    rig.bench.end_session(2)
     assert rig.say("*ESE?;:SYST:ERR?", 2) == '0;0,"No error"'
 
 
@@ -144,7 +144,7 @@ def test_a_lock_keeps_others_out_but_not_from_off() -> None:
     rig.say("OUTP ON", 1)
     rig.say("ABOR", 2)
     assert rig.bench.state == 0
-    rig.bench.leave(1)
+    rig.bench.end_session(1)
     assert rig.say("SYST:LOCK:OWN?", 2) == '"NONE"'
     rig.say("SOUR:VAC 1", 2)
     assert rig.error(2) == 0
@@ -274,7 +274,7 @@ def test_the_law_is_checked_number_by_number() -> None:
             assert rig.error() == -222, (place, wrong)
     numbers = [*first, *second]
     numbers[14] = 0.5
-    assert code.store.law_of(struct.pack("<39d", *numbers))[0] is None
+    assert code.store.parse_law(struct.pack("<39d", *numbers))[0] is None
     assert rig.say("CONT:LAW?") == before == law_words(regulator())
 
 
@@ -300,6 +300,6 @@ def test_a_mark_within_quotes_is_no_mark(text: str, at: int, mark: str) -> None:
     scpi = firmware().scpi
     if quote:
         with pytest.raises(scpi.ScpiError, match="-151"):
-            scpi.end_of(text, at, mark)
+            scpi.find_end(text, at, mark)
     else:
-        assert scpi.end_of(text, min(at, len(text)), mark) == due
+        assert scpi.find_end(text, min(at, len(text)), mark) == due

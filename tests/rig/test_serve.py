@@ -347,12 +347,12 @@ def test_a_token_that_others_may_read_is_refused(tmp_path: Path) -> None:
 
 def test_the_door_counts_what_it_denied() -> None:
     door = Door("a" * 32)
-    assert door.through(b"syst:err?") == (True, b"")
+    assert door.filter_line(b"syst:err?") == (True, b"")
     for _ in range(40):
-        assert door.through(b"OUTP ON") == (False, b"")
-    said = [door.through(b"SYST:ERR?") for _ in range(17)]
+        assert door.filter_line(b"OUTP ON") == (False, b"")
+    said = [door.filter_line(b"SYST:ERR?") for _ in range(17)]
     assert [passes for passes, _ in said] == [False] * 16 + [True]
-    assert door.through(b"ABORt ;OUTP ON")[0] is False
+    assert door.filter_line(b"ABORt ;OUTP ON")[0] is False
 
 
 def test_lines_are_cut_out_of_any_pieces() -> None:

@@ -237,7 +237,7 @@ def test_a_refused_run_leaves_nothing(tmp_path: Path, capsys: pytest.CaptureFixt
 @pytest.mark.slow
 def test_nothing_falls_and_it_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The run finishes, the accelerometer waits no more, and no shot is in the file."""
-    monkeypatch.setattr(Shots, "let_fall", lambda self: None)
+    monkeypatch.setattr(Shots, "release_mass", lambda self: None)
     words = [*DROP, "--procedure", "hold 2 s", "--out", str(tmp_path / "a.ljrun")]
     made = said([*RUN, *words])
     assert made["outcome"] == "FINISHED" and made["shots"] == []

@@ -48,7 +48,7 @@ def test_an_hour(kind: str) -> None:
 def test_a_false_fault_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     """A detector that is too sharp stops a sound line, again and again."""
     sound = boards.firmware_files()
-    sharp = sound["bench.py"].replace("if self.disagree(self.settings.law[1]):",
+    sharp = sound["bench.py"].replace("if self.has_disagreement(self.settings.law[1]):",
                                       "if self.count % 1000 == 999:")  # fmt: skip
     assert sharp != sound["bench.py"]
     monkeypatch.setattr(boards, "firmware_files", lambda: {**sound, "bench.py": sharp})
@@ -60,7 +60,7 @@ def test_a_false_fault_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_leak_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     """A number that each sample leaves in a list; a list keeps the numbers themselves."""
     sound = boards.firmware_files()
-    judged = "self.disagree(self.settings.law[1])"
+    judged = "self.has_disagreement(self.settings.law[1])"
     assert f"if {judged}:" in sound["bench.py"]
     leaky = sound["bench.py"].replace(f"if {judged}:", f"if KEPT.append(self.count) or {judged}:")
     leaky = leaky.replace("\nclass ", "\nKEPT = []\n\n\nclass ", 1)
@@ -83,7 +83,7 @@ def test_gaps_are_counted() -> None:
     log = Log(board)
 
     def look(*seqs: int, at: int = 0) -> int:
-        log.look(np.array(seqs), (np.array(seqs) * 10_000 + at) % (1 << 32))
+        log.count_gaps(np.array(seqs), (np.array(seqs) * 10_000 + at) % (1 << 32))
         return log.gaps
 
     assert look(429_490, 429_491) == look(429_492, 429_493) == look(429_494, 429_500) - 1 == 0

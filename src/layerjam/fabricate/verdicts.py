@@ -58,7 +58,7 @@ class Check:
         return bool(self.margin() >= 1) if is_known and self.applies else None
 
     @property
-    def refuses(self) -> bool:
+    def is_refused(self) -> bool:
         """Whether a failure means that the brake cannot be drawn."""
         return self.otherwise == "refused"
 
@@ -110,7 +110,7 @@ def _finite_or_none(value: Any) -> float | None:
 
 def refusals(checks: Iterable[Check]) -> list[Check]:
     """Return the checks that keep the brake from being drawn."""
-    return [check for check in checks if check.refuses and check.ok is False]
+    return [check for check in checks if check.is_refused and check.ok is False]
 
 
 def refusal_reason(checks: Iterable[Check]) -> str | None:

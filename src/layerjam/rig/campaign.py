@@ -56,11 +56,11 @@ class Trial:
     """Reason why the run did not finish, or ""."""
 
     @property
-    def met(self) -> bool:
+    def is_met(self) -> bool:
         """Whether the deadline was met; without a deadline, whether the run finished."""
         if self.deadline is None:
             return not self.trouble
-        if not self.plan.kind.called(self.named, self.plan.case) or self.safe_after is None:
+        if not self.plan.kind.accepts_name(self.named, self.plan.case) or self.safe_after is None:
             return False
         took = max(self.safe_after, self.named_after or 0.0)
         return took <= self.deadline + CLOCK
@@ -71,7 +71,7 @@ class Trial:
         took = max(self.safe_after or 0.0, self.named_after or 0.0)
         if self.deadline is None:
             return took
-        return took / self.deadline if self.met else math.inf
+        return took / self.deadline if self.is_met else math.inf
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ class Bed:
         """Prepare a healthy, vented line and its regulator, and start the pump."""
         bench, board = self.bench()
         plant = board.plant
-        plant.heal()
+        plant.clear_faults()
         bench.off()
         bench.clear()
         plant.behind = plan.behind

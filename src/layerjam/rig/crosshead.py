@@ -38,7 +38,7 @@ class Crosshead(Protocol):
     def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
         """Start a move."""
 
-    def done(self, elapsed_time: float) -> bool:
+    def is_done(self, elapsed_time: float) -> bool:
         """Return whether the move is over, `elapsed_time` [s] after its start by the board's clock.
 
         Raises CrossheadLostError if the move is long overdue.
@@ -74,7 +74,7 @@ class Manual:
         self._step, self._bench, self._note, self._moves = step, bench, note, False
         self._ask(f"Ready to {step.text()}: press Enter and start the machine.")
 
-    def done(self, elapsed_time: float) -> bool:
+    def is_done(self, elapsed_time: float) -> bool:
         """Return whether Enter has been pressed a second time."""
         if elapsed_time > WAITS:
             raise CrossheadLostError(f"nobody pressed Enter for {WAITS:g} s")
@@ -123,7 +123,7 @@ class Trigger:
         self._moves = True
         bench.tell("OUTP:SYNC ON")
 
-    def done(self, elapsed_time: float) -> bool:
+    def is_done(self, elapsed_time: float) -> bool:
         """Whether the machine's contact has closed."""
         if elapsed_time > self._due and not self._closed:
             raise CrossheadLostError(
@@ -161,9 +161,9 @@ class Virtual:
         """Start the move; the marker is on during the move."""
         self._due, self._end = move_timeout(step, self._machine.elongation), step.end
         bench.tell("OUTP:SYNC ON")
-        self._machine.go(step.end, step.speed)
+        self._machine.start_motion(step.end, step.speed)
 
-    def done(self, elapsed_time: float) -> bool:
+    def is_done(self, elapsed_time: float) -> bool:
         """Whether the samples show the end position."""
         has_arrived = self._seen == self._end
         if elapsed_time > self._due and not has_arrived:
@@ -173,7 +173,7 @@ class Virtual:
     def end(self, bench: Bench) -> None:
         """Stop the machine."""
         was_moving, self._due = self._due, 0.0
-        self._machine.halt()
+        self._machine.stop_motion()
         if was_moving:
             bench.tell("OUTP:SYNC OFF")
 

@@ -95,7 +95,7 @@ class Bench:
             raise rejection
         return answer
 
-    def _number(self, query: str) -> float:
+    def _query_number(self, query: str) -> float:
         value = float(self.ask(query))
         return math.nan if abs(value) >= NO_NUMBER else value
 
@@ -113,17 +113,17 @@ class Bench:
     @property
     def vacuum(self) -> float:
         """Latest reading [Pa]; NaN if the sensor provides none."""
-        return self._number("MEAS:VAC?")
+        return self._query_number("MEAS:VAC?")
 
     @property
     def reach(self) -> float:
         """Highest target [Pa] that the regulator's plant can hold; 0 without a regulator."""
-        return self._number("SOUR:VAC? MAX")
+        return self._query_number("SOUR:VAC? MAX")
 
     @property
     def target(self) -> float:
         """Target vacuum: a number in Pa or text with a unit; 0 releases the brake."""
-        return self._number("SOUR:VAC?")
+        return self._query_number("SOUR:VAC?")
 
     @target.setter
     def target(self, value: float | str) -> None:
@@ -159,7 +159,7 @@ class Bench:
     @property
     def lease(self) -> float:
         """Time [s] for which the outputs stay on without a message from the host."""
-        return self._number("SYST:LEAS?")
+        return self._query_number("SYST:LEAS?")
 
     @lease.setter
     def lease(self, value: float | str) -> None:

@@ -115,7 +115,7 @@ class Execution:
         self.recorder = Recorder(bench, file)
         self.shots = None if rig is None else Shots(bench, file, rig)
         self.watch = Watch.from_bench(bench)
-        self.done = [StepResult(text=step.text()) for step in procedure.steps]
+        self.step_results = [StepResult(text=step.text()) for step in procedure.steps]
         self.fault: str | None = None
         self.fault_us: int | None = None
         self.first_us: int | None = None
@@ -126,9 +126,9 @@ class Execution:
         """Return the outcome and, unless it is a success, the reason; the outputs are then off."""
         try:
             try:
-                self._begin()
+                self._begin_run()
                 for place, step in enumerate(self.procedure.steps):
-                    self._step(place, step)
+                    self._run_step(place, step)
                 return FINISHED, None
             finally:
                 self._make_safe()
@@ -141,12 +141,12 @@ class Execution:
         except CrossheadLostError as error:
             return CROSSHEAD_LOST, str(error)
 
-    def _begin(self) -> None:
+    def _begin_run(self) -> None:
         """Measure the sensor's noise at rest, then start the law without a target."""
         self.bench.target = 0.0
         if self.shots is not None:
             self.shots.prepare()
-        self.recorder.begin(self._moves)
+        self.recorder.begin(self._read_positions)
         self.first_us = self.recorder.now
         readings: list[np.ndarray[Any, Any]] = []
 
@@ -154,15 +154,15 @@ class Execution:
             readings.append(block.rows["vacuum"])
             return False
 
-        self._until(keep, AT_REST)
+        self._run_until(keep, AT_REST)
         self._noise = measure_scatter(np.concatenate(readings)) if readings else 0.0
         self.bench.output = True
-        self._until(lambda block: bool((block.rows["state"] == STATES["RUN"]).any()), 1.0)
+        self._run_until(lambda block: bool((block.rows["state"] == STATES["RUN"]).any()), 1.0)
 
-    def _step(self, place: int, step: Step) -> None:
-        text, start = self.done[place].text, self._time
+    def _run_step(self, place: int, step: Step) -> None:
+        text, start = self.step_results[place].text, self._elapsed_time
         self.file.note("step", text, self.recorder.now)
-        self.done[place] = StepResult(text=text, started=start)
+        self.step_results[place] = StepResult(text=text, started=start)
         try:
             if isinstance(step, Evacuate):
                 self._evacuate(step)
@@ -171,10 +171,10 @@ class Execution:
             elif isinstance(step, Hold):
                 self._hold(step.duration)
             else:
-                self._move(step)
+                self._move_crosshead(step)
         finally:
-            self.done[place] = replace(self.done[place], ended=self._time)
-        self.done[place] = replace(self.done[place], reached=True)
+            self.step_results[place] = replace(self.step_results[place], ended=self._elapsed_time)
+        self.step_results[place] = replace(self.step_results[place], reached=True)
 
     def _evacuate(self, step: Evacuate) -> None:
         """Wait until the vacuum has been near its target for half a second, then hold it."""
@@ -182,7 +182,7 @@ class Execution:
         limit = TIMES * self.watch.rise_time(self._vacuum, step.to - close) + EXTRA
         self.bench.target = step.to
         is_steady = steady_test(self.watch, step.to, self._noise, self.recorder.now)
-        if not self._until(is_steady, limit, self._last_sample()):
+        if not self._run_until(is_steady, limit, self._last_sample()):
             raise EndedError(
                 NOT_REACHED,
                 f"{show(step.to, 'Pa')} was not reached within {limit:.3g} s; the vacuum is "
@@ -195,7 +195,7 @@ class Execution:
         limit = 2 * self.watch.settle_time
         self.bench.target = 0.0
         none = self.watch.zero
-        if not self._until(
+        if not self._run_until(
             lambda block: bool(last_vacuum(block) < none), limit, self._last_sample()
         ):
             raise EndedError(
@@ -208,23 +208,23 @@ class Execution:
         if duration <= 0:
             return
         if self.shots is not None:
-            self.shots.expect()
-            while not self.shots.waiting:
-                self._next()
-            self.shots.let_fall()
-            while self.recorder.is_behind(self._next()):
+            self.shots.expect_drop()
+            while not self.shots.is_waiting:
+                self._record_block()
+            self.shots.release_mass()
+            while self.recorder.is_behind(self._record_block()):
                 pass  # the hold begins with the board's current sample
-        self._until(lambda block: False, duration)
+        self._run_until(lambda block: False, duration)
 
-    def _move(self, step: Pull | Return) -> None:
+    def _move_crosshead(self, step: Pull | Return) -> None:
         crosshead = self.crosshead
         if crosshead is None:
             raise CrossheadLostError("the procedure moves a crosshead, but none is given")
         crosshead.begin(step, self.bench, self.file.note)
         try:
             start = self.recorder.now
-            while not crosshead.done((self.recorder.now - start) * 1e-6):
-                self._next()
+            while not crosshead.is_done((self.recorder.now - start) * 1e-6):
+                self._record_block()
         finally:
             crosshead.end(self.bench)
 
@@ -232,7 +232,7 @@ class Execution:
         """Return the number of the last sample before the last command takes effect."""
         return int(self.bench.ask("FETC:ALL?").split(",")[0])
 
-    def _until(self, is_done: Callable[[Block], bool], limit: float, after: int = -1) -> bool:
+    def _run_until(self, is_done: Callable[[Block], bool], limit: float, after: int = -1) -> bool:
         """Record until `is_done`; return False after `limit` [s] of the board's clock.
 
         The time counts from sample `after`, because a delayed host first reads samples that precede
@@ -240,7 +240,7 @@ class Execution:
         """
         start = self.recorder.now
         while True:
-            block = self._next()
+            block = self._record_block()
             if len(block.rows) and is_done(block):
                 return True
             if self.recorder.seq <= after:
@@ -248,28 +248,28 @@ class Execution:
             if (self.recorder.now - start) * 1e-6 >= limit:
                 return False
 
-    def _next(self) -> Block:
+    def _record_block(self) -> Block:
         """Record one block, and end the run if one of its samples requires that."""
         if self.stop.asked:
             raise EndedError(STOPPED, "stopped by the operator")
         recorder, boot = self.recorder, self.recorder.boot
-        block = recorder.pump(self._moves)
+        block = recorder.record_block(self._read_positions)
         if boot is not None and recorder.boot != boot:
             raise EndedError(LINE_LOST, "the board was reset during the run")
         if len(block.rows):
             self._told(block)
-            self._look(block)
+            self._check_block(block)
             if self.shots is not None:
                 self.shots.look(recorder)
         recorder.pause(block)
         return block
 
-    def _moves(self, block: Block) -> list[tuple[int, float, float]]:
+    def _read_positions(self, block: Block) -> list[tuple[int, float, float]]:
         if self.crosshead is None:
             return []
         return self.crosshead.positions(block)
 
-    def _look(self, block: Block) -> None:
+    def _check_block(self, block: Block) -> None:
         """End the run on a fault, or if another client switched the outputs off."""
         self._vacuum = last_vacuum(block)
         state = block.rows["state"]
@@ -289,7 +289,7 @@ class Execution:
         self._running = bool(state[-1] == STATES["RUN"])
 
     @property
-    def _time(self) -> float | None:
+    def _elapsed_time(self) -> float | None:
         return None if self.first_us is None else (self.recorder.now - self.first_us) * 1e-6
 
     def _make_safe(self) -> None:
@@ -302,8 +302,8 @@ class Execution:
             shots, end = self.shots, self.recorder.now + LAST * 1e6
             if shots is not None:
                 shots.last(self.recorder)
-            while self.recorder.now < end or (shots is not None and shots.coming):
-                self.recorder.pause(self.recorder.pump(self._moves))
+            while self.recorder.now < end or (shots is not None and shots.is_recording):
+                self.recorder.pause(self.recorder.record_block(self._read_positions))
                 if shots is not None:
                     shots.look(self.recorder)
         except LayerjamError:
@@ -354,7 +354,7 @@ def execute(
     if rig is not None:
         check_rig(rig, bench, steps)
     entries = {"kind": "run", "procedure": steps.text(), **describe_bench(bench), **(meta or {})}
-    entries |= {} if rig is None else rig.facts()
+    entries |= {} if rig is None else rig.metadata()
     with stop or Stop() as stop:
         if not bench.lock():
             owner = bench.ask("SYST:LOCK:OWN?")
@@ -384,7 +384,7 @@ def _run_and_close(bench: Bench, file: RunFile, running: Execution) -> RunResult
     try:
         outcome, reason = running.run()
     except LayerjamError:
-        if running.done[0].started is None:
+        if running.step_results[0].started is None:
             file.discard()  # rejected before anything has been done
         raise
     if reason is not None:
@@ -400,7 +400,7 @@ def _run_and_close(bench: Bench, file: RunFile, running: Execution) -> RunResult
         samples=samples,
         gaps=gaps,
         duration=0.0 if first is None else (running.recorder.now - first) * 1e-6,
-        steps=tuple(running.done),
+        steps=tuple(running.step_results),
         fault=running.fault,
         fault_time=None if first is None or fault is None else (fault - first) * 1e-6,
         file=file.path,

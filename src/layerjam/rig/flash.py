@@ -39,9 +39,9 @@ class Prompt:
         self._ends, self._name, self._buffer = ends, name, b""
         ends.write(b"\r" + STOP + STOP)
         ends.write(b"\r" + RAW)
-        self._until(READY, 2.0)
+        self._read_until(READY, 2.0)
 
-    def _until(self, end: bytes, wait: float) -> bytes:
+    def _read_until(self, end: bytes, wait: float) -> bytes:
         last = time.monotonic() + wait
         while end not in self._buffer:
             left = last - time.monotonic()
@@ -64,9 +64,9 @@ class Prompt:
     def run(self, program: str) -> str:
         """Return the output of a program."""
         self.send(program)
-        self._until(b"OK", WAIT)
-        output = self._until(RUN, WAIT)
-        wrong = self._until(RUN + b">", WAIT)
+        self._read_until(b"OK", WAIT)
+        output = self._read_until(RUN, WAIT)
+        wrong = self._read_until(RUN + b">", WAIT)
         if wrong:
             last = wrong.decode("utf-8", "replace").strip().splitlines()[-1]
             raise LineError(f"{self._name}: the board reports {last[:200]}")

@@ -49,30 +49,30 @@ class Case:
         return detection_times(self.regulator, self.target)
 
     @property
-    def lowest(self) -> float:
+    def loss_threshold(self) -> float:
         """Vacuum [Pa] below which every reading shows a loss, despite noise and zero error."""
         regulator = self.regulator
         noise = IN_NOISE * regulator.greatest_noise + regulator.sensor.resolution
         return self.target - regulator.loss_margin - noise - regulator.zero
 
     @property
-    def highest(self) -> float:
+    def vented_vacuum(self) -> float:
         """Vacuum [Pa] by which the regulator has opened the vent."""
         return self.target + self.regulator.vent_threshold + self.regulator.zero
 
     @functools.cached_property
-    def strongest(self) -> Plant:
+    def strongest_plant(self) -> Plant:
         """Return the plant with the strongest pump and the weakest vent within the tolerances."""
         plant, tolerances = self.regulator.plant.joined, self.regulator.tolerances
         return replace(
             plant, rate=plant.rate * (1 + tolerances.pump), vent=plant.vent * (1 - tolerances.vent)
         )
 
-    def falls(self, rate: float, end: float) -> float:
+    def fall_time(self, rate: float, end: float) -> float:
         """Return the time [s] for a fall towards `end` [Pa] at a rate [1/s] to leave the band."""
-        if not rate > 0 or not self.lowest > end:
+        if not rate > 0 or not self.loss_threshold > end:
             return math.inf
-        return math.log((self.highest - end) / (self.lowest - end)) / rate
+        return math.log((self.vented_vacuum - end) / (self.loss_threshold - end)) / rate
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class FaultKind:
         """Return the time [s] to safe outputs, infinite if nothing is guaranteed."""
         return case.promised_times[self.answers] if self.promise is None else self.promise(case)
 
-    def called(self, name: str | None, case: Case) -> bool:
+    def accepts_name(self, name: str | None, case: Case) -> bool:
         """Return whether the board may report this name; a second sensor may be faster."""
         disagree = case.second and name == "SENSORS_DISAGREE" and "SENSOR" in str(self.names)
         return name in self.names or disagree
@@ -106,20 +106,20 @@ class FaultKind:
 def _make_injection(name: str) -> Callable[[Case, VirtualPlant], None]:
     """Return an injection of a size that the detectors can detect (`control/faults.py`)."""
 
-    def breaks(case: Case, plant: VirtualPlant) -> None:
+    def inject(case: Case, plant: VirtualPlant) -> None:
         plant.injected = make_injection(name, 0.0, case.regulator, case.target)[0]
 
-    return breaks
+    return inject
 
 
 def _make_setter(**changes: object) -> Callable[[Case, VirtualPlant], None]:
     """Return a function that sets attributes of the plant; without any, only the host fails."""
 
-    def breaks(_: Case, plant: VirtualPlant) -> None:
+    def inject(_: Case, plant: VirtualPlant) -> None:
         for name, value in changes.items():
             setattr(plant, name, value)
 
-    return breaks
+    return inject
 
 
 def _set_rail(case: Case, plant: VirtualPlant) -> None:
@@ -151,16 +151,17 @@ def _sample_deadline(count: int) -> Callable[[Case], float]:
 
 def _leak_deadline(case: Case) -> float:
     """Return the time until the healthy leak takes the vacuum out of the band, as a loss would."""
-    return case.falls(case.regulator.plant.joined.leak, 0.0) + case.promised_times["VACUUM_LOST"]
+    leak = case.regulator.plant.joined.leak
+    return case.fall_time(leak, 0.0) + case.promised_times["VACUUM_LOST"]
 
 
 def _loss_deadline(case: Case) -> float:
     """Return the time until a loss is visible although the pump runs at full power."""
-    plant, pump = case.regulator.plant.joined, case.strongest.rate
+    plant, pump = case.regulator.plant.joined, case.strongest_plant.rate
     half = case.target / 2
     inflow = max(plant.rate * (plant.top - plant.weight * half) / half, plant.leak)
     rate = pump * plant.weight + inflow
-    return case.falls(rate, pump * plant.top / rate) + case.promised_times["VACUUM_LOST"]
+    return case.fall_time(rate, pump * plant.top / rate) + case.promised_times["VACUUM_LOST"]
 
 
 def _open_vent_deadline(case: Case) -> float:
@@ -169,7 +170,7 @@ def _open_vent_deadline(case: Case) -> float:
     Near zero vacuum, little air flows through the open vent, and the pump seems to work normally.
     """
     regulator = case.regulator
-    plant, left = case.strongest, 1 - regulator.weak_ratio / 2
+    plant, left = case.strongest_plant, 1 - regulator.weak_ratio / 2
     out = plant.vent + plant.leak
     ends = plant.rate * plant.top / (plant.rate * plant.weight + out)
     weak = left * plant.rate * plant.top / (left * plant.rate * plant.weight + out)

@@ -175,7 +175,7 @@ class Line:
                     # an LF ends the rest of a broken frame before the next one
                     self._ends.write(b"\n" + frame if repeat else frame)
                     self.tries += 1
-                    answer = self._answer(session, number, end)
+                    answer = self._read_answer(session, number, end)
                     if answer is not None:
                         return answer
                     repeat = True
@@ -202,7 +202,7 @@ class Line:
                     frame, size = parse_first_frame(self._buffer)
         return payloads
 
-    def _answer(self, session: int, number: int, end: float) -> bytes | None:
+    def _read_answer(self, session: int, number: int, end: float) -> bytes | None:
         """Return the payload of the requested frame, or None if it is damaged or too late."""
         while True:
             frame, size = parse_first_frame(self._buffer)

@@ -91,7 +91,7 @@ class SocketLink:
     def _authorise(self, token: str) -> None:
         """Send the gateway's token; raises FileError if the gateway has a different one."""
         self._socket.sendall(f'SYST:PASS:CEN "{token}"\nSYST:PASS:CEN:STAT?\n'.encode("ascii"))
-        if self._answer() != b"1":
+        if self._read_answer() != b"1":
             self.close()
             raise FileError(self._name, "the gateway has a different token; copy its --token-file")
 
@@ -102,16 +102,16 @@ class SocketLink:
             self._socket.sendall(text.encode("ascii") + b"\n" + CHECK.encode() + b"\n")
         except OSError as error:
             raise LineError(f"connection to {self._name} lost: {error}") from None
-        first = self._answer()
+        first = self._read_answer()
         match = CHECKED.fullmatch(first)
         if match is not None:
             return b"", *parse_check(first)
-        return first, *parse_check(self._answer())
+        return first, *parse_check(self._read_answer())
 
-    def _answer(self) -> bytes:
+    def _read_answer(self) -> bytes:
         """Return one response: a block by its length, anything else up to the LF."""
         while True:
-            end = self._end()
+            end = self._find_end()
             if end and len(self._buffer) >= end:
                 answer, self._buffer = self._buffer[: end - 1], self._buffer[end:]
                 return answer
@@ -123,7 +123,7 @@ class SocketLink:
                 raise LineError(f"{self._name} closed the connection")
             self._buffer += data
 
-    def _end(self) -> int:
+    def _find_end(self) -> int:
         """Return the end, with its LF, of the first response in the buffer, or 0."""
         if self._buffer[:1] == b"#":
             digits = self._buffer[1:2]

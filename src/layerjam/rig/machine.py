@@ -79,15 +79,15 @@ class VirtualMachine:
         self._pulled.step_to(0.0, 0.0)  # compile now, before the board has to wait for it
 
     @property
-    def swell(self) -> float:
+    def volume_ratio(self) -> float:
         """Volume of the chamber relative to its volume at rest."""
         return 1.0 + self._larger * self.slip
 
-    def go(self, end: float, speed: float) -> None:
+    def start_motion(self, end: float, speed: float) -> None:
         """Move to an elongation [m] at a speed [m/s]."""
         self._end, self._speed, self.moving = end, speed, True
 
-    def halt(self) -> None:
+    def stop_motion(self) -> None:
         """Stop at the present position."""
         self.moving = False
 
@@ -101,11 +101,11 @@ class VirtualMachine:
                 self.elongation = self._end
         elif not self.elongation:
             return vacuum
-        was = self.swell
+        was = self.volume_ratio
         vacuum_now = min(max(vacuum, 0.0), self._atmosphere)
         self.force, self.slip = self._pulled.step_to(self.elongation, vacuum_now, self._speed)
-        absolute = (self._atmosphere - vacuum) * (was / self.swell) ** self._exponent
-        return self._atmosphere - absolute if self.swell != was else vacuum
+        absolute = (self._atmosphere - vacuum) * (was / self.volume_ratio) ** self._exponent
+        return self._atmosphere - absolute if self.volume_ratio != was else vacuum
 
     def sample(self, number: int) -> None:
         """Store the readings at the board's sample with this number."""

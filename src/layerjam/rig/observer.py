@@ -207,7 +207,7 @@ class Observer:
             return
         if self.struck is not None:
             self._times.append(time)
-            self._look(time)
+            self._check_progress(time)
         elif self.began is None:
             if self.plant.outputs[0] > 0:
                 self.began = time
@@ -215,9 +215,10 @@ class Observer:
         elif not self._armed:
             if self._is_moment(time):
                 self._armed = True
-                self.plant.at(time + plan.phase * plan.case.regulator.sample_time, self._strike)
+                moment = time + plan.phase * plan.case.regulator.sample_time
+                self.plant.schedule(moment, self._start_fault)
             elif time - self.began > PATIENCE:
-                self._end()
+                self._end_run()
 
     def _is_moment(self, time: float) -> bool:
         plan, plant = self.plan, self.plant
@@ -229,7 +230,7 @@ class Observer:
             return False
         return time - self._held >= plan.wait
 
-    def _strike(self) -> None:
+    def _start_fault(self) -> None:
         plant = self.plant
         self.struck = plant.time
         self._first = plant.asked + 1
@@ -240,7 +241,7 @@ class Observer:
             plant.pace = SLOW
         self.plan.kind.breaks(self.plan.case, plant)
 
-    def _look(self, time: float) -> None:
+    def _check_progress(self, time: float) -> None:
         plant, case = self.plant, self.plan.case
         if self.lost is None and plant.vacuum < (1 - TENTH) * case.target:
             self.lost = time
@@ -252,25 +253,25 @@ class Observer:
         elapsed_time = time - start if start is not None else 0.0
         if self.plan.kind is HEALTHY:
             if elapsed_time > self._settle + MARGIN:
-                self._end()
+                self._end_run()
         elif not math.isfinite(self._deadline):
             if elapsed_time > LONGEST or plant.vacuum < GONE * case.target:
-                self._end()
+                self._end_run()
         elif self.since is None or time - self.since < self._settle:
             margin = MARGIN if self.event is not None else PATIENCE
             if elapsed_time > 2 * self._deadline + self._settle + margin:
-                self._end()
-        elif self._known:  # the fault must be reported even if the outputs are already safe
+                self._end_run()
+        elif self._is_known:  # the fault must be reported even if the outputs are already safe
             margin = 0.0 if self.event is not None else FLOODED
             if elapsed_time >= self._deadline + self._settle + margin:
-                self._end()
+                self._end_run()
 
     @property
-    def _known(self) -> bool:
+    def _is_known(self) -> bool:
         """Return whether the event is known, or will be once the host has read its responses."""
         return self.event is not None or self.plan.kind.host == "deaf"
 
-    def _end(self) -> None:
+    def _end_run(self) -> None:
         self.vacuum = self.plant.vacuum
         self.plant.pace = SLOW
         self.done.set()

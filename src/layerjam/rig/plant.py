@@ -202,14 +202,14 @@ class VirtualPlant:
         self._draw = random.Random(seed)
         self._other = random.Random(seed + 1)
 
-    def heal(self) -> None:
+    def clear_faults(self) -> None:
         """Remove all faults and pending actions."""
         self.watch = self._due = None
         self.injected = HEALTHY
         self.estop = self.supply_low = self.contact = False
         self.drift = self.stall = self.pace = self._climbed = 0.0
 
-    def at(self, time: float, act: Callable[[], None]) -> None:
+    def schedule(self, time: float, act: Callable[[], None]) -> None:
         """Call a function at a plant time [s], in the plant's thread; only one can be pending."""
         self._due = time, act
 
@@ -226,22 +226,22 @@ class VirtualPlant:
         if due is not None and self.time + dt >= due[0]:
             self._due = None
             first = max(due[0] - self.time, 0.0)
-            self._move(first)
+            self._move_vacuum(first)
             due[1]()
             dt -= first
-        self._move(dt)
+        self._move_vacuum(dt)
 
     def _rates(self) -> Rates:
         cache, hardware = self._broken, self.behind
         if cache is None or cache[0] is not self.injected or cache[1] is not hardware:
             rates = self.injected.break_plant(hardware.plant)
             cache = self._broken = self.injected, hardware, rates
-        if self.machine is not None and self.machine.swell != 1.0:
-            larger = replace(self.injected, volume=self.injected.volume * self.machine.swell)
+        if self.machine is not None and self.machine.volume_ratio != 1.0:
+            larger = replace(self.injected, volume=self.injected.volume * self.machine.volume_ratio)
             return larger.break_plant(hardware.plant)
         return cache[2]
 
-    def _move(self, dt: float) -> None:
+    def _move_vacuum(self, dt: float) -> None:
         """Advance by `dt` [s]; uneven flows are treated as constant for up to 2 ms."""
         rates, uneven = self._rates(), self.behind.uneven
         if uneven is None:
@@ -295,15 +295,15 @@ class VirtualPlant:
             self._last = self.injected.value
         elif fault != "stuck":
             y = self.shown + sensor.offset + (self.injected.value if fault else 0.0)
-            self._last = self._measure(y + self._climbed, self._draw)
+            self._last = self._measure_reading(y + self._climbed, self._draw)
         share = 0.5 + 0.5 * self._last / sensor.range
         return self._last, round(COUNTS[0] + share * COUNTS[1])
 
     def second_reading(self) -> float:
         """Return the reading of the second sensor [Pa]; it never has a fault."""
-        return self._measure(self.shown, self._other) if self.behind.second else 0.0
+        return self._measure_reading(self.shown, self._other) if self.behind.second else 0.0
 
-    def _measure(self, y: float, draw: random.Random) -> float:
+    def _measure_reading(self, y: float, draw: random.Random) -> float:
         """Return a reading with noise and resolution, within the sensor's range [Pa]."""
         sensor = self.behind.sensor
         y += sensor.noise * draw.gauss(0.0, 1.0) if sensor.noise else 0.0

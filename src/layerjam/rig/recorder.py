@@ -90,20 +90,20 @@ class Recorder:
         """Number of the last sample, or -1."""
         return -1 if self._last is None else self._last[0]
 
-    def pump(self, moves: Moves | None = None) -> Block:
+    def record_block(self, moves: Moves | None = None) -> Block:
         """Fetch, store and acknowledge one block.
 
         `moves` returns the crosshead's rows for this block. Raises LineError, or RecordingError if
         the disk is full; in that case nothing is acknowledged.
         """
-        rows, boot = self._fetch()
+        rows, boot = self._fetch_block()
         mono, calendar = self._clocks()
         for text in self.bench.events[self._heard :]:
             self.file.note("error", text, self.now)
         self._heard = len(self.bench.events)
         with self._hold_board():
             if boot != self.boot:
-                self._begin(boot)
+                self._begin_series(boot)
             self._watch_calendar(calendar - mono)
             us = unwrap_clock(rows["board_us"], rows["seq"], self._last)
             block = Block(rows, us)
@@ -119,7 +119,7 @@ class Recorder:
                 self.file.note("link", text, self.now)
         return block
 
-    def _fetch(self) -> tuple[np.ndarray[Any, Any], int]:
+    def _fetch_block(self) -> tuple[np.ndarray[Any, Any], int]:
         """Return one block and the board's start; short blocks if long ones are damaged."""
         start, self._asked = time.monotonic(), self._most
         try:
@@ -139,10 +139,10 @@ class Recorder:
 
     def begin(self, moves: Moves | None = None) -> None:
         """Record the samples that the board still has; time counts from the last of them."""
-        block = self.pump(moves)
+        block = self.record_block(moves)
         while self.is_behind(block):
             self.pause(block)
-            block = self.pump(moves)
+            block = self.record_block(moves)
         if not self.file.meta.get("begun"):
             self.file.state({"begun": max(self.seq, 0)})
         self.recorded = 0
@@ -162,7 +162,7 @@ class Recorder:
         self.recorded += max(last - before, 0)
         self._last, self.now = (last, int(us[-1])), int(us[-1])
 
-    def _begin(self, boot: int) -> None:
+    def _begin_series(self, boot: int) -> None:
         """Start a new series after a restart of the board."""
         if self.boot is not None:
             self.file.note("link", f"the board restarted: {boot:08X}")
@@ -376,7 +376,7 @@ class _Log:
                     return STOPPED, None
                 if self._left is not None and self.recorder.recorded >= self._left:
                     return FINISHED, None
-                self.recorder.pause(self.recorder.pump())
+                self.recorder.pause(self.recorder.record_block())
             except RecordingError as error:
                 return DISK_FULL, str(error)
             except LineError as error:

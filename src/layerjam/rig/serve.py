@@ -92,7 +92,7 @@ class Splitter:
         return lines
 
     @property
-    def endless(self) -> bool:
+    def is_overlong(self) -> bool:
         """Whether a line without an LF is far too long."""
         return self._skipped > ENDLESS
 
@@ -150,7 +150,7 @@ class Gateway:
             answer = await self.ask(session, PENDING)
         return answer
 
-    async def down(self) -> None:
+    async def watch_line(self) -> None:
         """Wait until the board's line is down, then raise LineError."""
         await asyncio.shield(self._down)
 
@@ -164,7 +164,7 @@ class Gateway:
         if len(self._guests) > GUESTS:
             next(iter(self._guests)).writer.close()
         try:
-            await self._serve(client, reader)
+            await self._serve_lines(client, reader)
         except (ConnectionError, LineError, TimeoutError, asyncio.CancelledError):
             pass  # the client or the board has disconnected, or the gateway is stopping
         finally:
@@ -172,22 +172,22 @@ class Gateway:
                 self._tasks.discard(task)
             self._guests.pop(client, None)
             writer.close()
-            await self._leave(client.session)
+            await self._end_session(client.session)
 
-    async def _leave(self, session: int) -> None:
+    async def _end_session(self, session: int) -> None:
         """End a client's session with its lock, lease, registers and queue."""
         if session != GUEST:
             with contextlib.suppress(LineError):
                 await asyncio.shield(self.ask(session, b""))
             self._free.append(session)
 
-    def _admit(self, client: Client) -> None:
+    def _admit_client(self, client: Client) -> None:
         """Assign a session of its own to a client that may command, if one is free."""
         if client.door.open and client.session == GUEST and self._free:
             client.session = self._free.pop()
             self._guests.pop(client, None)
 
-    async def _serve(self, client: Client, reader: asyncio.StreamReader) -> None:
+    async def _serve_lines(self, client: Client, reader: asyncio.StreamReader) -> None:
         """Read lines and write responses one by one; HTTP in the first line ends the session."""
         door, writer = client.door, client.writer
         sock = writer.get_extra_info("socket")
@@ -218,8 +218,8 @@ class Gateway:
                     return
                 is_greeted = True
                 wrong = door.wrong
-                self._admit(client)
-                passes, answer = door.through(line, client.session != GUEST)
+                self._admit_client(client)
+                passes, answer = door.filter_line(line, client.session != GUEST)
                 if passes:
                     answer = await self.execute(client.session, line, lines, more_lines)
                 if answer:
@@ -229,10 +229,10 @@ class Gateway:
                     return
                 if door.wrong > wrong:
                     await asyncio.sleep(DELAY * 2**wrong)
-            if splitter.endless:
+            if splitter.is_overlong:
                 return
 
-    async def terminal(self, master: int) -> None:
+    async def serve_terminal(self, master: int) -> None:
         """Serve a pseudo-terminal in its own session while the gateway runs."""
         loop, splitter = asyncio.get_running_loop(), Splitter()
         os.set_blocking(master, False)
@@ -347,11 +347,11 @@ async def _run_gateway(
         server = await asyncio.start_server(gateway.client, host, port)
     except OSError as error:
         raise FileError(f"{host}:{port}", f"cannot listen: {error.strerror}") from None
-    jobs = {asyncio.create_task(gateway.down()), asyncio.create_task(end.wait())}
+    jobs = {asyncio.create_task(gateway.watch_line()), asyncio.create_task(end.wait())}
     with contextlib.ExitStack() as stack:
         if pty is not None:
             master = stack.enter_context(_open_terminal(Path(pty)))
-            jobs.add(asyncio.create_task(gateway.terminal(master)))
+            jobs.add(asyncio.create_task(gateway.serve_terminal(master)))
         identity = (await gateway.ask(GUEST, b"*IDN?")).decode("ascii", "replace")
         listens = server.sockets[0].getsockname()[1]
         announce(

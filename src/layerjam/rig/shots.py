@@ -44,7 +44,7 @@ class DropRig:
     rope_stiffness: float | None = None
     say: Callable[[str], None] = tell_person
 
-    def facts(self) -> dict[str, str]:
+    def metadata(self) -> dict[str, str]:
         """Return the entries of the run file about the drop."""
         units = {"mass": "kg", "speed": "m/s", "rope_stiffness": "N/m"}
         values = {name: getattr(self, name) for name in units}
@@ -122,22 +122,22 @@ class Shots:
         arm(self._bench)
         self._bench.tell("ABOR")
 
-    def expect(self) -> None:
+    def expect_drop(self) -> None:
         """Make the accelerometer wait for the next drop."""
         self._wanted, self._said = True, False
-        self._arm()
+        self._arm_capture()
 
     @property
-    def waiting(self) -> bool:
+    def is_waiting(self) -> bool:
         """Return whether the accelerometer waits for a drop."""
         return self._state == "WAITING"
 
     @property
-    def coming(self) -> bool:
+    def is_recording(self) -> bool:
         """Return whether a record has started but is not complete."""
         return self._state == "RUNNING"
 
-    def let_fall(self) -> None:
+    def release_mass(self) -> None:
         """Announce that the mass may fall; on a virtual board it falls."""
         rig = self._rig
         if self._bench.plant is None:
@@ -161,7 +161,7 @@ class Shots:
         """Query the accelerometer once per block of samples; fetch and store a complete record."""
         if self._state == "IDLE":
             if self._wanted:
-                self._arm()
+                self._arm_capture()
             return
         capture = read_capture(self._bench)
         self._state = capture.state
@@ -173,15 +173,15 @@ class Shots:
                 boot=recorder.boot or 0,
                 trigger_us=recorder.now + (micros + WRAP // 2) % WRAP - WRAP // 2,
             )
-            self._fetch(shot)
+            self._fetch_shot(shot)
             self._state = "IDLE"
 
-    def _arm(self) -> None:
+    def _arm_capture(self) -> None:
         if self._state == "IDLE":
             arm(self._bench)
             self._state = "WAITING"
 
-    def _fetch(self, shot: Shot) -> None:
+    def _fetch_shot(self, shot: Shot) -> None:
         """Store all samples of a record on disk, piece by piece."""
         self._file.add_shot(shot.row())
         self._taken.append(shot)
@@ -200,9 +200,9 @@ class Shots:
         A record that has started is kept.
         """
         self._wanted = False
-        if self.waiting:
+        if self.is_waiting:
             self.look(recorder)
-        if self.waiting:
+        if self.is_waiting:
             self._bench.tell("ABOR")
             self._state = "IDLE"
 

@@ -54,13 +54,13 @@ class Log:
         self.micros = 0
         self.gaps = 0
 
-    def hold(self) -> None:
+    def set_pace(self) -> None:
         """Delay the samples, in the plant's thread, to the rate at which their records are read."""
         plant = self.board.plant
         waiting = plant.asked - self.seq
         plant.pace = next((pause for count, pause in HELD_BACK if waiting > count), 0.0)
 
-    def take(self) -> bool:
+    def read_block(self) -> bool:
         """Read one block and acknowledge the previous one; return whether there is a new fault."""
         line = self.board.line
         given_up = b"STR:ACK %d;:" % self.seq if self.seq >= 0 else b""
@@ -70,12 +70,12 @@ class Log:
         rows = parse_records(response)
         if not len(rows):
             return False
-        self.look(rows["seq"].astype(np.int64), rows["board_us"].astype(np.int64))
+        self.count_gaps(rows["seq"].astype(np.int64), rows["board_us"].astype(np.int64))
         if len(rows) < BLOCK // 2:
             time.sleep(PAUSE)
         return bool(np.any(rows["fault"][rows["seq"] > self.cleared]))
 
-    def look(self, seqs: np.ndarray, micros: np.ndarray) -> None:  # type: ignore[type-arg]
+    def count_gaps(self, seqs: np.ndarray, micros: np.ndarray) -> None:  # type: ignore[type-arg]
         """Count the gaps between samples."""
         if self.seq >= 0:
             seqs = np.concatenate(([self.seq], seqs))
@@ -131,14 +131,14 @@ def _run_board(
     progress: Callable[[str, float], None],
 ) -> dict[str, Any]:
     plant, log = board.plant, Log(board)
-    plant.watch = log.hold
+    plant.watch = log.set_pace
     faults: list[str] = []
     start, orders, complete = plant.time, 0, True
     due, first = start + VENTED, None
     try:
         bench.output = True
         while (elapsed_time := plant.time - start) < lasting:
-            if log.take():
+            if log.read_block():
                 _clear_fault(bench, log, faults)
                 bench.output = True
             if first is None and elapsed_time >= min(WARM, lasting / 2):

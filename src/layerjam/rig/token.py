@@ -90,7 +90,7 @@ class Door:
         """Number of wrong tokens."""
         self._denied: list[bytes] = []
 
-    def through(self, line: bytes, has_session: bool = True) -> tuple[bool, bytes]:
+    def filter_line(self, line: bytes, has_session: bool = True) -> tuple[bool, bytes]:
         """Return (whether the board receives the line, otherwise the response, perhaps empty)."""
         token_line = GIVEN.fullmatch(line)
         if token_line is not None:
@@ -98,7 +98,7 @@ class Door:
                 self.open = True
             else:
                 self.wrong += 1
-                self._deny(DENIED)
+                self._queue_error(DENIED)
             return False, b""
         if ASKED.fullmatch(line):
             return False, b"1" if self.open else b"0"
@@ -109,8 +109,8 @@ class Door:
             return True, b""
         if COMPLETE.fullmatch(line):
             return False, b"1"
-        self._deny(CROWDED if self.open else DENIED)
+        self._queue_error(CROWDED if self.open else DENIED)
         return False, b""
 
-    def _deny(self, error: bytes) -> None:
+    def _queue_error(self, error: bytes) -> None:
         self._denied = [error, *self._denied][:QUEUE]

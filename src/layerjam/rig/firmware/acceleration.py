@@ -3,7 +3,7 @@
 import binascii
 
 from capture import READ
-from common import block, call, setting
+from common import format_block, make_call, make_setting
 from scpi import Choice, Number, Rule
 
 
@@ -11,30 +11,30 @@ def capture_setting(header: str, number: Number, name: str, flags: str) -> tuple
     """Return the header of a numeric capture setting, which cannot be set while a capture runs."""
 
     def put(bench, session, value) -> None:
-        bench.capture.at_rest()
+        bench.capture.require_idle()
         setattr(bench.capture, name, value)
 
     def read_value(bench):
         return getattr(bench.capture, name)
 
-    return setting(header, number, put, read_value, flags)
+    return make_setting(header, number, put, read_value, flags)
 
 
-def source(bench, session, place: int) -> None:
-    bench.capture.at_rest()
+def set_source(bench, session, place: int) -> None:
+    bench.capture.require_idle()
     bench.capture.source = place
 
 
-def source_now(bench, session) -> str:
+def read_source(bench, session) -> str:
     return ("IMM", "BUS", "ACC", "EXT")[bench.capture.source]
 
 
-def scale(bench, session) -> str:
+def read_scale(bench, session) -> str:
     return '"%s"' % str(binascii.hexlify(bench.capture.pack_scale()), "ascii").upper()
 
 
-def data(bench, session, first: int, count: int) -> bytes:
-    return block(bench.capture.data(first, count))
+def read_data(bench, session, first: int, count: int) -> bytes:
+    return format_block(bench.capture.data(first, count))
 
 
 CAPTURE = [
@@ -45,19 +45,19 @@ CAPTURE = [
     capture_setting("SENSe:ACCeleration:POST", Number("post", "s", 0.01, 1.5, 0.5), "after", "SL"),
     (
         "TRIGger:SOURce",
-        Rule(source, (Choice("source", "IMMediate|BUS|ACCeleration|EXTernal"),), flags="L"),
-        Rule(source_now),
+        Rule(set_source, (Choice("source", "IMMediate|BUS|ACCeleration|EXTernal"),), flags="L"),
+        Rule(read_source),
     ),
     capture_setting("TRIGger:LEVel", Number("level", "g", 0.5, 200.0, 5.0), "level", "L"),
     capture_setting("TRIGger:FALL", Number("fall", "s", 0.0, 0.5, 0.03), "fall", "L"),
-    ("INITiate", Rule(call("bench.capture.start"), flags="L"), None),
-    ("FETCh:ACCeleration:STATe", None, Rule(call("bench.capture.state_text"))),
-    ("FETCh:ACCeleration:SCALe", None, Rule(scale)),
+    ("INITiate", Rule(make_call("bench.capture.start"), flags="L"), None),
+    ("FETCh:ACCeleration:STATe", None, Rule(make_call("bench.capture.state_text"))),
+    ("FETCh:ACCeleration:SCALe", None, Rule(read_scale)),
     (
         "FETCh:ACCeleration:DATA",
         None,
         Rule(
-            data,
+            read_data,
             (Number("first", "", 0, 16383, is_whole=1), Number("samples", "", 1, READ, is_whole=1)),
         ),
     ),

@@ -99,18 +99,18 @@ class Bench:
         self.until = self.allowed = 0
         self.ran = False
         self.reach = 0.0
-        self.learn()
+        self.update_limits()
         self.rest_outputs()
         for code in (trouble, 124 if self.cause == "WATCHDOG" else 0):
             if code:
-                self.tell(code)
+                self.report_event(code)
 
-    def tell(self, code: int, detail: str = "") -> None:
+    def report_event(self, code: int, detail: str = "") -> None:
         """Add a device error to every queue."""
         for session in self.sessions:
             session.push(code, detail)
 
-    def learn(self) -> None:
+    def update_limits(self) -> None:
         """Calculate the highest vacuum [Pa] of the law's own plant: full pump against the leak."""
         self.reach = 0.0
         if self.settings.law is None:
@@ -127,20 +127,20 @@ class Bench:
                 hi = half
         self.reach = lo
 
-    def may(self, session, flags: str) -> None:
+    def check_allowed(self, session, flags: str) -> None:
         """Raise an error if another session has the lock, or if the state forbids the command."""
         if "L" in flags and self.owner >= 0 and self.owner != session.number:
             raise ScpiError(-203, "locked by session %d" % self.owner)
         if "S" in flags:
-            self.only_in_safe()
+            self.require_safe()
 
-    def only_in_safe(self) -> None:
+    def require_safe(self) -> None:
         """Raise -221 in any state other than SAFE."""
         if self.state != SAFE:
             hint = CLEAR if self.state == FAULT else ""
             raise ScpiError(-221, "only in SAFE, but the state is " + STATES[self.state] + hint)
 
-    def renew(self, session, commands: bool) -> None:
+    def renew_lease(self, session, commands: bool) -> None:
         """Restart the lease after a line from the commanding client.
 
         That client is the owner of the lock, otherwise the sender of the last command (`commands`).
@@ -158,7 +158,7 @@ class Bench:
         self.lease, self.lessee = time, number
         self.left = min(self.left, int(time * 1e6))
 
-    def leave(self, number: int) -> None:
+    def end_session(self, number: int) -> None:
         """Remove a client's lock, lease, registers and queue; the outputs stay on for the lease."""
         if self.owner == number:
             self.owner = -1
@@ -166,7 +166,7 @@ class Bench:
             self.keeper = -1
         if self.lessee == number:
             self.set_lease(LEASE)
-        self.ring.leave(number)
+        self.ring.end_session(number)
         fresh = status.Session(number)
         fresh.operation.condition = self.operation
         fresh.questionable.condition = self.questionable
@@ -187,11 +187,11 @@ class Bench:
         """Set the safe state: pump off, and the vent without power."""
         self.set_output(0.0, 1 if self.settings.rest == OPEN else 0)
 
-    def trip(self, code: int) -> None:
+    def latch_fault(self, code: int) -> None:
         """Latch a fault, make the outputs safe immediately, and report it to all clients."""
         self.rest_outputs()
         self.state, self.fault = FAULT, code
-        self.tell(code if code >= 100 else 100 + code)
+        self.report_event(code if code >= 100 else 100 + code)
 
     def switch_off(self) -> None:
         """Switch the outputs off; a latched fault stays."""
@@ -199,14 +199,14 @@ class Bench:
         if self.state in (RUN, DRIVE):
             self.state = SAFE
 
-    def without_power(self) -> str:
+    def explain_power_loss(self) -> str:
         """Return the reason why pump and valve have no power, or ""."""
         is_stopped = self.hal.estop()
         if not self.hal.supply():
             return "the supply of the pump and the valve is low or off"
         return "the emergency stop is open" if is_stopped else ""
 
-    def why_not(self) -> str:
+    def explain_refusal(self) -> str:
         """Return the reason why the outputs cannot be switched on, or ""."""
         settings = self.settings
         if self.state == FAULT:
@@ -224,7 +224,7 @@ class Bench:
         watch = settings.law[1]
         if not watch[5] <= self.reading < watch[6]:
             return "the sensor reading is out of range"
-        power_loss = self.without_power()
+        power_loss = self.explain_power_loss()
         if power_loss:
             return power_loss
         if self.target > self.reach:
@@ -235,7 +235,7 @@ class Bench:
         """Start the law from its initial state."""
         if self.state == RUN:
             return
-        obstacle = self.why_not()
+        obstacle = self.explain_refusal()
         if obstacle or self.state == DRIVE:
             raise ScpiError(-221, obstacle or "DIAG:DRIV is running")
         self.hal.arm()
@@ -248,13 +248,13 @@ class Bench:
     def drive(self, pump: float, vent: int, time: float) -> None:
         """Drive the outputs by hand to check the wiring: for at most 5 s in total, then SAFE."""
         if self.state != DRIVE:
-            self.only_in_safe()
+            self.require_safe()
             self.allowed = DRIVEN
         elif time * 1e6 > self.allowed:
             raise ScpiError(-221, "only %.2f s of driving are left" % (self.allowed * 1e-6))
         if not self.settings.rest:
             raise ScpiError(-221, "OUTP:VENT:REST is not declared")
-        power_loss = self.without_power()
+        power_loss = self.explain_power_loss()
         if power_loss:
             raise ScpiError(-221, power_loss)
         self.until = int(time * 1e6)
@@ -288,7 +288,7 @@ class Bench:
                 self.set_output(*self.driven)
         self.watch_zero()
         if self.capture.tick(self.micros):
-            self.tell(127, "of the accelerometer")
+            self.report_event(127, "of the accelerometer")
         if self.completing:
             self.complete()
         flags = self.vent | (2 if self.pump < 0 else 0) | self.sync << 2 | (8 if is_stopped else 0)
@@ -299,20 +299,20 @@ class Bench:
             self.micros, self.reading, self.target, self.raw, self.warmth, power, flags,
             self.state, self.fault,
         ) and self.ring.lost == 1:  # fmt: skip
-            self.tell(127)
-        self.conditions(late)
+            self.report_event(127)
+        self.update_conditions(late)
         self.slowest = max(self.slowest, ticks.diff(self.hal.ticks_us(), start))
 
     def regulate(self, late: int, stopped: bool, diagnostic: int) -> None:
         """Process a sample in RUN: first the faults, then the law."""
         if stopped:
-            self.trip(123)
+            self.latch_fault(123)
         elif self.low_supply >= SUPPLY_SAMPLES:
-            self.trip(122)
+            self.latch_fault(122)
         elif self.left == 0:
-            self.trip(120)
+            self.latch_fault(120)
         elif late > OVERRUN:
-            self.trip(121)
+            self.latch_fault(121)
         else:
             was = self.vent
             self.state_of_law, pump, vent, fault = law.step(
@@ -320,18 +320,18 @@ class Bench:
             )
             if fault:
                 # a pump without power produces no vacuum, so the supply is the cause
-                self.trip(122 if self.low_supply else fault)
+                self.latch_fault(122 if self.low_supply else fault)
                 if diagnostic:
-                    self.tell(129)
+                    self.report_event(129)
                 return
-            if self.disagree(self.settings.law[1]):
-                self.trip(128)
+            if self.has_disagreement(self.settings.law[1]):
+                self.latch_fault(128)
                 return
             self.set_output(pump, vent)
             if vent and not was and self.target > 0.0:
                 self.openings = self.openings[1 - VENTS :] + [self.count]
 
-    def disagree(self, watch) -> bool:
+    def has_disagreement(self, watch) -> bool:
         """Return whether a second sensor, if present, has disagreed for long enough."""
         second_reading = None if self.second is None else self.second()
         if second_reading is None:
@@ -350,7 +350,7 @@ class Bench:
 
     def complete(self) -> None:
         """Set bit 0 of the event register for `*OPC` once no capture is waiting or running."""
-        self.completing = self.capture.busy()
+        self.completing = self.capture.is_busy()
         if self.completing:
             return
         for session in self.sessions:
@@ -358,7 +358,7 @@ class Bench:
                 session.standard |= status.COMPLETE
                 session.completes = False
 
-    def conditions(self, late: int) -> None:
+    def update_conditions(self, late: int) -> None:
         """Set the conditions of the registers for this sample; `late` is its delay [us]."""
         place = 0 if late <= 100 else 1 if late <= 1000 else 2 if late <= 10000 else 3
         self.lateness[place if late <= OVERRUN else 4] += 1
@@ -396,11 +396,11 @@ class Bench:
         if operation != self.operation:
             self.operation = operation
             for session in self.sessions:
-                session.operation.follow(operation)
+                session.operation.set_condition(operation)
         if doubt != self.questionable:
             self.questionable = doubt
             for session in self.sessions:
-                session.questionable.follow(doubt)
+                session.questionable.set_condition(doubt)
 
     def self_test(self) -> int:
         """Return the sum of codes: 1 sensor, 2 settings, 4 law, 8 supply, 16 stop, 32 flash."""

@@ -45,24 +45,24 @@ class Capture:
         self.first = self.at = self.end = 0
         self.micros = 0
 
-    def busy(self) -> bool:
+    def is_busy(self) -> bool:
         """Return whether a capture is waiting or running; this is the only overlapped operation."""
         return self.state in (WAITING, RUNNING)
 
     def stop(self) -> None:
         """Stop a capture that is waiting or running; a complete record is kept."""
-        if self.busy():
+        if self.is_busy():
             self.hal.capture_stop()
             self.state = IDLE
 
-    def at_rest(self) -> None:
+    def require_idle(self) -> None:
         """Raise an error during a capture, because the command would change it."""
-        if self.busy():
+        if self.is_busy():
             raise ScpiError(-221, "a capture is waiting or running; send ABOR")
 
     def start(self) -> None:
         """Start sampling and wait for the trigger."""
-        if self.busy():
+        if self.is_busy():
             raise ScpiError(-213, "a capture is waiting or running")
         if not hasattr(self.hal, "capture_start"):
             raise ScpiError(-241, "no accelerometer")
@@ -87,7 +87,7 @@ class Capture:
 
         Return True if samples have been lost; the record is then discarded.
         """
-        if not self.busy():
+        if not self.is_busy():
             return False
         count = self.hal.capture_count()
         if count < 0:
@@ -117,9 +117,9 @@ class Capture:
         if self.source == EXTERNAL:
             was, self.closed = self.closed, self.hal.external()
             return count if self.closed and not was and self.looks else -1
-        return self.hit(self.looked, count)
+        return self.find_hit(self.looked, count)
 
-    def hit(self, begin: int, end: int) -> int:
+    def find_hit(self, begin: int, end: int) -> int:
         """Return the first sample beyond the level, after rest and any required fall, or -1."""
         if begin == end:
             return -1

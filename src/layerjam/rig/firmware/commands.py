@@ -11,13 +11,13 @@ import store
 from acceleration import CAPTURE
 from bench import FAULT as FAULTED
 from bench import RUN, SAFE, STATES, STEPS
-from common import COMMON, NO_NUMBER, block, call, format_number, quote, setting
-from scpi import Choice, Node, Number, Rule, ScpiError, Text, grow
+from common import COMMON, NO_NUMBER, format_block, format_number, make_call, make_setting, quote
+from scpi import Choice, Node, Number, Rule, ScpiError, Text, add_header
 
 SWITCH = "OFF|ON"
 
 
-def bytes_of(text: str) -> "bytes | None":
+def parse_hex(text: str) -> "bytes | None":
     """Return the bytes that hexadecimal digits represent; None if the text is not hexadecimal."""
     try:
         return binascii.unhexlify(text)
@@ -29,25 +29,25 @@ def reach(bench) -> float:
     return bench.reach
 
 
-def vacuum(bench, session, value: float) -> None:
+def set_target(bench, session, value: float) -> None:
     if value != bench.target:
         bench.openings = []
     bench.target = value
 
 
-def target(bench) -> float:
+def read_target(bench) -> float:
     return bench.target
 
 
-def output(bench, session, switch: int) -> None:
+def set_output(bench, session, switch: int) -> None:
     if switch:
-        bench.may(session, "L")
+        bench.check_allowed(session, "L")
         bench.switch_on()
     else:
         bench.switch_off()
 
 
-def output_now(bench, session) -> int:
+def read_output(bench, session) -> int:
     return 1 if bench.state == RUN else 0
 
 
@@ -56,20 +56,20 @@ def abort(bench, session) -> None:
     bench.capture.stop()
 
 
-def safe_state(bench, session, place: int) -> None:
+def set_safe_state(bench, session, place: int) -> None:
     bench.settings.safe = place + 1
 
 
-def safe_state_now(bench, session) -> str:
+def read_safe_state(bench, session) -> str:
     return ("NONE", "REL", "HOLD")[bench.settings.safe]
 
 
-def vent_rest(bench, session, place: int) -> None:
+def set_vent_rest(bench, session, place: int) -> None:
     bench.settings.rest = place + 1
     bench.rest_outputs()
 
 
-def vent_rest_now(bench, session) -> str:
+def read_vent_rest(bench, session) -> str:
     return ("NONE", "OPEN", "CLOS")[bench.settings.rest]
 
 
@@ -77,40 +77,40 @@ def is_tripped(bench, session) -> int:
     return 1 if bench.state == FAULTED else 0
 
 
-def fault_clear(bench, session) -> None:
+def clear_fault(bench, session) -> None:
     bench.fault = 0
     if bench.state == FAULTED:
         bench.state = SAFE
 
 
-def sync(bench, session, switch: int) -> None:
+def set_sync(bench, session, switch: int) -> None:
     bench.sync = switch
 
 
-def law_set(bench, session, text: str, check: str) -> None:
-    raw, crc = bytes_of(text), bytes_of(check)
+def set_law(bench, session, text: str, check: str) -> None:
+    raw, crc = parse_hex(text), parse_hex(check)
     if raw is None or crc is None:
         raise ScpiError(-230, "the law must be hexadecimal")
     if len(raw) != 8 * store.LAW:
         raise ScpiError(-230, "the law must have %d hexadecimal digits" % (16 * store.LAW))
     if crc != struct.pack(">I", binascii.crc32(raw)):
         raise ScpiError(-230, "the checksum does not match")
-    law, wrong = store.law_of(raw)
+    law, wrong = store.parse_law(raw)
     if wrong:
         raise ScpiError(-222, wrong)
     bench.settings.law = law
-    bench.learn()
+    bench.update_limits()
     bench.target = min(bench.target, bench.reach)
 
 
-def law_now(bench, session) -> str:
+def read_law(bench, session) -> str:
     if bench.settings.law is None:
         raise ScpiError(-221, "no regulator; CONT:LAW")
-    raw = store.flat(bench.settings.law)
+    raw = store.flatten_law(bench.settings.law)
     return '"%s","%08X"' % (str(binascii.hexlify(raw), "ascii").upper(), binascii.crc32(raw))
 
 
-def zero(bench, session) -> None:
+def set_zero(bench, session) -> None:
     law = bench.settings.law
     if law is None or bench.vented <= law[1][15]:
         raise ScpiError(-221, "the vent has not been open for long enough")
@@ -119,7 +119,7 @@ def zero(bench, session) -> None:
     bench.settings.offset += bench.reading / bench.settings.gain
 
 
-def zero_now(bench, session) -> str:
+def read_zero(bench, session) -> str:
     age = NO_NUMBER if bench.zeroed > 1 << 39 else format_number(bench.zeroed / STEPS)
     return format_number(bench.zero) + "," + age
 
@@ -129,7 +129,7 @@ def calibrate(bench, session, offset: float, gain: float, name: str) -> None:
     settings.offset, settings.gain, settings.sensor = offset, gain, name
 
 
-def calibration(bench, session) -> str:
+def read_calibration(bench, session) -> str:
     settings = bench.settings
     return "%s,%s,%s" % (
         format_number(settings.offset),
@@ -149,8 +149,8 @@ def fetch_all(bench, session) -> str:
     )  # fmt: skip
 
 
-def stream(bench, session, count: int = 100) -> bytes:
-    return block(bench.ring.fetch(count, session.number))
+def fetch_records(bench, session, count: int = 100) -> bytes:
+    return format_block(bench.ring.fetch(count, session.number))
 
 
 def acknowledge(bench, session, seq: int) -> None:
@@ -170,33 +170,34 @@ def stream_format(bench, session) -> str:
 
 SEQ = Number("seq", "", 0, 4294967295.0, is_whole=1)
 TABLE = [
-    setting(
+    make_setting(
         "[SOURce]:VACuum[:LEVel][:IMMediate]",
         Number("vacuum", "Pa", 0.0, reach, 0.0, empty="no regulator; CONT:LAW sets one"),
-        vacuum, target, "L",
+        set_target, read_target, "L",
     ),
-    ("OUTPut[:STATe]", Rule(output, (Choice("state", SWITCH),), flags="C"), Rule(output_now)),
+    ("OUTPut[:STATe]", Rule(set_output, (Choice("state", SWITCH),), flags="C"), Rule(read_output)),
     ("ABORt", Rule(abort), None),
     (
         "OUTPut:SAFE",
-        Rule(safe_state, (Choice("safe state", "RELease|HOLD"),), flags="SL"),
-        Rule(safe_state_now),
+        Rule(set_safe_state, (Choice("safe state", "RELease|HOLD"),), flags="SL"),
+        Rule(read_safe_state),
     ),
     (
         "OUTPut:VENT:REST",
-        Rule(vent_rest, (Choice("vent without power", "OPEN|CLOSed"),), flags="SL"),
-        Rule(vent_rest_now),
+        Rule(set_vent_rest, (Choice("vent without power", "OPEN|CLOSed"),), flags="SL"),
+        Rule(read_vent_rest),
     ),
     ("OUTPut:PROTection:TRIPped", None, Rule(is_tripped)),
-    ("OUTPut:PROTection:FAULt", None, Rule(call("bench.fault_text"))),
-    ("OUTPut:PROTection:CLEar", Rule(fault_clear, flags="L"), None),
-    ("OUTPut:SYNC", Rule(sync, (Choice("marker", SWITCH),), flags="L"), Rule(call("bench.sync"))),
+    ("OUTPut:PROTection:FAULt", None, Rule(make_call("bench.fault_text"))),
+    ("OUTPut:PROTection:CLEar", Rule(clear_fault, flags="L"), None),
+    ("OUTPut:SYNC", Rule(set_sync, (Choice("marker", SWITCH),), flags="L"),
+     Rule(make_call("bench.sync"))),
     (
         "CONTrol:LAW",
-        Rule(law_set, (Text("law", 16 * store.LAW), Text("checksum", 8)), flags="SL"),
-        Rule(law_now),
+        Rule(set_law, (Text("law", 16 * store.LAW), Text("checksum", 8)), flags="SL"),
+        Rule(read_law),
     ),
-    ("SENSe:VACuum:ZERO", Rule(zero, flags="SL"), Rule(zero_now)),
+    ("SENSe:VACuum:ZERO", Rule(set_zero, flags="SL"), Rule(read_zero)),
     (
         "SENSe:VACuum:CALibration",
         Rule(
@@ -204,23 +205,23 @@ TABLE = [
             (Number("zero", "Pa", -1e5, 1e5), Number("gain", "", 0.8, 1.25), Text("name", 40)),
             flags="SL",
         ),
-        Rule(calibration),
+        Rule(read_calibration),
     ),
     ("MEASure[:VACuum]", None, Rule(measure)),
     ("FETCh:ALL", None, Rule(fetch_all)),
     (
         "FETCh:STReam",
         None,
-        Rule(stream, (Number("records", "", 1, ring.BLOCK, 100, is_whole=1),), 0),
+        Rule(fetch_records, (Number("records", "", 1, ring.BLOCK, 100, is_whole=1),), 0),
     ),
     ("STReam:ACKnowledge", Rule(acknowledge, (SEQ,)), None),
     ("STReam:NEXT", None, Rule(stream_next)),
-    ("STReam:LOST", None, Rule(call("bench.ring.lost"))),
+    ("STReam:LOST", None, Rule(make_call("bench.ring.lost"))),
     ("STReam:FORMat", None, Rule(stream_format)),
     (
         "DIAGnostic:DRIVe",
         Rule(
-            call("bench.drive"),
+            make_call("bench.drive"),
             (Number("pump", "", -1, 1), Number("vent", "", 0, 1, is_whole=1),
              Number("time", "s", 0, 5)),
             flags="L",
@@ -231,7 +232,7 @@ TABLE = [
 TABLE = COMMON + TABLE + CAPTURE
 
 
-def tree(bench) -> Node:
+def build_tree(bench) -> Node:
     """Return the tree of all headers; `bench.headers` stores their names."""
     root = Node()
     bench.headers = [
@@ -239,5 +240,5 @@ def tree(bench) -> Node:
         for header, command, query in TABLE
     ]
     for header, command, query in TABLE:
-        grow(root, header, command, query)
+        add_header(root, header, command, query)
     return root

@@ -25,46 +25,46 @@ def quote(text: str) -> str:
     return '"' + text.replace('"', '""') + '"'
 
 
-def block(data: bytes) -> bytes:
+def format_block(data: bytes) -> bytes:
     """Return a definite-length block."""
     size = b"%d" % len(data)
     return b"#%d" % len(size) + size + data
 
 
-def call(path: str):
+def make_call(path: str):
     """Return the action that returns the value, or calls the method, at a dotted path."""
     root, *names = path.split(".")
 
-    def do(bench, session, *values):
+    def execute(bench, session, *values):
         target = bench if root == "bench" else session
         for name in names:
             target = getattr(target, name)
         return target(*values) if callable(target) else target
 
-    return do
+    return execute
 
 
-def give(value):
+def make_constant(value):
     """Return a query with a constant response, or a command without effect."""
     return lambda bench, session: value
 
 
-def identity(bench, session) -> str:
+def read_identity(bench, session) -> str:
     model, serial = bench.hal.identity()
     digits = "double" if 1.0 + 1e-12 != 1.0 else "single"
     return "layerjam,%s,%s,%s/law-%s/%s" % (model, serial, VERSION, built.LAW[:8], digits)
 
 
-def events(bench, session) -> int:
+def take_events(bench, session) -> int:
     event, session.standard = session.standard, 0
     return event
 
 
-def enable(bench, session, mask: int) -> None:
+def enable_events(bench, session, mask: int) -> None:
     session.standard_enable = mask
 
 
-def serve(bench, session, mask: int) -> None:
+def enable_service(bench, session, mask: int) -> None:
     session.service_enable = mask & ~64
 
 
@@ -84,14 +84,14 @@ def reset(bench, session) -> None:
 # ---- SYSTem and STATus
 
 
-def error(bench, session) -> str:
-    return session.next(built.FAULTS)
+def take_error(bench, session) -> str:
+    return session.take_error(built.FAULTS)
 
 
-def errors(bench, session) -> str:
-    out = [session.next(built.FAULTS)]
+def take_errors(bench, session) -> str:
+    out = [session.take_error(built.FAULTS)]
     while session.errors:
-        out.append(session.next(built.FAULTS))
+        out.append(session.take_error(built.FAULTS))
     return ",".join(out)
 
 
@@ -99,35 +99,35 @@ def error_count(bench, session) -> int:
     return len(session.errors)
 
 
-def lock(bench, session) -> int:
+def lock_session(bench, session) -> int:
     if bench.owner < 0:
         bench.owner = session.number
     return 1 if bench.owner == session.number else 0
 
 
-def unlock(bench, session) -> None:
+def unlock_session(bench, session) -> None:
     bench.owner = -1
 
 
-def owner(bench, session) -> str:
+def read_owner(bench, session) -> str:
     mine = bench.owner == session.number
     return '"NONE"' if bench.owner < 0 else '"SELF"' if mine else '"SESSION %d"' % bench.owner
 
 
-def lease(bench, session, time: float) -> None:
+def set_lease(bench, session, time: float) -> None:
     bench.set_lease(time, session.number)
 
 
-def lease_time(bench) -> float:
+def read_lease(bench) -> float:
     return bench.lease
 
 
-def boot(bench, session) -> str:
+def read_boot(bench, session) -> str:
     up = bench.count // STEPS
     return '"%08X","%s",%d,"%s"' % (bench.boot, bench.cause, up, built.FIRMWARE[:16])
 
 
-def timing(bench, session) -> str:
+def read_timing(bench, session) -> str:
     bins = ",".join([str(count) for count in bench.lateness])
     return "%d,%d,%s,%s,%s,%s" % (
         bench.count, bench.late, format_number(bench.worst * 1e-6),
@@ -135,7 +135,7 @@ def timing(bench, session) -> str:
     )  # fmt: skip
 
 
-def memory(bench, session) -> str:
+def read_memory(bench, session) -> str:
     """Return the bytes in use after a garbage collection and the bytes left; NaN if not counted."""
     gc.collect()
     used, left = getattr(gc, "mem_alloc", None), getattr(gc, "mem_free", None)
@@ -144,34 +144,34 @@ def memory(bench, session) -> str:
     return "%d,%d" % (used(), left())
 
 
-def settings_store(bench, session) -> None:
+def store_settings(bench, session) -> None:
     if bench.hal.since_save() < 1000000:
         raise ScpiError(-221, "settings are stored at most once a second")
     store.save(bench.hal, bench.settings)
     bench.trouble = 0
 
 
-def settings_default(bench, session) -> None:
+def reset_settings(bench, session) -> None:
     generation, bench.settings = bench.settings.generation, store.Settings()
     bench.settings.generation = generation
-    bench.learn()
+    bench.update_limits()
     bench.rest_outputs()
 
 
-def headers(bench, session) -> bytes:
-    return block("\n".join(bench.headers).encode())
+def list_headers(bench, session) -> bytes:
+    return format_block("\n".join(bench.headers).encode())
 
 
-def restart(bench, session) -> None:
+def restart_board(bench, session) -> None:
     bench.rest_outputs()
     bench.leaving = bench.count
 
 
-def preset(bench, session) -> None:
+def preset_registers(bench, session) -> None:
     session.operation.enable = session.questionable.enable = 0
 
 
-def register(name: str) -> list:
+def make_register(name: str) -> list:
     """Return the five headers of one of the two SCPI registers."""
 
     def event(bench, session) -> int:
@@ -194,7 +194,7 @@ def register(name: str) -> list:
     ]
 
 
-def setting(header: str, param: Number, take, read_value, flags: str) -> tuple:
+def make_setting(header: str, param: Number, take, read_value, flags: str) -> tuple:
     """Return a header that sets and queries a number; the query also accepts MIN, MAX and DEF."""
 
     def ask(bench, session, word=None) -> str:
@@ -219,35 +219,36 @@ class Bound:
 
 BYTE = (Number("mask", "", 0, 255, is_whole=1),)
 COMMON = [
-    ("*CLS", Rule(call("session.clear")), None),
-    ("*ESE", Rule(enable, BYTE), Rule(call("session.standard_enable"))),
-    ("*ESR", None, Rule(events)),
-    ("*IDN", None, Rule(identity)),
-    ("*OPC", Rule(complete), Rule(give(1), flags="W")),
-    ("*OPT", None, Rule(give("0"))),
+    ("*CLS", Rule(make_call("session.clear")), None),
+    ("*ESE", Rule(enable_events, BYTE), Rule(make_call("session.standard_enable"))),
+    ("*ESR", None, Rule(take_events)),
+    ("*IDN", None, Rule(read_identity)),
+    ("*OPC", Rule(complete), Rule(make_constant(1), flags="W")),
+    ("*OPT", None, Rule(make_constant("0"))),
     ("*RST", Rule(reset, flags="L"), None),
-    ("*SRE", Rule(serve, BYTE), Rule(call("session.service_enable"))),
-    ("*STB", None, Rule(call("session.byte"))),
-    ("*TRG", Rule(call("bench.capture.trigger"), flags="L"), None),
-    ("*TST", None, Rule(call("bench.self_test"))),
-    ("*WAI", Rule(give(None), flags="W"), None),
-    ("SYSTem:ERRor[:NEXT]", None, Rule(error)),
-    ("SYSTem:ERRor:ALL", None, Rule(errors)),
+    ("*SRE", Rule(enable_service, BYTE), Rule(make_call("session.service_enable"))),
+    ("*STB", None, Rule(make_call("session.status_byte"))),
+    ("*TRG", Rule(make_call("bench.capture.trigger"), flags="L"), None),
+    ("*TST", None, Rule(make_call("bench.self_test"))),
+    ("*WAI", Rule(make_constant(None), flags="W"), None),
+    ("SYSTem:ERRor[:NEXT]", None, Rule(take_error)),
+    ("SYSTem:ERRor:ALL", None, Rule(take_errors)),
     ("SYSTem:ERRor:COUNt", None, Rule(error_count)),
-    ("SYSTem:VERSion", None, Rule(give("1999.0"))),
-    ("SYSTem:LOCK:REQuest", None, Rule(lock)),
-    ("SYSTem:LOCK:RELease", Rule(unlock, flags="L"), None),
-    ("SYSTem:LOCK:OWNer", None, Rule(owner)),
-    setting("SYSTem:LEASe[:TIME]", Number("lease", "s", 0.2, 600.0, LEASE), lease, lease_time, "L"),
-    ("SYSTem:BOOT", None, Rule(boot)),
-    ("SYSTem:TIMing", None, Rule(timing)),
-    ("SYSTem:MEMory", None, Rule(memory)),
-    ("SYSTem:SETTings:STORe", Rule(settings_store, flags="SL"), None),
-    ("SYSTem:SETTings:DEFault", Rule(settings_default, flags="SL"), None),
-    ("SYSTem:SETTings:COUNt", None, Rule(call("bench.settings.generation"))),
-    ("SYSTem:HELP:HEADers", None, Rule(headers)),
-    ("SYSTem:MAINtenance", Rule(call("bench.hal.maintenance"), flags="SL"), None),
-    ("SYSTem:RESet", Rule(restart, flags="SL"), None),
-    ("STATus:PRESet", Rule(preset), None),
+    ("SYSTem:VERSion", None, Rule(make_constant("1999.0"))),
+    ("SYSTem:LOCK:REQuest", None, Rule(lock_session)),
+    ("SYSTem:LOCK:RELease", Rule(unlock_session, flags="L"), None),
+    ("SYSTem:LOCK:OWNer", None, Rule(read_owner)),
+    make_setting("SYSTem:LEASe[:TIME]", Number("lease", "s", 0.2, 600.0, LEASE),
+                 set_lease, read_lease, "L"),
+    ("SYSTem:BOOT", None, Rule(read_boot)),
+    ("SYSTem:TIMing", None, Rule(read_timing)),
+    ("SYSTem:MEMory", None, Rule(read_memory)),
+    ("SYSTem:SETTings:STORe", Rule(store_settings, flags="SL"), None),
+    ("SYSTem:SETTings:DEFault", Rule(reset_settings, flags="SL"), None),
+    ("SYSTem:SETTings:COUNt", None, Rule(make_call("bench.settings.generation"))),
+    ("SYSTem:HELP:HEADers", None, Rule(list_headers)),
+    ("SYSTem:MAINtenance", Rule(make_call("bench.hal.maintenance"), flags="SL"), None),
+    ("SYSTem:RESet", Rule(restart_board, flags="SL"), None),
+    ("STATus:PRESet", Rule(preset_registers), None),
 ]  # fmt: skip
-COMMON += register("operation") + register("questionable")
+COMMON += make_register("operation") + make_register("questionable")

@@ -55,10 +55,10 @@ class Converter:
         self.others: list[int] = []
         self.counted = 0
         self.rate = 0.0
-        self.begin = outside.place("FAST")
+        self.begin = outside.reserved_address("FAST")
         self.records = self.begin > 0 and pins.get("accelerometer_full") is not None
         if self.records:
-            self.store = outside.piece(self.begin, 2 * ROOM)
+            self.store = outside.map_memory(self.begin, 2 * ROOM)
             # twice the size, because a DMA ring must start at a multiple of its size
             self.spare = array.array("H", bytes(4 * ASIDE))
             machine.ADC(machine.Pin(pins["accelerometer_adc"]))
@@ -93,8 +93,8 @@ class Converter:
         divider = (CLOCK * 256 + rate * turn // 2) // (rate * turn) - 256
         self.rate = CLOCK * 256 / ((divider + 256) * turn)
         self.fast, self.rest = rp2.DMA(), rp2.DMA()
-        self.lay(self.fast, self.begin, 1, RING_BITS, self.rest)
-        self.lay(self.rest, address + padding, turn - 1, ASIDE_BITS, self.fast)
+        self.configure_channel(self.fast, self.begin, 1, RING_BITS, self.rest)
+        self.configure_channel(self.rest, address + padding, turn - 1, ASIDE_BITS, self.fast)
         self.fast.active(1)
         machine.mem32[QUEUE] = QUEUED | ASKS | LEVEL
         machine.mem32[DIVIDER] = divider
@@ -104,7 +104,7 @@ class Converter:
         self.counted, self.running = 0, True
         machine.mem32[CONTROL] = ENABLED | first << INPUT | turns << TURNS | START_MANY
 
-    def lay(self, channel, address: int, count: int, bits: int, after) -> None:
+    def configure_channel(self, channel, address: int, count: int, bits: int, after) -> None:
         """Make a DMA channel write `count` values to a ring and then start the channel `after`."""
         control = channel.pack_ctrl(
             size=1, inc_read=0, inc_write=1, ring_sel=1, ring_size=bits, treq_sel=PACE,

@@ -8,7 +8,7 @@ import time
 import hal_pipe
 
 
-def hal(words: list, reset):
+def make_hal(words: list, reset):
     """Return the HAL with sockets if the first word names their port, otherwise that with pipes."""
     return (SocketHal if words[0].startswith("tcp:") else Hal)(words, reset)
 
@@ -55,7 +55,7 @@ class Hal(hal_pipe.Hal):
         """Send data to the plant."""
         os.write(self.plant_out, data)
 
-    def keep(self, path: str, data: bytes) -> None:
+    def write_file(self, path: str, data: bytes) -> None:
         """Write a file and flush it to disk."""
         with open(path, "wb") as file:
             file.write(data)

@@ -125,7 +125,7 @@ class Hal:
         """Return bytes from the line, or none once `due` is reached or something can be sent."""
         self.due = due
         if self.speed == 0.0:
-            if reading and not sending and self.ring.presses():
+            if reading and not sending and self.ring.is_nearly_full():
                 left = self.patience()
                 if left <= 0:
                     self.ring.reader = -1
@@ -162,13 +162,13 @@ class Hal:
             raise EOFError
         return data or b""
 
-    def tell(self, kind: int, count: int = 0) -> None:
+    def send_message(self, kind: int, count: int = 0) -> None:
         """Send the time and the outputs to the plant."""
         self.write_plant(struct.pack(OUT, self.pump, self.ticks_us(), self.power, kind, count))
 
     def query_plant(self, kind: int, size: int, count: int = 0) -> bytes:
         """Return the plant's response; if there is none, the board ends."""
-        self.tell(kind, count)
+        self.send_message(kind, count)
         data = self.read_plant(size)
         if data is None or len(data) != size:
             raise EOFError
@@ -195,7 +195,7 @@ class Hal:
         """Set the pump (-1 to 1), and whether the vent valve is powered."""
         if pump != self.pump or power != self.power:
             self.pump, self.power = pump, power
-            self.tell(TOLD)
+            self.send_message(TOLD)
 
     def estop(self) -> bool:
         """Return whether the emergency stop was open (pressed) at the last sample."""
@@ -228,10 +228,10 @@ class Hal:
         """Store settings in a slot."""
         self.slots[slot] = data
         if self.store:
-            self.keep(self.store + SLOT % slot, data)
+            self.write_file(self.store + SLOT % slot, data)
         self.saved = self.host_us()
 
-    def keep(self, path: str, data: bytes) -> None:
+    def write_file(self, path: str, data: bytes) -> None:
         """Write a file and flush it to disk, which MicroPython's `flush` does."""
         with open(path, "wb") as file:
             file.write(data)

@@ -55,9 +55,9 @@ class Hal:
     def __init__(self, words: list, reset) -> None:
         self.collected = 0
         self.saved: int | None = None
-        begin_of_ring = outside.place("RING")
+        begin_of_ring = outside.reserved_address("RING")
         self.ring_store = (
-            outside.piece(begin_of_ring, ring.ROOM * ring.SIZE) if begin_of_ring else None
+            outside.map_memory(begin_of_ring, ring.ROOM * ring.SIZE) if begin_of_ring else None
         )
         self.dog = None
         pins = self.made = wiring()

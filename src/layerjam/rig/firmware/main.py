@@ -19,7 +19,7 @@ class Reset(Exception):
     """Raised to restart the board."""
 
 
-def loop(hal) -> None:
+def run_loop(hal) -> None:
     """Serve until the line closes (EOFError) or a reset is requested (Reset)."""
     bench = Bench(hal)
     port = Port(bench)
@@ -39,19 +39,19 @@ def loop(hal) -> None:
             due = ticks.add(due, ticks.PERIOD)
             if late > 10 * ticks.PERIOD:
                 due = ticks.add(hal.ticks_us(), ticks.PERIOD)
-        data = hal.wait(due, not port.full(), bool(port.outbox))
+        data = hal.wait(due, not port.is_full(), bool(port.outbox))
         if data:
             port.feed(data)
         port.resume()
         if port.outbox:
-            port.took(hal.send(port.waiting()))
+            port.drop_sent(hal.send(port.waiting()))
         if bench.leaving >= 0:
             waited_samples = bench.count - bench.leaving
             if waited_samples > PATIENT or (waited_samples > ANSWERED and not port.outbox):
                 hal.reset()
 
 
-def hal_of(words: list):
+def make_hal(words: list):
     """Return the HAL of the machine on which this runs."""
     if sys.platform == "rp2":
         import hal_rp2
@@ -63,15 +63,15 @@ def hal_of(words: list):
         return hal_pipe.Hal(words, Reset)
     import hal_cpython
 
-    return hal_cpython.hal(words, Reset)
+    return hal_cpython.make_hal(words, Reset)
 
 
 def main(words: list) -> None:
     """Run until the line closes; after a reset, create everything again."""
-    hal = hal_of(words)
+    hal = make_hal(words)
     while True:
         try:
-            loop(hal)
+            run_loop(hal)
         except Reset:
             hal.cause = "SOFT"
         except EOFError:

@@ -1,7 +1,7 @@
 """Memory that our image keeps outside the heap, so that the collector does not search it."""
 
 
-def place(name: str) -> int:
+def reserved_address(name: str) -> int:
     """Return the address of a reserved memory area; 0 if the image reserves none."""
     try:
         import reserved
@@ -10,7 +10,7 @@ def place(name: str) -> int:
     return getattr(reserved, name)
 
 
-def piece(begin: int, size: int):
+def map_memory(begin: int, size: int):
     """Return `size` bytes of memory starting at an address."""
     import uctypes
 

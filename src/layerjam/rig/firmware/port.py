@@ -3,7 +3,7 @@
 import frame
 import scpi
 
-from commands import tree
+from commands import build_tree
 
 LONGEST = 1024
 """Largest number of bytes in a line."""
@@ -26,7 +26,7 @@ class Port:
 
     def __init__(self, bench) -> None:
         self.bench = bench
-        self.root = tree(bench)
+        self.root = build_tree(bench)
         self.inbox = bytearray()
         self.outbox = b""
         # number of bytes already sent; removing them after each write would mean copying the rest
@@ -38,7 +38,7 @@ class Port:
         # plain lines received after one that waits
         self.later: list[bytes] = []
 
-    def full(self) -> bool:
+    def is_full(self) -> bool:
         """Return whether so many bytes are unsent that reading should stop."""
         return len(self.outbox) - self.taken >= FULL
 
@@ -46,7 +46,7 @@ class Port:
         """Return the bytes still to be sent."""
         return memoryview(self.outbox)[self.taken :]
 
-    def took(self, count: int) -> None:
+    def drop_sent(self, count: int) -> None:
         """Record that `count` of these bytes have been sent."""
         self.taken += count
         if self.taken == len(self.outbox):
@@ -72,33 +72,33 @@ class Port:
             if self.skipping:
                 self.skipping = False
                 continue
-            self.line(line)
+            self.handle_line(line)
         if begin:
             self.inbox = inbox = bytearray(inbox[begin:])
         if len(inbox) > LONGEST + frame.HEAD + 1:
             if not self.skipping:
-                self.too_long(inbox[0] == 64)
+                self.reject_long_line(inbox[0] == 64)
             self.skipping = True
             self.inbox = bytearray()
 
-    def line(self, line: bytes) -> None:
+    def handle_line(self, line: bytes) -> None:
         """Process one line without its LF."""
         if line[:1] == b"@":
             parts = frame.unpack(line + b"\n")
             if parts is None:
-                self.spoilt()
+                self.count_spoilt_frame()
             else:
                 self.framed = self.bench.count
-                self.frame(*parts)
+                self.answer_frame(*parts)
         elif self.bench.count - self.framed < QUIET:
             if line:  # usually empty: a host that repeats a frame first ends any broken one
-                self.spoilt()
+                self.count_spoilt_frame()
         elif len(line) > LONGEST:
-            self.too_long(False)
+            self.reject_long_line(False)
         else:
-            self.plain(line[:-1] if line[-1:] == b"\r" else line)
+            self.answer_plain_line(line[:-1] if line[-1:] == b"\r" else line)
 
-    def plain(self, line: bytes) -> None:
+    def answer_plain_line(self, line: bytes) -> None:
         """Execute a plain line; behind a waiting line it waits too, unless it stops something."""
         waits = self.bench.sessions[PLAIN].held is not None and line != frame.PENDING
         if waits and line.strip().upper() not in STOPS:
@@ -114,12 +114,12 @@ class Port:
     def resume(self) -> None:
         """Resume a waiting plain line once nothing is pending, then the lines after it."""
         session = self.bench.sessions[PLAIN]
-        if session.held is not None and not self.bench.capture.busy():
-            self.plain(frame.PENDING)
+        if session.held is not None and not self.bench.capture.is_busy():
+            self.answer_plain_line(frame.PENDING)
             while self.later and session.held is None:
-                self.plain(self.later.pop(0))
+                self.answer_plain_line(self.later.pop(0))
 
-    def frame(self, number: int, count: int, payload: bytes) -> None:
+    def answer_frame(self, number: int, count: int, payload: bytes) -> None:
         """Process one frame; the response to a repeated one is the stored response."""
         before = self.done.get(number)
         if before is not None and before[0] == count and before[1] == payload:
@@ -129,7 +129,7 @@ class Port:
             answer = self.execute(payload, number)
         else:
             answer = b""
-            self.bench.leave(number)
+            self.bench.end_session(number)
         response = frame.pack(number, count, answer)
         self.done[number] = (count, payload, response)
         self.put(response)
@@ -142,24 +142,24 @@ class Port:
         if len(line) > LONGEST:
             session.push(-363, "a line may have at most %d bytes" % LONGEST)
             return b""
-        answer, error, commands = scpi.run(self.root, line, self.bench, session, pending)
+        answer, error, commands = scpi.run_line(self.root, line, self.bench, session, pending)
         if error is not None:
             session.push(error.code, error.more)
         elif commands or session.held is None:  # a repeated query does not renew the lease
-            self.bench.renew(session, commands)
+            self.bench.renew_lease(session, commands)
         return answer if session.held is None else frame.PENDING
 
-    def too_long(self, framed: bool) -> None:
+    def reject_long_line(self, framed: bool) -> None:
         """Discard an overlong line up to its LF."""
         if framed:
-            self.spoilt()
+            self.count_spoilt_frame()
         else:
             self.bench.sessions[PLAIN].push(-363, "a line may have at most %d bytes" % LONGEST)
 
-    def spoilt(self) -> None:
+    def count_spoilt_frame(self) -> None:
         """Ignore a damaged frame; ten of them within ten seconds are reported."""
         sample = self.bench.count
         self.bad = self.bad[1 - CORRUPT :] + [sample]
         if len(self.bad) == CORRUPT and sample - self.bad[0] <= CORRUPT_WINDOW:
-            self.bench.tell(126)
+            self.bench.report_event(126)
             self.bad = []

@@ -67,22 +67,22 @@ class Ring:
         self.begin = max(self.begin, seq + 1)
         if session not in self.recorders:
             self.recorders.append(session)
-        self.pace()
+        self.find_slowest()
         return True
 
-    def pace(self) -> None:
+    def find_slowest(self) -> None:
         """Find the slowest recorder."""
         self.slowest = min([self.place(session) for session in self.recorders] or [0])
 
-    def leave(self, session: int) -> None:
+    def end_session(self, session: int) -> None:
         """Remove a session; records that it did not fetch do not count as lost."""
         self.places[session] = -1
         if session in self.recorders:
             self.recorders.remove(session)
-            self.pace()
+            self.find_slowest()
         if self.reader == session:
             self.reader = -1
 
-    def presses(self) -> bool:
+    def is_nearly_full(self) -> bool:
         """Return whether the next records for the last reader will soon be overwritten."""
         return self.reader >= 0 and self.next - self.place(self.reader) > ROOM - BLOCK

@@ -74,7 +74,7 @@ class Rule:
         self.flags = flags
 
 
-def numeral(text: str) -> int:
+def find_numeral_end(text: str) -> int:
     """Return the length of the decimal number at the start of a text, or 0."""
     size, place, digits = len(text), 0, 0
     if place < size and text[place] in "+-":
@@ -99,7 +99,7 @@ def numeral(text: str) -> int:
     return place
 
 
-def non_decimal(text: str) -> "int | None":
+def parse_non_decimal(text: str) -> "int | None":
     """Return the integer in `#HFF`, `#Q377` or `#B11111111`; None for other text."""
     base = BASES.get(text[1:2].upper(), 0) if text[:1] == "#" else 0
     value = 0
@@ -111,7 +111,7 @@ def non_decimal(text: str) -> "int | None":
     return value if base and text[2:] else None
 
 
-def limit(value, bench) -> float:
+def resolve_limit(value, bench) -> float:
     """Return a bound; `value` is a number or a function of the bench."""
     return value(bench) if callable(value) else value
 
@@ -131,11 +131,11 @@ class Number:
     def named_bound(self, word: str, bench) -> object:
         """Return the bound that MIN, MAX or DEF names; None for another word."""
         if word in ("MIN", "MINIMUM"):
-            return limit(self.lo, bench)
+            return resolve_limit(self.lo, bench)
         if word in ("MAX", "MAXIMUM"):
-            return limit(self.hi, bench)
+            return resolve_limit(self.hi, bench)
         if word in ("DEF", "DEFAULT") and self.default is not None:
-            return limit(self.default, bench)
+            return resolve_limit(self.default, bench)
         return None
 
     def read(self, text: str, bench) -> object:
@@ -143,10 +143,10 @@ class Number:
         bound = self.named_bound(text.upper(), bench)
         if bound is not None:
             return bound
-        integer, suffix = non_decimal(text) if self.whole else None, ""
+        integer, suffix = parse_non_decimal(text) if self.whole else None, ""
         value = 0.0 if integer is None else float(integer)
         if integer is None:
-            end = numeral(text)
+            end = find_numeral_end(text)
             if not end:
                 raise ScpiError(-104, self.name + " must be a number")
             suffix, value = text[end:].strip().upper(), float(text[:end])
@@ -157,7 +157,7 @@ class Number:
             if factor is None:
                 raise ScpiError(-131, self.name + " must be in " + self.unit)
             value *= factor
-        lo, hi = limit(self.lo, bench), limit(self.hi, bench)
+        lo, hi = resolve_limit(self.lo, bench), resolve_limit(self.hi, bench)
         if not lo <= value <= hi:
             if self.empty and hi <= lo < value:
                 raise ScpiError(-221, self.empty)
@@ -173,7 +173,7 @@ class Choice:
         self.words = words.split("|")
         self.known: dict[str, int] = {}
         for place, word in enumerate(self.words):
-            self.known[short(word)] = self.known[word.upper()] = place
+            self.known[shorten(word)] = self.known[word.upper()] = place
         if words == "OFF|ON":
             self.known["0"], self.known["1"] = 0, 1
 
@@ -204,27 +204,27 @@ class Text:
         return inner
 
 
-def short(word: str) -> str:
+def shorten(word: str) -> str:
     """Return the short form of a mnemonic: its capitals."""
     return "".join(letter for letter in word if not "a" <= letter <= "z")
 
 
-def grow(root: Node, header: str, command, query) -> None:
+def add_header(root: Node, header: str, command, query) -> None:
     """Add a header such as `[SOURce]:VACuum[:LEVel]` to the tree in all of its spellings."""
     nodes = [root]
     for piece in header.replace("[:", ":[").split(":"):
         word = piece.strip("[]")
         children = []
         for node in nodes:
-            child = node.below.get(short(word)) or Node()
-            node.below[short(word)] = node.below[word.upper()] = child
+            child = node.below.get(shorten(word)) or Node()
+            node.below[shorten(word)] = node.below[word.upper()] = child
             children.append(child)
         nodes = nodes + children if piece[0] == "[" else children
     for node in nodes:
         node.command, node.query = command or node.command, query or node.query
 
 
-def end_of(line: str, begin: int, mark: str) -> int:
+def find_end(line: str, begin: int, mark: str) -> int:
     """Return the first position, from `begin`, of a mark outside quotes, or the line's end.
 
     It uses `find`, because a loop over the 528 digits of the law's settings would delay a sample.
@@ -245,13 +245,13 @@ def end_of(line: str, begin: int, mark: str) -> int:
             raise ScpiError(-151, "a quote is not closed")
 
 
-def arguments(text: str) -> list:
+def split_arguments(text: str) -> list:
     """Return the texts separated by commas that are outside quotes."""
     if not text:
         return []
     out, begin = [], 0
     while begin <= len(text):
-        end = end_of(text, begin, ",")
+        end = find_end(text, begin, ",")
         out.append(text[begin:end].strip(SPACE))
         begin = end + 1
     if "" in out:
@@ -259,7 +259,7 @@ def arguments(text: str) -> list:
     return out
 
 
-def header_of(unit: str) -> tuple:
+def split_header(unit: str) -> tuple:
     """Return (header, whether it is a query, the rest) of one message unit."""
     length = 0
     while length < len(unit) and unit[length] in HEADER:
@@ -300,7 +300,7 @@ def find_node(root: Node, path: Node, head: str) -> tuple:
     return node, above
 
 
-def values(rule: Rule, texts: list, bench) -> list:
+def read_values(rule: Rule, texts: list, bench) -> list:
     """Return the parsed parameters; raises an error if there are too many or too few."""
     if len(texts) > len(rule.params):
         raise ScpiError(-108)
@@ -309,7 +309,7 @@ def values(rule: Rule, texts: list, bench) -> list:
     return [param.read(text, bench) for param, text in zip(rule.params, texts)]
 
 
-def run(root: Node, line: bytes, bench, session, pending=None) -> tuple:
+def run_line(root: Node, line: bytes, bench, session, pending=None) -> tuple:
     """Return (response, error or None, whether it had a command) of a line or a `pending` rest.
 
     The response is that of the units before the error. A unit with the flag L or C is a command. A
@@ -327,19 +327,19 @@ def run(root: Node, line: bytes, bench, session, pending=None) -> tuple:
         text = text or str(line, "ascii")
         place, size = 0, len(text)
         while place <= size:
-            begin, end = place, end_of(text, place, ";")
+            begin, end = place, find_end(text, place, ";")
             unit = text[place:end].strip(SPACE)
             place = end + 1
             if not unit:
                 continue
-            head, query, tail = header_of(unit)
+            head, query, tail = split_header(unit)
             node, path = find_node(root, path, head)
             rule = node.query if query else node.command
             if rule is None:
                 raise ScpiError(-113, head)
-            bench.may(session, rule.flags)
-            values_read = values(rule, arguments(tail), bench)
-            if "W" in rule.flags and bench.capture.busy():
+            bench.check_allowed(session, rule.flags)
+            values_read = read_values(rule, split_arguments(tail), bench)
+            if "W" in rule.flags and bench.capture.is_busy():
                 session.held = text[begin:], path, out
                 return b"", None, commands
             answer = rule.do(bench, session, *values_read)

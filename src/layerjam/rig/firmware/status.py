@@ -34,7 +34,7 @@ class Register:
         self.event = 0
         self.enable = 0
 
-    def follow(self, condition: int) -> None:
+    def set_condition(self, condition: int) -> None:
         """Set the condition to that of the bench."""
         self.event |= condition & ~self.condition
         self.condition = condition
@@ -74,13 +74,13 @@ class Session:
         else:
             self.errors.append((code, detail))
 
-    def next(self, names: dict) -> str:
+    def take_error(self, names: dict) -> str:
         """Return the oldest error, or `0,"No error"`."""
         return (
             format_error(*self.errors.pop(0), names) if self.errors else format_error(0, "", names)
         )
 
-    def byte(self) -> int:
+    def status_byte(self) -> int:
         """Return the status byte; bit 6 summarises the bits that `*SRE` enables."""
         byte = 4 if self.errors else 0
         if self.questionable.event & self.questionable.enable:

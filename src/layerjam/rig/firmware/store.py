@@ -40,7 +40,7 @@ class Settings:
     def pack(self) -> bytes:
         """Return the settings as one file."""
         name = self.sensor.encode()
-        law = b"" if self.law is None else flat(self.law)
+        law = b"" if self.law is None else flatten_law(self.law)
         body = struct.pack(
             FIXED, MAGIC, self.generation, self.safe, self.rest, self.offset, self.gain, len(name)
         )  # fmt: skip
@@ -48,12 +48,12 @@ class Settings:
         return body + struct.pack("<I", binascii.crc32(body))
 
 
-def flat(law: tuple) -> bytes:
+def flatten_law(law: tuple) -> bytes:
     """Return the law's settings as little-endian doubles."""
     return struct.pack("<%dd" % LAW, *law[0], *law[1])
 
 
-def law_of(raw: bytes) -> tuple:
+def parse_law(raw: bytes) -> tuple:
     """Return (law's settings, "") from their doubles, or (None, the invalid number and limits)."""
     numbers = struct.unpack("<%dd" % LAW, raw)
     for place, value in enumerate(numbers):
@@ -80,7 +80,7 @@ def unpack_settings(raw: bytes) -> "Settings | None":
     settings.sensor = str(body[size : size + name], "ascii")
     law, wrong = body[size + name :], ""
     if law:
-        settings.law, wrong = law_of(law) if len(law) == 8 * LAW else (None, "its length")
+        settings.law, wrong = parse_law(law) if len(law) == 8 * LAW else (None, "its length")
     return None if wrong else settings
 
 
