@@ -161,7 +161,7 @@ def test_a_ripple_of_a_multiple_of_the_band_fails_with_its_cause_and_the_remedy_
     fall = (plant.vent + plant.leak) * 11e3 * sample
     (reason,) = (check["reason"] for check in made.failed_checks)
     assert f"{fall / 1e3:.3f}" in reason and "one sample (10 ms) of the vent" in reason
-    assert "a sample time of" in reason and "kind pi" in reason
+    assert "a sample time of" in reason and "use pi" in reason
     time = reason.split("a sample time of ")[1].split(",")[0]
     for remedy in ({"kind": "bang-bang", "sample_time": time}, {"kind": "pi"}):
         assert lj.regulate(line, **how, **remedy).verdict == "passed"

@@ -65,7 +65,8 @@ def test_forces_out_of_reach_are_named_and_the_nearest_is_given() -> None:
     assert possible.tolist() == [False, True, False]
     assert target[0] == 1.0 and target[2] == 95e3
     assert (
-        "less than the enclosure alone" in reasons[0] and "exceeds the brake's force" in reasons[1]
+        "below the enclosure's own force" in reasons[0]
+        and "exceeds the brake's force" in reasons[1]
     )
 
 
@@ -94,7 +95,7 @@ def test_a_sine_within_reach_comes_out_whole_and_a_fast_one_does_not() -> None:
     ("wanted", "slip", "words"),
     [
         ([1.0], [0.0], "at least two samples"),
-        ([1.0, 2.0], [0.0], "of one length"),
+        ([1.0, 2.0], [0.0], "of the same length"),
         ([1.0, np.nan], [0.0, 0.0], "not finite"),
         ([1.0, 2.0], [0.0, 0.08], "the overlap of 68 mm"),
         ([1.0, 2.0], [-1e-3, 0.0], "slip: -1 mm"),

@@ -143,9 +143,9 @@ def test_what_a_killed_process_left_is_cleared_away(tmp_path, whole):
 def test_a_folder_of_something_else_is_left_alone(tmp_path, whole):
     other = read(SPEC.replace("150 N", "160 N"))
     before = content(whole[0])
-    with pytest.raises(FileError, match="another specification"):
+    with pytest.raises(FileError, match="a different specification"):
         sweep(other, out=whole[0], block=BLOCK)
-    with pytest.raises(FileError, match="another specification"):
+    with pytest.raises(FileError, match="a different specification"):
         sweep(read(), out=whole[0], block=BLOCK // 2)
     assert content(whole[0]) == before
     (tmp_path / "blocks").mkdir()

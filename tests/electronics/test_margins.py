@@ -84,7 +84,7 @@ def test_the_valve_s_diode() -> None:
     ("old", "new", "names"),
     [
         ('value = 300.0\ntolerance', 'value = 150.0\ntolerance', "current into the gate of Q1"),
-        ('value = 300.0\ntolerance', 'value = 1000.0\ntolerance', "gate of Q1, on"),
+        ('value = 300.0\ntolerance', 'value = 1000.0\ntolerance', "gate voltage of Q1, on"),
         ("clamp = 24.4", "clamp = 32.4", "drain–source voltage of Q1"),
         ("value = 30000.0\ntolerance = 0.01", "value = 22000.0\ntolerance = 0.01", "closed"),
         ("value = 4.7e-08\ntolerance = 0.1", "value = 4.7e-07\ntolerance = 0.1", "is sensed"),

@@ -134,7 +134,7 @@ def test_a_machine_started_and_ended_by_contacts(tmp_path: Path) -> None:
 
 def test_a_virtual_machine_needs_a_virtual_board_of_its_own() -> None:
     brake, line = load("choi2018-kapton").brake, load_line("choi2018").line
-    with pytest.raises(QuantityError, match="virtual is not allowed"):
+    with pytest.raises(QuantityError, match="'virtual' is not allowed"):
         Virtual(Asked(), brake, line)  # type: ignore[arg-type]
     with pytest.raises(QuantityError, match="overlap"):
         check_brake(brake, brake.sheets.overlap)

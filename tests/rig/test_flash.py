@@ -241,7 +241,7 @@ def test_a_flash_that_keeps_something_else_is_seen(
     board = Board(flash_folder, flashing.firmware_hash("pico"))
     right = binascii.hexlify
     monkeypatch.setattr(binascii, "hexlify", lambda data: right(data)[:-2] + b"00")
-    with pytest.raises(LineError, match=r"wired\.json on the board is not"):
+    with pytest.raises(LineError, match=r"wired\.json on the board differs"):
         flashing.flash(board.port, settings=PICO)
 
 
@@ -250,7 +250,7 @@ def test_what_is_given_is_looked_at_first(tmp_path: Path) -> None:
     image = tmp_path / "a.uf2"
     for raw, says in (
         (b"text", "not a UF2 image"),
-        (uf2.encode_uf2(b"layerjam", 0x12345678), "another chip"),
+        (uf2.encode_uf2(b"layerjam", 0x12345678), "is for chip family"),
         (uf2.encode_uf2(b"MicroPython", uf2.RP2040), "no layerjam firmware"),
         (uf2.encode_uf2(b"layerjam", uf2.RP2040), "another version"),
     ):

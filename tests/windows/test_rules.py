@@ -100,7 +100,7 @@ def test_names_are_no_trouble_elsewhere(tmp_path: Path) -> None:
 
 
 def test_a_path_that_is_too_long_says_so(here: Path) -> None:
-    with pytest.raises(FileError, match="longer than the 259 characters"):
+    with pytest.raises(FileError, match="exceeds the 259 characters"):
         write_whole(here / ("x" * 150) / ("y" * 150), "text")
 
 
@@ -184,7 +184,7 @@ def test_a_board_of_sockets(here: Path) -> None:
 
 def test_a_board_that_does_not_call_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(child, "PATIENCE", 0.3)
-    with pytest.raises(LineError, match="does not start"):
+    with pytest.raises(LineError, match="did not start"):
         child._use_sockets([sys.executable, "-c", "pass"], [], lambda: None)
 
 

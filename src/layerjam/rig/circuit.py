@@ -26,7 +26,7 @@ class Wire:
     """One wire of the board, from a pin of its socket through parts to its end."""
 
     pin: int | None
-    """Pin of the socket, the first of several with the same name, or None."""
+    """Pin of the socket, or None; the first of several with the same name."""
     label: str
     """Label of the pin, such as GP16, GND or VSYS."""
     use: str | None

@@ -164,7 +164,7 @@ def fall(
     rope_stiffness: float | None = None,
     delay: float = DELAY,
 ) -> "TimedStop":
-    """Drop a mass [kg] on a virtual board's brake, arriving with `speed` [m/s]; return its stop.
+    """Drop a mass [kg] on a virtual board's brake, arriving at `speed` [m/s]; return its stop.
 
     The vacuum stays at the plant's present value. The mass is at rest for `delay` [s] of the
     board's time, falls freely for speed/g, and stops as `layerjam drop` computes it. The board's

@@ -22,7 +22,7 @@ PROMPTS = (b">>> ", b"Traceback (most recent call last)")
 
 
 class LineError(LayerjamError):
-    """Raised if a line does not respond, or if something else responds."""
+    """Raised if the board does not respond, or if something else does."""
 
     key = "line"
 

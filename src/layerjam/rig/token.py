@@ -30,7 +30,7 @@ DENIED = (
     b'-203,"Command protected;send SYST:PASS:CEN ""token"" first, or open the address with '
     b'?token=FILE"'
 )
-CROWDED = b'-203,"Command protected;all sessions are in use, only OUTP OFF is heard"'
+CROWDED = b'-203,"Command protected;all sessions are in use; only OUTP OFF is accepted"'
 HTTP = re.compile(
     rb"(GET|HEAD|POST|PUT|DELETE|CONNECT|OPTIONS|TRACE|PATCH|PRI)[ \t].*|.*[ \t]HTTP/\d.*"
 )
