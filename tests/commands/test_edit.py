@@ -87,7 +87,7 @@ def test_factors_of_the_brake_before_are_named():
         ({"sheets.width": "15"}, "15 mm"),
         ({"sheets.width": "15 kg"}, "units of length"),
         ({"sheets.overlap": "500 mm"}, "sheets.length: 85 mm is shorter"),
-        ({"film.kinetic": 0.5}, "kinetic friction is at most the static one"),
+        ({"film.kinetic": 0.5}, "kinetic friction cannot exceed static friction"),
         ({"sheets.with": "1 mm"}, "did you mean"),
     ],
 )

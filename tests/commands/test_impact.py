@@ -100,7 +100,7 @@ def test_tune_tells_numbers_apart_and_says_when_nothing_would_do():
         tune("choi2018-kapton", mass=1.0, speed=1.0, travel="60.0001 mm")
     fast = tune("choi2018-kapton", mass=1.0, speed=1e4, travel=0.04)
     assert "999 brakes" in fast.reason
-    with pytest.raises(QuantityError, match="rope stiffness: 0 .* is at least 1 N/m"):
+    with pytest.raises(QuantityError, match="rope stiffness: 0 .* must be at least 1 N/m"):
         tune("choi2018-kapton", mass=1.0, speed=1.0, travel=0.04, rope_stiffness="0 kN/m")
     with pytest.raises(QuantityError, match="mass"):
         tune("choi2018-kapton", mass=1e-300, speed=1.0, travel=0.04)

@@ -141,7 +141,7 @@ def test_other_refusals():
     with pytest.raises(UnknownNameError, match="line"):
         asked("choi2019")
     tank = LineFile.read(TANK, "tank.toml")
-    with pytest.raises(QuantityError, match="chamber.compliance: the line has none"):
+    with pytest.raises(QuantityError, match="chamber.compliance: not given"):
         asked(tank, fluid="water")
     wet = LineFile.read(TANK.replace("[pump]", 'compliance = "0.07 mL/kPa"\n[pump]'), "t")
     with pytest.raises(QuantityError, match="tank has a gas reservoir"):

@@ -59,7 +59,7 @@ def test_altitude():
 
 
 def test_what_is_refused():
-    with pytest.raises(QuantityError, match="chamber.compliance: the line has none"):
+    with pytest.raises(QuantityError, match="chamber.compliance: not given"):
         rise(LineFile.read(BENCH, "a"), target="50 kPa", fluid="water")
     with pytest.raises(UnknownNameError, match="fluid"):
         rise("choi2018", target="50 kPa", fluid="oil")

@@ -266,7 +266,7 @@ def test_a_sweep_without_a_find_names_the_constraint(monkeypatch):
         ('"length <= 110 mm"', '"judder_margin >= 2"', 5, "needs a [judder]"),
         ('"minimise mass"', '"least mass"', 6, "of the form"),
         ('"minimise mass"', '"minimise stop_slip"', 6, "needs a [stop]"),
-        ("step = 2 ", "step = 1.5 ", 9, "whole number"),
+        ("step = 2 ", "step = 1.5 ", 9, "an integer"),
         ('"22 mm", step', '"8 mm", step', 10, "is empty"),
         ('["50 kPa", "90 kPa"]', '["50 kPa", "190 kPa"]', 12, "not allowed"),
         ('["50 kPa", "90 kPa"]', '["50 kPa", "110 kPa"]', 12, "atmosphere"),

@@ -85,15 +85,15 @@ def test_warnings_name_what_was_not_measured():
 @pytest.mark.parametrize(
     ("values", "says"),
     [
-        ({"sheets__usable_travel": 0.07}, "usable_travel.*more than the overlap"),
+        ({"sheets__usable_travel": 0.07}, "usable_travel.*exceeds the overlap"),
         ({"sheets__length": 0.08}, "sheets.length.*shorter than"),
         ({"sheets__free_right": 0.012}, "sheets.length.*shorter than"),
-        ({"mount__screw_hole": 0.013}, "screw_hole.*leaves nothing"),
+        ({"mount__screw_hole": 0.013}, "screw_hole.*leaves no"),
         ({"film__kinetic": 0.33}, "film.kinetic.*exceeds film.static"),
         ({"pressure_exponent": 0.1}, "together with test_pressure"),
         ({"test_pressure": 3900.0}, "together with test_pressure"),
         ({"sheets__count": 1}, "sheets.count"),
-        ({"sheets__count": 2.5}, "whole number"),
+        ({"sheets__count": 2.5}, "an integer"),
         ({"scale_factor": float("nan")}, "scale_factor"),
         ({"site__atmosphere": 2e5}, "site.atmosphere"),
     ],

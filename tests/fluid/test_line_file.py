@@ -30,7 +30,7 @@ def test_the_least_file():
         (LEAST + 'flows = "2 mL/s"\n', "line 6: unknown key 'pump.flows'"),
         (LEAST + 'ultimate = "5 mL"\n', "line 6: .*'5 mL'"),
         (LEAST + 'ultimate = "102 kPa"\n', "line 6: pump.ultimate: 102 kPa is not below"),
-        (LEAST + "count = 1.5\n", "whole number"),
+        (LEAST + "count = 1.5\n", "an integer"),
         (LEAST + '[valve]\ndelay = "1 s"\n', "valve.conductance .* is missing"),
         (LEAST.replace("8 mL", "-8 mL"), "line 3: chamber.volume: -8 mL"),
         (LEAST.replace('flow = "2 mL/s"', "flow = 2"), "line 5: .* has no unit"),

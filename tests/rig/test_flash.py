@@ -252,7 +252,7 @@ def test_what_is_given_is_looked_at_first(tmp_path: Path) -> None:
         (b"text", "not a UF2 image"),
         (uf2.encode_uf2(b"layerjam", 0x12345678), "is for chip family"),
         (uf2.encode_uf2(b"MicroPython", uf2.RP2040), "no layerjam firmware"),
-        (uf2.encode_uf2(b"layerjam", uf2.RP2040), "another version"),
+        (uf2.encode_uf2(b"layerjam", uf2.RP2040), "a different version"),
     ):
         image.write_bytes(raw)
         with pytest.raises(uf2.ImageError, match=says):

@@ -174,7 +174,7 @@ def test_the_sensor_breaks_as_it_is_told() -> None:
         ("sim:choi2018?python=ruby", "micropython"),
         ("tcp:localhost", "port"),
         ("tcp:localhost:0", "port"),
-        ("tcp:localhost:5025", "a board's line"),
+        ("tcp:localhost:5025", "the address of a board"),
         ("serial:/dev/nothing-there", "nothing-there" if find_spec("serial") else "[bench]"),
     ],
 )

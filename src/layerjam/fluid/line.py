@@ -216,6 +216,6 @@ def water_compliance(line: Line) -> float:
     if line.chamber.compliance is None:
         raise QuantityError.of(
             "chamber.compliance",
-            "is missing, so the water drawn out by a vacuum is unknown",
+            "not given, so the water drawn out by a vacuum is unknown",
         )
     return line.chamber.compliance

@@ -312,8 +312,8 @@ def read_values(rule: Rule, texts: list, bench) -> list:
 def run_line(root: Node, line: bytes, bench, session, pending=None) -> tuple:
     """Return (response, error or None, whether it had a command) of a line or a `pending` rest.
 
-    The response contains the results of the units before the error. A unit with the flag L or C is a command. A
-    unit with the flag W that must wait is stored in `session.held`, with the rest of its line.
+    The response contains the results of the units before the error. A unit with flag L or C is a
+    command. A unit with flag W that must wait goes to `session.held` with the rest of its line.
     """
     out: list[bytes] = []
     text, path, commands = "", root, False
