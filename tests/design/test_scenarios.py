@@ -57,7 +57,7 @@ def test_every_number_of_a_scenario_says_where_it_is_from() -> None:
         ("neck-guard", "half-sine", "half-cosine", "half-sine"),
         ("seat-belt", 'machine = { value = "seat-belt"', 'machine = { value = "sofa"', "seat-belt"),
         ("seat-belt", "choi2018-kapton", "choi2018-captain", "choi2018-kapton"),
-        ("rehabilitation", "30 55 80 105 130 deg", "30 55 80 105 deg", "rows of"),
+        ("rehabilitation", "30 55 80 105 130 deg", "30 55 80 105 deg", "must have the same length"),
         ("rehabilitation", "30 55 80 105 130 deg", "30 55 80 105 120 deg", "must cover"),
         ("rehabilitation", '"30 mm"', '"60 mm"', "smaller pulley"),
         ("ankle-clutch", "0 4 8 12", "1 4 8 12", "from 0 to 100"),

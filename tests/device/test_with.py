@@ -75,7 +75,7 @@ def test_a_name_without_its_record_is_never_that_of_an_optional_record():
         ({"usable_travel": "69 mm"}, "sheets.usable_travel", "exceeds the overlap"),
         ({"kinetic": 0.9}, "film.kinetic", "cannot exceed static friction"),
         ({"screw_hole": "13 mm"}, "mount.screw_hole", "leaves no"),
-        ({"screws": 5}, "mount.screw_hole", "3 mm, 5 side by side, leaves nothing"),
+        ({"screws": 5}, "mount.screw_hole", "3 mm, 5 side by side, leaves no"),
         ({"screws": 1.5}, "mount.screws", "an integer"),
         ({"pressure_exponent": 0.1}, "pressure_exponent", "together with test_pressure"),
     ],
