@@ -150,7 +150,7 @@ BROKEN = {
     "negative": (("value = \"68 mm\"", "value = \"-68 mm\""), 0, "sheets.overlap"),
     "unknown key": (("overlap = {", "overlapp = {"), 0, "overlapp"),
     "one sheet": (("count = { value = 11", "count = { value = 1"), 0, "sheets.count"),
-    "half a sheet": (("count = { value = 11", "count = { value = 10.5"), 0, "whole"),
+    "half a sheet": (("count = { value = 11", "count = { value = 10.5"), 0, "an integer"),
     "kinetic above static": (("kinetic = { value = 0.24", "kinetic = { value = 0.5"), 0, "kinetic"),
     "kind": (('kind = "paper", source = "Choi 2018, section II-A: 8 mm', 'kind = "dream", source '
               '= "'), 0, "dream"),

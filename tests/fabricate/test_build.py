@@ -143,7 +143,7 @@ CANNOT = {
     "short clamp": ({"length": "84 mm", "clamped_length": "5 mm"}, {}, "longer sheets"),
     "high stack": ({"count": 240}, {}, "longest available is 60 mm"),
     "narrow": ({"width": "8 mm"}, {}, "nut of M3"),
-    "printer": ({}, {"print_bed": "145x145x160mm"}, "too large for the printer by 6 mm in z"),
+    "printer": ({}, {"print_bed": "145x145x160mm"}, "too large for the printer by 6 mm along z"),
     "thin sleeve": ({"wall": "0.2 mm"}, {}, "too thin to fill without it"),
 }
 
@@ -222,7 +222,7 @@ def test_sizes_and_counts_are_checked(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
-        (["--print-bed", "145x145x160mm"], 1, "too large for the printer by 6 mm in z"),
+        (["--print-bed", "145x145x160mm"], 1, "too large for the printer by 6 mm along z"),
         (["--stock", "60x300mm"], 1, "larger than the stock"),
         (["--laser-bed", "90 mm x 50 mm"], 1, "larger than the laser bed"),
         (["--laser-bed", "100x50"], 2, "has no unit"),
@@ -252,7 +252,7 @@ def test_a_folder_that_exists_is_not_touched(tmp_path: Path) -> None:
     write_folder(place, {LIST: json.dumps({"files": [LIST]})}, overwrite=True)
     assert set(folder(place)) == {LIST}
     (place / "notes.txt").write_text("mine")
-    with pytest.raises(FileError, match=r"holds notes\.txt, which `build` did not write"):
+    with pytest.raises(FileError, match=r"contains notes\.txt, which `build` did not write"):
         write_folder(place, {LIST: "{}"}, overwrite=True)
     assert (place / "notes.txt").read_text() == "mine"
     assert [f.name for f in tmp_path.iterdir()] == ["here"]
