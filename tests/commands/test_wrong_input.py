@@ -186,7 +186,7 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "law, dates": (lambda: lj.brake_force(DATES, 1e4, lj.load(KAPTON)), "brake_force, slip: ndarr"),
     "law, optional": (
         lambda: lj.brake_cycle([0.01], 1e4, lj.load(KAPTON), np.array([1j])),
-        "brake_cycle, speed: ndarray of the shape (1,) is not a number or",
+        "brake_cycle, speed: ndarray of shape (1,) is not a number or",
     ),
     "law, few": (lambda: lj.brake_force(0.02), "brake_force() takes slip, vacuum, brake"),
     "plot": (
