@@ -127,8 +127,8 @@ def test_the_page_has_its_control_and_copies_it(dive: Any) -> None:
     from layerjam.workbench.call import Call, result_fields
     from layerjam.workbench.controls import entry
 
-    (depth,) = more.others("dive", ())
-    assert depth.spec == DEPTH and "at most 300 m" in more.refusal(depth, "1 km")
+    (depth,) = more.find_other_inputs("dive", ())
+    assert depth.spec == DEPTH and "at most 300 m" in more.find_refusal(depth, "1 km")
     control = entry("dive", "depth", 12.0, (1.0, 40.0))
     assert control.spec == DEPTH and "at most 300 m" in control.help
     call = Call("dive", options={"depth": control.text(12.0)})

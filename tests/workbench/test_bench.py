@@ -13,9 +13,9 @@ from layerjam.workbench.bench_session import (
     PRESENT,
     Presence,
     Session,
-    provoke,
-    regulator_for,
-    switch_on,
+    bench_regulator,
+    hold_target,
+    inject_fault,
 )
 
 ADDRESS, TARGET = "sim:choi2018?speed=20", 40e3
@@ -30,10 +30,10 @@ def there():
 @pytest.fixture
 def session(there):
     made = Session.connect(ADDRESS, lambda: there[0], TARGET)
-    made.regulator = regulator_for(ADDRESS, load_line("choi2018"), TARGET, "release", "pi", 103e3)
+    made.regulator = bench_regulator(ADDRESS, load_line("choi2018"), TARGET, "release", "pi", 103e3)
     yield made
     made.close()
-    assert made.joined(10)
+    assert made.has_ended(10)
 
 
 def until(session, what, seconds=20.0):
@@ -46,7 +46,7 @@ def until(session, what, seconds=20.0):
 
 
 def on(session):
-    session.ask(lambda b: switch_on(b, session.regulator, "open", TARGET)).result(10)
+    session.ask(lambda b: hold_target(b, session.regulator, "open", TARGET)).result(10)
 
 
 def test_it_holds_names_a_fault_and_records(session, tmp_path):
@@ -54,10 +54,10 @@ def test_it_holds_names_a_fault_and_records(session, tmp_path):
     on(session)
     held = until(session, lambda look: look.vacuum and look.vacuum > 0.98 * TARGET)
     assert (held.state, held.fault, held.target) == ("RUN", None, TARGET)
-    session.ask(lambda b: provoke(b, "sensor-nan", session.regulator, TARGET)).result(10)
+    session.ask(lambda b: inject_fault(b, "sensor-nan", session.regulator, TARGET)).result(10)
     broken = until(session, lambda look: look.state == "FAULT")
     assert broken.fault == "NOT_A_NUMBER"
-    session.ask(lambda b: provoke(b, "none", session.regulator, TARGET)).result(10)
+    session.ask(lambda b: inject_fault(b, "none", session.regulator, TARGET)).result(10)
     session.ask(lambda b: b.clear()).result(10)
     done = session.record("evacuate to 30 kPa; vent", tmp_path / "run.ljrun", {}).result(60)
     assert done.outcome == "FINISHED" and done.gaps == 0 and done.simulated
@@ -72,7 +72,7 @@ def test_a_refusal_is_told_and_the_session_goes_on(session):
         session.ask(lambda b: 1 / 0).result(10)
     assert session.ask(lambda b: b.state).result(10) == "SAFE"
     with pytest.raises(QuantityError, match="target"):
-        regulator_for(ADDRESS, load_line("choi2018"), 103e3, "release", "pi", 103e3)
+        bench_regulator(ADDRESS, load_line("choi2018"), 103e3, "release", "pi", 103e3)
 
 
 def test_a_page_that_is_gone_ends_its_procedure(session, there, tmp_path):

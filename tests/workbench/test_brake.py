@@ -16,11 +16,18 @@ from layerjam.commands.predict import show
 from layerjam.device.load import load
 from layerjam.units import get
 from layerjam.workbench import live
-from layerjam.workbench.controls import with_unit
+from layerjam.workbench.controls import add_unit
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pages.brake import KIND, ROWS, Brake, comparison, verdict
-from layerjam.workbench.pages.records import unit_of
-from layerjam.workbench.scene import MAX_SHEETS, UNIT, StackView, exaggeration, in_words, stack_of
+from layerjam.workbench.pages.brake import KIND, ROWS, Brake, comparison_html, verdict
+from layerjam.workbench.pages.records import bare_unit
+from layerjam.workbench.scene import (
+    MAX_SHEETS,
+    UNIT,
+    StackView,
+    build_stack,
+    exaggeration,
+    stack_words,
+)
 from layerjam.workbench.state import from_link, to_link
 from strategies import one, random_brakes, seeds
 from workbench.standing import standing
@@ -29,7 +36,7 @@ KAPTON = load("choi2018-kapton").brake
 
 
 def boxes(brake, slip=0.0, share=1.0):
-    return {box.name: box for box in stack_of(brake, slip, share).boxes}
+    return {box.name: box for box in build_stack(brake, slip, share).boxes}
 
 
 @settings(max_examples=30, deadline=None)
@@ -66,8 +73,8 @@ def test_a_move_tells_the_picture_once_and_a_rest_nothing(monkeypatch):
         """(stack, words, what is sent): after moves of which none waited for the one before."""
         [view] = views
         for slip, share in moves:
-            stack = stack_of(brake, slip, share)
-            words = in_words(brake, stack, slip)
+            stack = build_stack(brake, slip, share)
+            words = stack_words(brake, stack, slip)
             view.show(stack, words)
         return stack, words, live._waiting.pop(view.scene.client, {})
 
@@ -116,13 +123,13 @@ def test_what_is_not_to_scale_is_said():
     assert exaggeration(KAPTON.sheets.thickness, 11, KAPTON.sheets.width) == 5
     assert exaggeration(0.01, 11, 0.05) == 1
     many = replace(KAPTON, sheets=replace(KAPTON.sheets, count=100))
-    stack = stack_of(many, 0.01, 1.0)
+    stack = build_stack(many, 0.01, 1.0)
     assert stack.drawn == MAX_SHEETS
-    words = in_words(many, stack, 0.01)
+    words = stack_words(many, stack, 0.01)
     assert "100 sheets, 24 of them drawn, 50 held on the left" in words
     assert "overlap by 58 mm of 68 mm" in words
     assert f"{stack.scale} times larger" in words
-    assert "6 held on the left (blue) and 5 on" in in_words(KAPTON, stack_of(KAPTON, 0, 1), 0)
+    assert "6 held on the left (blue) and 5 on" in stack_words(KAPTON, build_stack(KAPTON, 0, 1), 0)
 
 
 def test_every_number_of_a_brake_has_a_field():
@@ -141,13 +148,13 @@ def test_every_number_of_a_brake_has_a_field():
 )
 def test_a_bare_number_is_in_the_unit_shown(typed, shown, path, taken):
     spec = FIELDS[path][0]
-    assert with_unit(typed, "" if spec.unit == "1" else unit_of(shown, spec)) == taken
+    assert add_unit(typed, "" if spec.unit == "1" else bare_unit(shown, spec)) == taken
 
 
 def test_the_comparison_says_which_is_better_in_words():
     here, beside = show("choi2018-kapton"), show("choi2018-ptfe")
     assert {k for k in ROWS} <= set(here.values)
-    rows = comparison(here, beside).split("<tr>")
+    rows = comparison_html(here, beside).split("<tr>")
     (force,) = (row for row in rows if "Peak of a pull at the site" in row)
     stronger = here.max_force > beside.max_force
     assert ("▲" if stronger else "▼") in force

@@ -45,7 +45,7 @@ def shown(page: Brake):
 def test_the_verdict_is_the_commands(tmp_path):
     """What is shown before a file is made is what the folder's own list says."""
     page = page_of(cutter="knife")
-    folder = page.making.make()
+    folder = page.making.write_folder()
     with zipfile.ZipFile(io.BytesIO(folder.content)) as archive:
         assert archive.testzip() is None
         names = archive.namelist()
@@ -70,7 +70,7 @@ def test_a_refusal_is_the_commands_and_makes_nothing(tmp_path):
     table = checks_table(refused)
     assert table.count("✗ refused") == 1
     assert "! look" in table  # what is only warned of
-    folder = page.making.make()
+    folder = page.making.write_folder()
     assert (folder.content, folder.result.reason) == (b"", refused.reason)
 
 

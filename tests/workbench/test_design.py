@@ -122,7 +122,7 @@ def test_what_kills_a_specification_is_said():
 def test_every_point_of_the_picture_bears_its_design(small):
     names = seen_over(small)
     made = front.front_chart(small, names, front.CHOSEN, False)
-    rows = front.designs(small)
+    rows = front.all_designs(small)
     for series in made["series"]:
         for point in series["data"]:
             x, y, number = point["value"] if isinstance(point, dict) else point
@@ -136,11 +136,11 @@ def test_every_point_of_the_picture_bears_its_design(small):
 def test_walking_along_the_front_meets_every_design(small):
     numbers = front.front_numbers(small)
     assert sorted(numbers) == sorted(d["number"] for d in small.front)
-    masses = [front.designs(small)[n]["mass"] for n in numbers]
+    masses = [front.all_designs(small)[n]["mass"] for n in numbers]
     assert masses == sorted(masses)
     assert front.pick_design(small, 10**9)[0] == small.chosen["number"]
     assert front.pick_design(small, front.REFINED)[1] is small.refined
-    assert {"mass", "width"} <= set(front.drawable(small))
+    assert {"mass", "width"} <= set(front.find_axes(small))
 
 
 def test_tables_tell_everything_and_escape_it(small):

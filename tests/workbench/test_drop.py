@@ -16,7 +16,7 @@ from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.drop import KEYS, NO_ROPE, Drop
-from layerjam.workbench.pages.drop_outcome import SLOW, notes, series, slowness, table, verdict
+from layerjam.workbench.pages.drop_outcome import SLOW, drop_table, notes, series, slowness, verdict
 from layerjam.workbench.state import State, from_link, to_link
 from layerjam.workbench.uploads import Upload
 from workbench.standing import standing
@@ -83,9 +83,9 @@ def test_what_happened_in_words(settings, words):
     shown, drops, *_ = page_of(**settings).compute()
     answer = drops[shown]
     assert verdict(answer.result, answer.refusal, answer.call.options).startswith(words)
-    html = table(drops, shown)
+    html = drop_table(drops, shown)
     assert 6 <= html.count("<tr>") <= 8 and html.count("<th") <= 12
-    assert "Dissipated energy" in table(drops, shown, is_main=False)
+    assert "Dissipated energy" in drop_table(drops, shown, is_main=False)
     said = notes(drops)
     assert len(said) == len(set(said))
 
@@ -111,7 +111,7 @@ def test_what_the_fold_more_holds_reaches_the_command(tmp_path):
 
 
 def test_the_table_holds_no_markup_of_others():
-    html = table({"none": Answer(CALL, refusal="<script>alert(1)</script>")}, "none")
+    html = drop_table({"none": Answer(CALL, refusal="<script>alert(1)</script>")}, "none")
     assert "<script>" not in html
 
 

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from layerjam.workbench import folders
-from layerjam.workbench.folders import Folder, sweep
+from layerjam.workbench.folders import Folder, remove_stale_folders
 
 KILLED = """
 import os, signal
@@ -37,7 +37,7 @@ def test_what_a_killed_program_left_goes_and_what_is_used_stays(place):
     assert (left / "data.csv").exists(), done.stderr
     other = place / "layerjam-workbench-of-somebody"
     other.mkdir()
-    assert sweep() == [left.parent]
+    assert remove_stale_folders() == [left.parent]
     assert not left.parent.exists()
     assert used.path.is_dir() and other.is_dir(), "no lock: it may be in use"
     used.remove()
@@ -51,6 +51,6 @@ def test_a_link_is_not_followed(place):
     outside.mkdir()
     (outside / folders.LOCK).touch()
     (place / "layerjam-workbench-link").symlink_to(outside)
-    assert sweep() == []
+    assert remove_stale_folders() == []
     assert outside.is_dir()
     held.remove()

@@ -337,6 +337,6 @@ def test_an_error_stands_at_the_field_of_its_quantity():
 def test_the_remedy_is_the_nearest_allowed_value(value):
     spec = QuantitySpec("m", "length", 0.002, 0.05)
     control = Control("length", spec, 0.01, 0.005, 0.04, "mm")
-    nearest = control.nearest(f"{value:.6f} mm")
+    nearest = control.nearest_value(f"{value:.6f} mm")
     assert nearest == pytest.approx(min(max(value * 1e-3, 0.002), 0.05), abs=1e-9)
-    assert control.nearest("rubbish") is None
+    assert control.nearest_value("rubbish") is None

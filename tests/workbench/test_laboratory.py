@@ -23,11 +23,11 @@ from layerjam.workbench.call import Call, DataFile, Subject, disambiguate
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages import laboratory, laboratory_chain
 from layerjam.workbench.pages import laboratory_files as files_of
-from layerjam.workbench.pages.laboratory_chain import Campaign, Chain, stem_of, taken_roles
+from layerjam.workbench.pages.laboratory_chain import Campaign, Chain, file_stem, split_roles
 from layerjam.workbench.pages.laboratory_files import practice_files, read_row
 from layerjam.workbench.runner import ComputationStopped
-from layerjam.workbench.said import check_edit, edits_of, put_edits, sidecar_text
-from layerjam.workbench.uploads import UploadError, Uploads, clean, in_users_toml, is_sidecar
+from layerjam.workbench.said import check_edit, get_edits, put_edits, sidecar_text
+from layerjam.workbench.uploads import UploadError, Uploads, clean, is_sidecar, restore_names
 from printed import split_command
 from workbench.standing import standing
 
@@ -66,7 +66,7 @@ def campaign_of(rows, tab, brake=KAPTON, tell=quiet, **asked):
 
 
 def rows_of(tab: Uploads, desk: Desk) -> list:
-    return files_of.rows_of(tab, edits_of(desk), "paper", read_row, quiet)
+    return files_of.read_rows(tab, get_edits(desk), "paper", read_row, quiet)
 
 
 @pytest.mark.parametrize("name", ["../../etc/passwd", "..", "C:\\x\\y.csv", "a" * 5000 + ".csv",
@@ -94,7 +94,7 @@ def test_a_cleaned_name_is_short_printable_and_stays_as_it_is(name):
 
 def test_bounds_in_size_and_number_are_said(tab, monkeypatch):
     with pytest.raises(UploadError, match=r"huge.csv: 954 MB is too large for the page"):
-        tab.room("huge.csv", 10**9)
+        tab.check_room("huge.csv", 10**9)
     with pytest.raises(UploadError, match="is too large for a sidecar"):
         tab.take("a.csv.toml", b"x" * (up.SIDECAR + 1))
     monkeypatch.setattr(up, "MAX_FILES", 2)
@@ -202,7 +202,7 @@ def test_what_is_no_fact_or_answer_is_refused_before_it_is_kept(changes):
 def test_rubbish_of_a_link_is_left_out(rubbish):
     desk = Desk()
     desk.put("laboratory", "files", rubbish)
-    assert edits_of(desk) in ({}, {"a": {}})
+    assert get_edits(desk) in ({}, {"a": {}})
 
 
 def test_a_broken_sidecar_is_said_with_the_users_name(tab):
@@ -218,7 +218,7 @@ def campaign(practice):
     tab, desk, chain = Uploads(), Desk(), Chain()
     for name, data in few(practice).items():
         tab.take(name, data)
-    put_edits(desk, taken_roles(rows_of(tab, desk)))
+    put_edits(desk, split_roles(rows_of(tab, desk)))
     rows = rows_of(tab, desk)
     chain.run(campaign_of(rows, tab))
     yield tab, rows, chain
@@ -341,7 +341,7 @@ def test_a_report_names_files_as_the_user_does(campaign):
 
 def test_names_in_toml_and_copied_text_are_quoted():
     odd = 'my "best" \\ pull.csv'
-    text = in_users_toml('a = "peak of layerjam-file-0001.csv"', {"layerjam-file-0001.csv": odd})
+    text = restore_names('a = "peak of layerjam-file-0001.csv"', {"layerjam-file-0001.csv": odd})
     import tomllib
 
     assert tomllib.loads(text) == {"a": f"peak of {odd}"}
@@ -358,7 +358,7 @@ def test_names_in_toml_and_copied_text_are_quoted():
 @given(st.text(max_size=80))
 @settings(max_examples=100, deadline=None)
 def test_a_stem_is_safe_in_a_path(name):
-    stem = stem_of(Subject(name))
+    stem = file_stem(Subject(name))
     assert stem and os.path.basename(stem) == stem and stem not in (".", "..")
     assert stem.isascii() and len(stem) <= 60
 
@@ -371,20 +371,20 @@ def test_a_sidecar_is_told_from_a_brake():
 @pytest.mark.slow
 def test_the_practice_button_calibrates_on_no_pull_that_it_validates_on(practice, monkeypatch):
     asked = []
-    before = laboratory_chain.carried_out
+    before = laboratory_chain.run_call
 
     def seen(call, folder, tell):
         asked.append((call.name, tuple(file.shown for file in call.files)))
         return before(call, folder, tell)
 
-    monkeypatch.setattr(laboratory_chain, "carried_out", seen)
+    monkeypatch.setattr(laboratory_chain, "run_call", seen)
     monkeypatch.setattr(laboratory, "practice_files", lambda *_: few(practice))
 
     async def press() -> None:
         async with standing(laboratory.Laboratory) as (_, pages):
             while not pages:
                 await asyncio.sleep(0.05)
-            pages[0]._want("practice")
+            pages[0]._request_action("practice")
             for _ in range(600):
                 if "validate" in pages[0].chain.done:
                     return

@@ -8,10 +8,10 @@ from layerjam.errors import FileError
 from layerjam.measure.conditions import conditions
 from layerjam.measure.options import ReadingOptions
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.dropping import attach, is_list, read_list
-from layerjam.workbench.proposals import proposal
+from layerjam.workbench.dropping import attach_list, is_list, read_list
+from layerjam.workbench.proposals import propose
 from layerjam.workbench.said import sidecar_text
-from layerjam.workbench.sorting import _of_list
+from layerjam.workbench.sorting import _cite_list
 from layerjam.workbench.uploads import Uploads
 
 TEXT = (
@@ -36,7 +36,7 @@ def test_the_page_reads_what_the_commands_read(tab, tmp_path):
     (tmp_path / "conditions.csv").write_text(TEXT)
     tab.listed = read_list(TEXT.encode(), "conditions.csv")
     files = dropped(tab, "a.csv", "b.csv", "slide.csv", "other.csv")
-    taken, told = attach(tab)
+    taken, told = attach_list(tab)
     assert taken == ["a.csv", "b.csv", "slide.csv"] and told == []
     for one in files[:3]:
         (tmp_path / one.shown).write_bytes(ROWS)
@@ -49,11 +49,11 @@ def test_the_page_reads_what_the_commands_read(tab, tmp_path):
 def test_a_proposal_says_that_it_comes_from_the_list(tab):
     tab.listed = read_list(TEXT.encode(), "conditions.csv")
     a, _, slide = dropped(tab, "a.csv", "b.csv", "slide.csv")
-    attach(tab)
+    attach_list(tab)
     found = {}
     for one in (a, slide):
         laid = tab.with_sidecar(one, sidecar_text(tab.sidecars[one.shown], {}))
-        found[one.shown] = _of_list(proposal(one.key, one.shown, laid.path), tab.from_list)
+        found[one.shown] = _cite_list(propose(one.key, one.shown, laid.path), tab.from_list)
     assert found["a.csv"].facts["vacuum"].text == "94.5 kPa"
     assert found["a.csv"].facts["vacuum"].source == "conditions.csv"
     assert found["a.csv"].role.text == "calibrate"
@@ -63,15 +63,15 @@ def test_a_proposal_says_that_it_comes_from_the_list(tab):
 
 def test_files_that_come_later_are_known_and_a_sidecar_counts_over_the_list(tab):
     tab.listed = read_list(TEXT.encode(), "conditions.csv")
-    assert attach(tab) == ([], [])
+    assert attach_list(tab) == ([], [])
     tab.take("later.csv.toml", b'vacuum = "30 kPa"\nspeed = "1 mm/s"\n')
     dropped(tab, "later.csv")
-    taken, told = attach(tab)
+    taken, told = attach_list(tab)
     assert taken == ["later.csv"]
     (sentence,) = told
     assert "its sidecar states vacuum 30 kPa, conditions.csv 20 kPa" in sentence
     assert "20" not in tab.sidecars["later.csv"] and tab.from_list["later.csv"] == frozenset()
-    assert attach(tab) == (["later.csv"], []), "it is said once"
+    assert attach_list(tab) == (["later.csv"], []), "it is said once"
     tab.remove([tab.files[0].key])
     assert tab.from_list == {} and tab.listed
 

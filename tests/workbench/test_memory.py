@@ -15,7 +15,7 @@ from nicegui import Client
 
 from layerjam.cli.start import SELDOM
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.memory import forget_tab, settle
+from layerjam.workbench.memory import forget_tab, freeze_modules
 from layerjam.workbench.pages.laboratory import Laboratory
 from layerjam.workbench.pages.pull import Pull
 from workbench.standing import standing
@@ -41,7 +41,7 @@ def test_compiled_code_goes_with_the_last_tab(monkeypatch):
 
 def test_what_has_settled_is_not_gone_through_again():
     try:
-        settle()
+        freeze_modules()
         assert gc.get_freeze_count() > 1000
         assert gc.get_count()[2] == 0 and len(gc.get_objects(2)) < 1000
     finally:
@@ -52,7 +52,7 @@ def test_once_settled_the_collector_looks_as_often_as_usual():
     before = gc.get_threshold()
     gc.set_threshold(*SELDOM)
     try:
-        settle()
+        freeze_modules()
         assert gc.get_threshold() == (700, 10, 10)
     finally:
         gc.unfreeze()
@@ -67,12 +67,12 @@ def test_a_tab_that_is_gone_is_let_go_of():
             await pages[0].wait_until_idle()
             seen = weakref.ref(pages.pop().desk)
             assert seen() is not None
-            settle()
+            freeze_modules()
             user.client.delete()
             return seen
 
     seen = asyncio.run(come_and_go())
-    gc.unfreeze()  # as with the last tab: objects that `settle` had put aside
+    gc.unfreeze()  # as with the last tab: objects that `freeze_modules` had put aside
     gc.collect()
     assert seen() is None
 

@@ -23,7 +23,7 @@ from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages import pull_files
 from layerjam.workbench.pages.pull import Pull, chart_of
 from layerjam.workbench.pages.pull_files import Reading
-from layerjam.workbench.pins import MAX_PINS, turn_file
+from layerjam.workbench.pins import MAX_PINS, toggle_file
 from layerjam.workbench.session import KIND, KeptFile, from_session, kept_files, to_session
 from layerjam.workbench.state import MEASURED, Pin, State, from_link, to_link
 from workbench.standing import standing
@@ -50,7 +50,7 @@ def page_with(**sidecars: bytes) -> Pull:
 def page():
     """One measured pull, pinned and computed."""
     made = page_with(mine=NAMES["60 kPa"])
-    turn_file(made.desk, made.uploads.files[0].key)
+    toggle_file(made.desk, made.uploads.files[0].key)
     made.result = made.compute()
     yield made
     made.uploads.close()
@@ -85,7 +85,7 @@ def test_a_pinned_file_is_drawn_as_the_file_has_it_and_called_measured(page):
 def test_synthetic_files_and_those_without_a_vacuum_say_so():
     page = page_with(made=NAMES["made"], unsaid=b'speed = "1 mm/s"\n')
     for file in page.uploads.files:
-        turn_file(page.desk, file.key)
+        toggle_file(page.desk, file.key)
     labels = pinned(page)
     page.uploads.close()
     assert labels == [
@@ -97,7 +97,7 @@ def test_synthetic_files_and_those_without_a_vacuum_say_so():
 def test_of_many_files_the_pinned_one_is_named():
     page = page_with(**{f"pull{k}": NAMES["60 kPa"] for k in range(7)})
     key = page.uploads.files[4].key
-    turn_file(page.desk, key)
+    toggle_file(page.desk, key)
     chart = chart_of(*page.compute(), False)
     named = [s["name"] for s in chart["series"] if s["endLabel"]["show"]]
     page.uploads.close()
@@ -126,8 +126,8 @@ def test_a_session_carries_it_into_another_tab(page):
     other = Pull(Desk())
     other.uploads.take("mine.csv", b"another of that name")
     for one in opened.files:
-        other.uploads.bring(one.name, one.data, one.sidecar)
-        other.uploads.bring(one.name, one.data, one.sidecar)  # twice is once
+        other.uploads.take_kept_file(one.name, one.data, one.sidecar)
+        other.uploads.take_kept_file(one.name, one.data, one.sidecar)  # twice is once
     assert len(other.uploads.files) == 2
     other.desk.put_state(opened.state)
     other.desk.files_changed()
@@ -139,7 +139,7 @@ def test_a_session_carries_it_into_another_tab(page):
 def test_the_pin_goes_with_the_file_and_undo_draws_nothing_that_is_gone(page):
     desk, key = page.desk, page.uploads.files[0].key
     assert desk.state.files == (key,)
-    turn_file(desk, key)
+    toggle_file(desk, key)
     assert desk.state.files == ()
     desk.undo()
     assert desk.state.files == (key,)
@@ -155,9 +155,9 @@ def test_there_is_an_end_to_pins():
     page = page_with(**{f"pull{k}": NAMES["60 kPa"] for k in range(MAX_PINS + 1)})
     *enough, more = [file.key for file in page.uploads.files]
     for key in enough:
-        turn_file(page.desk, key)
+        toggle_file(page.desk, key)
     with pytest.raises(QuantityError, match="unpin one"):
-        turn_file(page.desk, more)
+        toggle_file(page.desk, more)
     assert page.desk.state.files == tuple(enough)
     page.uploads.close()
 
@@ -295,12 +295,12 @@ def test_a_reload_keeps_files_and_pins_and_a_duplicated_tab_does_not_take_them(p
     desks.take_over(SimpleNamespace(tab_id="one", is_deleted=False), new)
     assert new.state.files == (key,) and new.laws.keys() == {"a brake"}
     old.files.close()
-    desks.forget(old)
+    desks.forget_desk(old)
     again = Pull(new)
     assert pinned(again) == ["measured, 60 kPa, mine.csv"]
     new.files.take("more.csv", b"1")
     assert len(set(path.parent.iterdir())) == 3  # two files and a sidecar
-    desks.forget(new)
+    desks.forget_desk(new)
     assert not any(desk in (old, twin, new) for _, desk in desks._desks.values())
     new.files.close()
     assert not path.exists()

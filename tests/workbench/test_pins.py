@@ -17,9 +17,9 @@ from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.drop import Drop
 from layerjam.workbench.pages.drop_outcome import drop_chart, series
 from layerjam.workbench.pages.pull import STICK_SLIP, Pull, chart_of
-from layerjam.workbench.pages.pull_chart import saw
+from layerjam.workbench.pages.pull_chart import stick_slip_chart
 from layerjam.workbench.pages.vacuum import Vacuum
-from layerjam.workbench.pins import MAX_PINS, call_of, labels, pin_of
+from layerjam.workbench.pins import MAX_PINS, make_pin, pin_call, pin_labels
 from layerjam.workbench.state import Pin, State, from_link, to_link
 from workbench.standing import standing
 
@@ -32,7 +32,7 @@ def call(vacuum="60 kPa", brake=KAPTON, **more) -> Call:
 
 
 def test_a_pin_goes_with_the_link_and_gives_the_numbers_of_the_command():
-    pin = pin_of("pull", call("40 kPa"))
+    pin = make_pin("pull", call("40 kPa"))
     state = from_link(to_link(State(page="pull", pins=(pin,))))
     assert state.pins == (pin,)
     page = Pull(Desk(state))
@@ -54,23 +54,26 @@ def test_a_pin_goes_with_the_link_and_gives_the_numbers_of_the_command():
 @pytest.mark.slow
 def test_a_sawtooth_is_pinned_and_drawn_beside_another():
     said = {"vacuum": "60 kPa", "speed": "1 mm/s"}
-    kept = pin_of("pull", Call(STICK_SLIP, (Subject(KAPTON),), said))
-    pinned = call_of(kept).run()
+    kept = make_pin("pull", Call(STICK_SLIP, (Subject(KAPTON),), said))
+    pinned = pin_call(kept).run()
     shown = Call(STICK_SLIP, (Subject(KAPTON),), {**said, "vacuum": "40 kPa"}).run()
     whole = Call("show", (Subject(KAPTON),)).run()
-    names = [line.get("name") for line in saw(shown, whole, False, {"60 kPa": pinned})["series"]]
+    names = [
+        line.get("name")
+        for line in stick_slip_chart(shown, whole, False, {"60 kPa": pinned})["series"]
+    ]
     assert "60 kPa" in names and from_link(to_link(State(pins=(kept,)))).pins == (kept,)
 
 
 def test_the_label_says_what_differs():
     shown = call("94.5 kPa")
-    assert labels([call("60 kPa"), call("94.5 kPa", PTFE)], shown) == ["60 kPa", PTFE]
-    assert labels([call("60 kPa", PTFE)], shown) == [f"{PTFE}, 60 kPa"]
-    assert labels([call("94.5 kPa")], shown) == ["as shown"]
-    assert labels([call("94.5 kPa", model="stack")], shown) == ["stack"]
-    assert labels([shown], call("94.5 kPa", model="stack")) == ["no model"]
+    assert pin_labels([call("60 kPa"), call("94.5 kPa", PTFE)], shown) == ["60 kPa", PTFE]
+    assert pin_labels([call("60 kPa", PTFE)], shown) == [f"{PTFE}, 60 kPa"]
+    assert pin_labels([call("94.5 kPa")], shown) == ["as shown"]
+    assert pin_labels([call("94.5 kPa", model="stack")], shown) == ["stack"]
+    assert pin_labels([shown], call("94.5 kPa", model="stack")) == ["no model"]
     many = [call("60 kPa"), call("60 kPa", model="stack"), call("60 kPa", PTFE), call("60 kPa")]
-    made = labels(many, shown)
+    made = pin_labels(many, shown)
     assert len(set(made)) == len(made)
 
 
@@ -90,7 +93,7 @@ def test_the_label_says_what_differs():
 )
 def test_a_link_can_ask_for_nothing_but_curves_of_the_page(pin):
     with pytest.raises(LayerjamError):
-        call_of(pin)
+        pin_call(pin)
     page = Pull(Desk(State(page="pull", pins=(pin,))))
     assert page.compute()[0].pins == ()
     page.uploads.close()
@@ -133,7 +136,7 @@ def test_steps_of_a_vacuum_line_are_pinned_apart_from_its_regulator():
 
 def test_what_comes_from_a_dropped_file_is_not_kept(tmp_path):
     with pytest.raises(QuantityError, match="dropped"):
-        pin_of("pull", call(interfaces=DataFile("a.csv", tmp_path / "a.csv")))
+        make_pin("pull", call(interfaces=DataFile("a.csv", tmp_path / "a.csv")))
 
 
 def test_pin_drag_unpin_and_undo_on_the_page():

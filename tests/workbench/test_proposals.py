@@ -14,8 +14,8 @@ from layerjam.measure.readers.read import read_trace
 from layerjam.units import parse
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.kinds import toml_kind
-from layerjam.workbench.proposals import CLICKS, from_name, proposal, refusal_of, together
-from layerjam.workbench.said import column_said, edits_of, put_edits, sidecar_text, sign_turned
+from layerjam.workbench.proposals import CLICKS, assign_roles, find_refusal, propose, read_name
+from layerjam.workbench.said import column_edit, get_edits, put_edits, reverse_sign, sidecar_text
 from layerjam.workbench.uploads import Uploads
 
 DATA = Path(__file__).parents[2] / "shared/data"
@@ -48,7 +48,7 @@ def pull_rows(mark: str = ",", sign: float = 1.0) -> list[str]:
     ("a12345678kPa.csv", "", "", ""),
 ])  # fmt: skip
 def test_what_a_name_says(name, role, vacuum, force):
-    said = from_name(name)
+    said = read_name(name)
     found = {what: said[what].text for what in said}
     assert found.get("role", "") == role
     assert found.get("vacuum", "") == vacuum
@@ -60,7 +60,7 @@ def test_what_a_name_says(name, role, vacuum, force):
 @settings(max_examples=60, deadline=None)
 def test_a_vacuum_in_a_name_is_the_number_that_stands_there(tenths, unit, mark):
     number = tenths / 10
-    said = from_name(f"pull{mark}{number}{unit}{mark}3.csv")["vacuum"].text
+    said = read_name(f"pull{mark}{number}{unit}{mark}3.csv")["vacuum"].text
     assert parse(said, "Pa", "vacuum") == pytest.approx(number * (1e3 if unit == "kPa" else 100))
 
 
@@ -68,54 +68,54 @@ def test_the_sidecar_counts_before_content_and_content_before_the_name(tmp_path)
     rows = [f"{row},{60.0 + (i % 3) / 10}" for i, row in enumerate(pull_rows())]
     head = "Extension (mm),Load (N),Vacuum (kPa)"
     path = written(tmp_path, "pull_94.5kPa.csv", *rows, head=head)
-    found = proposal("k", path.name, path)
-    assert found.usable and found.role.text == "calibrate"
+    found = propose("k", path.name, path)
+    assert found.is_usable and found.role.text == "calibrate"
     assert parse(found.facts["vacuum"].text, "Pa", "vacuum") == pytest.approx(60.1e3)
     assert "'Vacuum'" in found.facts["vacuum"].source
     (tmp_path / "pull_94.5kPa.csv.toml").write_text('vacuum = "30 kPa"\n')
-    found = proposal("k", path.name, path)
+    found = propose("k", path.name, path)
     assert (found.facts["vacuum"].text, found.facts["vacuum"].source) == ("30 kPa", "its sidecar")
 
 
 def test_of_pulls_at_several_vacuums_the_highest_calibrate(tmp_path):
     names = ["pull_94.5kPa_1.csv", "pull_94kPa_2.csv", "pull_40kPa.csv", "pull.csv"]
-    found = [proposal(n, n, written(tmp_path, n, *pull_rows(), head="mm,N")) for n in names]
-    roles = {one.key: one.role.text for one in together(found)}
+    found = [propose(n, n, written(tmp_path, n, *pull_rows(), head="mm,N")) for n in names]
+    roles = {one.key: one.role.text for one in assign_roles(found)}
     assert roles == dict(zip(names, ["calibrate", "calibrate", "validate", "calibrate"],
                              strict=True))  # fmt: skip
-    assert not found[3].facts and found[3].lacks("calibrate", {}) == "vacuum"
+    assert not found[3].facts and found[3].missing_entry("calibrate", {}) == "vacuum"
 
 
 def test_two_clicks_make_a_table_without_names_a_measurement(tmp_path):
     rows = [f"{i};{row}" for i, row in enumerate(pull_rows(";", sign=-1.0))]
     path = written(tmp_path, "friction.dat", *rows)
-    assert proposal("k", path.name, path).asks == "columns"
-    assert CLICKS["columns"] in refusal_of(path) and "--" not in refusal_of(path)
-    said = column_said(path, preview(path), 1, "elongation", "mm")
+    assert propose("k", path.name, path).asks == "columns"
+    assert CLICKS["columns"] in find_refusal(path) and "--" not in find_refusal(path)
+    said = column_edit(path, preview(path), 1, "elongation", "mm")
     assert said["columns"] == "skip,elongation:mm,skip"
     shown = preview(path, ReadingOptions(columns=said["columns"]))
     assert shown.taken == {1: ("elongation", "mm")}
-    said |= column_said(path, shown, 2, "force", "N")
+    said |= column_edit(path, shown, 2, "force", "N")
     assert said["columns"] == "skip,elongation:mm,force:N"
     path.with_name("friction.dat.toml").write_text(sidecar_text("", said))
-    assert proposal("k", path.name, path).asks == "force-sign"
-    said |= sign_turned(said, "force")
+    assert propose("k", path.name, path).asks == "force-sign"
+    said |= reverse_sign(said, "force")
     path.with_name("friction.dat.toml").write_text(sidecar_text("", said))
-    assert proposal("k", path.name, path).usable
+    assert propose("k", path.name, path).is_usable
     assert read_trace(path).force.max() == pytest.approx(max(FORCE))
-    assert sign_turned(said, "force") == {"negative": ""}
+    assert reverse_sign(said, "force") == {"negative": ""}
 
 
 def test_another_unit_outranks_the_one_in_the_head(tmp_path):
     path = written(tmp_path, "pull.csv", *pull_rows(), head="Extension (mm),Load (N)")
     shown = preview(path)
     assert shown.taken == {0: ("elongation", "mm"), 1: ("force", "N")}
-    said = column_said(path, shown, 1, "force", "lbf")
+    said = column_edit(path, shown, 1, "force", "lbf")
     path.with_name("pull.csv.toml").write_text(
         sidecar_text('[read]\ncolumn = "force=Load"\n', said)
     )
     assert read_trace(path).force.max() == pytest.approx(max(FORCE) * 4.4482216152605)
-    assert column_said(path, shown, 1, "", "")["columns"] == "elongation:mm,skip"
+    assert column_edit(path, shown, 1, "", "")["columns"] == "elongation:mm,skip"
     assert shown.columns(0, "force", "N") == "force:N,skip", "a role has one column"
 
 
@@ -142,9 +142,9 @@ def test_what_waits_is_used_by_nobody_and_may_come_again():
 def test_what_was_accepted_is_one_step_of_undo():
     desk = Desk()
     put_edits(desk, {"a": {"role": "friction"}, "b": {"role": "calibrate", "vacuum": "1 kPa"}})
-    assert edits_of(desk)["b"]["vacuum"] == "1 kPa"
+    assert get_edits(desk)["b"]["vacuum"] == "1 kPa"
     desk.undo()
-    assert edits_of(desk) == {}
+    assert get_edits(desk) == {}
 
 
 EXPORTS = [  # file, what is said of it, clicks until it is used, or None: refused with what to do
@@ -173,15 +173,15 @@ def test_real_exports_are_used_after_two_clicks_or_told_where_to_go(tmp_path, na
     path = tmp_path / Path(name).name
     path.write_bytes((DATA / name).read_bytes())
     beside = path.with_name(f"{path.name}.toml")
-    found = proposal("k", path.name, path)
+    found = propose("k", path.name, path)
     done = 1  # "Use all"
     if found.asks == "force-sign":
-        beside.write_text(sidecar_text("", sign_turned({}, "force")))
+        beside.write_text(sidecar_text("", reverse_sign({}, "force")))
         done += 1
     elif found.asks == "speed":
         beside.write_text('speed = "10 mm/min"\n')
         done += 1
     told = f"{found.about}. {CLICKS.get(found.asks, '')}"
     assert says in told and "--" not in told
-    after = proposal("k", path.name, path)
-    assert (done if after.usable else None) == clicks, after
+    after = propose("k", path.name, path)
+    assert (done if after.is_usable else None) == clicks, after

@@ -16,10 +16,10 @@ from layerjam.simulate.record import Outcome
 from layerjam.workbench.answer import file_bytes
 from layerjam.workbench.charts import round_up
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.outcomes import PULLS, of_pull, of_slide
+from layerjam.workbench.outcomes import PULLS, pull_words, slide_words
 from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.pages.pull_chart import pull_chart
-from layerjam.workbench.pages.pull_files import Reading, laid_out, read
+from layerjam.workbench.pages.pull_files import Reading, find_pulls, read_pulls
 from layerjam.workbench.state import State
 from printed import split_command
 
@@ -81,7 +81,7 @@ def test_files_are_held_against_the_model_and_what_is_left_over_is_drawn(page_of
     # ten percent more than the model leaves a tenth of it over
     np.testing.assert_allclose(curve.residual, 0.1 * curve.model, rtol=0.02)
     np.testing.assert_array_equal(curve.residual, curve.measured - curve.model)
-    assert list(reading.name_of(p) for p in reading.understood.understood) == ["a pull.csv"]
+    assert list(reading.shown_name(p) for p in reading.understood.understood) == ["a pull.csv"]
     assert page.answers()[2].call.command() == "layerjam validate choi2018-kapton 'a pull.csv'"
     chart = pull_chart(answer.result, whole, reading, False)
     below = [s for s in chart["series"] if s["yAxisIndex"] == 1]
@@ -119,8 +119,8 @@ def test_rubbish_is_refused_in_words_and_the_pull_stays(page_of, rubbish):
 
 def test_no_file_no_question(page_of):
     page = page_of()
-    assert laid_out(page.desk) == ()
-    assert read((), page.desk.brake_subject(), "1 kPa", print) == Reading()
+    assert find_pulls(page.desk) == ()
+    assert read_pulls((), page.desk.brake_subject(), "1 kPa", print) == Reading()
 
 
 def test_the_force_axis_stands_still_while_vacuum_is_dragged():
@@ -165,13 +165,13 @@ def test_the_record_taken_away_reads_back(tmp_path):
     ],
 )
 def test_every_pull_ends_in_a_sentence(procedure, words):
-    assert words in of_pull(tensile(KAPTON, procedure=procedure))
+    assert words in pull_words(tensile(KAPTON, procedure=procedure))
 
 
 def test_a_sentence_for_every_outcome_that_a_pull_can_have():
     for outcome in Outcome:
         record = SimpleNamespace(elongation=np.array([0.0, 0.01]), speed=0.001)
         found = SimpleNamespace(outcome=str(outcome), record=record, events=3)
-        for said in (of_pull(found), of_slide(found)):
+        for said in (pull_words(found), slide_words(found)):
             assert said.endswith(".") and said[0].isupper()
-        assert (outcome in of_pull(found)) == (outcome not in PULLS)
+        assert (outcome in pull_words(found)) == (outcome not in PULLS)

@@ -20,7 +20,7 @@ from layerjam.workbench.charts import band
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.pull import PIN_BAND, Pull, chart_of
 from layerjam.workbench.pages.pull_band import law_error
-from layerjam.workbench.pins import BAND, call_of
+from layerjam.workbench.pins import BAND, pin_call
 from layerjam.workbench.state import Pin, State, from_link, to_link
 from layerjam.workbench.takeaway import curves_csv
 from workbench.standing import standing
@@ -120,7 +120,7 @@ def test_a_band_that_a_link_made_up_is_refused_in_words(text):
 
 def test_no_other_command_keeps_one():
     with pytest.raises(LayerjamError):
-        call_of(Pin("drop", "drop", KAPTON, {"mass": "1 kg", BAND: "[]"}))
+        pin_call(Pin("drop", "drop", KAPTON, {"mass": "1 kg", BAND: "[]"}))
 
 
 @pytest.mark.slow

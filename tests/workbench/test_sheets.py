@@ -17,14 +17,14 @@ from layerjam.simulate.procedure import simple_pull
 from layerjam.simulate.sheet_motion import sheet_motion
 from layerjam.simulate.stack import tensile_stack
 from layerjam.simulate.stack_layout import Housing, stack_of
-from layerjam.workbench.pages.pull import _point
+from layerjam.workbench.pages.pull import _parse_point
 from layerjam.workbench.sheets_drawing import (
     MAX_SHEETS,
     PullView,
+    describe_scale,
     drawing,
+    format_runs,
     round_down,
-    runs,
-    scale_said,
     slip_sentence,
 )
 
@@ -73,7 +73,7 @@ def test_what_slides_bears_its_friction_and_the_sentence_counts_it(seen):
     assert motion.force[at] == pytest.approx(whole, rel=0.05)
     assert "every sheet slides" in slip_sentence(seen, at)
     assert "no sheet slides" in slip_sentence(seen, 0)
-    mixed = seen.telling()
+    mixed = seen.informative_sample()
     assert "2 of 10 interfaces slide (1 and 10, from the top)" in slip_sentence(seen, mixed)
 
 
@@ -107,10 +107,10 @@ def test_sheets_are_drawn_to_the_scale_that_is_said(seen, share):
 
 def test_movements_are_large_before_all_slide_and_true_after(seen):
     motion = seen.motion
-    assert seen.scale(seen.telling()) == seen.factor > 50
-    assert "times larger" in scale_said(seen, 0)
+    assert seen.scale(seen.informative_sample()) == seen.factor > 50
+    assert "times larger" in describe_scale(seen, 0)
     last = len(motion.force) - 1
-    assert seen.scale(last) == 1.0 and "to scale" in scale_said(seen, last)
+    assert seen.scale(last) == 1.0 and "to scale" in describe_scale(seen, last)
 
 
 def test_the_cursor_finds_its_sample_on_a_pull_that_turns():
@@ -118,11 +118,11 @@ def test_the_cursor_finds_its_sample_on_a_pull_that_turns():
     motion = tensile(KAPTON, procedure=steps, model="stack").motion
     turned = PullView.from_motion(motion, load(KAPTON).brake.sheets)
     for at in range(0, len(motion.force), 7):
-        near = turned.nearest(float(motion.elongation[at]), float(motion.force[at]))
+        near = turned.nearest_sample(float(motion.elongation[at]), float(motion.force[at]))
         assert abs(motion.elongation[near] - motion.elongation[at]) < 2e-4
         assert abs(motion.force[near] - motion.force[at]) < 1.0
-    there = turned.nearest(0.015, motion.force.max())
-    back = turned.nearest(0.015, motion.force.min())
+    there = turned.nearest_sample(0.015, motion.force.max())
+    back = turned.nearest_sample(0.015, motion.force.min())
     assert there < np.argmax(motion.elongation) < back
 
 
@@ -132,14 +132,14 @@ def test_a_thick_stack_is_drawn_in_part_and_says_so():
     file = replace(file, brake=replace(file.brake, sheets=sheets))
     motion = sheet_motion(*tensile_stack(file, simple_pull(10e3, 1e-3, 2e-3)))
     thick = PullView.from_motion(motion, sheets)
-    svg = drawing(thick, thick.telling())
+    svg = drawing(thick, thick.informative_sample())
     assert len(spans(svg, "sheet-holds") + spans(svg, "sheet-slides")) == MAX_SHEETS
     assert f"{MAX_SHEETS} of 301 sheets are drawn" in svg
 
 
 @given(st.sets(st.integers(1, 40), min_size=1))
 def test_runs_of_numbers_read_back(numbers):
-    text = runs(sorted(numbers))
+    text = format_runs(sorted(numbers))
     back = set()
     for part in re.split(r", | and ", text):
         ends = [int(one) for one in part.split("–")]
@@ -154,5 +154,5 @@ def test_a_round_factor_is_never_above(value):
 
 @pytest.mark.parametrize("sent", [None, "x", [], [1], ["1", 2], {"x": 1}, [[None, 2]]])
 def test_what_no_pointer_sends_moves_nothing(sent):
-    assert _point(sent) is None
-    assert _point([3, 4.5]) == _point([[3, 4.5]]) == (3.0, 4.5)
+    assert _parse_point(sent) is None
+    assert _parse_point([3, 4.5]) == _parse_point([[3, 4.5]]) == (3.0, 4.5)

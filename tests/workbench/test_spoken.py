@@ -13,7 +13,14 @@ from layerjam.commands.index import commands, load_entry
 from layerjam.errors import FileError, QuantityError
 from layerjam.workbench.pages.laboratory import FREE as FREE_CHOICE
 from layerjam.workbench.pages.laboratory import STICK_SLIP
-from layerjam.workbench.spoken import FREE, OTHERWISE, PHRASES, in_print, on_page, sentence_of
+from layerjam.workbench.spoken import (
+    FREE,
+    OTHERWISE,
+    PHRASES,
+    format_sentence,
+    page_text,
+    typeset_text,
+)
 
 FLAG = re.compile(r"(?<![\w-])--[a-z]")
 ROOT = Path(layerjam.__file__).parent
@@ -36,7 +43,7 @@ def test_every_sentence_of_the_source_loses_its_flags():
         for text in said_in(path):
             if FLAG.search(text):
                 found += 1
-                assert not FLAG.search(on_page(text)), on_page(text)
+                assert not FLAG.search(page_text(text)), page_text(text)
     assert found > 100
 
 
@@ -55,7 +62,7 @@ def test_a_flag_becomes_the_name_of_its_field():
             option = p.option.removeprefix("--")
             if not p.positional and option not in OTHERWISE:
                 seen.add(option)
-                assert on_page(f"give {p.option}; so") == f"give '{p.label.capitalize()}'; so"
+                assert page_text(f"give {p.option}; so") == f"give '{p.label.capitalize()}'; so"
     assert len(seen) > 40 and commands()
 
 
@@ -71,20 +78,20 @@ def test_a_flag_becomes_the_name_of_its_field():
     ("a dash -- and 3--4 and --", "a dash -- and 3--4 and --"),
 ])  # fmt: skip
 def test_sentences_read_as_english_on_the_page(said, page):
-    assert on_page(said) == page
+    assert page_text(said) == page
 
 
 def test_no_key_reaches_a_reader():
     said = "chamber.volume is an estimate; holding_force >= 300 N; a_file_of.csv 'usable_travel'"
     page = "chamber volume is an estimate; holding force ≥ 300 N; a_file_of.csv 'usable_travel'"
-    assert in_print(said) == page
+    assert typeset_text(said) == page
 
 
 def test_what_a_file_asks_for_is_not_told_as_an_option():
     err = FileError("a.csv", "its force is negative", how=" (--negative force)", asks="force-sign")
-    assert sentence_of(err) == "a.csv: its force is negative"
+    assert format_sentence(err) == "a.csv: its force is negative"
     assert "--negative" in str(err), "the command line keeps its own"
-    assert sentence_of(QuantityError("give\n --volume")) == "give 'Volume'"
+    assert format_sentence(QuantityError("give\n --volume")) == "give 'Volume'"
 
 
 def test_the_laboratorys_own_names_are_those_it_shows():

@@ -19,7 +19,7 @@ from layerjam.identify.origin import ORIGINS, describe_origin
 from layerjam.toml_files.source import Source
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.all import TABS
-from layerjam.workbench.pages.start import Start, drop_sentence, holds, rounded_down
+from layerjam.workbench.pages.start import Start, drop_sentence, holding_sentence, round_down
 from layerjam.workbench.state import SAME, State, from_link, to_link
 from workbench.standing import standing
 
@@ -54,7 +54,7 @@ def test_undo_brings_the_vacuum_of_every_page_back():
 
 @given(st.floats(1e-6, 1e6))
 def test_what_hangs_is_rounded_down_and_by_little(value):
-    made = rounded_down(value)
+    made = round_down(value)
     assert made <= value * (1 + 1e-9)
     assert value - made <= 0.0101 * value
 
@@ -64,7 +64,7 @@ def test_what_is_said_to_hang_is_what_the_sheets_hold():
         page = Start(Desk(State(settings={"desk": {"vacuum": vacuum}})))
         answer, full, *fall = page.compute()
         found = answer.result
-        words = holds(found, GRAVITY)
+        words = holding_sentence(found, GRAVITY)
         mass = float(words.split("up to ")[1].split(" kg")[0].split()[-1])
         # the sheets alone, by hand: a mu (n - 1) W L P
         friction = 0.875 * 0.24 * 10 * 0.013 * 0.068 * vacuum
@@ -74,7 +74,9 @@ def test_what_is_said_to_hang_is_what_the_sheets_hold():
 
 def test_without_vacuum_nothing_is_said_to_hang():
     page = Start(Desk(State(settings={"desk": {"vacuum": 0.0}})))
-    assert holds(page.compute()[0].result, GRAVITY).startswith("The sheets do not hold yet")
+    assert holding_sentence(page.compute()[0].result, GRAVITY).startswith(
+        "The sheets do not hold yet"
+    )
 
 
 @pytest.mark.parametrize("vacuum", [1e3, 20e3, 35e3, 60e3, 94.5e3])

@@ -15,7 +15,7 @@ from layerjam.workbench.call import Call, as_python
 from layerjam.workbench.pages.design import Design
 from layerjam.workbench.pages.drop import Drop
 from layerjam.workbench.pages.pull import Pull
-from layerjam.workbench.pins import call_of
+from layerjam.workbench.pins import pin_call
 from layerjam.workbench.state import State, to_link
 from workbench.standing import standing
 
@@ -101,7 +101,7 @@ def test_figure_python_and_pin_are_one(
             page.panel.pin()
             (pin,) = page.desk.state.pins
             assert pin.options.items() >= before.items()
-            assert call_of(pin) == shown.call
+            assert pin_call(pin) == shown.call
             await page.wait_until_idle()
             # and with the next computation all of them follow
             page.refresh()

@@ -12,7 +12,7 @@ from layerjam.commands.regulate import regulate
 from layerjam.commands.vacuum_line import rise
 from layerjam.errors import LayerjamError
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pages.vacuum import Vacuum, detection, fault_choice, verdict
+from layerjam.workbench.pages.vacuum import Vacuum, detection_table, fault_choice, verdict
 from layerjam.workbench.state import State, from_link, to_link
 from workbench.standing import standing
 
@@ -65,7 +65,7 @@ def test_the_verdict_in_words(fault):
     assert ("reported nothing" in words) == (loop.outcome == "HEALTHY")
     if loop.outcome != "HEALTHY":
         assert "release: pump off, vent open" in words
-    assert detection(loop).count("<dt>") == 8
+    assert detection_table(loop).count("<dt>") == 8
 
 
 def test_refusals_are_words_and_leave_the_other_answer():

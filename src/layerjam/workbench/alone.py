@@ -38,11 +38,11 @@ def run_in_subprocess(work: Callable[..., T], *args: Any, tell: Tell) -> T:
     receiver, sender = context.Pipe(duplex=False)
     with receiver, tempfile.TemporaryDirectory(prefix="layerjam-") as room:
         job = (sender, room, _settings(), work, args)
-        process = context.Process(target=_work, args=job, daemon=True)
+        process = context.Process(target=_run_subprocess, args=job, daemon=True)
         process.start()
         sender.close()
         try:
-            answer: T = _answer(receiver, tell)
+            answer: T = _receive_result(receiver, tell)
             return answer
         except EOFError:
             process.join()
@@ -61,7 +61,7 @@ def _settings() -> dict[str, Any]:
     return {} if config is None else {name: getattr(config, name) for name in ENGINE}
 
 
-def _answer(pipe: Connection, tell: Tell) -> Any:
+def _receive_result(pipe: Connection, tell: Tell) -> Any:
     doing = ("", 0.0)
     while True:
         while not pipe.poll(LOOK):
@@ -70,12 +70,12 @@ def _answer(pipe: Connection, tell: Tell) -> Any:
         if kind == "made":
             return content
         if kind == "failed":
-            raise _error(*content)
+            raise _rebuild(*content)
         doing = content
         tell(*doing)
 
 
-def _error(kind: type[Exception], texts: tuple[Any, ...], facts: dict[str, Any]) -> Exception:
+def _rebuild(kind: type[Exception], texts: tuple[Any, ...], facts: dict[str, Any]) -> Exception:
     """Return the same error, because its constructor may need arguments that it does not store."""
     error = kind.__new__(kind)
     error.args = texts
@@ -83,7 +83,7 @@ def _error(kind: type[Exception], texts: tuple[Any, ...], facts: dict[str, Any])
     return error
 
 
-def _work(
+def _run_subprocess(
     pipe: Connection,
     room: str,
     settings: dict[str, Any],

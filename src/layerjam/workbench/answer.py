@@ -105,12 +105,12 @@ def try_call(call: Call, **more: Any) -> Answer:
         return Answer(call, refusal=one_line(err), quantity=quantity_of(err))
 
 
-def answers_in(result: Any) -> list[Answer]:
+def collect_answers(result: Any) -> list[Answer]:
     """Yield every answer in a page's results, in order."""
     if isinstance(result, Answer):
         return [result]
     parts = list(result.values()) if isinstance(result, Mapping) else result
-    return [a for p in parts for a in answers_in(p)] if isinstance(parts, list | tuple) else []
+    return [a for p in parts for a in collect_answers(p)] if isinstance(parts, list | tuple) else []
 
 
 def file_bytes(
@@ -151,16 +151,18 @@ def notebook(
     files = [
         file.shown for call in (*export.calls, *export.pinned_calls.values()) for file in call.data
     ]
-    cells = [_words(_introduction(title, export.calls, files)), _code(head + SHOWING)]
+    cells = [_markdown_cell(_introduction(title, export.calls, files)), _code_cell(head + SHOWING)]
     if export.texts:
-        cells.append(_code("from pathlib import Path\n\n" + "".join(_writing(export.texts))))
-    return _notebook_json([*cells, *map(_code, blocks)])
+        cells.append(
+            _code_cell("from pathlib import Path\n\n" + "".join(_write_statements(export.texts)))
+        )
+    return _notebook_json([*cells, *map(_code_cell, blocks)])
 
 
-def notebook_of(title: str, lines: str) -> str:
+def figure_notebook(title: str, lines: str) -> str:
     """Return a notebook as JSON; its Python `lines` draw a `figure`."""
     heading = f"# {title}\n\nCreated by the layerjam workbench; it requires layerjam.\n"
-    return _notebook_json([_words(heading), _code(f"{lines}figure\n")])
+    return _notebook_json([_markdown_cell(heading), _code_cell(f"{lines}figure\n")])
 
 
 def _notebook_json(cells: list[dict[str, Any]]) -> str:
@@ -172,7 +174,7 @@ def _notebook_json(cells: list[dict[str, Any]]) -> str:
     return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
 
 
-def _writing(texts: Mapping[str, str]) -> Iterator[str]:
+def _write_statements(texts: Mapping[str, str]) -> Iterator[str]:
     """Return code that writes files, so that the notebook needs no other files."""
     for name, text in texts.items():
         lines = "".join(f"    {_literal(line)}\n" for line in text.splitlines(keepends=True))
@@ -194,11 +196,11 @@ def _introduction(title: str, calls: Sequence[Call], files: Sequence[str]) -> st
     return "\n".join(lines)
 
 
-def _words(text: str) -> dict[str, Any]:
+def _markdown_cell(text: str) -> dict[str, Any]:
     return {"cell_type": "markdown", "metadata": {}, "source": _lines(text)}
 
 
-def _code(text: str) -> dict[str, Any]:
+def _code_cell(text: str) -> dict[str, Any]:
     empty: dict[str, Any] = {"metadata": {}, "execution_count": None, "outputs": []}
     return {"cell_type": "code", **empty, "source": _lines(text)}
 

@@ -29,7 +29,7 @@ from layerjam.rig.recorder import Block
 from layerjam.rig.stop import Stop
 from layerjam.rig.telemetry import PERIOD
 from layerjam.units import exact_text
-from layerjam.workbench.answer import notebook_of
+from layerjam.workbench.answer import figure_notebook
 
 LEASE = 3.0
 """Seconds after which a closed page no longer keeps a brake jammed."""
@@ -78,7 +78,9 @@ class Session:
         if not self.bench.lock():
             raise QuantityError.of("bench", "is locked by another client")
         self.bench.lease = LEASE - PRESENT
-        self._thread = threading.Thread(target=self._work, name="layerjam bench", daemon=True)
+        self._thread = threading.Thread(
+            target=self._run_requests, name="layerjam bench", daemon=True
+        )
         self._thread.start()
 
     @classmethod
@@ -109,19 +111,19 @@ class Session:
             self.running.ask()
         self._over.set()
 
-    def joined(self, seconds: float) -> bool:
+    def has_ended(self, seconds: float) -> bool:
         """Return whether the thread ends within so many seconds."""
         self._thread.join(seconds)
         return not self._thread.is_alive()
 
-    def _work(self) -> None:
+    def _run_requests(self) -> None:
         try:
             while not self._over.is_set():
                 try:
                     act, answer = self._asked.get(timeout=PACE)
                 except queue.Empty:
                     if self.alive():
-                        self._look()
+                        self._read_state()
                     continue
                 try:
                     answer.set_result(act(self.bench))
@@ -136,7 +138,7 @@ class Session:
             while not self._asked.empty():
                 self._asked.get()[1].set_exception(LayerjamError("the bench is disconnected"))
 
-    def _look(self) -> None:
+    def _read_state(self) -> None:
         parts = self.bench.ask("FETC:ALL?").split(",")
         vacuum, fault = float(parts[1]), int(parts[6])
         if fault and fault not in self._faults:
@@ -203,7 +205,7 @@ class Presence:
         return self._clock() - self._heard < PRESENT
 
 
-def regulator_for(
+def bench_regulator(
     address: str, line: LineFile, target: float, safe_state: str, kind: str, sensor_range: float
 ) -> Regulator:
     """Return the regulator of a virtual board's own line, or of the line on the desk.
@@ -226,7 +228,7 @@ def regulator_for(
     return regulator
 
 
-def switch_on(bench: ProcedureBench, regulator: Regulator, rest: str, target: float) -> None:
+def hold_target(bench: ProcedureBench, regulator: Regulator, rest: str, target: float) -> None:
     """Hold a target [Pa]; if one is already held, only the target changes."""
     if not bench.output:
         bench.safe_state, bench.vent_rest = regulator.safe_state, rest
@@ -237,7 +239,7 @@ def switch_on(bench: ProcedureBench, regulator: Regulator, rest: str, target: fl
         bench.target = target
 
 
-def provoke(bench: ProcedureBench, fault: str, regulator: Regulator, target: float) -> None:
+def inject_fault(bench: ProcedureBench, fault: str, regulator: Regulator, target: float) -> None:
     """Inject a fault into the plant of a virtual board; "none" repairs it."""
     if bench.plant is not None:
         injection = HEALTHY if fault == "none" else make_injection(fault, 0.0, regulator, target)[0]
@@ -279,7 +281,7 @@ class BenchRecord:
 
     def notebook(self) -> str:
         """A Jupyter notebook that contains the readings and draws them."""
-        return notebook_of("Run notes", self._lines())
+        return figure_notebook("Run notes", self._lines())
 
     def _lines(self) -> str:
         lists = (f"{k} = [{', '.join(map(repr, v))}]\n" for k, v in self.columns.items())

@@ -98,16 +98,16 @@ class Call:
         """
         try:
             result = (function or load_entry(self.name))(
-                *(_real(v) for v in self._positional()),
-                **{key: _real(v) for key, v in self.options.items()},
+                *(_value(v) for v in self._positional()),
+                **{key: _value(v) for key, v in self.options.items()},
                 **more,
             )
         except LayerjamError as error:
             if not self.names:
                 raise
-            raise _in_users_words(error, self.names) from None
+            raise _restore_names(error, self.names) from None
         names = self.names | ({self.out: self.out} if self.out else {})
-        return _with_names(result, names) if names else result
+        return _rename_in_result(result, names) if names else result
 
     def _positional(self) -> Iterator[Value]:
         yield from self.subjects
@@ -158,7 +158,7 @@ class Call:
             elif value is not False:
                 words += [w for text in _words(_plain_value(value)) for w in (spec.option, text)]
         words += ["--out", self.out, "--overwrite"] if self.out else []
-        return _head([self]) + typed_line(words)
+        return _note([self]) + typed_line(words)
 
 
 def as_python(
@@ -183,7 +183,7 @@ def python_parts(
     """
     names = [load_entry(call.name).name for call in calls]
     every = [*calls, *pinned_calls.values()]
-    parts, left = [f"{_head(every)}import layerjam as lj\n"], dict(pinned_calls)
+    parts, left = [f"{_note(every)}import layerjam as lj\n"], dict(pinned_calls)
     for place, call in enumerate(calls):
         lone = names.count(names[place]) == 1
         file = names[place] if lone else f"{names[place]}-{names[: place + 1].count(names[place])}"
@@ -194,7 +194,7 @@ def python_parts(
     return parts
 
 
-def _head(calls: Sequence[Call]) -> str:
+def _note(calls: Sequence[Call]) -> str:
     is_edited = any(file.edited for call in calls for file in call.data)
     return f"# {NOTE}\n" if is_edited else ""
 
@@ -212,18 +212,18 @@ def result_fields(name: str) -> Mapping[str, str]:
     return MappingProxyType({results.field_key(f): f.metadata["result"] for f in keys})
 
 
-def key_of(warning: str) -> str:
+def warning_key(warning: str) -> str:
     """Return the key of a warning; empty if it has none."""
     return warning.key if isinstance(warning, Notice) else ""
 
 
-def _real(value: Value) -> Any:
+def _value(value: Value) -> Any:
     if isinstance(value, Subject):
         return value.name if value.file is None else value.file
     if isinstance(value, DataFile):
         return value.path
     if isinstance(value, tuple):
-        return [_real(item) for item in value]
+        return [_value(item) for item in value]
     return value
 
 
@@ -248,7 +248,7 @@ def _literal(value: object) -> str:
     return repr(value) if isinstance(value, bool) else json.dumps(value, ensure_ascii=False)
 
 
-def _in_users_words(error: LayerjamError, names: Mapping[str, str]) -> LayerjamError:
+def _restore_names(error: LayerjamError, names: Mapping[str, str]) -> LayerjamError:
     """Return the same kind of error with the user's file names."""
     copy = error.__class__.__new__(error.__class__)
     copy.__dict__.update({key: rename_files(value, names) for key, value in vars(error).items()})
@@ -256,8 +256,8 @@ def _in_users_words(error: LayerjamError, names: Mapping[str, str]) -> LayerjamE
     return copy
 
 
-def _with_names(result: Any, names: Mapping[str, str]) -> Any:
-    notices = (Notice(rename_files(str(w), names), key_of(w)) for w in result.warnings)
+def _rename_in_result(result: Any, names: Mapping[str, str]) -> Any:
+    notices = (Notice(rename_files(str(w), names), warning_key(w)) for w in result.warnings)
     keys = [f.name for f in result.keys()]  # noqa: SIM118
     values = {key: rename_files(getattr(result, key), names) for key in keys}
     return replace(result, **values, warnings=list(dict.fromkeys(notices)))

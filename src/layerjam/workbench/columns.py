@@ -41,7 +41,7 @@ class ColumnTable:
             with dress(table, "columns", aria_label="First rows of the file"):
                 with ui.element("thead"), ui.element("tr"):
                     for index in range(min(len(preview.names), COLUMN_LIMIT)):
-                        self._head(index)
+                        self._build_header(index)
                 with ui.element("tbody"):
                     for row in preview.rows:
                         with ui.element("tr"):
@@ -52,7 +52,7 @@ class ColumnTable:
             hidden = len(preview.names) - COLUMN_LIMIT
             ui.label(f"and {hidden} more columns").classes("text-xs opacity-80")
 
-    def _head(self, index: int) -> None:
+    def _build_header(self, index: int) -> None:
         name, unit = self.shown.names[index], self.shown.units[index]
         role, unit_used = self.shown.taken.get(index, ("", ""))
         with ui.element("th").props("scope=col"):

@@ -13,7 +13,7 @@ from layerjam.units import QuantitySpec, exact_text, parse, show, usual_unit
 from layerjam.workbench.call import parameters
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Bar
-from layerjam.workbench.spoken import on_page
+from layerjam.workbench.spoken import page_text
 from layerjam.workbench.state import shared_setting
 from layerjam.workbench.widgets import button, dress, select
 
@@ -33,14 +33,16 @@ class Control:
     text_of: str = ""
 
     @property
-    def shown_unit(self) -> str:
+    def display_unit(self) -> str:
         """Unit of the quantity on the page."""
         return self.unit or usual_unit(self.spec.unit)
 
     @property
     def factor(self) -> float:
         """SI value of one unit of the page."""
-        return float(unit_factor(self.shown_unit, self.spec.unit) or 1) if self.shown_unit else 1
+        return (
+            float(unit_factor(self.display_unit, self.spec.unit) or 1) if self.display_unit else 1
+        )
 
     @property
     def name(self) -> str:
@@ -66,10 +68,10 @@ class Control:
         """Return the SI value of the slider's nearest step, with few digits in the page's unit."""
         return float(f"{value / self.factor:.{self.digits}f}") * self.factor
 
-    def nearest(self, text: str) -> float | None:
+    def nearest_value(self, text: str) -> float | None:
         """Return the allowed value [SI] nearest to a typed one; None for text without a number."""
         try:
-            value = parse(with_unit(text, self.shown_unit), self.spec.unit, self.name)
+            value = parse(add_unit(text, self.display_unit), self.spec.unit, self.name)
         except QuantityError:
             return None
         return min(max(value, self.low if self.spec.open_lo else self.spec.lo), self.spec.hi)
@@ -103,7 +105,7 @@ def vacuum_entry(command: str, name: str, full: float, low: float = 0.0, **more:
     return entry(command, name, min(USUAL_VACUUM, full), span, **more).narrow(high=full)
 
 
-def by_key(*controls: Control) -> dict[str, Control]:
+def map_keys(*controls: Control) -> dict[str, Control]:
     """{key: control}."""
     return {control.key: control for control in controls}
 
@@ -143,7 +145,7 @@ def number(desk: Desk, page: str, control: Control) -> float:
         return control.default
 
 
-def word(desk: Desk, page: str, choice: Choice) -> str:
+def read_word(desk: Desk, page: str, choice: Choice) -> str:
     """Return the choice's value, or the default if a link gave an invalid one."""
     value = desk.get(page, choice.key, choice.default)
     return value if isinstance(value, str) and value in choice.words else choice.default
@@ -164,19 +166,19 @@ class Slider:
         ident = f"{page}-{control.key}"
         with ui.column().classes("w-full gap-0") as self._box:
             with ui.row().classes("w-full items-center justify-between no-wrap"):
-                ui.label(control.name).classes("text-sm").tooltip(on_page(control.help))
-                self.field = number_field(f"{control.name} [{control.shown_unit}]", "w-36")
-                dress(self.field, f"{ident}-number", suffix=control.shown_unit)
+                ui.label(control.name).classes("text-sm").tooltip(page_text(control.help))
+                self.field = number_field(f"{control.name} [{control.display_unit}]", "w-36")
+                dress(self.field, f"{ident}-number", suffix=control.display_unit)
             bar = Bar(min=0, max=1)
             self.bar = dress(bar, ident, look="dense", aria_label=control.name)
         self.bar.mirror(self.field)
         self.bar.on_value_change(self._on_move)
         on_typed(self.field, self._on_type)
         desk.watch(self._on_change)
-        self._span()
+        self._update_range()
         self._fill()
 
-    def _span(self) -> None:
+    def _update_range(self) -> None:
         c = self.control
         low, high = c.low / c.factor, c.high / c.factor
         self.bar.span(low, high, (high - low) / c.steps, c.digits)
@@ -186,10 +188,10 @@ class Slider:
         self._filling = True
         self.bar.set_value(min(max(value, c.low), c.high) / c.factor)
         self.field.set_value(f"{value / c.factor:.6g}")
-        self._refuse("")
+        self._show_refusal("")
         self._filling = False
 
-    def _refuse(self, problem: str, nearest_value: float | None = None) -> None:
+    def _show_refusal(self, problem: str, nearest_value: float | None = None) -> None:
         """Show an error below the field, with a button that sets the nearest allowed value."""
         self.field.error = problem or None
         if self._remedy is not None:
@@ -212,16 +214,16 @@ class Slider:
     def _on_move(self, event: Any) -> None:
         if self._filling:
             return
-        self._refuse("")
+        self._show_refusal("")
         value = self.control.round_to_step(float(event.value) * self.control.factor)
         self.desk.put(self.page, self.control.key, value)
 
     def _on_type(self) -> None:
-        text = with_unit(str(self.field.value or ""), self.control.shown_unit)
+        text = add_unit(str(self.field.value or ""), self.control.display_unit)
         try:
             value = self.control.spec.read(text, self.control.name)
         except QuantityError as err:
-            self._refuse(str(err), self.control.nearest(text))
+            self._show_refusal(str(err), self.control.nearest_value(text))
             return
         # leaving a field unchanged is not an undo step
         if value != number(self.desk, self.page, self.control):
@@ -238,7 +240,7 @@ class Slider:
             return
         if change != "moved" and self._renew is not None:
             self.control = self._renew()
-            self._span()
+            self._update_range()
         self._fill()
 
 
@@ -254,7 +256,7 @@ def on_typed(field: ui.input, act: Callable[[], None]) -> None:
     field.on("blur", act)
 
 
-def with_unit(text: str, unit: str) -> str:
+def add_unit(text: str, unit: str) -> str:
     """Return typed text with a unit; a bare number is in the unit of the page."""
     text = text.strip()
     try:
@@ -267,8 +269,8 @@ def with_unit(text: str, unit: str) -> str:
 def choice(desk: Desk, page: str, item: Choice) -> None:
     """Show a row of words to choose from."""
     with ui.row().classes("w-full items-center justify-between"):
-        ui.label(item.name).classes("text-sm").tooltip(on_page(item.help or item.name))
-        toggle = ui.toggle(dict(item.words), value=word(desk, page, item))
+        ui.label(item.name).classes("text-sm").tooltip(page_text(item.help or item.name))
+        toggle = ui.toggle(dict(item.words), value=read_word(desk, page, item))
         look = "dense no-caps unelevated"
         dress(toggle, f"{page}-{item.key}", "toggle", look, role="group", aria_label=item.name)
     _bind(desk, page, item, toggle)
@@ -276,7 +278,7 @@ def choice(desk: Desk, page: str, item: Choice) -> None:
 
 def tabs(desk: Desk, page: str, item: Choice) -> None:
     """Show the parts of a page as tabs below its heading."""
-    toggle = ui.toggle(dict(item.words), value=word(desk, page, item))
+    toggle = ui.toggle(dict(item.words), value=read_word(desk, page, item))
     look = "dense no-caps flat"
     dress(toggle, f"{page}-{item.key}", "page-tabs", look, role="group", aria_label=item.help)
     _bind(desk, page, item, toggle)
@@ -284,7 +286,7 @@ def tabs(desk: Desk, page: str, item: Choice) -> None:
 
 def menu(desk: Desk, page: str, item: Choice) -> None:
     """Show a drop-down list, for more words than fit in a row."""
-    ident, selected_word = f"{page}-{item.key}", word(desk, page, item)
+    ident, selected_word = f"{page}-{item.key}", read_word(desk, page, item)
     _bind(
         desk, page, item, select(item.words, item.name, ident, value=selected_word, tip=item.help)
     )
@@ -294,8 +296,8 @@ def _bind(desk: Desk, page: str, item: Choice, box: ui.toggle | ui.select) -> No
     """Make a box set the choice, and undo move it back."""
 
     def fill(change: str) -> None:
-        if change == "undo" and box.value != word(desk, page, item):
-            box.set_value(word(desk, page, item))
+        if change == "undo" and box.value != read_word(desk, page, item):
+            box.set_value(read_word(desk, page, item))
 
     box.on_value_change(lambda event: desk.put(page, item.key, str(event.value)))
     desk.watch(fill)

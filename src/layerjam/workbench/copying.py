@@ -11,7 +11,7 @@ from layerjam.workbench.widgets import PLAIN, dress
 WORDS = {"python": "Python", "bash": "a command"}
 
 
-async def copied(text: str) -> bool:
+async def copy_text(text: str) -> bool:
     """Return whether the browser copied the text to the clipboard.
 
     `text` is JavaScript that returns it.
@@ -19,7 +19,7 @@ async def copied(text: str) -> bool:
     return await ui.run_javascript(f"layerjamCopied({text})", timeout=5.0) is True
 
 
-async def offer(text: str, language: str, files: Mapping[str, str]) -> None:
+async def show_copy(text: str, language: str, files: Mapping[str, str]) -> None:
     """Show the copied "python" or "bash" text, with buttons that first save the `files` it needs.
 
     `files` is {name: content}.
@@ -28,7 +28,7 @@ async def offer(text: str, language: str, files: Mapping[str, str]) -> None:
         ui.notify("nothing to copy on this page yet")
         return
     kind = WORDS[language]
-    if await copied(json.dumps(text)):
+    if await copy_text(json.dumps(text)):
         head = f"Copied as {kind}"
     else:
         head = (

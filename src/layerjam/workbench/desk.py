@@ -44,9 +44,9 @@ class Desk:
         self._watching: list[Callable[[str], None]] = []
         self.turn: Callable[[str], object] = self.open
         """Function that opens the tab of a page; set by the frame."""
-        self._read()
+        self._load_records()
 
-    def _read(self) -> None:
+    def _load_records(self) -> None:
         state = self.state
         brake, line = read_any("brake", state.brake), read_any("line", state.line)
         second = read_any("brake", state.beside) if state.beside else None
@@ -70,7 +70,7 @@ class Desk:
         remaining = self.state.without_files({file.key for file in self.files.files})
         if remaining != self.state:
             self.state = remaining
-        self._tell("files")
+        self._notify_watchers("files")
 
     def take_over(self, before: "Desk") -> None:
         """Take over the files of a discarded desk, with their pins and the calibrations."""
@@ -82,13 +82,13 @@ class Desk:
         self.state = replace(self.state, pins=(*current, *pins))
         self.files_changed()
 
-    def ask_files(self) -> None:
+    def request_files(self) -> None:
         """Show the proposals for the waiting files."""
-        self._tell("waiting")
+        self._notify_watchers("waiting")
 
     def choose_files(self) -> None:
         """Show the dialog of files, even if there are no files yet."""
-        self._tell("choosing")
+        self._notify_watchers("choosing")
 
     def get(self, page: str, key: str, default: Value) -> Value:
         """Return a control's value."""
@@ -106,7 +106,7 @@ class Desk:
         time_now = time.monotonic()
         same = self._moved == (page, key) and time_now - self._when < PAUSE and not single
         self._moved, self._when = (page, key), time_now
-        self._become(
+        self._set_state(
             self.state.put(page, key, value), "moved" if follow else "settings", keep=not same
         )
 
@@ -116,7 +116,7 @@ class Desk:
         for key, value in settings.items():
             state = state.put(page, key, value)
         if state != self.state:
-            self._become(state, "undo")
+            self._set_state(state, "undo")
 
     def put_state(self, state: State) -> None:
         """Take over a different state except its page, as one undo step.
@@ -126,16 +126,16 @@ class Desk:
         before = self.state
         self.state = replace(state, page=before.page)
         try:
-            self._read()
+            self._load_records()
         except LayerjamError:
             self.state = before
             raise
         new_state, self.state = self.state, before
-        self._become(new_state, "undo")
+        self._set_state(new_state, "undo")
 
     def put_pins(self, pins: tuple[Pin, ...]) -> None:
         """Replace the pinned curves, as one undo step."""
-        self._become(replace(self.state, pins=pins), "pins")
+        self._set_state(replace(self.state, pins=pins), "pins")
 
     def put_file(self, kind: str, text: str) -> None:
         """Set the "brake", the "line" or the second brake, "beside": a catalogue name or TOML.
@@ -145,7 +145,7 @@ class Desk:
         file = read_any("line" if kind == "line" else "brake", text) if text else None
         setattr(self, kind, file)
         update: dict[str, Any] = {kind: text}
-        self._become(replace(self.state, **update), "line" if kind == "line" else "brake")
+        self._set_state(replace(self.state, **update), "line" if kind == "line" else "brake")
 
     def put_brake(self, text: str) -> None:
         """Set a different brake by a catalogue name or TOML text; raises LayerjamError."""
@@ -154,34 +154,34 @@ class Desk:
     def open(self, page: str) -> None:
         """Open a different page; this is not an undo step."""
         self.state = replace(self.state, page=page)
-        self._tell("page")
+        self._notify_watchers("page")
 
     def undo(self) -> bool:
         """Undo one step; return False if there is none."""
-        return self._step(self._past, self._future)
+        return self._move_in_history(self._past, self._future)
 
     def redo(self) -> bool:
         """Redo one step."""
-        return self._step(self._future, self._past)
+        return self._move_in_history(self._future, self._past)
 
-    def _step(self, source: list[State], target: list[State]) -> bool:
+    def _move_in_history(self, source: list[State], target: list[State]) -> bool:
         if not source:
             return False
         target.append(self.state)
         self.state = replace(source.pop(), page=self.state.page)
-        self._read()
-        self._tell("undo")
+        self._load_records()
+        self._notify_watchers("undo")
         return True
 
-    def _become(self, state: State, change: str, keep: bool = True) -> None:
+    def _set_state(self, state: State, change: str, keep: bool = True) -> None:
         if keep:
             self._past.append(self.state)
             del self._past[:-STEPS]
         self._future.clear()
         self.state = state
-        self._tell(change)
+        self._notify_watchers(change)
 
-    def _tell(self, change: str) -> None:
+    def _notify_watchers(self, change: str) -> None:
         if change not in ("settings", "moved"):
             self._moved = ("", "")
         for callback in self._watching:
@@ -253,7 +253,7 @@ def take_over(client: Connection, desk: Desk) -> None:
         desk.take_over(before)
 
 
-def forget(desk: Desk) -> None:
+def forget_desk(desk: Desk) -> None:
     """Handle the closing of a desk's page."""
     for tab in [tab for tab, (_, owner) in _desks.items() if owner is desk]:
         del _desks[tab]
@@ -266,6 +266,6 @@ def resize_stack(file: BrakeFile, count: int) -> BrakeFile:
     return BrakeFile.read(edited_file.text, name)
 
 
-def with_sheets(desk: Desk, count: int) -> None:
+def set_sheets(desk: Desk, count: int) -> None:
     """Return the desk's brake with a different number of sheets; raises LayerjamError."""
     desk.put_brake(resize_stack(desk.brake, count).text)

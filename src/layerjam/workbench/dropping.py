@@ -48,7 +48,7 @@ class Dropping:
             auto_upload=True,
             max_file_size=LARGEST,
             max_files=AT_ONCE,
-            on_upload=self._take,
+            on_upload=self._receive_file,
         )
         dress(self.zone, "files", "files-dropped hidden")
         self.zone.on("rejected", self._on_reject, js_handler="(e) => emit(layerjamRejected(e))")
@@ -58,28 +58,28 @@ class Dropping:
 
     def _on_change(self, change: str) -> None:
         if change == "waiting":
-            self._look()
+            self._schedule_dialog()
         elif change == "choosing":
-            background_tasks.create(self._sort(empty=True), name="layerjam files")
+            background_tasks.create(self._show_dialog(empty=True), name="layerjam files")
 
-    async def _take(self, event: events.UploadEventArguments) -> None:
+    async def _receive_file(self, event: events.UploadEventArguments) -> None:
         name = clean(event.file.name)
         if is_list(name):
-            problem = await self._list(name, event.file)
+            problem = await self._store_list(name, event.file)
         elif name.lower().endswith(ENDING):
-            problem = await self._session(name, event.file)
+            problem = await self._open_session(name, event.file)
         elif name.lower().endswith(".toml"):
-            problem = await self._toml(name, event.file)
+            problem = await self._load_toml(name, event.file)
         else:
-            problem = await self._measurement(event.file)
+            problem = await self._store_measurement(event.file)
         if problem:
             self.sorting.tell(problem)
-        self._look()
+        self._schedule_dialog()
 
-    async def _measurement(self, file: FileUpload) -> str:
+    async def _store_measurement(self, file: FileUpload) -> str:
         return await self.uploads.receive(file, waits=True)
 
-    async def _list(self, name: str, file: FileUpload) -> str:
+    async def _store_list(self, name: str, file: FileUpload) -> str:
         """Keep a list of conditions of many files; return the reason if it is not one."""
         try:
             self.uploads.listed = read_list(await file.read(), name)
@@ -89,7 +89,7 @@ class Dropping:
         self._came_list = True
         return ""
 
-    async def _session(self, name: str, file: FileUpload) -> str:
+    async def _open_session(self, name: str, file: FileUpload) -> str:
         """Load a saved session; return the reason if it is not one."""
         try:
             data = await file.read()
@@ -100,7 +100,7 @@ class Dropping:
             state, files = session
             for entry in files:
                 try:
-                    self.uploads.bring(entry.name, entry.data, entry.sidecar)
+                    self.uploads.take_kept_file(entry.name, entry.data, entry.sidecar)
                 except UploadError as err:
                     self.sorting.tell(str(err))
             self.desk.put_state(state)
@@ -111,7 +111,7 @@ class Dropping:
         self.go(state.page)
         return ""
 
-    async def _toml(self, name: str, file: FileUpload) -> str:
+    async def _load_toml(self, name: str, file: FileUpload) -> str:
         """Load a brake or a line, or keep a sidecar; return the reason for any other file."""
         if file.size() > MAX_BYTES:
             return f"{name}: {file.size() / 1e6:.1f} MB; the limit for a TOML file is 1 MB"
@@ -123,7 +123,7 @@ class Dropping:
             return str(err)
         kind = toml_kind(text)
         if kind in ("brake", "line"):
-            return self._onto_desk(kind, name, text)
+            return self._put_on_desk(kind, name, text)
         if is_sidecar(name):
             try:
                 self.uploads.take(name, data)
@@ -138,7 +138,7 @@ class Dropping:
             return f"{name} is a design specification; open it on the Design page"
         return f"{name} has no field of a brake, a vacuum line or a sidecar NAME.csv.toml"
 
-    def _onto_desk(self, kind: str, name: str, text: str) -> str:
+    def _put_on_desk(self, kind: str, name: str, text: str) -> str:
         """Put the first brake on the desk, and a second one next to it for comparison."""
         slot = kind
         if kind == "brake":
@@ -158,25 +158,25 @@ class Dropping:
         ui.notify(f"{name} is now {labels[slot]}; use Undo to go back", type="positive")
         return ""
 
-    def _look(self) -> None:
+    def _schedule_dialog(self) -> None:
         """Open the dialog once no more files arrive."""
         if self._soon is not None:
             self._soon.cancel()
         loop, client = asyncio.get_running_loop(), self.zone.client
 
-        def open_it() -> None:
+        def open_dialog() -> None:
             if not client.is_deleted:
-                background_tasks.create(self._sort(), name="layerjam files")
+                background_tasks.create(self._show_dialog(), name="layerjam files")
 
-        self._soon = loop.call_later(SOON, open_it)
+        self._soon = loop.call_later(SOON, open_dialog)
 
-    async def _sort(self, *, empty: bool = False) -> None:
+    async def _show_dialog(self, *, empty: bool = False) -> None:
         self._brakes = 0
         with self.zone.client:
-            self._attach()
+            self._attach_sidecars()
             await self.sorting.show(empty=empty)
 
-    def _attach(self) -> None:
+    def _attach_sidecars(self) -> None:
         """Attach sidecars named after files without their extension, and the folder's sidecar."""
         files = self.uploads.files
         for stem, text in self._facts.items():
@@ -193,7 +193,7 @@ class Dropping:
                     f"{stem}; rename it NAME.csv.toml, after the file NAME.csv"
                 )
         self._facts.clear()
-        names, contradictions = attach(self.uploads)
+        names, contradictions = attach_list(self.uploads)
         for sentence in contradictions:
             self.sorting.tell(sentence)
         if self._came_list:
@@ -209,7 +209,7 @@ class Dropping:
         for cause, name, size in entries:
             if cause == "max-file-size":
                 try:
-                    self.uploads.room(str(name), int(size))
+                    self.uploads.check_room(str(name), int(size))
                 except UploadError as err:
                     self.sorting.tell(str(err))
             elif cause == "max-files":
@@ -223,7 +223,7 @@ class Dropping:
                 )
         if int(last[2]) > len(entries):
             self.sorting.tell(f"{int(last[2]) - len(entries)} more files were not used")
-        self._look()
+        self._schedule_dialog()
 
     def _on_failure(self, event: events.GenericEventArguments) -> None:
         names, status = event.args
@@ -235,7 +235,7 @@ class Dropping:
         for name in names:
             self.sorting.tell(f"{clean(str(name))}: {cause}")
         self.zone.reset()
-        self._look()
+        self._schedule_dialog()
 
 
 class FilesHere:
@@ -255,7 +255,9 @@ class FilesHere:
             choose = button("Choose files", None, f"{page}-choose", "folder_open")
             choose.on("click", js_handler="() => layerjamPick()")
             look = "unelevated dense no-caps color=primary"
-            self._waiting = button("", desk.ask_files, f"{page}-waiting", "help_outline", look=look)
+            self._waiting = button(
+                "", desk.request_files, f"{page}-waiting", "help_outline", look=look
+            )
         desk.watch(lambda what: self.fill() if what in ("files", "settings", "undo") else None)
         self.fill()
 
@@ -283,7 +285,7 @@ def read_list(data: bytes, name: str) -> dict[str, str]:
     return {clean(file): facts_text(build(Facts, values)) for file, values in entries.items()}
 
 
-def attach(uploads: Uploads) -> tuple[list[str], list[str]]:
+def attach_list(uploads: Uploads) -> tuple[list[str], list[str]]:
     """Complete sidecars from the list; return (names of listed files, contradictions).
 
     If the sidecar and the list state the same entry, the sidecar takes precedence and a notice
@@ -304,7 +306,7 @@ def attach(uploads: Uploads) -> tuple[list[str], list[str]]:
             if list_values[key] != values[key]:
                 notes.append(
                     f"{file.shown}: its sidecar states {key.replace('_', ' ')} "
-                    f"{_text(key, values[key])}, {LIST} {_text(key, list_values[key])}; "
+                    f"{_format(key, values[key])}, {LIST} {_format(key, list_values[key])}; "
                     "the sidecar takes precedence"
                 )
         uploads.from_list[file.shown] = frozenset(list_values.keys() - values.keys())
@@ -332,6 +334,6 @@ def _sidecar_values(text: str) -> dict[str, Any]:
         return {}
 
 
-def _text(key: str, value: Any) -> str:
+def _format(key: str, value: Any) -> str:
     spec = spec_of(Facts, key)
     return show(value, spec.unit) if isinstance(spec, QuantitySpec) else f"'{value}'"

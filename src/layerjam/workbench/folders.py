@@ -43,19 +43,19 @@ def _remove(path: Path, lock: int) -> None:
     shutil.rmtree(path, ignore_errors=True)
 
 
-def sweep() -> list[Path]:
+def remove_stale_folders() -> list[Path]:
     """Delete this user's folders of programs that were killed, and return them."""
     removed_paths = []
     for path in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
         # another workbench is also cleaning up, or the folder belongs to another user
         with contextlib.suppress(OSError):
-            if _is_left(path):
+            if _is_abandoned(path):
                 shutil.rmtree(path, ignore_errors=True)
                 removed_paths.append(path)
     return removed_paths
 
 
-def _is_left(path: Path) -> bool:
+def _is_abandoned(path: Path) -> bool:
     """Return whether this user owns a folder that nobody locks; OSError if it has no lock."""
     if path.is_symlink() or (hasattr(os, "getuid") and path.lstat().st_uid != os.getuid()):
         return False

@@ -53,8 +53,8 @@ def toml_kind(text: str) -> str:
     except LayerjamError:
         return ""
     keys_of = {
-        "brake": _tops(BrakeFile.fields),
-        "line": _tops(LineFile.fields),
+        "brake": _top_level_keys(BrakeFile.fields),
+        "line": _top_level_keys(LineFile.fields),
         "specification": SPECIFICATION,
         "sidecar": {READ, *(f.name for f in fields(Facts))},
     }
@@ -63,12 +63,12 @@ def toml_kind(text: str) -> str:
     return best if scores[best] else ""
 
 
-def _tops(paths: Mapping[str, object]) -> set[str]:
+def _top_level_keys(paths: Mapping[str, object]) -> set[str]:
     """Return the top-level tables and keys of a file, except those that every file has."""
     return {path.partition(".")[0] for path in paths} - {"name", "title", "site", "gas"}
 
 
-def elsewhere_of(path: Path) -> str:
+def other_reader(path: Path) -> str:
     """Return the kind in ELSEWHERE of a file that is not a record of a pull, or ""."""
     from layerjam.identify.rubber.tensile import read_rubber
 

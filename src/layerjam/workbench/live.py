@@ -6,7 +6,7 @@ move bypasses it, in one message per drawing. The server's elements are kept up 
 or a later update shows the same.
 
 This file, and the boxes of `scene`, are the only code that uses undocumented parts of NiceGUI. The
-`workbench` extra therefore limits its version, and `check` reports a wrong one before the server
+`workbench` extra therefore limits its version, and `check_version` reports it before the server
 starts.
 """
 
@@ -20,7 +20,7 @@ from weakref import WeakKeyDictionary
 from nicegui import Client, json, ui
 
 from layerjam.errors import MissingExtraError
-from layerjam.workbench.spoken import in_print
+from layerjam.workbench.spoken import typeset_text
 
 NEEDED = (
     (ui.label, "_handle_text_change"),
@@ -32,7 +32,7 @@ NEEDED = (
 """Parts of NiceGUI that the classes below override."""
 
 
-def check() -> None:
+def check_version() -> None:
     """Raise MissingExtraError if the installed NiceGUI is not the supported version."""
     if not all(hasattr(kind, name) for kind, name in NEEDED):
         raise MissingExtraError("the workbench (nicegui 3.18 or later, but below 4)", "workbench")
@@ -68,7 +68,7 @@ class Words(ui.label):
 
     def set_text(self, text: str) -> Self:
         """Show a sentence, in the page's terms."""
-        return super().set_text(in_print(text))
+        return super().set_text(typeset_text(text))
 
     def _handle_text_change(self, text: str) -> None:
         self._text_to_model_text(text)

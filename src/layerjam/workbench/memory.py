@@ -31,15 +31,15 @@ def forget_tab() -> None:
         _frozen_pages.clear()
 
 
-async def settle_later(page: str) -> None:
-    """Call `settle` after the page's first result has reached the browser."""
+async def freeze_later(page: str) -> None:
+    """Call `freeze_modules` after the page's first result has reached the browser."""
     if page not in _frozen_pages:
         _frozen_pages.add(page)
         await asyncio.sleep(SOON)
-        await run.io_bound(settle)
+        await run.io_bound(freeze_modules)
 
 
-def settle() -> None:
+def freeze_modules() -> None:
     """Exclude loaded modules from garbage collection, which paused one move in a hundred for 0.3 s.
 
     From then on the collector runs at Python's usual rate. At the lower rate that the command line

@@ -11,9 +11,9 @@ from layerjam.commands.quantities import ATMOSPHERE
 from layerjam.errors import LayerjamError
 from layerjam.units import usual_unit
 from layerjam.workbench.call import Options, parameters
-from layerjam.workbench.controls import on_typed, with_unit
+from layerjam.workbench.controls import add_unit, on_typed
 from layerjam.workbench.page import Page
-from layerjam.workbench.spoken import on_page
+from layerjam.workbench.spoken import page_text
 from layerjam.workbench.uploads import LARGEST, Uploads
 from layerjam.workbench.widgets import (
     Alert,
@@ -28,7 +28,7 @@ from layerjam.workbench.widgets import (
 )
 
 
-def others(command: str, names: Collection[str]) -> list[Parameter]:
+def find_other_inputs(command: str, names: Collection[str]) -> list[Parameter]:
     """Return the inputs of a command that a page does not show otherwise."""
     return [
         p
@@ -50,7 +50,7 @@ class OtherInputs:
 
     def __init__(self, page: Page, command: str, names: Collection[str]) -> None:
         self.page, self.desk = page, page.desk
-        self.inputs = others(command, names)
+        self.inputs = find_other_inputs(command, names)
         self.files = {p.name: Uploads() for p in self.inputs if is_file(p)}
         """Dropped files of each file input; the last one is used."""
 
@@ -62,7 +62,7 @@ class OtherInputs:
             if p.name in self.files:
                 if self.files[p.name].files:
                     values[p.name] = self.files[p.name].files[-1]
-            elif value and not refusal(p, value):
+            elif value and not find_refusal(p, value):
                 values[p.name] = value
         return values
 
@@ -77,24 +77,24 @@ class OtherInputs:
             ui.context.client.on_delete(uploads.close)
         with fold(title, f"{self.page.name}-more"):
             for p in self.inputs:
-                self._field(p)
+                self._build_field(p)
 
-    def _field(self, p: Parameter) -> None:
+    def _build_field(self, p: Parameter) -> None:
         ident, label = f"{self.page.name}-{p.name}", p.label.capitalize()
         value = self.desk.get(self.page.name, p.name, "")
         if p.name in self.files:
-            self._upload(p, ident, label)
+            self._build_upload(p, ident, label)
             return
         put = partial(self._put, p)
         box: Any
         if p.type is bool:
             box = dress(ui.switch(label, value=bool(value), on_change=put), ident)
-            box.tooltip(on_page(p.sentence))
+            box.tooltip(page_text(p.sentence))
         elif p.words and p.spec is None:
             words = {"": "default", **{word: word for word in p.words}}
             box = select(words, label, ident, put, value=str(value or ""), tip=p.sentence)
         else:
-            box = self._text(p, ident, label)
+            box = self._build_text_field(p, ident, label)
         empty: Any = False if p.type is bool else ""
 
         def fill(change: str) -> None:
@@ -106,7 +106,7 @@ class OtherInputs:
     def _put(self, p: Parameter, event: events.ValueChangeEventArguments[Any]) -> None:
         self.desk.put(self.page.name, p.name, event.value or "")
 
-    def _text(self, p: Parameter, ident: str, label: str) -> ui.input:
+    def _build_text_field(self, p: Parameter, ident: str, label: str) -> ui.input:
         current = str(self.desk.get(self.page.name, p.name, ""))
         default = p.default_text
         example = p.spec.example.strip("'") if p.spec else ""
@@ -115,8 +115,8 @@ class OtherInputs:
 
         def on_type() -> None:
             unit = usual_unit(p.spec.unit) if p.spec else ""
-            text = with_unit(str(box.value or ""), unit)
-            problem = refusal(p, text) if text else ""
+            text = add_unit(str(box.value or ""), unit)
+            problem = find_refusal(p, text) if text else ""
             box.error = problem or None
             if not problem and text != self.desk.get(self.page.name, p.name, ""):
                 self.desk.put(self.page.name, p.name, text)
@@ -126,35 +126,35 @@ class OtherInputs:
         self.page.fields[p.name] = box
         return box
 
-    def _upload(self, p: Parameter, ident: str, label: str) -> None:
+    def _build_upload(self, p: Parameter, ident: str, label: str) -> None:
         """Build the field for a file, which stays on this machine and is not part of the link."""
         uploads = self.files[p.name]
 
-        async def came(event: events.UploadEventArguments) -> None:
+        async def on_file(event: events.UploadEventArguments) -> None:
             area.reset()
             alert.say(await uploads.receive(event.file))
-            look()
+            show_file()
 
-        def forget() -> None:
+        def remove_files() -> None:
             uploads.remove(f.key for f in uploads.files)
             alert.say("")
-            look()
+            show_file()
 
-        def look() -> None:
+        def show_file() -> None:
             file_label.set_text("".join(f.shown for f in uploads.files[-1:]))
             drop.set_visibility(bool(uploads.files))
             self.page.refresh()
 
         hint(p.sentence)
-        area = ui.upload(auto_upload=True, max_files=1, max_file_size=LARGEST, on_upload=came)
+        area = ui.upload(auto_upload=True, max_files=1, max_file_size=LARGEST, on_upload=on_file)
         zone(area, label, f"{ident}-file")
         file_label = dress(ui.label(), ident, "text-sm font-medium")
-        drop = button("Remove", forget, f"{ident}-forget", "close", look="flat dense no-caps")
+        drop = button("Remove", remove_files, f"{ident}-forget", "close", look="flat dense no-caps")
         drop.set_visibility(False)
         alert = Alert(f"{ident}-problem", "text-sm")
 
 
-def refusal(p: Parameter, value: Any) -> str:
+def find_refusal(p: Parameter, value: Any) -> str:
     """Return the reason why a command rejects a value; empty if it accepts it."""
     try:
         p.read(value, {}, [])

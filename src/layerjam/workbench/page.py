@@ -11,16 +11,16 @@ from layerjam.commands.pull_by_pull import HEADS, TITLE, format_cells
 from layerjam.commands.wording import format_words
 from layerjam.errors import quantity_of
 from layerjam.workbench import live
-from layerjam.workbench.answer import Answer, answers_in
+from layerjam.workbench.answer import Answer, collect_answers
 from layerjam.workbench.call import Call, Options, result_fields
-from layerjam.workbench.controls import Choice, Control, Slider, number, word
+from layerjam.workbench.controls import Choice, Control, Slider, number, read_word
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Words
-from layerjam.workbench.memory import settle_later
+from layerjam.workbench.memory import freeze_later
 from layerjam.workbench.runner import Runner, waiting_line
-from layerjam.workbench.spoken import in_print
+from layerjam.workbench.spoken import typeset_text
 from layerjam.workbench.tables import html
-from layerjam.workbench.widgets import QUIET, Alert, dress, heading, hint, title_of
+from layerjam.workbench.widgets import QUIET, Alert, as_title, dress, heading, hint
 
 
 class Asking:
@@ -52,7 +52,7 @@ class Asking:
 
     def word(self, option: Choice) -> str:
         """Return the chosen word."""
-        return word(self.desk, self.name, option)
+        return read_word(self.desk, self.name, option)
 
     def slider(self, key: str, is_shown: Callable[[], bool] | None = None) -> ui.column:
         """Add a control's slider; with `is_shown` it is visible only while that returns true."""
@@ -114,7 +114,7 @@ class View(Asking):
 
     def answers(self) -> Sequence[Answer]:
         """Return the displayed answers, in order; may be empty."""
-        return answers_in(self.result)
+        return collect_answers(self.result)
 
     def copies(self) -> tuple[Sequence[Call], Mapping[str, Call]]:
         """Return the calls of the displayed or requested answers, and those of the pins."""
@@ -157,11 +157,11 @@ class Page(View):
             self.built = True
             self.client, self.place = ui.context.client, ui.context.slot.parent
             self.client.on_delete(self.runner.stop)
-            self._head()
+            self._build_head()
             self.build()
         self.refresh()
 
-    def _head(self) -> None:
+    def _build_head(self) -> None:
         """Show the title and the progress of a long computation."""
         if self.title:
             with ui.row().classes("page-head"):
@@ -181,7 +181,7 @@ class Page(View):
     def _show(self, result: Any, problem: str) -> None:
         if self.client is None or self.client.is_deleted:  # the tab was closed in the meantime
             return
-        refusals = [] if problem else [(a.quantity, a.refusal) for a in answers_in(result)]
+        refusals = [] if problem else [(a.quantity, a.refusal) for a in collect_answers(result)]
         self._show_problems([*refusals, (quantity_of(self.runner.error), problem)])
         if self.problem is not None:
             self.problem.say(problem)
@@ -189,7 +189,7 @@ class Page(View):
             self.result = result
             with self.place or contextlib.nullcontext():
                 self.draw(result)
-        background_tasks.create(settle_later(self.name), name="layerjam settles")
+        background_tasks.create(freeze_later(self.name), name="layerjam settles")
 
     def _show_problems(self, problems: Sequence[tuple[str | None, str]]) -> None:
         """Show errors, given as (quantity, sentence), also at the field of their quantity."""
@@ -199,7 +199,7 @@ class Page(View):
         for quantity, sentence in problems:
             key = (quantity or "").replace(" ", "_")
             if key in self.fields:
-                self.fields[key].error = in_print(sentence)
+                self.fields[key].error = typeset_text(sentence)
                 self._wrong.append(self.fields[key])
 
     def problem_line(self) -> None:
@@ -221,10 +221,10 @@ class Figures:
         meanings = result_fields(command)
         with ui.grid(columns="auto auto").classes("figures gap-x-6 gap-y-1 items-baseline"):
             for key in keys:
-                name = names.get(key) or title_of(key)
+                name = names.get(key) or as_title(key)
                 label = ui.label(name).classes(QUIET)
                 if key in meanings:
-                    label.tooltip(in_print(meanings[key]))
+                    label.tooltip(typeset_text(meanings[key]))
                 cell = dress(Words("–"), f"{page}-{key}", "text-base font-medium text-right")
                 self._cells[key] = cell
 
@@ -283,7 +283,7 @@ TONES = {
 """Style and word of each level of a check."""
 
 
-def checks(result: Any) -> None:
+def show_checks(result: Any) -> None:
     """Show the table of pulls and the checks; parts missing in the result are omitted."""
     pulls = result.values.get("pulls", ())
     if len(pulls) > 1:
@@ -295,5 +295,5 @@ def checks(result: Any) -> None:
         with ui.row().classes("no-wrap gap-2 items-baseline"):
             tone, word = TONES[check["level"]]
             ui.label(word).classes(f"{tone} font-medium whitespace-nowrap")
-            text = in_print(f"{check['name']}: {check['sentence']}")
+            text = typeset_text(f"{check['name']}: {check['sentence']}")
             ui.label(text).classes("text-sm")

@@ -15,7 +15,7 @@ from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import options
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pins import call_of, labels, pin_of, put_pin, turn_file
+from layerjam.workbench.pins import make_pin, pin_call, pin_labels, put_pin, toggle_file
 from layerjam.workbench.state import MEASURED, Pin
 from layerjam.workbench.widgets import Alert, button, chart, dress, one_line
 
@@ -46,9 +46,9 @@ class Panel:
 
     def build_row(self) -> ui.row:
         """Build the download buttons."""
-        row = takeaway.row(self._ident, self.chart, lambda: self.shown)
+        row = takeaway.add_row(self._ident, self.chart, lambda: self.shown)
         self._acts.append(row)
-        self._enable()
+        self._enable_actions()
         return row
 
     def build_pins(self) -> None:
@@ -56,7 +56,7 @@ class Panel:
         with ui.row().classes("items-center gap-2"):
             tip = "Keep this curve in grey for comparison with the next one"
             self._acts.append(button("Pin", self.pin, f"{self._ident}-pin", "push_pin", tip=tip))
-            self._enable()
+            self._enable_actions()
             self._chips = dress(ui.row().classes("items-center gap-2"), f"{self._ident}-pins")
         self._alert = Alert(f"{self._ident}-pin-problem", "text-sm")
 
@@ -66,14 +66,14 @@ class Panel:
         Without a chart it is hidden, and nothing can be downloaded.
         """
         self.shown = answer if chart else None
-        self._enable()
+        self._enable_actions()
         self.chart.set_visibility(chart is not None)
         if chart:
             live.draw(self.chart, dict(chart))
         if self._chips is not None:
             self._fill(self._chips, () if answer is None else answer.pins)
 
-    def _enable(self) -> None:
+    def _enable_actions(self) -> None:
         """Disable pins and downloads while no result is displayed."""
         for act in self._acts:
             if self.shown is None:
@@ -123,29 +123,29 @@ class Panel:
                 pins.append((*computed_pins[key], pin))
         self._known = computed_pins
         self.problem = "; ".join(dict.fromkeys(trouble))
-        names = labels([answer.call for answer, *_ in pins], call)
+        names = pin_labels([answer.call for answer, *_ in pins], call)
         return tuple(Pinned(name, *pin) for name, pin in zip(names, pins, strict=True))
 
     def _compute(self, pin: Pin) -> tuple[Answer, Any]:
-        call = call_of(pin)
+        call = pin_call(pin)
         result = call.run()
         return Answer(call, result), self.besides(pin, result)
 
     def pin(self, **more: str) -> None:
         """Pin the answer shown, with `more` text about it."""
-        self._try(partial(self._pin_shown, more))
+        self._try_action(partial(self._pin_shown, more))
 
     def _pin_shown(self, extra: Mapping[str, str]) -> None:
         if self.shown is None:
             raise QuantityError("pin: no curve is shown")
-        pin = pin_of(self._page, self.shown.call)
+        pin = make_pin(self._page, self.shown.call)
         put_pin(self._desk, replace(pin, options={**pin.options, **extra}))
 
     def pin_file(self, key: str) -> None:
         """Pin a dropped file's curve, or unpin it."""
-        self._try(partial(turn_file, self._desk, key))
+        self._try_action(partial(toggle_file, self._desk, key))
 
-    def _try(self, act: Callable[[], None]) -> None:
+    def _try_action(self, act: Callable[[], None]) -> None:
         try:
             act()
         except LayerjamError as err:

@@ -12,8 +12,8 @@ from layerjam.fluid.closed_forms import reachable_vacuum
 from layerjam.simulate.to_peak import ToPeak, sheets_to_peak, vacuum_to_peak
 from layerjam.units import QuantitySpec, exact_text, show
 from layerjam.workbench.call import Call, Subject
-from layerjam.workbench.controls import Choice, choice, number_field, on_typed, with_unit, word
-from layerjam.workbench.desk import Desk, resize_stack, with_sheets
+from layerjam.workbench.controls import Choice, add_unit, choice, number_field, on_typed, read_word
+from layerjam.workbench.desk import Desk, resize_stack, set_sheets
 from layerjam.workbench.widgets import dress, one_line, status
 
 FOLLOWS = Choice(
@@ -70,7 +70,7 @@ class PeakSetting:
             self.field.error = None
             return
         try:
-            force = FORCE.read(with_unit(text, "N"), "Peak")
+            force = FORCE.read(add_unit(text, "N"), "Peak")
         except QuantityError as err:
             self.field.error = one_line(err)
             return
@@ -88,23 +88,23 @@ class PeakSetting:
 
         The latest request wins, and sheets change on release.
         """
-        if word(self._desk, self._page, FOLLOWS) == "sheets" and not done:
+        if read_word(self._desk, self._page, FOLLOWS) == "sheets" and not done:
             return
         self._asked = force
         if not self._seeking:
             self._seeking = True
-            background_tasks.create(self._seek(), name="layerjam peak")
+            background_tasks.create(self._search_target(), name="layerjam peak")
 
-    async def _seek(self) -> None:
+    async def _search_target(self) -> None:
         try:
             while self._asked is not None:
                 force, self._asked = self._asked, None
-                by_sheets = word(self._desk, self._page, FOLLOWS) == "sheets"
+                by_sheets = read_word(self._desk, self._page, FOLLOWS) == "sheets"
                 try:
                     result = await run.io_bound(self.search, force, by_sheets)
                     if result is None:  # the program is stopping
                         return
-                    self._take(result, force, by_sheets)
+                    self._apply_result(result, force, by_sheets)
                 except LayerjamError as err:
                     self.said.set_text(one_line(err))
         finally:
@@ -119,23 +119,23 @@ class PeakSetting:
         call, file = self._now(), self._desk.brake
         if by_sheets:
 
-            def with_count(count: int) -> float:
+            def peak_with_count(count: int) -> float:
                 subject = Subject(file.name, resize_stack(file, count))
                 return float(replace(call, subjects=(subject,)).run().peak_force)
 
-            return sheets_to_peak(with_count, force, MAX_SHEETS)
+            return sheets_to_peak(peak_with_count, force, MAX_SHEETS)
 
-        def at_vacuum(vacuum: float) -> float:
+        def peak_at_vacuum(vacuum: float) -> float:
             options = {**call.options, "vacuum": exact_text(vacuum, "Pa")}
             return float(replace(call, options=options).run().peak_force)
 
-        return vacuum_to_peak(at_vacuum, force, self.limit())
+        return vacuum_to_peak(peak_at_vacuum, force, self.limit())
 
-    def _take(self, result: ToPeak, force: float, by_sheets: bool) -> None:
+    def _apply_result(self, result: ToPeak, force: float, by_sheets: bool) -> None:
         if result.value is None:
             self.field.set_value(f"{self._peak:.4g}")
         elif by_sheets:
-            with_sheets(self._desk, int(result.value))
+            set_sheets(self._desk, int(result.value))
         else:
             # use whole pascals, so that the value is readable
             self._desk.put(self._page, "vacuum", float(round(result.value)), follow=True)

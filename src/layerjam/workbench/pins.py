@@ -6,7 +6,7 @@ from types import MappingProxyType
 from layerjam.errors import QuantityError
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.desk import SHELVES, Desk, read_any
-from layerjam.workbench.more import is_file, others
+from layerjam.workbench.more import find_other_inputs, is_file
 from layerjam.workbench.state import MEASURED, Pin
 
 MAX_PINS = 8
@@ -21,7 +21,7 @@ LINES = ("rise", "regulate")
 """Commands on a vacuum line; all others are on a brake."""
 
 
-def pin_of(page: str, call: Call) -> Pin:
+def make_pin(page: str, call: Call) -> Pin:
     """Return the pin of a call on a brake or line.
 
     Raises QuantityError for a call with a dropped file, because that file stays on this machine.
@@ -36,14 +36,14 @@ def pin_of(page: str, call: Call) -> Pin:
     return Pin(page, call.name, call.subjects[0].text, plain)
 
 
-def call_of(pin: Pin) -> Call:
+def pin_call(pin: Pin) -> Call:
     """Return the call of a pin.
 
     Raises QuantityError for a pin that no page can create, such as a path in a link.
     """
     if pin.command not in COMMANDS.get(pin.page, ()):
         raise QuantityError(f"pin: curves of '{pin.command[:40]}' cannot be pinned on this page")
-    inputs = {p.name for p in others(pin.command, ()) if not is_file(p)}
+    inputs = {p.name for p in find_other_inputs(pin.command, ()) if not is_file(p)}
     options = {key: v for key, v in pin.options.items() if (pin.command, key) != ("tensile", BAND)}
     strange = sorted(options.keys() - inputs)
     if strange:
@@ -55,7 +55,7 @@ def call_of(pin: Pin) -> Call:
     return Call(pin.command, (subject,), options)
 
 
-def labels(calls: Sequence[Call], current: Call) -> list[str]:
+def pin_labels(calls: Sequence[Call], current: Call) -> list[str]:
     """Return labels that distinguish calls from the current one and, if needed, from each other."""
     names = [
         _difference(call, [current]) or _difference(call, calls) or "as shown" for call in calls
@@ -92,7 +92,7 @@ def put_pin(desk: Desk, pin: Pin) -> None:
     desk.put_pins((*pins, pin))
 
 
-def turn_file(desk: Desk, key: str) -> None:
+def toggle_file(desk: Desk, key: str) -> None:
     """Pin a dropped file to the Pull page, or unpin it; QuantityError for too many pins."""
     file_pin = Pin("pull", MEASURED, key)
     if file_pin in desk.state.pins:

@@ -21,7 +21,7 @@ from layerjam.measure.runs import ENDING, read_run
 from layerjam.measure.sidecar import Facts, read_facts
 from layerjam.measure.trace import Trace
 from layerjam.units import show, spec_of
-from layerjam.workbench.kinds import OTHER_READERS, elsewhere_of
+from layerjam.workbench.kinds import OTHER_READERS, other_reader
 
 FRICTION, CALIBRATE, VALIDATE, ASIDE = "friction", "calibrate", "validate", "aside"
 FACTS = ("vacuum", "normal_force", "speed")
@@ -84,17 +84,17 @@ class Proposal:
     synthetic: bool = False
 
     @property
-    def usable(self) -> bool:
+    def is_usable(self) -> bool:
         """Whether it is a measurement that could be read."""
         return self.kind == "measurement" and not self.asks
 
-    def lacks(self, role: str, facts: Mapping[str, str]) -> str:
+    def missing_entry(self, role: str, facts: Mapping[str, str]) -> str:
         """Return the metadata entry that a use lacks; empty if none is missing."""
         due = NEEDED.get(role, "")
         return due if due and not facts.get(due) else ""
 
 
-def from_name(name: str) -> dict[str, SourcedValue]:
+def read_name(name: str) -> dict[str, SourcedValue]:
     """Return {"role", "vacuum", "normal_force", "speed": value} as stated by a file's name.
 
     A name with several pressures gives none, because it is ambiguous.
@@ -117,7 +117,7 @@ def from_name(name: str) -> dict[str, SourcedValue]:
 
 def _quantities(stem: str, friction: bool) -> Iterator[tuple[str, str, str]]:
     """Return (key, its text, its spelling in the name) of each quantity in a name."""
-    pressures = {(_plain(m[1]), _UNITS[m[2].lower()]): m for m in _PRESSURE.finditer(stem)}
+    pressures = {(_digits(m[1]), _UNITS[m[2].lower()]): m for m in _PRESSURE.finditer(stem)}
     if len(pressures) == 1 and not friction:
         (((number, unit), match),) = pressures.items()
         if not match[3]:  # an absolute pressure is not a vacuum
@@ -125,17 +125,17 @@ def _quantities(stem: str, friction: bool) -> Iterator[tuple[str, str, str]]:
     forces = list(_FORCE.finditer(stem))
     weights = list(_WEIGHT.finditer(stem))
     if friction and len(forces) == 1:
-        yield "normal_force", f"{_plain(forces[0][1])} {forces[0][2]}", forces[0][0]
+        yield "normal_force", f"{_digits(forces[0][1])} {forces[0][2]}", forces[0][0]
     elif friction and not forces and len(weights) == 1:
         unit = {"g": "gf", "kg": "kgf"}[weights[0][2]]
-        yield "normal_force", f"{_plain(weights[0][1])} {unit}", f"{weights[0][0]}, its weight"
+        yield "normal_force", f"{_digits(weights[0][1])} {unit}", f"{weights[0][0]}, its weight"
     speeds = list(_SPEED.finditer(stem))
     if len(speeds) == 1:
         per = "min" if speeds[0][2].lower() == "min" else "s"
-        yield "speed", f"{_plain(speeds[0][1])} mm/{per}", speeds[0][0]
+        yield "speed", f"{_digits(speeds[0][1])} mm/{per}", speeds[0][0]
 
 
-def _plain(number: str) -> str:
+def _digits(number: str) -> str:
     return number.replace(",", ".").replace("p", ".")
 
 
@@ -143,7 +143,7 @@ def _source_name(match: str) -> str:
     return f"its name: {match.strip(' _-')}"
 
 
-def refusal_of(path: Path) -> str:
+def find_refusal(path: Path) -> str:
     """Return the reason why a file cannot be read, and the remedy; empty if it can be read."""
     try:
         for trace in open_traces(path):
@@ -155,7 +155,7 @@ def refusal_of(path: Path) -> str:
     return ""
 
 
-def proposal(key: str, name: str, path: Path) -> Proposal:
+def propose(key: str, name: str, path: Path) -> Proposal:
     """Return the proposal for one file, whose sidecar holds the user's statements.
 
     Raises nothing: reading errors are in `about`, which names the file by its path.
@@ -169,7 +169,7 @@ def proposal(key: str, name: str, path: Path) -> Proposal:
         traces = [trace.read(ReadingOptions()) for trace in open_traces(path)]
     except LayerjamError as err:
         role, facts_found = _conditions(name, path, facts, ())
-        return _unread(replace(draft, role=role, facts=facts_found), path, err)
+        return _unread_proposal(replace(draft, role=role, facts=facts_found), path, err)
     longest = max(traces, key=len)
     force, travel = float(longest.force.max()), float(np.ptp(longest.elongation))
     summary = f"{len(longest)} samples over {show(travel, 'm', 3)}, up to {show(force, 'N', 3)}"
@@ -180,13 +180,13 @@ def proposal(key: str, name: str, path: Path) -> Proposal:
     return replace(draft, about=summary, synthetic=synthetic, role=role, facts=facts_found)
 
 
-def _unread(draft: Proposal, path: Path, error: LayerjamError) -> Proposal:
+def _unread_proposal(draft: Proposal, path: Path, error: LayerjamError) -> Proposal:
     """Return the proposal for an unreadable file: its reader, its missing entry, or "unknown"."""
     asks = str(getattr(error, "asks", ""))
     reason = str(getattr(error, "plain", "") or error)
     if isinstance(error, MissingExtraError):
         return replace(draft, kind="unknown", about=reason)
-    kind = elsewhere_of(path)
+    kind = other_reader(path)
     if kind:
         return replace(draft, kind=kind, about=OTHER_READERS[kind].sentence(draft.name))
     if asks in CLICKS:
@@ -198,9 +198,9 @@ def _conditions(
     name: str, path: Path, facts: Facts, traces: Sequence[Trace]
 ) -> tuple[SourcedValue, dict[str, SourcedValue]]:
     """Return role and metadata: from the sidecar, otherwise the file's content or its name."""
-    values = from_name(name)
+    values = read_name(name)
     facts_found = {fact: value_found for fact in FACTS if (value_found := values.get(fact))}
-    facts_found |= dict(_of_content(path, traces))
+    facts_found |= dict(_read_content(path, traces))
     facts_found |= {
         fact: SourcedValue(_quantity_text(fact, value), "its sidecar")
         for fact in FACTS
@@ -227,7 +227,7 @@ def _role(
         return SourcedValue(CALIBRATE, "its sidecar states a vacuum")
     if "role" in from_file_name:
         return from_file_name["role"]
-    word = _FRICTION.search(_beginning(path))
+    word = _FRICTION.search(_read_beginning(path))
     if word:
         return SourcedValue(FRICTION, f"its first lines: {word[0]}")
     if "vacuum" in facts_found:
@@ -235,7 +235,7 @@ def _role(
     return SourcedValue(CALIBRATE, "force versus elongation, no sign of a friction test")
 
 
-def _beginning(path: Path) -> str:
+def _read_beginning(path: Path) -> str:
     if path.suffix == ENDING:
         return ""
     try:
@@ -245,7 +245,7 @@ def _beginning(path: Path) -> str:
     return source.text(0, min(HEAD, len(source.data)))
 
 
-def _of_content(path: Path, traces: Sequence[Trace]) -> Iterator[tuple[str, SourcedValue]]:
+def _read_content(path: Path, traces: Sequence[Trace]) -> Iterator[tuple[str, SourcedValue]]:
     """Yield (key, value) from the file itself: its header, a column, or its procedure."""
     vacuums = {t.facts.vacuum for t in traces} - {None}
     if len(vacuums) == 1:
@@ -267,12 +267,12 @@ def _of_content(path: Path, traces: Sequence[Trace]) -> Iterator[tuple[str, Sour
         table = preview(path)
         columns = vacuum_columns(table)
         if len(columns) == 1:
-            yield "vacuum", vacuum_of_column(path, columns[0][0], columns[0][1], table.names)
+            yield "vacuum", column_vacuum(path, columns[0][0], columns[0][1], table.names)
     except LayerjamError:
         return
 
 
-def vacuum_of_column(path: Path, index: int, unit: str, names: Sequence[str]) -> SourcedValue:
+def column_vacuum(path: Path, index: int, unit: str, names: Sequence[str]) -> SourcedValue:
     """Return the vacuum in a column: the median of its values, rounded to their scatter.
 
     Raises LayerjamError if it has no values, or values that are not a vacuum.
@@ -285,7 +285,7 @@ def vacuum_of_column(path: Path, index: int, unit: str, names: Sequence[str]) ->
     return SourcedValue(text, f"its column '{names[index]}': median of {low} to {high}")
 
 
-def together(proposals: Iterable[Proposal]) -> list[Proposal]:
+def assign_roles(proposals: Iterable[Proposal]) -> list[Proposal]:
     """Return proposals of files dropped together: the highest vacuum calibrates, others validate.
 
     This applies only if the pulls differ in the vacuum alone; a given role is kept.

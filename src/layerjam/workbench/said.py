@@ -24,7 +24,7 @@ from layerjam.workbench.proposals import (
     FACTS,
     FRICTION,
     VALIDATE,
-    vacuum_of_column,
+    column_vacuum,
 )
 
 PAGE, FILES = "laboratory", "files"
@@ -42,7 +42,7 @@ LISTS = ("negative", "column")
 Edits = dict[str, dict[str, str]]
 
 
-def edits_of(desk: Desk) -> Edits:
+def get_edits(desk: Desk) -> Edits:
     """Return {file's key: {entry: text}}; invalid entries from a link are omitted."""
     try:
         stored_edits = json.loads(str(desk.get(PAGE, FILES, "{}")))
@@ -60,7 +60,7 @@ def edits_of(desk: Desk) -> Edits:
 
 def put_edits(desk: Desk, changes: Mapping[str, Mapping[str, str]]) -> None:
     """Change the metadata of files by their keys, as one undo step; an empty text removes one."""
-    edits = edits_of(desk)
+    edits = get_edits(desk)
     for key, change in changes.items():
         edit = {**edits.get(key, {}), **change}
         edits[key] = {k: v for k, v in edit.items() if v}
@@ -115,21 +115,21 @@ def sidecar_text(text: str, edit: Mapping[str, str]) -> str:
     return dump_toml(document, text)
 
 
-def column_said(path: Path, table: Preview, index: int, role: str, unit: str) -> dict[str, str]:
+def column_edit(path: Path, table: Preview, index: int, role: str, unit: str) -> dict[str, str]:
     """Return the changes for a column with a new `role`; without a role it is not used.
 
     A column of vacuum gives the vacuum of the test, the median of its values. Raises LayerjamError.
     """
     if role == "vacuum":
-        return {"vacuum": vacuum_of_column(path, index, unit, table.names).text}
+        return {"vacuum": column_vacuum(path, index, unit, table.names).text}
     return {"columns": table.columns(index, role, unit), "column": ""}
 
 
-def negative_of(edit: Mapping[str, str]) -> frozenset[str]:
+def negated_columns(edit: Mapping[str, str]) -> frozenset[str]:
     """Return the quantities whose sign is reversed."""
     return frozenset(line for line in edit.get("negative", "").split("\n") if line)
 
 
-def sign_turned(edit: Mapping[str, str], role: str) -> dict[str, str]:
+def reverse_sign(edit: Mapping[str, str], role: str) -> dict[str, str]:
     """Return the changes that reverse the sign of a quantity."""
-    return {"negative": "\n".join(sorted(negative_of(edit) ^ {role}))}
+    return {"negative": "\n".join(sorted(negated_columns(edit) ^ {role}))}

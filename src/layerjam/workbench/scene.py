@@ -79,7 +79,7 @@ def exaggeration(thickness: float, count: int, width: float) -> int:
     return 10**6
 
 
-def stack_of(brake: Brake, slip: float, share: float) -> Stack:
+def build_stack(brake: Brake, slip: float, share: float) -> Stack:
     """Return the drawing at a slip [m] and a fraction of the full vacuum, 0 to 1.
 
     Lengths and width are to scale, thicknesses are exaggerated. Sheets of the two ends alternate;
@@ -167,7 +167,7 @@ def _box(name: str, centre: Point, size: Point, color: str, opacity: float = 1.0
     return Box(name, _to_units(*centre), _to_units(*size), color, opacity)
 
 
-def in_words(brake: Brake, stack: Stack, slip: float) -> str:
+def stack_words(brake: Brake, stack: Stack, slip: float) -> str:
     """Return a description of the picture for screen readers, with the parts not to scale."""
     sheets = brake.sheets
     left = (sheets.count + 1) // 2

@@ -64,14 +64,14 @@ class RequestGuard:
             return
         send = _with_headers(send)
         if refusal is not None:
-            await _plain(*refusal)(scope, receive, send)
+            await _plain_response(*refusal)(scope, receive, send)
         elif self._holds(request.query_params.get("token")):
             await self._without_token(request)(scope, receive, send)
         else:
             try:
                 await self.app(scope, self._limit_body(receive), send)
             except _TooLarge:
-                await _plain(*self._too_large())(scope, receive, send)
+                await _plain_response(*self._too_large())(scope, receive, send)
 
     def _why_not(self, request: HTTPConnection) -> tuple[int, str] | None:
         host = request.headers.get("host", "")
@@ -121,7 +121,7 @@ class RequestGuard:
         return answer
 
 
-def _plain(status: int, reason: str) -> PlainTextResponse:
+def _plain_response(status: int, reason: str) -> PlainTextResponse:
     return PlainTextResponse(f"layerjam: {reason}\n", status)
 
 
@@ -163,10 +163,10 @@ def check_free(host: str, port: int) -> None:
             try:
                 trial.bind(place)
             except OSError as error:
-                raise QuantityError(_why_not(error.errno, host, port)) from None
+                raise QuantityError(_bind_problem(error.errno, host, port)) from None
 
 
-def _why_not(number: int | None, host: str, port: int) -> str:
+def _bind_problem(number: int | None, host: str, port: int) -> str:
     # Windows may report a busy port as access denied
     if number == errno.EADDRINUSE or (number == errno.EACCES and port > 1023):
         return f"port: {port} is used by another program; choose a different one with --port"
@@ -188,12 +188,12 @@ def serve(
         token = token or secrets.token_urlsafe(18)
     check_free(host, port)
     from layerjam.workbench import live
-    from layerjam.workbench.folders import sweep
+    from layerjam.workbench.folders import remove_stale_folders
     from layerjam.workbench.pages.all import TABS
     from layerjam.workbench.shell import frame
     from layerjam.workbench.uploads import close_all
 
-    live.check()
+    live.check_version()
 
     @ui.page("/", title="layerjam workbench", dark=None)
     def page(s: str = "") -> None:
@@ -207,7 +207,7 @@ def serve(
     app.on_startup(lambda: print(greeting, flush=True))
     # the server is idle while the browser opens and loads the page
     app.on_startup(threading.Thread(target=prepare, args=(engine,)).start)
-    app.on_startup(lambda: run.io_bound(sweep))
+    app.on_startup(lambda: run.io_bound(remove_stale_folders))
     app.on_shutdown(close_all)
     with contextlib.suppress(KeyboardInterrupt):
         ui.run(

@@ -41,7 +41,7 @@ class PullView:
         factor = round_down(ROOM * sheets.overlap / small_range) if small_range > 0 else 1.0
         return cls(motion, sheets, factor if factor > 1 else 1.0, small_range)
 
-    def telling(self) -> int:
+    def informative_sample(self) -> int:
         """Return the most informative sample: some sheets slide and others stick, else the peak."""
         sliding = self.motion.sliding
         frames = np.flatnonzero(sliding.any(axis=1) & ~sliding.all(axis=1))
@@ -51,7 +51,7 @@ class PullView:
         """Return the magnification of movements at a sample."""
         return self.factor if self.motion.cap[index] <= self.small_range else 1.0
 
-    def nearest(self, elongation: float, force: float) -> int:
+    def nearest_sample(self, elongation: float, force: float) -> int:
         """Return the sample nearest to a point of the chart [m, N].
 
         The horizontal distance has more weight, but on steep parts the vertical one distinguishes
@@ -71,7 +71,7 @@ def round_down(value: float) -> float:
     return ten * max(k for k in (1, 2, 5) if k * ten <= value * (1 + 1e-12))
 
 
-def runs(numbers: Sequence[int]) -> str:
+def format_runs(numbers: Sequence[int]) -> str:
     """Return ascending whole numbers as text: 1–3, 8 and 10."""
     ends = [k for k, (a, b) in enumerate(pairwise(numbers), 1) if b != a + 1]
     parts = [numbers[a:b] for a, b in pairwise([0, *ends, len(numbers)])]
@@ -89,14 +89,14 @@ def slip_sentence(view: PullView, index: int) -> str:
         return f"{begins}: no sheet slides; all {count} interfaces stick."
     if slid == count:
         return f"{begins}: every sheet slides at all {count} interfaces."
-    names = runs([int(k) + 1 for k in np.flatnonzero(slides)])
+    names = format_runs([int(k) + 1 for k in np.flatnonzero(slides)])
     verb = "slides" if slid == 1 else "slide"
     return (
         f"{begins}: {slid} of {count} interfaces {verb} ({names}, from the top); the others stick."
     )
 
 
-def scale_said(view: PullView, index: int) -> str:
+def describe_scale(view: PullView, index: int) -> str:
     """Return the scale of the drawing, as text."""
     factor, count = view.scale(index), len(view.motion.moving)
     large = "to scale" if factor == 1 else f"{factor:.6g} times larger"
@@ -134,7 +134,7 @@ def drawing(view: PullView, index: int) -> str:
         if end > begin:
             middle = EDGE + (row + 1) * (height + GAP) - GAP / 2
             body.append(_interface(begin, end, middle, bool(slides[k])))
-    words = f"{slip_sentence(view, index)} {scale_said(view, index)}"
+    words = f"{slip_sentence(view, index)} {describe_scale(view, index)}"
     return (
         f'<svg class="sheets" viewBox="0 0 {WIDE:.0f} {high + 2 * EDGE:.0f}" role="img" '
         f'aria-label="The stack from the side. {words}">{HATCH}{"".join(body)}</svg>'

@@ -9,8 +9,8 @@ from nicegui import run, ui
 from layerjam.errors import LayerjamError
 from layerjam.identify.origin import describe_origin
 from layerjam.workbench.call import as_python, disambiguate
-from layerjam.workbench.copying import copied, offer
-from layerjam.workbench.desk import Desk, forget, take_over
+from layerjam.workbench.copying import copy_text, show_copy
+from layerjam.workbench.desk import Desk, forget_desk, take_over
 from layerjam.workbench.dropping import Dropping
 from layerjam.workbench.memory import forget_tab
 from layerjam.workbench.page import Page
@@ -40,7 +40,7 @@ ICON = "flat round dense size=13px color=none"
 DARK = "matchMedia('(prefers-color-scheme: dark)').matches"
 
 
-def desk_of(link: str) -> tuple[Desk, str]:
+def make_desk(link: str) -> tuple[Desk, str]:
     """Return the desk of a link, or a new one with the reason why the link was rejected."""
     if not link:
         return Desk(), ""
@@ -55,7 +55,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
 
     Pages are loaded and built when they are first opened.
     """
-    desk, trouble = desk_of(link)
+    desk, trouble = make_desk(link)
     kinds = {tab.name: tab for tab in tabs}
     if desk.state.page not in kinds:
         desk.state = replace(desk.state, page=tabs[0].name)
@@ -75,7 +75,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
 
     client = ui.context.client
     client.on_delete(forget_tab)
-    client.on_delete(lambda: forget(desk))
+    client.on_delete(lambda: forget_desk(desk))
 
     def turn(name: str) -> None:
         if name in kinds:  # a session may name a page of a different version
@@ -104,7 +104,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
 
     panels.on_value_change(lambda e: open_tab(str(e.value)))
     Dropping(desk, turn)
-    _address(desk)
+    _follow_address(desk)
     ui.on("layerjam_undo", desk.undo)
     ui.on("layerjam_redo", desk.redo)
     if trouble:
@@ -125,7 +125,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
 def _header(desk: Desk, tabs: Sequence[Tab], pages: dict[str, Page], dark: ui.dark_mode) -> ui.tabs:
     with ui.header().classes("frame-head"):
         ui.label("layerjam").classes("frame-name")
-        _brake(desk)
+        _build_brake_choice(desk)
         with ui.tabs().classes("frame-tabs").props("dense no-caps") as heads:
             for tab in tabs:
                 dress(ui.tab(tab.name, label=tab.title), f"tab-{tab.name}")
@@ -133,7 +133,7 @@ def _header(desk: Desk, tabs: Sequence[Tab], pages: dict[str, Page], dark: ui.da
             _button("undo", "Undo (Ctrl Z)", desk.undo)
             _button("redo", "Redo (Ctrl Shift Z)", desk.redo)
             _button("link", "Copy a link to all settings", lambda: _copy_link(desk))
-            _session(desk)
+            _build_session_buttons(desk)
             _button("terminal", "Copy as command", lambda: _copy(desk, pages, "command"))
             _button("code", "Copy as Python", lambda: _copy(desk, pages, "python"))
 
@@ -151,7 +151,7 @@ CHECKED = {"passed": "passed", "accepted": "failed check"}
 """{verdict on a brake file's numbers: its text in the header}."""
 
 
-def _brake(desk: Desk) -> None:
+def _build_brake_choice(desk: Desk) -> None:
     """Show the brake that all pages compute, and the origin and the verdict of its numbers."""
     look = "flat no-caps dense color=none"
     with dress(ui.button(on_click=lambda: desk.turn("brake")), "brake-here", "brake-here", look):
@@ -187,12 +187,12 @@ def _button(icon: str, label: str, act: Callable[[], object]) -> None:
     dress(button("", act, name, icon, look=ICON, tip=label), aria_label=label)
 
 
-def _session(desk: Desk) -> None:
+def _build_session_buttons(desk: Desk) -> None:
     """Show buttons to save all settings as one file, and to open it again."""
 
     async def save() -> None:
         try:
-            text = await run.io_bound(session_of, desk)
+            text = await run.io_bound(session_text, desk)
         except LayerjamError as err:
             ui.notify(str(err), type="warning")
             return
@@ -216,10 +216,10 @@ async def _copy(desk: Desk, pages: dict[str, Page], language: str) -> None:
     except LayerjamError as err:
         ui.notify(str(err), type="warning")
         return
-    await offer(text, "python" if language == "python" else "bash", export.texts)
+    await show_copy(text, "python" if language == "python" else "bash", export.texts)
 
 
-def session_of(desk: Desk) -> str:
+def session_text(desk: Desk) -> str:
     """Return the text of the file with all settings and the files in use."""
     state = desk.state.without_files({file.key for file in desk.files.used})
     return to_session(state, kept_files(desk.files))
@@ -235,14 +235,14 @@ async def _copy_link(desk: Desk) -> None:
     length = len(to_link(desk.state))
     if length > LONG_LINK:
         lacks += f". Mail programs cut its {length} characters: save the session instead"
-    if await copied("window.location.href"):
+    if await copy_text("window.location.href"):
         ui.notify(f"The address of this page contains all settings and was copied{lacks}")
     else:
         advice = "Your browser does not allow this page to copy text. The address bar has the link"
         ui.notify(advice + lacks, type="warning")
 
 
-def _address(desk: Desk) -> None:
+def _follow_address(desk: Desk) -> None:
     """Update the address bar when the state stops changing; Back opens the previous tab."""
     ui.on("layerjam_page", lambda e: desk.turn(str(e.args)))
     last_link = last = desk.state

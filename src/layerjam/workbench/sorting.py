@@ -13,7 +13,7 @@ from layerjam.identify.provenance import rename_files
 from layerjam.measure.conditions import LIST
 from layerjam.measure.preview import Preview, preview
 from layerjam.workbench.columns import ColumnTable
-from layerjam.workbench.controls import with_unit
+from layerjam.workbench.controls import add_unit
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.proposals import (
     ASIDE,
@@ -23,21 +23,21 @@ from layerjam.workbench.proposals import (
     NEEDED,
     Proposal,
     SourcedValue,
-    proposal,
-    together,
+    assign_roles,
+    propose,
 )
 from layerjam.workbench.said import (
     ROLES,
     UNITS,
     check_edit,
-    column_said,
-    edits_of,
-    negative_of,
+    column_edit,
+    get_edits,
+    negated_columns,
     put_edits,
+    reverse_sign,
     sidecar_text,
-    sign_turned,
 )
-from layerjam.workbench.spoken import on_page
+from layerjam.workbench.spoken import page_text
 from layerjam.workbench.tables import html
 from layerjam.workbench.uploads import Upload
 from layerjam.workbench.widgets import Alert, button, dress, field, heading, hint, one_line, select
@@ -82,7 +82,7 @@ class Sorting:
 
     def tell(self, sentence: str) -> None:
         """Add a sentence about a file that is not used here."""
-        self.told.append(on_page(sentence))
+        self.told.append(page_text(sentence))
 
     async def show(self, *, empty: bool = False) -> None:
         """Make proposals for all waiting files, and open if there are any, or if `empty`.
@@ -99,10 +99,10 @@ class Sorting:
         others = [p for p in proposals if p.kind != "measurement"]
         for about in dict.fromkeys(p.about for p in others):
             names = ", ".join(p.name for p in others if p.about == about)
-            self.told.append(on_page(f"{names}: {about}"))
+            self.told.append(page_text(f"{names}: {about}"))
         self.uploads.refused |= {p.name: p.about for p in others if p.kind == "unknown"}
         self.uploads.remove(p.key for p in others)
-        self.proposals = together(p for p in proposals if p.kind == "measurement")
+        self.proposals = assign_roles(p for p in proposals if p.kind == "measurement")
         self._fill()
         if self.proposals or self.told or empty:
             self.dialog.open()
@@ -111,15 +111,15 @@ class Sorting:
 
     def _propose(self) -> list[Proposal]:
         """Return a proposal for each waiting file; runs in a thread."""
-        edits, result = edits_of(self.desk), []
+        edits, result = get_edits(self.desk), []
         for upload in [f for f in list(self.uploads.files) if f.key in self.uploads.waiting]:
             edit = edits.get(upload.key, {})
             text = sidecar_text(self.uploads.sidecars.get(upload.shown, ""), edit)
             item = self._known.get((upload.key, text))
             if item is None:
                 upload_copy = self.uploads.with_sidecar(upload, text)
-                item = proposal(upload.key, upload.shown, upload_copy.path)
-                item = _of_list(_in_users_words(item, upload), self.uploads.from_list)
+                item = propose(upload.key, upload.shown, upload_copy.path)
+                item = _cite_list(_use_shown_name(item, upload), self.uploads.from_list)
                 self._known[upload.key, text] = item
             if edit.get("role") in ROLES:
                 item = replace(item, role=SourcedValue(edit["role"], "as you chose before"))
@@ -131,11 +131,11 @@ class Sorting:
     def _fill(self) -> None:
         self.box.clear()
         usable = sum(not p.asks for p in self.proposals)
-        rows = sorted(self.proposals, key=lambda p: not self._lacking(p))
+        rows = sorted(self.proposals, key=lambda p: not self._missing_entry(p))
         self.title.set_text(DROPPED if self.proposals or self.told else YOURS)
         with self.box:
             if not self.proposals and not self.told:
-                self._invite()
+                self._build_invitation()
             if self.told:
                 with dress(ui.column(), "dropped-told", "gap-1 w-full", role="status"):
                     heading("Not used here", 3)
@@ -145,9 +145,9 @@ class Sorting:
             if self.proposals:
                 hint("Each proposal states its source. Nothing is used until you accept it.")
             for item in rows[:MAX_ROWS]:
-                self._row(item)
+                self._build_row(item)
             if rows[MAX_ROWS:]:
-                self._table(rows[MAX_ROWS:])
+                self._build_table(rows[MAX_ROWS:])
             self._trouble = Alert("dropped-problem")
             with ui.row().classes("w-full gap-2 justify-end dropped-acts"):
                 if self.proposals:
@@ -159,7 +159,7 @@ class Sorting:
                     look = "unelevated no-caps color=primary autofocus"
                     button("Close", self.dialog.close, "dropped-close", look=look)
 
-    def _invite(self) -> None:
+    def _build_invitation(self) -> None:
         """Show how to add files, and where to find those in use."""
         ui.label("Drop files anywhere in this window, or choose them here.")
         hint(EXPORTS)
@@ -169,13 +169,15 @@ class Sorting:
             text = "1 file is already in use" if count == 1 else f"{count} files are already in use"
             with ui.row().classes("items-center gap-2"):
                 ui.label(f"{text}.")
-                button("Show in the laboratory", self._see, "dropped-used", look="flat no-caps")
+                button(
+                    "Show in the laboratory", self._show_used, "dropped-used", look="flat no-caps"
+                )
 
-    def _see(self) -> None:
+    def _show_used(self) -> None:
         self.dialog.close()
         self._go("laboratory")
 
-    def _row(self, item: Proposal) -> None:
+    def _build_row(self, item: Proposal) -> None:
         role = self._role(item)
         with dress(ui.column(), "dropped-file", "w-full gap-1 dropped-file"):
             with ui.row().classes("w-full items-baseline gap-2"):
@@ -183,22 +185,24 @@ class Sorting:
                 if item.synthetic:
                     ui.label("synthetic").classes("synthetic text-sm")
                 text = f"{item.about}. {CLICKS[item.asks]}." if item.asks else item.about
-                ui.label(on_page(text)).classes("text-sm" + (" no" if item.asks else " opacity-80"))
+                ui.label(page_text(text)).classes(
+                    "text-sm" + (" no" if item.asks else " opacity-80")
+                )
             with ui.row().classes("w-full items-start gap-3"):
-                self._choice(item, role)
+                self._build_role_choice(item, role)
                 facts = {NEEDED.get(role), item.asks, *self.said.get(item.key, {})}
                 for fact in FACTS:
                     if fact == NEEDED.get(role) or (fact == "speed" and fact in facts):
-                        self._fact(item, fact)
+                        self._build_fact(item, fact)
                 toggle = partial(self._toggle, item.key)
                 look = "flat dense no-caps icon-right=table_chart"
                 button("Columns", toggle, "dropped-columns", look=look)
             if problem := self._problems.get(item.key, ""):
                 dress(ui.label(problem), "dropped-why", "text-negative text-sm", role="alert")
             if item.key in self._open_columns or item.asks:
-                self._columns(item)
+                self._build_columns(item)
 
-    def _choice(self, item: Proposal, role: str) -> None:
+    def _build_role_choice(self, item: Proposal, role: str) -> None:
         def on_choose(event: Any) -> None:
             self._set(item.key, "role", str(event.value))
             self._fill()
@@ -209,7 +213,7 @@ class Sorting:
             if "role" not in self.said.get(item.key, {}):
                 ui.label(item.role.source).classes(f"text-xs opacity-80 {SOURCE}")
 
-    def _fact(self, item: Proposal, fact: str) -> None:
+    def _build_fact(self, item: Proposal, fact: str) -> None:
         value = item.facts.get(fact, SourcedValue())
         text = self.said.get(item.key, {}).get(fact, value.text)
         with ui.column().classes("gap-0"):
@@ -222,7 +226,7 @@ class Sorting:
             else:
                 ui.label(f"not stated: type it in {UNITS[fact]}").classes(f"text-xs no {SOURCE}")
 
-    def _table(self, files: Sequence[Proposal]) -> None:
+    def _build_table(self, files: Sequence[Proposal]) -> None:
         """Build the table of the files without individual fields."""
         names: dict[tuple[str, ...], list[str]] = {}
         for item in files:
@@ -235,8 +239,8 @@ class Sorting:
         ui.html(html(heads, rows, (), "More files", "dropped-more"), sanitize=False)
         hint("Change them in the laboratory, one by one or many at once.")
 
-    def _columns(self, item: Proposal) -> None:
-        upload, edit = self._upload(item.key), edits_of(self.desk).get(item.key, {})
+    def _build_columns(self, item: Proposal) -> None:
+        upload, edit = self._upload(item.key), get_edits(self.desk).get(item.key, {})
         if upload is None:
             return
         try:
@@ -245,7 +249,7 @@ class Sorting:
             hint(rename_files(one_line(err), {upload.path.name: upload.shown}))
             return
         act, turn = partial(self._on_click, item, table), partial(self._on_turn, item)
-        ColumnTable(table, negative_of(edit), act, turn)
+        ColumnTable(table, negated_columns(edit), act, turn)
 
     # ---- user actions
 
@@ -256,7 +260,7 @@ class Sorting:
         if upload is None:
             return
         try:
-            change = column_said(upload.path, table, index, role, unit)
+            change = column_edit(upload.path, table, index, role, unit)
             check_edit(change)
         except LayerjamError as err:
             self._trouble.say(rename_files(one_line(err), {upload.path.name: upload.shown}))
@@ -264,8 +268,8 @@ class Sorting:
         await self._change(item.key, change)
 
     async def _on_turn(self, item: Proposal, role: str) -> None:
-        edit = edits_of(self.desk).get(item.key, {})
-        await self._change(item.key, sign_turned(edit, role))
+        edit = get_edits(self.desk).get(item.key, {})
+        await self._change(item.key, reverse_sign(edit, role))
 
     async def _change(self, key: str, change: Mapping[str, str]) -> None:
         if "vacuum" in change:
@@ -287,7 +291,7 @@ class Sorting:
         edits: dict[str, dict[str, str]] = {}
         for item in self.proposals:
             edit = self._edit_of(item)
-            lacking = self._lacking(item)
+            lacking = self._missing_entry(item)
             if not lacking:
                 try:
                     check_edit(edit)
@@ -318,13 +322,13 @@ class Sorting:
             value = item.facts.get(fact, SourcedValue())
             text = typed_values.get(fact, value.text).strip()
             if fact and text and (text != value.text or value.source not in STATED):
-                edit[fact] = with_unit(text, UNITS[fact])
+                edit[fact] = add_unit(text, UNITS[fact])
         return edit
 
     def _role(self, item: Proposal) -> str:
         return self.said.get(item.key, {}).get("role", item.role.text)
 
-    def _lacking(self, item: Proposal) -> str:
+    def _missing_entry(self, item: Proposal) -> str:
         """Return, as text, the entry that a file lacks for its use; empty if it is complete."""
         role, typed_values = self._role(item), self.said.get(item.key, {})
         texts = {
@@ -337,7 +341,7 @@ class Sorting:
             return f"{CLICKS[item.asks]}."
         if role != FRICTION and self.desk.state.page == "pull":
             return ""  # that page asks for the vacuum of all files that do not state it
-        return ASKED.get(item.lacks(role, texts), "")
+        return ASKED.get(item.missing_entry(role, texts), "")
 
     def _upload(self, key: str) -> Upload | None:
         return next((f for f in self.uploads.files if f.key == key), None)
@@ -347,13 +351,13 @@ class Sorting:
         self.desk.files_changed()
 
 
-def _in_users_words(item: Proposal, upload: Upload) -> Proposal:
+def _use_shown_name(item: Proposal, upload: Upload) -> Proposal:
     names = {upload.path.name: upload.shown}
     summary = str(rename_files(item.about, names)).removeprefix(f"{upload.shown}: ")
     return replace(item, about=summary)
 
 
-def _of_list(item: Proposal, from_list: Mapping[str, frozenset[str]]) -> Proposal:
+def _cite_list(item: Proposal, from_list: Mapping[str, frozenset[str]]) -> Proposal:
     """Return a proposal that marks the metadata from the list of all files."""
     mine = from_list.get(item.name, frozenset())
     facts = {

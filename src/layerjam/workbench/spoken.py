@@ -65,26 +65,26 @@ def typeset(text: str) -> str:
     return _TEN.sub(lambda m: f" × 10{str(int(m[1])).translate(_RAISED)}", text)
 
 
-def on_page(text: str) -> str:
+def page_text(text: str) -> str:
     """Return a command's message with the page's controls in place of flags."""
     if "--" not in text:
         return text
     for pattern, phrase in _PHRASES:
         text = pattern.sub(phrase, text)
-    return _FLAG.sub(lambda m: f"'{control_of(m[1])}'", text)
+    return _FLAG.sub(lambda m: f"'{control_name(m[1])}'", text)
 
 
-def in_print(text: str) -> str:
+def typeset_text(text: str) -> str:
     """Return a command's sentence for the page, with its controls and typeset units."""
-    return typeset(on_page(text))
+    return typeset(page_text(text))
 
 
-def control_of(option: str) -> str:
+def control_name(option: str) -> str:
     """Return the page's name of the control of an option, given without its dashes."""
     return OTHERWISE.get(option) or option.replace("-", " ").capitalize()
 
 
-def sentence_of(error: object) -> str:
+def format_sentence(error: object) -> str:
     """Return an error as one line in the page's terms.
 
     The instruction for the command line is removed.
@@ -92,4 +92,4 @@ def sentence_of(error: object) -> str:
     text, reason = str(error), getattr(error, "reason", "")
     if getattr(error, "asks", "") and reason:
         text = text.replace(reason, str(getattr(error, "plain", reason)))
-    return on_page(" ".join(text.split()))
+    return page_text(" ".join(text.split()))

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from layerjam.workbench.spoken import on_page, typeset
+from layerjam.workbench.spoken import page_text, typeset
 
 Cell = str | tuple[str, str]
 """A text, or a text and its additional CSS classes."""
@@ -30,7 +30,9 @@ def html(
             # an empty header is not a heading for screen readers
             name = "th" if tag == "th" and text else "td"
             scope = ' scope="col"' if name == "th" else ""
-            markup += f"<{name}{scope}{_attribute('class', kind)}>{escape(on_page(text))}</{name}>"
+            markup += (
+                f"<{name}{scope}{_attribute('class', kind)}>{escape(page_text(text))}</{name}>"
+            )
         return f"<tr>{markup}</tr>"
 
     body = "".join(cells(row, "td") for row in rows)

@@ -43,7 +43,7 @@ class Takeable(Protocol):
         """Return a Jupyter notebook that draws it."""
 
 
-async def give(make: Callable[[], str | bytes], name: str, kind: str = "") -> None:
+async def download(make: Callable[[], str | bytes], name: str, kind: str = "") -> None:
     """Download the result of `make`, which runs in a separate thread.
 
     An error or an empty result is reported instead.
@@ -59,7 +59,7 @@ async def give(make: Callable[[], str | bytes], name: str, kind: str = "") -> No
         ui.notify(NOTHING)
 
 
-def row(ident: str, chart: ui.echart, source: Callable[[], Takeable | None]) -> ui.row:
+def add_row(ident: str, chart: ui.echart, source: Callable[[], Takeable | None]) -> ui.row:
     """Add the buttons under a chart; `source` returns the displayed answer, or None."""
 
     async def take(ending: str, make: Callable[[Takeable], str | bytes], kind: str = "") -> None:
@@ -67,14 +67,14 @@ def row(ident: str, chart: ui.echart, source: Callable[[], Takeable | None]) -> 
         if item is None:
             ui.notify(NOTHING)
         else:
-            await give(partial(make, item), f"{item.name}{ending}", kind)
+            await download(partial(make, item), f"{item.name}{ending}", kind)
 
     async def python() -> None:
         item = source()
         if item is None:
             ui.notify(NOTHING)
         else:
-            await copying.offer(item.python(), "python", item.files)
+            await copying.show_copy(item.python(), "python", item.files)
 
     with ui.row().classes("items-center gap-1") as buttons:
         ui.label("Export").classes("text-sm")
@@ -84,10 +84,10 @@ def row(ident: str, chart: ui.echart, source: Callable[[], Takeable | None]) -> 
             button(ending.upper(), act, f"{ident}-figure-{ending}", look=QUIET, tip=tip)
         tip = "All curves of the chart, as drawn"
 
-        def curves_of(item: Takeable) -> str:
+        def format_curves(item: Takeable) -> str:
             return curves_csv(chart.options, item.failures)
 
-        curves = partial(take, "-curves.csv", curves_of, "text/csv")
+        curves = partial(take, "-curves.csv", format_curves, "text/csv")
         button("curves as CSV", curves, f"{ident}-curves", look=QUIET, tip=tip)
         tip = "Code that computes and draws it"
         button("Python", python, f"{ident}-python", look=QUIET, tip=tip)

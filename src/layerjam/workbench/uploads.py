@@ -99,7 +99,7 @@ class Uploads:
         """Return the files that pages use."""
         return [f for f in list(self.files) if f.key not in self.waiting]
 
-    def room(self, name: str, size: int) -> None:
+    def check_room(self, name: str, size: int) -> None:
         """Raise UploadError if a file of this size is too large, or if there are too many."""
         label = clean(name)
         if is_sidecar(name):
@@ -130,7 +130,7 @@ class Uploads:
         A waiting file may be dropped again.
         """
         with self._lock:
-            self.room(name, len(data))
+            self.check_room(name, len(data))
             label = clean(name)
             if is_sidecar(name):
                 try:
@@ -148,13 +148,13 @@ class Uploads:
             ending = ending if ending in ENDINGS else ".dat"
             path = self.folder / f"{OURS}{next(self._numbers):04d}{ending}"
             path.write_bytes(data)
-            upload = Upload(self._unused(label), path, digest=digest, size=len(data))
+            upload = Upload(self._unused_name(label), path, digest=digest, size=len(data))
             if waits:
                 self.waiting.add(upload.key)
             self.files.append(upload)
             return upload
 
-    def bring(self, name: str, data: bytes, sidecar: str) -> None:
+    def take_kept_file(self, name: str, data: bytes, sidecar: str) -> None:
         """Store a file of a session with its sidecar, for immediate use; raises UploadError.
 
         If the same content is already stored, the stored file is used.
@@ -170,7 +170,7 @@ class Uploads:
         if existing is None and sidecar:
             self.sidecars[upload.shown] = sidecar
 
-    def _unused(self, name: str) -> str:
+    def _unused_name(self, name: str) -> str:
         """Return the name, with a number if a different file has it."""
         names, plain = {f.shown for f in self.files}, Path(name)
         candidates = (f"{plain.stem} ({n}){plain.suffix}" for n in itertools.count(2))
@@ -179,7 +179,7 @@ class Uploads:
     async def receive(self, file: FileUpload, waits: bool = False) -> str:
         """Store a file from the browser; return the reason if it is rejected."""
         try:
-            self.room(file.name, file.size())
+            self.check_room(file.name, file.size())
             await run.io_bound(self.take, file.name, await file.read(), waits)
         except UploadError as err:
             return str(err)
@@ -267,7 +267,7 @@ def is_sidecar(name: str) -> bool:
     return text.endswith(".toml") and "." in text[: -len(".toml")]
 
 
-def in_users_toml(text: str, names: Mapping[str, str]) -> str:
+def restore_names(text: str, names: Mapping[str, str]) -> str:
     """Return a TOML text with the user's file names in its basic strings, with escaped quotes."""
     names_quoted = {k: v.replace("\\", "\\\\").replace('"', '\\"') for k, v in names.items()}
     result: str = rename_files(text, names_quoted)

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from nicegui import events, ui
 
 from layerjam.workbench import live
-from layerjam.workbench.spoken import in_print, sentence_of
+from layerjam.workbench.spoken import format_sentence, typeset_text
 
 E = TypeVar("E", bound=ui.element)
 Act = Callable[[], Any]
@@ -28,12 +28,12 @@ def dress(element: E, ident: str = "", classes: str = "", look: str = "", **more
     if look:
         element.props(look)
     for name, value in more.items():
-        text = in_print(value) if name == "aria_label" and isinstance(value, str) else value
+        text = typeset_text(value) if name == "aria_label" and isinstance(value, str) else value
         element.props[name.replace("_", "-")] = text
     return element.classes(classes) if classes else element
 
 
-def title_of(key: str) -> str:
+def as_title(key: str) -> str:
     """Return the page's name for a key of a result."""
     words = key.replace("_", " ").split()
     words = [word.upper() if word in ("mape", "rmse", "sd") else word for word in words]
@@ -42,7 +42,7 @@ def title_of(key: str) -> str:
 
 def hint(text: str) -> ui.label:
     """Show a sentence in small, grey type."""
-    return ui.label(in_print(text)).classes(QUIET)
+    return ui.label(typeset_text(text)).classes(QUIET)
 
 
 def status(ident: str, classes: str = "", text: str = "") -> live.Words:
@@ -67,7 +67,7 @@ class Alert(ui.label):
 
     def say(self, problem: str) -> None:
         """Show an error, or hide the line if it is empty."""
-        self.set_text(in_print(problem))
+        self.set_text(typeset_text(problem))
         self.set_visibility(bool(problem))
 
 
@@ -76,7 +76,7 @@ def button(
 ) -> ui.button:
     """Return a button; `tip` explains more than its text."""
     element = dress(ui.button(text, icon=icon or None, on_click=act), ident, look=look)
-    return element.tooltip(in_print(tip)) if tip else element
+    return element.tooltip(typeset_text(tip)) if tip else element
 
 
 def fold(title: str, ident: str = "", is_open: bool = False) -> ui.expansion:
@@ -105,7 +105,7 @@ def select(
     """Return a drop-down list; `words` maps each stored value to its displayed text."""
     element = ui.select(dict(words), value=value, label=label, on_change=act)
     dress(element, ident, classes, "dense outlined options-dense", aria_label=label)
-    return element.tooltip(in_print(tip)) if tip else element
+    return element.tooltip(typeset_text(tip)) if tip else element
 
 
 def field(
@@ -122,7 +122,7 @@ def field(
     element = ui.input(label, value=value, placeholder=example)
     look = "dense outlined hide-bottom-space stack-label"
     dress(element, ident, classes, look, aria_label=label, maxlength=longest)
-    return element.tooltip(in_print(tip)) if tip else element
+    return element.tooltip(typeset_text(tip)) if tip else element
 
 
 ZONE = """<div class="zone-head"><span>{label}</span><q-btn flat dense round icon="add_box"
@@ -161,7 +161,7 @@ def read_asset(name: str) -> str:
 
 def one_line(error: object) -> str:
     """Return an error as one line, in the page's terms."""
-    return sentence_of(error)
+    return format_sentence(error)
 
 
 Hero = tuple[str, str, str]
@@ -172,11 +172,11 @@ _NUMBER = re.compile(r"\d+\.?\d*")
 def three_digits(text: str) -> str:
     """Return a number with its unit in three significant digits: 59.9 kPa for 59.93 kPa."""
 
-    def rounded(number: re.Match[str]) -> str:
+    def round_number(number: re.Match[str]) -> str:
         value = float(number[0])
         return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
 
-    return _NUMBER.sub(rounded, text, count=1)
+    return _NUMBER.sub(round_number, text, count=1)
 
 
 class Heroes:

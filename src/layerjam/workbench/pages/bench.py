@@ -28,12 +28,12 @@ from layerjam.workbench.bench_session import (
     Look,
     Presence,
     Session,
-    provoke,
-    regulator_for,
-    switch_on,
+    bench_regulator,
+    hold_target,
+    inject_fault,
 )
 from layerjam.workbench.charts import options
-from layerjam.workbench.controls import Choice, Control, by_key, choice, entry, menu
+from layerjam.workbench.controls import Choice, Control, choice, entry, map_keys, menu
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.vacuum import law_choice, safe_choice
@@ -121,7 +121,7 @@ class Bench(Page):
         """Return the controls of target and sensor."""
         full = self.desk.line.line.site.atmosphere
         target = entry("rise", "target", min(40e3, 0.6 * full), (0.01 * full, 0.99 * full))
-        return by_key(
+        return map_keys(
             target.narrow(high=full), entry("regulate", "sensor_range", 103e3, (10e3, 200e3))
         )
 
@@ -129,20 +129,20 @@ class Bench(Page):
         """Build connection and target on the left, the readings on the right."""
         side, main = columns()
         with side:
-            self._connecting()
+            self._build_connection()
             for item, words in ((self.safe, NO_SAFE_STATE), (self.rest, NO_VENT_REST)):
                 choice(self.desk, self.name, item)
                 self.required.append((item, words, Alert(f"bench-{item.key}-problem", "text-sm")))
             choice(self.desk, self.name, self.law)
             self.slider("target")
             with ui.row().classes("gap-2"):
-                button("Hold the target", self._hold, "bench-on", "play_arrow")
+                button("Hold the target", self._hold_target, "bench-on", "play_arrow")
                 look = "dense no-caps color=negative padding='4px 10px'"
-                button("Off", self._release, "bench-off", "stop", look=look)
-                button("Clear fault", self._clear, "bench-clear")
+                button("Off", self._switch_off, "bench-off", "stop", look=look)
+                button("Clear fault", self._clear_fault, "bench-clear")
             self.problem_line()
             with fold("Run a procedure and record it", "bench-procedure-fold", is_open=True):
-                self._running()
+                self._build_procedure()
             with fold("Sensor of a real board", "bench-sensor"):
                 hint("Required if the line file specifies no sensor. A virtual board has its own.")
                 self.slider("sensor_range")
@@ -157,20 +157,20 @@ class Bench(Page):
                 self._first_steps()
             label = "Vacuum and target over the last minute"
             self.curve = chart("bench-chart", label, "width: 100%; height: max(280px, 42vh)")
-            self.watched = takeaway.row(self.name, self.curve, lambda: self.taken)
+            self.watched = takeaway.add_row(self.name, self.curve, lambda: self.taken)
             self.facts = status("bench-facts", QUIET)
             self.outcome = status("bench-outcome", "text-base")
             with ui.row().classes("gap-2") as self.keep:
-                button("Run file", partial(self._give, ".ljrun"), "bench-file", "download")
-                button("CSV", partial(self._give, ".csv"), "bench-csv", "download")
+                button("Run file", partial(self._download_run, ".ljrun"), "bench-file", "download")
+                button("CSV", partial(self._download_run, ".csv"), "bench-csv", "download")
             self.keep.set_visibility(False)
             hint(GONE)
         ui.on("layerjam_beat", lambda _: self.present.beat())
         ui.run_javascript(f"setInterval(() => emitEvent('layerjam_beat'), {BEAT})")
         self.timer = ui.timer(DRAWN, self._draw_live)
         if self.client is not None:
-            self.client.on_delete(self._leave)
-        self._see()
+            self.client.on_delete(self._release_bench)
+        self._update_controls()
 
     def _first_steps(self) -> None:
         """Instructions, and a picture of the wiring."""
@@ -183,12 +183,12 @@ class Bench(Page):
                 text, look = "Connect the virtual board", "no-caps"
                 button(text, self._connect, "bench-first", "link", look=look)
                 tip = "Wiring of a Raspberry Pi Pico with every part, as SVG"
-                act = partial(takeaway.give, circuit_diagram, "wiring.svg", "image/svg+xml")
+                act = partial(takeaway.download, circuit_diagram, "wiring.svg", "image/svg+xml")
                 button("Circuit diagram", act, "bench-circuit", "download", tip=tip)
         picture = ui.html(read_asset("pages/bench_wiring.html"), sanitize=False)
         dress(picture, "bench-wiring", "figure", role="img", aria_label=WIRING).style("flex: 1")
 
-    def _connecting(self) -> None:
+    def _build_connection(self) -> None:
         line = self.desk.state.line if self.desk.state.line in lines() else "choi2018"
         self.address = field(
             "Address", "bench-address", f"sim:{line}", example="serial:/dev/ttyACM0",
@@ -199,13 +199,13 @@ class Bench(Page):
             self.unlink = button("Disconnect", self._disconnect, "bench-disconnect", "link_off")
         hint("sim:LINE is a virtual board with a line from the catalogue; it needs no hardware.")
 
-    def _running(self) -> None:
+    def _build_procedure(self) -> None:
         self.procedure = field("Procedure", "bench-procedure", PROCEDURE, example=PROCEDURE)
         with ui.row().classes("gap-2"):
-            button("Run and record", self._run, "bench-run", "fiber_manual_record")
-            button("Stop", self._stop, "bench-stop")
+            button("Run and record", self._run_procedure, "bench-run", "fiber_manual_record")
+            button("Stop", self._stop_run, "bench-stop")
 
-    def _see(self) -> None:
+    def _update_controls(self) -> None:
         is_connected = self.session is not None
         self.link.set_enabled(not is_connected)
         self.unlink.set_enabled(is_connected)
@@ -234,16 +234,16 @@ class Bench(Page):
         if session is None or not session.looks or session.running is not None:
             return None
         if session.looks[-1].state == "RUN":
-            session.ask(partial(switch_on, **self._settings())).result(10)
+            session.ask(partial(hold_target, **self._settings())).result(10)
         if session.bench.plant is not None:
             settings = self._settings(with_rest=False)
-            session.ask(partial(provoke, fault=self.word(self.broken), **settings)).result(10)
+            session.ask(partial(inject_fault, fault=self.word(self.broken), **settings)).result(10)
         return None
 
     def _settings(self, *, with_rest: bool = True) -> dict[str, Any]:
         target = self.value("target")
         safe = self.word(self.safe) or ("release" if not with_rest else "")
-        regulator = regulator_for(
+        regulator = bench_regulator(
             str(self.address.value), self.desk.line, target, safe, self.word(self.law),
             self.value("sensor_range"),
         )  # fmt: skip
@@ -277,22 +277,22 @@ class Bench(Page):
         self.session = await self._try_call(partial(Session.connect, address, self.present, target))
         gone = self.client is None or self.client.is_deleted
         if self.session is not None and gone:
-            self._leave()
-        self._see()
+            self._release_bench()
+        self._update_controls()
 
     def _disconnect(self) -> None:
         if self.session is not None:
             self.session.close()
         self.session = None
-        self._see()
+        self._update_controls()
 
-    def _leave(self) -> None:
+    def _release_bench(self) -> None:
         if self.session is not None:
             self.session.close()
         if self.folder is not None:
             shutil.rmtree(self.folder, ignore_errors=True)
 
-    async def _do(self, act: Callable[[Any], Any]) -> Any:
+    async def _ask_bench(self, act: Callable[[Any], Any]) -> Any:
         session = self.session
         if session is None:
             if self.problem is not None:
@@ -311,24 +311,24 @@ class Bench(Page):
             await self._connect()
         return settings
 
-    async def _hold(self) -> None:
+    async def _hold_target(self) -> None:
         settings = await self._begin()
         if settings is not None and self.session is not None:
-            await self._do(partial(switch_on, **settings))
+            await self._ask_bench(partial(hold_target, **settings))
 
-    async def _release(self) -> None:
-        self._stop()
-        await self._do(lambda bench: bench.off())
+    async def _switch_off(self) -> None:
+        self._stop_run()
+        await self._ask_bench(lambda bench: bench.off())
 
-    async def _clear(self) -> None:
-        await self._do(lambda bench: bench.clear())
+    async def _clear_fault(self) -> None:
+        await self._ask_bench(lambda bench: bench.clear())
 
-    def _stop(self) -> None:
+    def _stop_run(self) -> None:
         session = self.session
         if session is not None and session.running is not None:
             session.running.ask()
 
-    async def _run(self) -> None:
+    async def _run_procedure(self) -> None:
         settings, session = await self._begin(), self.session
         if session is None or settings is None:
             return
@@ -336,7 +336,7 @@ class Bench(Page):
             self.folder = Path(tempfile.mkdtemp(prefix="layerjam-workbench-"))
         regulator, vent_rest = settings["regulator"], settings["rest"]
 
-        def declare(bench: Any) -> None:
+        def declare_settings(bench: Any) -> None:
             bench.off()
             bench.safe_state, bench.vent_rest, bench.regulator = (
                 regulator.safe_state,
@@ -351,7 +351,7 @@ class Bench(Page):
         out = self.folder / "run.ljrun"
 
         def record() -> Future[RunResult]:
-            session.ask(declare).result(10)
+            session.ask(declare_settings).result(10)
             return session.record(str(self.procedure.value), out, meta)
 
         self.outcome.set_text("Running …")
@@ -359,7 +359,7 @@ class Bench(Page):
         self.outcome.set_text(_run_sentence(self.done) if self.done is not None else "")
         self.keep.set_visibility(self.done is not None)
 
-    async def _give(self, ending: str) -> None:
+    async def _download_run(self, ending: str) -> None:
         if self.done is None:
             return
         file = self.done.file

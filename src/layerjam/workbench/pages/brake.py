@@ -14,15 +14,15 @@ from layerjam.units import get, parse, show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, result_fields
-from layerjam.workbench.controls import Choice, Control, by_key, entry, tabs, vacuum_entry
+from layerjam.workbench.controls import Choice, Control, entry, map_keys, tabs, vacuum_entry
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Figures, Notes, Page
 from layerjam.workbench.pages.brake_build import BuildPart
 from layerjam.workbench.pages.records import CUSTOM, Editor, Kind
-from layerjam.workbench.scene import StackView, in_words, stack_of
+from layerjam.workbench.scene import StackView, build_stack, stack_words
 from layerjam.workbench.tables import Cell, html
-from layerjam.workbench.widgets import Hero, Heroes, button, columns, fold, select, status, title_of
+from layerjam.workbench.widgets import Hero, Heroes, as_title, button, columns, fold, select, status
 
 GROUPS = {
     "sheets": "Sheets",
@@ -59,17 +59,17 @@ class Brake(Page):
         lap, full = brake.sheets.overlap, self.more.atmosphere(brake.site.atmosphere)
         slip = entry("force", "slip", 0.0, (0.0, lap), label="Displayed slip")
         vacuum = vacuum_entry("force", "vacuum", full, label="Displayed vacuum")
-        return by_key(slip.narrow(high=lap), vacuum)
+        return map_keys(slip.narrow(high=lap), vacuum)
 
     def build(self) -> None:
         """Build the numbers of the brake on the left and the results on the right."""
         tabs(self.desk, self.name, PART)
         side, main = columns("brake-page")
         with side:
-            self.editor.choosing()
+            self.editor.build_selection()
             self.problem_line()
-            self.editor.folds(("sheets",))
-            self.editor.origin_fields()
+            self.editor.build_folds(("sheets",))
+            self.editor.build_origin()
         with main:
             self.numbers = ui.column().classes("w-full gap-3")
             with self.numbers:
@@ -78,11 +78,11 @@ class Brake(Page):
         self.desk.watch(lambda _: self._open_part())
         self._open_part()
 
-    def _builds(self) -> bool:
+    def _is_build(self) -> bool:
         return self.word(PART) == "build"
 
     def _open_part(self) -> None:
-        builds = self._builds()
+        builds = self._is_build()
         self.numbers.set_visibility(not builds)
         self.workshop.set_visibility(builds)
         if builds and not self.making.built:
@@ -137,7 +137,7 @@ class Brake(Page):
 
     def calls(self) -> Sequence[Call]:
         """Return the calls for the brake, its force and the second brake, or for its build."""
-        if self._builds():
+        if self._is_build():
             return self.making.calls()
         brake = self.desk.brake_subject()
         options = self.more.options()
@@ -150,11 +150,11 @@ class Brake(Page):
 
     def compute(self) -> Any:
         """Return (whether the result is a build, the result)."""
-        return (True, self.making.compute()) if self._builds() else (False, super().compute())
+        return (True, self.making.compute()) if self._is_build() else (False, super().compute())
 
     def answers(self) -> Sequence[Answer]:
         """Return the displayed answers: the brake and its force, or the build."""
-        if self.result is None or self.result[0] != self._builds():
+        if self.result is None or self.result[0] != self._is_build():
             return []
         builds, result = self.result
         return [result.answer] if builds else result
@@ -168,24 +168,24 @@ class Brake(Page):
         facts, force, *second = (answer.result for answer in parts)
         brake, place = self.desk.brake.brake, parts[1].call.options
         slip, vacuum = (parse(place[key], u, key) for key, u in (("slip", "m"), ("vacuum", "Pa")))
-        stack = stack_of(brake, slip, vacuum / brake.site.atmosphere)
-        words = in_words(brake, stack, slip)
+        stack = build_stack(brake, slip, vacuum / brake.site.atmosphere)
+        words = stack_words(brake, stack, slip)
         self.view.show(stack, words, self.dark)
         self.words.set_text(words)
         self.figures.fill(force)
         full = self.more.atmosphere(brake.site.atmosphere)
-        self.heroes.fill(heroes(facts))
+        self.heroes.fill(headlines(facts))
         self.sentence.set_text(sentence(facts, force, full, slip, vacuum))
         second_file = self.desk.beside
         unlike = calibration_notices(
             [self.desk.brake, *([] if second_file is None else [second_file])]
         )
-        self.table.set_content(comparison(facts, second[0] if second else None, not unlike))
+        self.table.set_content(comparison_html(facts, second[0] if second else None, not unlike))
         self.notes.fill([*unlike, *facts.warnings, *find_stale_numbers(self.desk.brake)])
-        self.sources.set_content(sources(self.desk.brake))
+        self.sources.set_content(sources_table(self.desk.brake))
 
 
-def heroes(facts: Any) -> list[Hero]:
+def headlines(facts: Any) -> list[Hero]:
     """Return the forces at rest and during a pull, and the mass."""
     return [
         ("hero-holding", "Holds at rest", show(facts.holding_force, "N")),
@@ -247,7 +247,7 @@ def _percent(part: float) -> str:
     return text.replace("-", "−")
 
 
-def comparison(first: Any, second: Any | None, even: bool = True) -> str:
+def comparison_html(first: Any, second: Any | None, even: bool = True) -> str:
     """Return the brake's numbers as HTML, and the difference from a second brake as text.
 
     `even` is false if only one of the two is calibrated; neither is then marked as better in force.
@@ -265,18 +265,18 @@ def comparison(first: Any, second: Any | None, even: bool = True) -> str:
             theirs = second.values[key]
             judged = even or key not in WITH_FACTOR
             words = verdict(mine, theirs, better if judged else 0)
-            row += [show(theirs, unit), (words, _weight(words))]
+            row += [show(theirs, unit), (words, _classes(words))]
         rows.append(row)
     return html(heads, rows, (1, 2, 3), "The brake", "brake-numbers")
 
 
-def _weight(words: str) -> str:
+def _classes(words: str) -> str:
     if words.endswith("better"):
         return "font-bold verdict-better"
     return "verdict-worse" if words.endswith("worse") else "opacity-80"
 
 
-def sources(file: BrakeFile) -> str:
+def sources_table(file: BrakeFile) -> str:
     """Return every number of a brake with its kind and its source in the file, as HTML."""
     heads = ["Number", "Value", "Kind", "Source", "Spread", "Conflict"]
     rows = []
@@ -287,5 +287,5 @@ def sources(file: BrakeFile) -> str:
         source_texts = ("default", "", "", "")
         if source is not None:
             source_texts = (source.kind, source.text, source.spread, source.conflict)
-        rows.append([title_of(path.replace(".", ", ")), show(value, spec.unit, 6), *source_texts])
+        rows.append([as_title(path.replace(".", ", ")), show(value, spec.unit, 6), *source_texts])
     return html(heads, rows, (1,), "Sources", "brake-sources")

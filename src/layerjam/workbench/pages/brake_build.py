@@ -15,13 +15,13 @@ from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.alone import Tell, run_in_subprocess
 from layerjam.workbench.answer import Answer
-from layerjam.workbench.call import Call, Options, key_of
+from layerjam.workbench.call import Call, Options, warning_key
 from layerjam.workbench.controls import Choice, choice
 from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Box, Figures, Notes, Page, View
-from layerjam.workbench.pages.brake_parts import Parts, PartsView, parts_of
+from layerjam.workbench.pages.brake_parts import Parts, PartsView, collect_parts
 from layerjam.workbench.runner import Runner, waiting_line
-from layerjam.workbench.spoken import on_page
+from layerjam.workbench.spoken import page_text
 from layerjam.workbench.tables import Cell, html
 from layerjam.workbench.uploads import zip_files
 from layerjam.workbench.widgets import Alert, button, fold, hint, one_line, status
@@ -98,7 +98,7 @@ class BuildPart(View):
         super().__init__(page.desk)
         self.page = page
         self.more = OtherInputs(page, "build", CONTROLS)
-        self.maker = Runner(self.make, self._on_made, run.io_bound)
+        self.maker = Runner(self.write_folder, self._on_made, run.io_bound)
         self.folder: Folder | None = None
         self._trouble = ""
 
@@ -155,7 +155,7 @@ class BuildPart(View):
             result = call.run(function=build_verdict)
         except MissingExtraError as error:
             return BuildResult(Answer(call, refusal=one_line(error)))
-        parts = parts_of(result.record, mould) if result.feasible else None
+        parts = collect_parts(result.record, mould) if result.feasible else None
         return BuildResult(Answer(call, result), parts)
 
     def draw(self, build: BuildResult) -> None:
@@ -176,7 +176,7 @@ class BuildPart(View):
         self.figures.fill(result)
         self.table.set_content(checks_table(result))
         keys = {check["key"] for check in result.checks}
-        self.notes.fill([w for w in result.warnings if key_of(w) not in keys])
+        self.notes.fill([w for w in result.warnings if warning_key(w) not in keys])
         self.assumed.set_text(f"Assumptions ({len(result.assumptions)})")
         self.list.fill(result.assumptions)
 
@@ -199,7 +199,7 @@ class BuildPart(View):
         elif folder is not None:
             self.trouble.say(folder.result.reason or "")
 
-    def make(self) -> Folder:
+    def write_folder(self) -> Folder:
         """Return the folder as written by the command.
 
         Libraries used for it do not stay in memory.
@@ -227,7 +227,7 @@ def checks_table(result: Built) -> str:
     """Return verdict, value and limit of every check, as HTML."""
     rows: list[list[Cell]] = []
     for check in result.checks:
-        numbers = [_number(check[key], check["unit"]) for key in ("value", "limit")]
+        numbers = [_format_number(check[key], check["unit"]) for key in ("value", "limit")]
         refuses = f"{check['code']}: {check['text']}" in (result.reason or "")
         word = REFUSED if refuses else WORDS[check["ok"]]
         rows.append([word, check["code"], *numbers, check["text"]])
@@ -235,7 +235,7 @@ def checks_table(result: Built) -> str:
     return html(heads, rows, (2, 3), "Build checks", "brake-build-checks")
 
 
-def _number(value: float | None, unit: str) -> str:
+def _format_number(value: float | None, unit: str) -> str:
     """Return the value of a check as text; a number without a unit is a fraction."""
     if value is None:
         return "–"
@@ -244,4 +244,4 @@ def _number(value: float | None, unit: str) -> str:
 
 def _list_assumptions(assumptions: Sequence[Any]) -> None:
     for sentence in assumptions:
-        ui.label(on_page(str(sentence))).classes("text-sm")
+        ui.label(page_text(str(sentence))).classes("text-sm")

@@ -43,7 +43,7 @@ class Parts:
     size: Point
 
 
-def parts_of(drawing: "Drawing", mould: bool) -> Parts:
+def collect_parts(drawing: "Drawing", mould: bool) -> Parts:
     """Return the separated parts of one brake, or its opened mould."""
     # import late, because the Brake page opens before the drawing code is loaded
     from layerjam.report import build_pictures, build_scene

@@ -13,14 +13,14 @@ from layerjam.units import show
 from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import options
-from layerjam.workbench.controls import Choice, Control, by_key, entry, menu, tabs, vacuum_entry
+from layerjam.workbench.controls import Choice, Control, entry, map_keys, menu, tabs, vacuum_entry
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.more import OtherInputs
-from layerjam.workbench.outcomes import of_pull
+from layerjam.workbench.outcomes import pull_words
 from layerjam.workbench.page import Figures, Notes, Page
 from layerjam.workbench.pages.design_density import Density
 from layerjam.workbench.pages.design_need import NeedPart
-from layerjam.workbench.pages.design_part import PAGE, Part, cell_text, words
+from layerjam.workbench.pages.design_part import PAGE, Part, cell_text, key_name
 from layerjam.workbench.panel import Panel
 from layerjam.workbench.tables import html
 from layerjam.workbench.widgets import columns, dress, fold, hint, status
@@ -55,7 +55,7 @@ class Arrays(Part):
         vacuum = vacuum_entry("array", "vacuum", full, 0.01 * full)
         rows = entry("array", "parallel", 2, (1, WIDE), label="In parallel", steps=WIDE - 1)
         row = entry("array", "series", 2, (1, LONG), label="In series", steps=LONG - 1)
-        return by_key(rows.narrow(high=WIDE), row.narrow(high=LONG), vacuum)
+        return map_keys(rows.narrow(high=WIDE), row.narrow(high=LONG), vacuum)
 
     def build(self) -> None:
         """Build controls and totals on the left, force versus elongation on the right."""
@@ -92,7 +92,7 @@ class Arrays(Part):
         chart = array_chart(array, single.result, self.page.dark)
         self.panel.draw(replace(answer, pins=pins), chart)
         self.figures.fill(array)
-        self.outcome.set_text(of_pull(array))
+        self.outcome.set_text(pull_words(array))
         self.notes.fill(array.warnings)
 
 
@@ -166,7 +166,7 @@ class Machines(Part):
         drawings = enumerate(machine.pictures)
         self.pictures.set_content("".join(_figure(f"machine{n}", *item) for n, item in drawings))
         rows = [
-            (words(k), cell_text(v, result.units.get(k, ""))) for k, v in result.results.items()
+            (key_name(k), cell_text(v, result.units.get(k, ""))) for k, v in result.results.items()
         ]
         rows.append(("mass of the brakes", cell_text(result.mass, "kg")))
         count = "none is sufficient" if result.brakes_needed is None else str(result.brakes_needed)
@@ -205,7 +205,7 @@ KINDS: dict[str, tuple[str, type[Part]]] = {
     "density": ("Force versus mass", Density),
     "machines": ("Four machines", Machines),
 }
-WORDS = {key: words for key, (words, _) in KINDS.items()}
+WORDS = {key: key_name for key, (key_name, _) in KINDS.items()}
 PART = Choice("part", WORDS, "need", help="On this page")
 
 

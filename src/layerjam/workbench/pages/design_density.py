@@ -13,7 +13,7 @@ from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import ink_of
-from layerjam.workbench.controls import Control, by_key, vacuum_entry
+from layerjam.workbench.controls import Control, map_keys, vacuum_entry
 from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages.design_front import PALE, points_chart, scatter
@@ -47,7 +47,7 @@ class Density(Part):
         full = self.more.atmosphere(min(file.brake.site.atmosphere for file in sites))
         name = "Vacuum of our brakes"
         ours = vacuum_entry("compare", "vacuum", full, 0.05 * full, key="ours", label=name)
-        return by_key(ours)
+        return map_keys(ours)
 
     def build(self) -> None:
         """Build the picture above the table."""
@@ -90,7 +90,7 @@ class Density(Part):
             f"Not drawn because no published device was found: {lacking}." if lacking else ""
         )
         rows = [
-            (r["name"], r["kind"], *_numbers(r), " ".join(filter(None, (r["source"], r["note"]))))
+            (r["name"], r["kind"], *_cells(r), " ".join(filter(None, (r["source"], r["note"]))))
             for r in result.devices
         ]
         self.table.set_content(html(HEADS, rows, (2, 3, 4), "Force versus mass of devices"))
@@ -103,12 +103,12 @@ def density_chart(result: Any, dark: bool) -> dict[str, Any]:
     first, ink = lines[0], ink_of(dark)
     masses = [r["mass"] * GRAMS for r in rows] + [m * GRAMS for m in first.masses]
     forces = [r["max_force"] for r in rows] + list(first.forces)
-    x, y = _decades(min(masses), max(masses)), _decades(min(forces), max(forces))
+    x, y = _decade_limits(min(masses), max(masses)), _decade_limits(min(forces), max(forces))
     kinds: dict[str, list[Any]] = {}
     for r in rows:
         kinds.setdefault("" if r["computed"] else r["kind"], []).append(r)
     ours = kinds.pop("")
-    series = [*_equal(x, y, PALE if dark else GREY), _more_sheets(first, ink)]
+    series = [*_isolines(x, y, PALE if dark else GREY), _more_sheets(first, ink)]
     series.append(_points(ours, BLUE, "circle", ink))
     for look, (kind, rows) in zip(itertools.cycle(SYMBOLS), kinds.items(), strict=False):
         series.append(_points(rows, *look, ink, kind))
@@ -148,7 +148,7 @@ def _points(
         free = dict(position="top" if len(rows) > 1 else "bottom", lineHeight=13)
         label |= free | dict(width=130, overflow="break") if kind else dict(position="right")
         label |= dict(fontWeight="bold" if first else "normal")
-        name = f"{r['name']}: {', '.join(_numbers(r))}"
+        name = f"{r['name']}: {', '.join(_cells(r))}"
         value, size = _pair(r["mass"], r["max_force"]), 16 if first else 9
         data.append(dict(name=name, value=value, symbolSize=size, label=label))
     look = dict(color=color, symbol=symbol, labelLayout={"moveOverlap": "shiftY"})
@@ -161,7 +161,7 @@ def _short_name(name: str, first: str) -> str:
     return name.removesuffix(f", {vacuum}").removeprefix(f"{brake}, ")
 
 
-def _equal(x: tuple[float, float], y: tuple[float, float], color: str) -> list[dict[str, Any]]:
+def _isolines(x: tuple[float, float], y: tuple[float, float], color: str) -> list[dict[str, Any]]:
     """Return straight lines of constant force per mass, labelled inside the chart."""
     out = []
     for density in (10.0**power for power in range(-1, 8)):
@@ -176,7 +176,7 @@ def _equal(x: tuple[float, float], y: tuple[float, float], color: str) -> list[d
     return out
 
 
-def _decades(low: float, high: float) -> tuple[float, float]:
+def _decade_limits(low: float, high: float) -> tuple[float, float]:
     """Return a slightly wider span whose limits are 1, 2 or 5 times a power of ten."""
     marks = [f * 10.0**p for p in range(-9, 10) for f in (1, 2, 5)]
     return max(m for m in marks if m <= low / 1.2), min(m for m in marks if m >= high * 1.2)
@@ -187,7 +187,7 @@ def _pair(mass: float, force: float) -> list[float]:
     return [float(f"{value:.5g}") for value in (mass * GRAMS, force)]
 
 
-def _numbers(row: dict[str, Any]) -> list[str]:
+def _cells(row: dict[str, Any]) -> list[str]:
     """Return mass, force and force per mass of a device, with units."""
     units = {"mass": "kg", "max_force": "N", "force_density": "N/kg"}
     return [show(row[key], unit) for key, unit in units.items()]

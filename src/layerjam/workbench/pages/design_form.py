@@ -10,7 +10,7 @@ from layerjam.design.few_numbers import FORCES, HOLD, PREFERENCES, STOP, hold, s
 from layerjam.design.request import DesignRequest, Range, open_reader, read_request
 from layerjam.device.load import catalogue
 from layerjam.errors import LayerjamError
-from layerjam.workbench.controls import Choice, Control, by_key, choice
+from layerjam.workbench.controls import Choice, Control, choice, map_keys
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Asking
 from layerjam.workbench.pages.design_part import PAGE
@@ -88,7 +88,7 @@ class Form(Asking):
     def controls(self) -> Mapping[str, Control]:
         """Return the controls of both kinds of requirement."""
         groups = (*ASKED.values(), *LIMITS.values())
-        return by_key(*(control for group in groups for control in group))
+        return map_keys(*(control for group in groups for control in group))
 
     def build(self) -> None:
         """Build the controls for duty, limits and preference."""
@@ -151,14 +151,14 @@ class Form(Asking):
         except LayerjamError:
             return
         known = {c.key: c.spec for c in self.controls().values()}
-        values = settings_of(request)
-        usable = {k: v for k, v in values.items() if k not in known or _fits(known[k], v)}
+        values = form_settings(request)
+        usable = {k: v for k, v in values.items() if k not in known or _is_within(known[k], v)}
         self._follows = True
         self.desk.put_all(PAGE, usable)
         self._follows = False
 
 
-def _fits(spec: Any, value: Any) -> bool:
+def _is_within(spec: Any, value: Any) -> bool:
     try:
         spec.check(value, "value")
     except LayerjamError:
@@ -166,7 +166,7 @@ def _fits(spec: Any, value: Any) -> bool:
     return True
 
 
-def settings_of(request: DesignRequest) -> dict[str, Any]:
+def form_settings(request: DesignRequest) -> dict[str, Any]:
     """Return the form's settings that a request states."""
     kind = "stop" if request.stop is not None else "hold"
     values: dict[str, Any] = {"form": kind}

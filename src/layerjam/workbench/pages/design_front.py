@@ -11,8 +11,8 @@ from layerjam.report.design_figures import Look, losing, marked_designs, scale
 from layerjam.report.style import GREY
 from layerjam.units import show
 from layerjam.workbench.charts import ink_of, options
-from layerjam.workbench.pages.design_part import cell_text, words
-from layerjam.workbench.spoken import in_print
+from layerjam.workbench.pages.design_part import cell_text, key_name
+from layerjam.workbench.spoken import typeset_text
 from layerjam.workbench.tables import html
 from layerjam.workbench.widgets import Hero
 
@@ -23,7 +23,7 @@ CHOSEN, REFINED = -2, -1
 """Keys of the chosen design, and of the refined one between grid steps."""
 
 
-def designs(result: Any) -> dict[int, Row]:
+def all_designs(result: Any) -> dict[int, Row]:
     """Return every design of the result, by number; the front is sorted by the first objective."""
     first = result.record.spec.objectives[0]
     rows: list[Row] = sorted(result.front, key=lambda d: first.sign * d[first.name])
@@ -34,23 +34,23 @@ def designs(result: Any) -> dict[int, Row]:
 
 def front_numbers(result: Any) -> list[int]:
     """Return the numbers of the front's designs, sorted by the first objective."""
-    return list(designs(result))[: len(result.front)]
+    return list(all_designs(result))[: len(result.front)]
 
 
 def pick_design(result: Any, selection: int) -> tuple[int, Row]:
     """Return the selected design, or the chosen one if the result does not contain it."""
-    rows = designs(result)
+    rows = all_designs(result)
     number = selection if selection in rows else result.chosen["number"]
     return number, rows[number]
 
 
-def drawable(result: Any) -> dict[str, str]:
+def find_axes(result: Any) -> dict[str, str]:
     """Return the quantities for the axes of the front: numbers that differ among its designs."""
     out = {}
     for name in (*MERITS, *VARIABLES):
         values = {d.get(name) for d in result.front}
         if len(values) > 1 and all(isinstance(v, int | float) and math.isfinite(v) for v in values):
-            out[name] = words(name)
+            out[name] = key_name(name)
     return out
 
 
@@ -58,7 +58,7 @@ def front_chart(result: Any, names: tuple[str, str], number: int, dark: bool) ->
     """Return the chart of every design on the front; value[2] of a point is the design's number."""
     scales = [scale(result, n) for n in names]
     ink = ink_of(dark)
-    x, y = (f"{words(n)} [{unit}]" for n, (_, unit) in zip(names, scales, strict=True))
+    x, y = (f"{key_name(n)} [{unit}]" for n, (_, unit) in zip(names, scales, strict=True))
 
     def point(design: Row, word: str = "") -> dict[str, Any]:
         place = [float(f"{design[n] * f:.6g}") for n, (f, _) in zip(names, scales, strict=True)]
@@ -73,7 +73,7 @@ def front_chart(result: Any, names: tuple[str, str], number: int, dark: bool) ->
     marks = sorted(marked_designs(result, names), key=lambda m: down * m[0][names[1]])
     for rank, (design, word, mark) in enumerate(marks):
         shift = (34 * aside, -down * (16 + 19 * rank))
-        label = words(word)
+        label = key_name(word)
         series.append(scatter(label, [point(design, label)], **_mark_look(mark, label, ink, shift)))
     ring = dict(color="transparent", borderColor=ink, borderWidth=2.2)
     ring_look = dict(silent=True, symbol="circle", symbolSize=26, z=5, itemStyle=ring)
@@ -112,7 +112,7 @@ def _mark_look(mark: Look, word: str, ink: str, shift: tuple[float, float]) -> d
     }
 
 
-def heroes(result: Any, design: Row) -> list[Hero]:
+def headlines(result: Any, design: Row) -> list[Hero]:
     """Return mass, force and energy of a design; the force is the requested one."""
     rules = [c.name for c in result.record.spec.constraints]
     force = "max_force" if "max_force" in rules else "holding_force"
@@ -120,7 +120,7 @@ def heroes(result: Any, design: Row) -> list[Hero]:
         force = "stop_peak"
     mass = "drawn_mass" if design.get("drawn_mass") is not None else "mass"
     return [
-        (name, words(name).capitalize(), cell_text(design[name], result.units.get(name, "1")))
+        (name, key_name(name).capitalize(), cell_text(design[name], result.units.get(name, "1")))
         for name in (mass, force, "energy_capacity")
     ]
 
@@ -167,14 +167,14 @@ def comparison(result: Any, number: int, is_main: bool = True) -> str:
             masses = [d.get(name) or 0.0 for d in columns.values()]
             pairs = zip(cells, masses, strict=True)
             cells = [f"{c}, too heavy" if min(bounds, default=m) < m else c for c, m in pairs]
-        rows.append((words(name), ", ".join(limits.get(name, [])), *cells))
+        rows.append((key_name(name), ", ".join(limits.get(name, [])), *cells))
     none = "" if is_main else "All rows are shown above."
     return _table("Comparison of designs", ("", "required", *columns), rows, 2, none)
 
 
 def forbidden(result: Any) -> str:
     """Return the table of better designs that a single constraint excludes."""
-    units = _limits(result)
+    units = _constraint_units(result)
     rows = [
         (
             f["constraint"],
@@ -192,7 +192,7 @@ def forbidden(result: Any) -> str:
 
 def chances(result: Any) -> str:
     """Return the table of the probability that each constraint holds, given scatter in friction."""
-    units = _limits(result)
+    units = _constraint_units(result)
     rows = []
     for name, c in result.robustness.items():
         shares = (f"{c['probability']:.1%}", f"{c['error']:.1%}")
@@ -210,12 +210,12 @@ def slopes(result: Any) -> str:
     for n in dict.fromkeys(n for row in table.values() for n in row):
         changes = [row.get(n, 0.0) for row in table.values()]
         if any(abs(c) > 0.005 for c in changes):
-            rows.append((words(n), *(f"{c:+.2f}" if abs(c) > 0.005 else "–" for c in changes)))
-    heads = ("1 % increase in", *(f"{words(m)} [%]" for m in table))
+            rows.append((key_name(n), *(f"{c:+.2f}" if abs(c) > 0.005 else "–" for c in changes)))
+    heads = ("1 % increase in", *(f"{key_name(m)} [%]" for m in table))
     return _table("Sensitivities of the selected design", heads, rows, 1)
 
 
-def _limits(result: Any) -> dict[str, str]:
+def _constraint_units(result: Any) -> dict[str, str]:
     return {str(c): c.unit for c in result.record.spec.constraints}
 
 
@@ -225,7 +225,7 @@ def _table(
     """Return a table whose first columns are words, or the sentence `none` if it is empty."""
     if none and not rows:
         return f"<p>{none}</p>"
-    cells = [tuple(map(in_print, row)) for row in rows]
+    cells = [tuple(map(typeset_text, row)) for row in rows]
     return html(heads, cells, range(words, len(heads)), caption)
 
 

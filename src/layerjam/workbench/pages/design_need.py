@@ -24,10 +24,10 @@ from layerjam.workbench.desk import read_any
 from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages import design_front as front
 from layerjam.workbench.pages.design_form import Form
-from layerjam.workbench.pages.design_part import PAGE, Part, words
+from layerjam.workbench.pages.design_part import PAGE, Part, key_name
 from layerjam.workbench.panel import Panel
 from layerjam.workbench.runner import ComputationStopped
-from layerjam.workbench.spoken import in_print
+from layerjam.workbench.spoken import typeset_text
 from layerjam.workbench.widgets import (
     Heroes,
     button,
@@ -76,7 +76,7 @@ class SearchResult(NamedTuple):
 
 
 @lru_cache(maxsize=8)
-def read(text: str, begin: str = "") -> DesignSpecification:
+def read_specification(text: str, begin: str = "") -> DesignSpecification:
     """Return a specification from the page; raises FileError with the line.
 
     No file is opened: a specification that starts from the current brake uses its text `begin`.
@@ -120,7 +120,7 @@ class NeedPart(Part):
 
     def spec(self) -> DesignSpecification:
         """Return the specification; raises FileError with the line."""
-        return read(self.spec_text()[0], self.start_brake())
+        return read_specification(self.spec_text()[0], self.start_brake())
 
     def calls(self) -> Sequence[Call]:
         """Return the search; the user's own specification is a file that can be saved."""
@@ -159,7 +159,7 @@ class NeedPart(Part):
             (call,) = self.calls()
             result = call.run(progress=self.page.runner.tell)
             answer = Answer(call, result, title=f"{plain_name(result.name)}-design")
-            return SearchResult(answer, pull=pull_of(result) if result.feasible else None)
+            return SearchResult(answer, pull=pull_forces(result) if result.feasible else None)
         except FileError as err:
             return SearchResult(None, err.reason, err.line)
         except LayerjamError as err:
@@ -219,7 +219,7 @@ class NeedPart(Part):
         with ui.row().classes("w-full items-center gap-2"):
             self.over = {}
             for key, label in (("x", "Across"), ("y", "Up")):
-                on_select = partial(self._seen_over, key)
+                on_select = partial(self._on_axis, key)
                 self.over[key] = select({}, label, f"{PAGE}-{key}", on_select, classes="w-44")
             for arrow, direction, step in (("left", "previous", -1), ("right", "next", 1)):
                 caption, look = f"{direction.capitalize()} design on the front", "flat round dense"
@@ -290,7 +290,7 @@ class NeedPart(Part):
         """Save the text in the editor as a file."""
         text, name = str(self.editor.value or ""), "specification"
         with suppress(LayerjamError):
-            name = plain_name(read(text, self.start_brake()).name)
+            name = plain_name(read_specification(text, self.start_brake()).name)
         ui.download.content(text.encode(), f"{name}.toml", "application/toml")
 
     def pick(self, number: int) -> None:
@@ -317,7 +317,7 @@ class NeedPart(Part):
         value = self.desk.get(PAGE, "picked", float(front.CHOSEN))
         return int(value) if isinstance(value, int | float) else front.CHOSEN
 
-    def _seen_over(self, key: str, event: events.ValueChangeEventArguments[Any]) -> None:
+    def _on_axis(self, key: str, event: events.ValueChangeEventArguments[Any]) -> None:
         result = self._result()
         if event.value and result is not None:
             usual = seen_over(result)[key == "y"]
@@ -352,7 +352,7 @@ class NeedPart(Part):
         result = outcome.result
         self._mark()
         self.results.set_visibility(outcome.design is not None)
-        self.verdict.set_text("" if result is None else in_print(front.verdict(result)))
+        self.verdict.set_text("" if result is None else typeset_text(front.verdict(result)))
         warnings = [] if result is None else result.warnings
         self.notes.fill(warnings)
         self.notes_fold.set_text(f"{len(warnings)} {'note' if len(warnings) == 1 else 'notes'}")
@@ -362,7 +362,7 @@ class NeedPart(Part):
             self.sentence.set_text("")
             self.panel.draw(None, None)
             return
-        names = self._axes(result)
+        names = self._update_axes(result)
         number, design = front.pick_design(result, self.selection())
         drawing_key = (names, number, self.page.dark)
         if self.panel.shown is outcome.answer and self._drawn == drawing_key:
@@ -370,7 +370,7 @@ class NeedPart(Part):
         self._drawn = drawing_key
         chart = front.front_chart(result, names, number, self.page.dark)
         self.panel.draw(outcome.answer, chart)
-        self.heroes.fill(front.heroes(result, design))
+        self.heroes.fill(front.headlines(result, design))
         is_chosen = number == result.chosen["number"]
         self.sentence.set_text(front.sentence(result, design, outcome.pull if is_chosen else None))
         self.looked.set_text(f"Selected: {describe_design(design)}")
@@ -379,15 +379,15 @@ class NeedPart(Part):
         for make in (front.forbidden, front.chances, front.slopes):
             self.tables[make.__name__].set_content(make(result))
 
-    def _axes(self, result: Any) -> tuple[str, str]:
+    def _update_axes(self, result: Any) -> tuple[str, str]:
         """Return the axes of the front, and update the menus."""
-        names = front.drawable(result)
+        names = front.find_axes(result)
         out = []
         for key, usual in zip(("x", "y"), seen_over(result), strict=True):
             setting = str(self.desk.get(PAGE, key, ""))
             name = setting if setting in names else usual
             out.append(name)
-            labels = {**names, usual: words(usual)}
+            labels = {**names, usual: key_name(usual)}
             if self.over[key].options != labels or self.over[key].value != name:
                 self.over[key].set_options(labels, value=name)
         return out[0], out[1]
@@ -405,7 +405,7 @@ def problem(outcome: SearchResult, text: str) -> str:
     return f"Line {outcome.line}: <code>{line}</code><br>{text_shown}"
 
 
-def pull_of(result: Any) -> tuple[float, float] | None:
+def pull_forces(result: Any) -> tuple[float, float] | None:
     """Return the peak and the last force of a pull of the chosen design [N]; None if rejected."""
     design = result.chosen
     try:

@@ -4,7 +4,7 @@ from typing import Any
 
 from layerjam.commands.wording import format_words
 from layerjam.workbench.page import Page, View
-from layerjam.workbench.spoken import in_print
+from layerjam.workbench.spoken import typeset_text
 
 PAGE = "design"
 NAMES = {
@@ -32,10 +32,10 @@ def cell_text(value: Any, unit: str) -> str:
     if value is None or (isinstance(value, float) and value != value):
         return "–"
     if isinstance(value, list):
-        return in_print("; ".join(map(str, value))) or "none"
+        return typeset_text("; ".join(map(str, value))) or "none"
     return format_words(value, unit)
 
 
-def words(key: str) -> str:
+def key_name(key: str) -> str:
     """Return a key as words."""
-    return NAMES.get(key) or in_print(key.replace("_", " "))
+    return NAMES.get(key) or typeset_text(key.replace("_", " "))

@@ -11,7 +11,7 @@ from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, try_call
 from layerjam.workbench.call import Call, Options
-from layerjam.workbench.controls import Choice, Control, by_key, choice, entry, menu, vacuum_entry
+from layerjam.workbench.controls import Choice, Control, choice, entry, map_keys, menu, vacuum_entry
 from layerjam.workbench.desk import Desk, read_any
 from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Notes, Page
@@ -22,10 +22,10 @@ from layerjam.workbench.pages.drop_outcome import (
     Advice,
     Animation,
     drop_chart,
-    heroes,
+    drop_table,
+    headlines,
     notes,
     series,
-    table,
     verdict,
 )
 from layerjam.workbench.panel import Panel
@@ -91,7 +91,7 @@ class Drop(Page):
             "drop", "travel", min(0.04, usable), (0.001, usable), label="Stopping travel"
         )
         rope = entry("drop", "rope_stiffness", 16.8e3, (500.0, 100e3), label="Rope stiffness")
-        return by_key(
+        return map_keys(
             entry("drop", "mass", 1.0, (0.05, 10.0), unit="kg"),
             entry("drop", "speed", 1.5, (0.05, 6.0), unit="m/s"),
             entry("drop", "height", 0.1, (0.005, 2.0), unit="m"),
@@ -107,12 +107,12 @@ class Drop(Page):
         with side:
             self.slider("mass")
             choice(desk, name, DIRECTION)
-            with self.show_while(lambda: not self._flat()):
+            with self.show_while(lambda: not self._is_horizontal()):
                 choice(desk, name, ARRIVES)
-            self.slider("speed", lambda: self._arrives() == "speed")
-            self.slider("height", lambda: self._arrives() == "height")
+            self.slider("speed", lambda: self._arrival() == "speed")
+            self.slider("height", lambda: self._arrival() == "height")
             choice(desk, name, ON_ROPE)
-            self.slider("rope_stiffness", self._roped)
+            self.slider("rope_stiffness", self._has_rope)
             self.slider("travel")
             choice(desk, name, SHOWN)
             self.slider("vacuum", lambda: self.word(SHOWN) == "value")
@@ -141,27 +141,27 @@ class Drop(Page):
             self.bound = dress(live.Words(""), "drop-bound", "text-sm")
             self.notes = Notes()
 
-    def _flat(self) -> bool:
+    def _is_horizontal(self) -> bool:
         return self.word(DIRECTION) == "horizontal"
 
-    def _roped(self) -> bool:
+    def _has_rope(self) -> bool:
         return self.word(ON_ROPE) == "rope"
 
-    def _arrives(self) -> str:
+    def _arrival(self) -> str:
         """Return how the mass arrives: by its speed if the stop is horizontal, as nothing falls."""
-        return "speed" if self._flat() else self.word(ARRIVES)
+        return "speed" if self._is_horizontal() else self.word(ARRIVES)
 
     def columns(self) -> dict[str, Call]:
         """Return {header of a column: drop} of the table."""
         full = self.controls()["vacuum"]
         extra = self.more.options()
         history = {key: extra.pop(key) for key in HISTORY if key in extra}
-        if not self._roped():
+        if not self._has_rope():
             extra.pop("rope_damping", None)
         # the rope alone has no vacuum and no duration
         bare = {key: value for key, value in extra.items() if key != "duration"}
         modes: dict[str, Options] = {
-            **({"none": {"no_brake": True, **bare}} if self._roped() else {}),
+            **({"none": {"no_brake": True, **bare}} if self._has_rope() else {}),
             "full": {"vacuum": full.text(full.spec.hi), **extra},
             "tuned": {"vacuum": "tuned", "travel": self.text("travel"), **extra},
         }
@@ -176,11 +176,11 @@ class Drop(Page):
         }
 
     def _common(self) -> Options:
-        arrives = self._arrives()
+        arrives = self._arrival()
         inputs = self.texts("mass", arrives)
-        if self._roped():
+        if self._has_rope():
             inputs["rope_stiffness"] = self.text("rope_stiffness")
-        if self._flat():
+        if self._is_horizontal():
             inputs["horizontal"] = True
         return inputs
 
@@ -226,7 +226,7 @@ class Drop(Page):
             mode, stop = "full", drops["full"].result
             sentence = f"{sentence} The chart shows full vacuum: {verdict(stop, '', inputs)}"
         self.verdict.set_text(sentence)
-        self.heroes.fill(heroes(stop, mode == "tuned"))
+        self.heroes.fill(headlines(stop, mode == "tuned"))
         texts = tuning.call.options
         self.advice.fill(tuning, failed and view != "none")
         record = stop.record if stop is not None else None
@@ -243,13 +243,13 @@ class Drop(Page):
             chart = drop_chart(data, least, quiet, self.dark)
         self.panel.draw(answer, chart)
         self.animation.load(data)
-        self.table.set_content(table(drops, view))
-        self.others.set_content(table(drops, view, is_main=False))
-        self.bound.set_text(bound(floor, texts))
+        self.table.set_content(drop_table(drops, view))
+        self.others.set_content(drop_table(drops, view, is_main=False))
+        self.bound.set_text(bound_text(floor, texts))
         self.notes.fill(notes(drops))
 
 
-def bound(floor: float | None, tuning: Mapping[str, Any]) -> str:
+def bound_text(floor: float | None, tuning: Mapping[str, Any]) -> str:
     """Return a sentence with the lowest deceleration [g] that any brake can reach in the travel."""
     if floor is None:
         return ""

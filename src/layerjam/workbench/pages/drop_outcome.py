@@ -20,7 +20,7 @@ from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import result_fields
 from layerjam.workbench.charts import options
-from layerjam.workbench.desk import Desk, with_sheets
+from layerjam.workbench.desk import Desk, set_sheets
 from layerjam.workbench.widgets import Hero, button, dress, read_asset, three_digits
 
 if TYPE_CHECKING:
@@ -162,7 +162,7 @@ GOOD = ("STOPPED", "NEVER_SLID")
 """Outcomes in which the mass was stopped."""
 
 
-def heroes(stop: Any | None, is_tuned: bool = False) -> list[Hero]:
+def headlines(stop: Any | None, is_tuned: bool = False) -> list[Hero]:
     """Return the main numbers of a drop: first a tuned vacuum; the peak includes an impact."""
     if stop is None or not stop.feasible or stop.peak_force is None:
         return []
@@ -205,14 +205,14 @@ class Advice:
         with dress(ui.row(), "drop-advice", "items-center gap-2") as self._row:
             ui.label("Ways to stop it").classes("text-sm")
             for key, tip in WAYS.items():
-                item = button("", partial(self._do, key), f"drop-advice-{key}", tip=tip)
+                item = button("", partial(self._apply, key), f"drop-advice-{key}", tip=tip)
                 with item:
                     self._texts[key] = item, live.Words("")
         self._row.set_visibility(False)
 
     def fill(self, tuning: Answer, failed: bool) -> None:
         """Show the suggestions of a tuning; show nothing if the drop did not fail."""
-        ways = list(self._ways(tuning)) if failed and tuning.result is not None else []
+        ways = list(self._find_ways(tuning)) if failed and tuning.result is not None else []
         self._acts = {key: act for key, _, act in ways}
         self._row.set_visibility(bool(ways))
         for key, text, _ in ways:
@@ -220,17 +220,17 @@ class Advice:
         for key, (item, _) in self._texts.items():
             item.set_visibility(key in self._acts)
 
-    def _do(self, key: str) -> None:
+    def _apply(self, key: str) -> None:
         self._acts[key]()
 
-    def _ways(self, tuning: Answer) -> Iterator[tuple[str, str, partial[None]]]:
+    def _find_ways(self, tuning: Answer) -> Iterator[tuple[str, str, partial[None]]]:
         put, result, texts = self._put, tuning.result, tuning.call.options
         if result.feasible:
             label = f"{show(result.vacuum, 'Pa')} of vacuum"
             yield "vacuum", label, partial(put, shown="tuned")
         if result.sheets_needed is not None:
             count = int(result.sheets_needed)
-            yield "sheets", f"{count} sheets", partial(with_sheets, self._desk, count)
+            yield "sheets", f"{count} sheets", partial(set_sheets, self._desk, count)
         if result.brakes_needed is not None:
             count, parts = int(result.brakes_needed), {"mass": "kg", "rope_stiffness": "N/m"}
             share = {k: parse(texts[k], unit, k) / count for k, unit in parts.items() if k in texts}
@@ -285,7 +285,7 @@ def notes(drops: Drops) -> list[str]:
     return list(dict.fromkeys(lines))
 
 
-def table(drops: Drops, mode_shown: str, is_main: bool = True) -> str:
+def drop_table(drops: Drops, mode_shown: str, is_main: bool = True) -> str:
     """Return the main or the other rows as HTML; a rejected drop shows its reason in its column."""
     stops = {mode: answer.result for mode, answer in drops.items()}
     fine = {mode: dict(stop.rows()) for mode, stop in stops.items() if stop and stop.feasible}

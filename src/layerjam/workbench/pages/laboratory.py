@@ -10,7 +10,7 @@ from layerjam.errors import LayerjamError
 from layerjam.measure.sidecar import SIDECAR_ENDING
 from layerjam.workbench import spoken
 from layerjam.workbench.answer import Answer
-from layerjam.workbench.call import Options, key_of, parameters
+from layerjam.workbench.call import Options, parameters, warning_key
 from layerjam.workbench.controls import Choice, choice, menu, word_choice
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.dropping import FilesHere
@@ -22,12 +22,12 @@ from layerjam.workbench.pages.laboratory_chain import (
     Campaign,
     Chain,
     StepResult,
-    taken_roles,
+    split_roles,
 )
 from layerjam.workbench.pages.laboratory_correct import Correct
-from layerjam.workbench.pages.laboratory_files import Row, practice_files, read_row, rows_of
-from layerjam.workbench.pages.laboratory_results import Card, Table, heroes, show_step
-from layerjam.workbench.said import edits_of, put_edits
+from layerjam.workbench.pages.laboratory_files import Row, practice_files, read_row, read_rows
+from layerjam.workbench.pages.laboratory_results import Card, Table, headlines, show_step
+from layerjam.workbench.said import get_edits, put_edits
 from layerjam.workbench.uploads import MAX_FILES, UploadError, zip_files
 from layerjam.workbench.widgets import Heroes, button, columns, dress, one_line
 
@@ -100,7 +100,7 @@ class Laboratory(Page):
                 "A virtual laboratory campaign for the choi2018-kapton brake; none of it was "
                 "measured"
             )
-            text, practice = "Try with synthetic files", partial(self._want, "practice")
+            text, practice = "Try with synthetic files", partial(self._request_action, "practice")
             key, look = "laboratory-practice", "flat dense no-caps"
             button(text, practice, key, "science", look=look, tip=tip)
             ui.separator()
@@ -115,46 +115,50 @@ class Laboratory(Page):
             self.heroes = Heroes(self.name)
             synthetic = "Synthetic: a program wrote some of these files; they were not measured"
             self.banner = dress(ui.label(synthetic), "laboratory-synthetic", "synthetic")
-            self.table = Table(self._on_choose, self._divide, self._sidecars, self.uploads.refused)
+            self.table = Table(
+                self._on_choose, self._assign_roles, self._download_sidecars, self.uploads.refused
+            )
             self.correct = Correct(self.desk, self._on_remove)
             self.cards = [
                 Card(self.desk, "friction", show_step),
-                Card(self.desk, "calibrate", show_step, self._take_buttons),
+                Card(self.desk, "calibrate", show_step, self._add_buttons),
                 Card(self.desk, "validate", show_step),
-                Card(self.desk, "report", self._show_report, self._make_button),
+                Card(self.desk, "report", self._show_report, self._add_report),
             ]
         self._fill()
-        ui.timer(LOOK, self._look)
+        ui.timer(LOOK, self._update_results)
 
-    def _take_buttons(self) -> None:
-        sample = partial(self._want, "sample")
+    def _add_buttons(self) -> None:
+        sample = partial(self._request_action, "sample")
         self.sample = _button("Sample", "casino", sample, "sample")
-        self.take = _button("Use this brake on all pages", "move_up", self._take, "take")
+        self.take = _button("Use this brake on all pages", "move_up", self._use_brake, "take")
         self.toml = _button("TOML", "download", self._download_brake, "toml")
 
-    def _make_button(self) -> None:
-        begin = partial(self._want, "report")
+    def _add_report(self) -> None:
+        begin = partial(self._request_action, "report")
         self.make = _button("Create the report", "description", begin, "make-report")
 
     def _show_report(self, step: StepResult) -> None:
         size = sum(map(len, step.pages.values()))
         words = [f"{len(step.pages)} files, {size / 1e6:.1f} MB."]
-        words += [w for w in step.result.warnings if key_of(w) == "calibrated-on"]
+        words += [w for w in step.result.warnings if warning_key(w) == "calibrated-on"]
         for check in step.result.failed_checks:
             words.append(f"Not written: check '{check['name']}' failed, {check['reason']}.")
         if step.result.pdf is None and not step.result.failed_checks:
             words.append("No PDF: the optional part 'pdf' is not installed.")
-        dress(ui.label(spoken.on_page(" ".join(words))), "laboratory-report-words", "opacity-80")
+        dress(ui.label(spoken.page_text(" ".join(words))), "laboratory-report-words", "opacity-80")
 
-        def give_all() -> None:
+        def download_all() -> None:
             ui.download.content(zip_files(step.pages), f"{step.call.out}.zip", "application/zip")
 
         if not step.pages:
             return
         with ui.row().classes("gap-2"):
             for name in (n for n in KINDS if n in step.pages):
-                _button(name, "download", partial(_give, step, name), name.replace(".", "-"))
-            _button("Everything (ZIP)", "folder_zip", give_all, "report-zip")
+                _button(
+                    name, "download", partial(_download_page, step, name), name.replace(".", "-")
+                )
+            _button("Everything (ZIP)", "folder_zip", download_all, "report-zip")
 
     # ---- computation
 
@@ -183,8 +187,8 @@ class Laboratory(Page):
         self._begun = self._inputs()
         if "practice" in actions:
             self._practise()
-        edits, standard = edits_of(self.desk), self.word(self.standard)
-        self.rows = rows_of(self.uploads, edits, standard, self._read, self.runner.tell)
+        edits, standard = get_edits(self.desk), self.word(self.standard)
+        self.rows = read_rows(self.uploads, edits, standard, self._read, self.runner.tell)
         if not self.rows:
             self.chain = Chain()
         elif not self._divides:
@@ -224,15 +228,15 @@ class Laboratory(Page):
         self._not_taken.clear()
         if self._divides:
             self._divides = False
-            self._divide()
+            self._assign_roles()
             self.refresh()
         report = self.chain.done.get("report")
         if self._gives and report is not None and report.pages:
-            _give(report, next(name for name in KINDS if name in report.pages))
+            _download_page(report, next(name for name in KINDS if name in report.pages))
             ui.notify("The report was created and saved to your downloads", type="positive")
         self._gives = False
 
-    def _look(self) -> None:
+    def _update_results(self) -> None:
         """Show intermediate results during the computation."""
         if self.runner.running and self.desk.state.page == self.name:
             self._fill()
@@ -241,7 +245,7 @@ class Laboratory(Page):
         self.banner.set_visibility(any(r.synthetic for r in self.rows))
         self.table.fill(self.rows)
         self._on_choose(self.table.chosen)
-        self.heroes.fill(heroes(self.chain))
+        self.heroes.fill(headlines(self.chain))
         for card in self.cards:
             card.fill(self.chain)
         for control in (self.take, self.toml):
@@ -255,7 +259,7 @@ class Laboratory(Page):
 
     # ---- user actions
 
-    def _want(self, action: str) -> None:
+    def _request_action(self, action: str) -> None:
         self._wanted.add(action)
         self._gives = action == "report"
         self.refresh()
@@ -268,10 +272,10 @@ class Laboratory(Page):
         self.table.chosen = []
         self.desk.files_changed()
 
-    def _divide(self) -> None:
-        put_edits(self.desk, taken_roles(self.rows))
+    def _assign_roles(self) -> None:
+        put_edits(self.desk, split_roles(self.rows))
 
-    def _sidecars(self) -> None:
+    def _download_sidecars(self) -> None:
         uploads = [r.upload for r in self.rows]
         files = {u.shown + SIDECAR_ENDING: u.sidecar.encode() for u in uploads if u.sidecar}
         if files:
@@ -279,7 +283,7 @@ class Laboratory(Page):
         else:
             ui.notify("none of these files has a sidecar")
 
-    def _take(self) -> None:
+    def _use_brake(self) -> None:
         calibration = self._calibration()
         if calibration is None or calibration.brake is None:
             return
@@ -307,7 +311,7 @@ class Laboratory(Page):
         self.runner.stop()
 
 
-def _give(report: StepResult, name: str) -> None:
+def _download_page(report: StepResult, name: str) -> None:
     stem = report.call.out.removesuffix("-report")
     ui.download.content(report.pages[name], f"{stem}-{name}", KINDS[name])
 

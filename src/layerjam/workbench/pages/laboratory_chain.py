@@ -18,7 +18,7 @@ from layerjam.report.page import apply_theme, svg_of
 from layerjam.report.style import svg_text
 from layerjam.workbench.call import Call, DataFile, Options, Subject, parameters
 from layerjam.workbench.pages.laboratory_files import Row
-from layerjam.workbench.uploads import in_users_toml
+from layerjam.workbench.uploads import restore_names
 from layerjam.workbench.widgets import one_line
 
 STEPS = ("friction", "calibrate", "validate")
@@ -68,7 +68,7 @@ class Campaign:
     @property
     def stem(self) -> str:
         """Return the prefix of the names of files written here."""
-        stem = stem_of(self.brake)
+        stem = file_stem(self.brake)
         if self.brake.name in (f"{stem}-tested.toml", f"{stem}-calibrated.toml"):
             return f"{stem}-again"  # outputs must not replace their own inputs
         return stem
@@ -98,7 +98,7 @@ class Campaign:
         uses = (("friction", "friction"), ("pulls", "calibrate"), ("validate", "validate"))
         files: Options = {key: self.used(role) for key, role in uses if self.used(role)}
         options = {**files, **self.options("report")}
-        return Call("report", (self.brake,), options, out=f"{stem_of(self.brake)}-report")
+        return Call("report", (self.brake,), options, out=f"{file_stem(self.brake)}-report")
 
 
 class Chain:
@@ -125,45 +125,45 @@ class Chain:
         if has_files["calibrate"] and calibrated_brake is None:
             self.done.pop("validate", None)
         elif has_files["validate"]:
-            self._do(campaign, campaign.validation(calibrated_brake or brake))
+            self._run_step(campaign, campaign.validation(calibrated_brake or brake))
         report = campaign.report()
-        if "report" in wanted or self._before(report):
-            self._do(campaign, report)
+        if "report" in wanted or self._cached_step(report):
+            self._run_step(campaign, report)
         else:
             self.done.pop("report", None)
 
     def _friction(self, campaign: Campaign) -> Subject | None:
         for call in campaign.friction():
-            step = self._do(campaign, call)
+            step = self._run_step(campaign, call)
             if step.result is not None:
                 break
         return _written_brake(step)
 
     def _calibration(self, campaign: Campaign, brake: Subject, sample: bool) -> Subject | None:
         call = campaign.calibration(brake)
-        if call.options.get("depth") == "bayesian" and not (sample or self._before(call)):
+        if call.options.get("depth") == "bayesian" and not (sample or self._cached_step(call)):
             self.done.pop("calibrate", None)
             self.instead["calibrate"] = SAMPLE
             return None
-        return _written_brake(self._do(campaign, call))
+        return _written_brake(self._run_step(campaign, call))
 
-    def _before(self, call: Call) -> StepResult | None:
+    def _cached_step(self, call: Call) -> StepResult | None:
         return next((step for step in self._known if step.call == call), None)
 
-    def _do(self, campaign: Campaign, call: Call) -> StepResult:
+    def _run_step(self, campaign: Campaign, call: Call) -> StepResult:
         """Compute a step unless it is cached; an error is also a result."""
-        step = self._before(call)
+        step = self._cached_step(call)
         if step is None:
             # discard the dependent steps as well, because their results would refer to the new one
             steps = (*STEPS, "report")
             for name in steps[steps.index(call.name) :]:
                 self.done.pop(name, None)
             self.instead[call.name] = STOPPED
-            step = carried_out(call, campaign.folder, campaign.tell)
+            step = run_call(call, campaign.folder, campaign.tell)
             if step.result is not None and call.name in STEPS:
                 self.done[call.name] = step  # the numbers are shown while the figure is drawn
                 campaign.tell(f"{call.name}: drawing", 1.0)
-                step = replace(step, picture=picture_of(call.name, step.result))
+                step = replace(step, picture=draw_picture(call.name, step.result))
             self._known = [*self._known[1 - KEPT :], step]
         self.instead.pop(call.name, None)
         self.done[call.name] = step
@@ -174,7 +174,7 @@ def _written_brake(step: StepResult) -> Subject | None:
     return None if step.brake is None else Subject(step.call.out, step.brake)
 
 
-def carried_out(call: Call, folder: Path, tell: Progress) -> StepResult:
+def run_call(call: Call, folder: Path, tell: Progress) -> StepResult:
     """Return a call's result with its written files, or its error.
 
     Other exceptions, such as a stop request, pass through.
@@ -190,9 +190,9 @@ def carried_out(call: Call, folder: Path, tell: Progress) -> StepResult:
     try:
         result = call.run(progress=report, **extra)
         if call.out and place.is_file():
-            text = in_users_toml(place.read_text(encoding="utf-8"), call.names)
+            text = restore_names(place.read_text(encoding="utf-8"), call.names)
             return StepResult(call, result, BrakeFile.read(text, call.out))
-        return StepResult(call, result, pages=pages_of(place) if call.out else {})
+        return StepResult(call, result, pages=read_pages(place) if call.out else {})
     except LayerjamError as err:
         return StepResult(call, problem=one_line(err), notice=getattr(err, "notice", ""))
     finally:
@@ -200,26 +200,26 @@ def carried_out(call: Call, folder: Path, tell: Progress) -> StepResult:
             shutil.rmtree(place, ignore_errors=True)
 
 
-def pages_of(folder: Path) -> dict[str, bytes]:
+def read_pages(folder: Path) -> dict[str, bytes]:
     """Return the files of a report by name."""
     paths = (path for path in sorted(folder.rglob("*")) if path.is_file())
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
-def picture_of(name: str, result: Any) -> str:
+def draw_picture(name: str, result: Any) -> str:
     """Return the figure of a result as SVG whose colours follow the page."""
     with _drawing:
         return apply_theme(svg_of(svg_text(result.draw(), words=True), name))
 
 
-def stem_of(brake: Subject) -> str:
+def file_stem(brake: Subject) -> str:
     """Return the prefix of a brake's files: safe in a path, without suffixes added by steps."""
     name = brake.name.removesuffix(".toml")
     plain = re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-")[:60] or "brake"
     return re.sub(r"(-tested|-calibrated)+$", "", plain) or "brake"
 
 
-def taken_roles(rows: Sequence[Row]) -> dict[str, dict[str, str]]:
+def split_roles(rows: Sequence[Row]) -> dict[str, dict[str, str]]:
     """Return the roles of pulls: calibrate at the highest vacuum, validate at the others."""
     pulls = [r for r in rows if r.role in ("calibrate", "validate") and r.vacuum is not None]
     highest = max((r.vacuum or 0.0 for r in pulls), default=0.0)

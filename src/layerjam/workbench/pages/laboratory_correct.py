@@ -19,23 +19,23 @@ from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, parameters
 from layerjam.workbench.charts import options
 from layerjam.workbench.columns import ColumnTable
-from layerjam.workbench.controls import with_unit
+from layerjam.workbench.controls import add_unit
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.laboratory_files import Row
 from layerjam.workbench.panel import Panel
-from layerjam.workbench.pins import turn_file
+from layerjam.workbench.pins import toggle_file
 from layerjam.workbench.proposals import CALIBRATE, FACTS, VALIDATE
 from layerjam.workbench.said import (
     ROLES,
     UNITS,
     check_edit,
-    column_said,
-    edits_of,
-    negative_of,
+    column_edit,
+    get_edits,
+    negated_columns,
     put_edits,
-    sign_turned,
+    reverse_sign,
 )
-from layerjam.workbench.spoken import on_page
+from layerjam.workbench.spoken import page_text
 from layerjam.workbench.widgets import Alert, button, dress, field, fold, heading, one_line, select
 
 EXAMPLES = MappingProxyType({"vacuum": "94.5 kPa", "normal_force": "2.45 N", "speed": "13 mm/s"})
@@ -87,19 +87,19 @@ class Correct:
         self._draw(is_single, dark)
         self._below.clear()
         with self._below:
-            self._form()
+            self._build_form()
 
     def _show_readings(self, is_single: bool) -> None:
         for row in self.rows[:SHOWN]:
             if not is_single:
                 ui.label(row.upload.shown).classes("font-medium break-all")
             if row.refused:
-                reason = ui.label(on_page(row.refused))
+                reason = ui.label(page_text(row.refused))
                 dress(reason, "laboratory-why", "text-negative", role="alert")
             for sentence in row.understood:
-                ui.label(on_page(f"✓ {sentence}")).classes("text-sm")
+                ui.label(page_text(f"✓ {sentence}")).classes("text-sm")
             for sentence in row.warnings:
-                ui.label(on_page(f"Note: {sentence}")).classes("text-sm opacity-80")
+                ui.label(page_text(f"Note: {sentence}")).classes("text-sm opacity-80")
         if len(self.rows) > SHOWN:
             ui.label(f"and {len(self.rows) - SHOWN} more")
 
@@ -119,35 +119,35 @@ class Correct:
         answer = Answer(Call("pull", files=files), title=name) if files else None
         self._panel.draw(answer, chart)
 
-    def _form(self) -> None:
-        edits = edits_of(self.desk).get(self._keys[0], {})
+    def _build_form(self) -> None:
+        edits = get_edits(self.desk).get(self._keys[0], {})
         roles = {r.role for r in self.rows}
         self._said = {**edits, "role": roles.pop() if len(roles) == 1 else ""}
         self._fields, self._pins = {}, None
         with ui.row().classes("w-full items-end gap-3"):
-            self._select("role", "Used as", ROLES, width="w-56")
+            self._add_select("role", "Used as", ROLES, width="w-56")
             for name in FACTS:
                 tip = f"{spec_of(Facts, name).text}, with its unit; leave empty to use the sidecar"
-                self._text(name, name.replace("_", " ").capitalize(), self._hint(name), tip)
+                self._add_text(name, name.replace("_", " ").capitalize(), self._example(name), tip)
         table = self._preview()
         is_refused = any(r.refused for r in self.rows)
         with (
             fold("Columns, units, signs", "laboratory-correct", is_refused),
             ui.column().classes("gap-3 w-full"),
         ):
-            self._columns(table)
+            self._build_columns(table)
         self._trouble = Alert("laboratory-edit-problem")
         suffix = "" if len(self.rows) == 1 else f" to {len(self.rows)} files"
         with ui.row().classes("gap-2"):
             for text, icon, act, key, look in (
                 (f"Apply{suffix}", "check", self._apply, "apply", "unelevated"),
-                ("Discard corrections", "restart_alt", self._forget, "forget", "flat"),
+                ("Discard corrections", "restart_alt", self._discard_edits, "forget", "flat"),
                 ("Remove", "delete", partial(self._remove, self._keys), "remove", "flat"),
             ):
                 button(text, act, f"laboratory-{key}", icon, look=f"{look} dense no-caps")
             if all(r.traces and r.role in (CALIBRATE, VALIDATE) for r in self.rows):
                 look = "flat dense no-caps"
-                self._pins = button("", self._pin, "laboratory-pin", "push_pin", look=look)
+                self._pins = button("", self._toggle_pins, "laboratory-pin", "push_pin", look=look)
                 self._fill_pin()
 
     def _free_keys(self) -> list[str]:
@@ -158,12 +158,12 @@ class Correct:
             free = bool(self._free_keys())
             self._pins.set_text("Show on the Pull page" if free else "Remove from the Pull page")
 
-    def _pin(self) -> None:
+    def _toggle_pins(self) -> None:
         """Show the files on the Pull page, or remove them if all are already there."""
         free = self._free_keys()
         try:
             for key in free or self._keys:
-                turn_file(self.desk, key)
+                toggle_file(self.desk, key)
         except LayerjamError as err:
             self._trouble.say(one_line(err))
             return
@@ -183,27 +183,27 @@ class Correct:
         except LayerjamError as err:
             return str(rename_files(one_line(err), {upload.path.name: upload.shown}))
 
-    def _columns(self, table: Preview | str) -> None:
+    def _build_columns(self, table: Preview | str) -> None:
         """Show the clickable headers, and the metadata that no column contains."""
         if isinstance(table, str):
             ui.label(table).classes("text-sm")
             return
         note = "" if len(self.rows) == 1 else f" Your choice applies to all {len(self.rows)} files."
         ui.label(f"Click a column header to choose its content.{note}").classes("text-sm")
-        negative = negative_of(self._said)
+        negative = negated_columns(self._said)
         ColumnTable(table, negative, partial(self._on_click, table), self._on_turn)
         with ui.row().classes("items-end gap-3"):
-            self._select("decimal", "Decimal separator", DECIMALS)
+            self._add_select("decimal", "Decimal separator", DECIMALS)
             if len(self.rows[0].traces) > 1 or self._said.get("specimen"):
-                self._text("specimen", "Specimen", "such as 1")
+                self._add_text("specimen", "Specimen", "such as 1")
             if table.sheets or self._said.get("sheet"):
                 names = {"": "all sheets with curves", **{name: name for name in table.sheets}}
-                self._select("sheet", "Sheet", names)
+                self._add_select("sheet", "Sheet", names)
 
     def _on_click(self, table: Preview, index: int, role: str, unit: str) -> None:
         upload = self.rows[0].upload
         try:
-            change = column_said(upload.path, table, index, role, unit)
+            change = column_edit(upload.path, table, index, role, unit)
             check_edit(change)
         except LayerjamError as err:
             self._trouble.say(str(rename_files(one_line(err), {upload.path.name: upload.shown})))
@@ -211,9 +211,9 @@ class Correct:
         put_edits(self.desk, dict.fromkeys(self._keys, change))
 
     def _on_turn(self, role: str) -> None:
-        put_edits(self.desk, dict.fromkeys(self._keys, sign_turned(self._said, role)))
+        put_edits(self.desk, dict.fromkeys(self._keys, reverse_sign(self._said, role)))
 
-    def _text(
+    def _add_text(
         self, key: str, label: str, example: str = "", tip: str = "", width: str = "w-44"
     ) -> None:
         ident, text = f"laboratory-{key}", self._said.get(key, "")
@@ -222,13 +222,15 @@ class Correct:
         )
         self._fields[key] = box
 
-    def _select(self, key: str, label: str, words: Mapping[str, str], width: str = "w-44") -> None:
+    def _add_select(
+        self, key: str, label: str, words: Mapping[str, str], width: str = "w-44"
+    ) -> None:
         text = self._said.get(key, "")
         value, tip, ident = text if text in words else None, _option_help(key), f"laboratory-{key}"
         box = select(words, label, ident, value=value, classes=width, tip=tip)
         self._fields[key] = dress(box, look="stack-label")
 
-    def _hint(self, name: str) -> str:
+    def _example(self, name: str) -> str:
         """Return the stated value of a metadata entry as a placeholder, or an example."""
         values = {r.vacuum if name == "vacuum" else getattr(r.facts, name) for r in self.rows}
         value = values.pop()
@@ -238,7 +240,7 @@ class Correct:
 
     def _apply(self) -> None:
         changes = {k: str(f.value or "").strip() for k, f in self._fields.items()}
-        changes |= {name: with_unit(changes[name], UNITS[name]) for name in FACTS}
+        changes |= {name: add_unit(changes[name], UNITS[name]) for name in FACTS}
         if not changes["role"]:
             del changes["role"]
         try:
@@ -249,8 +251,8 @@ class Correct:
         self._trouble.say("")
         put_edits(self.desk, dict.fromkeys(self._keys, changes))
 
-    def _forget(self) -> None:
-        edits = edits_of(self.desk)
+    def _discard_edits(self) -> None:
+        edits = get_edits(self.desk)
         changes = {k: dict.fromkeys(set(edits.get(k, {})) - {"role"}, "") for k in self._keys}
         put_edits(self.desk, changes)
         self._shown = ()

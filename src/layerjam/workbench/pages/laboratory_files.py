@@ -13,9 +13,9 @@ from layerjam.measure.sidecar import SIDECAR_ENDING, Facts, read_facts
 from layerjam.measure.trace import Trace
 from layerjam.units import show
 from layerjam.workbench.call import Call, Options, Subject
-from layerjam.workbench.proposals import refusal_of
+from layerjam.workbench.proposals import find_refusal
 from layerjam.workbench.said import ROLES, Edits, sidecar_text
-from layerjam.workbench.spoken import on_page
+from layerjam.workbench.spoken import page_text
 from layerjam.workbench.uploads import Upload, Uploads
 from layerjam.workbench.widgets import one_line
 
@@ -79,7 +79,7 @@ class Row:
         }
 
 
-def rows_of(
+def read_rows(
     uploads: Uploads, edits: Edits, standard: str, read: Callable[..., Row], tell: Progress
 ) -> list[Row]:
     """Return a row for each file from `read`, which may use a cache, after writing the sidecars."""
@@ -102,7 +102,7 @@ def read_row(upload: Upload, role: str, standard: str) -> Row:
     try:
         facts = read_facts(upload.path)
     except FileError as err:
-        return replace(row, refused=_in_users_words(one_line(err), upload))
+        return replace(row, refused=_use_shown_name(one_line(err), upload))
     if role not in ROLES:
         role = "friction" if facts.normal_force else "calibrate"
     row = replace(row, role=role, facts=facts)
@@ -116,26 +116,26 @@ def read_row(upload: Upload, role: str, standard: str) -> Row:
     try:
         result = call.run()
     except OF_A_FILE as err:
-        reason = refusal_of(upload.path) or one_line(err).removeprefix(f"{upload.shown}: ")
-        return replace(row, refused=_in_users_words(reason, upload))
+        reason = find_refusal(upload.path) or one_line(err).removeprefix(f"{upload.shown}: ")
+        return replace(row, refused=_use_shown_name(reason, upload))
     traces = result.record[0] if is_friction else [t for t, _ in result.record]
     if is_friction and standard != "paper" and not facts.normal_force:
         facts = replace(facts, normal_force=result.record[1].normal_force)
     readings = dict.fromkeys(s for sentences in result.understood.values() for s in sentences)
-    problem = on_page("; ".join(f"{path}: {reason}" for path, reason in result.refused.items()))
+    problem = page_text("; ".join(f"{path}: {reason}" for path, reason in result.refused.items()))
     if not traces:
-        problem = _in_users_words(refusal_of(upload.path) or problem, upload)
+        problem = _use_shown_name(find_refusal(upload.path) or problem, upload)
     return replace(
         row,
         facts=facts,
         understood=tuple(readings),
-        warnings=tuple(_in_users_words(w, upload) for t in traces for w in t.warnings),
+        warnings=tuple(_use_shown_name(w, upload) for t in traces for w in t.warnings),
         refused="" if traces else problem,
         traces=tuple(t.thinned(CURVE) for t in traces),
     )
 
 
-def _in_users_words(text: object, upload: Upload) -> str:
+def _use_shown_name(text: object, upload: Upload) -> str:
     """Return a sentence with the user's name of the file."""
     return str(rename_files(str(text), {upload.path.name: upload.shown}))
 

@@ -8,13 +8,13 @@ from typing import Any
 from nicegui import events, ui
 
 from layerjam.commands.wording import format_words
-from layerjam.workbench.call import key_of, result_fields
+from layerjam.workbench.call import result_fields, warning_key
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.page import Box, Notes, checks
+from layerjam.workbench.page import Box, Notes, show_checks
 from layerjam.workbench.pages.laboratory_chain import Chain, StepResult
 from layerjam.workbench.pages.laboratory_files import Row
-from layerjam.workbench.spoken import on_page
-from layerjam.workbench.widgets import Hero, button, dress, heading, hint, title_of
+from layerjam.workbench.spoken import page_text
+from layerjam.workbench.widgets import Hero, as_title, button, dress, heading, hint
 
 CARDS = {
     "friction": (
@@ -115,7 +115,7 @@ class Table:
         if reasons:
             causes = dict.fromkeys(reason.partition(";")[0] for reason in reasons.values())
             text += f", {len(reasons)} refused: {'; '.join(causes)}"
-        self.count.set_text(on_page(text) if count else NO_FILES)
+        self.count.set_text(page_text(text) if count else NO_FILES)
         for part in (self.table, self.more):
             part.set_visibility(bool(rows))
         self.table.rows = [row.cells() for row in rows]
@@ -161,11 +161,11 @@ class Card:
 
     def _show(self, content: StepResult | str) -> None:
         if isinstance(content, str):
-            ui.label(on_page(content)).classes("opacity-80")
+            ui.label(page_text(content)).classes("opacity-80")
             return
         ident = f"laboratory-{self.name}"
         if content.problem:
-            label = ui.label(on_page(content.problem))
+            label = ui.label(page_text(content.problem))
             dress(label, f"{ident}-problem", "text-negative", role="alert")
         else:
             self._show_done(content)
@@ -186,7 +186,7 @@ REMEDIES = MappingProxyType(
 """{key of a notice: text of a button, and the settings that it applies}."""
 
 
-def numbers_of(result: Any) -> list[tuple[str, str, str]]:
+def result_numbers(result: Any) -> list[tuple[str, str, str]]:
     """Return (key, name, text) of the step's numbers, with the 95 % interval if there is one."""
     intervals = getattr(result, "intervals", None) or {}
     rows = []
@@ -203,7 +203,7 @@ def numbers_of(result: Any) -> list[tuple[str, str, str]]:
         value_text, span = text(value), intervals.get(f.name)
         if span and span["low"] is not None:
             value_text += f" (95 %: {text(span['low'])} to {text(span['high'])})"
-        rows.append((f.name, title_of(f.name), value_text))
+        rows.append((f.name, as_title(f.name), value_text))
     before = getattr(result, "uncalibrated", None)
     if before:
         rows.append(("before", "MAPE before calibration", f"{before['mape']:.2%}"))
@@ -221,12 +221,12 @@ HEROES = (
 """(step, key, name) of the large numbers."""
 
 
-def heroes(chain: Chain) -> list[Hero]:
+def headlines(chain: Chain) -> list[Hero]:
     """Return the main numbers of the steps that have a result."""
     numbers = []
     for step, key, name in HEROES:
         done = chain.done.get(step)
-        rows = [] if done is None or done.result is None else numbers_of(done.result)
+        rows = [] if done is None or done.result is None else result_numbers(done.result)
         texts = [text.partition(" (")[0] for row, _, text in rows if row == key]
         numbers += [(f"hero-{step}-{key}", name, text) for text in texts]
     return numbers
@@ -237,16 +237,16 @@ def show_step(step: StepResult) -> None:
     name, result, meanings = step.call.name, step.result, result_fields(step.call.name)
     with ui.row().classes("w-full items-start gap-8"):
         with ui.grid(columns="auto auto").classes("gap-x-6 gap-y-1 items-baseline"):
-            for key, words, value in numbers_of(result):
-                hint(words).tooltip(on_page(meanings.get(key, words)))
+            for key, words, value in result_numbers(result):
+                hint(words).tooltip(page_text(meanings.get(key, words)))
                 ident = f"laboratory-{name}-{key.replace('_', '-')}"
                 dress(ui.label(value), ident, "text-base font-medium")
         with ui.column().classes("gap-1").style("flex:1; min-width:280px"):
-            checks(result)
+            show_checks(result)
     if step.picture:
         picture = ui.html(step.picture, sanitize=False)
         label = f"Figure: {CARDS[name][0]}"
         dress(picture, "", "figure", role="img", aria_label=label)
     rejections = [f"{path}: not used, {reason}" for path, reason in result.refused.items()]
-    warnings = [w for w in result.warnings if key_of(w) != "synthetic"]
+    warnings = [w for w in result.warnings if warning_key(w) != "synthetic"]
     Notes().fill([*rejections, *dict.fromkeys(warnings)])

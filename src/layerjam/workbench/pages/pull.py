@@ -14,26 +14,26 @@ from layerjam.units import show
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.answer import Answer, file_bytes
 from layerjam.workbench.call import Call
-from layerjam.workbench.controls import Choice, Control, by_key, choice, entry, vacuum_entry
+from layerjam.workbench.controls import Choice, Control, choice, entry, map_keys, vacuum_entry
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.more import OtherInputs
-from layerjam.workbench.outcomes import of_pull, of_slide
+from layerjam.workbench.outcomes import pull_words, slide_words
 from layerjam.workbench.page import Box, Figures, Notes, Page
 from layerjam.workbench.pages import pull_band
-from layerjam.workbench.pages.pull_chart import pull_chart, saw
+from layerjam.workbench.pages.pull_chart import pull_chart, stick_slip_chart
 from layerjam.workbench.pages.pull_files import (
     MeasuredFiles,
     PinFiles,
     Reading,
-    laid_out,
+    find_pulls,
     pinned_files,
-    read,
+    read_pulls,
     show_errors,
 )
 from layerjam.workbench.panel import Panel
 from layerjam.workbench.peak import PeakSetting
 from layerjam.workbench.pins import BAND
-from layerjam.workbench.sheets_drawing import PullView, drawing, key, scale_said, slip_sentence
+from layerjam.workbench.sheets_drawing import PullView, describe_scale, drawing, key, slip_sentence
 from layerjam.workbench.widgets import (
     Hero,
     Heroes,
@@ -77,7 +77,7 @@ class SheetBySheet(ui.column):
                 self.scale = dress(live.Words(""), "pull-sheets-scale", "text-sm")
         # use the event's own value, because the server's value of the slider lags behind the
         # pointer
-        self.bar.on("update:model-value", self._on_walk, throttle=0.05)
+        self.bar.on("update:model-value", self._on_slider, throttle=0.05)
         self.bar.on("pointed", self._on_point)
         self.bar.on("blur", js_handler=f"() => layerjamUnmark({chart.id})")
 
@@ -88,45 +88,47 @@ class SheetBySheet(ui.column):
             return
         before, self._motion, self.seen = self.seen, motion, PullView.from_motion(motion, sheets)
         if before is None:
-            index = self.seen.telling()
+            index = self.seen.informative_sample()
         else:
             old = before.motion
-            index = self.seen.nearest(float(old.elongation[self.at]), float(old.force[self.at]))
-        self._look(index)
+            index = self.seen.nearest_sample(
+                float(old.elongation[self.at]), float(old.force[self.at])
+            )
+        self._show_sample(index)
         if not self._tied:
             self._tied = True
             self.client.run_javascript(f"layerjamPointing({self.chart.id}, {self.bar.id})")
 
-    def _look(self, index: int) -> None:
+    def _show_sample(self, index: int) -> None:
         """Show a sample; the slider follows only in the browser."""
         if self.seen is None:
             return
         self.at = index
         self.words.set_text(slip_sentence(self.seen, index))
-        self.scale.set_text(scale_said(self.seen, index))
+        self.scale.set_text(describe_scale(self.seen, index))
         self.drawn.set_content(drawing(self.seen, index))
         place = round(STEPS * index / max(len(self.seen.motion.force) - 1, 1))
         self.client.run_javascript(f"layerjamAlong({self.bar.id}, {place})")
 
     def _on_point(self, event: events.GenericEventArguments) -> None:
         """Handle the pointer at [mm, N] of the chart."""
-        if self.seen is not None and (point := _point(event.args)):
-            index = self.seen.nearest(point[0] / MM, point[1])
+        if self.seen is not None and (point := _parse_point(event.args)):
+            index = self.seen.nearest_sample(point[0] / MM, point[1])
             if index != self.at:
-                self._look(index)
+                self._show_sample(index)
 
-    def _on_walk(self, event: events.GenericEventArguments) -> None:
+    def _on_slider(self, event: events.GenericEventArguments) -> None:
         """Move the chart's cursor after a move of the slider."""
         if self.seen is None or not isinstance(event.args, int | float):
             return
         motion = self.seen.motion
         index = round(event.args / STEPS * (len(motion.force) - 1))
-        self._look(min(max(index, 0), len(motion.force) - 1))
+        self._show_sample(min(max(index, 0), len(motion.force) - 1))
         x, y = float(motion.elongation[self.at]) * MM, float(motion.force[self.at])
         self.client.run_javascript(f"layerjamMark({self.chart.id}, {x!r}, {y!r})")
 
 
-def _point(args: Any) -> tuple[float, float] | None:
+def _parse_point(args: Any) -> tuple[float, float] | None:
     """Return two numbers from the browser; None for anything else."""
     pair = args if isinstance(args, list) else [args]
     pair = pair[0] if len(pair) == 1 and isinstance(pair[0], list) else pair
@@ -170,17 +172,17 @@ class Pull(Page):
         self._read: tuple[object, Reading] = (None, Reading())
         self._whole: tuple[object, Any] = (None, None)
         self.panel = Panel(desk, self.name)
-        self.panel.besides = pull_band.of_pin
-        self.peak = PeakSetting(desk, self.name, lambda: self.calls()[0], self._full)
+        self.panel.besides = pull_band.pin_band
+        self.peak = PeakSetting(desk, self.name, lambda: self.calls()[0], self._full_vacuum)
 
     def controls(self) -> Mapping[str, Control]:
         """Return the controls, with the bounds that the brake sets."""
         brake = self.desk.brake.brake
-        inputs = self.more_of_saw if self._saws() else self.more_of_pull
+        inputs = self.more_of_saw if self._is_stick_slip() else self.more_of_pull
         full, usable = inputs.atmosphere(brake.site.atmosphere), brake.sheets.usable_travel
         vacuum = vacuum_entry("tensile", "vacuum", full)
         lacking = "Vacuum for files that do not state one"
-        return by_key(
+        return map_keys(
             vacuum,
             entry("tensile", "speed", 0.001, (1e-4, 0.05)),
             entry("tensile", "travel", min(0.04, usable), (0.001, usable), label="Elongation"),
@@ -194,13 +196,13 @@ class Pull(Page):
         with side:
             self.slider("vacuum")
             self.slider("speed")
-            self.slider("travel", lambda: not self._saws())
-            self.slider("damping", self._saws)
+            self.slider("travel", lambda: not self._is_stick_slip())
+            self.slider("damping", self._is_stick_slip)
             choice(self.desk, self.name, MODEL)
             self.problem_line()
-            with self.show_while(lambda: not self._saws()):
+            with self.show_while(lambda: not self._is_stick_slip()):
                 self.more_of_pull.build()
-            with self.show_while(self._saws):
+            with self.show_while(self._is_stick_slip):
                 self.more_of_saw.build()
             self.measured = MeasuredFiles(self.desk)
             self.of_files = self.slider("files_vacuum")
@@ -212,37 +214,37 @@ class Pull(Page):
                 self.pin_band = button(PIN_BAND, self._pin_with_band, "pull-pin-band", "push_pin")
                 self.pin_band.set_visibility(False)
                 self.pin_files = PinFiles(self.desk, self.panel)
-            with self.show_while(lambda: not self._saws()):
+            with self.show_while(lambda: not self._is_stick_slip()):
                 self.peak.build()
             self.panel.build("pull-chart", "Force versus elongation")
             self.by_sheet = SheetBySheet(self.panel.chart)
             self.peak.attach(self.panel.chart)
             with self.panel.build_row():
-                record = partial(self._give, f"tensile {STICK_SLIP}", "csv")
+                record = partial(self._download_result, f"tensile {STICK_SLIP}", "csv")
                 button("record as CSV", record, "pull-record", look=takeaway.QUIET)
-                compare = partial(self._give, "validate", "svg")
+                compare = partial(self._download_result, "validate", "svg")
                 self.compared = button("comparison as SVG", compare, "pull-comparison")
                 self.compared.set_visibility(False)
             self.errors = Box(show_errors, "w-full gap-1 overflow-auto")
             with fold("More numbers", "pull-numbers"):
-                with self.show_while(lambda: not self._saws()):
+                with self.show_while(lambda: not self._is_stick_slip()):
                     self.pulled = Figures(self.name, "tensile", PULLED)
-                with self.show_while(self._saws):
+                with self.show_while(self._is_stick_slip):
                     self.saw = Figures("pull-saw", STICK_SLIP, SAW)
             self.notes = Notes()
 
-    def _full(self) -> float:
+    def _full_vacuum(self) -> float:
         """Return the greatest vacuum of the site [Pa]."""
         return self.controls()["vacuum"].high
 
-    def _saws(self) -> bool:
+    def _is_stick_slip(self) -> bool:
         return self.word(MODEL) == STICK_SLIP
 
     def calls(self) -> Sequence[Call]:
         """Return the call of the pull."""
         subjects = (self.desk.brake_subject(),)
         inputs = self.texts("vacuum", "speed")
-        if self._saws():
+        if self._is_stick_slip():
             if self.value("damping"):
                 inputs["damping"] = self.text("damping")
             return [Call(STICK_SLIP, subjects, {**inputs, **self.more_of_saw.options()})]
@@ -262,19 +264,19 @@ class Pull(Page):
         result = call.run(**({} if saws else {"progress": self.runner.tell}))
         if self._whole[0] != call.subjects[0].text:
             self._whole = (call.subjects[0].text, Call("show", call.subjects).run())
-        pins, reading = self.panel.pinned_answers(call), self._files()
-        band = self._band(call, result)
+        pins, reading = self.panel.pinned_answers(call), self._read_files()
+        band = self._compute_band(call, result)
         if not saws:
             pins = (*pinned_files(self.desk, reading), *pins)
         bands = [(pin.more, pin.answer.result.record, GREY) for pin in pins if pin.more]
         bands += [(band, result.record, BLUE)] if band else []
-        shade = partial(pull_band.shade, bands=bands) if bands else None
+        shade = partial(pull_band.draw_bands, bands=bands) if bands else None
         return Answer(call, result, pins=pins, finish=shade), self._whole[1], reading, band
 
-    def _band(self, call: Call, result: Any) -> pull_band.Band | None:
+    def _compute_band(self, call: Call, result: Any) -> pull_band.Band | None:
         """Return the 95 % band of the displayed pull, if known."""
         error = pull_band.law_error(self.desk, call)
-        return None if error is None else pull_band.band(error, result.record, call)
+        return None if error is None else pull_band.compute_band(error, result.record, call)
 
     def _pin_with_band(self) -> None:
         answer = self.panel.shown
@@ -282,14 +284,14 @@ class Pull(Page):
         if error is not None:
             self.panel.pin(**{BAND: error.text()})
 
-    def _files(self) -> Reading:
+    def _read_files(self) -> Reading:
         """Return the interpreted files; read them again if files, brake or vacuum have changed."""
-        vacuum, files = self.text("files_vacuum"), laid_out(self.desk)
+        vacuum, files = self.text("files_vacuum"), find_pulls(self.desk)
         last_key, reading = self._read
         sidecars = tuple(self.uploads.sidecars)
         key = (files, sidecars, self.desk.state.brake, vacuum if reading.lacking else "")
         if last_key != key:
-            reading = read(files, self.desk.brake_subject(), vacuum, self.runner.tell)
+            reading = read_pulls(files, self.desk.brake_subject(), vacuum, self.runner.tell)
             self._read = ((*key[:3], vacuum if reading.lacking else ""), reading)
         return reading
 
@@ -307,17 +309,17 @@ class Pull(Page):
             self.peak.fill(pull.peak_force)
         (self.saw if saws else self.pulled).fill(pull)
         self.by_sheet.fill(None if saws else pull.motion, pull.record.brake.brake.sheets)
-        self.heroes.fill(heroes(pull))
-        self.outcome.set_text(of_slide(pull) if saws else of_pull(pull))
+        self.heroes.fill(headlines(pull))
+        self.outcome.set_text(slide_words(pull) if saws else pull_words(pull))
         self.measured.fill(reading)
         self.errors.fill(reading)
         self.notes.fill(pull.warnings)
 
-    async def _give(self, command: str, ending: str) -> None:
+    async def _download_result(self, command: str, ending: str) -> None:
         for answer in self.answers():
             if answer.call.name in command.split() and answer.result is not None:
                 make = partial(file_bytes, answer.result, ending)
-                await takeaway.give(make, f"{answer.name}.{ending}")
+                await takeaway.download(make, f"{answer.name}.{ending}")
 
 
 def chart_of(
@@ -327,13 +329,13 @@ def chart_of(
     name, pins = answer.call.name, answer.pins
     pins_shown = {pin.label: pin.answer.result for pin in pins if pin.answer.call.name == name}
     if name == STICK_SLIP:
-        return saw(answer.result, brake_facts, dark, pins_shown)
+        return stick_slip_chart(answer.result, brake_facts, dark, pins_shown)
     files = [pin.pin.subject for pin in pins if pin.pin and pin.answer.call.files]
     bands = {pin.label: pin.more for pin in pins if pin.more} | ({"": band} if band else {})
     return pull_chart(answer.result, brake_facts, reading, dark, pins_shown, files, bands)
 
 
-def heroes(result: Any) -> list[Hero]:
+def headlines(result: Any) -> list[Hero]:
     """Return the main numbers of a pull: peak and heat, or those of stick–slip."""
     if result.command == STICK_SLIP or not hasattr(result, "peak_force"):
         swing = "–" if result.amplitude is None else f"± {show(result.amplitude, 'N')}"

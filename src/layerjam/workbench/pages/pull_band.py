@@ -12,7 +12,7 @@ from layerjam.simulate.record import TensileRecord
 from layerjam.units import parse
 from layerjam.workbench.call import Call
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pins import BAND, call_of
+from layerjam.workbench.pins import BAND, pin_call
 from layerjam.workbench.state import Pin
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def law_error(desk: Desk, call: Call) -> "LawError | None":
     return spread.error_at(vacuum, speed) if vacuum > 0 else None
 
 
-def band(error: "LawError", record: TensileRecord, call: Call) -> Band | None:
+def compute_band(error: "LawError", record: TensileRecord, call: Call) -> Band | None:
     """Return the band of a recorded pull of a call; None if the law has none at its vacuum."""
     u = np.asarray(record.elongation, float)
     top = float(u[int(np.argmax(record.force))])
@@ -65,7 +65,7 @@ def band(error: "LawError", record: TensileRecord, call: Call) -> Band | None:
     return Band(elongation, half, error.pulls) if np.isfinite(half).all() else None
 
 
-def of_pin(pin: Pin, result: Any) -> Band | None:
+def pin_band(pin: Pin, result: Any) -> Band | None:
     """Return the band that a pin keeps with its result, or None.
 
     Raises LayerjamError for invalid values from a link.
@@ -75,13 +75,13 @@ def of_pin(pin: Pin, result: Any) -> Band | None:
     # import late: it is slow, and only a pinned band needs it
     from layerjam.identify.calibration.law_spread import LawError
 
-    call = call_of(pin)
+    call = pin_call(pin)
     if call.options.keys() != ASKED:
         raise QuantityError("band: needs a pull at one vacuum, one speed and one travel")
-    return band(LawError.read(str(pin.options[BAND])), result.record, call)
+    return compute_band(LawError.read(str(pin.options[BAND])), result.record, call)
 
 
-def shade(figure: "Figure", bands: Sequence[tuple[Band, TensileRecord, str]]) -> None:
+def draw_bands(figure: "Figure", bands: Sequence[tuple[Band, TensileRecord, str]]) -> None:
     """Draw bands into the figure of a pull, each around its record and in its colour.
 
     Bands based on the same number of pulls are labelled once, above the end of the highest.

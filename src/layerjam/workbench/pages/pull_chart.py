@@ -46,7 +46,7 @@ def pull_chart(
     drawn_paths, colors = {item.trace.path for item in pinned_pulls}, dict[str, str]()
     for place, item in enumerate(reading.curves):
         color = colors[item.path] = FILE_COLORS[place % len(FILE_COLORS)]
-        label_text = f"{show(item.vacuum, 'Pa', 3)}, {reading.name_of(item.path)}"
+        label_text = f"{show(item.vacuum, 'Pa', 3)}, {reading.shown_name(item.path)}"
         if item.path not in drawn_paths:
             x, y = item.pull.elongation * MM, item.pull.force
             curves.append(Curve(x, y, color, label_text, width=1.5, labelled=few))
@@ -63,12 +63,12 @@ def pull_chart(
     ]
     first_edge = len(curves)
     for label, band in bands.items():
-        curves += _edges(pins[label] if label else result, band, label)
+        curves += _band_edges(pins[label] if label else result, band, label)
     end = max(float(c.x.max()) for c in curves)
     top = round_up(max(brake_facts.max_force, *(float(c.y.max()) for c in curves[1:]), 0.0))
     if residuals:
         grid = np.linspace(0.0, end, SHARED)
-        curves, residuals = _on_grid(curves, grid), _on_grid(residuals, grid)
+        curves, residuals = _resample(curves, grid), _resample(residuals, grid)
     pull, ends = result.panes()[0], (0.0, end if residuals else None)
     edges = list(zip(curves[first_edge::2], curves[first_edge + 1 :: 2], strict=True))
     panes = [replace(pull, curves=curves, bands=edges, x_range=ends, y_range=(0, top), share=3.0)]
@@ -84,7 +84,7 @@ def _computed_curve(result: Any, label: str, notes: Mapping[str, str]) -> Curve:
     return replace(result.panes()[0].curves[0], color=GREY, name=label, width=1.2, note=note)
 
 
-def _edges(result: Any, band: Band, label: str) -> list[Curve]:
+def _band_edges(result: Any, band: Band, label: str) -> list[Curve]:
     """Return the lower and the upper edge of a computed pull's band."""
     x, color = band.elongation, GREY if label else BLUE
     force = np.interp(x, result.record.elongation, result.record.force)
@@ -96,7 +96,7 @@ def _edges(result: Any, band: Band, label: str) -> list[Curve]:
     ]
 
 
-def _on_grid(curves: Sequence[Curve], grid: np.ndarray) -> list[Curve]:
+def _resample(curves: Sequence[Curve], grid: np.ndarray) -> list[Curve]:
     """Return the curves on one grid; the cursor reads only curves with a point at its position."""
     result = []
     for curve in curves:
@@ -107,7 +107,7 @@ def _on_grid(curves: Sequence[Curve], grid: np.ndarray) -> list[Curve]:
     return result
 
 
-def saw(
+def stick_slip_chart(
     result: Any, brake_facts: Any, dark: bool, pins: Mapping[str, Any] = NONE
 ) -> dict[str, Any]:
     """Return the chart of a pull with stick–slip, with the curves of `pins`."""

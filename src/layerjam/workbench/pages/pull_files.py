@@ -18,11 +18,11 @@ from layerjam.workbench.answer import Answer, Pinned, try_call
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.dropping import FilesHere
-from layerjam.workbench.page import Box, Notes, checks
+from layerjam.workbench.page import Box, Notes, show_checks
 from layerjam.workbench.panel import Panel
 from layerjam.workbench.proposals import ASIDE, FRICTION
-from layerjam.workbench.said import edits_of, sidecar_text
-from layerjam.workbench.spoken import on_page
+from layerjam.workbench.said import get_edits, sidecar_text
+from layerjam.workbench.spoken import page_text
 from layerjam.workbench.state import MEASURED
 from layerjam.workbench.tables import html
 from layerjam.workbench.uploads import Upload
@@ -71,7 +71,7 @@ class Reading:
         """Return the result of `validate`."""
         return self.answers[1].result if len(self.answers) > 1 else None
 
-    def name_of(self, path: str) -> str:
+    def shown_name(self, path: str) -> str:
         """Return the user's name of a file."""
         name: str = rename_files(path, {file.path.name: file.shown for file in self.files})
         return name
@@ -106,9 +106,9 @@ class Reading:
         return () if self.compared is None else self.compared.record[1].curves
 
 
-def laid_out(desk: Desk) -> tuple[Upload, ...]:
+def find_pulls(desk: Desk) -> tuple[Upload, ...]:
     """Return the pulls among the tab's files for a call, with their sidecars."""
-    uploads, edits, files = desk.files, edits_of(desk), []
+    uploads, edits, files = desk.files, get_edits(desk), []
     for upload in uploads.used:
         edit = edits.get(upload.key, {})
         if edit.get("role") not in (FRICTION, ASIDE):
@@ -117,7 +117,7 @@ def laid_out(desk: Desk) -> tuple[Upload, ...]:
     return tuple(files)
 
 
-def read(
+def read_pulls(
     files: tuple[Upload, ...], brake: Subject, vacuum: str, tell: Callable[[str, float], None]
 ) -> Reading:
     """Run both commands on the files; errors are text with the user's file names."""
@@ -157,7 +157,7 @@ class MeasuredFiles:
                 remove_button = button("", remove, "pull-file-remove", "close", look=look)
                 dress(remove_button, aria_label=f"Remove {file.shown}")
             for sentence in reading.sentences(file.shown):
-                ui.label(on_page(sentence)).classes("text-xs opacity-80")
+                ui.label(page_text(sentence)).classes("text-xs opacity-80")
         files = self.desk.files
         for name in sorted({*files.sidecars} - {f.shown for f in files.files}):
             ui.label(f"{name}.toml was dropped without {name}").classes("text-xs opacity-80")
@@ -180,7 +180,7 @@ def show_errors(reading: Reading) -> None:
         rows.append([row["path"], vacuum, speed, mape, error, bias])
     table = html(heads, rows, range(1, 6), "Residuals", "pull-errors")
     live.Table().set_content(table)
-    checks(reading.compared)
+    show_checks(reading.compared)
     Notes().fill(list(dict.fromkeys(reading.compared.warnings)))
 
 

@@ -12,9 +12,9 @@ from layerjam.fluid.parts import FAMILIES
 from layerjam.toml_files.source import KINDS
 from layerjam.toml_files.toml import MAX_BYTES, decode_toml
 from layerjam.units import QuantitySpec, exact_text, get, show, usual_unit
-from layerjam.workbench.controls import Choice, menu, number_field, on_typed, with_unit, word
+from layerjam.workbench.controls import Choice, add_unit, menu, number_field, on_typed, read_word
 from layerjam.workbench.desk import SHELVES, Desk
-from layerjam.workbench.spoken import in_print
+from layerjam.workbench.spoken import typeset_text
 from layerjam.workbench.widgets import Alert, button, dress, field, fold, one_line, select
 
 NEW_KINDS = ("measured", "data sheet", "handbook", "assumed")
@@ -79,13 +79,13 @@ class Editor:
 
     # ---- which file
 
-    def choosing(self) -> None:
+    def build_selection(self) -> None:
         """Build the selection of a file from the catalogue or disk, its name, and saving."""
         page, kind = self.kind.page, self.kind.what
         self.problem = Alert(f"{page}-{kind}-problem")
-        self._chosen = select({}, kind.capitalize(), self.kind.ident, self._chose)
+        self._chosen = select({}, kind.capitalize(), self.kind.ident, self._on_choose)
         with ui.row().classes("w-full gap-2 no-wrap"):
-            opener(self.desk, kind, page, self.problem)
+            build_opener(self.desk, kind, page, self.problem)
             button("Save TOML", self._save, f"{page}-save", "download")
         self._named = field("Name", f"{page}-name", longest=80)
         on_typed(self._named, self._on_rename)
@@ -108,7 +108,7 @@ class Editor:
             row.fill()
         self._fill_parts()
 
-    def _chose(self, event: events.ValueChangeEventArguments[Any]) -> None:
+    def _on_choose(self, event: events.ValueChangeEventArguments[Any]) -> None:
         if event.value in self.catalogue_names and event.value != self.text:
             self.desk.put_file(self.kind.what, str(event.value))
 
@@ -150,7 +150,7 @@ class Editor:
             return one_line(err)
         return ""
 
-    def folds(self, open_groups: tuple[str, ...] = ()) -> None:
+    def build_folds(self, open_groups: tuple[str, ...] = ()) -> None:
         """Build one panel for each table; its fields are built when it is first opened."""
         for table, title in self.kind.groups.items():
             ident = f"{self.kind.page}-group-{table}"
@@ -170,7 +170,7 @@ class Editor:
             return
         with self._folds[table]:
             if table in FAMILIES and self.kind.what == "line":
-                self._part(table)
+                self._build_part_choice(table)
             elif table in self.kind.optional:
                 drop = partial(self.take, table, NONE)
                 title, ident = self.kind.groups[table].lower(), f"{self.kind.page}-without-{table}"
@@ -178,7 +178,7 @@ class Editor:
             for path in self.kind.paths(table):
                 self.rows[path] = FieldRow(self, path)
 
-    def _part(self, table: str) -> None:
+    def _build_part_choice(self, table: str) -> None:
         none = {NONE: "none"} if table in self.kind.optional else {}
         parts = {CUSTOM: "custom values", **none, **self.kind.parts(table)}
 
@@ -189,19 +189,19 @@ class Editor:
         self._parts[table] = dress(box, aria_label=f"Catalogue part for the {table}")
         self._fill_parts()
 
-    def part_of(self, table: str) -> str:
+    def current_part(self, table: str) -> str:
         """Return the part of a table: its name, OWN for custom numbers, or NONE if it is absent."""
         absent = table in self.kind.optional and self.value(table) is None
         return str(self.file.parts.get(table, NONE if absent else CUSTOM))
 
     def _fill_parts(self) -> None:
         for table, box in self._parts.items():
-            part = self.part_of(table)
+            part = self.current_part(table)
             box.set_value(part if part in (box.options or ()) else CUSTOM)
 
     def take(self, table: str, part: str) -> None:
         """Choose a different part of the catalogue for a table, or none."""
-        if part in (CUSTOM, self.part_of(table)):
+        if part in (CUSTOM, self.current_part(table)):
             return
         problem = self.change({}, {table: None if part == NONE else part})
         if problem:
@@ -212,7 +212,7 @@ class Editor:
 
     def origin(self) -> tuple[str, str]:
         """Return the kind and the source of numbers typed from now on."""
-        return word(self.desk, self.kind.page, self._kinds), self._source()
+        return read_word(self.desk, self.kind.page, self._kinds), self._source()
 
     @property
     def _kinds(self) -> Choice:
@@ -222,7 +222,7 @@ class Editor:
     def _source(self) -> str:
         return str(self.desk.get(self.kind.page, self.kind.origin[1], ""))[:200]
 
-    def origin_fields(self) -> None:
+    def build_origin(self) -> None:
         """Build the fields for the source of all numbers that are typed from now on."""
         page, key = self.kind.page, self.kind.origin[1]
         with fold("Source of new numbers"):
@@ -238,7 +238,7 @@ class Editor:
         self.desk.watch(fill)
 
 
-def opener(desk: Desk, kind: str, page: str, problem: Alert) -> None:
+def build_opener(desk: Desk, kind: str, page: str, problem: Alert) -> None:
     """Build a button that loads the user's own TOML file; `problem` shows errors."""
 
     async def on_upload(event: events.UploadEventArguments) -> None:
@@ -274,7 +274,7 @@ class FieldRow:
         with ui.column().classes("w-full gap-0"):
             with ui.row().classes("w-full items-center justify-between no-wrap gap-2"):
                 meaning = f"{symbol}{self.spec.text}; {self.spec.limits()}"
-                ui.label(name.capitalize()).classes("text-sm").tooltip(in_print(meaning))
+                ui.label(name.capitalize()).classes("text-sm").tooltip(typeset_text(meaning))
                 self.field = number_field(f"{name}, {self.spec.text}", "w-40")
                 dress(self.field, ident, placeholder="" if is_required else "unknown")
             source = "text-xs opacity-80 source-line"
@@ -312,7 +312,7 @@ class FieldRow:
         if text == current:
             self.field.error = None
             return
-        text = with_unit(text, "" if self.spec.unit == "1" else unit_of(current, self.spec))
+        text = add_unit(text, "" if self.spec.unit == "1" else bare_unit(current, self.spec))
         table = self.path.rpartition(".")[0]
         waiting = {p: t for p, t in self.editor.waiting.items() if p.rpartition(".")[0] == table}
         problem = self.editor.change({**waiting, self.path: text or None})
@@ -321,6 +321,6 @@ class FieldRow:
             self.editor.waiting[self.path] = text
 
 
-def unit_of(text: str, spec: QuantitySpec) -> str:
+def bare_unit(text: str, spec: QuantitySpec) -> str:
     """Return the unit of a bare number: the displayed unit, otherwise the usual one."""
     return text.partition(" ")[2] or usual_unit(spec.unit)

@@ -16,12 +16,12 @@ from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, try_call
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import options, round_up
-from layerjam.workbench.controls import Control, by_key, vacuum_entry
+from layerjam.workbench.controls import Control, map_keys, vacuum_entry
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.drop_outcome import Animation, series
-from layerjam.workbench.pages.records import opener
-from layerjam.workbench.scene import StackView, in_words, stack_of
+from layerjam.workbench.pages.records import build_opener
+from layerjam.workbench.scene import StackView, build_stack, stack_words
 from layerjam.workbench.widgets import (
     Alert,
     button,
@@ -59,7 +59,7 @@ class Start(Page):
 
     def controls(self) -> Mapping[str, Control]:
         """Return the control of the vacuum."""
-        return by_key(vacuum_entry("tensile", "vacuum", self.desk.brake.brake.site.atmosphere))
+        return map_keys(vacuum_entry("tensile", "vacuum", self.desk.brake.brake.site.atmosphere))
 
     def build(self) -> None:
         """Build the introduction, brake and force, the slider, and three links."""
@@ -70,11 +70,11 @@ class Start(Page):
         with side:
             with ui.column().classes("w-full gap-3 start-set"):
                 self.slider("vacuum")
-                button("Drop a kilogram", self._drop, "start-drop", "south", look="no-caps")
+                button("Drop a kilogram", self._drop_mass, "start-drop", "south", look="no-caps")
                 self.problem_line()
-            self._ways()
+            self._build_cards()
         with main:
-            self._force()
+            self._build_force()
             with ui.element("div").classes("start-row"):
                 with ui.element("div").classes("start-seen"):
                     self.view = StackView("start-scene", "start-view", views=False)
@@ -86,45 +86,45 @@ class Start(Page):
             self.animation = Animation()
         self.stage.set_visibility(self.dropped)
 
-    def _force(self) -> None:
+    def _build_force(self) -> None:
         with ui.row().classes("items-baseline gap-x-4 gap-y-0 start-force"):
             dress(ui.label("resists up to"), "", "text-base")
             self.hero = dress(live.Words("–"), "start-force", "start-hero")
             self.words = status("start-words", "text-base")
 
-    def _ways(self) -> None:
+    def _build_cards(self) -> None:
         with ui.element("div").classes("start-cards"):
-            with self._card("Try", "Another brake from the catalogue:"):
+            with self._build_card("Try", "Another brake from the catalogue:"):
                 self.tried = {}
                 with ui.row().classes("gap-2"):
                     for name in devices():
                         title = (load(name).title or name).rpartition(", ")[2]
                         put = partial(self.desk.put_brake, name)
                         self.tried[name] = button(title, put, f"start-try-{name}")
-            with self._card("My brake", "Its numbers, each with its source:"):
+            with self._build_card("My brake", "Its numbers, each with its source:"):
                 problem = Alert("start-brake-problem")
                 with ui.row().classes("gap-2"):
                     turn = partial(self.desk.turn, "brake")
                     button("Change this one", turn, "start-edit", "edit")
-                    opener(self.desk, "brake", self.name, problem)
-            with self._card("My files", "Friction tests and pulls from a test machine:"):
+                    build_opener(self.desk, "brake", self.name, problem)
+            with self._build_card("My files", "Friction tests and pulls from a test machine:"):
                 choose = self.desk.choose_files
                 button("Drop or choose files", choose, "start-files", "upload_file")
-        self.desk.watch(lambda what: self._mark() if what in ("brake", "undo") else None)
-        self._mark()
+        self.desk.watch(lambda what: self._mark_current() if what in ("brake", "undo") else None)
+        self._mark_current()
 
     @staticmethod
-    def _card(title: str, text: str) -> ui.column:
+    def _build_card(title: str, text: str) -> ui.column:
         with ui.column().classes("start-card") as card:
             heading(title)
             hint(text)
         return card
 
-    def _mark(self) -> None:
+    def _mark_current(self) -> None:
         for name, button_ in self.tried.items():
             dress(button_, aria_pressed=str(name == self.desk.state.brake).lower())
 
-    def _drop(self) -> None:
+    def _drop_mass(self) -> None:
         self.dropped = self._play = True
         self.stage.set_visibility(self.dropped)
         self.refresh()
@@ -155,10 +155,10 @@ class Start(Page):
         pull, brake = answer.result, self.desk.brake.brake
         vacuum = parse(answer.call.options["vacuum"], "Pa", "vacuum")
         self.hero.set_text(show(pull.peak_force, "N", DIGITS))
-        self.words.set_text(holds(pull, brake.site.gravity))
+        self.words.set_text(holding_sentence(pull, brake.site.gravity))
         live.draw(self.chart, force_chart(pull, full, self.dark))
-        stack = stack_of(brake, 0.0, vacuum / brake.site.atmosphere)
-        self.view.show(stack, in_words(brake, stack, 0.0), self.dark)
+        stack = build_stack(brake, 0.0, vacuum / brake.site.atmosphere)
+        self.view.show(stack, stack_words(brake, stack, 0.0), self.dark)
         if not fall:
             return
         stop = fall[0].result
@@ -170,19 +170,19 @@ class Start(Page):
             self.animation.play()
 
 
-def holds(pull: Any, gravity: float) -> str:
+def holding_sentence(pull: Any, gravity: float) -> str:
     """Return the mass that the force of a pull can hold, rounded down, as text."""
     force = show(pull.peak_force, "N", DIGITS)
     if pull.peak_elongation >= pull.record.elongation[-1]:
         stretch = show(pull.peak_elongation, "m", 2)
         return f"The sheets do not hold yet; at {stretch}, the enclosure pulls with {force}."
     return (
-        f"A mass of up to {show(rounded_down(pull.peak_force / gravity), 'kg', DIGITS)} "
+        f"A mass of up to {show(round_down(pull.peak_force / gravity), 'kg', DIGITS)} "
         "can hang on it."
     )
 
 
-def rounded_down(value: float, digits: int = DIGITS) -> float:
+def round_down(value: float, digits: int = DIGITS) -> float:
     """Return a positive number, rounded down to a number of digits."""
     step = 10.0 ** (math.floor(math.log10(value)) + 1 - digits)
     return math.floor(value / step + 1e-9) * step

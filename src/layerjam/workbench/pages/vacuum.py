@@ -18,9 +18,9 @@ from layerjam.workbench.call import Call
 from layerjam.workbench.controls import (
     Choice,
     Control,
-    by_key,
     choice,
     entry,
+    map_keys,
     menu,
     vacuum_entry,
     word_choice,
@@ -33,13 +33,13 @@ from layerjam.workbench.panel import Panel
 from layerjam.workbench.widgets import (
     Hero,
     Heroes,
+    as_title,
     columns,
     dress,
     fold,
     heading,
     hint,
     status,
-    title_of,
 )
 
 LINE = Kind(
@@ -137,7 +137,7 @@ class Vacuum(Page):
         lasts = entry("regulate", "duration", 20.0, (1.0, 120.0), unit="s", label="Simulated time")
         sample = entry("regulate", "sample_time", 0.01, (SHORTEST, 0.1), unit="ms")
         begins = {"unit": "s", "label": "Start of the fault"}
-        return by_key(
+        return map_keys(
             target,
             entry("regulate", "fault_at", 10.0, (0.0, 30.0), **begins),
             lasts.narrow(high=LONGEST),
@@ -155,18 +155,18 @@ class Vacuum(Page):
             with side:
                 self.slider("target")
                 choice(self.desk, self.name, self.fluid)
-                self.line.choosing()
+                self.line.build_selection()
                 with fold("Parts and numbers of the line", "vacuum-numbers"):
-                    self.line.folds()
-                    self.line.origin_fields()
+                    self.line.build_folds()
+                    self.line.build_origin()
             with main:
-                self._step()
+                self._build_step_response()
             heading("Regulator")
             side, main = columns()
             with side:
                 self._loop_controls()
             with main:
-                self._regulated()
+                self._build_regulator()
             self.notes = Notes()
 
     def _loop_controls(self) -> None:
@@ -180,16 +180,16 @@ class Vacuum(Page):
             with fold("Sampling and sensor", "vacuum-sampling"):
                 self.slider("duration")
                 self.slider("sample_time")
-                with self.show_while(self._no_sensor):
+                with self.show_while(self._lacks_sensor):
                     hint("The line has no sensor. A sensor of this range and noise is assumed.")
                     for key in SENSOR:
                         self.slider(key)
         self.more.build()
 
-    def _no_sensor(self) -> bool:
+    def _lacks_sensor(self) -> bool:
         return self.desk.line.line.sensor is None
 
-    def _step(self) -> None:
+    def _build_step_response(self) -> None:
         self.heroes = Heroes(self.name)
         with ui.row().classes("w-full items-center gap-x-6 gap-y-1"):
             self.rise_words = status("vacuum-rise-words")
@@ -198,7 +198,7 @@ class Vacuum(Page):
         self.steps.build("vacuum-chart", "Vacuum over time at full pump power", look)
         self.steps.build_row()
 
-    def _regulated(self) -> None:
+    def _build_regulator(self) -> None:
         self.loop_heroes = Heroes("vacuum-loop")
         self.verdict = status("vacuum-verdict", text=NOT_CHOSEN)
         with ui.row().classes("w-full beside items-start gap-4") as self.regulated:
@@ -228,7 +228,7 @@ class Vacuum(Page):
             return calls
         inputs = {**common, "safe_state": safe, "kind": self.word(self.law)}
         inputs |= self.texts("duration", "sample_time")
-        if self._no_sensor():
+        if self._lacks_sensor():
             inputs |= self.texts(*SENSOR)
         if self.word(self.fault) != "none":
             inputs |= {"fault": self.word(self.fault), "fault_at": self.text("fault_at")}
@@ -266,7 +266,7 @@ class Vacuum(Page):
             risen = f"rises from 10 to 90 % in {show(rise.rise_time, 's', 3)}"
             words = f"A vacuum of {show(rise.target, 'Pa')} in {rise.fluid} {risen}."
         self.rise_words.set_text(words)
-        self.heroes.fill(heroes(rise))
+        self.heroes.fill(headlines(rise))
         self.steps.show(answer, self.dark)
 
     def _draw_loop(self, answer: Answer) -> None:
@@ -276,8 +276,8 @@ class Vacuum(Page):
         given_up = () if result.outcome == "HEALTHY" else ("steady_error", "ripple")
         self.loop_figures.fill(result, but=given_up)
         self.verdict.set_text(verdict(result))
-        self.loop_heroes.fill(loop_heroes(result))
-        self.detection.set_content(detection(result))
+        self.loop_heroes.fill(loop_headlines(result))
+        self.detection.set_content(detection_table(result))
 
 
 def verdict(result: Any) -> str:
@@ -307,7 +307,7 @@ def _hero(key: str, name: str, value: float | None, unit: str) -> Hero:
     return key, name, "–" if value is None else show(value, unit)
 
 
-def heroes(rise: Any) -> list[Hero]:
+def headlines(rise: Any) -> list[Hero]:
     """Return the main numbers of a step; a dash marks unknown ones."""
     return [
         _hero("rise_time", "Rise time (10 to 90 %)", rise.rise_time, "s"),
@@ -318,7 +318,7 @@ def heroes(rise: Any) -> list[Hero]:
     ]
 
 
-def loop_heroes(result: Any) -> list[Hero]:
+def loop_headlines(result: Any) -> list[Hero]:
     """Return the main numbers of a regulated run; after a fault, the detection time."""
     if result.fault is not None:
         detected = _hero("detected", "Detected after", result.said_after, "s")
@@ -331,10 +331,10 @@ def loop_heroes(result: Any) -> list[Hero]:
     ]
 
 
-def detection(result: Any) -> str:
+def detection_table(result: Any) -> str:
     """Return each fault and its longest detection time, as HTML."""
     rows = "".join(
-        f"<dt>{title_of(name.lower())}</dt>"
+        f"<dt>{as_title(name.lower())}</dt>"
         f"<dd>{'not seen' if time is None else show(time, 's', 3)}</dd>"
         for name, time in result.detection.items()
     )
