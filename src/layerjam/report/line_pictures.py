@@ -59,7 +59,7 @@ def regulators() -> style.Figure:
     zoom.axhline(HELD * KPA, color=GREEN, lw=1.0, ls=style.DASHED, label="target")
     zoom.set(xlim=(3, 25), ylim=(78.8, 81.4), xlabel="time [s]", ylabel="vacuum [kPa]")
     style.key(zoom, loc="upper right")
-    detail = "true vacuum, and total number of pump switchings"
+    detail = "the true vacuum; the pump's switchings in all"
     style.title(zoom, "Three regulators hold 80 kPa", detail)
     fault.set(xlim=(0, 6), ylim=(0, 80), xlabel="time [s]", ylabel="vacuum [kPa]")
     for state, color in (("release", RED), ("hold", BLUE)):
@@ -69,8 +69,8 @@ def regulators() -> style.Figure:
     late = run.fault_time - 1.5
     style.upright(fault, 1.5, f"the pump fails; {run.outcome}\nis reported {late:.2f} s later", INK)
     style.key(fault, loc="right")
-    detail = "no pump flow from 1.5 s on"
-    style.title(fault, "A fault leads to the safe state that you chose", detail)
+    detail = "the pump delivers nothing from 1.5 s on"
+    style.title(fault, "A fault ends in the safe state that you declared", detail)
     return figure
 
 
