@@ -76,8 +76,9 @@ def test_no_line_is_cut_twice() -> None:
 CODE = """
 import hashlib, sys
 from layerjam.fabricate.dxf import Frame, write_dxf
-from layerjam.fabricate.outline import sheet
-data = write_dxf([sheet(85, 13, clamp_length=6, hole=3)], Frame(length=95, width=23, words="a × b"))
+from layerjam.fabricate.outline import make_sheet
+part = make_sheet(85, 13, clamp_length=6, hole=3)
+data = write_dxf([part], Frame(length=95, width=23, words="a × b"))
 sys.stdout.write(hashlib.sha256(data).hexdigest())
 """
 

@@ -302,7 +302,7 @@ def test_export_writes_once_the_same_and_says_what(tmp_path):
     ("options", "said"),
     [
         ({"platforms": "amiga"}, "choose from linux, linux-arm, windows"),
-        ({"platforms": "linux", "sources_only": True}, "sources only"),
+        ({"platforms": "linux", "sources_only": True}, "are not built for a platform"),
         ({"platforms": "linux-arm", "fmi": "2"}, "FMI 2.0 has no name"),
         ({"platforms": ""}, "is unknown"),
     ],

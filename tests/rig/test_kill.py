@@ -22,8 +22,9 @@ KILLS = int(os.environ.get("LAYERJAM_KILLS", "12"))
 """Fifty take two minutes on a busy machine."""
 CODE = """
 import sys
-from layerjam.rig.recorder import log
-made = log(sys.argv[1], sys.argv[2], resume=sys.argv[3] == "resume", duration=float(sys.argv[4]))
+from layerjam.rig.recorder import record_log
+resume = sys.argv[3] == "resume"
+made = record_log(sys.argv[1], sys.argv[2], resume=resume, duration=float(sys.argv[4]))
 print(made.outcome, made.samples, made.gaps, made.boots, made.reason)
 """
 
