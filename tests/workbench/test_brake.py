@@ -155,7 +155,7 @@ def test_the_comparison_says_which_is_better_in_words():
     here, beside = show("choi2018-kapton"), show("choi2018-ptfe")
     assert {k for k in ROWS} <= set(here.values)
     rows = comparison_html(here, beside).split("<tr>")
-    (force,) = (row for row in rows if "Peak of a pull at the site" in row)
+    (force,) = (row for row in rows if "Peak force of a pull at the site" in row)
     stronger = here.max_force > beside.max_force
     assert ("▲" if stronger else "▼") in force
     assert (", better" if stronger else ", worse") in force
@@ -190,7 +190,7 @@ def test_an_edited_brake_is_undone_and_comes_back_by_its_link():
 def test_the_page_is_built_and_answers():
     async def drive() -> None:
         async with standing(Brake) as (user, _):
-            await user.should_see("Peak of a pull at the site", retries=100)
+            await user.should_see("Peak force of a pull at the site", retries=100)
             await user.should_see("Sources of the numbers")
             await user.should_see("11 sheets, 6 held on the left", retries=50)
 

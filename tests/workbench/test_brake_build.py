@@ -218,7 +218,7 @@ def test_a_build_is_stopped(monkeypatch):
 def test_the_part_is_opened_and_refuses_in_words():
     async def drive() -> None:
         async with standing(Brake) as (user, pages):
-            await user.should_see("Peak of a pull at the site", retries=100)
+            await user.should_see("Peak force of a pull at the site", retries=100)
             assert not pages[0].making.built
             pages[0].desk.put("brake", "part", "build")
             await user.should_see("It can be built as drawn", retries=100)

@@ -92,7 +92,7 @@ def test_errors_stand_in_place_with_their_line(design):
     search(design, "rubbish")
     says(design, "spec-problem", "Line 1")
     search(design, "")
-    says(design, "spec-problem", "brake (the brake to start from")
+    says(design, "spec-problem", "brake (name or path of the brake to start from")
     search(design, SMALL.replace("300 N", "300 kN"))
     says(design, "outcome", "Not possible: holding force ≥ 300 kN cannot be met")
     assert "Traceback" not in design.inner_text("body")

@@ -95,7 +95,7 @@ def test_nothing_is_searched_twice_and_nothing_anew_that_was_stopped():
 
 @pytest.mark.parametrize(
     ("text", "line", "words"),
-    [("", None, "brake (the brake to start from"), ("rubbish", 1, ""),
+    [("", None, "brake (name or path of the brake to start from"), ("rubbish", 1, ""),
      (SMALL.replace("60 g", "60 s"), 3, "mass"), (SMALL.replace("11,", '"x",'), None, "count"),
      (SMALL.replace("choi2018-kapton", os.sep + "etc/passwd"), 2, "unknown brake"),
      ("x" * 20_001, None, "the limit is 20000")],
@@ -242,7 +242,7 @@ def test_the_page_stands(monkeypatch):
             await user.should_see("Not possible: holding force", retries=300)
             need.editor.set_value("")
             need.search()
-            await user.should_see("brake (the brake to start from", retries=100)
+            await user.should_see("brake (name or path of the brake to start from", retries=100)
             desk.put("design", "part", "arrays")
             await user.should_see("share the load evenly", retries=100)
 
