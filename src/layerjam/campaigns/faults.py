@@ -63,7 +63,7 @@ class Faults(LoadCell):
     jitter: float = fault("s", "standard deviation of the sampling jitter", 1)
     dropped: float = fault("1", "fraction of samples that are lost", 0.5)
     repeated_stamps: float = fault("1", "fraction of samples with a repeated time stamp", 0.5)
-    stick_slip: float = fault("N", "stick–slip while sliding, peak to peak", 1e4)
+    stick_slip: float = fault("N", "stick-slip while sliding, peak to peak", 1e4)
     overshoot: float = fault(
         "1", "relative excess of static over kinetic friction of the sheets", 1
     )
