@@ -283,7 +283,7 @@ def test_friction_tests_show_their_coefficients() -> None:
 
 def test_contradictions_are_refused() -> None:
     for wrong, words in (
-        ({"slack": 1e-3, "preload": 1.0}, "takes the slack out"),
+        ({"slack": 1e-3, "preload": 1.0}, "removes the slack"),
         ({"jitter": 1e-3}, "0.2 of the sampling period"),
         ({"force_noise": -1.0}, "machine.force_noise: -1 N is not allowed"),
         ({"vacuum_error": 5e4}, "at most 20 kPa"),

@@ -57,7 +57,7 @@ BAD = {
     "empty": ("", "empty"),
     "header only": ("time [s],elongation [m],force [N]\n", "no row"),
     "few rows": (own(table(5)), "5 rows"),
-    "no format": ("dear diary,\ntoday I pulled a brake.\n" * 20, "no known format"),
+    "no format": ("dear diary,\ntoday I pulled a brake.\n" * 20, "not in a known format"),
     "binary": ("\x00\x01\x02" * 500, None),
     "no force": (own(table()[:, :2], "time [s],elongation [m]"), "force"),
     "no units": (own(table(), "time,elongation,force"), "unit"),

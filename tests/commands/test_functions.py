@@ -145,7 +145,7 @@ def test_the_lab_in_python(tmp_path: Path) -> None:
     assert any("also used to calibrate this brake" in w for w in checked.warnings)
     other = measured(tmp_path, "other.csv", repeat=2)
     assert not any(
-        "calibrated on" in w for w in layerjam.validate(tmp_path / "mine.toml", [other]).warnings
+        "for calibration" in w for w in layerjam.validate(tmp_path / "mine.toml", [other]).warnings
     )
 
 

@@ -151,7 +151,7 @@ def test_the_sensor_zero_is_fitted_where_the_record_shows_it():
     ("p", "window", "words"),
     [
         (np.full(100, A), (0, None), "from the atmosphere"),
-        (np.linspace(1.5e5, 0.5e5, 100), (0, None), "crosses the atmosphere"),
+        (np.linspace(1.5e5, 0.5e5, 100), (0, None), "crosses atmospheric"),
         (np.linspace(1.5e5, 1.4e5, 100), (0.0, 0.5), "20 are needed"),
     ],
 )

@@ -89,7 +89,7 @@ def test_each_fault_is_named_in_its_column_and_its_pull(odd: Odd, tests: set[str
         [place] = true
         # the vacuum that was in the brake, to the pull's own scatter
         assert rows[place].vacuum_of_peak == pytest.approx(0.85 * rows[place].vacuum, rel=0.03)
-        assert "as at " in rows[place].sentence
+        assert "as if at " in rows[place].sentence
 
 
 @pytest.mark.parametrize(
