@@ -54,7 +54,7 @@ def test_a_record_shorter_than_the_standard_asks() -> None:
     some = reduce_repeat(by_hand(far=0.105), 2.0, None, D1894)
     assert some.window == (pytest.approx(0.0021), pytest.approx(0.105))
     assert any("102.9 mm of sliding; ASTM D1894 requires 130 mm" in w for w in some.warnings)
-    with pytest.raises(FileError, match=r"slide over 57\.9 mm only; ASTM D1894 .*--from, --to"):
+    with pytest.raises(FileError, match=r"slide over only 57\.9 mm; ASTM D1894 .*--from and --to"):
         reduce_repeat(by_hand(far=0.06), 2.0, None, D1894)
     whole = reduce_repeat(by_hand(far=0.130), 2.0, None, D1894)
     assert not any("sliding" in w for w in whole.warnings)

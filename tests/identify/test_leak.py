@@ -150,7 +150,7 @@ def test_the_sensor_zero_is_fitted_where_the_record_shows_it():
 @pytest.mark.parametrize(
     ("p", "window", "words"),
     [
-        (np.full(100, A), (0, None), "from the atmosphere"),
+        (np.full(100, A), (0, None), "from atmospheric pressure"),
         (np.linspace(1.5e5, 0.5e5, 100), (0, None), "crosses atmospheric"),
         (np.linspace(1.5e5, 1.4e5, 100), (0.0, 0.5), "20 are needed"),
     ],

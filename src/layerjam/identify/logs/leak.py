@@ -214,8 +214,8 @@ def _check_hold(gauge: Array, difference: float, atmosphere: float) -> None:
     """Raise FitError if the pressure is not held above or below the atmosphere."""
     if abs(difference) < 1e-4 * atmosphere:
         raise FitError(
-            f"the window begins {show(abs(difference), 'Pa')} from atmospheric pressure: the "
-            "chamber is vented, or the pressure reference is wrong (--reading)"
+            f"the window begins {show(abs(difference), 'Pa')} from atmospheric pressure: no "
+            "difference is held, or the pressure reference is wrong (--reading)"
         )
     if (gauge * difference < -0.1 * difference**2).any():
         raise FitError("the log crosses atmospheric pressure: this is not a hold (check --reading)")
