@@ -139,7 +139,7 @@ class BrakeCalibration(FromFiles, Judged):
     standard_errors: Mapping[str, Any] = fact("standard errors and their basis", listed=False)
     intervals: Mapping[str, Any] = fact("95 % intervals", listed=False)
     covariance: Mapping[str, Any] = fact(
-        "covariance of each pair of values, in SI units; empty without scatter", listed=False
+        "covariance of each pair of values, in SI units; empty if no scatter is known", listed=False
     )
     bootstrap: Mapping[str, Any] | None = fact("intervals from resampled repeats", listed=False)
     leave_one_out: Mapping[str, Any] | None = fact("influence of each file", listed=False)

@@ -262,8 +262,8 @@ def _trace_notices(trace: Trace) -> Iterator[Notice]:
     if summary.second_rise is not None:
         yield Notice(
             f"{name}: the force rises twice, as if the brake had been switched on while "
-            "sliding; view each rise with 'layerjam pull --from --to', and use a file that "
-            "contains only one rise",
+            "sliding. View each rise with 'layerjam pull --from --to', and use a file with "
+            "one rise",
             "two-rises",
         )
 
@@ -273,7 +273,7 @@ def _pull_vacuum(trace: Trace, default: float | None, brake: Brake) -> float:
         return float(check_vacuum(trace.facts.vacuum, brake, "vacuum in its sidecar"))
     if default is None:
         raise FitError(
-            f"its vacuum is not stated; give --vacuum, write "
+            f"its vacuum is not stated. Give --vacuum, write "
             f'{Path(trace.path).name}.toml next to it with a line such as vacuum = "94.5 kPa", or '
             f"one {LIST} for the folder, or give a pattern of its name (--names '*_{{vacuum}}_*')"
         )

@@ -170,7 +170,7 @@ def _read_step(kind: type[Step], texts: Mapping[str, str | None]) -> Step:
 
 
 def parse_procedure(text: str) -> Procedure:
-    """Return a Procedure from text; sentences are separated by ';'.
+    """Return a Procedure from text, whose sentences are separated by ';'.
 
     Raises ProcedureError for an unknown sentence, for a quantity that cannot be read, and for steps
     that contradict each other.
