@@ -28,7 +28,7 @@ OTHERWISE = MappingProxyType(
 """{option: its control, if the page uses a different name}."""
 PHRASES = (
     (r"tensile --model stack", "'sheet by sheet' model of a pull"),
-    (r"; 'layerjam pull --tare' shows its effect, depth curves can", "; whole curves can"),
+    (r"; 'layerjam pull --tare' shows its effect, and depth curves can", "; whole curves can"),
     (r" \(--tare subtracts it\)", ""),
     (r", or give a pattern of its name \(--names '[^']*'\)", ""),
     (r"--standard d1894", "'Evaluate friction tests as', ASTM D1894,"),
