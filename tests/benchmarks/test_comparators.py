@@ -133,7 +133,7 @@ def test_a_kernel_that_does_not_compile_says_why(tmp_path, monkeypatch):
 
 
 def test_without_a_compiler_the_c_rows_are_left_out_in_plain_words(monkeypatch):
-    monkeypatch.setattr(compiled, "find_compiler", lambda: None)
+    monkeypatch.setattr(compiled, "compiler", lambda: None)
     assert impact.compiled_c() == []
     assert "no C compiler" in impact.compiler_missing()
     with pytest.raises(RuntimeError, match="no C compiler"):

@@ -143,7 +143,7 @@ def test_a_step_that_is_none_is_refused(tmp_path):
     path = recorded(tmp_path / "step.csv")
     with pytest.raises(FitError, match="samples between"):
         regulate("choi2018", target="60 kPa", step=path, start="11.9 s", **SEEN)
-    with pytest.raises(FitError, match="no pump-down"):
+    with pytest.raises(FitError, match="not a pump-down"):
         flat = recorded(tmp_path / "flat.csv", rate=1e-4)
         regulate("choi2018", target="60 kPa", step=flat, **SEEN)
     with pytest.raises(FileError):

@@ -131,7 +131,7 @@ def test_a_stop_that_no_design_makes_is_said_so():
 
 def test_a_name_is_a_text():
     for name in ("[]", "nan", "true", "1979-05-27"):
-        with pytest.raises(FileError, match="must be a text"):
+        with pytest.raises(FileError, match="must be text in quotes"):
             read(SMALL.replace('name = "', f'name = {name} # "', 1))
 
 

@@ -39,13 +39,13 @@ def test_a_step_prints_one_line_and_logs_the_rest(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     steps = _Steps(tmp_path / "demo.log")
-    steps.run("show: the brake", "show", "choi2018-kapton")
+    steps.run_step("show: the brake", "show", "choi2018-kapton")
     shown, err = capfd.readouterr()
     assert STEP.fullmatch(shown.rstrip("\n")) and err == ""
     log = steps.path.read_text(encoding="utf-8")
     assert log.startswith("\n$ layerjam show choi2018-kapton\n") and "\nmass " in log
     with pytest.raises(LayerjamError, match=r"'layerjam show none' .* exit code 2; .*demo\.log"):
-        steps.run("show: no brake", "show", "none")
+        steps.run_step("show: no brake", "show", "none")
     shown, err = capfd.readouterr()
     assert shown.startswith("  show: no brake ") and shown.endswith("stopped\n") and err == ""
     log = steps.path.read_text(encoding="utf-8")
@@ -58,7 +58,7 @@ def test_a_terminal_sees_the_share_of_a_long_step(tmp_path: Path) -> None:
             return True
 
     steps, terminal = _Steps(tmp_path / "demo.log"), Terminal()
-    with contextlib.redirect_stdout(terminal), steps.step("reproduce: a page") as tell:
+    with contextlib.redirect_stdout(terminal), steps.log_step("reproduce: a page") as tell:
         tell("Fig. 9", 0.4)
     first, share, end = terminal.getvalue().rstrip("\n").split("\r")
     assert first.strip() == "reproduce: a page" and share.split()[-1] == "40%"

@@ -99,7 +99,9 @@ def chip(
             return bytearray(ctypes.string_at(self.at + first, last - first))
 
     outside = types.SimpleNamespace(
-        place=lambda name: begin if name == "FAST" else 0, piece=Piece, space=space
+        reserved_address=lambda name: begin if name == "FAST" else 0,
+        map_memory=Piece,
+        space=space,
     )
     machine.mem32 = Registers()
     machine.rp2 = Dma()

@@ -255,7 +255,7 @@ def test_what_is_no_run_is_refused(tmp_path: Path) -> None:
     RunFile.create(torn, META).close("FINISHED")
     torn.chmod(0o644)
     torn.write_bytes(torn.read_bytes()[:9000] + bytes(3000))
-    for path, why in ((text, "not a run"), (other, "not a run"), (torn, "damaged"),
+    for path, why in ((text, "not a bench run"), (other, "not a bench run"), (torn, "damaged"),
                       (tmp_path, "not a file"), (tmp_path / "none", "not a file")):  # fmt: skip
         with pytest.raises(FileError, match=why):
             read_run(path)

@@ -62,7 +62,7 @@ def test_a_late_answer_to_another_question_is_passed_over() -> None:
 
 def test_a_silent_board_is_asked_once_in_half_a_second() -> None:
     said, begun = Said(), time.monotonic()
-    with pytest.raises(LineError, match="does not respond: 1 tries"):
+    with pytest.raises(LineError, match="does not respond within 1 × 0.5 s"):
         Line(said, "a board").ask(1, b"MEAS:VAC?", tries=1)
     assert said.asked == 1 and time.monotonic() - begun >= WAIT
 

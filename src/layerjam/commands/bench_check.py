@@ -124,7 +124,7 @@ def bench_check(
     from layerjam.rig.plant import LINEAR_AT
 
     if tune is not None and line is None:
-        raise QuantityError.of("line", "missing; required because --tune replaces its values")
+        raise QuantityError.of("line", "missing: give --line, whose values --tune replaces")
     sensor = None if line is None or tune is None else make_sensor(line, sensor_range)
     plant, lag = None, 0.0
     if line is not None:

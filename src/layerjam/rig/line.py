@@ -180,7 +180,7 @@ class Line:
                         return answer
                     repeat = True
             kind = SpoiltError if self._spoilt else LineError
-            raise kind(f"{self.name} does not respond after {tries} tries of {WAIT:g} s each")
+            raise kind(f"{self.name} does not respond within {tries} × {WAIT:g} s")
 
     def send(self, session: int, text: bytes) -> None:
         """Send one line without reading its response."""

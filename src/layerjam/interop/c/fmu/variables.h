@@ -1,6 +1,6 @@
 /* Printed by layerjam/interop/fmi_variables.py. Apache License 2.0. */
 
-#define LJ_TOKEN "{61819bbf-9c42-33bf-66e5-cd8f19fc6f7c}"
+#define LJ_TOKEN "{04981dd4-25a7-d858-281b-c88cd42af368}"
 
 /* value references */
 #define LJ_TIME 0u
