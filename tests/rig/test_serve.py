@@ -8,7 +8,6 @@ import random
 import select
 import socket
 import stat
-import termios
 import threading
 import time
 from collections.abc import Iterator
@@ -24,6 +23,8 @@ from layerjam.rig.token import Door, make_token
 from rig.bad_lines import BAD
 from rig.boards import law_words, regulator
 from rig.gateways import Client, gateway
+
+termios = pytest.importorskip("termios", reason="this system has no pseudo-terminals")
 
 
 @pytest.fixture(scope="module")

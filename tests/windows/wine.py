@@ -31,7 +31,8 @@ DIGESTS = {
     LIBRARY: "5f0ad2e8f7ad3b40eef8af75062d830afd3feccca62fc03db611b2e9a5fa9824",
 }
 TESTS = ("units", "toml_files", "device", "fluid", "measure", "records", "dataset", "control",
-         "fabricate", "interop", "campaigns")  # fmt: skip
+         "fabricate", "interop", "campaigns", "design", "mechanics", "identify", "simulate",
+         "report", "cli", "commands", "workbench", "paper", "electronics")  # fmt: skip
 """Folders of the tests that run, unless others are named."""
 PART = "--part"
 RUN = """
