@@ -256,7 +256,7 @@ def test_a_campaign_that_does_not_say_its_brake(tmp_path: Path) -> None:
         publish(tmp_path, out=tmp_path.parent / "never")
     assert not (tmp_path.parent / "never").exists()
     (tmp_path / "empty").mkdir()
-    with pytest.raises(FileError, match="no measurement"):
+    with pytest.raises(FileError, match="no readable measurement"):
         publish(tmp_path / "empty", out=tmp_path.parent / "never")
 
 

@@ -270,7 +270,7 @@ def test_nowhere_to_keep_a_library_leaves_the_law(
 def test_two_processes_build_at_once(elsewhere: Path) -> None:
     """Both get a whole library, and one of them stays."""
     code = "from layerjam.kernel.compiler import *; import ctypes; S = SOURCES\n"
-    code += "at = library([S / 'layerjam.c', S / 'history.c'])\n"
+    code += "at = build_library([S / 'layerjam.c', S / 'history.c'])\n"
     code += "print(ctypes.CDLL(str(at)).lj_state_size(), at)"
     run = [subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) for _ in "12"]
     said = [process.communicate(timeout=120)[0] for process in run]
