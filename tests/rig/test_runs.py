@@ -225,7 +225,7 @@ def test_a_leak_is_found_in_a_log(tmp_path: Path, capsys: pytest.CaptureFixture[
         bench.plant.injected = FaultInjection(leak=0.01)
         recorder = Recorder(bench, RunFile.create(path, describe_bench(bench)))
         while recorder.recorded < 3000:
-            recorder.pause(recorder.pump())
+            recorder.pause(recorder.record_block())
         recorder.file.close("FINISHED")
     assert main(["bench", "export", str(path), "--out", str(out)]) == 0
     capsys.readouterr()
