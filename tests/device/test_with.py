@@ -142,7 +142,7 @@ def test_a_line_with_twice_the_pump_rises_in_half_the_time():
     assert rise_time(60e3, half) == pytest.approx(rise_time(60e3, leakless) / 2, rel=1e-9)
     with pytest.raises(QuantityError, match=r"chamber\.shrink: .* would be lost"):
         PAPER.line.with_(shrink="1 mL/kPa")
-    with pytest.raises(FileError, match="is not below the atmosphere"):
+    with pytest.raises(FileError, match="is not below atmospheric pressure"):
         PAPER.with_(ultimate="102 kPa")
 
 

@@ -87,7 +87,7 @@ def test_a_brake_for_a_force_a_travel_and_a_mass(person):
     person.type("design-hold_mass-number", "25 g")
     person.click("design-first")
     words = person.reads("design-sentence", "at the end of its travel")
-    assert words.startswith("Holds 15") and "pulled, it resists" in words
+    assert words.startswith("Holds 15") and "when pulled, it resists" in words
     mass = float(person.reads("design-drawn_mass", "g").split()[0])
     assert mass < 25
     assert (person.clicks, person.fields) == (2, 3)

@@ -125,7 +125,7 @@ def _render_brake(
         text = f"{len(used)} pulls after holds; 95 % interval {low:.4g} to {high:.4g}"
         return Source(kind="measured", text=text)
 
-    hold = Source(kind="measured", text="hold of film.static")
+    hold = Source(kind="measured", text="hold time of film.static")
     changes = {
         "film.static": (fit.static, make_source(fit.static_interval)),
         "film.ageing": (fit.ageing, make_source(fit.ageing_interval)),

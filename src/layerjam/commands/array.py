@@ -58,7 +58,7 @@ def array(
     parallel: Annotated[int, PARALLEL] = 1,
     series: Annotated[int, SERIES] = 1,
     vacuum: Annotated[
-        float | None, VACUUM, Help("Vacuum in all brakes. Default: full vacuum of the site.")
+        float | None, VACUUM, Help("Vacuum in all brakes. Default: full vacuum at the site.")
     ] = None,
     until: Annotated[
         float | None, ELONGATION, Help("Target elongation. Default: the end of the travel.")

@@ -126,7 +126,7 @@ def compare(
         ),
     ],
     vacuum: Annotated[
-        float | None, VACUUM, Help("Vacuum of the brakes. Default: full vacuum of the site.")
+        float | None, VACUUM, Help("Vacuum of the brakes. Default: full vacuum at the site.")
     ] = None,
     atmosphere: Atmosphere = None,
 ) -> Comparison:

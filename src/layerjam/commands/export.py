@@ -32,7 +32,7 @@ class Export:
     feasible: bool = fact("whether files were written; false with --strict if the brake could snap")
     reason: str | None = fact("reason if none were written")
     files: Sequence[str] = fact("files in the folder")
-    holds: float = number("N", "force at rest at full vacuum of the site, c L2")
+    holds: float = number("N", "force at rest at full vacuum at the site, c L2")
 
 
 @result
@@ -177,7 +177,7 @@ def export_fmu(
 
 
 def friction_at_full_vacuum(file: BrakeFile, numbers: Parameters) -> float:
-    """Return c [N/m] at the full vacuum of the site."""
+    """Return c [N/m] at the full vacuum at the site."""
     full = file.brake.site.atmosphere
     return numbers.contact * full * (full / numbers.test_pressure) ** numbers.exponent
 

@@ -96,7 +96,7 @@ class CollisionPlan(Judged):
     tuned_slip: float | None = number("m", "slip of the brake")
     tuned_peak_force: float | None = number("N", "maximum force on the mass")
     tuned_peak_g: float | None = number("1", "ratio of peak force to weight")
-    tuned_vacuum_change: float | None = number("Pa", "change of the vacuum during the stop")
+    tuned_vacuum_change: float | None = number("Pa", "change in vacuum during the stop")
     tuned_slip_change: float | None = number("m", "resulting change of the slip")
     tuned_peak_change: float | None = number("N", "resulting change of the peak force")
     tuned_coupling_matters: bool | None = fact("whether that change is significant")

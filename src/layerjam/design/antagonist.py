@@ -68,7 +68,7 @@ def pair(
         # a brake that is shorter than at rest is slack and does not move
         elongation = np.maximum(elongation, 0.0)
         cycle, _ = follow_history(elongation, np.full(len(elongation), float(vacuum)), brake)
-        failures = {"comes apart": cycle.separated, "snaps on its stiffness": cycle.snapped}
+        failures = {"comes apart": cycle.separated, "snaps at this stiffness": cycle.snapped}
         for failure, samples in failures.items():
             if samples.any():
                 raise QuantityError(f"angle: brake {number} {failure} on this history")

@@ -79,7 +79,7 @@ class Grid:
         return {"thickness": self.thickness[first], **values}
 
     def point(self, numbers: Any) -> Point:
-        """Return the designs with these numbers."""
+        """Return the designs with these indices."""
         first = self.digits(numbers)[0]
         film = Stock(*(row[first] for row in self.stock))
         return Point(stock=film, **{"usable_travel": None, **self.columns(numbers)})

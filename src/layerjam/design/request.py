@@ -117,7 +117,7 @@ class ScatterRequest:
 class FilmChoice:
     """[[film]]: a film from a brake or from the catalogue, with the available thicknesses."""
 
-    use: str = value(TextSpec(text="a brake or a film of the catalogue"))
+    use: str = value(TextSpec(text="a brake or film from the catalogue"))
     thickness: tuple[float, ...] | None = value(
         ListSpec(each=VARIABLES["thickness"], single=True), None
     )

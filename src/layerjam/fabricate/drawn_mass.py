@@ -78,7 +78,7 @@ class Draws:
             sum(row.mass for row in mass_rows(brake, self.build, sizes, solids)),
         )
         film_area, print_volume, tools, mass = (np.where(fits, row, np.nan) for row in amounts)
-        # by rounding, a search may end slightly beyond a limit, and a build would reject the result
+        # rounding may end a search slightly beyond a limit, and a build would reject the result
         margin = np.min(np.broadcast_arrays(*all_margins), axis=0) * (1 - 4 * ROUNDING)
         return Bill(film_area, print_volume, tools, mass, margin)
 

@@ -200,7 +200,7 @@ def validate(line: Line) -> None:
     if line.pump.ultimate >= atmosphere:
         raise QuantityError.of(
             "pump.ultimate",
-            f"{show(line.pump.ultimate, 'Pa')} is not below the atmosphere, "
+            f"{show(line.pump.ultimate, 'Pa')} is not below atmospheric pressure, "
             f"{show(atmosphere, 'Pa')}",
         )
     if chamber.volume - chamber.shrink * atmosphere <= 0:

@@ -157,7 +157,7 @@ def _check_signs(trace: Trace, turned: bool) -> list[str]:
             (" once its sign is changed", "; it needs no --negative force")
             if turned
             else (
-                ", as in compression; if this machine counts tension as negative, state this",
+                ", as in compression; if this machine counts tension as negative, say so",
                 " (--negative force)",
             )
         )
@@ -168,7 +168,7 @@ def _check_signs(trace: Trace, turned: bool) -> list[str]:
         raise FileError(
             trace.path,
             f"the elongation falls by {show(lowest, 'm')} and hardly ever rises; if this "
-            "machine counts elongation as negative, state this",
+            "machine counts elongation as negative, say so",
             how=" (--negative elongation)",
             asks="elongation-sign",
         )

@@ -29,7 +29,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(32)
 
 
 class Fan(NamedTuple):
-    """Effect of the sheets' fan on their friction."""
+    """Effect of the fanning of the sheets on their friction."""
 
     strength: Any
     """mu t m^2 [m], with the friction of the sheets without a fan; 0 with spacers."""

@@ -169,7 +169,7 @@ def vacuum_for_force(
     middle = np.where(np.isfinite(band.quantile_at(0.5)), band.quantile_at(0.5), np.nan)
     axes.plot(force, middle * KPA, color=BLUE)
     axes.set(xlim=(0, span), ylim=(0, atmosphere * 1.12 * KPA), xlabel="required force [N]")
-    style.level(axes, atmosphere * KPA, "full vacuum of the site")
+    style.level(axes, atmosphere * KPA, "full vacuum at the site")
     if target is not None:
         _mark(axes, fit, target, place)
     detail = "median, 50 and 95 % of the next pull"

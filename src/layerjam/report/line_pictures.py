@@ -141,7 +141,7 @@ def coupling(starts: Sequence[float] = STARTS) -> style.Figure:
         axes.set(xlim=(18, 100), xlabel="vacuum at first contact [kPa]", ylabel=label)
         axes.set_ylim(bottom=0)
         style.key(axes)
-    detail = "volume gained per slip: two assumed values"
+    detail = "volume gained per unit slip: two assumed values"
     style.title(gain, "A widening enclosure expands its gas", detail)
     style.title(slip, "The effect matters at partial vacuum", "1 kg at 2 m/s, the line shut off")
     return figure

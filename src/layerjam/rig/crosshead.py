@@ -70,7 +70,7 @@ class Manual:
         self._note: Note = lambda kind, text: None
 
     def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
-        """Ask the person to start."""
+        """Ask the operator to start."""
         self._step, self._bench, self._note, self._moves = step, bench, note, False
         self._ask(f"Ready to {step.text()}: press Enter and start the machine.")
 

@@ -33,7 +33,7 @@ LEVELS = (0.02, 0.6)
 ROOM = 3.0
 """Number of decision steps of rise over which the detectors evaluate a pump at full power."""
 FULL = 1.5
-"""Distance from the target, relative to the saturating error, at which a PI loop pumps fully."""
+"""Error, relative to the saturating one, at which a PI loop runs the pump at full power."""
 WAITS = (0.2, 5.0)
 """Range of times [s] for which a vacuum is held before a fault."""
 PATIENCE = 120.0

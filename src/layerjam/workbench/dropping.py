@@ -26,7 +26,7 @@ AT_ONCE = 1000
 """Largest number of files accepted from the browser at once; uploads limit the total."""
 SOON = 0.3
 """Files that arrive within this time [s] of each other count as one drop."""
-VEIL = "Drop measurements, a brake or vacuum line (TOML) or a saved session here"
+VEIL = "Drop files here: measurements, a brake or vacuum line (TOML), or a saved session"
 
 
 class Dropping:

@@ -192,7 +192,7 @@ class Page(View):
         background_tasks.create(freeze_later(self.name), name="layerjam settles")
 
     def _show_problems(self, problems: Sequence[tuple[str | None, str]]) -> None:
-        """Show errors, given as (quantity, sentence), also at the field of their quantity."""
+        """Show errors, given as (quantity, sentence), and at the field of each quantity."""
         for field in self._wrong:
             field.error = None
         self._wrong = []

@@ -177,7 +177,7 @@ def stack_words(brake: Brake, stack: Stack, slip: float) -> str:
         f"{sheets.count - left} on the right (orange); they overlap by "
         f"{show(sheets.overlap - slip, 'm', 3)} of {show(sheets.overlap, 'm', 3)}. "
         f"Lengths and width have the same scale; the thickness is drawn {stack.scale} "
-        "times larger. The gaps indicate the vacuum and are not computed."
+        "times larger. The gaps suggest the vacuum; they are not computed."
     )
 
 

@@ -238,7 +238,9 @@ async def _copy_link(desk: Desk) -> None:
     if await copy_text("window.location.href"):
         ui.notify(f"The address of this page contains all settings and was copied{lacks}")
     else:
-        advice = "Your browser does not allow this page to copy text. The address bar has the link"
+        advice = (
+            "Your browser does not allow this page to copy text. The address bar shows the link"
+        )
         ui.notify(advice + lacks, type="warning")
 
 

@@ -165,7 +165,7 @@ class Uploads:
         existing = next((f for f in list(self.files) if f.digest == digest), None)
         upload = existing or self.take(name, data)
         if upload is None:
-            raise UploadError(f"{clean(name)}: is named as a sidecar, not a measurement")
+            raise UploadError(f"{clean(name)}: is named like a sidecar, not like a measurement")
         self.waiting.discard(upload.key)
         if existing is None and sidecar:
             self.sidecars[upload.shown] = sidecar

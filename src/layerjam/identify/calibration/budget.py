@@ -256,7 +256,7 @@ def _limit_line(
     stated = words or f"{100 * (limit or 0):.2g} %"
     return Contribution(
         what=name,
-        basis="not stated" if limit is None else f"limit of error {stated}",
+        basis="not stated" if limit is None else f"error limit {stated}",
         standard=None if limit is None else limit / sqrt(3),
         sensitivity=sensitivity,
         supply=f"{key} or in conditions.toml" if limit is None else "",

@@ -46,7 +46,9 @@ def specimen_checks(
             "initial modulus": "initial_modulus",
         }.items()
     }
-    yield check_repeats(names, moduli, "rubber scatters", "check its unit, area and gauge length")
+    yield check_repeats(
+        names, moduli, "the rubber specimens scatter", "check unit, area and gauge length"
+    )
     values = moduli["100 % modulus"]
     if len(values) > 1 and None not in values:
         mean = summarise_repeats(values)

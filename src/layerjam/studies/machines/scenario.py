@@ -83,7 +83,7 @@ class Curve(QuantitySpec):
         row = _ROW.fullmatch(text.strip()) if isinstance(text, str) and len(text) < 20_000 else None
         words, unit = (row.group(1).split(), row.group(2)) if row else ([], "")
         if len(words) < 2:
-            raise QuantityError.of(name, "must be numbers and a unit in one string, '0 2.5 4 deg'")
+            raise QuantityError.of(name, "must be numbers and a unit in one string: '0 2.5 4 deg'")
         return self.check(np.array([parse(f"{w} {unit}", self.unit, name) for w in words]), name)
 
     def check(self, value: Any, name: str) -> Any:

@@ -236,7 +236,7 @@ def verdict(mine: float | None, theirs: float | None, better: int) -> str:
         return ""
     if mine == theirs or (theirs and abs(mine / theirs - 1) < ALIKE):
         return "same"
-    much = _percent(mine / theirs - 1) if theirs else "more than none"
+    much = _percent(mine / theirs - 1) if theirs else "more than zero"
     if not better:
         return much
     return f"▲ {much}, better" if (mine - theirs) * better > 0 else f"▼ {much}, worse"

@@ -130,7 +130,7 @@ def sentence(result: Any, design: Row, pull: tuple[float, float] | None) -> str:
     vacuum = f"at {show(design['vacuum'], 'Pa', 3)}"
     holds, peak = (show(design[name], "N", 3) for name in ("holding_force", "max_force"))
     end = "" if pull is None else f" and {show(pull[1], 'N', 3)} at the end of its travel"
-    text = f"Holds {holds} at rest; pulled, it resists up to {peak}{end}, all {vacuum}."
+    text = f"Holds {holds} at rest; when pulled, it resists up to {peak}{end}, all {vacuum}."
     for limit in result.record.spec.constraints:
         drawn = design.get("drawn_mass")
         if limit.name in ("mass", "drawn_mass") and limit.most and drawn and drawn > limit.limit:

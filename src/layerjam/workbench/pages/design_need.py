@@ -211,8 +211,8 @@ class NeedPart(Part):
             for name, text in example_texts().items():
                 button(f"example {name}", partial(self.use_text, text), f"{PAGE}-example-{name}")
         hint(
-            "Follows the form. Refer to brakes, films and lines in the catalogue by name, and to "
-            "the current brake as NAME.toml. Other files are not read. Press Ctrl Enter to search."
+            "Updated from the form. Refer to brakes, films and lines in the catalogue by name, and "
+            "to the current brake as NAME.toml. Other files are not read. Ctrl Enter searches."
         )
 
     def _results(self) -> None:

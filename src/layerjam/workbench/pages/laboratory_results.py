@@ -180,7 +180,7 @@ class Card:
 REMEDIES = MappingProxyType(
     {
         "no-kinetic-friction": ("Use the middle of the stick–slip", {"judder": "yes"}),
-        "static-of-teeth": ("Evaluate the tests as ASTM D1894", {"standard": "d1894"}),
+        "static-of-teeth": ("Evaluate the tests to ASTM D1894", {"standard": "d1894"}),
     }
 )
 """{key of a notice: text of a button, and the settings that it applies}."""
