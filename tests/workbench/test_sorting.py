@@ -25,7 +25,7 @@ MORE = accumulate(repeat("\n"))
 @pytest.fixture
 def read(monkeypatch):
     """{file: how often it was read}, each time slowly as a large file is; "most" at once."""
-    counts, door, plain = Counter(), Counter(), sorting.proposal
+    counts, door, plain = Counter(), Counter(), sorting.propose
 
     def slow(key, name, path):
         door["now"] += 1
@@ -35,7 +35,7 @@ def read(monkeypatch):
         door["now"] -= 1
         return plain(key, name, path)
 
-    monkeypatch.setattr(sorting, "proposal", slow)
+    monkeypatch.setattr(sorting, "propose", slow)
     return counts
 
 
