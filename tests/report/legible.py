@@ -54,6 +54,6 @@ def faults(figure: Any) -> list[str]:
             if not axis.get_visible() or not said or any(words):
                 continue
             label = axis.label.get_text()
-            if not re.search(r"\[[^\]]+\]|\bnumber\b", label):
+            if not re.search(r"\[[^\]]+\]|^number of |^(pull|sheet) number\b", label):
                 out.append(f"no unit: {label!r} of {axes.get_title(loc='left')!r}")
     return out

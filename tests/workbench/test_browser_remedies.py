@@ -26,7 +26,7 @@ def test_the_nearest_allowed_number_is_one_click_away(tab, workbench, tab_name, 
     remedy.wait_for(timeout=LONG)
     error = tab.locator(".q-field--error").get_by_role("alert").first
     assert typed in error.inner_text()
-    offered = remedy.inner_text().lower().removeprefix("use ").replace("kpa", "kPa")
+    offered = remedy.text_content().removeprefix("Use ")
     remedy.click()
     remedy.wait_for(state="detached", timeout=LONG)
     value = parse(f"{number.input_value()} {unit}", unit, field)

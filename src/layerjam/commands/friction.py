@@ -68,6 +68,8 @@ class FrictionTest:
             raise QuantityError(f"from: {show(low, 'm')} is not below to, {show(high, 'm')}")
         return low, high
 
+    window = kinetic_window  # former name
+
 
 @result
 class Friction(FromFiles, Judged):

@@ -344,8 +344,10 @@ class Result:
         noted = self.with_notices(*dict.fromkeys(decision.notice() for decision in decisions))
         return replace(noted, verdict=verdict, accepted=acceptances)
 
+    of, noting, over, judged_by = create, with_notices, with_grid, with_verdicts  # former names
+
     def rows(self) -> list[tuple[str, str]]:
-        """Yield (name, text) of each row, without unknown numbers."""
+        """Return (name, text) of each row, without unknown numbers."""
         pairs = []
         for f in self.keys():
             value, show_text = getattr(self, f.name), f.metadata["shown"]

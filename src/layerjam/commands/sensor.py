@@ -76,8 +76,10 @@ class Sensing:
     sampling: Annotated[float | None, SAMPLING, Help("Sampling rate of the accelerometer.")] = None
 
     def is_plain(self) -> bool:
-        """Whether it shows the stop unchanged."""
+        """Return whether it shows the stop unchanged."""
         return self == Sensing()
+
+    plain = is_plain  # former name
 
 
 @options

@@ -109,7 +109,7 @@ def leak(log: Leak) -> style.Figure:
         below.plot(*left, color=_LAWS[name], lw=0.9, alpha=0.9)
     below.axhline(0, color=INK, lw=0.7)
     style.key(above, loc="upper right" if log.pressure[0] > log.pressure[-1] else "lower right")
-    detail = "best-fitting law" + ", not distinguishable from others" * (not log.distinct)
+    detail = "best-fitting law" if log.distinct else "best-fitting law; others fit equally well"
     detail = f"points: log; thick line: {detail}; time constants"
     style.panel(above, f"Pressure hold: {log.best}", detail, ylabel="pressure, absolute [kPa]")
     style.panel(below, xlabel="time [s]", ylabel="log − law [kPa]")

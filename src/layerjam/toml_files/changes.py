@@ -203,6 +203,8 @@ class RecordFile(ABC, Generic[R]):
         new_text = update_text(text, self.fields, edits, name=name, tables=tables)
         return self.read(new_text, f"{self.holds} {(name or self.name)[:80]}")
 
+    from_reader, edited = build_from_reader, edit  # former names
+
     def _is_text_current(self) -> bool:
         """Return whether the text describes the record; a replaced record may differ."""
         try:
