@@ -58,13 +58,13 @@ class PullView:
         samples.
         """
         motion = self.motion
-        across = (motion.elongation - elongation) / max(float(np.ptp(motion.elongation)), 1e-12)
-        up = (motion.force - force) / max(float(np.ptp(motion.force)), 1e-12)
-        return int(np.argmin((10 * across) ** 2 + up**2))
+        horizontal = (motion.elongation - elongation) / max(float(np.ptp(motion.elongation)), 1e-12)
+        vertical = (motion.force - force) / max(float(np.ptp(motion.force)), 1e-12)
+        return int(np.argmin((10 * horizontal) ** 2 + vertical**2))
 
 
 def round_down(value: float) -> float:
-    """Return the greatest 1, 2 or 5 times a power of ten not above a positive number."""
+    """Return the largest 1, 2 or 5 times a power of ten not above a positive number."""
     if not value > 0:
         return 1.0
     ten = 10.0 ** math.floor(math.log10(value))

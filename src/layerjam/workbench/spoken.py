@@ -52,7 +52,7 @@ _PATH = re.compile(
     r"\.([a-z_]+)\b(?![(./])"
 )
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-_PHRASES = tuple((re.compile(found), said) for found, said in PHRASES)
+_PHRASES = tuple((re.compile(pattern), phrase) for pattern, phrase in PHRASES)
 _FLAG = re.compile(r"(?<![\w-])--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)")
 
 

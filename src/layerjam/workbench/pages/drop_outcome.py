@@ -132,14 +132,14 @@ def verdict(stop: Any | None, refusal: str, inputs: Mapping[str, Any]) -> str:
         return f"Stopped {after} by the rope alone: the sheets never slid."
     if stop.outcome == "CLOSED_BY_SLEEVE":
         return f"The enclosure pulls the brake back {after}, because friction no longer holds it."
-    who, within = "The rope alone", after
+    who, distance = "The rope alone", after
     if stop.slip is not None:
         who = "This vacuum history" if stop.vacuum is None else show(stop.vacuum, "Pa", 3)
         is_tuned = inputs.get("vacuum") == "tuned"
-        within = f"within {inputs['travel'] if is_tuned else show(stop.slip, 'm', 3)}"
+        distance = f"within {inputs['travel'] if is_tuned else show(stop.slip, 'm', 3)}"
     start = inputs.get("speed") or f"a fall of {inputs.get('height')}"
     most = "" if stop.peak_g is None else f", at up to {show(stop.peak_g, '1', 3)} g"
-    return f"{who} stops {inputs['mass']} from {start} {within}{most}."
+    return f"{who} stops {inputs['mass']} from {start} {distance}{most}."
 
 
 def _crash_sentence(stop: Any) -> str:
