@@ -216,6 +216,7 @@ def serve(
             title="layerjam workbench",
             show=show,
             reload=False,
+            tailwind=False,
             show_welcome_message=False,
             reconnect_timeout=10,
             favicon=ICON,

@@ -60,7 +60,8 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
     if desk.state.page not in kinds:
         desk.state = replace(desk.state, page=tabs[0].name)
     pages: dict[str, Page] = {}
-    ui.add_css(read_asset("workbench.css"))
+    for style in ("utilities.css", "workbench.css"):
+        ui.add_css(read_asset(style))
     for script in SCRIPTS:
         ui.add_body_html(f"<script>{read_asset(script)}</script>")
     ui.colors(primary="#0B5C8E", negative="#B3261E", positive="#1E7A37")
