@@ -61,7 +61,6 @@ class ColumnTable:
                 return
             text = f"{name} [{unit}]" if unit else name
             head = button(text, None, f"column-{index}", look=f"{FLAT} icon-right=expand_more")
-            head.classes("column-head" + (" column-taken" if role else ""))
             sign_note = ", sign reversed" if role in self.negative else ""
             means = f"{role} in {unit_used}{sign_note}" if role else "not used"
             ui.label(means).classes("text-xs " + ("yes font-medium" if role else "opacity-80"))
