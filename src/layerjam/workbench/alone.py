@@ -28,10 +28,10 @@ ENGINE = (
 
 
 def run_in_subprocess(work: Callable[..., T], *args: Any, tell: Tell) -> T:
-    """Return `work(*given, tell)`, computed in a separate process.
+    """Return `work(*args, tell)`, computed in a separate process.
 
     `tell(what, share)` is called in this process repeatedly; an error that it raises ends the
-    process. Raises the errors of the work, and LayerjamError if the process ends without a result.
+    subprocess. Raises any error of `work`, or LayerjamError if no result arrives.
     """
     # not forked, because a fork of a process with threads can deadlock
     context = multiprocessing.get_context("spawn")
@@ -76,7 +76,7 @@ def _receive_result(pipe: Connection, tell: Tell) -> Any:
 
 
 def _rebuild(kind: type[Exception], texts: tuple[Any, ...], facts: dict[str, Any]) -> Exception:
-    """Return the same error, because its constructor may need arguments that it does not store."""
+    """Return the error as raised in the subprocess, without calling its constructor again."""
     error = kind.__new__(kind)
     error.args = texts
     error.__dict__.update(facts)
@@ -90,7 +90,7 @@ def _run_subprocess(
     work: Callable[..., Any],
     args: tuple[Any, ...],
 ) -> None:
-    """Run the subprocess; the server handles an interrupt typed at the terminal."""
+    """Run the subprocess; it ignores Ctrl-C, which the server handles."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     tempfile.tempdir = room  # removed with the process, even if it is killed
     try:

@@ -1,7 +1,7 @@
 """Answer of a page: a call with its result, and all files derived from it.
 
-Figure, curves, copied lines, notebook and pins of a chart are made from one answer. They therefore
-belong to one computation, even if settings have changed since then.
+The figure, curves, copied code, notebook and pins of a chart all come from one answer. They
+therefore belong to one computation, even if settings have changed since then.
 """
 
 import json
@@ -35,18 +35,18 @@ class Answer:
     """Name of the quantity that the error is about, if it is about one."""
     pins: "tuple[Pinned, ...]" = ()
     title: str = ""
-    """Name of the files, without an ending, if the call does not give it."""
+    """File name without an extension, if the call does not specify one."""
     finish: Callable[[Figure], None] | None = None
     """Function that adds the page's own marks to the figure; it is not part of the Python code."""
 
     @property
     def name(self) -> str:
-        """Name of the exported files, without an ending."""
+        """Name of the exported files, without an extension."""
         return self.title or f"{self.call.subjects[0].name.removesuffix('.toml')}-{self.call.name}"
 
     @property
     def failures(self) -> Sequence[str]:
-        """Sentences about failed checks of the numbers, those of pinned curves included."""
+        """Sentences about failed checks of the numbers, including those of pinned curves."""
         results = [self.result, *(pin.answer.result for pin in self.pins)]
         return failures_of(*(result for result in results if result is not None))
 
@@ -86,7 +86,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Pinned:
-    """A pinned curve: its label, its answer, and its entry in the desk.
+    """A pinned curve: its label, its answer, and its entry in the state.
 
     `more` is the page's additional result for its pin, or None.
     """
@@ -135,7 +135,7 @@ def file_bytes(
 
 
 SHOWING = "from IPython.display import SVG, display\n"
-"""Import for the lines that show a figure."""
+"""Import for code that shows a figure."""
 
 
 def notebook(
@@ -144,7 +144,7 @@ def notebook(
     """Return the notebook as JSON; running it needs layerjam and Jupyter.
 
     The notebook contains brakes and lines that are not in the catalogue, and writes them to its
-    folder when run. It states which measured files belong into that folder.
+    folder when run. It states which measured files belong in that folder.
     """
     export = disambiguate(calls, pinned_calls)
     head, *blocks = python_parts(export.calls, export.pinned_calls, display=True)
@@ -160,7 +160,7 @@ def notebook(
 
 
 def figure_notebook(title: str, lines: str) -> str:
-    """Return a notebook as JSON; its Python `lines` draw a `figure`."""
+    """Return a notebook as JSON; the Python code `lines` creates its `figure`."""
     heading = f"# {title}\n\nCreated by the layerjam workbench; it requires layerjam.\n"
     return _notebook_json([_markdown_cell(heading), _code_cell(f"{lines}figure\n")])
 

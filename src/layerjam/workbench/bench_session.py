@@ -1,4 +1,4 @@
-"""The bench behind one page: a thread that communicates with it as long as the page is open.
+"""A page's bench: a thread communicates with the board as long as the page is open.
 
 A board keeps its outputs on while a client communicates with it. The browser reports several times
 a second that its page is open. If the reports stop, the thread stops communicating, and the board's
@@ -34,7 +34,7 @@ from layerjam.workbench.answer import figure_notebook
 LEASE = 3.0
 """Seconds after which a closed page no longer keeps a brake jammed."""
 PRESENT = 1.0
-"""Part of LEASE [s] for which a silent page counts as open; the board waits for the rest."""
+"""Part of LEASE [s] for which a page may be silent; after that, the board waits for the rest."""
 PACE, SEEN = 0.1, 600
 """Seconds between two readings of the bench, and number of readings stored."""
 RECORDED_EVERY = 10
@@ -44,7 +44,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Look:
-    """State of the bench at one moment; `vacuum` is None if the sensor gives no reading."""
+    """State of the bench at one moment; `vacuum` is None if the sensor provides no reading."""
 
     time: float
     """Time on the board's clock [s]."""
@@ -66,15 +66,15 @@ class Session:
     lost: str = ""
     """Reason for the loss of the connection; "" while connected."""
     running: Stop | None = None
-    """Stop request of the running procedure."""
+    """Stop request for the running procedure."""
 
     def __post_init__(self) -> None:
         self._asked: queue.SimpleQueue[tuple[Callable[[ProcedureBench], Any], Future[Any]]]
         self._asked = queue.SimpleQueue()
         self._over = threading.Event()
         self._faults: dict[int, str] = {}
-        # only the holder of the lock renews the lease: another client must not keep a brake closed
-        # for a closed page
+        # only the holder of the lock renews the lease: another client must not keep a brake jammed
+        # after the page is closed
         if not self.bench.lock():
             raise QuantityError.of("bench", "is locked by another client")
         self.bench.lease = LEASE - PRESENT
@@ -106,13 +106,13 @@ class Session:
         return answer
 
     def close(self) -> None:
-        """Switch the outputs off and release the line, after ending a running procedure."""
+        """End any running procedure, switch the outputs off and close the connection."""
         if self.running is not None:
             self.running.ask()
         self._over.set()
 
     def has_ended(self, seconds: float) -> bool:
-        """Return whether the thread ends within so many seconds."""
+        """Return whether the thread ends within the given number of seconds."""
         self._thread.join(seconds)
         return not self._thread.is_alive()
 
@@ -190,7 +190,7 @@ class Session:
 
 
 class Presence:
-    """Whether a page is open, as its browser reports repeatedly."""
+    """Whether a page is open, according to the repeated reports of its browser."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
@@ -210,7 +210,7 @@ def bench_regulator(
 ) -> Regulator:
     """Return the regulator of a virtual board's own line, or of the line on the desk.
 
-    Raises QuantityError if a target [Pa] cannot be held.
+    Raises QuantityError if the regulator cannot hold the target [Pa].
     """
     place = address_of(address)
     if place.simulated:
@@ -275,12 +275,12 @@ class BenchRecord:
             return style.save(figure, Path(folder) / f"figure.{ending}").read_bytes()
 
     def python(self) -> str:
-        """Code that contains the readings and draws them."""
+        """Return code that contains the readings and draws them."""
         saving = f'style.save(figure, Path("{self.name}.svg"), overwrite=True)'
         return f"from pathlib import Path\n{self._lines()}{saving}\n"
 
     def notebook(self) -> str:
-        """A Jupyter notebook that contains the readings and draws them."""
+        """Return a Jupyter notebook that contains the readings and draws them."""
         return figure_notebook("Run notes", self._lines())
 
     def _lines(self) -> str:

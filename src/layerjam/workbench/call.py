@@ -1,4 +1,4 @@
-"""A request of a page, as a call in Python and on the command line."""
+"""A page's request, as a Python call and as a command line."""
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -34,11 +34,11 @@ class Subject:
     name: str
     file: "BrakeFile | LineFile | DesignSpecification | None" = None
     needs: tuple[tuple[str, str], ...] = ()
-    """(name, content) of each file that it names and that is not in the catalogue."""
+    """(name, content) of each file that it refers to and that is not in the catalogue."""
 
     @property
     def text(self) -> str:
-        """The name in the catalogue, or the TOML text."""
+        """Return the name in the catalogue, or the TOML text."""
         return self.name if self.file is None else self.file.text
 
 
@@ -115,7 +115,7 @@ class Call:
             yield self.files
 
     def python(self) -> str:
-        """Return code that gives the same numbers in a new process."""
+        """Return code that produces the same numbers in a new process."""
         return as_python([self])
 
     def python_expression(self) -> str:
@@ -179,7 +179,7 @@ def python_parts(
 ) -> list[str]:
     """Return the parts of `as_python`: the imports, then the code of each call.
 
-    With `display` the code shows its figures by IPython's `display` and `SVG`.
+    With `display` the code shows its figures with IPython's `display` and `SVG`.
     """
     names = [load_entry(call.name).name for call in calls]
     every = [*calls, *pinned_calls.values()]
@@ -238,7 +238,7 @@ def _plain_value(value: Value) -> str | float | bool | Sequence[str]:
 
 
 def _words(value: str | float | bool | Sequence[str]) -> list[str]:
-    """Return a value as words of the command line; a file name may start with a dash."""
+    """Return a value as command-line arguments; a leading dash of a file name is protected."""
     if isinstance(value, str | float | int):
         return [str(value)]
     return [f"./{word}" if word.startswith("-") else word for word in value]

@@ -11,7 +11,7 @@ from layerjam.report.chart import Curve, Ends, Pane
 from layerjam.report.style import GREY, INK
 
 LOW = 35.0
-"""Height of a pane with few numbers on its axis [%]."""
+"""Height [%] below which the y axis of a pane has fewer tick labels."""
 TALL, LINE = 290.0, 15.0
 """Approximate height of a single pane, and distance between names at curve ends [pixels]."""
 FONT = "Roboto, -apple-system, Helvetica, Arial, sans-serif"
@@ -135,10 +135,7 @@ def _room(curves: Sequence[Curve]) -> int:
 
 
 def _mark(x: float, y: float, text: str, color: str, ink: str, left: bool) -> dict[str, Any]:
-    """Return a dot with text above it.
-
-    In the `left` half the text is to its right, clear of the axis numbers.
-    """
+    """Return a dot with text above it; if `left`, the text starts at the dot, clear of the axis."""
     label = dict(show=True, position="top", distance=13, formatter=text, color=ink)
     label |= dict(align="left", offset=[-4, 0]) if left else {}
     return dict(coord=[x, y], itemStyle={"color": color}, label=label)
@@ -156,7 +153,7 @@ def _axis(name: str, limits: Ends, gap: int, dark: bool) -> dict[str, Any]:
         **dict(type="value", name=name, nameLocation="middle", nameGap=gap),
         **dict(min=limits[0], max=limits[1]),
         "nameTextStyle": dict(color=ink, fontSize=13),
-        # an end that is not a round number marks the end of a curve and needs no label
+        # a limit that is not a round number is the end of a curve and needs no label
         "axisLabel": dict(color=ink, hideOverlap=True, **{end: _round(v) for end, v in ends}),
         "axisLine": {"show": True, "lineStyle": {"color": GREY}},
         "splitLine": {"lineStyle": {"color": "#3a444d" if dark else "#e3e8ec"}},
@@ -164,7 +161,7 @@ def _axis(name: str, limits: Ends, gap: int, dark: bool) -> dict[str, Any]:
 
 
 def _round(value: float | None) -> bool | None:
-    """Return whether a number has few enough digits to label the end of an axis; None for None."""
+    """Return whether a number has few enough digits to label an axis limit; None for None."""
     return None if value is None else float(f"{value:.2g}") == value
 
 
@@ -185,7 +182,7 @@ def _readout(panes: Sequence[Pane], firsts: Sequence[int]) -> str:
 
 
 def _name_and_unit(axis: str) -> tuple[str, str]:
-    """Return the name and the unit of an axis that is called "name [unit]"."""
+    """Return the name and the unit of an axis that is labelled "name [unit]"."""
     name, _, unit = axis.partition(" [")
     return name, unit.rstrip("]").replace("-", "")
 

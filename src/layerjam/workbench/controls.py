@@ -60,7 +60,7 @@ class Control:
 
     @property
     def digits(self) -> int:
-        """Number of decimals, in the page's unit, that distinguish the slider's steps."""
+        """Number of decimals, in the page's unit, needed to distinguish the slider's steps."""
         step = (self.high - self.low) / self.steps / self.factor
         return max(0, -int(f"{step:e}".split("e")[1]))
 
@@ -100,13 +100,13 @@ USUAL_VACUUM = 94.5e3
 
 
 def vacuum_entry(command: str, name: str, full: float, low: float = 0.0, **more: Any) -> Control:
-    """Return the control of the shared vacuum, from `low` to full vacuum of the site [Pa]."""
+    """Return the control of the shared vacuum, from `low` to full vacuum at the site [Pa]."""
     span = (low, full)
     return entry(command, name, min(USUAL_VACUUM, full), span, **more).narrow(high=full)
 
 
 def map_keys(*controls: Control) -> dict[str, Control]:
-    """{key: control}."""
+    """Return {key: control}."""
     return {control.key: control for control in controls}
 
 
@@ -152,7 +152,7 @@ def read_word(desk: Desk, page: str, choice: Choice) -> str:
 
 
 class Slider:
-    """Label, slider and number; an invalid number shows an error below and changes nothing.
+    """Label, slider and number; for an invalid number an error appears below, and nothing changes.
 
     `renew` returns the control with new bounds after a change of brake or line.
     """
@@ -293,7 +293,7 @@ def menu(desk: Desk, page: str, item: Choice) -> None:
 
 
 def _bind(desk: Desk, page: str, item: Choice, box: ui.toggle | ui.select) -> None:
-    """Make a box set the choice, and undo move it back."""
+    """Store the choice that is made in a box, and update the box after an undo."""
 
     def fill(change: str) -> None:
         if change == "undo" and box.value != read_word(desk, page, item):

@@ -28,7 +28,7 @@ PAUSE = 1.5
 
 
 class Desk:
-    """State with undo; `watch` functions are called after every change with the changed items."""
+    """State with undo; functions added by `watch` are called after every change."""
 
     def __init__(self, state: State | None = None) -> None:
         """Raises LayerjamError if the state's brake or line cannot be read."""
@@ -200,7 +200,7 @@ class Desk:
 
 @dataclass(frozen=True)
 class Shelf:
-    """Catalogue of brakes or lines: its names, and readers of a name and of a TOML text."""
+    """Catalogue of brakes or lines: its names, and readers of an entry's name or TOML text."""
 
     names: Callable[[], list[str]]
     load: Callable[[str], Any]
@@ -226,21 +226,21 @@ def read_any(kind: str, text: str) -> Any:
 
 
 class Connection(Protocol):
-    """Interface of NiceGUI's client."""
+    """Part of NiceGUI's client that this module uses."""
 
     tab_id: str | None
     """None while no browser is connected."""
 
     @property
     def is_deleted(self) -> bool:
-        """Whether its page is closed permanently."""
+        """Return whether its page is closed permanently."""
 
 
 _desks: dict[str, tuple[Connection, Desk]] = {}
 
 
 def take_over(client: Connection, desk: Desk) -> None:
-    """Give a tab's new desk the files of its previous one, with their pins and calibrations.
+    """Move the files of a tab's previous desk, with their pins and calibrations, to its new one.
 
     A tab whose page is still open keeps its files: a duplicated tab starts without files.
     """

@@ -40,7 +40,7 @@ class Dropping:
         self._brakes = 0
         self._came_list = False
         self._facts: dict[str, str] = {}
-        """{name without .toml: text of a sidecar whose name gives no file's extension}."""
+        """{name without .toml: text of a sidecar named without its file's extension}."""
         ui.context.client.on_delete(self.uploads.close)
         ui.add_body_html(f'<div class="files-veil" aria-hidden="true"><span>{VEIL}</span></div>')
         self.zone = ui.upload(
@@ -262,7 +262,7 @@ class FilesHere:
         self.fill()
 
     def fill(self) -> None:
-        """Show the number of files that wait to be accepted."""
+        """Show the number of files that are waiting to be accepted."""
         count = len(self.desk.files.waiting)
         text = "1 file to sort" if count == 1 else f"{count} files to sort"
         self._waiting.set_text(f"{text}: view the proposals")
@@ -289,8 +289,8 @@ def attach_list(uploads: Uploads) -> tuple[list[str], list[str]]:
     """Complete sidecars from the list; return (names of listed files, contradictions).
 
     If the sidecar and the list state the same entry, the sidecar takes precedence and a notice
-    reports this; the commands reject this case. The content of the list is kept for files that
-    arrive later.
+    reports this; the commands reject such a conflict. The content of the list is kept for files
+    that arrive later.
     """
     names, notes = [], []
     for file in uploads.files:
@@ -315,7 +315,7 @@ def attach_list(uploads: Uploads) -> tuple[list[str], list[str]]:
 
 
 def merge_sidecars(text: str, of_all: str) -> str:
-    """Return a sidecar's text with further metadata of another one; its own take precedence."""
+    """Return a sidecar's text with the entries that only another one, `of_all`, contains."""
     try:
         document, addition = tomlkit.parse(text), tomlkit.parse(of_all)
     except tomlkit.exceptions.TOMLKitError:

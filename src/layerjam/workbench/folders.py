@@ -1,4 +1,4 @@
-"""Temporary folders that are deleted at the latest by the next start of the program.
+"""Temporary folders that are deleted no later than the next start of the program.
 
 A folder contains a file that its program keeps locked. If the program is killed, the lock is
 released, and the next workbench deletes the folder. On Windows nothing is deleted, because an open
@@ -44,7 +44,7 @@ def _remove(path: Path, lock: int) -> None:
 
 
 def remove_stale_folders() -> list[Path]:
-    """Delete this user's folders of programs that were killed, and return them."""
+    """Delete this user's folders left by killed programs, and return their paths."""
     removed_paths = []
     for path in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
         # another workbench is also cleaning up, or the folder belongs to another user
@@ -56,7 +56,7 @@ def remove_stale_folders() -> list[Path]:
 
 
 def _is_abandoned(path: Path) -> bool:
-    """Return whether this user owns a folder that nobody locks; OSError if it has no lock."""
+    """Return whether this user owns an unlocked folder; raises OSError if it has no lock file."""
     if path.is_symlink() or (hasattr(os, "getuid") and path.lstat().st_uid != os.getuid()):
         return False
     lock = os.open(path / LOCK, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))

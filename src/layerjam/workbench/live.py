@@ -137,9 +137,9 @@ class Bar(ui.slider):
 
 
 def draw(chart: ui.echart, options: dict[str, Any]) -> None:
-    """Give a chart new options; replace all only if its series or its cursor have changed."""
+    """Update a chart's options; replace all only if its series or its cursor have changed."""
     old = chart.options
-    # NiceGUI's own way would wrap every number for change tracking and send it at once
+    # NiceGUI's own method would wrap every number for change tracking and send it at once
     dict.__setitem__(chart.props, "options", options)
     changes = {key: value for key, value in options.items() if old.get(key) != value}
     alike = old.keys() == options.keys() and "tooltip" not in changes

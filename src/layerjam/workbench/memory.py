@@ -7,9 +7,9 @@ import sys
 from nicegui import Client, run
 
 USUAL = (700, 10, 10)
-"""Python's own settings of its collector, see `cli.start.SELDOM`."""
+"""Python's default settings of the garbage collector; see `cli.start.SELDOM`."""
 SOON = 2.0
-"""Time [s] after a page's first result in which it is sent and drawn."""
+"""Time [s] after a page's first result within which the result is sent and drawn."""
 _frozen_pages: set[str] = set()
 
 

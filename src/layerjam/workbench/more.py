@@ -41,7 +41,7 @@ def find_other_inputs(command: str, names: Collection[str]) -> list[Parameter]:
 
 
 def is_file(p: Parameter) -> bool:
-    """Whether the input is a file: on a page always a dropped file, never a path."""
+    """Whether the input is a file: on a page, always a dropped file and never a path."""
     return type(p.help) is Help and p.spec is None and "Path" in str(p.type)
 
 
@@ -67,7 +67,7 @@ class OtherInputs:
         return values
 
     def atmosphere(self, usual: float) -> float:
-        """Return the site's atmosphere [Pa] as set here, or the usual one."""
+        """Return the site's atmospheric pressure [Pa] as set here, or the usual one."""
         text, spec = self.options().get("atmosphere"), ATMOSPHERE
         return float(spec.read(text, "atmosphere")) if isinstance(text, str) else usual
 

@@ -1,4 +1,4 @@
-"""Outcomes of pulls as sentences; those of drops and regulators are next to their pages."""
+"""Outcomes of pulls as sentences; those of drops and regulators are in their pages' modules."""
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType

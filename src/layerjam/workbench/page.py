@@ -142,7 +142,7 @@ class Page(View):
         self._wrong: list[ui.input] = []
         """Fields that show an error of the last computation."""
         self.place: ui.element | None = None
-        """Element that contains the page; a task has no other place for notices and downloads."""
+        """Element that contains the page, in which tasks show notices and start downloads."""
         self.prepare: Callable[[], None] = lambda: None
         self.runner = Runner(self._answer, self._show, run.io_bound)
         desk.watch(self._on_change)
@@ -192,7 +192,7 @@ class Page(View):
         background_tasks.create(freeze_later(self.name), name="layerjam settles")
 
     def _show_problems(self, problems: Sequence[tuple[str | None, str]]) -> None:
-        """Show errors, given as (quantity, sentence), and at the field of each quantity."""
+        """Show errors, given as (quantity, sentence), below the fields of their quantities."""
         for field in self._wrong:
             field.error = None
         self._wrong = []

@@ -106,7 +106,7 @@ class Panel:
     # ---- pins
 
     def pinned_answers(self, call: Call) -> tuple[Pinned, ...]:
-        """Return the pinned answers that can be drawn with a call; runs in the page's thread."""
+        """Return the pinned answers that can be drawn with a call; call it in the page's thread."""
         pins: list[tuple[Answer, Any, Pin]] = []
         computed_pins, trouble = {}, []
         for pin in self._desk.state.pins:
@@ -132,7 +132,7 @@ class Panel:
         return Answer(call, result), self.besides(pin, result)
 
     def pin(self, **more: str) -> None:
-        """Pin the answer shown, with `more` text about it."""
+        """Pin the displayed answer; `more` holds additional options of the pin."""
         self._try_action(partial(self._pin_shown, more))
 
     def _pin_shown(self, extra: Mapping[str, str]) -> None:

@@ -34,7 +34,7 @@ class PeakSetting:
     def __init__(
         self, desk: Desk, page: str, call: Callable[[], Call], limit: Callable[[], float]
     ) -> None:
-        """`call` is the displayed pull, `limit` the greatest vacuum of the page [Pa]."""
+        """`call` is the displayed pull, `limit` the highest vacuum on the page [Pa]."""
         self._desk, self._page, self._now, self._most = desk, page, call, limit
         self._asked: float | None = None
         self._seeking = False
@@ -86,7 +86,7 @@ class PeakSetting:
     def ask(self, force: float, done: bool) -> None:
         """Adjust the chosen quantity to a peak [N].
 
-        The latest request wins, and sheets change on release.
+        The latest request wins; the number of sheets changes only when the marker is released.
         """
         if read_word(self._desk, self._page, FOLLOWS) == "sheets" and not done:
             return
@@ -111,7 +111,7 @@ class PeakSetting:
             self._seeking = False
 
     def limit(self) -> float:
-        """Return the greatest vacuum that site and line allow [Pa]."""
+        """Return the highest vacuum [Pa] that the site and the line allow."""
         return min(self._most(), float(reachable_vacuum(self._desk.line.line)))
 
     def search(self, force: float, by_sheets: bool) -> ToPeak:

@@ -95,9 +95,9 @@ class Proposal:
 
 
 def read_name(name: str) -> dict[str, SourcedValue]:
-    """Return {"role", "vacuum", "normal_force", "speed": value} as stated by a file's name.
+    """Return {"role", "vacuum", "normal_force", "speed": value} as given in a file's name.
 
-    A name with several pressures gives none, because it is ambiguous.
+    A name with several pressures yields none, because it is ambiguous.
     """
     stem = Path(name).stem
     values: dict[str, SourcedValue] = {}
@@ -197,7 +197,7 @@ def _unread_proposal(draft: Proposal, path: Path, error: LayerjamError) -> Propo
 def _conditions(
     name: str, path: Path, facts: Facts, traces: Sequence[Trace]
 ) -> tuple[SourcedValue, dict[str, SourcedValue]]:
-    """Return role and metadata: from the sidecar, otherwise the file's content or its name."""
+    """Return role and metadata, from the sidecar or otherwise from the file's content or name."""
     values = read_name(name)
     facts_found = {fact: value_found for fact in FACTS if (value_found := values.get(fact))}
     facts_found |= dict(_read_content(path, traces))

@@ -77,7 +77,7 @@ def check_edit(changes: Mapping[str, str]) -> None:
 
 
 def _facts_and_answers(edit: Mapping[str, str]) -> tuple[dict[str, str], dict[str, Any]]:
-    """Return the statements about a file for its sidecar: (top level, table [read])."""
+    """Return the statements about a file for its sidecar: (top level, [read] table)."""
     answers: dict[str, Any] = {key: edit[key] for key in KEYS if edit.get(key)}
     for key in LISTS:
         if key in answers:
@@ -93,7 +93,7 @@ def _facts_and_answers(edit: Mapping[str, str]) -> tuple[dict[str, str], dict[st
 def sidecar_text(text: str, edit: Mapping[str, str]) -> str:
     """Return the user's sidecar with additions of the page, which take precedence.
 
-    Invalid TOML is unchanged, and invalid values from a link are not written.
+    Invalid TOML is returned unchanged, and invalid values from a link are not written.
     """
     import tomlkit
     from tomlkit.exceptions import TOMLKitError
@@ -118,7 +118,7 @@ def sidecar_text(text: str, edit: Mapping[str, str]) -> str:
 def column_edit(path: Path, table: Preview, index: int, role: str, unit: str) -> dict[str, str]:
     """Return the changes for a column with a new `role`; without a role it is not used.
 
-    A column of vacuum gives the vacuum of the test, the median of its values. Raises LayerjamError.
+    A vacuum column sets the vacuum of the test to the median of its values. Raises LayerjamError.
     """
     if role == "vacuum":
         return {"vacuum": column_vacuum(path, index, unit, table.names).text}

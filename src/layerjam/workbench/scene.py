@@ -139,7 +139,7 @@ def _ghost(start: float, end: float, cap: float, size: Point) -> Iterator[Box]:
 
 
 def _sheet(number: int, thick: float, z: float, brake: Brake, span: tuple[float, float]) -> Box:
-    """Return a sheet at its height; the left cap holds it if its number is even."""
+    """Return a sheet at its height; the left cap holds sheets with an even index."""
     sheets, clamp_length = brake.sheets, brake.mount.clamped_length
     if number % 2 == 0:
         ends = (span[0] - clamp_length, span[0] + sheets.free_left + sheets.overlap)
@@ -223,7 +223,7 @@ class CameraView:
             )
 
     def enclose(self, low: Point, high: Point) -> None:
-        """Let the camera see a box as a whole, from the chosen direction."""
+        """Move the camera so that it shows a whole box from the chosen direction."""
         if self._corners != (low, high):
             self._corners = (low, high)
             self._fit(0.3)
@@ -233,7 +233,7 @@ class CameraView:
         self._fit(0.3)
 
     def _fit(self, duration: float) -> None:
-        """Move the camera as close as the whole brake allows, within `duration` [s]."""
+        """Move the camera as close as the view of the whole brake allows, within `duration` [s]."""
         if self._corners is not None:
             args = json.dumps([*self._corners, self._view, duration])
             self.scene.client.run_javascript(

@@ -39,7 +39,7 @@ class _TooLarge(Exception):
 
 
 class RequestGuard:
-    """ASGI middleware that rejects strangers, other sites' pages, and bodies over `largest` bytes.
+    """ASGI middleware that rejects other users, other sites and bodies over `largest` bytes.
 
     `names` are the host names that requests may contain, None for all. On loopback they must be
     names of this machine, because a page of another site whose name resolves here sends that name.

@@ -33,7 +33,7 @@ class Session(NamedTuple):
 
 
 def kept_files(uploads: Uploads) -> tuple[KeptFile, ...]:
-    """Return the files of a tab that its pages use."""
+    """Return the files that the pages of a tab use."""
     return tuple(
         KeptFile(file.shown, file.path.read_bytes(), uploads.sidecars.get(file.shown, ""))
         for file in uploads.used

@@ -14,11 +14,11 @@ from layerjam.units import show
 WIDE, CAP, EDGE = 860.0, 16.0, 8.0
 """Width of the drawing, width of a cap, and the margin [pixels]."""
 TALL, GAP = (9.0, 24.0), 7.0
-"""Least and greatest height of a sheet, and the gap between two sheets [pixels]."""
+"""Smallest and largest height of a sheet, and the gap between two sheets [pixels]."""
 MAX_SHEETS = 40
 """Largest number of drawn sheets."""
 ROOM = 0.3
-"""Greatest drawn displacement before all sheets slide, as a fraction of the overlap."""
+"""Largest drawn displacement before all sheets slide, as a fraction of the overlap."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class PullView:
         return cls(motion, sheets, factor if factor > 1 else 1.0, small_range)
 
     def informative_sample(self) -> int:
-        """Return the most informative sample: some sheets slide and others stick, else the peak."""
+        """Return the most informative sample: some sheets slide and others stick, or the peak."""
         sliding = self.motion.sliding
         frames = np.flatnonzero(sliding.any(axis=1) & ~sliding.all(axis=1))
         return int(frames[len(frames) // 2]) if len(frames) else int(np.argmax(self.motion.force))
@@ -148,7 +148,7 @@ HATCH = (
 
 
 def key(kind: str) -> str:
-    """Return a sheet that "holds" or "slides", for the drawing's legend."""
+    """Return the legend's symbol for a sheet that "holds" or "slides"."""
     return f'<svg class="sheets-key">{_sheet(0.0, 26.0, 0.0, 12.0, kind)}</svg>'
 
 

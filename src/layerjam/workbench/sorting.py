@@ -46,7 +46,7 @@ MAX_ROWS = 12
 """Number of files with individual fields; a table lists the others."""
 SIDECAR = "its sidecar"
 STATED = ("its sidecar", LIST, "the file header")
-"""Sources that the readers use without being asked."""
+"""Sources that the readers use automatically."""
 SOURCE = "dropped-source"
 WORDS = {"vacuum": "Vacuum", "normal_force": "Normal force", "speed": "Crosshead speed"}
 ASKED = {
@@ -358,7 +358,7 @@ def _use_shown_name(item: Proposal, upload: Upload) -> Proposal:
 
 
 def _cite_list(item: Proposal, from_list: Mapping[str, frozenset[str]]) -> Proposal:
-    """Return a proposal that marks the metadata from the list of all files."""
+    """Return the proposal with the list for all files as the source of metadata from it."""
     mine = from_list.get(item.name, frozenset())
     facts = {
         fact: SourcedValue(value.text, LIST) if fact in mine and value.source == SIDECAR else value

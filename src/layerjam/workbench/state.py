@@ -42,7 +42,7 @@ def shared_setting(page: str, key: str) -> str:
 
 
 def _places(page: str, key: str) -> Iterator[tuple[str, str]]:
-    """Yield the places of a control's value; the first one that exists counts.
+    """Yield the places where a control's value may be stored; the first that exists counts.
 
     Older links contain one vacuum for each page.
     """

@@ -37,10 +37,10 @@ class Takeable(Protocol):
         """Return the figure as bytes."""
 
     def python(self) -> str:
-        """Return Python code that draws it in a new process."""
+        """Return Python code that draws the chart in a new process."""
 
     def notebook(self) -> str:
-        """Return a Jupyter notebook that draws it."""
+        """Return a Jupyter notebook that draws the chart."""
 
 
 async def download(make: Callable[[], str | bytes], name: str, kind: str = "") -> None:

@@ -63,7 +63,7 @@ class Upload(DataFile):
 class Uploads:
     """The files of one tab.
 
-    `sidecars` is {user's name of the measurement: its sidecar's text}; it may come before the
+    `sidecars` is {user's name of the measurement: its sidecar's text}; it may arrive before the
     measurement. Files whose key is in `waiting` were dropped, but their use has not been chosen
     yet: no page uses them.
     """

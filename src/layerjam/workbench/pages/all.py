@@ -13,7 +13,7 @@ class Tab:
     name: str
     title: str
     light: bool = False
-    """Whether it can be imported without computing code, which a thread may be importing."""
+    """Whether importing it does not import numerical code, which a thread may be importing."""
 
     def load(self) -> type[Page]:
         """Return the page; importing some pages takes a second."""

@@ -118,7 +118,7 @@ class Bench(Page):
         """Choices without a default, the request for each, and the line that shows the request."""
 
     def controls(self) -> Mapping[str, Control]:
-        """Return the controls of target and sensor."""
+        """Return the controls for the target and the sensor."""
         full = self.desk.line.line.site.atmosphere
         target = entry("rise", "target", min(40e3, 0.6 * full), (0.01 * full, 0.99 * full))
         return map_keys(
@@ -126,7 +126,7 @@ class Bench(Page):
         )
 
     def build(self) -> None:
-        """Build connection and target on the left, the readings on the right."""
+        """Build the connection and the target on the left, the readings on the right."""
         side, main = columns()
         with side:
             self._build_connection()
@@ -251,7 +251,7 @@ class Bench(Page):
         return {"regulator": regulator, "target": target, **extra}
 
     def draw(self, result: Any) -> None:
-        """Draw the target before the first reading; the readings are drawn as they come."""
+        """Draw the target before the first reading; the readings are drawn as they arrive."""
         for item, _, alert in self.required:
             if self.word(item):
                 alert.say("")
@@ -259,7 +259,7 @@ class Bench(Page):
             self._draw_target()
 
     async def _try_call(self, act: Callable[[], Any]) -> Any:
-        """Return the result, computed in a thread; None if refused, with the reason on the page."""
+        """Return the result, computed in a thread; None if rejected, with the reason shown."""
         if self.problem is not None:
             self.problem.say("")
         try:
@@ -301,7 +301,7 @@ class Bench(Page):
         return await self._try_call(lambda: session.ask(act))
 
     async def _begin(self) -> dict[str, Any] | None:
-        """Return the settings of a connected bench; None and a message if one is missing."""
+        """Return the settings and connect the bench; None, with a message, if one is missing."""
         for item, words, alert in self.required:
             alert.say("" if self.word(item) else words)
         if not all(self.word(item) for item, *_ in self.required):
@@ -405,7 +405,7 @@ class Bench(Page):
 
 
 def circuit_diagram() -> str:
-    """Return the SVG of the wiring of a Pico; MissingExtraError if schemdraw is not installed."""
+    """Return the SVG of the wiring of a Pico; raises MissingExtraError without schemdraw."""
     from layerjam.report.wiring import drawing
     from layerjam.rig.circuit import load_circuit
 

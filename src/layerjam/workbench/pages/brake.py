@@ -62,7 +62,7 @@ class Brake(Page):
         return map_keys(slip.narrow(high=lap), vacuum)
 
     def build(self) -> None:
-        """Build the numbers of the brake on the left and the results on the right."""
+        """Build the fields for the brake's numbers on the left and the results on the right."""
         tabs(self.desk, self.name, PART)
         side, main = columns("brake-page")
         with side:
@@ -160,7 +160,7 @@ class Brake(Page):
         return [result.answer] if builds else result
 
     def draw(self, result: Any) -> None:
-        """Draw picture, numbers, notes and sources, or the build."""
+        """Draw the picture, numbers, notes and sources, or the build."""
         builds, parts = result
         if builds:
             self.making.draw(parts)
@@ -227,7 +227,7 @@ ROWS: Mapping[str, int] = MappingProxyType(
 
 
 ALIKE = 5e-5
-"""Relative difference below which numbers are called equal, because the display hides it."""
+"""Relative difference below which numbers count as equal, because the display hides it."""
 
 
 def verdict(mine: float | None, theirs: float | None, better: int) -> str:

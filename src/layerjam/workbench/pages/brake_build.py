@@ -1,4 +1,4 @@
-"""Build, a part of the brake's page: whether it can be built, and the workshop's folder."""
+"""The Build part of the Brake page: whether it can be built, and the workshop's folder."""
 
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -53,7 +53,7 @@ COUPONS = Choice(
     "A comb to measure the kerf, and strips to measure friction",
 )
 CONTROLS = ("cutter", "coupons", "out", "overwrite")
-"""Inputs of the command that have their control elsewhere, or none; the others are in the panel."""
+"""Inputs with a control elsewhere or with none; the others are in the panel."""
 DRAWN = Choice(
     "drawn",
     {"brake": "brake parts", "mould": "enclosure mould"},
@@ -224,7 +224,7 @@ def make_folder(call: Call, tell: Tell) -> Folder:
 
 
 def checks_table(result: Built) -> str:
-    """Return verdict, value and limit of every check, as HTML."""
+    """Return the verdict, value and limit of every check, as HTML."""
     rows: list[list[Cell]] = []
     for check in result.checks:
         numbers = [_format_number(check[key], check["unit"]) for key in ("value", "limit")]
@@ -236,7 +236,7 @@ def checks_table(result: Built) -> str:
 
 
 def _format_number(value: float | None, unit: str) -> str:
-    """Return the value of a check as text; a number without a unit is a fraction."""
+    """Return the value of a check as text; a number without a unit is shown as a fraction."""
     if value is None:
         return "–"
     return f"{round(value, 3) + 0.0:.1%}" if unit == "1" else show(value, unit, 4)

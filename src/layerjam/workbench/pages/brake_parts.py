@@ -37,7 +37,7 @@ class Surface:
 
 @dataclass(frozen=True)
 class Parts:
-    """Surfaces around the centre of the scene; `size` holds the sides in the scene's units."""
+    """Surfaces around the centre of the scene; `size` is their bounding box in scene units."""
 
     surfaces: tuple[Surface, ...]
     size: Point

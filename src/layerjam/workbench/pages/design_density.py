@@ -98,7 +98,7 @@ class Density(Part):
 
 
 def density_chart(result: Any, dark: bool) -> dict[str, Any]:
-    """Return the chart: devices by kind, the line of more sheets, lines of force per mass."""
+    """Return the chart: devices by kind, a line for more sheets, lines of force per unit mass."""
     rows, lines, _ = result.record
     first, ink = lines[0], ink_of(dark)
     masses = [r["mass"] * GRAMS for r in rows] + [m * GRAMS for m in first.masses]
@@ -134,7 +134,7 @@ def _points(
 ) -> dict[str, Any]:
     """Return the points of a kind of device; only jamming brakes are all named.
 
-    Only the first of our brakes is labelled with name and vacuum; the others state differences.
+    Our first brake is labelled with its name and vacuum, the others with the differences from it.
     """
     strongest = max(rows, key=lambda r: r["max_force"])["name"] if kind else ""
     data = []
@@ -162,7 +162,7 @@ def _short_name(name: str, first: str) -> str:
 
 
 def _isolines(x: tuple[float, float], y: tuple[float, float], color: str) -> list[dict[str, Any]]:
-    """Return straight lines of constant force per mass, labelled inside the chart."""
+    """Return straight lines of constant force per unit mass, labelled inside the chart."""
     out = []
     for density in (10.0**power for power in range(-1, 8)):
         left, right = max(x[0], y[0] * GRAMS / density), min(x[1], y[1] * GRAMS / density)
@@ -188,6 +188,6 @@ def _pair(mass: float, force: float) -> list[float]:
 
 
 def _cells(row: dict[str, Any]) -> list[str]:
-    """Return mass, force and force per mass of a device, with units."""
+    """Return mass, force and force per unit mass of a device, with units."""
     units = {"mass": "kg", "max_force": "N", "force_density": "N/kg"}
     return [show(row[key], unit) for key, unit in units.items()]

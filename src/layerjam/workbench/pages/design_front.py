@@ -17,14 +17,14 @@ from layerjam.workbench.tables import html
 from layerjam.workbench.widgets import Hero
 
 PALE = "#9aa5af"
-"""Grey on a dark ground."""
+"""Grey that is visible on a dark background."""
 Row = Mapping[str, Any]
 CHOSEN, REFINED = -2, -1
 """Keys of the chosen design, and of the refined one between grid steps."""
 
 
 def all_designs(result: Any) -> dict[int, Row]:
-    """Return every design of the result, by number; the front is sorted by the first objective."""
+    """Return every design of the result, by index; the front is sorted by the first objective."""
     first = result.record.spec.objectives[0]
     rows: list[Row] = sorted(result.front, key=lambda d: first.sign * d[first.name])
     named_designs = [result.chosen, result.runner_up, *(f["design"] for f in result.forbidden)]
@@ -33,7 +33,7 @@ def all_designs(result: Any) -> dict[int, Row]:
 
 
 def front_numbers(result: Any) -> list[int]:
-    """Return the numbers of the front's designs, sorted by the first objective."""
+    """Return the indices of the designs on the front, sorted by the first objective."""
     return list(all_designs(result))[: len(result.front)]
 
 
@@ -45,7 +45,7 @@ def pick_design(result: Any, selection: int) -> tuple[int, Row]:
 
 
 def find_axes(result: Any) -> dict[str, str]:
-    """Return the quantities for the axes of the front: numbers that differ among its designs."""
+    """Return the quantities for the axes of the front: those that differ between its designs."""
     out = {}
     for name in (*MERITS, *VARIABLES):
         values = {d.get(name) for d in result.front}
@@ -55,7 +55,7 @@ def find_axes(result: Any) -> dict[str, str]:
 
 
 def front_chart(result: Any, names: tuple[str, str], number: int, dark: bool) -> dict[str, Any]:
-    """Return the chart of every design on the front; value[2] of a point is the design's number."""
+    """Return the chart of every design on the front; value[2] of a point is the design's index."""
     scales = [scale(result, n) for n in names]
     ink = ink_of(dark)
     x, y = (f"{key_name(n)} [{unit}]" for n, (_, unit) in zip(names, scales, strict=True))
@@ -101,7 +101,7 @@ def scatter(name: str, data: Sequence[Any], **look: Any) -> dict[str, Any]:
 
 
 def _mark_look(mark: Look, word: str, ink: str, shift: tuple[float, float]) -> dict[str, Any]:
-    """Return the style of a mark, with its word next to it, on a line."""
+    """Return the style of a mark whose label is next to it, connected by a line."""
     side = "right" if shift[0] > 0 else "left"
     return {
         **dict(symbol=mark.symbol, symbolSize=mark.symbol_size, color=mark.color, z=4),
@@ -126,7 +126,7 @@ def headlines(result: Any, design: Row) -> list[Hero]:
 
 
 def sentence(result: Any, design: Row, pull: tuple[float, float] | None) -> str:
-    """Return a sentence with each force of a design and its meaning, and a mass above its limit."""
+    """Return a sentence with each force of a design and its meaning, and any excessive mass."""
     vacuum = f"at {show(design['vacuum'], 'Pa', 3)}"
     holds, peak = (show(design[name], "N", 3) for name in ("holding_force", "max_force"))
     end = "" if pull is None else f" and {show(pull[1], 'N', 3)} at the end of its travel"
@@ -204,7 +204,7 @@ def chances(result: Any) -> str:
 
 
 def slopes(result: Any) -> str:
-    """Return the table of relative changes [%] per percent more of each number."""
+    """Return the table of relative changes [%] per percent increase in each number."""
     table = result.sensitivities
     rows = []
     for n in dict.fromkeys(n for row in table.values() for n in row):

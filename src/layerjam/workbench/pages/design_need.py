@@ -266,7 +266,7 @@ class NeedPart(Part):
     # ---- user actions
 
     def use_text(self, text: str) -> None:
-        """Search for a text that was not typed."""
+        """Search with the text of an example."""
         self.editor.set_value(text)
         self.form.follow(text)
         self.search()
@@ -313,7 +313,7 @@ class NeedPart(Part):
         self.pick(numbers[(place + step) % len(numbers)])
 
     def selection(self) -> int:
-        """Return the number of the selected design, as stored."""
+        """Return the stored index of the selected design."""
         value = self.desk.get(PAGE, "picked", float(front.CHOSEN))
         return int(value) if isinstance(value, int | float) else front.CHOSEN
 

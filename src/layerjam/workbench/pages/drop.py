@@ -148,7 +148,7 @@ class Drop(Page):
         return self.word(ON_ROPE) == "rope"
 
     def _arrival(self) -> str:
-        """Return how the mass arrives: by its speed if the stop is horizontal, as nothing falls."""
+        """Return how the arrival is specified: a horizontal stop has a speed but no height."""
         return "speed" if self._is_horizontal() else self.word(ARRIVES)
 
     def columns(self) -> dict[str, Call]:
@@ -158,7 +158,7 @@ class Drop(Page):
         history = {key: extra.pop(key) for key in HISTORY if key in extra}
         if not self._has_rope():
             extra.pop("rope_damping", None)
-        # the rope alone has no vacuum and no duration
+        # without a brake, neither a vacuum nor a duration applies
         bare = {key: value for key, value in extra.items() if key != "duration"}
         modes: dict[str, Options] = {
             **({"none": {"no_brake": True, **bare}} if self._has_rope() else {}),

@@ -35,7 +35,7 @@ LASTS = 4.0
 
 
 def slowness(lasts: float) -> float:
-    """Return the factor of slow motion at which a record of `lasts` [s] takes at least `LASTS`."""
+    """Return the factor of slow motion with which `lasts` [s] take at least `LASTS`."""
     return next((factor for factor in SLOW if factor * lasts >= LASTS), SLOW[-1])
 
 
@@ -100,7 +100,7 @@ class Animation:
         self._loaded = False
 
     def load(self, content: dict[str, Any] | None) -> None:
-        """Show a time series of `series`; nothing for None."""
+        """Show a time series of `series`; show nothing for None."""
         cursor = "" if self._cursor is None else self._cursor.html_id
         data = "null" if content is None else json.dumps({**content, "cursor": cursor})
         chart = "null" if self._chart is None else f"getElement({self._chart.id})"
@@ -163,7 +163,7 @@ GOOD = ("STOPPED", "NEVER_SLID")
 
 
 def headlines(stop: Any | None, is_tuned: bool = False) -> list[Hero]:
-    """Return the main numbers of a drop: first a tuned vacuum; the peak includes an impact."""
+    """Return the main numbers of a drop; a tuned vacuum comes first, and peaks include impacts."""
     if stop is None or not stop.feasible or stop.peak_force is None:
         return []
     crashed = stop.outcome == "BOTTOMED_OUT"
@@ -336,7 +336,7 @@ COURSES = ("force", "travel", "deceleration")
 def drop_chart(
     data: Mapping[str, Any], bound: float | None, pins: Mapping[str, Any], dark: bool
 ) -> dict[str, Any]:
-    """Return the three charts of a drop's `series`; `bound` is the least deceleration [m/s²].
+    """Return the three charts of a drop's `series`; `bound` is the lowest deceleration [m/s²].
 
     `pins` are other drops by their labels, drawn faintly and named next to the first chart.
     """

@@ -28,7 +28,7 @@ STOPPED = "Stopped before it was finished."
 KEPT = 12
 """Number of cached results, which are not computed again."""
 _drawing = threading.Lock()
-"""Lock for drawing: Matplotlib's settings belong to the process, so figures wait in turn."""
+"""Lock for drawing: Matplotlib's settings are global, so figures are drawn one at a time."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class StepResult:
     picture: str = ""
     problem: str = ""
     notice: str = ""
-    """Key of the notice whose remedy helps against the problem."""
+    """Key of the notice whose remedy solves the problem."""
     pages: Mapping[str, bytes] = field(default_factory=dict)
     """Files of a report, if the step is a report."""
 
@@ -74,7 +74,7 @@ class Campaign:
         return stem
 
     def friction(self) -> list[Call]:
-        """Return the calls with the brake that receives the result, and without it."""
+        """Return the call that writes its result into the brake, and the call without a brake."""
         files, options = self.used("friction"), self.options("friction")
         writing: Options = {**options, "brake": self.brake, "partial": True}
         return [

@@ -97,7 +97,7 @@ OF_A_FILE = (FileError, FitError, QuantityError, MissingExtraError)
 
 
 def read_row(upload: Upload, role: str, standard: str) -> Row:
-    """Read a file with its sidecar for its use; if `role` is empty, find one that fits."""
+    """Read a file with its sidecar for its use; if `role` is empty, choose a suitable one."""
     row = Row(upload, role if role in ROLES else "calibrate")
     try:
         facts = read_facts(upload.path)
@@ -109,8 +109,8 @@ def read_row(upload: Upload, role: str, standard: str) -> Row:
     is_friction = role == "friction"
     inputs: Options = {"standard": standard} if is_friction else {}
     if is_friction and standard == "paper" and not facts.normal_force:
-        # the normal force only scales the friction, so any value gives the same traces; the page
-        # asks for it
+        # the normal force only scales the friction, so any value gives traces of the same shape;
+        # the page asks for the true one
         inputs["normal_force"] = "1 N"
     call = Call("friction" if is_friction else "pull", options=inputs, files=(upload,))
     try:

@@ -103,7 +103,7 @@ class Table:
         self.table.on("rowClick", self._on_click, js_handler="(e, row) => emit(row.id)")
 
     def fill(self, rows: Sequence[Row]) -> None:
-        """Show the current files; the selection stays."""
+        """Show the current files; the selection remains."""
         if rows is self._shown:
             return
         self._shown = rows

@@ -47,7 +47,7 @@ from layerjam.workbench.widgets import (
 )
 
 STEPS = 400
-"""Steps of the slider along the pull."""
+"""Number of steps of the slider along the pull."""
 MM = 1e3
 LEGEND = (("holds", "sticks on both sides"), ("slides", "slides on an adjacent sheet"))
 
@@ -234,7 +234,7 @@ class Pull(Page):
             self.notes = Notes()
 
     def _full_vacuum(self) -> float:
-        """Return the greatest vacuum of the site [Pa]."""
+        """Return the highest vacuum at the site [Pa]."""
         return self.controls()["vacuum"].high
 
     def _is_stick_slip(self) -> bool:
@@ -258,7 +258,7 @@ class Pull(Page):
         return [] if self.result is None else [self.result[0], *self.result[2].answers]
 
     def compute(self) -> Any:
-        """Return the pull, the brake's greatest force for the axis, the files, and the band."""
+        """Return the pull, the brake's largest force for the axis, the files, and the band."""
         (call,) = self.calls()
         saws = call.name == STICK_SLIP
         result = call.run(**({} if saws else {"progress": self.runner.tell}))

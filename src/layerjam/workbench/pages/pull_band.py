@@ -25,7 +25,7 @@ POINTS = 40
 """Elongations on each of three intervals; the number is fixed, so that the law compiles once."""
 
 WORDS = 0.35
-"""Fraction of a figure's width that the name of a band takes."""
+"""Fraction of a figure's width that the name of a band occupies."""
 
 
 class Band(NamedTuple):
@@ -54,7 +54,7 @@ def law_error(desk: Desk, call: Call) -> "LawError | None":
 
 
 def compute_band(error: "LawError", record: TensileRecord, call: Call) -> Band | None:
-    """Return the band of a recorded pull of a call; None if the law has none at its vacuum."""
+    """Return the band of the pull that a call records; None if the law has none at its vacuum."""
     u = np.asarray(record.elongation, float)
     top = float(u[int(np.argmax(record.force))])
     # include the peak itself, where the force has a kink, with more points near it than beyond

@@ -17,7 +17,7 @@ from layerjam.workbench.pages.pull_files import Reading
 MM = 1e3
 NONE: Mapping[str, Any] = MappingProxyType({})
 LABELLED = 5
-"""Number of files named at the ends of their curves; the cursor identifies further ones."""
+"""Number of files named at the ends of their curves; the cursor identifies the others."""
 SHARED = 241
 """Number of points of the common grid of overlaid curves."""
 FILE_COLORS = (ORANGE, GREEN, PURPLE, SKY, RED)

@@ -45,7 +45,7 @@ class MeasuredPull:
 
     @property
     def about(self) -> str:
-        """Return the vacuum that file or sidecar state, and the user's name of the file."""
+        """Return the vacuum stated by the file or its sidecar, and the user's name of the file."""
         vacuum = self.trace.facts.vacuum
         vacuum_text = "vacuum not stated" if vacuum is None else show(vacuum, "Pa", 3)
         specimen = f", specimen {self.trace.specimen}" if self.trace.specimen else ""
@@ -164,7 +164,7 @@ class MeasuredFiles:
 
 
 def show_errors(reading: Reading) -> None:
-    """Show MAPE, RMSE and bias of every pull, and the checks; show nothing without files."""
+    """Show MAPE, RMSE and bias of every pull, and the checks; nothing if there are no files."""
     if reading.compared is None:
         return
     hint(

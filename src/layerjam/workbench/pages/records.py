@@ -60,7 +60,7 @@ class Editor:
 
     @property
     def file(self) -> Any:
-        """Return the record on the desk."""
+        """Return the desk's record."""
         return getattr(self.desk, self.kind.what)
 
     @property

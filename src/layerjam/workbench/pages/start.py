@@ -183,7 +183,7 @@ def holding_sentence(pull: Any, gravity: float) -> str:
 
 
 def round_down(value: float, digits: int = DIGITS) -> float:
-    """Return a positive number, rounded down to a number of digits."""
+    """Return a positive number, rounded down to the given number of digits."""
     step = 10.0 ** (math.floor(math.log10(value)) + 1 - digits)
     return math.floor(value / step + 1e-9) * step
 
