@@ -36,7 +36,7 @@ PATTERN = "cut/pattern.pdf"
 
 
 def film(drawing: Drawing, coupons: bool, files: Collection[str] | None = None) -> list[Step]:
-    """Return the steps from film to a stack of sheets; `files` lists the written files, or all."""
+    """Return the steps from film to a stack of sheets; `files` lists those written, None all."""
     lengths, build = drawing.lengths, drawing.build
     made_of = ", ".join(f"{part.count} × cut/{part.name}.dxf" for part in drawing.film.parts)
     cutter = {
@@ -132,7 +132,7 @@ def caps(drawing: Drawing) -> list[Step]:
 
 
 def _flush(drawing: Drawing) -> str:
-    """Return the sentences on the front corners of the nuts, which may project from the tray."""
+    """Return sentences about the front corners of the nuts, which may project from the tray."""
     lengths = drawing.lengths
     proud = nut_overhang(lengths)
     if proud <= 0:
@@ -195,7 +195,7 @@ def sleeve(drawing: Drawing) -> list[Step]:
 
 
 def stack(drawing: Drawing) -> list[Step]:
-    """Return the steps for the layers in both caps, and the clamps."""
+    """Return the steps for placing the layers in both caps, and for the clamps."""
     lengths = drawing.lengths
     left, right = lengths.sides
     distance = f"{_m(lengths.pin_to_pin)} apart"
@@ -335,7 +335,7 @@ def tools(drawing: Drawing) -> str:
 
 
 def first_checks(drawing: Drawing, coupons: bool) -> list[Step]:
-    """Return the checks of the first brake, each by a command."""
+    """Return the checks of the first brake, each with its command."""
     lengths = drawing.lengths
     new_file = (
         (f"layerjam new my-brake --from {drawing.file.name} --out my-brake.toml",)

@@ -62,7 +62,7 @@ def _densities(
 
 
 def _density(draws: Array, x: Array) -> Array:
-    """Return a smoothed histogram; heavy tails do not widen it, as its width is from quartiles."""
+    """Return a smoothed histogram whose bandwidth follows from quartiles, not from heavy tails."""
     quartiles = np.quantile(draws, [0.25, 0.75])
     width = 1.3 * float(np.ptp(quartiles)) / 1.34 * len(draws) ** -0.2
     inner = draws[np.abs(draws - draws.mean()) < 50 * max(width, 1e-300) + np.ptp(x)]
@@ -89,7 +89,7 @@ class _Level:
 
 
 def _levels(fit: BayesFit, curves: Sequence[Curve]) -> list[_Level]:
-    """Group the curves by vacuum (within 3 %), the greatest vacuum first."""
+    """Group the curves by vacuum (within 3 %), the highest vacuum first."""
     level = level_numbers([c.vacuum for c in curves])
     order = sorted({*level}, reverse=True)
     groups = [[c for c, n in zip(curves, level, strict=True) if n == number] for number in order]
@@ -120,9 +120,9 @@ def bands(fit: BayesFit, curves: Sequence[Curve], samples: int = 900) -> style.F
 
 @style.in_style
 def deviations(fit: BayesFit, curves: Sequence[Curve], samples: int = 400) -> style.Figure:
-    """Draw the deviation of measured curves from the next pull's median, a panel per vacuum.
+    """Draw the deviation of measured curves from the next pull's median, with one panel per vacuum.
 
-    Deviations are in percent of the greatest force; curves are means over a few tens of samples.
+    Deviations are in percent of the highest force; curves are means over a few tens of samples.
     """
     shown_levels = _levels(fit, curves)[:4]
     figure, panels = style.canvas(
@@ -151,7 +151,7 @@ def deviations(fit: BayesFit, curves: Sequence[Curve], samples: int = 400) -> st
 def vacuum_for_force(
     fit: BayesFit, slip: float | None = None, target: float | None = None
 ) -> style.Figure:
-    """Draw the vacuum that gives a force, with its band, and the probability that none does.
+    """Draw the vacuum that produces a force, with its band, and the probability that none does.
 
     `slip` [m] is a third of the usable travel by default; `target` [N] is marked and labelled with
     its vacuum.

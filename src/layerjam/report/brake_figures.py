@@ -24,7 +24,7 @@ PAGE = 7.0
 
 
 def vacuum_colors(vacuums: Sequence[float]) -> dict[str, str]:
-    """Return {text of a vacuum: its colour}, the greatest vacuum first."""
+    """Return {text of a vacuum: its colour}, the highest vacuum first."""
     descending = sorted(vacuums, reverse=True)
     return style.scheme(list(dict.fromkeys(show(v, "Pa") for v in descending)))
 
@@ -50,7 +50,7 @@ def factors(result: Calibration) -> style.Figure:
 
 
 Draw = Callable[["style.Axes", ConditionError, str], float]
-"""Draws one condition in its colour and returns the height of its end, for the label."""
+"""Function that draws a condition in its colour and returns the height at which its curve ends."""
 
 
 def _over_speeds(
@@ -83,7 +83,7 @@ def _over_speeds(
 
 @style.in_style
 def overlay(brake: Brake, result: Validation, with_uncalibrated: bool) -> style.Figure:
-    """Draw the mean of the repeats with its SD band and the model's line, a panel per speed."""
+    """Draw the mean of the repeats with its SD band and the model's line, one panel per speed."""
     models = [(brake, INK, style.DASHED)]
     if with_uncalibrated:
         models.append((uncalibrated(brake), GREY, style.DOTTED))
@@ -135,7 +135,7 @@ def _mean_sd(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _grid(case: ConditionError) -> np.ndarray:
-    """Return elongations common to all repeats of a condition [m], dense where the force bends."""
+    """Return elongations [m] common to all repeats of a condition, dense where the curve bends."""
     end = min(float(c.pull.elongation[-1]) for c in case.curves)
     turn = min(4 * max(c.pull.peak_elongation for c in case.curves), 0.5 * end)
     return np.concatenate([np.linspace(0, turn, 160, endpoint=False), np.linspace(turn, end, 160)])

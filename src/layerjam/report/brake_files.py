@@ -74,7 +74,7 @@ def write(
 ) -> ReportFiles:
     """Write the report into the folder `out`, completely or not at all.
 
-    Without the `pdf` extra there is no PDF, and a warning states this. Raises FileError if a report
+    Without the `pdf` extra there is no PDF, and a warning says so. Raises FileError if a report
     exists and `overwrite` is not set.
     """
     say = say or (lambda _: None)

@@ -33,7 +33,7 @@ class Number:
     decimals: int | None = None
 
     def row(self) -> dict[str, Any]:
-        """The columns of numbers.csv."""
+        """Return the columns of numbers.csv."""
         return {name: getattr(self, name) for name in COLUMNS}
 
     def template_data(self, with_unit: bool) -> dict[str, str]:
@@ -94,7 +94,7 @@ class Column(NamedTuple):
     error: str = ""
 
     def of(self, record: object, stem: str, detail: str = "", **more: Any) -> Number:
-        """Return the record's number, named "stem: words, which".
+        """Return the record's number, named "stem: words, detail".
 
         `more` are the other fields of a Number.
         """
@@ -121,7 +121,7 @@ def numbers_of(table: Table) -> list[Number]:
 
 
 def estimates(numbers: Sequence[Number], **table: Any) -> Table:
-    """Return a table of fitted numbers: per row standard error, interval, count and source."""
+    """Return a table of fitted numbers; a row has standard error, interval, count and source."""
     return Table(
         head=["quantity", "value", "standard error", "95 % interval", "n", "based on"],
         rows=[

@@ -152,7 +152,7 @@ def page(report: BrakeReport) -> Page:
 
 
 def _verdict_word(report: BrakeReport) -> Word:
-    """Return the verdict of all checks, and how many did not pass."""
+    """Return the verdict on all checks, with the numbers of accepted failures and of warnings."""
     count = len(report.accepted)
     looks = sum(c.level == "warning" for checks in report.checks.values() for c in checks)
     text = f"Verdict: accepted, {count_noun(count, 'failed check')}" if count else "Verdict: passed"
@@ -226,7 +226,7 @@ def _calibration(report: BrakeReport, result: Calibration) -> Part:
 
 
 def _limits(report: BrakeReport, role: str) -> dict[str, float | None]:
-    """Return the widest limit of error of each instrument in the files of a role.
+    """Return the widest error limit of each instrument in the files of a role.
 
     It is None if a file does not state it.
     """
@@ -239,7 +239,7 @@ def _limits(report: BrakeReport, role: str) -> dict[str, float | None]:
 
 
 def _friction_lines(report: BrakeReport, exponent: float) -> tuple[Contribution, ...]:
-    """Return the lines of the friction in a budget; none without a friction test in the report."""
+    """Return the budget lines of the friction; none without a friction test in the report."""
     kinetic = None if report.friction is None else report.friction[1].over["kinetic"]
     if kinetic is None:
         return ()

@@ -179,7 +179,7 @@ def calibration_table(result: Calibration, kinetic: float) -> Table:
 
 
 def _leave_one_out(result: Calibration) -> tuple[str, list[Number]]:
-    """Return a sentence on the change of a and k without the most influential pull, and numbers."""
+    """Return a sentence on how a and k change without the most influential pull, and numbers."""
     phrases, numbers = [], []
     for key, shown_in, decimals in (("scale_factor", "", 4), ("stiffness", "kN/m", 2)):
         moves = (result.leave_one_out or {}).get(key)
@@ -286,13 +286,13 @@ def _head(column: Column) -> str:
 
 
 def _verdict_words(pull: SinglePull) -> str:
-    """Return `ok`, the names of the tests in which the pull differs from the others, or a dash."""
+    """Return `ok`, the tests in which the pull differs from the others, or a dash."""
     odd = [test for test, verdict in pull.verdicts.items() if verdict == "odd"]
     return ", ".join(odd) or ("ok" if "ok" in pull.verdicts.values() else "too few to compare")
 
 
 def _states(after: Any, before: Any) -> list[tuple[str, Any]]:
-    """Return the errors of the brake before calibration, if known, and as it is."""
+    """Return the errors of the calibrated brake, after those before calibration if known."""
     states = ("before calibration", before), ("calibrated", after)
     return [(state, value) for state, value in states if value is not None]
 
@@ -311,7 +311,7 @@ def _error_cells(stem: str, after: PooledErrors, before: PooledErrors | None) ->
 
 
 def _split_cells(stem: str, split: Split | None) -> tuple[list[Cell], list[Number]]:
-    """Return (cells, numbers not in a cell): the model's own error, the scatter, its share."""
+    """Return (cells, numbers not in a cell): the model's own error, the scatter, its fraction."""
     if split is None:
         return [NONE] * 3, []
     base: dict[str, Any] = {"n": split.repeats, "source": "split over the repeats"}

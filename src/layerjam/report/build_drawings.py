@@ -21,7 +21,7 @@ from layerjam.report.build_scene import (
 from layerjam.report.style import GREY, INK, Axes
 
 SHOWN = 14
-"""Greatest number of layers in the drawing; middle layers of thicker stacks are omitted."""
+"""Largest number of layers in the drawing; middle layers of thicker stacks are omitted."""
 _LETTER = 0.066
 """Width of one character in a dimension's label [in]."""
 Part = tuple[str, float, float]
@@ -179,7 +179,7 @@ def _dimension(axes: Axes, start: tuple[float, float], stop: tuple[float, float]
 
 
 def _chain(axes: Axes, parts: Sequence[Part], level: float, unit: float) -> None:
-    """Draw dimensions in a row below the drawing; labels of narrow ones are on a lower row."""
+    """Draw dimensions in a row below the drawing; narrow ones have their labels on a lower row."""
     edges = [-1e9, -1e9, -1e9]
     for words, start, stop in parts:
         for x in (start, stop):
@@ -195,7 +195,7 @@ def _chain(axes: Axes, parts: Sequence[Part], level: float, unit: float) -> None
 
 
 def _upright(axes: Axes, x: float, parts: Sequence[Part], unit: float) -> None:
-    """Draw heights next to the drawing; a negative unit puts the words to the left."""
+    """Draw heights next to the drawing; a negative `unit` puts the text on the left."""
     for words, low, high in parts:
         for z in (low, high):
             axes.plot((x - 1.2 * unit, x + 0.6 * unit), (z, z), color=GREY, lw=0.5)
@@ -206,7 +206,7 @@ def _upright(axes: Axes, x: float, parts: Sequence[Part], unit: float) -> None:
 
 
 def _add_names(axes: Axes, world: Scene, above: float, unit: float, edge: float) -> None:
-    """Draw names above the drawing, each with a line to its part."""
+    """Draw part names above the drawing, each with a line to its part."""
     lengths, side = world.lengths, world.lengths.left
     neck, stack = -side.reach, lengths.stack / 2
     port = neck - lengths.port_length / 2

@@ -110,7 +110,7 @@ def _parts(drawing: Drawing, coupons: bool, files: Collection[str] | None) -> li
 
 
 def picture(name: str, share: float = 1.0) -> Block:
-    """Return a picture that takes a share of the page's width."""
+    """Return a picture that occupies a fraction of the page's width."""
     return {"kind": "picture", "name": name, "share": share}
 
 
@@ -121,7 +121,7 @@ def to_steps(step_list: Sequence[steps.Step]) -> Block:
 
 
 def _share(drawing: Drawing) -> float:
-    """Return the share of the width at which the film's picture leaves space for the steps."""
+    """Return the fraction of the width at which the film's picture leaves space for the steps."""
     if not drawing.film.pieces:
         return 0.5
     piece = drawing.film.pieces[0]
@@ -178,7 +178,7 @@ class Paper(NamedTuple):
 
 
 def holds(paper: str) -> tuple[float, float]:
-    """Return the greatest length and width of film parts on a landscape format [mm]."""
+    """Return the largest length and width of film parts on a landscape format [mm]."""
     short, long = FORMATS[paper]
     return long - 2 * BORDER, short - 2 * BORDER - STRIP
 
@@ -262,7 +262,7 @@ def _down(numbers: Sequence[float], origin: tuple[float, float]) -> list[float]:
 
 
 class Pictures(NamedTuple):
-    """Pictures by name."""
+    """Pictures of a build by name."""
 
     plain: dict[str, bytes]
     """PNG of the shaded pictures, without words."""

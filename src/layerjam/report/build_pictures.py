@@ -15,14 +15,14 @@ Point = tuple[float, float, float]
 
 
 class Label(NamedTuple):
-    """A label, the body or point in space that it names, and whether it is above the picture."""
+    """A label, the body or point in space that it labels, and whether it is above the picture."""
 
     words: str
     target: Body | Point
     above: bool | None = None
 
     def place(self, shot: Shot) -> tuple[float, float]:
-        """Return column and row in a picture; for a body, those of a visible place."""
+        """Return column and row in a picture; for a body, those of a visible point."""
         if isinstance(self.target, Body):
             return shot.middle_of(self.target) or shot.place(_middle(self.target))
         return shot.place(self.target)
@@ -30,7 +30,7 @@ class Label(NamedTuple):
 
 LabelledShot = tuple[Shot, list[Label]]
 SHOWN = 12
-"""Greatest number of layers in the stacking picture; middle ones are omitted."""
+"""Largest number of layers in the stacking picture; middle ones are omitted."""
 _LETTER = 0.062
 """Width of one character in a label [in]."""
 
@@ -261,7 +261,7 @@ def add_labels(shot: Shot, points: Sequence[Label], width: float = 8.2) -> style
 def _spread(
     group: Sequence[tuple[str, float, float]], inch: float, columns: int
 ) -> list[tuple[tuple[str, float, float], float]]:
-    """Return the position of each label of a row: over its part, or next to its neighbour."""
+    """Return the position of each label of a row: above its part, or next to another label."""
     labels = sorted(group, key=lambda p: p[1])
     half = [inch * _LETTER * (len(words) + 2) / 2 for words, _, _ in labels]
     spots = [max(x, h) for (_, x, _), h in zip(labels, half, strict=True)]

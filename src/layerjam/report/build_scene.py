@@ -80,13 +80,13 @@ def _extrude(rings: Sequence[Ring], low: float, high: float, colour: str) -> Bod
 
 
 def cap(world: Scene, side: Side) -> Body:
-    """Return a cap in its position."""
+    """Return a cap in its mounted position."""
     part = body(caps.make_cap(world.lengths, world.build, side, "cap"), PRINTED)
     return _place(world, side, part)
 
 
 def plate(world: Scene, side: Side) -> Body:
-    """Return a clamp plate in its position."""
+    """Return a clamp plate in its mounted position."""
     return _place(
         world, side, body(caps.make_plate(world.lengths, world.build, side, "plate"), PLATE)
     )
@@ -132,7 +132,7 @@ def nuts(world: Scene, side: Side) -> list[Body]:
 
 
 def layer(world: Scene, index: int, shift: float = 0.0) -> tuple[Body, Body]:
-    """Return sheet and spacer of a layer, counted from 0 at the bottom; `shift` raises both."""
+    """Return the sheet and spacer of a layer, counted from 0 at the bottom; `shift` raises both."""
     lengths, left = world.lengths, index % 2 == 0
     low = -lengths.stack / 2 + index * lengths.thickness + shift
     high = low + lengths.thickness
@@ -144,7 +144,7 @@ def layer(world: Scene, index: int, shift: float = 0.0) -> tuple[Body, Body]:
 
 
 def dowel(world: Scene, side: Side) -> Body:
-    """Return the dowel pin of one cap, which is longer than the head is high."""
+    """Return the dowel pin of one cap; it is longer than the head is high."""
     lengths, size = world.lengths, mm(world.build.pin)
     end = side.reach + lengths.port_length + lengths.head / 2
     half = lengths.head_height / 2 + 6
@@ -275,7 +275,7 @@ def _on_square(k: int) -> tuple[float, float]:
 
 
 def _loft(stations: Sequence[tuple[float, Rings]]) -> Body:
-    """Return a tube through rings at their x, closed between outer and inner at both ends."""
+    """Return a tube through rings at their x positions, closed at both ends."""
     count = len(stations)
     corners = [
         np.column_stack([np.full(AROUND, x), rings[layer]])

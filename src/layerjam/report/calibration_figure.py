@@ -44,7 +44,7 @@ class FigureData:
 
 @style.in_style
 def calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.Figure:
-    """Draw pulls and law versus elongation, whole and near the peak, and relative residuals."""
+    """Draw pulls and law versus elongation, complete and near the peak, and relative residuals."""
     data = _figure_data(result)
     figure, panels = style.canvas(
         2, 2, 9.6, 5.6, sharex="col", sharey="row", height_ratios=(2.1, 1), width_ratios=(1.25, 1)
@@ -111,7 +111,7 @@ def _curves(
 
 
 def _points(samples: ReducedCurves, index: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return elongation and force of a curve, averaged where samples are dense to reduce noise."""
+    """Return elongation and force of a curve, averaged where samples are dense, to reduce noise."""
     weight = samples.weight[index]
     group = np.arange(len(weight))
     group[:FINE] = group[:FINE] // TOGETHER * TOGETHER
@@ -157,7 +157,7 @@ def _law(
 
 
 def _peaks(axes: style.Axes, result: Calibration) -> None:
-    """Draw the fitted peaks of the exact method, and the slope that gave k."""
+    """Draw the fitted peaks of the exact method, and the slope that is the stiffness k."""
     for fit in result.fits:
         style.spot(axes, fit.pull.peak_elongation * MM, fit.pull.peak_force, ms=4)
     top = max(fit.pull.peak_force for fit in result.fits)

@@ -1,6 +1,6 @@
 """Declarative description of a figure: panes with curves, marks and shaded areas.
 
-Results have `panes`. `draw` makes a figure of them, and the page draws the same in the browser.
+Results have `panes`. `draw` creates a figure from them, and the page draws the same in the browser.
 Panes that share their x axis are stacked, others are side by side.
 """
 
@@ -65,7 +65,7 @@ class Pane:
     headline: str = ""
     detail: str = ""
     share: float = 1.0
-    """Share of the total height if panes are stacked."""
+    """Fraction of the total height if panes are stacked."""
 
     @property
     def lines(self) -> list[Curve]:

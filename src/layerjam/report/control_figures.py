@@ -53,7 +53,7 @@ def loop(regulator: Regulator, run: ClosedLoop, fault_at: float | None = None) -
 
 
 def bench_panes(time: Any, vacuum: Any, target: Any, **pane: Any) -> list[Pane]:
-    """Return panes of a bench's vacuum and target [Pa] versus time [s]; NaN marks no reading."""
+    """Return panes of a bench's vacuum and target [Pa] versus time [s]; NaN without a reading."""
     target_kpa, vacuum_kpa = np.asarray(target, float) * KPA, np.asarray(vacuum, float) * KPA
     aim = Curve(time, target_kpa, GREEN, "target", "dashed", 1.5)
     highest = max(50.0, 1.15 * float(np.nanmax((*target_kpa, *vacuum_kpa))))
@@ -89,7 +89,7 @@ def following(run: Following, sweep: Bode | None) -> style.Figure:
 
 
 def profile(axes: style.Axes, run: Following, top: float) -> None:
-    """Draw force and target, and mark the times at which it cannot be followed."""
+    """Draw force and target, and mark the times at which the force cannot follow."""
     gaps = ~run.possible
     transform = axes.get_xaxis_transform()
     axes.fill_between(run.time, 0, 1, where=gaps, color=RED, alpha=0.15, lw=0, transform=transform)
@@ -119,7 +119,7 @@ def frequency_response(
 
 
 STEPS = 25
-"""Number of uncertainties drawn, from zero to `WIDEST` times the given one."""
+"""Number of plotted values of the uncertainty, from zero to `WIDEST` times the given one."""
 WIDEST = 2.0
 GUESS = 0.1
 """Ratio of the speed's standard deviation to its mean, if none is given."""
@@ -136,7 +136,7 @@ def energy_sd(case: Arrival) -> float:
 def plan_figure(plan: Plan) -> style.Figure:
     """Draw the vacuum reached in the warning time, the peak, and the probability of failure.
 
-    The peak is the expected one; a stop fails if it runs out of travel.
+    The peak is the expected one; a stop fails if the travel is used up.
     """
     figure, (rises, peaks, chances) = style.canvas(columns=3, width=12.4, height=3.9)
     _rise(rises, plan)

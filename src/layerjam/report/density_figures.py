@@ -1,4 +1,4 @@
-"""Force versus mass, log-log, with lines of constant force per mass (paper, Fig. 12)."""
+"""Force versus mass, log-log, with lines of constant force per unit mass (paper, Fig. 12)."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -54,7 +54,7 @@ def density(
 
 
 def fig12() -> style.Figure:
-    """Draw the paper's Fig. 12 from the mass model, with other devices that have a source."""
+    """Draw the paper's Fig. 12 from the mass model, with other devices from cited sources."""
     from layerjam.design.comparison import compare_devices
     from layerjam.device.load import devices, load
 
@@ -64,7 +64,7 @@ def fig12() -> style.Figure:
 
 
 def _equal_density(axes: style.Axes) -> None:
-    """Draw straight lines of constant force per mass, labelled at the edge of the picture."""
+    """Draw straight lines of constant force per unit mass, labelled at the edge of the picture."""
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     for power in range(-1, 7):
         per_gram = 10.0**power / G

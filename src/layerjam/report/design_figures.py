@@ -43,7 +43,7 @@ def seen_over(answer: Any) -> tuple[str, str]:
 def marked_designs(
     answer: Any, names: tuple[str, str]
 ) -> list[tuple[Mapping[str, Any], str, Look]]:
-    """Return (design, description, style) of the designs that are labelled in the picture."""
+    """Return (design, description, style) of the labelled designs."""
     designs = zip((answer.chosen, answer.runner_up, answer.refined), LOOKS.items(), strict=True)
     marks = [(design, word, look) for design, (word, look) in designs if design is not None]
     for forbidden in sorted(answer.forbidden, key=lambda f: f["short"])[:1]:
@@ -64,8 +64,8 @@ def front(answer: Any) -> style.Figure:
 
     `answer` is the result of `design` or `sweep`.
 
-    With three objectives or more the front is seen from the first two; with one objective, it is
-    drawn versus mass.
+    With three objectives or more the front is projected onto the first two; with one objective, it
+    is drawn versus mass.
     """
     spec, names = answer.record.spec, seen_over(answer)
     figure, (axes,) = style.canvas(width=7.4, height=4.8)
@@ -113,7 +113,7 @@ def _labels(
 
 
 def scale(answer: Any, name: str) -> tuple[float, str]:
-    """Return the factor from SI, and the unit, that suit the middle of the front."""
+    """Return the factor from SI, and the unit, that suit the middle of the front's values."""
     unit = answer.units[name]
     if unit == "1":
         return 1.0, "1"

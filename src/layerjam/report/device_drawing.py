@@ -1,6 +1,6 @@
 """Drawing of a brake from its file: sheets, caps, enclosure, every named length and force.
 
-Lengths along the pull are to scale; thicknesses are drawn larger, and the figure states this.
+Lengths along the pull are to scale; thicknesses are drawn larger, and the figure says so.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from layerjam.units import show
 
 SKIN, CAP = "#dfe9ee", "#b9c2ca"
 DRAWN = 11
-"""Greatest number of sheets in the drawing; a label states the number if there are more."""
+"""Largest number of sheets in the drawing; if there are more, a label states their number."""
 LOOSE, JAMMED, SHEET = 1.0, 0.62, 0.5
 """Pitch of the sheets at rest and under vacuum, and their thickness, in units of the drawing."""
 SIDE = 15.0

@@ -102,7 +102,7 @@ def _envelope(
     stick_slip: StickSlip,
     span: tuple[float, float],
 ) -> list[tuple[float, str, str]]:
-    """Draw the bounds of the stick–slip, eight teeth enlarged; return labels for the right side."""
+    """Draw the stick–slip bounds, and eight teeth enlarged; return labels for the right side."""
     axes, zoom = panels
     ends = []
     for name, height in (("upper", stick_slip.upper), ("lower", stick_slip.lower)):

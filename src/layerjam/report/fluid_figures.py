@@ -16,7 +16,7 @@ from layerjam.units import show
 
 FULL = 94.5e3
 LONG, TOP = 1.6, 1.12
-"""Ends of the axes, relative to the time to the target and to the target itself."""
+"""Ends of the axes, relative to the time to the target and to the target."""
 
 
 def _bars(axes: style.Axes, line: Line, target: float, water: bool = False) -> None:

@@ -44,7 +44,7 @@ def _nearest(out: Path) -> Path:
 def write_folder(out: Path, content: Mapping[str, str | bytes], old: Sequence[str] = ()) -> None:
     """Write {path inside `out`: content} completely or not at all; delete unused `old` files.
 
-    Everything is first written to a folder next to `out`. Other files in `out` stay. Raises
+    Everything is first written to a folder next to `out`. Other files in `out` remain. Raises
     FileError.
     """
     with report_failure(out, "cannot be written"):

@@ -44,7 +44,7 @@ def tensile(record: TensileRecord) -> list[Pane]:
 
 
 def between_bounds(record: StickSlipRecord) -> list[Pane]:
-    """Return force versus elongation between its bounds."""
+    """Return force versus elongation between the bounds of the stick–slip."""
     static, kinetic = force_bounds(record.frozen(record.slip))
     u = record.elongation * MM
     curves = [
@@ -61,7 +61,7 @@ def between_bounds(record: StickSlipRecord) -> list[Pane]:
 
 @style.in_style
 def stick_slip(record: StickSlipRecord, pane: Pane) -> style.Figure:
-    """Draw force versus elongation between its bounds, and the last slip in slow motion."""
+    """Draw force versus elongation with the stick–slip bounds, and the last slip enlarged."""
     figure, (full, zoom) = style.canvas(columns=2, width=10.4, height=3.8, width_ratios=(1.7, 1))
     fill(full, pane)
     _one_slip(zoom, record)
@@ -80,7 +80,7 @@ def _one_slip(axes: style.Axes, record: StickSlipRecord) -> None:
         start = float(record.time[moving[0]]) if len(moving) else 0.0
         end, headline = float(record.time[-1]), "From the first slip on"
         detail = "the oscillation decays"
-    # straight between samples while stuck, dense while sliding
+    # the curve is straight while stuck, and has dense samples while sliding
     grid = np.linspace(start, end, 500)
     force, pace = (np.interp(grid, record.time, a) for a in (record.force, record.speed_of_mass))
     times = (grid - start) * MS

@@ -1,7 +1,7 @@
 """Pictures of the paper's line under control: regulators, a fault, forces, a plan, coupling.
 
-The paper has no regulator. Sensor, leak and volume per slip are our own examples, as the captions
-state.
+The paper has no regulator. Sensor, leak and volume per unit slip are our own examples, as the
+captions state.
 """
 
 from collections.abc import Sequence
@@ -27,11 +27,11 @@ SENSOR = Sensor(range=103e3, lag=0.005, noise=50.0, resolution=25.0)
 HELD = 80e3
 """Target of the regulators [Pa]."""
 LOW, HIGH, PERIOD = 20.0, 100.0, 16.0
-"""Least and greatest force, and period, of the force profile [N, N, s]."""
+"""Lowest and highest force, and period, of the force profile [N, N, s]."""
 STARTS = (30e3, 40e3, 50e3, 65e3, 80e3, 94.5e3)
 """Vacuums at first contact of the coupled stops [Pa]."""
 WIDER = 40e-6
-"""Volume per slip [m^2] of the coupled stops, assumed because no source gives one."""
+"""Volume per unit slip [m^2] of the coupled stops, assumed because no source gives one."""
 COLLISION = Arrival(mass=1.0, speed=2.5, warning=3.0, travel=40e-3, mass_sd=0.1, speed_sd=0.2)
 
 
@@ -78,8 +78,8 @@ def regulators() -> style.Figure:
 def forces() -> style.Figure:
     """Draw a force that follows a profile and steps, with the parts that cannot be followed.
 
-    There are sines of two sizes. The true brake has 3 % more friction than the controller assumes,
-    and the noise of the slip is 0.1 mm.
+    There are sines of two amplitudes. The true brake has 3 % more friction than the controller
+    assumes, and the noise of the slip is 0.1 mm.
     """
     loop, brake = regulator("scheduled"), load("choi2018-kapton").brake
     true = replace(brake, scale_factor=brake.scale_factor * 1.03)

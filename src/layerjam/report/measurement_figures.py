@@ -28,7 +28,7 @@ def sleeve(
 ) -> style.Figure:
     """Draw stress versus strain of every specimen with its model, and the first 150 % enlarged.
 
-    `sheets` is the data sheet's 100 % modulus [Pa] by file, None if it is not known.
+    `sheets` is the data sheet's 100 % modulus [Pa] by file, None if unknown.
     """
     figure, (full, zoom) = style.canvas(columns=2, width=10.4, height=4.3)
     top, names = max((s or 0.0 for s in sheets.values()), default=0.0), []
@@ -93,7 +93,7 @@ def _at_100(axes: style.Axes, moduli: Moduli, sheet: float | None, color: str) -
 
 @style.in_style
 def leak(log: Leak) -> style.Figure:
-    """Draw the log with the three laws, and the residuals of each."""
+    """Draw the leak log with the three laws, and the residuals of each."""
     figure, (above, below) = style.canvas(
         rows=2, width=6.8, height=5.2, height_ratios=(2.2, 1), sharex=True
     )
@@ -118,7 +118,7 @@ def leak(log: Leak) -> style.Figure:
 
 @style.in_style
 def ageing(fit: AgeingFit) -> style.Figure:
-    """Draw the static friction of every pull versus its hold, and the fitted line."""
+    """Draw the static friction of every pull versus its hold time, and the fitted line."""
     figure, (axes,) = style.canvas()
     ends = fit.holds.min() / 1.5, fit.holds.max() * 1.5
     hold = np.geomspace(*ends, 50)
@@ -135,7 +135,7 @@ def ageing(fit: AgeingFit) -> style.Figure:
 
 @style.in_style
 def pump_down(first: PumpDown, second: PumpDown | None, constant: PumpDown | None) -> style.Figure:
-    """Draw the log, its fit, and the excess over the ultimate pressure on a logarithmic scale."""
+    """Draw the pump-down log, its fit, and the log of the excess over the ultimate pressure."""
     figure, (plain, log_axes) = style.canvas(columns=2, width=10.0, height=4.0)
     names = ("alone" if second else "fit", BLUE), ("with the volume added", RED)
     fits = zip((first, second, constant), (*names, ("constant volume", GREY)), strict=True)
@@ -168,7 +168,7 @@ def pump_down(first: PumpDown, second: PumpDown | None, constant: PumpDown | Non
 
 @style.in_style
 def crash(log: Crash) -> style.Figure:
-    """Draw the pulse as logged and filtered, and the change of velocity."""
+    """Draw the pulse as logged and filtered, and the change in velocity."""
     figure, (pulse, speed) = style.canvas(
         rows=2, width=6.8, height=5.4, height_ratios=(2, 1), sharex=True
     )

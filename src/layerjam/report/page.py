@@ -56,7 +56,7 @@ class Word:
 class Table:
     """A table of a page; its cells are texts, Words and Numbers.
 
-    The last `total` rows are set off; `groups` are (title, columns).
+    The last `total` rows are separated from the others; `groups` are (title, columns).
 
     `extra` are numbers that appear in the note or in an interval, but in no cell of their own. A
     table that is `whole` stays on one page.
@@ -204,13 +204,13 @@ def drawn_all(
 
 
 def svg_of(file: str, name: str) -> str:
-    """Return a drawn SVG for use inside a page; ids contain `name` so that two do not clash."""
+    """Return a drawn SVG for use inside a page; `name` makes its ids unique."""
     text = re.sub(r"^.*?(?=<svg)", "", file, flags=re.DOTALL)
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     text = re.sub(r'(id="|href="#|url\(#)', rf"\g<1>{name}-", text)
     width = re.search(r'<svg[^>]*? width="([0-9.]+)pt"', text)
     text = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1)
-    # all figures have one scale: their paper width, smaller only in a narrower window
+    # all figures have the scale of their paper width; only a narrower window shrinks them
     points = float(width.group(1)) if width else 600.0
     wide = rf'\1 style="max-width:{points * 1.45:.0f}px"'
     return re.sub(r'(<svg[^>]*?) width="[^"]*"', wide, text, count=1)

@@ -1,7 +1,7 @@
 """Bodies of triangles as a picture: orthographic view, depth buffer, dark edges.
 
 It needs neither a graphics card nor a window: numba compiles a loop over triangles and caches it.
-Edges are detected in the picture, where the body, the face or the depth changes.
+Edges are detected in the picture, where the body, face or depth changes.
 """
 
 import math
@@ -75,7 +75,7 @@ class Shot:
     """Pixels per mm."""
     bodies: Sequence[Body]
     owner: NDArray[np.int32]
-    """Number of the body that each pixel shows, -1 for none."""
+    """Index of the body that each pixel shows, -1 for none."""
 
     def visible_mask(self, body: Body) -> NDArray[np.bool_]:
         """Return the mask of the pixels that show a body of the picture."""
@@ -110,7 +110,7 @@ class Shot:
 
 
 def shoot(bodies: Sequence[Body], view: View = View(), width: int = 1400, border: int = 12) -> Shot:
-    """Render the bodies on white, as large as `width` pixels allow and at most as tall as wide."""
+    """Render the bodies on white, as large as `width` pixels allow and no taller than wide."""
     axes = view.axes()
     views = [body.corners @ axes.T for body in bodies]
     low = np.min([points.min(axis=0) for points in views], axis=0)
@@ -161,7 +161,7 @@ def _fill(points, triangles, first, depth, face):  # type: ignore[no-untyped-def
     for i in range(len(triangles)):
         a, b, c = points[triangles[i, 0]], points[triangles[i, 1]], points[triangles[i, 2]]
         area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-        if area <= 1e-12:  # seen from behind, or edge-on
+        if area <= 1e-12:  # the triangle is seen from behind, or edge-on
             continue
         low = max(math.floor(min(a[1], b[1], c[1]) - 0.5), 0)
         high = min(math.ceil(max(a[1], b[1], c[1]) - 0.5), rows - 1)
@@ -171,7 +171,7 @@ def _fill(points, triangles, first, depth, face):  # type: ignore[no-untyped-def
             start, stop = -0.5, columns - 0.5
             for k in range(3):
                 e, f = points[triangles[i, k]], points[triangles[i, (k + 1) % 3]]
-                # inside an edge: (f - e) x (sample - e) >= 0, linear in x
+                # a sample is inside an edge if (f - e) x (sample - e) >= 0, linear in x
                 slope = e[1] - f[1]
                 offset = (f[0] - e[0]) * (y - e[1]) - slope * e[0]
                 if slope > 0.0:

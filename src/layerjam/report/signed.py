@@ -1,6 +1,6 @@
 """Parts of a report for a signature: identity, apparatus, certificates, budget, signature lines.
 
-They follow ASTM D1894, section 12, and ISO/IEC 17025, section 7.8. Missing statements are named.
+They follow ASTM D1894, section 12, and ISO/IEC 17025, section 7.8. Missing statements are listed.
 """
 
 import math
@@ -18,7 +18,7 @@ from layerjam.units import QuantitySpec, show
 
 NOT_STATED = "not stated"
 LIMIT = 4
-"""Largest number of different statements on one subject that are listed."""
+"""Largest number of different statements listed for one subject."""
 STATED = (
     "number",
     "date",
@@ -126,7 +126,7 @@ def _certificates(facts: FileFacts) -> Table:
 
 
 def _state(certificate: Certificate, used: FileFacts) -> str:
-    """Return the key in `STATES` of a certificate on the days of the tests."""
+    """Return the key in `STATES` that describes a certificate on the days of the tests."""
     days = [day for _, fact in used for day in re.findall(r"\d{4}-\d\d-\d\d", fact.date)]
     if not days:
         return "no day"
@@ -182,15 +182,15 @@ def _common(facts: FileFacts, name: str) -> str:
 
 
 def _first_of(names: Sequence[str]) -> str:
-    """Return the first few names, and how many more there are."""
+    """Return the first few names, and the number of the others."""
     return names[0] + (f" and {len(names) - 1} more" if len(names) > 1 else "")
 
 
 def budget_table(budget: Budget, product: Budget | None = None) -> Table:
     """Return the uncertainty budget of the scale factor, with the combination of its lines.
 
-    `product` is the budget of the scale factor times the friction, whose lines begin the same way.
-    It has its own totals if the friction adds lines.
+    `product` is the budget of the scale factor times the friction, which starts with the same
+    lines. It has its own totals if the friction adds lines.
     """
     rows: list[list[Cell]] = []
     extra: list[Number] = []

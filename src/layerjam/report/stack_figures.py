@@ -17,7 +17,7 @@ _PAIRS = (RED, ORANGE, GREEN, PURPLE, BLUE)
 
 
 def warm_up() -> None:
-    """Compile the loops of the stack while another core works: ten seconds on a first run."""
+    """Compile the loops of the stack while another core works; a first run takes ten seconds."""
     file = load("choi2018-kapton")
     pull_stack(np.zeros(2), stack_of(file.brake, VACUUM, mount=np.inf))
     peak_spread(file, VACUUM, 0.0, samples=1)
@@ -27,7 +27,7 @@ def warm_up() -> None:
 def onset() -> style.Figure:
     """Draw the Kapton brake held rigidly, whose interfaces slip in pairs.
 
-    It also shows the load of each sheet at that moment.
+    It also shows the load of each sheet at the moment of slip.
     """
     brake = load("choi2018-kapton").brake
     stack = stack_of(brake, VACUUM, mount=np.inf)

@@ -1,8 +1,8 @@
-"""The drawing kit: one style, panels with units, and labels that avoid the curves.
+"""Drawing functions: one style, panels with units, and labels that avoid the curves.
 
 A figure is a function under `@in_style`: it takes a `canvas`, draws curves, `band`s, `spot`s and
-lines (`level`, `upright`), and closes every axes with `panel`, which names the axes. The kit places
-labels next to their curves, in the same colour, without coordinates for a particular brake.
+lines (`level`, `upright`), and closes every axes with `panel`, which names the axes. The functions
+place labels next to their curves, in the same colour, without coordinates for a particular brake.
 """
 
 import functools
@@ -102,9 +102,9 @@ def in_style(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 def canvas(
     columns: int = 1, rows: int = 1, width: float = 6.4, height: float = 3.9, **grid: Any
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure and its axes as a flat list; without global state, so that threads may draw.
+    """Return a figure and a flat list of its axes, without global state: threads may draw.
 
-    Inside `drawing_into` they are the axes given there.
+    Inside `drawing_into` the axes are those given there.
     """
     from matplotlib.figure import Figure
 
@@ -125,7 +125,7 @@ _own_axes: ContextVar[list[Axes] | None] = ContextVar("own_axes", default=None)
 
 @contextmanager
 def drawing_into(axes: Any) -> Iterator[None]:
-    """Draw figures inside the block into a user's axes: one, or a list or array of them."""
+    """Draw the figures of the block into a user's axes, which may be one, a list or an array."""
     flat = (
         list(axes.flat)
         if hasattr(axes, "flat")
@@ -167,7 +167,7 @@ def of_synthetic(figure: Figure, synthetic: bool) -> Figure:
 
 
 def state_failures(figure: Figure, failures: Sequence[str]) -> Figure:
-    """Return the figure with the sentences of failed checks below it, below other words there."""
+    """Return the figure with the sentences of failed checks below it, below other text there."""
     lines = [
         line for text in failures for line in textwrap.wrap(text, int(16 * figure.get_figwidth()))
     ]
@@ -211,7 +211,7 @@ def labels_right(axes: Axes, x: float, items: Sequence[tuple[float, str, str]]) 
 
 
 def key(axes: Axes | Figure, *items: tuple[Any, ...], loc: str = "best", **props: Any) -> None:
-    """Write names in the curves' colours, in a corner without curves; without items, the labels.
+    """Write names in the curves' colours in a free corner; without items, those of the labels.
 
     An item is (text, colour), or (text, colour, style) of a curve that is not solid; the style "o"
     is that of points.
@@ -219,7 +219,7 @@ def key(axes: Axes | Figure, *items: tuple[Any, ...], loc: str = "best", **props
     from matplotlib.colors import to_hex
     from matplotlib.lines import Line2D
 
-    bare = props.get("handlelength") == 0  # without symbols
+    bare = props.get("handlelength") == 0  # the key shows text without symbols
 
     def handle(text: str, color: str, dash: Any = "-") -> Line2D:
         style = "none" if bare or dash == "o" else dash
@@ -330,7 +330,7 @@ def plain(axes: Axes, names: str = "x") -> None:
 
 
 def thin_out(x: Any, y: Any, bins: int = 400) -> tuple[Any, Any]:
-    """Reduce a long record to 2 * `bins` samples: the least and the greatest of each bin."""
+    """Reduce a long record to 2 * `bins` samples: the smallest and the largest of each bin."""
     if len(y) <= 2 * bins:
         return x, y
     indices = []

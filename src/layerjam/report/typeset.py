@@ -33,7 +33,7 @@ def typeset(
     """Return the bytes of a PDF from a template next to this file, such as page.typ.
 
     The template reads `data` from data.json, and `pictures` by file name. The fonts are those of
-    typst, so that the fonts of a machine do not change a page.
+    typst, so that a page does not depend on the machine's fonts.
     """
     with MissingExtraError.raise_if_missing("a page as PDF (typst)", "pdf"):
         import typst

@@ -32,7 +32,7 @@ AIR = (
 
 
 def drawing(circuit: Circuit) -> str:
-    """Return the SVG of a board's wiring; MissingExtraError if schemdraw is not installed."""
+    """Return the SVG of a board's wiring; raises MissingExtraError without schemdraw."""
     with MissingExtraError.raise_if_missing("a circuit diagram (schemdraw)", "bench"):
         import schemdraw
         from schemdraw import elements
@@ -129,7 +129,7 @@ class _Pen:
                 self.tag((x, y), wire.use or wire.label, "left" if left else "right")
 
     def signals(self, x: float, y: float) -> None:
-        """Draw a row for each wire outside the power section: its parts and its other end."""
+        """Draw a row for each wire outside the power section, with its parts and its other end."""
         power = (*GATES, "pump_back_gate", "estop_sense", "supply_adc")
         for wire in self.circuit.wires:
             if wire.use in power or wire.label in ("GND", "VSYS"):
