@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 PARALLEL = QuantitySpec("1", "chains of brakes in parallel", lo=1, hi=100, whole=True)
 SERIES = QuantitySpec("1", "brakes in series in each chain", lo=1, hi=100, whole=True)
 BRAKES_LIMIT = 1000
-"""Largest number of brakes in one array; `layerjam.Array` accepts more, and non-identical ones."""
+"""Largest number of brakes in one array; `layerjam.Array` accepts more, and different ones."""
 
 
 @result
@@ -69,8 +69,8 @@ def array(
 
     The default vacuum is the site's full vacuum. The pull ends at the elongation `until`, or at the
     end of the travel. `outcome` is FINISHED, BOTTOMED_OUT, or SNAPS if the force of a slipping
-    brake falls faster than the brakes in series with it relax. `travel` and `energy` count slip
-    only. Parallel brakes are assumed to share the force evenly.
+    brake falls faster than the brakes in series with it relax. `travel` and `energy` include only
+    slip. Parallel brakes are assumed to share the force evenly.
     """
     import numpy as np
 

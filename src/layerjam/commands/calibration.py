@@ -306,7 +306,7 @@ def _calibration_notices(
 
 
 def _slope_notices(calibration: "Calibration") -> Iterator[Notice]:
-    """Yield notices about pulls used only for the scale factor, and about a fit versus speed."""
+    """Yield notices about pulls used only for the scale factor, and about a speed-dependent fit."""
     from layerjam.identify.calibration.speed_law import speed_notices
 
     yield from speed_notices(calibration)

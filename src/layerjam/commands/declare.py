@@ -64,7 +64,7 @@ class Help:
     """Parameter that is not a quantity: its meaning and its form on the command line.
 
     `option` is the command line name if it differs from the parameter's. `old` are former names,
-    which are hidden; using one prints the new name. A `greedy` option of several values takes all
+    which are hidden; using one prints the new name. A `greedy` option of several values accepts all
     words up to the next option, so that a shell's pattern can follow it.
     """
 
@@ -109,7 +109,7 @@ class OutFile(Help):
 
 
 Progress = Callable[[str, float], None]
-"""Progress callback: receives the current stage and its completed share."""
+"""Progress callback: receives the current stage and the completed fraction of it."""
 FLATTENED = "__layerjam_options__"
 
 
@@ -427,7 +427,7 @@ def command(
     record: tuple[str, ...] = (),
     parent: str = "",
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Declare a command of one of the GROUPS; help.toml has its position and its examples.
+    """Declare a command of one of the GROUPS; help.toml contains its position and examples.
 
     A command that does not compute (`computes=False`) does not load JAX; `record` lists the file
     extensions that `--out` accepts for the result's record. A command of two words is declared

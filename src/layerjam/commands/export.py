@@ -78,7 +78,7 @@ def export_c(
 
     The C99 code allocates nothing, has no global data and needs only `sqrt` (and `pow` with a
     pressure exponent). A rope is in series with the brake's stiffness. At rest the exported law
-    holds c L2; static friction above that is not exported. Raises FileError if a file exists unless
+    resists up to c L2, without additional static friction. Raises FileError if a file exists unless
     `overwrite`, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure.
     """
     from layerjam.interop.source import NAMES, c_files

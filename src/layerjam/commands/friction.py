@@ -57,7 +57,7 @@ class FrictionTest:
     ] = False
 
     def kinetic_window(self, rule: Standard) -> tuple[float, float] | None:
-        """Return the window of the kinetic mean [m], open ends as in the standard, or None."""
+        """Return the window of the kinetic mean [m] or, if neither end is given, None."""
         if self.start is None and self.end is None:
             return None
         low, high = (
@@ -131,11 +131,11 @@ def friction(
 ) -> Friction:
     """Determine friction from friction tests, as in the paper, ASTM D1894 or ISO 8295.
 
-    `files` are paths or traces, several or one. `normal_force` may come from the files' sidecars,
-    or from the 200 g of the two standards; `start` and `end` bound the displacement of the kinetic
+    `files` are one or more paths or traces. `normal_force` may come from the files' sidecars, or
+    from the 200 g of the two standards; `start` and `end` bound the displacement of the kinetic
     mean, counted from the record's first sample; `area` is the contact area of the sled, which sets
     the pressure. If a record shows stick–slip, `kinetic` is None; `accept_stick_slip` uses the
-    middle of the stick–slip. With `brake` and `out` the result is written into a copy of the
+    midpoint of the stick–slip. With `brake` and `out` the result is written into a copy of the
     brake's file. If a check fails, nothing is written; `accept` accepts failed checks by name,
     {check: reason}.
     """

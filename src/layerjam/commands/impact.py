@@ -151,7 +151,7 @@ def drop(
     `columns` and `decimal` are as for every log. The fraction `vacuum_share` of the gauge's reading
     presses the sheets. With `leak_time` the line is shut off `held` before the rope is taut, and
     the vacuum leaks away. A mass that has not stopped when `duration` is over has the outcome
-    FINISHED and no `stopping_time`. Nor does one that creeps to rest on an overdamped rope.
+    FINISHED and no `stopping_time`. One that creeps to rest on an overdamped rope has none either.
     """
     site = brake.brake.site
     arrives = arrival_speed(speed, height, horizontal, site.gravity)

@@ -90,7 +90,7 @@ class LeftOut:
         return sources_left, labels_of, out
 
     def split_groups(self, *groups: Sequence[Measured]) -> "Iterator[LeftOut]":
-        """Yield the same for several groups of files; each name must occur in one of them."""
+        """Yield the exclusions of each group of files; every name must occur in some group."""
         meanings = self._resolve_reasons(
             [*{_source_name(f): f for group in groups for f in group}.values()]
         )

@@ -19,7 +19,7 @@ UNITS = {
 
 @result
 class PartList(Result):
-    """Parts of the catalogue; `record` contains them as Part.
+    """Parts in the catalogue; `record` contains them as Part.
 
     Each is a mapping: `name` (as in a line's file), `title`, `kind`, `numbers` (fields of the line,
     including assumed ones), `printed` (other published data), `sources` (a sentence for each),
@@ -59,7 +59,7 @@ def parts(
         str | None, Help("Part to print with its full sources.", metavar="PART")
     ] = None,
 ) -> PartList:
-    """List pumps, valves and sensors of the catalogue, with their numbers in SI and their sources.
+    """List pumps, valves and sensors in the catalogue, with their numbers in SI and their sources.
 
     Raises UnknownNameError.
     """

@@ -212,9 +212,9 @@ def plan(
 ) -> CollisionPlan:
     """Predict whether the vacuum is reached before a collision, and the changes needed if not.
 
-    The estimated mass and speed are means. Unless `stored` is given, the reservoir starts at the
-    pressure at which pump and leak balance. The share `vacuum_share` of the gauge's reading presses
-    the sheets. `leak_time` is a laminar leak of the chamber, which continues in the stop.
+    The estimated mass and speed are means. By default `stored` is the pressure at which pump and
+    leak balance. The fraction `vacuum_share` of the gauge's reading presses the sheets. `leak_time`
+    is a laminar leak of the chamber, which continues during the stop.
     """
     from layerjam.control.plan import Arrival, plan_checks
     from layerjam.control.plan import plan_stop as make_plan
@@ -342,7 +342,7 @@ def _failure_reason(plan: Plan) -> str:
 
 
 def _suggest_build(plan: Plan) -> Build | None:
-    """Return possible changes if the vacuum reached in time is too low but more would suffice."""
+    """Return possible changes if a vacuum above that reached in time would stop the mass."""
     from layerjam.control.plan_build import suggest_sizes
 
     stops = plan.full.stops_within(plan.case.travel)
@@ -362,7 +362,7 @@ def _plan_spreads(plan: Plan, samples: int, seed: int) -> tuple[Spread, Spread]:
 
 
 def _stop_probabilities(full: Spread, later: Spread) -> dict[str, float]:
-    """Return the expected peaks and probabilities of both, and the larger of their errors."""
+    """Return the expected peaks and probabilities of both stops, and the larger error."""
     out: dict[str, float] = {
         "samples": full.tried,
         "expected_g_error": max(full.peak_g_error, later.peak_g_error),

@@ -62,7 +62,7 @@ class PressureLog:
     """Pressure log: `absolute` [Pa], shape (N,), and how it was read.
 
     `reading` is the reference of the pressure in the file, `atmosphere` [Pa] that of the site,
-    `said` the notices for the user.
+    `notices` those for the user.
     """
 
     log: Log

@@ -93,7 +93,7 @@ def pull(
 
     `files` are paths or traces, several or one. Nothing is subtracted from a force unless `tare`
     asks for the force before the load rises. `start` and `end` select a part of each record by its
-    time. The spacing of stick–slip grows with its amplitude; equal spacing with different
+    time. The spacing of stick–slip grows with its amplitude; identical spacing with different
     amplitudes in several files indicates a ripple of the machine.
     """
     from layerjam.identify.pull.summary import pull_summary

@@ -99,7 +99,7 @@ Accept = Annotated[
         "Accept this failed check, with the reason.", metavar="CHECK=REASON", convert=_read_reason
     ),
 ]
-"""`--accept CHECK="reason"`, repeatable; the function gets {check: reason}."""
+"""`--accept CHECK="reason"`, repeatable; the function receives {check: reason}."""
 
 
 def convert_brake(brake: AnyBrake, atmosphere: float | str | None = None) -> BrakeFile:

@@ -39,7 +39,7 @@ class _Comparison:
     not_compared: dict[str, str] = field(default_factory=dict)
 
     def compare_file(self, name: str, content: bytes) -> None:
-        """Compare a published file; only its numbers if different versions wrote it."""
+        """Compare a published file, or only its numbers if a different version wrote it."""
         path = self.root / name
         if not path.is_file():
             if self.recipe.format == FORMAT and name not in self.changed:

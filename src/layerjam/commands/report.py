@@ -155,8 +155,8 @@ def report(
     with the pulls in `validate`; each may be omitted. Without `validate`, some of the pulls can be
     reserved for validation: `calibrate_on` names those for calibration, or `holdout` reserves a
     vacuum ("46.1 kPa"), a speed ("19 mm/s") or a repeat ("repeat 3"). Otherwise the brake is
-    compared with its calibration pulls, and the page states this. `vacuum` applies to files without
-    a sidecar; the options of friction tests, `depth` and `exclude` are as in `friction` and
+    compared with its calibration pulls, and the page says so. `vacuum` applies to files without a
+    sidecar; the options of friction tests, `depth` and `exclude` are as in `friction` and
     `calibrate`. `command` is printed as the command that created the page; `date` (ISO) is today by
     default. `names` {file name: name in the report} is for files stored under other names.
     `report_number` and `customer` appear on the pages; sidecars may state them instead. If a check

@@ -117,7 +117,7 @@ def command_schema(command: Command) -> dict[str, Any]:
     }
     summary = (inspect.getdoc(cls) or "").split("\n\n")[0].replace("\n", " ")
     schema = _object_schema({**keys, **common})
-    # these keys are present if checks judged the numbers or those of an input file
+    # these keys are present if checks were applied to the numbers or to those of an input file
     schema["properties"] = {**verdict_schema, **schema["properties"]}
     return {
         "title": f"layerjam {command.name} --json",

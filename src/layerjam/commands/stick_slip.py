@@ -66,13 +66,13 @@ class StickSlip(Result):
     damping_ratio: float = number("1", "ratio of damping to critical damping")
 
     def draw_panes(self, panes: Sequence[Pane]) -> Figure:
-        """Return force versus elongation between its bounds, and the last slip in slow motion."""
+        """Return force versus elongation with the stick–slip bounds, and the last slip enlarged."""
         from layerjam.report import force_figures
 
         return force_figures.stick_slip(self.record, panes[0])
 
     def panes(self) -> Sequence[Pane]:
-        """Return force versus elongation between its bounds."""
+        """Return force versus elongation between the stick–slip bounds."""
         from layerjam.report import force_figures
 
         return force_figures.between_bounds(self.record)

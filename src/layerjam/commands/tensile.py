@@ -117,10 +117,10 @@ def tensile(
     slides. With `one_by_one`, overloaded interfaces slip one at a time, the most overloaded first.
     `interfaces` may differ, and a `housing` may rub. `scatter` is the relative SD of the
     interfaces' friction: `samples` (1000) stacks, drawn from `seed` (1), then yield the mean and SD
-    of peak, stiffness and onset; if interrupted, those of the stacks done so far. `vacuum_share` of
-    the gauge's reading presses the sheets. With `leak_time` the line is shut off after every
-    evacuation and the vacuum leaks away from then on, except in the "stack" model, which keeps its
-    initial vacuum. Raises ProcedureError or QuantityError for contradictions.
+    of peak, stiffness and onset; if interrupted, those of the stacks done so far. The fraction
+    `vacuum_share` of the gauge's reading presses the sheets. With `leak_time` the line is shut off
+    after every evacuation and the vacuum leaks away from then on, except in the "stack" model,
+    which keeps its initial vacuum. Raises ProcedureError or QuantityError for contradictions.
     """
     brake = apply_share(brake, vacuum_share)
     steps = _make_procedure(brake, vacuum, speed, travel, procedure)

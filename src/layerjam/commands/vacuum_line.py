@@ -73,9 +73,9 @@ def rise(
     The pump runs at full power until the target is reached. If it is never reached, `rise_time` is
     None, `feasible` False and `reason` states the vacuum that can be reached. In air the line is
     integrated; `closed_form` holds for a rigid volume without an effect of tube or orifice.
-    `fall_time` counts from the opening of the vent valve, or uses pumps run backwards (`fall_by`);
-    `closed_form_fall` likewise. None if the line has neither. `tube_delay` and `tube_lag` are None
-    in water and for a line that has no tube. A tube with many cells takes a long time to compute.
+    `fall_time` and `closed_form_fall` count from the opening of the vent valve or the reversal of a
+    pump (`fall_by`); None if the line has neither. `tube_delay` and `tube_lag` are None in water
+    and for a line that has no tube. A tube with many cells takes a long time to compute.
     """
     from layerjam.fluid import closed_forms as forms
     from layerjam.fluid.energy import jam_work

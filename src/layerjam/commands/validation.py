@@ -61,7 +61,7 @@ class ModelErrors(Judged):
     traces: Sequence[Trace] = ()
 
     def lines(self) -> Iterator[str]:
-        """Yield tables per file and per condition, and the share of error due to repeat scatter."""
+        """Yield tables per file and per condition, and the fraction of error due to scatter."""
         yield from ("", "MAPE    RMSE      vacuum     file")
         for row in self.files:
             note = f" ({row['note']})" if row["note"] else ""

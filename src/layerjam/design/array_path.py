@@ -21,7 +21,7 @@ from layerjam.units import show
 KNOTS = 400
 _SAME = 1e-12
 _STOP = 1e7
-"""Force [N] up to which the line of a stop extends, more than the force of any chain of brakes."""
+"""Force [N] up to which a stop line extends, above the force of any chain of brakes."""
 
 
 @dataclass(frozen=True)

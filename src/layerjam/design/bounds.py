@@ -90,7 +90,7 @@ class Proof:
 
     outcome: str
     number: int | None = None
-    """Number of a design that meets the constraints, or None."""
+    """Index of a design that meets the constraints, or None."""
 
 
 class BestValue(NamedTuple):

@@ -135,7 +135,7 @@ def _stops(point: Point, base: Brake, requirement: StopRequirement, *, row: int)
 
 
 class Kernel:
-    """Merits of designs by number."""
+    """Merits of designs, given their design numbers."""
 
     def __init__(self, grid: Grid, evaluation: Evaluation) -> None:
         self.grid, self.evaluation = grid, evaluation
@@ -190,6 +190,6 @@ class Kernel:
 
 
 def _pad_numbers(numbers: Numbers) -> Numbers:
-    """Pad numbers to one of a few lengths, because each length is compiled separately."""
+    """Pad design numbers to one of a few lengths, because each length is compiled separately."""
     size = next(n for n in (256, 4096, PIECE) if n >= len(numbers))
     return np.pad(np.asarray(numbers, np.int64), (0, size - len(numbers)), "edge")

@@ -66,7 +66,7 @@ def read_spec(
 class FileFinder:
     """Finder of brakes and lines by catalogue name, or by a path relative to a folder.
 
-    With `beside`, no file is opened: names refer to these records or to the catalogue.
+    With `records`, no file is opened: names refer to these records or to the catalogue.
     """
 
     folder: Path = Path()

@@ -223,7 +223,7 @@ class Response:
 
 def _state_scales(begin: Array, line: Line) -> Array:
     sizes = np.maximum(begin, 1e-9)
-    if line.tube is not None and line.tube.cells:  # flows and moved amounts of gas start at zero
+    if line.tube is not None and line.tube.cells:  # flows and amounts of gas moved start at zero
         sizes[SIZE + line.tube.cells :] = tube_area(line.tube) * line.site.atmosphere
         sizes[PUMPED:SIZE] = np.maximum(sizes[PUMPED:SIZE], begin[3])
         sizes[2] = sizes[5] = max(float(sizes[2]), 1.0)

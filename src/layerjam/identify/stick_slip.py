@@ -223,7 +223,7 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
         if teeth is not None and (best is None or teeth.teeth > best.teeth):
             best, reason = teeth, explanation
         elif best is None and len(peaks) > LEAST_TEETH and not has_reason:
-            reason, has_reason = explanation, True  # the reason for the least smoothed record
+            reason, has_reason = explanation, True  # the reason given for the least smoothed record
         if best is not None and best.upper - best.lower > 2 * STANDS_OUT * smoothed_noise:
             # stop only now: until here, noise hid small teeth, which more smoothing reveals
             break

@@ -1,6 +1,6 @@
 """Addresses of benches: `serial:PORT`, `tcp:host:5025`, `visa:RESOURCE`, `sim:choi2018?speed=10`.
 
-In `tcp:host:5025?token=FILE`, FILE holds the gateway's token.
+In `tcp:host:5025?token=FILE`, FILE contains the gateway's token.
 """
 
 from collections.abc import Mapping

@@ -31,7 +31,7 @@ EVEN = 0.3
 BEGUN = 0.15
 """Time [s] after a change of the outputs that the fit of the leak ignores."""
 ONSET = 0.6
-"""Time [s] after the pump's start in which the lag is visible."""
+"""Time [s] after the pump starts within which the lag is visible."""
 SURE = 5e-3
 """Largest acceptable standard error [s] of a lag."""
 MOVED = 300.0

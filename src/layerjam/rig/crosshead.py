@@ -1,6 +1,6 @@
 """Crosshead of a bench: moved by a person, by a machine with a contact, or by the virtual machine.
 
-It has three methods: `begin` starts a move, `done` checks whether the move is over, and `end`
+It has three methods: `begin` starts a move, `is_done` checks whether the move is over, and `end`
 always cleans up.
 """
 
@@ -70,7 +70,7 @@ class Manual:
         self._note: Note = lambda kind, text: None
 
     def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
-        """Ask the operator to start."""
+        """Ask the operator to start the crosshead."""
         self._step, self._bench, self._note, self._moves = step, bench, note, False
         self._ask(f"Ready to {step.text()}: press Enter and start the machine.")
 
@@ -95,7 +95,7 @@ class Manual:
             bench.tell("OUTP:SYNC OFF")
 
     def positions(self, block: Block) -> list[tuple[int, float, float]]:
-        """Return nothing: the machine stores the positions."""
+        """Return an empty list: the machine stores the positions."""
         return []
 
     def _ask(self, text: str) -> None:
@@ -138,7 +138,7 @@ class Trigger:
             bench.tell("OUTP:SYNC OFF")
 
     def positions(self, block: Block) -> list[tuple[int, float, float]]:
-        """Return nothing: the machine stores the positions; the samples show only the contact."""
+        """Return an empty list: the machine stores the positions, the samples only the contact."""
         self._closed = bool(block.rows["flags"][-1] & EXTERNAL)
         return []
 

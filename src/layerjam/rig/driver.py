@@ -101,7 +101,7 @@ class Bench:
 
     @property
     def plant(self) -> VirtualPlant | None:
-        """Plant of a virtual board that this program started, for fault injection; else None."""
+        """Plant of a virtual board that this program started, for fault injection, or None."""
         link = self._link
         return link.board.plant if isinstance(link, BoardLink) and link.board else None
 

@@ -109,7 +109,7 @@ def pending_shot(bench: Bench, state: Capture) -> Shot:
 
 
 def read_piece(bench: Bench, first: int, size: int) -> bytes:
-    """Return at most PIECE samples of a record of `size` samples, starting with number `first`."""
+    """Return at most PIECE samples of a record of `size` samples, starting at index `first`."""
     return bench.block(f"FETC:ACC:DATA? {first},{min(PIECE, size - first)}")
 
 
@@ -166,7 +166,7 @@ def fall(
 ) -> "TimedStop":
     """Drop a mass [kg] on a virtual board's brake, arriving at `speed` [m/s]; return its stop.
 
-    The vacuum stays at the plant's present value. The mass is at rest for `delay` [s] of the
+    The vacuum stays at the plant's current value. The mass is at rest for `delay` [s] of the
     board's time, falls freely for speed/g, and stops as `layerjam drop` computes it. The board's
     accelerometer, an ADXL193 with a low-pass filter, measures the motion. The board's clock stops
     meanwhile. Raises QuantityError if the bench is not a virtual board of this program.

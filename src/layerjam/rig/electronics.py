@@ -100,8 +100,7 @@ def _sense_margins(circuit: Circuit) -> Iterator[Margin]:
         rail = circuit.rails[circuit.series_part(use)[1]][1]
         greatest = pin_voltage(circuit, use, rail, 1)
         yield Margin(f"highest voltage at {use}", "V", greatest, most=least_supply)
-    # with the stop open, R7 pulls the node down; the filter discharges through R8 and R7, and R9 as
-    # well
+    # with the stop open, R7 pulls the node down; the filter discharges through R7, R8 and R9
     upper, lower, capacitor = (part.value_at(1) for part in circuit.divider(stop))
     both = 1.0 / (1.0 / (upper + parts["R7"].value_at(1)) + 1.0 / lower)
     open_voltage, begin = LEAKAGE * both, pin_voltage(circuit, stop, high, 1)

@@ -150,7 +150,7 @@ def _sample_deadline(count: int) -> Callable[[Case], float]:
 
 
 def _leak_deadline(case: Case) -> float:
-    """Return the time until the healthy leak takes the vacuum out of the band, as a loss would."""
+    """Return the time until the loss by the healthy leak leaves the band and is reported."""
     leak = case.regulator.plant.joined.leak
     return case.fall_time(leak, 0.0) + case.promised_times["VACUUM_LOST"]
 
@@ -183,7 +183,7 @@ def _lease_deadline(case: Case) -> float:
 
 
 def _stall_deadline(case: Case) -> float:
-    """Return the time to the first sample that arrives, which is also the last that may be late."""
+    """Return the time to the first sample after the gap, by which the outputs must be safe."""
     return case.size + case.regulator.sample_time
 
 

@@ -88,7 +88,7 @@ class VirtualMachine:
         self._end, self._speed, self.moving = end, speed, True
 
     def stop_motion(self) -> None:
-        """Stop at the present position."""
+        """Stop at the current position."""
         self.moving = False
 
     def advance(self, dt: float, vacuum: float) -> float:

@@ -61,7 +61,7 @@ Moves = Callable[[Block], list[tuple[int, float, float]]]
 
 
 class Recorder:
-    """Recorder of one board in one file; call `pump` about every 50 ms.
+    """Recorder of one board in one file; call `record_block` about every 50 ms.
 
     `clocks` returns the host's (monotonic ns, calendar ns).
     """

@@ -74,7 +74,7 @@ def last_vacuum(block: Block) -> float:
 
 
 def steady_test(watch: Watch, target: float, noise: float, start: int) -> Callable[[Block], bool]:
-    """Return a test that every reading of the last half second has reached the target [Pa]."""
+    """Return a test of whether all readings of the last half second are at the target [Pa]."""
     outside = start
 
     def is_steady(block: Block) -> bool:

@@ -34,7 +34,7 @@ class DropRig:
 
     `capture` contains settings of `drop.prepare`. On a virtual board, a mass [kg] falls on the
     brake `file` at the start of each hold and arrives with `speed` [m/s]. For a real board, both
-    are only stored, as stated by the user. `say` tells a person when to drop the mass.
+    are only stored, as stated by the user. `say` prompts a person to drop the mass.
     """
 
     capture: Mapping[str, Any] = field(default_factory=dict)

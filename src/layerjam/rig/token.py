@@ -15,7 +15,7 @@ ERRORS = re.compile(rb"(\*OPT\?;)?:?SYST(EM)?:ERR(OR)?(:NEXT)?\?[ \t]*", re.IGNO
 FREE = re.compile(rb"\*(IDN|OPT)\?[ \t]*|" + ERRORS.pattern + rb"|" + STOP.pattern, re.IGNORECASE)
 """Lines that the board accepts without a token: identity, options, errors and off."""
 COMPLETE = re.compile(rb"\*OPC\?[ \t]*", re.IGNORECASE)
-"""Query that returns 1 immediately to a client without a token, as nothing of it can be pending."""
+"""Query that returns 1 to a client without a token, which can have no pending operations."""
 GIVEN = re.compile(
     rb":?SYST(?:EM)?:PASS(?:WORD)?:CEN(?:ABLE)?[ \t]+(['\"])(.{0,200})\1[ \t]*", re.IGNORECASE
 )

@@ -2,8 +2,8 @@
 
 The method is waveform relaxation. The history of the slip gives that of the vacuum (equations of
 the line), and the vacuum that of the slip (solver of the brake in time), until neither changes. The
-force P A_s of a volume A_s per slip is not added to the brake's law, because the calibration by a
-pull contains it (`gas_force` gives its size).
+force P A_s of a volume A_s per unit slip is not added to the brake's law, because the calibration
+by a pull contains it (`gas_force` gives its size).
 """
 
 from dataclasses import dataclass
@@ -83,7 +83,7 @@ class CoupledStop:
 
     @property
     def gas_force(self) -> float:
-        """P A_s at the taut rope [N]: the force equivalent to the volume per slip."""
+        """P A_s at the taut rope [N]: the force equivalent to the volume per unit slip."""
         return float(self.line.vacuum[0]) * self.line.line.chamber.volume_per_slip
 
 
@@ -93,8 +93,8 @@ def integrate_line_along(
     """Return the line at times [s] for a given slip of the brake [m], shape (N,) each.
 
     Monotone cubics (PCHIP) interpolate the slip, so that its rate has no jumps. For air it uses
-    LSODA at a relative error of 1e-9 and conserves gas to rounding; for water C P = F t + A_s slip,
-    until it boils.
+    LSODA at a relative error of 1e-9 and conserves gas to within rounding; for water C P = F t +
+    A_s slip, until it boils.
     """
     if water:
         return _integrate_water_along(line, start, time, slip, drive)

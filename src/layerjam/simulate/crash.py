@@ -72,7 +72,7 @@ def crash(record: DropRecord) -> Crash | None:
 
 
 def append_crash(record: DropRecord, motion: Crash) -> DropRecord:
-    """Return the drop with its motion after the end of the travel: the brake stays as it is."""
+    """Return the drop with its motion after the end of the travel: the brake no longer moves."""
     after: dict[str, Array] = {
         "time": motion.time,
         "travel": motion.travel,

@@ -178,7 +178,7 @@ def drop_in_time(
 
 
 def _speed_notices(file: BrakeFile, states: list[Motion], error: float | None) -> list[Notice]:
-    """Return notices of friction and speed; `error` is that of slip and time, None if unknown."""
+    """Return notices about friction and speed; `error` is that of slip and time, or None."""
     if not follows_speed(file.brake):
         return stop_notices(file)
     return stop_notices(file, max(float(state.pace) for state in states), error)

@@ -71,7 +71,7 @@ def first_peak(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
 def first_events(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
     """Return elongations [m] of onset, peak and separation in first loading.
 
-    If there is no peak while part of the enclosure rests, the peak is the separation.
+    If there is no peak while part of the enclosure rests, the peak is at separation.
     """
     k, overlap = working_stiffness(brake), brake.sheets.overlap
     slip, force, inside = first_peak(vacuum, brake)
@@ -114,7 +114,7 @@ def first_pull(elongation: Array, vacuum: Array, brake: Brake) -> Cycle:
     never = np.zeros(len(elongation), bool)
     is_snapped = never
     if k <= float(least_stiffness(pressure, brake)):
-        # if the rig is too soft: elastic up to the onset, undefined beyond
+        # with too soft a rig, the pull is elastic up to the onset and undefined beyond
         is_snapped = elongation > float(first_events(pressure, brake)[0])
         slip = sleeve = heat = np.where(is_snapped, np.nan, 0.0)
         force = k * elongation + slip

@@ -79,7 +79,7 @@ def displacement(time: Any, start: float, slope: float, osc: Oscillator) -> Any:
 def standstill_time(
     mass: float, speed: float, spring: float, damping: float, gravity: float
 ) -> float:
-    """Return the time [s] of the first standstill from above zero; infinite if there is none.
+    """Return the time [s] at which the speed first falls to zero; infinite if it never does.
 
     An overdamped mass has one only if speed (d - sqrt(d^2 - w0^2)) > g. A slower mass creeps down
     to its equilibrium and never swings beyond.
@@ -122,9 +122,9 @@ def simulate_damped_rope(
 ) -> tuple[float, float, float]:
     """Return peak force [N], time of the first standstill [s] and heat [J] on a damped rope.
 
-    The time is infinite if the mass never comes to a standstill (see `standstill`); peak and heat
-    are then those at infinite time. Mass [kg], speed [m/s], spring [N/m], damping [N s/m], gravity
-    along the pull [m/s^2]; all in closed form.
+    The time is infinite if the mass never comes to a standstill (see `standstill_time`); peak and
+    heat are then those at infinite time. Mass [kg], speed [m/s], spring [N/m], damping [N s/m],
+    gravity along the pull [m/s^2]; all in closed form.
     """
     osc, weight = oscillator(mass, spring, damping), mass * gravity
     time = standstill_time(mass, speed, spring, damping, gravity)

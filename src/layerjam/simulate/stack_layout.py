@@ -29,14 +29,14 @@ class FannedFriction:
     """
 
     flat: Array
-    """Kinetic friction at rest without a fan [N]."""
+    """Kinetic friction at rest without fanning [N]."""
     length: Array
     """Overlap at rest [m]."""
     ratio: float
     """Ratio of static to kinetic friction of the film."""
     kinetic: Fan
     static: Fan
-    """The same fan under static friction."""
+    """The same fanning under static friction."""
 
     def lines(self, slip: Any) -> tuple[Array, Array, Array]:
         """Return friction [N] and length [m] of the tangents at a slip [m], and static/kinetic.
@@ -83,11 +83,11 @@ def _interface_factors(slip: Array, fan: Fan) -> tuple[Array, Array]:
 def fanned_friction(
     brake: Brake, vacuum: float, flat: Array, length: Array, static: bool
 ) -> FannedFriction | None:
-    """Return the friction of interfaces that carry `flat` [N] over `length` [m] without a fan.
+    """Return the friction of interfaces that carry `flat` [N] over `length` [m] without fanning.
 
     None for a brake that does not state whether it has spacers. Scatter and missing vacuum change
     an interface's own friction, but not the pressure from its neighbours. Raises QuantityError for
-    a fan steeper than 45 degrees.
+    sheets that fan out by more than 45 degrees.
     """
     kinetic, still = sheet_law(vacuum, brake).fan, static_law(vacuum, brake).fan
     if kinetic is None or still is None:
@@ -178,7 +178,7 @@ def stack_of(
 
     `static` uses table I's static friction before an interface moves; the paper and the lumped
     brake use kinetic friction throughout, and that of a housing is unknown. With `one_by_one`,
-    interfaces that a break overloads slip one at a time, the most overloaded first; otherwise
+    interfaces that a breakaway overloads slip one at a time, the most overloaded first; otherwise
     together. `mount` [N/m] by default makes the stack as stiff as measured before onset, infinite
     if not measured. Raises QuantityError for interfaces or a housing that do not fit the brake, and
     for `one_by_one` without `static`.
@@ -229,7 +229,7 @@ def make_fanned_friction(
 
 
 def _resting_interfaces(brake: Brake, vacuum: float, layout: Interfaces) -> tuple[Array, Array]:
-    """Return kinetic friction [N] and overlap [m] of the interfaces at rest, without a fan."""
+    """Return kinetic friction [N] and overlap [m] of the interfaces at rest, without fanning."""
     count = int(brake.sheets.count)
     pressure = vacuum * _expand_per_interface(layout.vacuum, count - 1, "interfaces.vacuum")
     share = _expand_per_interface(layout.friction, count - 1, "interfaces.friction")

@@ -102,7 +102,7 @@ def _can_tune_batch(case: Case, name: str, values: Array, size: int) -> npt.NDAr
 
 
 def _first_tunable(case: Case, name: str, values: Array) -> Any:
-    """Return the first value with which the case can be tuned, confirmed by itself, or None."""
+    """Return the first value with which the single case can be tuned, or None."""
     size = _batch_size(case)
     for i in range(0, len(values), size):
         piece = values[i : i + size]
@@ -156,10 +156,10 @@ def suggest_brake_count(case: Case) -> int | None:
 
 
 def balanced_speeds(case: Case) -> tuple[float, float]:
-    """Return speeds [m/s] between which the balance holds; NaN if the weight cannot be held.
+    """Return speeds [m/s] between which the energy balance holds; NaN if the weight cannot be held.
 
-    On a soft rope the mass does not reach the travel at all of them; `speeds` returns those at
-    which it does.
+    On a soft rope the mass does not reach the travel at all of them; `find_tunable_speeds` returns
+    those at which it does.
     """
     mass, _, travel, rope, gravity, brake = _tuning_arguments(case)
     low, high = speed_range(mass, travel, rope, gravity, brake)
@@ -207,7 +207,7 @@ def _last_tunable(case: Case, values: Array) -> float:
 
 
 def _confirm_end(case: Case, end: float, middle: float) -> float | None:
-    """Return the end of the range, or the nearest value inside it that can be tuned by itself."""
+    """Return the end of the range, or the nearest value inside it for which tuning succeeds."""
     margins: Iterator[float] = iter((0.0, *MARGINS.tolist()))
     tries = (float(end + (middle - end) * margin) for margin in margins)
     cases = ((v, case.with_changes(speed=v)) for v in tries)

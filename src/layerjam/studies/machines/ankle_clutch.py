@@ -132,7 +132,7 @@ class AnkleClutch(Machine):
         static = float(holding_force(brakes.vacuum, brake)) * brakes.parallel
         result.add("N", spring_force=largest_force, holding_force=hold, static_holding_force=static)
         if brake.film.ageing is not None:
-            # force at breakaway after the load has risen, during which time the sheets are at rest
+            # force at breakaway after the load has risen with the sheets at rest
             aged_force = float(aged_holding_force(top / SAMPLES / rate, brakes.vacuum, brake))
             result.add("N", aged_holding_force=aged_force * brakes.parallel)
         torque = largest_force * self.spring.lever
