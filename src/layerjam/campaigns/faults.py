@@ -140,7 +140,7 @@ def sample_times(machine: Faults, seed: int, tests: npt.NDArray[np.int64], count
 
 
 def saw_force(slip: Array, amplitude: float, stiffness: Array) -> Array:
-    """Return stick–slip about the mean force [N] versus slip [m]: a saw with the spring's period.
+    """Return stick–slip about the mean force [N] versus slip [m], a sawtooth.
 
     Between two slips the force rises by `amplitude` with slope `stiffness` [N/m], so that a slip
     occurs after each amplitude/stiffness of travel. It is zero before the first slip.

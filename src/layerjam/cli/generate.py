@@ -58,7 +58,7 @@ class Ticker:
         self.said = 0.0
 
     def __call__(self, stage: str, share: float) -> None:
-        """Report the stage and its completed share."""
+        """Report the stage and the completed fraction of it."""
         time_now = time.monotonic()
         self.started = self.started or time_now
         if share > 0 and time_now - self.started > PATIENCE and time_now - self.said > 1:
@@ -133,7 +133,7 @@ def build_function(entry: Command) -> Callable[..., int]:
 
 
 def make_command_class(entry: Command) -> type[TyperCommand]:
-    """Return a command class in which some options take all words up to the next option."""
+    """Return a command class in which some options accept all words up to the next option."""
     greedy = {p.option for p in entry.parameters if p.help.greedy}
 
     class Greedy(TyperCommand):

@@ -46,8 +46,8 @@ def predict_more_pulls(
 ) -> dict[str, Any] | None:
     """Return {value: (half-width now, after one more pull by condition, pulls needed)}.
 
-    Returns None if not requested; a value is None if it has no interval at present. Widths are
-    relative to the value.
+    Returns None if not requested; a value is None if it has no interval yet. Widths are relative to
+    the value.
     """
     if precision is None:
         return None

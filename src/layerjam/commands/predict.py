@@ -222,7 +222,7 @@ def force(
 
     Arrays of slip and vacuum broadcast. Without a `sliding_speed` it is the force at the speed at
     which friction was measured. Raises QuantityError for a slip beyond the overlap or a vacuum
-    above the atmosphere.
+    above atmospheric pressure.
     """
     from layerjam.mechanics.enclosure import enclosure_force
     from layerjam.mechanics.friction import sheet_friction, sheet_friction_at

@@ -137,8 +137,8 @@ class Result:
     def keys(cls) -> tuple[Field[Any], ...]:
         """Return the fields that are keys of the contract.
 
-        The order is: fields of records of lower folders, the class's own fields, fields of other
-        results. A key that the class declares again takes its new position.
+        Fields of base records that are not results come first, then the class's own, then those of
+        base results. A key that the class declares again takes its new position.
         """
         key_fields = {f.name: f for f in fields(cls) if "result" in f.metadata}
         own_annotations = get_annotations(cls)

@@ -33,7 +33,7 @@ FINE = 0.01
 """Duration of a trial step, relative to the blocked line's time constant, if that exceeds a sample.
 """
 BLOCKS = (1.0, 0.01)
-"""Volumes left after a block, relative to the largest to be found; a tube can hide a small one."""
+"""Volumes left after a block, relative to the largest to detect; a tube can hide a small one."""
 STARTS = 5
 """Number of vacuums, from zero to the requested one, at which a fault is tested."""
 LONGEST = 20_000
@@ -156,7 +156,7 @@ def _tighten_limits(regulator: Regulator, step: float) -> tuple[float, ...]:
 
 @cache_threadsafe
 def _compile_trial() -> Any:
-    """Return the compiled trial, which runs the pump fully and counts the steps until a fault."""
+    """Return the compiled trial, which runs the pump at full power until a fault is reported."""
     folder = Path(__file__).parent
     names = ("law.py", "detection.py", "exact.py", "closed_loop_run.py", "through_tube.py")
     stamp = hash_files(folder / name for name in names)

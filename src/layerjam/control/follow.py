@@ -238,7 +238,7 @@ def bode_response(
 def rehabilitation(time: Any, *, low: float, high: float, period: float) -> Any:
     """Return a profile of resistance [N]: rise, hold, fall and rest, each a quarter of the time.
 
-    The shape is made up for tests and has no clinical basis.
+    The shape was invented for tests and has no clinical basis.
     """
     phase = (time / period) % 1.0
     rise = 0.5 - 0.5 * np.cos(np.pi * np.clip(4 * phase, 0, 1))

@@ -3,7 +3,7 @@
 The line waits at its idle vacuum (`standby`); the rope becomes taut at the end of the warning.
 There are the paper's two modes. `full` uses all the vacuum that is reached in time. `tuned` is the
 vacuum that just stops the estimated mass within the travel, limited to the vacuum reached in time;
-after which the line is shut off.
+the line is then shut off.
 """
 
 import math
@@ -183,7 +183,7 @@ class During(NamedTuple):
     state: Array | None = None
     """State when the rope becomes taut; None if the whole line is at the chamber's vacuum."""
     leaks: bool = False
-    """Whether the leak continues during the stop; without a volume per slip it is otherwise
+    """Whether the leak continues during the stop; without a volume per unit slip it is otherwise
     ignored.
     """
 
@@ -220,7 +220,7 @@ def plan_stop(
 ) -> Plan:
     """Plan for one collision; all values are in SI and checked by the caller.
 
-    With `leaks`, the line continues to leak during the stop, even without a volume per slip.
+    With `leaks`, the line continues to leak during the stop, even without a volume per unit slip.
     """
     standby = Standby(line, case.standing, stored, water)
     rising = standby.respond(case.warning)

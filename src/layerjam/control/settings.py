@@ -257,7 +257,7 @@ class Regulator:
 
     @property
     def blocked_excess(self) -> float:
-        """Excess over `fast` times the expected rise at which a blocked line is reported [Pa]."""
+        """Excess [Pa] over `blocked_limit` times the expected rise that reveals a blocked line."""
         least = 0.5 * CLEAR_OF_NOISE * self.greatest_noise + 2 * self.sensor.resolution
         tube, wide = self.plant.passage, max(0.5 * self.decision, least)
         if tube is None:

@@ -1,4 +1,4 @@
-"""Films that each cutter may cut: a laser in the wrong film releases gas that poisons people."""
+"""Films that each cutter may cut: in the wrong film, a laser releases toxic gas."""
 
 from collections.abc import Sequence
 from functools import partial

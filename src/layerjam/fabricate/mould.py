@@ -1,7 +1,7 @@
 """The enclosure, its mould and the mould's core (section 2.4) [mm]; x = 0 is in the middle.
 
 The mould parts at z = 0. Both flanges have bolts; keys replace the middle pair. The sprue is at one
-end and two vents are at the other, in the length that is cut off. The mould is filled on end.
+end and two vents are at the other, in the length that is cut off. The mould is filled upright.
 """
 
 from collections.abc import Iterator

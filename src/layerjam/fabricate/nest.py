@@ -82,7 +82,7 @@ def nest_smallest(
 def _row_lengths(
     steps: Mapping[float, int], start: float, least: float, longest: float, enough: int = 150
 ) -> list[float]:
-    """Return the shortest row lengths, from `least` to `longest`, that some of each part give."""
+    """Return the shortest row lengths, from `least` to `longest`, for some parts of each kind."""
     sums = {start}
     for step, count in steps.items():
         rows = int(min(count, (longest - start) // step))

@@ -119,7 +119,7 @@ def held_vacuum(time: Any, start: Any, rate: Any, atmosphere: Any) -> Any:
     """Return the vacuum [Pa] in a closed rigid chamber with a laminar leak, at times [s].
 
     V p' = G (a^2 - p^2)/(2a) from the vacuum `start` [Pa]; `rate` = G/V [1/s]. A small vacuum falls
-    like exp(-rate t), a deep one more slowly. Pressure above the atmosphere is a negative vacuum.
+    like exp(-rate t), a deep one more slowly. A pressure above atmospheric is a negative vacuum.
     """
     left = start / (2 * atmosphere - start) * np.exp(-rate * time)
     return 2 * atmosphere * left / (1 + left)

@@ -53,7 +53,7 @@ def tube_throughput(a: float, b: float, length: float, bore: float) -> float:
 
 
 def leak_throughput(p: float, atmosphere: float, laminar: float, orifice: float) -> float:
-    """Return the leak into a chamber at p [Pa absolute]; negative if p is above the atmosphere."""
+    """Return the leak into a chamber at p [Pa absolute]; negative for p above atmospheric."""
     flow = laminar * (atmosphere * atmosphere - p * p) / (2 * atmosphere)
     if orifice:
         high, low = max(p, atmosphere), min(p, atmosphere)

@@ -137,7 +137,7 @@ class Reservoir:
 
 @record
 class Sensor:
-    """A pressure sensor; its values are vacuums below the atmosphere."""
+    """A pressure sensor; its values are vacuums relative to the atmosphere."""
 
     range: float = quantity("Pa", "highest vacuum that the sensor measures", lo=1, hi=1e7)
     lag: float = quantity("s", "time constant of its first-order lag", hi=100, default=0.0)

@@ -54,7 +54,7 @@ def curve_points(pump: Pump, atmosphere: float) -> list[float]:
 
 
 def displacement_at(p: float, pump: Pump, atmosphere: float) -> float:
-    """Return the displacement [m^3/s] of a pump with equal intake at p and lowest pressure."""
+    """Return the displacement [m^3/s] of a pump with the same intake at p and lowest pressure."""
     if pump.curve is None:
         return inlet_flow(pump)
     low = lowest_pressure(pump, atmosphere)

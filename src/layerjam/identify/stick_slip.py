@@ -23,7 +23,7 @@ Indices = np.ndarray[tuple[int], np.dtype[np.intp]]
 LEAST_TEETH = 5
 """Smallest number of teeth; three are enough if they are large and similar."""
 LEAST_SWING = 0.02
-"""Smallest swing reported, relative to the middle force; smaller swings are left in the mean."""
+"""Smallest swing reported, relative to the midpoint force; smaller swings are left in the mean."""
 LEAST_SHARE = 0.6
 """Smallest fraction of a tooth during which the force rises; 0.5 indicates a vibration."""
 SUDDEN = 0.72

@@ -137,7 +137,7 @@ def attach(
 
     Its control is the vacuum [Pa], its name by default the tendon's. The tendon itself must have no
     stiffness, which would be a second spring parallel to the brake. With `over_joint` it wraps one
-    cylinder or sphere, and the friction is that of `layerjam.laws.joint_friction` at the present
+    cylinder or sphere, and the friction is that of `layerjam.laws.joint_friction` at the current
     angle of the wrap. Loads the plugin. Raises UnknownNameError, QuantityError, MissingExtraError,
     CompilerError.
     """

@@ -1,7 +1,7 @@
 """History of a brake by the kernel if it has the same law, otherwise by the law in JAX.
 
 Every process traces and compiles `brake_cycle` again for every length, whereas a machine compiles
-the kernel once. Both give the same numbers to rounding, so that the choice affects only the time.
+the kernel once. Both give the same numbers up to rounding, so the choice affects only the time.
 """
 
 import math
@@ -35,7 +35,7 @@ def quick_kernel(brake: Brake, vacuum: float) -> Kernel | None:
     """Return the kernel of a brake up to a vacuum [Pa], or None if only `brake_cycle` works.
 
     `brake_cycle` is needed if the kernel lacks the brake's law (sheets that fan out, a speed law, a
-    hyperelastic enclosure) or if the brake snaps on its stiffness. It is also needed if there is
+    hyperelastic enclosure) or if the brake is so soft that it snaps. It is also needed if there is
     neither a library nor a compiler, or if LAYERJAM_KERNEL=off. Raises QuantityError for any other
     value of that variable.
     """

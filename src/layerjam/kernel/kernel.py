@@ -217,7 +217,7 @@ class Kernel:
         return self._cycle(rows, np.where(void, np.nan, rows["force"]), flags & SEPARATED > 0)
 
     def exact_cycle(self, elongation: ArrayLike, vacuum: ArrayLike) -> Cycle | None:
-        """Return the result of `brake_cycle` to rounding, or None if the kernel may differ.
+        """Return the result of `brake_cycle` to within rounding, or None if the kernel may differ.
 
         It may differ if the brake snaps, if a number is not allowed, if the number of nested turns
         nearly reaches the memory, or if the sheets separate between two samples. If a sample is at

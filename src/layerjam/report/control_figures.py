@@ -104,7 +104,7 @@ def profile(axes: style.Axes, run: Following, top: float) -> None:
 def frequency_response(
     axes: style.Axes, sweeps: list[tuple[Bode, str, str]], turn: tuple[float, float]
 ) -> None:
-    """Draw magnitude and phase versus frequency of (response, colour, name), to phase `turn`."""
+    """Draw magnitude and phase of each (response, colour, name); `turn` limits the phase axis."""
     phase = axes.twinx()
     for sweep, color, _ in sweeps:
         axes.plot(sweep.frequency, sweep.magnitude, "o-", color=color, ms=3.5, lw=1.3)

@@ -27,7 +27,7 @@ def density(
     sheet: Mapping[str, Any],
     missing: Sequence[str],
 ) -> style.Figure:
-    """Draw the devices of `compare`, the first brake with more sheets, and missing classes."""
+    """Draw the devices of `compare`, the first brake with more sheets, and the empty classes."""
     first = lines[0]
     x = np.array([r["mass"] for r in rows] + list(first.masses)) * G
     y = np.array([r["max_force"] for r in rows] + list(first.forces))

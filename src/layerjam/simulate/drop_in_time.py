@@ -300,7 +300,7 @@ def _check_inputs(inputs: Mapping[str, float | None], step: float | None, brake:
 
 
 def _changing_history(vacuum: float | History, atmosphere: float) -> History | None:
-    """Return the history if it changes after the taut rope; QuantityError above the atmosphere."""
+    """Return the history if it changes after the taut rope; QuantityError for too high a vacuum."""
     if not isinstance(vacuum, History):
         replace(VACUUM, hi=atmosphere).check(vacuum, "vacuum")
         return None

@@ -25,7 +25,7 @@ class FannedFriction:
     The middle interfaces have the highest pressure: each has the mean of exp(alpha (1 - s^2)) over
     its part of the stack's half height s, so that together they have the factor of the lumped law.
     The stack model needs friction that falls linearly with the slip. At each increment it gets the
-    tangent to the interface's own friction at its present slip.
+    tangent to the interface's own friction at its current slip.
     """
 
     flat: Array

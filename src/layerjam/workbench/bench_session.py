@@ -197,7 +197,7 @@ class Presence:
         self._heard = clock()
 
     def beat(self) -> None:
-        """Record a report of the browser."""
+        """Record a report from the browser."""
         self._heard = self._clock()
 
     def __call__(self) -> bool:

@@ -166,7 +166,7 @@ def as_python(
 ) -> str:
     """Return code for the numbers and figures of several calls in a new process.
 
-    `pinned_calls` are drawn, with their labels, next to the first call that can include them.
+    `pinned_calls` are drawn, with their labels, in the figure of the first call that allows it.
     """
     head, *blocks = python_parts(calls, pinned_calls)
     return f"{head}\n{''.join(blocks)}" if blocks else ""

@@ -119,7 +119,7 @@ class Desk:
             self._set_state(state, "undo")
 
     def put_state(self, state: State) -> None:
-        """Take over a different state except its page, as one undo step.
+        """Adopt a different state, except for its page, as one undo step.
 
         Raises LayerjamError, without any change, if its brake or line cannot be read.
         """

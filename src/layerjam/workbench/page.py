@@ -92,7 +92,7 @@ class Asking:
 class View(Asking):
     """A page, or a part of one; `build` fills its slot once, when it is first opened.
 
-    `compute` runs in a thread and calls commands only, through `calls`; `draw` runs on the event
+    `compute` runs in a thread and calls only commands, through `calls`; `draw` runs on the event
     loop. The `result` passed between them contains its calls, so what is shown, copied and pinned
     belongs to one computation, even if the next one was stopped.
     """

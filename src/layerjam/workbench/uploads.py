@@ -125,7 +125,7 @@ class Uploads:
             raise UploadError(f"{label}: not used, because all files together would exceed 500 MB")
 
     def take(self, name: str, data: bytes, waits: bool = False) -> Upload | None:
-        """Store a file, unused while it `waits`; return None for a sidecar. Raises UploadError.
+        """Store a file, unused if it still `waits`; return None for a sidecar. Raises UploadError.
 
         A waiting file may be dropped again.
         """

@@ -282,7 +282,7 @@ def unpack(flat: Any, guess: Guess, beliefs: PriorNumbers) -> Sites:
 
     The flat vector contains the brake's and the curves' own values in units of their remaining
     spread, given the scatter between repeats. It is therefore independent of the scatter, and a
-    sampler can move between small and large scatter. With the values themselves it would get stuck.
+    sampler can move between small and large scatter. Otherwise, it would get stuck.
     """
     sites = _raw_values(flat, guess)
     values = {}

@@ -177,13 +177,13 @@ def make_budget(
     sources: Mapping[str, Source],
     value: float = 1.0,
 ) -> Budget:
-    """Return the budget of the scale factor `value` that was found from `peaks` of `brake`.
+    """Return the budget of the scale factor `value` that was determined from `peaks` of `brake`.
 
     `fitted_lines` are those of the calibration itself: scatter between pulls, and enclosure.
-    `limits` are the limits of error of "load_cell" (relative to the reading) and "gauge" [Pa],
-    assumed rectangular (GUM, 4.3.7); both affect all pulls alike. `sources` are those of the
-    brake's geometry, whose `sd` is used. There is no friction line, because the budget is that of
-    the product of scale factor and friction; `friction_lines` adds it.
+    `limits` are the error limits of "load_cell" (relative to the reading) and "gauge" [Pa], assumed
+    rectangular (GUM, 4.3.7); both affect all pulls alike. `sources` are those of the brake's
+    geometry, whose `sd` is used. There is no friction line, because the budget is that of the
+    product of scale factor and friction; `friction_lines` adds it.
     """
     inverse_vacuum = float(np.mean([1 / p.vacuum for p in peaks]))
     cell, gauge = limits.get("load_cell"), limits.get("gauge")
@@ -213,10 +213,10 @@ def friction_lines(
 ) -> tuple[Contribution, ...]:
     """Return the lines that friction adds to the budget of the scale factor.
 
-    `kinetic` is the friction of the tests. `limits` are the relative limits of error of
-    "load_cell", "normal_force" and "area" of the friction rig. The friction is the ratio of force
-    to normal force, at a pressure of normal force per area. The pressure in a brake is higher: its
-    friction is that of the tests times the ratio of pressures to the power `exponent`.
+    `kinetic` is the friction of the tests. `limits` are the relative error limits of "load_cell",
+    "normal_force" and "area" of the friction rig. The friction is the ratio of force to normal
+    force, at a pressure of normal force per area. The pressure in a brake is higher: its friction
+    is that of the tests times the ratio of pressures to the power `exponent`.
     """
     error, place = kinetic.standard_error, "each friction test's sidecar"
     inputs = {"load cell": -1.0, "normal force": 1.0 + exponent, "area": -exponent}

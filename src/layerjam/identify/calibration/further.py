@@ -19,7 +19,7 @@ PULL_LIMIT = 1000
 class RequiredPulls:
     """Number of further pulls under one condition that narrow an interval to a target width.
 
-    `likely` assumes the scatter of the present pulls. `sure` is enough with a probability of 80 %,
+    `likely` assumes the scatter of the existing pulls. `sure` is enough with a probability of 80 %,
     given that the scatter of a few pulls is itself uncertain. None if 1000 are not enough.
     """
 
@@ -32,8 +32,8 @@ class RequiredPulls:
 class Further:
     """The 95 % interval of one value, and the effect of further similar pulls on it.
 
-    A further pull has the mean weight of the present pulls under its condition (vacuum and speed).
-    Its scatter is that of all present pulls, with their degrees of freedom.
+    A further pull has the mean weight of the existing pulls under its condition (vacuum and speed).
+    Its scatter is that of all existing pulls, with their degrees of freedom.
     """
 
     information: np.ndarray
@@ -54,7 +54,7 @@ class Further:
         """Return half the relative width of the interval with `added_pulls` under a condition.
 
         `added_pulls` broadcasts. With `chance`, the width is not exceeded with that probability;
-        otherwise further pulls are assumed to scatter like the present ones.
+        otherwise further pulls are assumed to scatter like the existing ones.
         """
         count = np.asarray(added_pulls, float)
         information = self.one_more[condition] if condition else np.zeros_like(self.information)
@@ -62,7 +62,7 @@ class Further:
         unit = np.linalg.solve(total_information, self.contrast[:, None])[..., 0] @ self.contrast
         total, growth = self.degrees + count, np.ones_like(count)
         if chance is not None:
-            # the ratio of the variances of future and present pulls follows F
+            # the ratio of the variances of future and existing pulls follows F
             ratio = special.fdtri(np.maximum(count, 1.0), self.degrees, chance)
             growth = (self.degrees + count * ratio) / total
         square = self.scatter**2 * growth * unit
@@ -99,7 +99,7 @@ def predict_further_pulls(
     common: Mapping[str, float] | None = None,
     units: Population | None = None,
 ) -> dict[str, Further | None]:
-    """Return the effect of further pulls on each value; None if it has no interval at present.
+    """Return the effect of further pulls on each value; None if it has no interval yet.
 
     `groups` lists the indices of the curves of each condition. `sizes` {name: divisor of the
     interval's width} is 1 for a value whose logarithm is estimated. `common` {name: relative

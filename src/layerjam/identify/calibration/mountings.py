@@ -15,9 +15,9 @@ from layerjam.identify.checks import Check, check
 from layerjam.identify.curves import Curve, group_conditions, number_repeats
 
 POOLED, POOLED_TWO = 0.25, 0.05
-"""Probabilities, for at least three candidate groups and for two, above which their differences
-count as chance and intervals treat every pull as independent. The first is large because a missed
-group makes intervals too narrow. The second is smaller because Student's t for two means is
+"""Probabilities, for at least three candidate groups and for two, above which their differences are
+attributed to chance and intervals treat every pull as independent. The first is large because a
+missed group makes intervals too narrow. The second is smaller because Student's t for two means is
 12.7."""
 ALIKE = 0.005
 """Probability below which the pulls of a candidate group certainly belong together."""

@@ -352,8 +352,8 @@ def after_peaks(
 
     The force is linear in the contributions of sheets and enclosure. Both are free, so errors of
     the enclosure's parameters have no effect. The first tenth after the peak is excluded, because
-    static friction fades there. `stiffness` [N/m] is used for pulls that have none. None if the
-    part is too short.
+    static friction fades there. `stiffness` [N/m] is used for pulls without a stiffness. None if
+    the part is too short.
     """
     out: list[float | None] = [None] * len(fits)
     parts: list[tuple[int, PullFit, Array, Array]] = []

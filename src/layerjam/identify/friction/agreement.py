@@ -110,7 +110,7 @@ def check_repeats(
 
 
 def _outlier_indices(logs: np.ndarray) -> list[int]:
-    """Return the indices of outliers; both if only two values differ too much."""
+    """Return the indices of outliers; both if the only two values differ too much."""
     if len(logs) == 2 and abs(logs[0] - logs[1]) > np.log(LIMIT):
         return [0, 1]
     return list(find_outliers(logs, ALARMS, float(np.log(LEAST)), float(np.log(LIMIT))))

@@ -225,7 +225,7 @@ def _error_of_mean(values: Array) -> float:
 
 
 def _pulse_range(signal: Array, high: int, share: float) -> tuple[int, int]:
-    """Return the first and last sample around the peak with its sign and above a `share` of it."""
+    """Return the ends of the pulse: its samples have the peak's sign and exceed a `share` of it."""
     below_share = signal * np.sign(signal[high]) <= share * abs(signal[high])
     left, right = np.flatnonzero(below_share[:high]), np.flatnonzero(below_share[high:])
     first = int(left[-1]) if left.size else 0

@@ -211,7 +211,7 @@ def fit_leak(
 
 
 def _check_hold(gauge: Array, difference: float, atmosphere: float) -> None:
-    """Raise FitError if the pressure is not held above or below the atmosphere."""
+    """Raise FitError if the pressure is not held above or below atmospheric pressure."""
     if abs(difference) < 1e-4 * atmosphere:
         raise FitError(
             f"the window begins {show(abs(difference), 'Pa')} from atmospheric pressure: no "

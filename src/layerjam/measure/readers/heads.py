@@ -101,7 +101,7 @@ def _merge_units(in_name: str | None, in_row: str | None) -> str | None:
     """Return the unit of a column, which may be in its name and in the row of units."""
     name_role, row_role = unit_role(in_name or ""), unit_role(in_row or "")
     if name_role and row_role and name_role != row_role:
-        return f"{in_name} and {in_row}"  # make the unit unknown: the file contradicts itself
+        return f"{in_name} and {in_row}"  # treat the unit as unknown: the file contradicts itself
     return in_row if in_row is not None else in_name
 
 

@@ -61,7 +61,7 @@ class Record(NamedTuple):
 
     turned: tuple[HeadTurn, ...]
     tried: pandas.DataFrame
-    """Numbers of chains with the present straps, and the maximum angular acceleration `turns`."""
+    """Numbers of chains with the existing straps, and the maximum angular acceleration `turns`."""
 
 
 @declare_fields("neck-guard")

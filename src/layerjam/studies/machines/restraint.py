@@ -334,8 +334,8 @@ class Trial(NamedTuple):
         """Return one row for each combination of `webbing`, `series`, `parallel` and `vacuum`.
 
         The scenario's own values are the defaults. The other columns are those of Extremes, the
-        `count` of brakes, `mass` [kg], `as_built` (the present webbing), `sound` (the brakes do not
-        snap) and `stops` (the body stops with travel left).
+        `count` of brakes, `mass` [kg], `as_built` (the existing webbing), `sound` (the brakes do
+        not snap) and `stops` (the body stops with travel left).
         """
         brakes = self.scenario.brakes
         axes = {

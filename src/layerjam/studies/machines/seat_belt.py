@@ -186,7 +186,7 @@ class SeatBelt(Machine):
         A grid of chains is examined, then every number near the best. The best belt stops the
         occupant within the space with travel left, and has the fewest brakes that also meet the
         limits of chest and belt. If none does, it has the fewest brakes that stop the occupant
-        (`meets_loads` False). If none stops the occupant with the present webbing (`as_built`
+        (`meets_loads` False). If none stops the occupant with the existing webbing (`as_built`
         False), it has the softest sufficient webbing of STIFFER times that stiffness (`stiffness`).
         Belts whose brakes may snap are excluded.
         """

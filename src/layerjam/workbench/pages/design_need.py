@@ -249,7 +249,7 @@ class NeedPart(Part):
         self.editor.set_value(text)
 
     def _mark(self) -> None:
-        """Offer the search if nothing was searched, or if the requirement has changed."""
+        """Offer the search if there was no search, or if the requirement has changed."""
         self.advice.set_text(CHANGED if self.is_asked else EMPTY)
         self.empty.set_visibility(not self.is_asked or self.editor.value != self.spec_text()[0])
 

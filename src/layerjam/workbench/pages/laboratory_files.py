@@ -22,7 +22,7 @@ from layerjam.workbench.widgets import one_line
 CURVE = 400
 """Number of samples of a file's curve that are kept for drawing."""
 TONES = MappingProxyType({"understood": "#00684c", "refused": "#a63d00", "left out": "#5b6672"})
-"""Dark colours below white text; files that need a choice have a different colour."""
+"""Dark colours behind white text; files that need a choice have a different colour."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -77,7 +77,7 @@ class Editor:
         """Return a number or a table of the record; None if it is absent."""
         return get(getattr(self.file, self.kind.what), path)
 
-    # ---- which file
+    # ---- selection of the file
 
     def build_selection(self) -> None:
         """Build the selection of a file from the catalogue or disk, its name, and saving."""
@@ -126,7 +126,7 @@ class Editor:
         except LayerjamError as err:
             self._named.error = one_line(err)
 
-    # ---- its numbers
+    # ---- numbers of the record
 
     def change(
         self, changes: Mapping[str, str | None], takes: Mapping[str, str | None] | None = None
