@@ -175,11 +175,11 @@ def bench_run(
     """Run a procedure on a bench and record every sample.
 
     The regulator is tuned to the line at the highest vacuum of the procedure, and sent to the
-    board. With `shot`, the accelerometer of a falling mass is armed from the first hold on, and the
-    file keeps every drop. In every case the outputs are left safe and the file is closed; Ctrl-C
-    ends the run with OPERATOR_STOPPED. Raises QuantityError for a procedure that the bench cannot
-    run, InstrumentError if it rejects a command, FileError for the file. Nothing moves if a check
-    of the regulator fails; the file stores the failed checks that `accept` accepts.
+    board. With `shot`, the accelerometer of a falling mass is armed from the first hold onwards,
+    and the file keeps every drop. In every case the outputs are left safe and the file is closed;
+    Ctrl-C ends the run with OPERATOR_STOPPED. Raises QuantityError for a procedure that the bench
+    cannot run, InstrumentError if it rejects a command, FileError for the file. Nothing moves if a
+    check of the regulator fails; the file stores the failed checks that `accept` accepts.
     """
     from layerjam.rig.execute import open_procedure_bench
 

@@ -138,7 +138,7 @@ def build(
 ) -> Built:
     """Write everything a workshop needs to build a brake: patterns, parts, mould, instructions.
 
-    The folder is written completely or not at all, and the same brake gives the same bytes.
+    The folder is written completely or not at all, and the same brake produces the same bytes.
     `feasible` is False if the brake cannot be drawn (exit code 1), or if a part is loaded beyond
     its strength or a seal leaks (exit code 4); `reason` names the checks, and nothing is written.
     `accept` accepts failed checks by their code, {code: reason}; the folder then states them. We

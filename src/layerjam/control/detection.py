@@ -51,7 +51,7 @@ def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
     limit. The time of SENSOR_OFFSET, for at least twice the limit, counts from the opening of the
     vent, or from the fault if the vent is already open. That of VACUUM_LOST counts from the moment
     when the vacuum leaves the band below a target that it had reached. That of SENSOR_STUCK applies
-    at any time to a noisy sensor, but only during full pumping to one without noise.
+    at any time to a noisy sensor, but to one without noise only while pumping at full command.
     """
     dt, lag = regulator.sample_time, regulator.longest_lag
     trials = _Trials(regulator)

@@ -1,11 +1,11 @@
 """Force control: from the target force and the measured slip to a vacuum and the resulting force.
 
-The slip is given (a turning joint, a rope running out). The law gives the brake's force at the
-current vacuum and, with a speed law, at the current speed. Target force and measured slip give the
-target vacuum by the inverse law of the brake that the controller assumes (`model`). The true brake
-may differ, and the measured slip is noisy. Parts that cannot be followed are reported beforehand:
-forces outside the brake's range, and vacuums that would have to change faster than pump and vent
-allow.
+The slip is given (a turning joint, a rope running out). The law yields the brake's force at the
+current vacuum and, with a speed law, at the current speed. Target force and measured slip determine
+the target vacuum by the inverse law of the brake that the controller assumes (`model`). The true
+brake may differ, and the measured slip is noisy. Parts that cannot be followed are reported
+beforehand: forces outside the brake's range, and vacuums that would have to change faster than pump
+and vent allow.
 """
 
 from collections.abc import Sequence

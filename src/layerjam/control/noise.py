@@ -1,9 +1,9 @@
 """Counter-based normal noise: the n-th number of a stream depends only on (seed, stream, n).
 
 A 64-bit counter, multiplied by the golden ratio, is mixed by the finaliser of SplitMix64 (Steele,
-Lea and Flood 2014). One word gives one number by the ziggurat method with 256 layers (Marsaglia and
-Tsang 2000, in the form of Doornik 2005). Eight bits choose the layer and 53 others the position in
-it. One word in a hundred is rejected and mixed again. The distribution is therefore exactly the
+Lea and Flood 2014). One word yields one number by the ziggurat method with 256 layers (Marsaglia
+and Tsang 2000, in the form of Doornik 2005). Eight bits choose the layer and 53 others the position
+in it. One word in a hundred is rejected and mixed again. The distribution is therefore exactly the
 standard normal distribution, including its tails. Streams are sections of one sequence of period
 2^64 that start at scattered positions: for 10,000 streams of 3.6e5 numbers the probability that any
 two overlap is 2e-6.

@@ -124,8 +124,8 @@ def _pump_commands(switched: bool) -> Array:
 def owed_rise(passage: Passage, rate: float, top: float, switched: bool = False) -> Owed:
     """Return the rise expected of a healthy pump behind a tube, up to the vacuum of the passage.
 
-    The parabola is fitted to the relative rise at full pump; the tube does not limit a slow pump.
-    Both limits are then reduced by one factor until no true rise is below the smaller one.
+    The parabola is fitted to the relative rise at full pump power; the tube does not limit a slow
+    pump. Both limits are then reduced by one factor until no true rise is below the smaller one.
     """
     deepest = min(passage.vacuum, (1 - DEEPEST) * top)
     vacuum = np.linspace(0.0, deepest, GRID)
@@ -148,7 +148,7 @@ def owed_rise(passage: Passage, rate: float, top: float, switched: bool = False)
 
 
 def balance_vacuum(passage: Passage, rate: float, top: float, leak: float) -> float:
-    """Return the vacuum [Pa] at which the full pump and the leak balance through the tube."""
+    """Return the vacuum [Pa] at which full pump power and the leak balance through the tube."""
     a = passage.atmosphere
     low, high = 0.0, top
     while high - low > 1e-12 * top:

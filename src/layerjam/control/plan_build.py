@@ -1,7 +1,7 @@
 """Remedies if the vacuum is not reached in time: a reservoir, its valve, or an idle vacuum.
 
-Every size is found as a bracketed root of the same line model. The vacuum is assumed constant
-during the stop; a stretched enclosure increases it slightly, which is on the safe side.
+Every size is a bracketed root of the same line model. The vacuum is assumed constant during the
+stop; a stretched enclosure increases it slightly, which is on the safe side.
 """
 
 import math

@@ -72,7 +72,7 @@ class Plant:
 
     @property
     def tube_lag(self) -> float:
-        """Return the time constant [s] after which a full pump acts on an unevacuated chamber."""
+        """Return the time constant [s] after which full pump power acts on a vented chamber."""
         tube = self.passage
         return 0.0 if tube is None else float(tube.lag(self.rate, tube.atmosphere))
 
@@ -83,7 +83,7 @@ class Plant:
         return replace(self, passage=replace(self.passage, vacuum=vacuum))
 
     def rise(self, vacuum: Any) -> Any:
-        """Return the rise of the vacuum [Pa/s] at full pump, including the leak."""
+        """Return the rise of the vacuum [Pa/s] at full pump power, including the leak."""
         gross = (
             self.rate * (self.top - self.weight * vacuum)
             if self.passage is None

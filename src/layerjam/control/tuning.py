@@ -76,7 +76,7 @@ class Identified:
 def identify_air(
     time: Array, vacuum: Array, *, vent: float, leak: float = 0.0, atmosphere: float = 101325.0
 ) -> Identified:
-    """Return the plant from times [s] and vacuums [Pa], shape (N,), at full pump from zero vacuum.
+    """Return the plant from times [s] and vacuums [Pa], shape (N,), at full power from zero.
 
     One step determines the pole k + leak and the final vacuum; `leak` [1/s] (from a hold log)
     separates pump and leak, and `vent` [1/s] is assumed. Raises FitError if there is no pump-down

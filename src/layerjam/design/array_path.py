@@ -1,6 +1,6 @@
 """Force path of a chain of brakes: which stage slips at each elongation while others relax.
 
-The pull law gives a polyline of force versus elongation for every brake; all later steps are exact
+The pull law yields a polyline of force versus elongation for every brake; all later steps are exact
 for polylines. A brake's force rises to a peak and then falls, so only one stage in a series, the
 weakest, can slip at falling force at a time. The path alternates between rising to the lowest next
 peak and falling to the valley after it, until every stage is at its end.

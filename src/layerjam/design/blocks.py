@@ -2,7 +2,7 @@
 
 The file of a block contains the designs that it keeps (its front, and those the verdict mentions)
 with all variables and merits; its metadata contains the totals of the whole block. The same block
-always gives the same bytes on any machine, so computing one twice changes nothing.
+always produces the same bytes on any machine, so computing one twice changes nothing.
 """
 
 import contextlib

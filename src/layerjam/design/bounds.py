@@ -144,7 +144,7 @@ class Boxes:
         is_complete = len(rules) == len(constraints)
         low, high = self.initial_boxes()
         count = 0
-        # an unknown direction gives no bound until the box is only one value wide
+        # an unknown direction provides no bound until the box is only one value wide
         unsure = [None in signs for signs in zip(*(self.signs(c.name) for c in rules), strict=True)]
         first = np.where([False, *unsure], 1e3, 1.0)
         while len(low):

@@ -8,7 +8,7 @@ FORCE_UNCERTAINTY = 0.3
 
 The moduli published for the same silicone differ by factors of 1.6 and 2.3 (catalogue: Ecoflex
 00-50, 00-30), and its friction is known within a factor of 1.5. The force is proportional to the
-square root of their product, which gives 0.27, rounded up.
+square root of their product, which results in 0.27, rounded up.
 """
 
 

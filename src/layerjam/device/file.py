@@ -2,7 +2,7 @@
 
 A quantity is text with its unit (``width = "13 mm"``) or a table that also gives its source
 (``width = { value = "13 mm", source = "caliper", kind = "measured" }``). ``use = "kapton-hn"`` in
-[film] or [enclosure] takes missing values from a material in the catalogue.
+[film] or [enclosure] adds missing values from a material in the catalogue.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -70,7 +70,7 @@ class BrakeFile(RecordFile[Brake]):
 
     @classmethod
     def read(cls, text: str, path: object) -> Self:
-        """Return the file from its TOML text; ``use`` takes values from a catalogue material.
+        """Return the file from its TOML text; ``use`` adds values from a catalogue material.
 
         Raises FileError with file and line if the text is not TOML, a key is unknown or missing, or
         values lack a unit, are out of bounds or contradict each other.
@@ -192,7 +192,7 @@ def film_cutting(use: str) -> tuple[FilmCutting, Mapping[str, Source]]:
 
 
 def _apply_material(reader: Reader, table: str, use: object, texts: Mapping[str, str]) -> None:
-    """Take values from the catalogue material that `use` names."""
+    """Add values from the catalogue material that `use` names."""
     if not isinstance(use, str) or use not in texts:
         unknown = UnknownNameError(f"material for [{table}]", str(use), texts)
         raise reader.fail(f"{table}.use", unknown)

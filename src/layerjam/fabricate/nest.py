@@ -63,7 +63,7 @@ def nest_parts(
 def nest_smallest(
     parts: Sequence[CutPart], *, margin: float, gap: float, bounds: tuple[float, float]
 ) -> list[Piece]:
-    """Return the parts on the smallest rectangle that holds all of them, if no stock is given.
+    """Return the parts on the smallest rectangle into which all of them fit, if no stock is given.
 
     If that would exceed `bounds` (length, width), the result is pieces of that size, with the last
     one as small as possible. A part longer or wider than `bounds` gets the size that it needs.

@@ -11,7 +11,7 @@ from layerjam.fabricate.solid import Solid
 
 @dataclass(frozen=True)
 class Part:
-    """A solid, and how many of it one brake has."""
+    """A solid, and its number in one brake."""
 
     solid: Solid
     count: int

@@ -114,7 +114,7 @@ def _allowed_stress(strength: Any, place: str) -> tuple[Any, str]:
 
 
 def _clamp_check(force: Any, brake: Brake, build: Build, lengths: Lengths, source: str) -> Check:
-    """Return C8: the preload that holds by friction, and whether a class 8.8 screw can provide it.
+    """Return C8: the preload for holding by friction, and whether a class 8.8 screw can provide it.
 
     If not, the screw carries the load; C7 checks that load path if the film's strength is known.
     """

@@ -194,7 +194,7 @@ def check_shape(
     least: float,
     end: Check | None = None,
 ) -> Check | None:
-    """Check that the curves after the peak give, on average, the scale factor of the peaks.
+    """Check that the curves after the peak have, on average, the scale factor of the peaks.
 
     `deviations` are the relative differences between the scale factor of each pull's sliding part
     and that of its peak. A mean within the factor's own 95 % interval (relative `half_width`, or

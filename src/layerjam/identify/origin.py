@@ -34,7 +34,7 @@ DECISIVE = MappingProxyType(
 
 @dataclass(frozen=True)
 class Origin:
-    """`word` is one of ORIGINS; `sentence` gives its meaning and its sources."""
+    """`word` is one of ORIGINS; `sentence` states its meaning and its sources."""
 
     word: str
     sentence: str

@@ -1,1 +1,1 @@
-"""The brake in other programs, as wrappers of the C kernel."""
+"""The brake in other programs, through wrappers of the C kernel."""

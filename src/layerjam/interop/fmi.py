@@ -120,7 +120,7 @@ def build_fmu(
     """Return the archive: description, binaries {platform: library}, start values, and all sources.
 
     The sources contain this brake's start values too; `mark` is part of the description. The same
-    input gives the same bytes.
+    input produces the same bytes.
     """
     sources = (f"fmi{version}.c", "model.c", "layerjam.c")
     files: dict[str, bytes | str] = {

@@ -40,7 +40,7 @@ class Motion(NamedTuple):
 def at_start(dtype: Any = jnp.float64) -> Motion:
     """Return a brake at rest without vacuum: no slip, no force, no elongation.
 
-    If JAX works in single precision, float64 gives float32 leaves, as in all of JAX.
+    If JAX works in single precision, float64 yields float32 leaves, as in all of JAX.
     """
     zero, no = jnp.zeros((), dtype), jnp.array(False)
     memory = jax.tree.map(

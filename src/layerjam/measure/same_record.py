@@ -55,7 +55,7 @@ def is_same_record(first: Trace, second: Trace) -> bool:
 
 
 def noise_correlation(trace: Trace, other_trace: Trace) -> float:
-    """Return the noise correlation of two records [-]; 0 if their curves differ by more."""
+    """Return the noise correlation of two records [-]; 0 unless their curves agree within noise."""
     best = 0.0
     for clock in ("elongation", "time"):
         first, second = _rising_part(trace, clock), _rising_part(other_trace, clock)
@@ -137,7 +137,7 @@ def _smooth_values(values: Array) -> Array:
 
 
 def _correlation(force: Array, other_force: Array, step: int = 1) -> float:
-    """Return the correlation of second differences; 0 without noise or if curves differ more."""
+    """Return the correlation of second differences; 0 without noise or if the curves differ."""
     noise = [v[step:-step] - (v[2 * step :] + v[: -2 * step]) / 2 for v in (force, other_force)]
     sizes = [float(np.median(np.abs(part))) for part in noise]
     if min(sizes) < QUIET * float(np.ptp(force)):

@@ -184,7 +184,7 @@ def holds(paper: str) -> tuple[float, float]:
 
 
 def paper_for(parts: Sequence[Outline]) -> Paper | None:
-    """Return the smallest format that holds the parts and the ruler, or None."""
+    """Return the smallest format into which the parts and the ruler fit, or None."""
     left, low, right, high = bounding_box(parts)
     wide = max(right - left, BAR) + 2 * BORDER
     tall = high - low + 2 * BORDER + STRIP

@@ -97,7 +97,7 @@ class Shot:
         return (right - self.corner[0]) * self.scale, rows - (up - self.corner[1]) * self.scale
 
     def png(self) -> bytes:
-        """Return the picture as PNG; the same pixels give the same bytes."""
+        """Return the picture as PNG; the same pixels produce the same bytes."""
         rows, columns, _ = self.pixels.shape
         raw = np.zeros((rows, 1 + 3 * columns), dtype=np.uint8)
         raw[:, 1:] = self.pixels.reshape(rows, -1)

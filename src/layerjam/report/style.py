@@ -354,7 +354,7 @@ def scheme(names: Sequence[str]) -> dict[str, str]:
 
 @accept_force
 def save(figure: Figure, path: Path, overwrite: bool = False) -> Path:
-    """Write .svg, .png or .pdf, completely or not at all; the same figure gives the same bytes."""
+    """Write .svg, .png or .pdf, completely or not at all; equal figures produce equal bytes."""
     kind = path.suffix.lower().lstrip(".")
     if kind not in ("svg", "png", "pdf"):
         raise FileError(path, (f"extension '{path.suffix}' is unknown; use .svg, .png, .pdf"))
@@ -364,7 +364,7 @@ def save(figure: Figure, path: Path, overwrite: bool = False) -> Path:
 
 
 def svg_text(figure: Figure, words: bool = False) -> str:
-    """Return the figure as an SVG file's text; the same figure gives the same bytes.
+    """Return the figure as an SVG file's text; the same figure produces the same bytes.
 
     With `words`, its labels stay text, for a page with its own typeface. The figure is drawn only
     once, whereas `savefig` draws a figure with a layout twice.

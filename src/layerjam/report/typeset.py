@@ -15,7 +15,7 @@ NO_DATE = datetime(1980, 1, 1, tzinfo=UTC)
 
 
 def pdf(data: Mapping[str, Any], pictures: Mapping[str, str]) -> bytes:
-    """Return a report's bytes; the same content on the same date gives the same bytes.
+    """Return a report's bytes; the same content and date produce the same bytes.
 
     `data` is the result of Page.template_data, with a `date` (ISO) and a `command`; `pictures` the
     figures' SVG by name.

@@ -93,7 +93,7 @@ def select_faults(names_wanted: Sequence[str]) -> list[str]:
 
 
 def accelerate(text: str | Address) -> Address:
-    """Return the address of a virtual board, with full speed unless the text states a speed."""
+    """Return the address of a virtual board, at full speed unless the text states a speed."""
     target = address_of(text)
     if not target.simulated:
         raise QuantityError.of(

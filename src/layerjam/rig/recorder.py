@@ -299,10 +299,10 @@ def record_log(
     patience: float = PATIENCE,
     say: Callable[[str], None] = lambda sentence: None,
 ) -> Logged:
-    """Record a bench that another client commands, for `duration` [s of the board] or to a signal.
+    """Record a bench that another client commands, for `duration` [s of the board] at most.
 
-    SIGINT and SIGTERM end it. A lost connection is retried for `patience` [s]; a different board at
-    the address is rejected. Raises FileError if the file or the bench is not available.
+    SIGINT and SIGTERM end it earlier. A lost connection is retried for `patience` [s]; a different
+    board at the address is rejected. Raises FileError if the file or the bench is not available.
     """
     with Stop() as stop:
         bench = open_bench(address)

@@ -45,7 +45,7 @@ class Watch:
         )
 
     def rise_time(self, begin: float, end: float) -> float:
-        """Return the time [s] from one vacuum [Pa] to another at full pump; inf if impossible."""
+        """Return the time [s] from one vacuum [Pa] to another at full power; inf if impossible."""
         vacuum, count = begin, 0
         while vacuum < end:
             gives = law.healthy_rise(1.0, vacuum, self.rise, self.top, self.fall, *self.tube)

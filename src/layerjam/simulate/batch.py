@@ -61,7 +61,7 @@ LARGEST = 4 << 30
 """Largest size of results in memory [bytes]; larger ones need a sink."""
 Sink = Callable[[int, Mapping[str, Array]], None]
 Run = Callable[[int, int, Mapping[str, Array]], None]
-"""Function that evaluates flat cases (first, count) into arrays of that length."""
+"""Function that evaluates `count` flat cases, starting with `first`, into arrays of that length."""
 _NAMES = {
     "kg": "mass",
     "m/s": "speed end_speed",
@@ -105,8 +105,8 @@ def batch(
 ) -> "xarray.Dataset | int":
     """Evaluate a law of the mechanics on every combination of swept quantities; SI.
 
-    `sweep` gives each argument of `law` except the brake: a number, an array (its own axis, named
-    after it) or (axis, array), so that quantities share an axis. A name such as
+    `sweep` specifies each argument of `law` except the brake: a number, an array (its own axis,
+    named after it) or (axis, array), so that quantities share an axis. A name such as
     ``"brake.film.kinetic"`` sweeps a field of the device. `fixed` passes values to the law
     unchanged: samples of a history, or None for no input. `brake` may be the file or its name.
 

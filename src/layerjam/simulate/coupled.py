@@ -1,9 +1,9 @@
 """Brake and line together in time: enclosure stretch, pump and vacuum affect one another.
 
-The method is waveform relaxation. The history of the slip gives that of the vacuum (equations of
-the line), and the vacuum that of the slip (solver of the brake in time), until neither changes. The
-force P A_s of a volume A_s per unit slip is not added to the brake's law, because the calibration
-by a pull contains it (`gas_force` gives its size).
+The method is waveform relaxation. The history of the slip determines that of the vacuum (equations
+of the line), and the vacuum that of the slip (solver of the brake in time), until neither changes.
+The force P A_s of a volume A_s per unit slip is not added to the brake's law, because the
+calibration by a pull contains it (`gas_force` gives its size).
 """
 
 from dataclasses import dataclass

@@ -83,7 +83,7 @@ def drop(
     `gravity` [m/s^2] acts along the pull: by default that of the site, 0 for a horizontal stop. The
     first result contains the exact values; the second is the record. The outcome is STOPPED,
     NEVER_SLID, BOTTOMED_OUT (the travel was used up with the mass still moving) or SNAPS. With a
-    speed law the stop is integrated and cannot snap; a notice gives the accuracy.
+    speed law the stop is integrated and cannot snap; a notice states the accuracy.
     """
     brake = file.brake
     pull = brake.site.gravity if gravity is None else gravity

@@ -156,7 +156,7 @@ def simulate_bare_drop(
     for readings in g.
     """
     osc = oscillator(mass, spring, damping)
-    # long enough to become slack (half a swing and the return) or to fade
+    # long enough for the rope to become slack (half a swing and the return) or the motion to fade
     slow = osc.decay if osc.square > 0 else osc.stiff / (osc.decay + math.sqrt(-osc.square))
     fades = math.inf if slow == 0 else -math.log(FADED) / slow
     period = math.inf if osc.square <= 0 else 2 * math.pi / math.sqrt(osc.square)

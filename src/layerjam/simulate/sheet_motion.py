@@ -1,4 +1,4 @@
-"""Motion of the sheets in a pull sheet by sheet, at a few hundred elongations."""
+"""Motion of the sheets in a sheet-by-sheet pull, at a few hundred elongations."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any

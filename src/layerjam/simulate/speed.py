@@ -85,7 +85,7 @@ def pull_notices(file: BrakeFile, speed: float) -> list[Notice]:
 
 
 def stack_notices(file: BrakeFile, speeds: Sequence[float]) -> list[Notice]:
-    """Return notices about a pull sheet by sheet; the first of `speeds` [m/s] sets its friction."""
+    """Return notices about a sheet-by-sheet pull; the first of `speeds` [m/s] sets its friction."""
     first = speeds[0]
     words = (
         "every interface has the friction that the brake's [speed_law] gives at "

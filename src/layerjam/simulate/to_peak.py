@@ -16,10 +16,10 @@ FEWEST = 2
 
 @dataclass(frozen=True)
 class ToPeak:
-    """Setting that gives the requested peak, or the nearest peak if none does."""
+    """Setting that produces the requested peak, or the nearest peak if none does."""
 
     value: float | None
-    """Vacuum [Pa] or number of sheets; None if no value gives the force."""
+    """Vacuum [Pa] or number of sheets; None if no value produces the force."""
     force: float
     """Peak at that setting [N], or the nearest possible one."""
     at: float

@@ -46,7 +46,7 @@ class Subject:
 class DataFile:
     """A measured file: the user's name for it, the path of its bytes, and its sidecar's text.
 
-    `edited` states that the page wrote the sidecar. Two identical files give the same numbers.
+    `edited` states that the page wrote the sidecar. Two identical files yield the same numbers.
     """
 
     shown: str
@@ -63,7 +63,7 @@ Options = dict[str, Value]
 class Call:
     """A command with its subjects, measured files and options.
 
-    Two identical calls give the same result.
+    Two identical calls yield the same result.
 
     Options are texts with units, numbers, flags, words, or files and subjects that are not
     positional arguments. `out` is the file or folder to write, as the user would name it; copied

@@ -146,7 +146,7 @@ def number(desk: Desk, page: str, control: Control) -> float:
 
 
 def read_word(desk: Desk, page: str, choice: Choice) -> str:
-    """Return the choice's value, or the default if a link gave an invalid one."""
+    """Return the choice's value, or the default if a link contains an invalid one."""
     value = desk.get(page, choice.key, choice.default)
     return value if isinstance(value, str) and value in choice.words else choice.default
 

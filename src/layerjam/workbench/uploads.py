@@ -74,7 +74,7 @@ class Uploads:
         self.listed: dict[str, str] = {}
         """{user's name of a file: metadata from a list for all files, as a sidecar's text}."""
         self.from_list: dict[str, frozenset[str]] = {}
-        """{name: metadata in its sidecar that come from that list}."""
+        """{name: metadata in its sidecar that are from that list}."""
         self.waiting: set[str] = set()
         self.refused: dict[str, str] = {}
         """{user's name of a file that could not be read: the reason}."""

@@ -61,9 +61,9 @@ def fit_bayes(
 
     `draws` is the number per chain, after 300 draws for adaptation. `mountings` lists the indices
     of the curves of each mounting; these curves share its scatter. `progress` is called with (done,
-    total), both per chain. The same seed gives bit-identical draws. Ctrl-C keeps the draws if there
-    are at least 100 per chain. Raises FitError for an unusable curve, MissingExtraError if NumPyro
-    is not installed, PrecisionError if JAX is in single precision.
+    total), both per chain. The same seed produces bit-identical draws. Ctrl-C keeps the draws if
+    there are at least 100 per chain. Raises FitError for an unusable curve, MissingExtraError if
+    NumPyro is not installed, PrecisionError if JAX is in single precision.
     """
     with MissingExtraError.raise_if_missing("Bayesian calibration (numpyro)", "bayes"):
         import numpyro  # type: ignore[import-untyped]  # noqa: F401

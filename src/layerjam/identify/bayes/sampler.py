@@ -180,7 +180,7 @@ def sample(
     mounting: Array | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> tuple[Sites, Array]:
-    """Draw from the posterior by NUTS with parallel chains; the same seed gives the same draws.
+    """Draw from the posterior by NUTS with parallel chains; the same seed produces the same draws.
 
     Returns the unknowns, shapes (chains, draws) and (chains, draws, curves), and whether a path
     diverged, shape (chains, draws). The search for the mode starts at `first`; `mounting` is that

@@ -14,7 +14,7 @@ from layerjam.identify.curves import Curve, describe_condition
 from layerjam.identify.shape import SHAPE
 
 SEED = 1
-"""Seed of the bootstrap: the same files give the same results."""
+"""Seed of the bootstrap: the same files yield the same results."""
 BOOTSTRAP = "bootstrap over repeats, with t"
 FEWEST_DEGREES = 0.5
 """Degrees of freedom below which no interval is stated."""

@@ -29,7 +29,7 @@ LEAD = 2
 STEADY = (0.25, 0.98)
 """Range, from the peak (0) to the end of loading (1), that counts as the plateau."""
 BLOCKS = 24
-"""Number of means over the plateau; their scatter (with stick–slip) gives the slope's error."""
+"""Number of means over the plateau; their scatter (with stick–slip) sets the slope's error."""
 TELLS = 0.002
 """Smallest preload that is reported, relative to the peak."""
 

@@ -142,7 +142,7 @@ def claims() -> list[Claim]:
         measure_acceleration(run, ADXL193, c).loss for run in (full, tuned_stop) for c in CLASSES
     )
     ten, two = cutoffs()
-    # the rope for which `bare_peak` gives 10 g at 2.5 m/s
+    # the rope for which `bare_peak` is 10 g at 2.5 m/s
     soft = ((PAPER_FULL - 1) ** 2 - 1) * MASS * G**2 / SPEED**2
     bare = {"soft": show(soft, "N/m", 2), "bare": bare_peak(soft, FASTEST)}
     best = int(np.nanargmin(study.tuned))

@@ -44,7 +44,7 @@ def series(
 ) -> dict[str, Any] | None:
     """Return the data for the browser, in ms, mm, N and m/s²; None if nothing moved.
 
-    `crash` is the motion after the travel is used up; the `crash` key holds its start.
+    `crash` is the motion after the travel is used up; the `crash` key contains its start.
     """
     if crash is not None and isinstance(record, DropRecord):
         # import late, so that the first page is shown before the computing code is loaded
