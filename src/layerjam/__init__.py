@@ -1,7 +1,7 @@
 """layerjam: design, predict, test, calibrate and drive soft layer-jamming brakes.
 
-The commands are functions (`layerjam.force`, `layerjam.drop`, ...) that accept text with units or
-SI numbers and return results that can be printed, plotted and saved; the equations are in
+The commands are functions such as `layerjam.force` and `layerjam.drop` that accept text with units
+or SI numbers and return results that can be printed, plotted and saved; the equations are in
 `layerjam.laws`. Each name is imported when it is first used, so that ``import layerjam`` is fast.
 """
 

@@ -202,7 +202,7 @@ def _plan_friction_tests(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Tr
 
 
 def _padded_numbers(repeats: int) -> list[str]:
-    """Return 1, 2, ... as texts of equal length, so that files are sorted correctly."""
+    """Return 1, 2, 3 and so on as texts of equal length, so that files are sorted correctly."""
     return [f"{n:0{len(str(repeats))}d}" for n in range(1, repeats + 1)]
 
 

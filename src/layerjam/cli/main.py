@@ -186,7 +186,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _normalise_help(words: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the words, with `--help` if there are none, and in place of `help [COMMAND]`."""
+    """Return the words, with `--help` for `help [COMMAND]` or if there are none."""
     if not words or words == HELP_OF_ALL:
         return ("--help",)
     return (*words[1:], "--help") if words[0] == "help" else words

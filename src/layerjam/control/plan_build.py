@@ -37,7 +37,7 @@ class Size:
 
 @dataclass(frozen=True, kw_only=True)
 class Build:
-    """Sufficient sizes, each with everything else unchanged (or assumed)."""
+    """Sufficient sizes, each as the only change; missing values are assumed."""
 
     warning: Size
     """Warning time [s]."""

@@ -120,7 +120,7 @@ def _read_part(name: str, table: Any, text: str, path: object, family: str) -> P
 
 
 def _read_entry(entry: Any, table: Mapping[str, Any]) -> Any:
-    """Return an entry whose source "as KEY: ..." is replaced by that key's document."""
+    """Return an entry in which a source that refers to a KEY is replaced by that key's document."""
     text = entry.get("source") if isinstance(entry, dict) else None
     match = re.match(r"as (\w+)(.*)", text, re.DOTALL) if isinstance(text, str) else None
     if match is None or match.group(1) not in table:

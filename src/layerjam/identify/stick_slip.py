@@ -41,7 +41,7 @@ MOST_SAMPLES = 60_000
 STUCK = 0.8
 """Smallest stiffness of a tooth's rise while sticking, relative to the stiffness of the pull."""
 EQUAL = 0.03
-"""Largest relative difference between spacings that count as equal."""
+"""Largest relative difference between spacings that count as identical."""
 GROWN = 1.5
 """Ratio of swings above which the spacings of stick–slip at one stiffness clearly differ."""
 REGULAR = 0.2

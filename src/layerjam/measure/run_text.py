@@ -55,7 +55,7 @@ def _format_cells(name: str, values: Array) -> list[str]:
 
 
 def run_facts(run: Run) -> Facts:
-    """Return a run's metadata for its sidecar: whether synthetic, vacuum, speed, ...
+    """Return a run's metadata for its sidecar: vacuum, speed and whether it is synthetic.
 
     A vacuum or a speed is included only if the procedure has exactly one.
     """

@@ -38,8 +38,8 @@ _CELLS = {style: re.compile(rf"(?:{_pattern(*style)}\n)*", re.ASCII) for style i
 def read_columns(rows: Rows, columns: Sequence[Column], decimal: str | None) -> list[Array]:
     """Return the columns in SI units, each number bit-identical to float() of its text.
 
-    `decimal` is "." or ",", or None to detect it. Raises FileError, with the line, for a cell that
-    is not a finite number, or if decimal sign and thousands separator are not distinguishable.
+    `decimal` is the decimal sign, or None to detect it. Raises FileError, with the line, for a cell
+    that is not a finite number, or if decimal sign and thousands separator are not distinguishable.
     """
     indices = [column.index for column in columns]
     arrays, style = _read_written(rows, columns, _styles(rows, indices, decimal))

@@ -23,7 +23,7 @@ FILMS = {"Kapton": "choi2018-kapton", "PTFE": "choi2018-ptfe"}
 STRIBECK = np.geomspace(1e-5, 1e2, 15)
 """Stribeck speeds in the study [m/s]: a log-uniform prior, for lack of measurements."""
 DAMPING = np.geomspace(0.3, 300.0, 16)
-"""Damping of mount and film in the study [N s/m], equal for both films: a log-uniform prior."""
+"""Damping of mount and film in the study [N s/m], the same for both films: a log-uniform prior."""
 Array = np.ndarray[Any, np.dtype[Any]]
 
 

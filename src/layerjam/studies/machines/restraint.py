@@ -3,10 +3,10 @@
 The strap is an elastic element that slips, with the force k (u - S), where u is its payout and S
 the total slip of all brakes in a chain. The force of a brake falls after its peak. In a chain, the
 brakes therefore slip one after another, each to the end of its travel, where an end stop of webbing
-takes the load. The order does not matter for identical brakes. At a payout that exceeds all earlier
-ones, the slip is the closed form of a slow pull (mechanics, section 2). Below that payout the strap
-is elastic, and it can only pull. When all travel is used, end stops hold the strap. The slip of the
-other brakes in a chain before their peak (0.19 mm each at full vacuum) is ignored.
+carries the load. The order does not matter for identical brakes. At a payout that exceeds all
+earlier ones, the slip is the closed form of a slow pull (mechanics, section 2). Below that payout
+the strap is elastic, and it can only pull. When all travel is used, end stops hold the strap. The
+slip of the other brakes in a chain before their peak (0.19 mm each at full vacuum) is ignored.
 
 If friction grows with the sliding speed (a brake with a speed law), identical brakes in a chain
 share its slip evenly, and nothing snaps: force k (u - S) = R(S/s, S'/s). s is the number of brakes
