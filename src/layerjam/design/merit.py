@@ -138,7 +138,7 @@ class StickSlipPull:
 
 
 def make_stock(film: Film, scale_factor: Any = 1.0, amplification_held: Any = None) -> Stock:
-    """Return a film as a stock, with a calibration factor and the fan amplification it includes."""
+    """Return a film as a stock, with a calibration factor and the fanning it includes."""
     values = {name: getattr(film, name) for name in Stock._fields if name not in OF_A_FIT}
     strength = math.nan if film.strength is None else film.strength
     fan = math.nan if amplification_held is None else amplification_held

@@ -87,7 +87,7 @@ def run_in_blocks(run: Callable[..., Cycle], *histories: Array) -> Cycle:
 
 
 def describe_engine() -> str:
-    """Return which engine follows histories in this process, and the reason.
+    """Return the engine that computes histories in this process, and the reason.
 
     Raises QuantityError for an unknown value of LAYERJAM_KERNEL.
     """

@@ -40,7 +40,7 @@ UNITS = dict(zip(Parameters._fields, ("m", "m", "N/m", "N", "m", "m", "1", "Pa")
 def check_exportable(brake: Brake | BrakeFile) -> Brake:
     """Return the brake for the kernel; QuantityError for a law that the kernel lacks.
 
-    Spacers are omitted, because without a fan they affect only the scale factor.
+    Spacers are omitted, because without fanning they affect only the scale factor.
     """
     brake = brake.brake if isinstance(brake, BrakeFile) else brake
     check_modulus(brake)

@@ -166,7 +166,7 @@ def _withdrawal_reason(db: Connection, ident: str) -> str | None:
 
 
 def _enter_file(db: Connection, content: Content, inside: dict[str, str]) -> str:
-    """Enter a file and its record; return its id. `inside` receives {id: kind} of the others."""
+    """Enter a file and its record, and return its id; `inside` receives {id: kind} of others."""
     origin = make_stamp()
     parents: dict[str, str] = {}
     for role, content_piece in content.others.items():

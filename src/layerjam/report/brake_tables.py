@@ -211,7 +211,7 @@ class _Row(NamedTuple):
 
 
 def calibration_pulls(result: Calibration) -> Table:
-    """Return one row for each pull that was calibrated on."""
+    """Return one row for each pull used for calibration."""
     fits = iter(result.fits)
     rows = []
     for pull in result.pulls:
@@ -227,7 +227,7 @@ def calibration_pulls(result: Calibration) -> Table:
 
 
 def validation_pulls(result: Validation, before: Validation | None) -> Table:
-    """Return one row for each pull that was validated on."""
+    """Return one row for each pull used for validation."""
     columns = [*MEASURES[:3], MEASURES[3]._replace(decimals=4)]
     rows = []
     for index, (pull, curve) in enumerate(zip(result.pulls, result.curves, strict=True)):

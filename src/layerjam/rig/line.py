@@ -43,7 +43,7 @@ class Ends(Protocol):
         """Send all bytes."""
 
     def close(self) -> None:
-        """Release the line."""
+        """Close the line."""
 
 
 class Pipes:
@@ -143,7 +143,7 @@ class Serial:
             raise LineError(f"serial connection lost: {error}") from None
 
     def close(self) -> None:
-        """Release the port."""
+        """Close the port."""
         self._port.close()
 
 

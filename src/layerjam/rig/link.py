@@ -57,7 +57,7 @@ class BoardLink:
         return answer, *parse_check(self.line.ask(SESSION, CHECK.encode()))
 
     def close(self) -> None:
-        """End the session and release the line."""
+        """End the session and close the line."""
         try:
             self.line.ask(SESSION, b"", tries=1)
         except LineError:

@@ -1,8 +1,8 @@
 """Recording of a board's samples in a run file: fetch, commit, then acknowledge.
 
 A board sends every sample at least once. The file contains each sample exactly once, identified by
-the number of the board's start and its own. If the recorder is killed, no acknowledged sample is
-lost, and the board keeps the others for ten seconds.
+the number of the board's start and its own number. If the recorder is killed, no acknowledged
+sample is lost, and the board keeps the others for ten seconds.
 """
 
 import contextlib

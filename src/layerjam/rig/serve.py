@@ -155,7 +155,7 @@ class Gateway:
         await asyncio.shield(self._down)
 
     async def client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Serve one connection to its end."""
+        """Serve one connection until it ends."""
         task = asyncio.current_task()
         if task is not None:
             self._tasks.add(task)
@@ -261,7 +261,7 @@ class Gateway:
             loop.remove_reader(master)
 
     async def end(self) -> None:
-        """Disconnect the clients, switch the outputs off and release the line."""
+        """Disconnect the clients, switch the outputs off and close the line."""
         for task in list(self._tasks):
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)

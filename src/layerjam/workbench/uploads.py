@@ -125,9 +125,9 @@ class Uploads:
             raise UploadError(f"{label}: not used, because all files together would exceed 500 MB")
 
     def take(self, name: str, data: bytes, waits: bool = False) -> Upload | None:
-        """Store a file, unused if it still `waits`; return None for a sidecar. Raises UploadError.
+        """Store a file, or return None for a sidecar. Raises UploadError.
 
-        A waiting file may be dropped again.
+        No page uses the file while it `waits`, and it may be dropped again.
         """
         with self._lock:
             self.check_room(name, len(data))
@@ -197,7 +197,7 @@ class Uploads:
         return replace(upload, sidecar=text, edited=edited)
 
     def remove(self, keys: Iterable[str]) -> None:
-        """Remove files and delete them."""
+        """Remove files from the tab and from the disk."""
         key_set = set(keys)
         for file in [f for f in self.files if f.key in key_set]:
             file.path.unlink(missing_ok=True)

@@ -143,7 +143,7 @@ def scale_enclosure(
     if not peak_fits:
         return list(fits), variant
     peaks, vacuums = np.array([(f.pull.peak_force, f.vacuum) for f in peak_fits]).T
-    # even for a fan, friction at a pull's speed is friction at the test speed times its growth
+    # even if sheets fan out, friction at a pull's speed is that at the test speed times its growth
     growths = np.array([f.growth for f in peak_fits])
     factors = iter((np.asarray(scale_factor_of_peak(peaks, vacuums, variant)) / growths).tolist())
     updates = [None if f is None else replace(f, scale_factor=next(factors)) for f in fits]

@@ -2,7 +2,7 @@
 
 The window is the loading branch from the peak to the end, 200 points equally spaced in elongation,
 with a measured force of at least 5 % of the peak (a relative error means nothing near zero force).
-For a pull without a peak the window starts where the force departs from its straight rise. Without
+For a pull without a peak the window starts where the force departs from its linear rise. Without
 such a rise (low or no vacuum) the whole pull is used, and a note says so. Both curves start where
 the straight line before onset meets zero force.
 
