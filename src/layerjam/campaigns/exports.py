@@ -86,7 +86,7 @@ class Form:
 
     @property
     def details(self) -> Layout:
-        """Layout of that name."""
+        """Layout whose name is `layout`."""
         return LAYOUTS[self.layout]
 
     def choices(self) -> tuple[str, str, str]:

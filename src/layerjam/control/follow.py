@@ -180,7 +180,7 @@ def follow(
 
 @dataclass(frozen=True, eq=False)
 class Bode:
-    """Ratio of force to target force, shape (F,) each."""
+    """Response of the force to a sinusoidal target at each frequency, shape (F,)."""
 
     frequency: Array = field(repr=False)
     """Frequency [Hz]."""

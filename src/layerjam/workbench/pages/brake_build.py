@@ -53,7 +53,7 @@ COUPONS = Choice(
     "A comb to measure the kerf, and strips to measure friction",
 )
 CONTROLS = ("cutter", "coupons", "out", "overwrite")
-"""Inputs with a control elsewhere or with none; the others are in the panel."""
+"""Inputs whose control is elsewhere, or that have none; the panel contains the others."""
 DRAWN = Choice(
     "drawn",
     {"brake": "brake parts", "mould": "enclosure mould"},

@@ -66,7 +66,7 @@ SLOWLY = Choice(
 )
 NO_ROPE = "there is neither a rope nor a brake, so nothing holds the mass"
 KEYS = ("mass", "speed", "height", "vacuum", "travel", "rope_stiffness", "no_brake", "horizontal")
-"""Inputs of `drop` that have a control on the page; the panel "More" has the others."""
+"""Inputs of `drop` that have a control on the page; the "More" panel has the others."""
 HISTORY = ("vacuum_history", "reading", "columns", "decimal")
 """Inputs that together replace the vacuum."""
 

@@ -254,7 +254,7 @@ MODES = MappingProxyType(
     }
 )
 ROWS = ("outcome", "vacuum", "slip", "peak_force", "peak_g", "crash_g", "stopping_time")
-"""Rows of the comparison above the charts; the panel "All numbers" has the others."""
+"""Rows of the comparison above the charts; the "All numbers" panel has the others."""
 LEFT_OUT = ("feasible", "reason", "speed", "accelerometer", "filter")
 OUTCOMES = MappingProxyType(
     {

@@ -55,7 +55,7 @@ BY_FILE = (
 OWN_FRICTION = (*BY_FILE, "standard", "accept_stick_slip", "brake", "partial", "overwrite")
 OWN_CALIBRATION = (*BY_FILE, "depth", "free", "partial", "overwrite")
 OWN_REPORT = tuple(parameters("report").keys() - {"report_number", "customer"})
-"""Inputs with a control elsewhere or with none; the panels have the others."""
+"""Inputs whose control is elsewhere, or that have none; the panels contain the others."""
 LOOK = 0.2
 """Seconds between two updates of intermediate results."""
 KINDS = {"report.pdf": "application/pdf", "report.html": "text/html"}
