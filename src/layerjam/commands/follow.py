@@ -188,7 +188,7 @@ def _read_profile(profile: str, dt: float, swing: Swing) -> tuple[Any, Any]:
 
 
 def _read_profile_file(path: str | Path, dt: float) -> tuple[Any, Any]:
-    """Return the same from a file of time, force and slip, interpolated linearly."""
+    """Return force and slip from a file of time, force and slip, interpolated linearly."""
     log = read_log(path, (TIME, FORCE_COLUMN, SLIP_COLUMN))
     if "slip" not in log:
         raise FileError(path, "has no slip column, but the force depends on the slip")

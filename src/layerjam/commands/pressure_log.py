@@ -62,7 +62,7 @@ class PressureLog:
     """Pressure log: `absolute` [Pa], shape (N,), and how it was read.
 
     `reading` is the reference of the pressure in the file, `atmosphere` [Pa] that of the site,
-    `notices` those for the user.
+    `notices` are for the user.
     """
 
     log: Log

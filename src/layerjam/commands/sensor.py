@@ -167,9 +167,9 @@ def reading(
     """Reading of an accelerometer during a stop: ideal, adxl193 or a user-defined sensor.
 
     `signal` is the record of a drop or (time [s], specific force [m/s^2]); `sensing` or its fields
-    by name describe the sensor. `gravity` [m/s^2] is the unit of `measured_peak_g`, as of `peak_g`
-    in `drop`; the default is that of the site (9.80665 without a record). A peak beyond the
-    sensor's range is a failed check; `accept` is {check: reason}. Raises UnknownNameError for
+    by name describe the sensor. `gravity` [m/s^2] is the unit g of `measured_peak_g`, as for
+    `peak_g` in `drop`; the default is that of the site (9.80665 without a record). A peak beyond
+    the sensor's range is a failed check; `accept` is {check: reason}. Raises UnknownNameError for
     unknown names, and QuantityError for numbers out of bounds or a sampling rate that is too low.
     """
     options = {"filter_class" if k == "filter" else k: v for k, v in options.items()}

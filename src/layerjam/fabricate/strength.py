@@ -155,9 +155,9 @@ def _clamp_text(
 def cap_stresses(force: float, clamp: float, build: Build, lengths: Lengths) -> dict[str, float]:
     """Return the maximum stresses [MPa] in the printed parts; `clamp` is a preload [N].
 
-    The tray follows `tray_factor`. The neck's section is the one at its groove, minus the air bore.
-    The head is a lug on the dowel pin, with two shear planes as short as the wall behind the pin's
-    hole. The seat is below the screw's head or above its nut, whichever is smaller.
+    The tray's stress is from `tray_factor`. The neck's section is the one at its groove, minus the
+    air bore. The head is a lug on the dowel pin, with two shear planes as short as the wall behind
+    the pin's hole. The seat is below the screw's head or above its nut, whichever is smaller.
     """
     depth, bore = mm(build.tie_depth), mm(build.air_bore)
     neck = math.pi * ((lengths.neck_a - depth) * (lengths.neck_b - depth) - bore**2 / 4)

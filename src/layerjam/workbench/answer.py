@@ -135,7 +135,7 @@ def file_bytes(
 
 
 SHOWING = "from IPython.display import SVG, display\n"
-"""Import for code that shows a figure."""
+"""Import statement of the code that shows a figure."""
 
 
 def notebook(
