@@ -106,7 +106,7 @@ class Search:
         return np.asarray(self.spec.grid.columns(numbers)[name], float)
 
     def chunk(self, first: int, count: int) -> SweepResult:
-        """Return the outcome of `count` designs starting with number `first`."""
+        """Return the outcome of `count` designs starting at index `first`."""
         numbers = np.arange(first, first + count, dtype=np.int64)
         values = self.kernel.merits(numbers)
         is_built = np.isfinite(values[self.row["mass"]])

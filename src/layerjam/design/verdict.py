@@ -45,7 +45,7 @@ def describe_design(design: Mapping[str, Any]) -> str:
 def explain_loss(
     winner: Mapping[str, Any], loser: Mapping[str, Any], objectives: Sequence[Objective]
 ) -> str:
-    """Return the objectives in which the runner-up is worse and better, and the weighted result."""
+    """Return the objectives in which the runner-up is worse or better, and the weighted result."""
     worse: list[str] = []
     better: list[str] = []
     total = 0.0

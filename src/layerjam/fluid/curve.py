@@ -71,7 +71,7 @@ def _read_point(vacuum: float, flow: float) -> str:
 def free_flow(vacuum: float, points: Curve) -> float:
     """Return the flow of free air [m^3/s] at a vacuum [Pa] below `STANDARD`.
 
-    It is zero beyond the last point. Above the atmosphere, the inlet flow is that at zero vacuum.
+    It is zero beyond the last point. Above atmospheric pressure, the inlet flow is constant.
     """
     if vacuum <= 0:
         return points[0][1] * (1 - vacuum / STANDARD)

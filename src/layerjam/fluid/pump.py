@@ -3,7 +3,7 @@
 With a displacement, q = flow (p - ultimate), for a pump that displaces a constant volume and
 retains some gas. With a flow curve, the throughput depends on the ratio of p to the atmosphere,
 because a pump moves volumes; the curve's free air is at this atmosphere. At STANDARD this agrees
-with the data sheet. At altitude the maximum vacuum falls in proportion to the atmosphere.
+with the data sheet. At altitude the maximum vacuum falls in proportion to atmospheric pressure.
 """
 
 from layerjam.errors import QuantityError

@@ -1,6 +1,6 @@
 """The variables of a functional mock-up unit, as one list for its XML and its C code.
 
-`python -m layerjam.interop.fmi_variables` writes `c/fmu/variables.h` again; a test compares.
+`python -m layerjam.interop.fmi_variables` writes `c/fmu/variables.h` again; a test compares them.
 """
 
 import hashlib

@@ -1,6 +1,6 @@
 """The kernel's formulas in C, printed from the laws in Python, so that each is written once.
 
-`python -m layerjam.kernel.formulas` writes `c/formulas.h` again; a test compares.
+`python -m layerjam.kernel.formulas` writes `c/formulas.h` again; a test compares them.
 """
 
 import ast

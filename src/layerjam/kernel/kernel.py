@@ -201,7 +201,7 @@ class Kernel:
 
     @property
     def flags(self) -> int:
-        """Sum of SLACK, SEPARATED, CLOSED, SNAPPED and OVERFLOW."""
+        """Sum of the flags SLACK, SEPARATED, CLOSED, SNAPPED and OVERFLOW."""
         return self._state.flags
 
     def cycle(self, elongation: ArrayLike, vacuum: ArrayLike) -> Cycle:

@@ -95,7 +95,7 @@ class _Pen:
         self.add(getattr(item.theta(0), direction)(), point, None, text, "center")
 
     def chip(self, point: Any, anchor: str, sides: dict[str, str], size: Any, name: str) -> Any:
-        """Draw a box with pins, {name: side}, by one of its anchors; returns the anchors."""
+        """Draw a box with pins, {name: side}, placed by one of its anchors; return the anchors."""
         pins = [
             self.elements.IcPin(name=pin, side=side, anchorname=pin) for pin, side in sides.items()
         ]

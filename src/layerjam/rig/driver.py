@@ -326,7 +326,7 @@ def open_bench(address: str | Address) -> Bench:
 
 
 def open_as(address: str | Address, kind: type[B]) -> B:
-    """Return the bench at an address as an object of a class.
+    """Return the bench at an address as an object of the given class.
 
     Raises FileError, LineError, QuantityError, UnknownNameError or MissingExtraError.
     """

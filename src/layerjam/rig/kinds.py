@@ -57,7 +57,7 @@ class Case:
 
     @property
     def vented_vacuum(self) -> float:
-        """Vacuum [Pa] by which the regulator has opened the vent."""
+        """Vacuum [Pa] above which the regulator has certainly opened the vent."""
         return self.target + self.regulator.vent_threshold + self.regulator.zero
 
     @functools.cached_property
@@ -150,7 +150,7 @@ def _sample_deadline(count: int) -> Callable[[Case], float]:
 
 
 def _leak_deadline(case: Case) -> float:
-    """Return the time until the loss by the healthy leak leaves the band and is reported."""
+    """Return the time until the healthy leak causes a loss of vacuum and this is reported."""
     leak = case.regulator.plant.joined.leak
     return case.fall_time(leak, 0.0) + case.promised_times["VACUUM_LOST"]
 

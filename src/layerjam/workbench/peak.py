@@ -41,7 +41,7 @@ class PeakSetting:
         self._peak = 0.0
 
     def build(self) -> None:
-        """Build the field and the switch in one row, and the sentence."""
+        """Build the field and the switch in one row, and the sentence below them."""
         with ui.row().classes("items-center gap-2"):
             ui.label("Peak").classes("text-sm").tooltip("Drag the peak in the chart, or type it")
             self.field = dress(number_field("Peak force to reach [N]", "w-28"), "pull-peak")

@@ -245,7 +245,7 @@ def friction_lines(
 def _limit_line(
     name: str, limit: float | None, sensitivity: float, key: str, words: str = ""
 ) -> Contribution:
-    """Return the line of an input with a relative `limit` of error (None if it is not stated).
+    """Return the line of an input with a relative error `limit` (None if it is not stated).
 
     `key` is the option that states it; `words` is the limit as stated, if that was not relative. An
     input without effect need not be stated.

@@ -306,7 +306,7 @@ class FieldRow:
     def on_type(self) -> None:
         """Apply the typed text, or show an error below.
 
-        The first numbers of a new table wait for the rest.
+        Numbers of a new table are kept until the table is complete.
         """
         current, text = self.value_text(), str(self.field.value or "").strip()
         if text == current:
