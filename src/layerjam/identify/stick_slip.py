@@ -105,7 +105,7 @@ class SawTeeth:
 def find_ripple(records: Sequence[SawTeeth | None]) -> list[bool]:
     """Return, for each record of one machine, whether its teeth are a ripple of that machine.
 
-    They are if at least four records, or one record's teeth, are regular, with one spacing but
+    They are if at least four records, or the teeth of one record, have one regular spacing but
     different swings, which no stiffness explains. Extreme swings do not count. None marks a record
     without teeth.
     """

@@ -29,9 +29,9 @@ class Child:
     receive: Callable[[int], bytes]
     send: Callable[[bytes], object]
     leave: Callable[[], None]
-    """Closes the plant's end."""
+    """Function that closes the plant's end."""
     hang_up: Callable[[], None]
-    """Closes the line."""
+    """Function that closes the line."""
 
 
 def has_pipes() -> bool:

@@ -1,7 +1,7 @@
 """Drop rig of a run: the accelerometer waits for drops from the first hold onwards.
 
 Each record is written to the run's file as soon as it is complete. Meanwhile, the board's samples
-wait in its ring for at most one second, of ten that fit.
+wait in its ring for at most one second; ten seconds fit.
 """
 
 from collections.abc import Callable, Mapping

@@ -28,7 +28,7 @@ TOLERANCE = 1e-6
 """Relative change of slip, peak and vacuum between rounds at convergence."""
 ROUNDS = 25
 NODES = 241
-"""Number of times at which a round passes on the vacuum, interpolated linearly."""
+"""Number of instants for which a round passes the vacuum on; others are interpolated linearly."""
 MATTERS = 0.01
 """Relative change of slip or peak above which the coupling matters."""
 
