@@ -57,7 +57,7 @@ def run_in_subprocess(work: Callable[..., T], *args: Any, tell: Tell) -> T:
 
 
 def _settings() -> dict[str, Any]:
-    config = getattr(sys.modules.get("jax"), "config", None)  # missing while a thread imports JAX
+    config = getattr(sys.modules.get("jax"), "config", None)  # None while a thread imports JAX
     return {} if config is None else {name: getattr(config, name) for name in ENGINE}
 
 

@@ -29,7 +29,7 @@ class Folder:
         lock = os.open(making, os.O_CREAT | os.O_RDWR, 0o600)
         if lock_file(lock):
             with contextlib.suppress(PermissionError):  # Windows cannot rename an open file
-                making.replace(root / LOCK)  # never visible unlocked under this name
+                making.replace(root / LOCK)  # a lock with this name is never unlocked
         self._end = weakref.finalize(self, _remove, root, lock)
 
     def remove(self) -> None:

@@ -24,7 +24,7 @@ def forget_tab() -> None:
         if hasattr(item, "cache_clear"):
             item.cache_clear()
     if len(Client.instances) <= 1:  # only the closed tab itself is left
-        # missing while a thread imports JAX
+        # JAX lacks this function while a thread imports it
         clear = getattr(sys.modules.get("jax"), "clear_caches", lambda: None)
         clear()
         gc.unfreeze()
