@@ -73,7 +73,7 @@ def watched(
 
 @style.in_style
 def following(run: Following, sweep: Bode | None) -> style.Figure:
-    """Draw force and target, and the response to a sine."""
+    """Draw force and target, and the response to a sinusoidal target."""
     figure, (force, *size) = style.canvas(columns=1 + (sweep is not None), width=10.4, height=4.2)
     detail = f"error {show(run.rms, 'N', 3)} RMS; the brake slips from "
     detail += f"{show(float(run.slip[0]), 'm', 3)} to {show(float(run.slip[-1]), 'm', 3)}"

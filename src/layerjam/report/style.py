@@ -211,7 +211,7 @@ def labels_right(axes: Axes, x: float, items: Sequence[tuple[float, str, str]]) 
 
 
 def key(axes: Axes | Figure, *items: tuple[Any, ...], loc: str = "best", **props: Any) -> None:
-    """Write names in the curves' colours in a free corner; without items, those of the labels.
+    """Write names in the curves' colours in a free corner; by default, the curves' labels.
 
     An item is (text, colour), or (text, colour, style) of a curve that is not solid; the style "o"
     is that of points.
