@@ -802,8 +802,8 @@ def array(
 
     The default vacuum is the site's full vacuum. The pull ends at the elongation `until`, or at the
     end of the travel. `outcome` is FINISHED, BOTTOMED_OUT, or SNAPS if the force of a slipping
-    brake falls faster than the brakes in series with it relax. `travel` and `energy` count slip
-    only. Parallel brakes are assumed to share the force evenly.
+    brake falls faster than the brakes in series with it relax. `travel` and `energy` include only
+    slip. Parallel brakes are assumed to share the force evenly.
     """
 
 def bench_clear(
@@ -975,11 +975,11 @@ def bench_run(
     """Run a procedure on a bench and record every sample.
 
     The regulator is tuned to the line at the highest vacuum of the procedure, and sent to the
-    board. With `shot`, the accelerometer of a falling mass is armed from the first hold on, and the
-    file keeps every drop. In every case the outputs are left safe and the file is closed; Ctrl-C
-    ends the run with OPERATOR_STOPPED. Raises QuantityError for a procedure that the bench cannot
-    run, InstrumentError if it rejects a command, FileError for the file. Nothing moves if a check
-    of the regulator fails; the file stores the failed checks that `accept` accepts.
+    board. With `shot`, the accelerometer of a falling mass is armed from the first hold onwards,
+    and the file keeps every drop. In every case the outputs are left safe and the file is closed;
+    Ctrl-C ends the run with OPERATOR_STOPPED. Raises QuantityError for a procedure that the bench
+    cannot run, InstrumentError if it rejects a command, FileError for the file. Nothing moves if a
+    check of the regulator fails; the file stores the failed checks that `accept` accepts.
     """
 
 def bend(
@@ -1020,7 +1020,7 @@ def build(
 ) -> _BuiltResult:
     """Write everything a workshop needs to build a brake: patterns, parts, mould, instructions.
 
-    The folder is written completely or not at all, and the same brake gives the same bytes.
+    The folder is written completely or not at all, and the same brake produces the same bytes.
     `feasible` is False if the brake cannot be drawn (exit code 1), or if a part is loaded beyond
     its strength or a seal leaks (exit code 4); `reason` names the checks, and nothing is written.
     `accept` accepts failed checks by their code, {code: reason}; the folder then states them. We
@@ -1146,7 +1146,7 @@ def export_c(
 
     The C99 code allocates nothing, has no global data and needs only `sqrt` (and `pow` with a
     pressure exponent). A rope is in series with the brake's stiffness. At rest the exported law
-    holds c L2; static friction above that is not exported. Raises FileError if a file exists unless
+    resists up to c L2, without additional static friction. Raises FileError if a file exists unless
     `overwrite`, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure.
     """
 
@@ -1222,11 +1222,11 @@ def friction(
 ) -> _FrictionResult:
     """Determine friction from friction tests, as in the paper, ASTM D1894 or ISO 8295.
 
-    `files` are paths or traces, several or one. `normal_force` may come from the files' sidecars,
-    or from the 200 g of the two standards; `start` and `end` bound the displacement of the kinetic
+    `files` are one or more paths or traces. `normal_force` may come from the files' sidecars, or
+    from the 200 g of the two standards; `start` and `end` bound the displacement of the kinetic
     mean, counted from the record's first sample; `area` is the contact area of the sled, which sets
     the pressure. If a record shows stick–slip, `kinetic` is None; `accept_stick_slip` uses the
-    middle of the stick–slip. With `brake` and `out` the result is written into a copy of the
+    midpoint of the stick–slip. With `brake` and `out` the result is written into a copy of the
     brake's file. If a check fails, nothing is written; `accept` accepts failed checks by name,
     {check: reason}.
     """
@@ -1265,7 +1265,7 @@ def drop(
     `columns` and `decimal` are as for every log. The fraction `vacuum_share` of the gauge's reading
     presses the sheets. With `leak_time` the line is shut off `held` before the rope is taut, and
     the vacuum leaks away. A mass that has not stopped when `duration` is over has the outcome
-    FINISHED and no `stopping_time`. Nor does one that creeps to rest on an overdamped rope.
+    FINISHED and no `stopping_time`. One that creeps to rest on an overdamped rope has none either.
     """
 
 def lab(
@@ -1326,7 +1326,7 @@ def leak(
 def parts(
     name: str | None = ...,
 ) -> _PartList:
-    """List pumps, valves and sensors of the catalogue, with their numbers in SI and their sources.
+    """List pumps, valves and sensors in the catalogue, with their numbers in SI and their sources.
 
     Raises UnknownNameError.
     """
@@ -1355,9 +1355,9 @@ def plan(
 ) -> _CollisionPlanResult:
     """Predict whether the vacuum is reached before a collision, and the changes needed if not.
 
-    The estimated mass and speed are means. Unless `stored` is given, the reservoir starts at the
-    pressure at which pump and leak balance. The share `vacuum_share` of the gauge's reading presses
-    the sheets. `leak_time` is a laminar leak of the chamber, which continues in the stop.
+    The estimated mass and speed are means. By default `stored` is the pressure at which pump and
+    leak balance. The fraction `vacuum_share` of the gauge's reading presses the sheets. `leak_time`
+    is a laminar leak of the chamber, which continues during the stop.
     """
 
 @overload
@@ -1382,7 +1382,7 @@ def force(
 
     Arrays of slip and vacuum broadcast. Without a `sliding_speed` it is the force at the speed at
     which friction was measured. Raises QuantityError for a slip beyond the overlap or a vacuum
-    above the atmosphere.
+    above atmospheric pressure.
     """
 
 def new(
@@ -1490,7 +1490,7 @@ def pull(
 
     `files` are paths or traces, several or one. Nothing is subtracted from a force unless `tare`
     asks for the force before the load rises. `start` and `end` select a part of each record by its
-    time. The spacing of stick–slip grows with its amplitude; equal spacing with different
+    time. The spacing of stick–slip grows with its amplitude; identical spacing with different
     amplitudes in several files indicates a ripple of the machine.
     """
 
@@ -1628,8 +1628,8 @@ def write_report(
     with the pulls in `validate`; each may be omitted. Without `validate`, some of the pulls can be
     reserved for validation: `calibrate_on` names those for calibration, or `holdout` reserves a
     vacuum ("46.1 kPa"), a speed ("19 mm/s") or a repeat ("repeat 3"). Otherwise the brake is
-    compared with its calibration pulls, and the page states this. `vacuum` applies to files without
-    a sidecar; the options of friction tests, `depth` and `exclude` are as in `friction` and
+    compared with its calibration pulls, and the page says so. `vacuum` applies to files without a
+    sidecar; the options of friction tests, `depth` and `exclude` are as in `friction` and
     `calibrate`. `command` is printed as the command that created the page; `date` (ISO) is today by
     default. `names` {file name: name in the report} is for files stored under other names.
     `report_number` and `customer` appear on the pages; sidecars may state them instead. If a check
@@ -1735,10 +1735,10 @@ def tensile(
     slides. With `one_by_one`, overloaded interfaces slip one at a time, the most overloaded first.
     `interfaces` may differ, and a `housing` may rub. `scatter` is the relative SD of the
     interfaces' friction: `samples` (1000) stacks, drawn from `seed` (1), then yield the mean and SD
-    of peak, stiffness and onset; if interrupted, those of the stacks done so far. `vacuum_share` of
-    the gauge's reading presses the sheets. With `leak_time` the line is shut off after every
-    evacuation and the vacuum leaks away from then on, except in the "stack" model, which keeps its
-    initial vacuum. Raises ProcedureError or QuantityError for contradictions.
+    of peak, stiffness and onset; if interrupted, those of the stacks done so far. The fraction
+    `vacuum_share` of the gauge's reading presses the sheets. With `leak_time` the line is shut off
+    after every evacuation and the vacuum leaks away from then on, except in the "stack" model,
+    which keeps its initial vacuum. Raises ProcedureError or QuantityError for contradictions.
     """
 
 def tune(
@@ -1773,9 +1773,9 @@ def rise(
     The pump runs at full power until the target is reached. If it is never reached, `rise_time` is
     None, `feasible` False and `reason` states the vacuum that can be reached. In air the line is
     integrated; `closed_form` holds for a rigid volume without an effect of tube or orifice.
-    `fall_time` counts from the opening of the vent valve, or uses pumps run backwards (`fall_by`);
-    `closed_form_fall` likewise. None if the line has neither. `tube_delay` and `tube_lag` are None
-    in water and for a line that has no tube. A tube with many cells takes a long time to compute.
+    `fall_time` and `closed_form_fall` count from the opening of the vent valve or the reversal of a
+    pump (`fall_by`); None if the line has neither. `tube_delay` and `tube_lag` are None in water
+    and for a line that has no tube. A tube with many cells takes a long time to compute.
     """
 
 def validate(
