@@ -73,7 +73,6 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
         .props("keep-alive") as panels
     ):
         slots = {name: ui.tab_panel(name).classes("p-0") for name in kinds}
-
     client = ui.context.client
     client.on_delete(forget_tab)
     client.on_delete(lambda: forget_desk(desk))
