@@ -80,7 +80,7 @@ def test_without_a_straight_rise_the_whole_record_counts(brake, vacuum) -> None:
     """At low vacuum 20 to 80 % of the greatest force is the sleeve's stretching, not the stuck
     sheets' spring; its line once put the origin at -313 mm and the MAPE at 336 %."""
     found = compare_pull(pull_features(curve(brake, vacuum)), vacuum, brake)
-    assert found.note == "no peak and no straight rise: the window is the whole record"
+    assert found.note == "no peak and no linear rise: the window is the whole record"
     assert found.mape < 1e-6 and found.elongation[-1] == pytest.approx(0.04, rel=1e-9)
     rough = pull_features(noisy(brake, 1, vacuum=vacuum))
     assert not rough.has_peak

@@ -258,7 +258,7 @@ def test_a_bent_rise_gives_no_stiffness() -> None:
     """PTFE peaks at 5 kPa, but slides from two thirds of the peak on: 0.26 kN/m came out once."""
     pull = pull_features(noisy(PTFE, 4, vacuum=5e3))
     assert pull.has_peak and not pull.straight
-    with pytest.raises(FitError, match="no straight rise for the stiffness"):
+    with pytest.raises(FitError, match="no linear rise for the stiffness"):
         fit_pull(pull, 5e3, PTFE)
 
 

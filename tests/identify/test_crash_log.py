@@ -114,7 +114,7 @@ def test_the_rate_is_checked(noise):
     with pytest.raises(QuantityError, match="too slow for CFC 180"):
         reduce_crash(t[::10], a[::10])
     assert reduce_crash(t[::10], a[::10], cfc=60).sampling == pytest.approx(1e3)
-    with pytest.raises(QuantityError, match="no.* class of SAE J211"):
+    with pytest.raises(QuantityError, match="not an SAE J211-1 class"):
         reduce_crash(t, a, cfc=100)
 
 

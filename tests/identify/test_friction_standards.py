@@ -102,7 +102,7 @@ def test_slack_and_dwell_come_first() -> None:
     short = sled(0.32, 0.24, damping=0.7, dwell=5.0, rate=100.0, travel=0.08)
     said = reduce_repeat(short, NORMAL, None, ISO8295).warnings
     assert any("15 s at rest" in w for w in said)
-    assert any("150 mm/min; ISO 8295 at 100 mm/min" in w for w in said)
+    assert any("150 mm/min; ISO 8295 requires 100 mm/min" in w for w in said)
 
 
 @pytest.mark.parametrize("spring", [50.0, 300.0, 3000.0])
@@ -161,7 +161,7 @@ def test_one_repeat_that_judders_leaves_the_kinetic_open() -> None:
         with_friction(file, mixed, "mine")
     accepted = reduce_friction([smooth, sled(0.32, 0.24)], NORMAL, accept_stick_slip=True)
     made = BrakeFile.read(with_friction(file, accepted, "mine")[0], "mine.toml")
-    assert "middle of the stick–slip" in made.sources["film.kinetic"].text
+    assert "midpoint of the stick–slip" in made.sources["film.kinetic"].text
     assert "1 of 2" in made.notes["stick_slip"]
 
 

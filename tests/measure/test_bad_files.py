@@ -191,7 +191,7 @@ def test_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "large.csv"
     with path.open("wb") as handle:
         handle.truncate(source.MAX_BYTES + 1)  # a hole, it takes no room
-    with pytest.raises(FileError, match="has 1.0 GB; at most 1 GB can be read"):
+    with pytest.raises(FileError, match="is 1.0 GB; at most 1 GB can be read"):
         read_trace(path)
 
 

@@ -181,7 +181,7 @@ def check_curve_end(predicted_force: float, measured_force: float) -> Check:
         (predicted_force - measured_force) / measured_force if measured_force > 0 else np.inf
     )
     sentence = (
-        f"at the end of the pulls the calibrated law is {deviation:+.1%} from the measured force"
+        f"at the end of the pulls the law deviates by {deviation:+.1%} from the measured force"
     )
     return check("shape", abs(deviation) <= 0.15, sentence)
 
@@ -223,7 +223,7 @@ def check_shape(
     fine = abs(mean) <= limit
     sentence = (
         f"after the peak the scale factor deviates by {format_percent(mean)} from that of the peak "
-        f"(up to ±{limit:.1%} passes)"
+        f"(±{limit:.1%} is allowed)"
     )
     if end is not None:
         sentence = f"{end.sentence}; {sentence}"

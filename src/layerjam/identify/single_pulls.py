@@ -240,7 +240,7 @@ def _compare_groups(
         level = show(float(np.mean([levels_of_pulls[i] for i in group])), unit, 3)
         both = " (or the others are wrong)" if len(groups) == 2 else ""
         change = format_percent(float(np.expm1(shift)))
-        words = f"at {level} scale factors differ by {change} from the others{both}"
+        words = f"at {level}, scale factors differ by {change} from the others{both}"
         for place in group:
             findings.odd(test, indices[place], words)
             shifts[indices[place]] += shift
@@ -307,7 +307,7 @@ def pull_checks(
     at the end of the curves, as in `checks.check_shape`.
     """
     odd = [f"{row.file}: {row.sentence}" for row in rows if row.is_outlier]
-    fine = f"none of {len(rows)} pulls differs from the others"
+    fine = f"none of the {len(rows)} pulls differs from the others"
     if len(rows) < 3:
         fine = "too few pulls to identify one that differs: three are needed"
     shapes = [row.shape for row in rows if row.shape is not None]

@@ -279,13 +279,13 @@ def _judge_turns(stretch: _Stretch, smooth: Array, peaks: Indices, troughs: Indi
     if count < LEAST_TEETH and not large:
         return Search(None, f"only {count} clear swings: too few to decide")
     if np.median(np.diff(peaks)) < 4 * samples and samples > 1:
-        return Search(None, "swings no longer than the smoothing")
+        return Search(None, "swings no longer than the smoothing window")
     alike = count >= MANY_TEETH and max(irregular, slopes) <= ALIKE
     least = LEAST_SHARE if alike else SUDDEN
     if mean_share < least or mean_share - 0.5 < CLEAR * spread:
         return Search(
             None,
-            f"the force swings {count} times but rises for {mean_share:.0%} of a swing: a "
+            f"the force swings {count} times but rises for {mean_share:.0%} of each: a "
             "vibration or a rough film, not stick–slip",
         )
     if irregular > MOST_UNLIKE or slopes > MOST_UNLIKE:

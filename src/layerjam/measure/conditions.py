@@ -142,7 +142,7 @@ def _values_in_name(path: Path, names: str) -> dict[str, Any]:
             for name, text in match.groupdict().items()
         }
     except QuantityError as err:
-        raise FileError(path, f"its name, by the pattern '{names}': {err}") from None
+        raise FileError(path, f"its name, read with the pattern '{names}': {err}") from None
 
 
 @lru_cache(maxsize=64)

@@ -36,7 +36,7 @@ def read_history(
         raise FileError(
             path,
             f"vacuum {show(float(vacuum[bad]), 'Pa')} at {show(time[bad], 's')} is not allowed; it "
-            f"must be between 0 and the atmosphere of {show(atmosphere, 'Pa')}"
+            f"must be between 0 and atmospheric pressure, {show(atmosphere, 'Pa')}"
             + ("" if kind == "vacuum" else f" (its pressure is read as {kind})"),
         )
     return History(time, vacuum)

@@ -100,8 +100,8 @@ class Log:
                     f"does not state the pressure reference of '{column.name[:60]}': name the "
                     "column vacuum"
                 ),
-                how=", or give --reading absolute, gauge (above the atmosphere) or "
-                "vacuum (below it)",
+                how=", or give --reading absolute, gauge (above atmospheric "
+                "pressure) or vacuum (below it)",
                 asks="reading",
             )
         return reference or says or "", says

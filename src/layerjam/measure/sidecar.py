@@ -32,7 +32,7 @@ def _certificate_field(instrument: str) -> Any:
 
 
 def _limit_field(quantity_name: str) -> Any:
-    return quantity("1", f"relative limit of error of the {quantity_name}", hi=0.2, default=None)
+    return quantity("1", f"relative error limit of the {quantity_name}", hi=0.2, default=None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +55,7 @@ class Facts:
     brake: str | None = value(TextSpec(text="name of the brake"), default=None)
     normal_force: float | None = like(NORMAL_FORCE, "normal force of a friction test", default=None)
     hold: float | None = quantity(
-        "s", "hold under load before the pull of a friction test", lo=1e-3, hi=1e8, default=None
+        "s", "time under load before the pull of a friction test", lo=1e-3, hi=1e8, default=None
     )
     procedure: str | None = value(TextSpec(text="test procedure, as free text"), default=None)
     synthetic: bool = value(FlagSpec(text="the numbers were computed, not measured"), default=False)
@@ -73,7 +73,7 @@ class Facts:
     load_cell_certificate: Certificate | None = _certificate_field("load cell")
     gauge: str = _text_field("vacuum gauge, with its serial number")
     gauge_limit: float | None = quantity(
-        "Pa", "limit of error of the vacuum gauge", hi=5e4, default=None
+        "Pa", "error limit of the vacuum gauge", hi=5e4, default=None
     )
     gauge_certificate: Certificate | None = _certificate_field("vacuum gauge")
     normal_force_limit: float | None = _limit_field("normal force of a friction test")

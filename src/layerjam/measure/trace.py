@@ -178,7 +178,7 @@ def _check_signs(trace: Trace, turned: bool) -> list[str]:
         return [
             (
                 f"the force falls to {show(low, 'N')}: the brake was compressed, or the load cell "
-                "not zeroed"
+                "was not zeroed"
             )
         ]
     return []

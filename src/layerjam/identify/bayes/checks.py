@@ -134,7 +134,7 @@ def _check_identifiability(fit: BayesFit) -> Check:
         f"friction ({fit.brake.film.kinetic:.4g}) and of the enclosure's modulus and "
         "friction are determined"
     )
-    little = f"; the curves contain little about {' and '.join(vague)}: the prior determines it"
+    little = f"; the curves reveal little about {' and '.join(vague)}: the prior determines it"
     return check("identifiable", not vague, sentence, little)
 
 
@@ -145,9 +145,9 @@ def _check_prior(fit: BayesFit) -> Check:
     }
     worst = max(distance, key=lambda n: abs(distance[n]))
     sentence = (
-        f"{worst.replace('_', ' ')} is {distance[worst]:+.2g} prior SDs from its prior's centre"
+        f"{worst.replace('_', ' ')} is {distance[worst]:+.2g} prior SDs from the prior's centre"
     )
-    cause = ": the brake pulled is not the one in the file; check film, sheets and vacuum"
+    cause = ": the brake that was pulled is not the one in the file; check film, sheets and vacuum"
     return check("prior", abs(distance[worst]) <= PRIOR_DISTANCE, sentence, cause)
 
 

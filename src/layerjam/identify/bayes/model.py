@@ -86,10 +86,10 @@ def priors(brake: Brake, mounted: bool = False) -> dict[str, Prior]:
     )
     films = "the brake file's value; the paper's two films differ by a factor of 1.4"
     repeat = (
-        "films repeat within 3 to 8 % (paper, table I); wide enough that three repeats "
+        "repeats agree within 3 to 8 % (paper, table I); wide enough that three repeats "
         "give about Student's interval"
     )
-    slack = "the zero of a curve is already at the start of its rise"
+    slack = "the zero of each curve is already at the start of its rise"
     law = "fraction of the maximum force: from a good load cell to a law with a 10 % error"
     alike = "the logit of the correlation of neighbouring means: 0.05 to 0.95"
     mounting_prior = Prior(

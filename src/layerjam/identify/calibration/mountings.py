@@ -41,11 +41,7 @@ def find_mountings(curves: Sequence[Curve], logs: np.ndarray) -> Mountings:
     labels = [c.mounting for c in curves]
     if None not in labels and len(set(labels)) > 1:
         groups = _label_indices(labels)
-        ending = (
-            "each pull has its own"
-            if len(groups) == len(curves)
-            else ("pulls of one mounting share it")
-        )
+        ending = "each pull has its own" if len(groups) == len(curves) else "some pulls share one"
         sentence = f"{len(groups)} mountings, as stated in the sidecars; {ending}"
         return Mountings(groups, check("mountings", True, sentence))
     start = "no mounting is stated"
@@ -61,7 +57,7 @@ def find_mountings(curves: Sequence[Curve], logs: np.ndarray) -> Mountings:
         sentence = f"{start}{reason}; intervals treat every pull as a separate mounting"
         return Mountings(singles, check("mountings", True, sentence))
     sentence = (
-        f"{start}; the first, second, ... pulls of each vacuum and speed are alike (p = "
+        f"{start}; the first, second, ... pulls at each vacuum and speed are alike (p = "
         f"{chance:.2g}): intervals treat them as {len(groups)} mountings"
     )
     return Mountings(groups, check("mountings", chance > ALIKE, sentence, advice))

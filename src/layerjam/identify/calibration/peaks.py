@@ -73,7 +73,7 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     if not pull.straight and not pull.is_sparse:
         raise FitError.of(
             pull.path,
-            "the curve bends long before its peak, so it has no straight rise for "
+            "the curve bends long before its peak, so it has no linear rise for "
             "the stiffness (pull at a higher vacuum)",
         )
     if pull.peak_samples < FEWEST:

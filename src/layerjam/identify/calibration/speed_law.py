@@ -49,7 +49,7 @@ def speed_sources(
         if old is None:
             return {}
         none = (
-            "the fitted friction does not grow with speed in a form that a brake file can contain"
+            "the fitted friction does not grow with speed in a form that a brake file can express"
         )
         return {"speed_law.power": make_source(0.0, f"{text}: {none}", None, "1")}
     error = errors["speed_slope"]
@@ -72,7 +72,7 @@ def speed_notices(calibration: Calibration) -> list[Notice]:
     if power is None or power[0] == 0:
         words = (
             "the fitted friction falls with speed, or grows more than in proportion to it; a "
-            "[speed_law] cannot express that, so the brake has the friction at the "
+            "[speed_law] cannot express that, so the brake uses the friction at the "
             "reference speed"
         )
         return [Notice(words, "speed-law-not-fitted")]

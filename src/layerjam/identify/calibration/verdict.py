@@ -340,11 +340,11 @@ def curve_checks(
     parameters, vacuum = fit.own.own, fit.reduced.vacuum
     law = fit.design @ fit.population.estimate + fit.held
     with_exponent = int("pressure_exponent" in fit.free)
-    result = "settled" if fit.settled else "did not settle"
+    result = "converged" if fit.settled else "did not converge"
     checks: list[Check | None] = [
         product_note(brake),
         check_parameters(identifiability(fit)),
-        check("settled", fit.settled, f"least squares {result} after {fit.rounds} rounds"),
+        check("settled", fit.settled, f"least squares {result} after {fit.rounds} iterations"),
         check_bounds(values),
         check_plausible(values["scale_factor"]),
         check_catalogue(values["scale_factor"] * brake.film.kinetic),

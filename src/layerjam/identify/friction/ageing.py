@@ -90,9 +90,7 @@ def _line_notices(fit: AgeingFit, decades: Array) -> list[Notice]:
     out, (low, high) = [], fit.ageing_interval
     if low <= 0 <= high:
         out.append(
-            Notice(
-                "the interval of the ageing contains zero: these pulls show no ageing", "no-ageing"
-            )
+            Notice("the ageing interval contains zero: these pulls show no ageing", "no-ageing")
         )
     if fit.holds.max() < NARROW * fit.holds.min():
         out.append(

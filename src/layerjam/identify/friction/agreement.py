@@ -63,7 +63,7 @@ def friction_checks(
     names = [Path(file).name or f"repeat {place}" for place, file in enumerate(files, 1)]
     quantities = {SPOKEN[name]: value for name, value in values.items()}
     advice = "check its unit, normal force and film"
-    checks = [check_repeats(names, quantities, "films scatter", advice)]
+    checks = [check_repeats(names, quantities, "films normally vary", advice)]
     for name, mean in means.items():
         if mean is not None and mean.low is not None and mean.high is not None:
             # as wide as the interval about the mean; a log scale would reject more campaigns
@@ -102,7 +102,7 @@ def check_repeats(
             )
     if len(names) < 2:
         return check("repeats", False, "only one repeat: its repeatability is unknown")
-    fine = f"no repeat of {len(names)} differs from the others by more than {scatter}"
+    fine = f"none of the {len(names)} repeats differs from the others by more than {scatter}"
     otherwise = f": {advice}, or leave the file out"
     return check(
         "repeats", not outlier_texts, "; ".join(outlier_texts) or fine, otherwise, "failed"

@@ -101,7 +101,7 @@ class FrictionResult:
         )
         mean = f"mean over {start} to {end}"
         if self.stick_slip is not None:
-            mean = f"{mean}; middle of the stick–slip where it sticks and slips"
+            mean = f"{mean}; midpoint of the stick–slip where there is any"
         first = "first maximum" if self.standard.first_maximum else "maximum"
         rules = {"static": f"{first} of each repeat", "kinetic": mean}
         out = {}
@@ -240,13 +240,13 @@ def _breakaway_warnings(
 ) -> list[str]:
     if not breakaway.distinct:
         return [
-            "no clear first maximum: static friction is read where the rise bends into "
+            "no clear first maximum: static friction is read where the rise levels off into "
             "sliding, at the kinetic level"
         ]
     if inertia is None or inertia.bound < 0.01 * breakaway.force:
         return []
     return [
-        f"the sled's inertia may lift the first maximum by up to {show(inertia.bound, 'N', 2)} "
+        f"the sled's inertia may raise the first maximum by up to {show(inertia.bound, 'N', 2)} "
         f"({inertia.bound / normal_force:.2g} in the static "
         "coefficient): V sqrt(k m); pull more slowly, or through a softer spring"
     ]
@@ -258,7 +258,7 @@ def _standard_warnings(
     out = []
     if speed is not None and abs(speed / standard.speed - 1) > standard.speed_tolerance + 0.005:
         out.append(
-            f"pulled at {show(speed * 60e3, '1')} mm/min; {standard.title} at "
+            f"pulled at {show(speed * 60e3, '1')} mm/min; {standard.title} requires "
             f"{show(standard.speed * 60e3, '1')} mm/min"
         )
     if standard.dwell is not None:
@@ -386,7 +386,7 @@ def with_friction(
     if result.kinetic is None:
         error = FitError(
             "friction: the films stick and slip, so there is no kinetic friction to "
-            "write into the brake (--accept-stick-slip uses the middle of the stick–slip)"
+            "write into the brake (--accept-stick-slip uses the midpoint of the stick–slip)"
         )
         error.notice = "no-kinetic-friction"
         raise error

@@ -308,7 +308,7 @@ class _Search:
             part = residuals[np.argsort(self.points.speed, kind="stable")]
             alike = float(part[1:] @ part[:-1]) / float(part @ part)
             worst = max(worst, alike * float(np.sqrt(len(part))))
-        sentence = f"residuals follow the logarithm of speed by {worst:.2g} standard errors"
+        sentence = f"residuals trend with the logarithm of speed by {worst:.2g} standard errors"
         return check("trend over speed", worst < 2.5, sentence)
 
     def _check_spans(self) -> Check:

@@ -182,7 +182,7 @@ def reduce_crash(
 def _check_class(cfc: int | None, rate: float) -> None:
     if cfc is not None and cfc not in CLASSES:
         classes = ", ".join(map(str, CLASSES))
-        raise QuantityError(f"filter: CFC {cfc} is not a class of SAE J211-1: {classes}")
+        raise QuantityError(f"filter: CFC {cfc} is not an SAE J211-1 class; classes: {classes}")
     if cfc is not None and rate < LEAST_RATE * cfc * (1 - 1e-9):
         raise QuantityError(
             f"sampling: {show(rate, 'Hz')} is too slow for CFC {cfc}; SAE J211-1 requires at least "
@@ -213,7 +213,7 @@ def _quiet_samples(
             "of the quiet part (--before), or record with a pre-trigger"
         )
     return count, [
-        f"the offset is the mean of the first {show(count / rate, 's')}, before the signal leaves "
+        f"the offset is the mean of the first {show(count / rate, 's')}, before the signal exceeds "
         f"{SHARE:.0%} of its peak"
     ]
 

@@ -169,7 +169,7 @@ def fit_leak(
     last = float(time[-1]) if window[1] is None else window[1]
     if window[0] is None and first > time[0] + 0.05 * (time[-1] - time[0]):
         warnings.append(
-            f"the pressure differs most from the atmosphere at {show(first, 's')}; earlier samples "
+            f"the pressure differs most from atmospheric at {show(first, 's')}; earlier samples "
             "are not used (change the start with --from)"
         )
     inside = (time >= first) & (time <= last)
@@ -215,7 +215,7 @@ def _check_hold(gauge: Array, difference: float, atmosphere: float) -> None:
     if abs(difference) < 1e-4 * atmosphere:
         raise FitError(
             f"the window begins {show(abs(difference), 'Pa')} from atmospheric pressure: no "
-            "difference is held, or the pressure reference is wrong (--reading)"
+            "pressure difference is held, or the pressure reference is wrong (--reading)"
         )
     if (gauge * difference < -0.1 * difference**2).any():
         raise FitError("the log crosses atmospheric pressure: this is not a hold (check --reading)")

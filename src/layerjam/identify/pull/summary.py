@@ -331,20 +331,20 @@ def _summary_notes(
     if features.is_sparse:
         out.append(
             f"{features.rise_samples} samples between {LINEAR[0]:.0%} and {LINEAR[1]:.0%} of the "
-            "maximum force are too few for a stiffness: pull more slowly, or sample faster"
+            "maximum force are too few to determine a stiffness: pull more slowly, or sample faster"
         )
     elif not features.straight:
-        out.append("the force curve bends long before its maximum: no straight rise")
+        out.append("the force curve bends long before its maximum: it has no linear rise")
     if not features.has_peak:
         out.append("the force rises to the end: there is no peak and no part after it")
     if teeth is not None:
         out.append(
-            f"sticks and slips, {show(teeth.amplitude, 'N')} about its middle every "
+            f"sticks and slips, {show(teeth.amplitude, 'N')} about its midpoint every "
             f"{show(teeth.spacing, 'm', 3)}; its peak is static friction at the first slip"
         )
     if ripple is not None:
         out.append(
-            f"a ripple of {show(ripple.amplitude, 'N')} about its middle every "
+            f"a ripple of {show(ripple.amplitude, 'N')} about its midpoint every "
             f"{show(ripple.spacing, 'm', 3)} is not stick–slip, whose spacing is its "
             f"swing divided by the stiffness; likely cause: {CAUSE}"
         )

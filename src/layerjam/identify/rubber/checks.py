@@ -47,7 +47,7 @@ def specimen_checks(
         }.items()
     }
     yield check_repeats(
-        names, moduli, "the rubber specimens scatter", "check unit, area and gauge length"
+        names, moduli, "rubber specimens normally vary", "check unit, area and gauge length"
     )
     values = moduli["100 % modulus"]
     if len(values) > 1 and None not in values:

@@ -221,17 +221,17 @@ def specimen_moduli(specimen: Specimen, window: tuple[float, float] = WINDOW) ->
         slope, slope_se = float(line), float(np.sqrt(cov[0, 0]))
         if base < -0.02 * slope:
             warnings.append(
-                f"{specimen.name}: the line from {low:.0%} to {high:.0%} meets zero stress "
-                f"at {-base / slope:.1%} of strain: slack, or a load cell that was not zeroed"
+                f"{specimen.name}: the line from {low:.0%} to {high:.0%} crosses zero stress "
+                f"at a strain of {-base / slope:.1%}: slack, or a load cell that was not zeroed"
             )
     else:
         warnings.append(
-            f"{specimen.name}: {int(inside.sum())} samples lie between {low:.0%} and {high:.0%} of "
-            "strain; 4 are needed for the initial modulus"
+            f"{specimen.name}: {int(inside.sum())} samples lie between strains of {low:.0%} and "
+            f"{high:.0%}; the initial modulus needs 4"
         )
     at_100, se_100 = _stress_at(x, y, 1.0)
     if at_100 is None:
-        warnings.append(f"{specimen.name}: ends at {x[-1]:.0%} of strain, before 100 %")
+        warnings.append(f"{specimen.name}: ends at a strain of {x[-1]:.0%}, before 100 %")
     if y[0] < 0:
         warnings.append(
             f"{specimen.name}: its stress starts at {show(float(y[0]), 'Pa')}, below "

@@ -198,13 +198,13 @@ def _comparison_window(pull: PullFeatures, vacuum: float) -> tuple[float, float,
         start = pull.peak_elongation
     elif not pull.straight or vacuum == 0:
         start = 0.0
-        note = "no peak and no straight rise: the window is the whole record"
+        note = "no peak and no linear rise: the window is the whole record"
     else:
         line = pull.stiffness * pull.elongation
         slipping = np.flatnonzero(pull.force < 0.9 * line)
         slipping = slipping[pull.force[slipping] > FLOOR * pull.peak_force]
         start = float(pull.elongation[slipping[0]]) if len(slipping) else np.inf
-        note = "no peak: the window starts where the force leaves its straight rise"
+        note = "no peak: the window starts where the force departs from its linear rise"
     end = float(pull.elongation[-1])
     if not end - start > 1e-6:
         raise FileError(pull.path, "ends at its peak: no sliding part to compare")

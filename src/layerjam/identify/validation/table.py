@@ -82,7 +82,7 @@ def validation_checks(result: Validation, calibrated_on: int) -> tuple[Check, ..
     drifts = [_residual_drift(c) for c in result.curves]
     vacuums = np.array([c.vacuum for c in result.curves])
     speeds = np.array([c.speed for c in result.curves if c.speed is not None])
-    alike = f"no pull of {count} differs from the others by more than plausible scatter"
+    alike = f"none of the {count} pulls differs from the others by more than plausible scatter"
     unlike = "; ".join(f"{file}: {reason}" for file, reason in result.gross.items())
     advice = ": correct its unit, or leave the file out (--exclude)"
     ratio = 1 + float(np.median(relative))

@@ -320,7 +320,7 @@ def _unit_reason(want: Want, name: str, unit: str | None) -> tuple[str, str]:
     if weight:
         return (
             f"{text}, a unit of mass; if its weight is meant, that is {weight}",
-            f" (state this: --columns {role}:{weight}='{label}')",
+            f" (then give --columns {role}:{weight}='{label}')",
         )
     if is_other_unit(unit, want.units[0], want.si):
         return f"{text}; name another column", f" (--columns {role}:{want.units[0]}=NAME)"

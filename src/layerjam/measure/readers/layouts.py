@@ -42,7 +42,7 @@ def _clean_serial_monitor(data: bytes) -> Layout:
     if head and 2 * sum(bool(_STAMP.match(line)) for line in head) > len(head):
         lines = data.split(b"\n")
         data = b"\n".join(_STAMP.sub(b"", line) for line in lines)
-        notes.append("the time stamps of the serial monitor before each line are not read")
+        notes.append("the serial monitor's time stamp before each line is not read")
     if 2 * sum(b",\t" in line for line in head) > len(head):
         data = data.replace(b",\t", b"\t")
     return data, tuple(notes)

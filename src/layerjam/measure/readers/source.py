@@ -73,7 +73,7 @@ def _read_text(name: str, path: str | Path) -> bytes:
             raise FileError(name, "is not a regular file")
         size = place.stat().st_size
         if size > MAX_BYTES:
-            raise FileError(name, f"has {size / 1e9:.1f} GB; at most 1 GB can be read")
+            raise FileError(name, f"is {size / 1e9:.1f} GB; at most 1 GB can be read")
         return place.read_bytes()
 
 

@@ -85,7 +85,7 @@ class Specimen:
             facts = replace(facts, synthetic=True)
             warnings.append(SYNTHETIC)
         if not rows.ended:
-            warning = "the last line has no line end: the file may have been cut off there"
+            warning = "the last line has no line break: the file may have been cut off there"
             warnings.append(warning)
         trace = Trace(
             values["force"],
