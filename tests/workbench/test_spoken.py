@@ -69,8 +69,8 @@ def test_a_flag_becomes_the_name_of_its_field():
 @pytest.mark.parametrize(("said", "page"), [
     ("nothing says how hard they were pressed; give --normal-force",
      "nothing says how hard they were pressed; give 'Normal force'"),
-    ("there is no mean (--accept-stick-slip uses the middle)",
-     "there is no mean ('Stick–slip' uses the middle)"),
+    ("there is no mean (--accept-stick-slip uses the midpoint)",
+     "there is no mean ('Stick–slip' uses the midpoint)"),
     ("depth curves can fit it (--free force_offset)",
      "depth curves can fit it ('Also fit': force zero)"),
     ("a preload, or the load cell's zero (--tare subtracts it)",

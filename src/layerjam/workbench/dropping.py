@@ -199,7 +199,7 @@ class Dropping:
         if self._came_list:
             self._came_list = False
             lacking = len(self.uploads.listed) - len(names)
-            note = f"; {lacking} more that it lists were not dropped yet" if lacking else ""
+            note = f"; {lacking} more that it lists are still missing" if lacking else ""
             count = "1 file" if len(names) == 1 else f"{len(names)} files"
             ui.notify(f"{LIST}: conditions read for {count}{note}", type="positive")
             self.desk.files_changed()

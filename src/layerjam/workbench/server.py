@@ -171,7 +171,7 @@ def _bind_problem(number: int | None, host: str, port: int) -> str:
     if number == errno.EADDRINUSE or (number == errno.EACCES and port > 1023):
         return f"port: {port} is used by another program; choose a different one with --port"
     if number == errno.EACCES:
-        return f"port: {port} needs more rights; choose one above 1023 with --port"
+        return f"port: no permission to use {port}; choose one above 1023 with --port"
     return f"host: '{host[:60]}' is not an address of this machine"
 
 

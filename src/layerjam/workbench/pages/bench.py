@@ -70,12 +70,12 @@ SIMULATED = (
     "A virtual board: the firmware is real, and the vacuum line is simulated. Nothing is measured."
 )
 NO_SAFE_STATE = "Choose the safe state after a fault: release or hold"
-NO_VENT_REST = "Choose the position of the vent valve without power: open or closed"
+NO_VENT_REST = "Choose the position of the unpowered vent valve: open or closed"
 NOT_YET = "Not connected. Connect the virtual board, or enter the address of your own board."
 STEPS = (
     "Connect. The virtual board needs no hardware; your own board has an address such as "
     "serial:/dev/ttyACM0.",
-    "Choose the safe state after a fault, and the vent's position without power, to start.",
+    "Choose the safe state after a fault, and the position of the unpowered vent valve, to start.",
     "Hold a target and watch the vacuum follow, or run a procedure and save its recording.",
 )
 """Instructions that are displayed before the first reading."""
@@ -93,8 +93,8 @@ GONE = (
 def rest_choice() -> Choice:
     """Choice of the vent valve's position without power; it has no default."""
     words = {"": "not chosen", **{state: state for state in VENT_RESTS}}
-    meaning = "State of the vent valve without power. A board cannot move it while resetting."
-    return Choice("vent_rest", words, "", label="Vent at rest", help=meaning)
+    meaning = "State of the vent valve when unpowered. A board cannot move it while resetting."
+    return Choice("vent_rest", words, "", label="Vent valve when unpowered", help=meaning)
 
 
 class Bench(Page):

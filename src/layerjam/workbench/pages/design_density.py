@@ -30,7 +30,7 @@ SYMBOLS = (
     (ORANGE, "pin"),
     (SKY, "roundRect"),
 )
-HEADS = ("Device", "Kind", "Mass", "Force", "Force over mass", "Source")
+HEADS = ("Device", "Kind", "Mass", "Force", "Force per unit mass", "Source")
 
 
 class Density(Part):
@@ -45,7 +45,7 @@ class Density(Part):
         """Return the control for the vacuum of our brakes."""
         sites = [self.desk.brake, *map(load, devices())]
         full = self.more.atmosphere(min(file.brake.site.atmosphere for file in sites))
-        name = "Vacuum of our brakes"
+        name = "Vacuum of the computed brakes"
         ours = vacuum_entry("compare", "vacuum", full, 0.05 * full, key="ours", label=name)
         return map_keys(ours)
 

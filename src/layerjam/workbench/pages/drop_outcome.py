@@ -226,7 +226,7 @@ class Advice:
     def _find_ways(self, tuning: Answer) -> Iterator[tuple[str, str, partial[None]]]:
         put, result, texts = self._put, tuning.result, tuning.call.options
         if result.feasible:
-            label = f"{show(result.vacuum, 'Pa')} of vacuum"
+            label = f"vacuum of {show(result.vacuum, 'Pa')}"
             yield "vacuum", label, partial(put, shown="tuned")
         if result.sheets_needed is not None:
             count = int(result.sheets_needed)
@@ -237,7 +237,7 @@ class Advice:
             yield "brakes", f"{count} brakes", partial(put, shown="tuned", **share)
         if result.travel_needed is not None:
             travel = float(result.travel_needed)
-            label = f"{show(travel, 'm')} of travel"
+            label = f"travel of {show(travel, 'm')}"
             yield "travel", label, partial(put, shown="tuned", travel=travel)
 
     def _put(self, **settings: Any) -> None:

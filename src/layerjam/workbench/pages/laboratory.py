@@ -38,7 +38,7 @@ STICK_SLIP = Choice(
     {"no": "not averaged", "yes": "middle of its envelope"},
     "no",
     label="Stick–slip",
-    help="Whether the middle of stick–slip counts as kinetic friction",
+    help="Whether the midpoint of stick–slip counts as kinetic friction",
 )
 FREE = Choice(
     "free",

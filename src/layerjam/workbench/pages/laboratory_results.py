@@ -39,7 +39,7 @@ COLUMNS = (
     ("force", "Normal force"),
     ("state", "State"),
 )
-NO_FILES = "No files yet: drop some, or try with synthetic ones"
+NO_FILES = "No files yet: drop some, or try synthetic ones"
 STATE = """
 <q-td :props="props" style="white-space:normal"><q-badge :label="props.value"
  :style="{padding:'4px 6px', color:'#fff', background:props.row.tone}"></q-badge>
@@ -179,7 +179,7 @@ class Card:
 
 REMEDIES = MappingProxyType(
     {
-        "no-kinetic-friction": ("Use the middle of the stick–slip", {"judder": "yes"}),
+        "no-kinetic-friction": ("Use the midpoint of the stick–slip", {"judder": "yes"}),
         "static-of-teeth": ("Evaluate the tests to ASTM D1894", {"standard": "d1894"}),
     }
 )
