@@ -56,7 +56,7 @@ def test_too_little_is_an_answer_with_what_to_build():
     assert made.reservoir_needed > 0 and made.cv_needed > 0
     assert made.standing_needed_force > 90
     assert made.tuned_capped is True and made.tuned_vacuum == made.reached
-    assert any("assumed, not measured" in w for w in made.warnings)
+    assert any("all three are assumed" in w for w in made.warnings)
     # and with that built it does
     there = asked(warning=made.warning_needed * 1.0001)
     assert there.feasible is True

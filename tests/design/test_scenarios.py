@@ -75,7 +75,7 @@ def test_a_scenario_that_is_none_is_refused_with_its_line(
 
 
 def test_a_scenario_without_machine_names_the_machines() -> None:
-    with pytest.raises(FileError, match=r"machine \(which machine: .*seat-belt.*\) is missing"):
+    with pytest.raises(FileError, match=r"machine \(kind of machine: .*seat-belt.*\) is missing"):
         read_scenario('name = "x"\n', "mine.toml", MACHINES)
 
 
@@ -125,7 +125,7 @@ def test_the_page_stands_whole_with_its_pictures(tmp_path: Path) -> None:
         and "<script" not in page
         and "http"
         not in re.sub(
-            r'xmlns[^"]*"[^"]*"', "", page.split("<footer")[0].split("Sources of every number")[0]
+            r'xmlns[^"]*"[^"]*"', "", page.split("<footer")[0].split("Source of every number")[0]
         )
     )
     assert "Not feasible" in page and "gait.angle" in page

@@ -186,7 +186,7 @@ def test_beyond_the_strain_that_was_fitted_there_is_no_force() -> None:
 
 def test_a_brake_with_one_modulus_has_no_fitted_strain() -> None:
     with pytest.raises(
-        QuantityError, match=r"hyperelastic: this supports only a hyperelastic enclosure"
+        QuantityError, match=r"hyperelastic: this result needs a hyperelastic enclosure"
     ):
         largest_slip(FULL, replace(brake_of("yeoh"), hyperelastic=None))
 

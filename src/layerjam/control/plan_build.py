@@ -97,8 +97,8 @@ def suggest_sizes(standby: Standby, vacuum: float, warning: float) -> Build:
         )
         if line.reservoir is None:
             notes = (
-                f"the line has no reservoir: its volume is sized for a valve of {flow}, its "
-                f"valve for {size}, opening in {show(tank.delay, 's')}; all assumed, not measured",
+                f"the line has no reservoir: its volume is sized for a valve of {flow}, and "
+                f"its valve for {size}, opening in {show(tank.delay, 's')}; all three are assumed",
             )
     return Build(
         warning=_size_warning(standby, vacuum),

@@ -366,7 +366,7 @@ def validate(regulator: Regulator, target: float) -> None:
     if dt > SLOWEST * line:
         raise QuantityError(
             f"sample_time: {show(dt, 's')} is not allowed; the line's time constant is "
-            f"{show(line, 's')}, and a sample lasts no more than a tenth, {show(line / 10, 's')}"
+            f"{show(line, 's')}, and a sample may last a tenth of it, {show(line / 10, 's')}"
         )
     highest = target + regulator.half_band + 3 * regulator.greatest_noise + sensor.resolution
     if not highest < sensor.range:

@@ -61,7 +61,7 @@ def pair(
         raise QuantityError("angle: expected a list of finite angles in radians")
     cycles = []
     for number, (brake, vacuum, sign) in enumerate(zip(brakes, vacuums, (1, -1), strict=True), 1):
-        limit = QuantitySpec("Pa", "vacuum up to the atmosphere", hi=brake.site.atmosphere)
+        limit = QuantitySpec("Pa", "vacuum up to atmospheric pressure", hi=brake.site.atmosphere)
         limit.check(vacuum, f"vacuum {number}")
         # first from zero load to the pretension, then through the angles
         elongation = np.concatenate([[0.0, pretension], pretension + sign * radius * angles])

@@ -70,7 +70,7 @@ class Array:
             validate(member.brake)
             SLACK.check(member.slack, f"member {index}.slack")
             atmosphere = member.brake.site.atmosphere
-            QuantitySpec("Pa", "vacuum up to the atmosphere", hi=atmosphere).check(
+            QuantitySpec("Pa", "vacuum up to atmospheric pressure", hi=atmosphere).check(
                 member.vacuum, f"member {index}.vacuum"
             )
 
@@ -271,7 +271,7 @@ def _event_order(
 
 def _array_notices(members: Sequence[Member], outcome: Outcome, end: float) -> tuple[str, ...]:
     if outcome is Outcome.SEPARATED:
-        return (f"the sheets separated at {show(end, 'm')} of elongation; the record ends there",)
+        return (f"the sheets separated and the record ends at an elongation of {show(end, 'm')}",)
     if outcome is Outcome.SNAPS:
         return (
             f"at {show(end, 'm')} the slipping brake softens faster than the others relax: it "

@@ -285,10 +285,10 @@ def describe_shortfall(c: Constraint, best: float | None, exact: bool = True) ->
     """Return the shortfall from a constraint, as the end of a sentence."""
     if best is None or not math.isfinite(best):
         return ""
-    least = ("lowest" if c.most else "highest") + (" reachable is" if exact else " found is")
+    least = f"{'lowest' if c.most else 'highest'} {'reachable value' if exact else 'value found'}"
     short = c.short(best)
     words = f"{short:.2g} times the limit" if short > 2 else f"{short:.2%}"
-    return f": the {least} {show(best, c.unit)}, {words} {'over' if c.most else 'short'}"
+    return f": the {least} is {show(best, c.unit)}, {words} {'over' if c.most else 'short'}"
 
 
 def _physical_exclusion(search: Search) -> Exclusion | None:
@@ -328,7 +328,7 @@ def _physical_exclusion(search: Search) -> Exclusion | None:
         return None
     best = soft.single(c)
     reason = (
-        f"the mass brings {show(energy, 'J')}{describe_shortfall(c, best)} "
+        f"the mass carries {show(energy, 'J')}{describe_shortfall(c, best)} "
         "(largest energy_capacity of these brakes)"
     )
     return Exclusion(str(c), reason, best, "J")

@@ -145,8 +145,8 @@ def stop(
     longest = max(2 * sheets.overlap, 1.2 * values["travel"] / 2)
     return DesignRequest(
         name="stop",
-        title=f"Stop {texts['mass']} from {texts['speed']} within {texts['travel']} of slip and "
-        f"below {texts['force']}",
+        title=f"Stop {texts['mass']} from {texts['speed']} within a slip of {texts['travel']} "
+        f"and below {texts['force']}",
         brake=brake_name,
         constraints=(
             *(Constraint(name, True, value) for name, value in caps.items()),
@@ -200,7 +200,7 @@ def _overlap_range(brake: BrakeFile, length: float) -> Axis:
         raise QuantityError.of(
             "length",
             f"{show(length, 'm')} is too short; the free and clamped parts of {brake.name} "
-            f"need {show(used, 'm')}, and {show(gap, 'm')} of overlap must remain",
+            f"need {show(used, 'm')}, and an overlap of {show(gap, 'm')} must remain",
         )
     return _round_range(longest / 4 if longest / 4 > gap else (longest + gap) / 2, longest)
 

@@ -63,9 +63,7 @@ def explain_loss(
     if len(objectives) == 1:
         return f"it loses by {losses}"
     gain = f", offset by {' and '.join(better)}" if better else ""
-    return (
-        f"it loses by {losses}{gain}; weighted, {format_percent(math.expm1(total), sign='')} behind"
-    )
+    return f"it loses by {losses}{gain}; weighted loss {format_percent(math.expm1(total), sign='')}"
 
 
 def format_percent(part: float, sign: str = "+") -> str:

@@ -92,7 +92,7 @@ class CurveSpec(AsItIs):
 
     def limits(self) -> str:
         """Return a phrase that describes the form of the points."""
-        return "points (vacuum, flow), from no vacuum to no flow"
+        return "points (vacuum, flow), from zero vacuum to zero flow"
 
     def read(self, text: object, name: str) -> Any:
         """Return the points in SI; raises QuantityError if they are not a flow curve."""

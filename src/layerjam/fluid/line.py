@@ -17,7 +17,7 @@ class Chamber:
     """Evacuated volume: V = V0 + A_s slip - C_w vacuum for air, C vacuum for water."""
 
     volume: float = quantity(
-        "m^3", "gas in brake and fittings without vacuum or slip", lo=1e-9, hi=1, symbol="V_0"
+        "m^3", "gas in brake and fittings at zero vacuum and slip", lo=1e-9, hi=1, symbol="V_0"
     )
     volume_per_slip: float = quantity(
         "m^2",

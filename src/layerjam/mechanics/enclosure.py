@@ -52,7 +52,7 @@ def check_modulus(brake: Brake) -> None:
     if brake.hyperelastic is not None:
         raise QuantityError.of(
             "hyperelastic",
-            "this supports only an enclosure with a single modulus; use the brake "
+            "this result needs an enclosure with a single modulus; use the brake "
             "without [hyperelastic]. That law is supported for force, work, pulls and "
             "returns at a vacuum that does not fall, and for a stop at constant vacuum",
         )

@@ -96,7 +96,7 @@ def make_strip(vacuum: Any, brake: Brake) -> Strip:
     if brake.hyperelastic is None:
         raise QuantityError.of(
             "hyperelastic",
-            "this supports only a hyperelastic enclosure; add [hyperelastic] to the brake",
+            "this result needs a hyperelastic enclosure; add [hyperelastic] to the brake",
         )
     sheets = brake.sheets
     reach = (sheets.free_left + sheets.overlap + sheets.free_right) / 2

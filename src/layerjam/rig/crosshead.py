@@ -167,7 +167,7 @@ class Virtual:
         """Whether the samples show the end position."""
         has_arrived = self._seen == self._end
         if elapsed_time > self._due and not has_arrived:
-            raise CrossheadLostError(f"virtual crosshead did not arrive within {self._due:.3g} s")
+            raise CrossheadLostError(f"the virtual crosshead did not arrive in {self._due:.3g} s")
         return has_arrived
 
     def end(self, bench: Bench) -> None:

@@ -115,7 +115,7 @@ class Recorder:
             except InstrumentError as error:
                 if error.code != -222:
                     raise
-                text = "the board no longer has the samples: a reset, or another recorder at work"
+                text = "the board has lost the samples: it was reset, or another recorder read them"
                 self.file.note("link", text, self.now)
         return block
 

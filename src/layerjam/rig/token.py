@@ -74,7 +74,7 @@ def read_token(file: str | Path) -> str:
         raise FileError(path, "cannot be read as a token") from None
     # on other systems, these bits do not show who may read the file
     if os.name == "posix" and mode & 0o077:
-        raise FileError(path, "others can read the token; protect it with chmod 600")
+        raise FileError(path, "other users can read the token; protect it with chmod 600")
     if not re.fullmatch(r"[0-9a-zA-Z]{16,128}", text):
         raise FileError(path, "a token must have 16 to 128 letters and digits")
     return text

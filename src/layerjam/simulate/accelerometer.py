@@ -101,7 +101,7 @@ ADXL193 = Accelerometer(
     order=2,
     kind="bessel",
     sampling=20e3,
-    source="Analog Devices ADXL193, analogue output. From its data sheet, as others quote it: "
+    source="Analog Devices ADXL193, analogue output. From its data sheet, as quoted by others: "
     "±250 g (a ±120 g grade exists; the paper does not state which one it used), 400 Hz low-pass "
     "at the output. Assumed: 2-pole Bessel (quoted from memory of the data sheet, not "
     "checked), 20 kHz sampling, no quantization, no noise",

@@ -171,7 +171,7 @@ def coupled_drop(
         slip, peak, step = stop.slip, stop.peak_force, record.step
     raise QuantityError(
         f"chamber.volume_per_slip: {show(line.chamber.volume_per_slip, 'm^2')} couples brake and "
-        f"line so strongly that round {len(changes)} still changes the stop by "
+        f"line so strongly that iteration {len(changes)} still changes the stop by "
         f"{changes[-1]:.1e}; at most {tolerance:.0e} is allowed"
     )
 

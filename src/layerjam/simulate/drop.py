@@ -140,8 +140,8 @@ def make_record(
         is_damped = inputs.get("rope_damping")
         springs = "the brake has" if is_damped else "rope and brake together have"
         reason = (
-            f"{springs} a stiffness of {show(spring, 'N/m')}; at {show(result.slip, 'm')} of slip "
-            "the force of the sliding brake falls faster than that, and the brake snaps. With at "
+            f"{springs} a stiffness of {show(spring, 'N/m')}; at a slip of {show(result.slip, 'm')}"
+            " the force of the sliding brake falls faster than that, and the brake snaps. With at "
             f"least {show(least, 'N/m')} it cannot snap at any slip"
         )
         result = result._replace(reason=reason, least_stiffness=least)
@@ -155,7 +155,7 @@ def _stop_warnings(result: TimedStop, brake: Brake) -> list[str]:
     if result.outcome is Outcome.BOTTOMED_OUT:
         travel = show(brake.sheets.usable_travel, "m")
         speed = show(result.end_speed, "m/s")
-        words.append(f"the brake used up its {travel} of travel with the mass at {speed}")
+        words.append(f"the brake used up its travel of {travel} with the mass at {speed}")
     if Outcome.CLOSED_BY_SLEEVE in (result.outcome, result.outcome_at_end):
         words.append(
             "the run ends when friction no longer holds the enclosure, which then closes the brake"

@@ -210,7 +210,7 @@ def _choose_step(case: _Case, step: float | None, until: float) -> tuple[float, 
             return dt, event, []
         if halving > 2 and ratio < 1.2:
             break
-    words = f"steps of {show(dt, 's')} give slip and time to within a fraction of {change:.1e}"
+    words = f"steps of {show(dt, 's')} give slip and time with a relative error of {change:.1e}"
     return dt, before, [words]
 
 

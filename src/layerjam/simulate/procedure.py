@@ -111,7 +111,7 @@ class Procedure:
         if not self.steps:
             raise ProcedureError("procedure: it has no steps")
         if len(self.steps) > MAX_STEPS:
-            raise ProcedureError(f"procedure: {len(self.steps)} steps; at most {MAX_STEPS} allowed")
+            raise ProcedureError(f"procedure: {len(self.steps)} steps; the limit is {MAX_STEPS}")
         position = 0.0
         for step in self.steps:
             check(step, f"procedure, {type(step).__name__.lower()}, ")
@@ -189,7 +189,7 @@ def parse_procedure(text: str) -> Procedure:
                 times = int(groups.get("times", 1))
                 if times * len(kinds) > MAX_STEPS:
                     raise ProcedureError(
-                        f"procedure: {times} cycles; at most {MAX_STEPS // len(kinds)} allowed"
+                        f"procedure: {times} cycles; the limit is {MAX_STEPS // len(kinds)}"
                     )
                 try:
                     steps += [_read_step(kind, groups) for kind in kinds] * times

@@ -39,8 +39,8 @@ def stop_notices(
     if error is not None:
         notices.append(
             Notice(
-                "friction follows the brake's [speed_law]; the stop is integrated, with slip, time "
-                f"and force accurate to about a fraction of {max(error, 1e-12):.0e}",
+                "friction follows the brake's [speed_law]; the stop is integrated, with a relative "
+                f"error of about {max(error, 1e-12):.0e} in slip, time and force",
                 "speed-law",
             )
         )

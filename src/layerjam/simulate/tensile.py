@@ -127,12 +127,12 @@ def outcome_warnings(
     if outcome is Outcome.SNAPS:
         least = show(float(least_stiffness(vacuum, brake)), "N/m")
         texts.append(
-            f"the brake's force falls by {least} once it slides, so it snaps on a rig with "
+            f"the brake's force falls by {least} once it slides, so it snaps on a rig of "
             f"{show(float(working_stiffness(brake)), 'N/m')}; a rig needs more than {least}"
         )
     if outcome is Outcome.SEPARATED:
         texts.append(
-            f"the sheets separated at {show(float(elongation[-1]), 'm')} of elongation; "
+            f"the sheets separated at an elongation of {show(float(elongation[-1]), 'm')}; "
             "the record ends there"
         )
     top, usable = float(slip.max(initial=0.0)), brake.sheets.usable_travel

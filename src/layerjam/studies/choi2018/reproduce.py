@@ -15,11 +15,11 @@ class Reproduction(Result):
     report: str = fact("path of the page")
     results: str = fact("path of the list of claims")
     reproduced: int = fact("printed numbers that follow from other numbers of the paper")
-    consistent: int = fact("claims that agree with the paper's other words and numbers")
+    consistent: int = fact("claims that agree with other statements and numbers in the paper")
     by_construction: int = fact(
         "claims that agree because the printed value is an input", key="by construction"
     )
-    differs: int = fact("claims that other words and numbers of the paper contradict")
+    differs: int = fact("claims that other statements and numbers in the paper contradict")
     not_reproducible: int = fact("claims that rest on unpublished data", key="not reproducible")
     ours_to_explain: int = fact(
         "differences that our reading or our assumptions may cause", key="ours to explain"

@@ -106,10 +106,10 @@ def judder_claims() -> list[Claim]:
     kapton, ptfe = study["Kapton"], study["PTFE"]
     kapton_only = kapton.judders & ~ptfe.judders
     slow = STRIBECK[kapton_only.any(axis=0)]
-    finding = "in no case of a wide prior does only Kapton stick and slip"
+    finding = "in no sample of a wide prior does only Kapton stick and slip"
     range_note = ""
     if kapton_only.any():
-        finding = f"only Kapton sticks and slips in {kapton_only.mean():.0%} of a wide prior"
+        finding = f"in {kapton_only.mean():.0%} of a wide prior, only Kapton sticks and slips"
         edges = (show(float(v), "m/s", 2) for v in (slow.min(), slow.max()))
         range_note = f"; v_s between {' and '.join(edges)}"
     together: dict[str, Any] = {"kapton": kapton.together, "ptfe": ptfe.together}

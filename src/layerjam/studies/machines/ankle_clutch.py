@@ -173,9 +173,7 @@ class AnkleClutch(Machine):
             times = (
                 f"{numbers['flow_factor']:.3g} times the pump's flow" if fastest else "another line"
             )
-            words += (
-                f" {show(rate, 'Hz', 3)} would need {times}, or a vacuum vessel emptied beforehand."
-            )
+            words += f" {show(rate, 'Hz', 3)} would need {times}, or a tank evacuated beforehand."
         if numbers["release_time"] > numbers["swing_time"]:
             words += (
                 f" It releases in {show(numbers['release_time'], 's', 3)}, but the swing lasts "

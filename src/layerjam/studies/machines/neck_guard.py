@@ -135,7 +135,7 @@ class NeckGuard(Machine):
         result.warnings += [
             f"the brakes press head and neck together with up to {show(force, 'N')}; no "
             "source gives a limit for that",
-            "only the turning is modelled: HIC15 ignores the linear acceleration of the blow",
+            "only rotation is modelled: HIC15 ignores the linear acceleration of the blow",
         ]
         result.warnings += self.slid(slip, with_brakes.ride.pace)
         result.judge()
@@ -167,7 +167,7 @@ class NeckGuard(Machine):
         """Describe the requirements in sentences."""
         limit = show(self.limits.acceleration, "rad/s^2")
         ready = (
-            "If pumped at the moment of the blow, the vacuum would have to be present "
+            "If the pump started at the moment of the blow, the vacuum would be needed "
             f"within a fraction of its {show(self.blow.duration, 's')}; this line takes "
             f"{show(time, 's', 3) if math.isfinite(time) else 'forever'}."
         )
@@ -186,8 +186,8 @@ class NeckGuard(Machine):
                 f"{show(self.guard.stiffness, 'N/m')} are too soft for any number to act in time"
             )
         return (
-            f"{words}. Permanently jammed, they hold the head with "
-            f"{show(best['torque'], 'N m')}. {ready}"
+            f"{words}. Permanently jammed, they hold the head with a torque "
+            f"of {show(best['torque'], 'N m')}. {ready}"
         )
 
 

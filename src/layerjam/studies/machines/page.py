@@ -54,7 +54,7 @@ def belt_in_time(result: Result) -> style.Figure:
     end = 1.3 * max(*turns, float(time[int(np.flatnonzero(record.drive)[-1])]))
     top = max(*(float(curve.chest.max()) for curve in restraints), float(record.drive.max())) / G
     limit = limits.chest / G
-    detail = f"allowed: {limit:.3g} g, above the picture"
+    detail = f"allowed: {limit:.3g} g, off the chart"
     if limit < 1.8 * top:
         top, detail = max(top, limit), "grey: deceleration of the vehicle itself"
         style.level(left, limit, "allowed")
@@ -322,5 +322,5 @@ def _parts(result: Result) -> list[Part]:
         Part(id="pictures", title="Pictures", pictures=pictures(result)),
         Part(id="results", title="All results", tables=[every]),
         Part(id="notes", title="Notes", text=list(dict.fromkeys(notes))),
-        Part(id="sources", title="Sources of every number", tables=[sources]),
+        Part(id="sources", title="Source of every number", tables=[sources]),
     ]

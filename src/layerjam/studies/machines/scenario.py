@@ -83,7 +83,7 @@ class Curve(QuantitySpec):
         row = _ROW.fullmatch(text.strip()) if isinstance(text, str) and len(text) < 20_000 else None
         words, unit = (row.group(1).split(), row.group(2)) if row else ([], "")
         if len(words) < 2:
-            raise QuantityError.of(name, "must be numbers and a unit in one string: '0 2.5 4 deg'")
+            raise QuantityError.of(name, "must be a string such as '0 2.5 4 deg'")
         return self.check(np.array([parse(f"{w} {unit}", self.unit, name) for w in words]), name)
 
     def check(self, value: Any, name: str) -> Any:
@@ -97,7 +97,7 @@ class Curve(QuantitySpec):
 class Scenario:
     """Content common to all scenarios, in SI units; each machine adds its own tables."""
 
-    machine: str = word("which machine")
+    machine: str = word("kind of machine")
     brake: BrakeFile = word("catalogue name or path of a brake")
     line: LineFile = word("catalogue name or path of a vacuum line")
     brakes: Brakes = nested(Brakes)
@@ -119,7 +119,7 @@ class Scenario:
         if vacuum > atmosphere:
             raise QuantityError.of(
                 "brakes.vacuum",
-                f"{show(vacuum, 'Pa', 6)} exceeds the atmosphere, "
+                f"{show(vacuum, 'Pa', 6)} exceeds atmospheric pressure, "
                 f"{show(atmosphere, 'Pa', 6)}, the highest possible vacuum",
             )
 
@@ -211,7 +211,7 @@ def read_scenario(
     if isinstance(machine, dict):
         machine = machine.get("value")
     if machine is None:
-        raise FileError(path, f"machine (which machine: {', '.join(machines)}) is missing")
+        raise FileError(path, f"machine (kind of machine: {', '.join(machines)}) is missing")
     if not isinstance(machine, str) or machine not in machines:
         reason = str(UnknownNameError("machine", str(machine), machines))
         raise FileError(path, reason, find_line(text, "machine"))

@@ -125,7 +125,7 @@ class SeatBelt(Machine):
             )
         if is_bottomed_out:
             result.warnings.append(
-                f"the brakes use up their {show(end, 'm')}; after that the belt is held "
+                f"the brakes use up their travel, {show(end, 'm')}; then the belt is held "
                 "by end stops"
             )
         result.warnings += self.slid(float(brake_ride.slip[-1]), brake_ride.pace)

@@ -168,8 +168,8 @@ class Machine(Scenario):
             times = difference_growth(law, slip, series, brake)
             words = (
                 f"the {series} identical brakes of a chain are assumed to share its slip equally, "
-                f"as friction grows with speed. A difference between two of them grows {times:.3g} "
-                "times by the end. If it becomes large, they slip one after another, and the "
+                f"as friction grows with speed. A difference between two grows {times:.3g}-fold "
+                "by the end. If it becomes large, they slip one after another, and the "
                 "force falls in between"
             )
             notices.append(Notice(words, "speed-law-chain"))
