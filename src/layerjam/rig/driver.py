@@ -46,7 +46,7 @@ class TrippedError(LayerjamError):
 
     def __init__(self, fault: str) -> None:
         super().__init__(
-            f"the bench went to its safe state: {fault}; 'layerjam bench clear' leaves FAULT"
+            f"the bench went to its safe state: {fault}; to clear it, run 'layerjam bench clear'"
         )
         self.fault = fault
 

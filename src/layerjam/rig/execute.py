@@ -281,8 +281,8 @@ class Execution:
             self.file.note("fault", self.fault, self.fault_us)
             raise EndedError(
                 f"{FAULT}:{self.fault}",
-                f"the bench went to its safe state: {self.fault}; 'layerjam bench clear "
-                f"{self.bench.address}' leaves FAULT",
+                f"the bench went to its safe state: {self.fault}; to clear it, run "
+                f"'layerjam bench clear {self.bench.address}'",
             )
         if self._running and (state == STATES["SAFE"]).any():
             raise EndedError(STOPPED, "another client switched the outputs off")

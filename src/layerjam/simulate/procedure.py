@@ -177,7 +177,7 @@ def parse_procedure(text: str) -> Procedure:
     """
     steps: list[Step] = []
     if not isinstance(text, str):
-        raise ProcedureError(f"procedure: {abbreviate(text)} is not text, such as 'vent'")
+        raise ProcedureError(f"procedure: {abbreviate(text)} is not a text such as 'vent'")
     for part in text.split(";"):
         sentence = " ".join(part.split())
         if not sentence:

@@ -209,8 +209,8 @@ def require_law(fit: JointFit, names: Sequence[str]) -> None:
     if misfits[worst] > REFUSED:
         raise FitError.of(
             names[worst],
-            f"its curve deviates from the law by {misfits[worst]:.0%} of its peak "
-            "at best, whatever the scale factor, stiffness and enclosure; at most "
+            f"its curve deviates from the law by at least {misfits[worst]:.0%} of its "
+            "peak, whatever the scale factor, stiffness and enclosure; at most "
             f"{REFUSED:.0%} is allowed. Check the units of force and elongation and "
             "the sheets' overlap, or leave the file out",
         )
