@@ -121,7 +121,7 @@ def figure(path: Path) -> None:
     """Both laws over the deflection, for both stacks."""
     from layerjam.report import style
 
-    with style.look():
+    with style.apply_style():
         picture, (left, right) = style.canvas(columns=2, width=9.6, height=3.9)
         for axes, theirs, mine, far, name, detail in (
             (left, caruso, ours_as_caruso, 8.5e-3, "Caruso 2023", "ends of the span clamped"),

@@ -182,7 +182,7 @@ def figure(path: Path, made: dict[str, np.ndarray]) -> None:
     from layerjam.report import style
 
     colors = (style.RED, style.ORANGE, style.PURPLE, style.GREEN, style.SKY, style.BLUE)
-    with style.look():
+    with style.apply_style():
         picture, (axes,) = style.canvas(width=7.2, height=4.4)
         for name, color in zip(DRAWN, colors, strict=True):
             slip, width = np.abs(made[name]) * 1e3, 4 if name.startswith("layerjam") else 1.8
@@ -201,7 +201,7 @@ def figure(path: Path, made: dict[str, np.ndarray]) -> None:
         )
         ticks = {0: "0", 1e-3: "0.001", 0.1: "0.1", 10: "10", 1e3: "1 000", 1e5: "100 000"}
         axes.set_yticks(list(ticks), list(ticks.values()))
-        style.plain(axes, "x")
+        style.set_log_scale(axes, "x")
         style.save(picture, path, overwrite=True)
 
 

@@ -138,7 +138,7 @@ def draw(rows: Sequence[Moved], where: str) -> Any:
     """The share of a plain copy, a bar each."""
     from layerjam.report import style
 
-    with style.look():
+    with style.apply_style():
         figure, (axes,) = style.canvas(width=7.2, height=1.3 + 0.36 * len(rows))
         names = [f"{row.name}, {row.count:,}, {_blocks(row.blocks)}" for row in rows]
         colors = [style.BLUE if row.blocks == 1 else style.ORANGE for row in rows]

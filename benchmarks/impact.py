@@ -241,7 +241,7 @@ def draw(rows: Sequence[Measured], where: str) -> Any:
 
     rows = sorted(rows, key=lambda row: row.seconds)
     colors = {"ours": style.BLUE, "C": style.ORANGE, "neighbour": style.FAINT}
-    with style.look():
+    with style.apply_style():
         figure, (axes,) = style.canvas(width=8.2, height=1.3 + 0.36 * len(rows))
         low = 10 ** np.floor(np.log10(rows[0].seconds) - 0.3)
         high = rows[-1].seconds

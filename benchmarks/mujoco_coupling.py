@@ -113,7 +113,7 @@ def figure(path: Path, exact: Any) -> None:
     """The drop in the helper and the plugin beside the closed form; a held load beside creep."""
     from layerjam.report import style
 
-    with style.look():
+    with style.apply_style():
         picture, (left, right) = style.canvas(columns=2, width=9.6, height=3.9)
         time, slip = with_helper(5e-4)
         left.plot(time * 1e3, slip * 1e3, color=style.BLUE)

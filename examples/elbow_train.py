@@ -111,7 +111,7 @@ def draw(file: Path, before: Policy, after: Policy, history: np.ndarray) -> str:
     shown = {"untrained": (before, style.GREY), "trained": (after, style.BLUE)}
     results = {name: ends(arm, policy) for name, (policy, _) in shown.items()}
     _, simple = ends(arm, best_switch(arm))
-    with style.look():
+    with style.apply_style():
         figure, (left, right) = style.canvas(columns=2, width=9.2)
         for name, (_, color) in shown.items():
             for path in results[name][0][:20]:

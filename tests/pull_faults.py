@@ -33,9 +33,9 @@ from layerjam.identify.calibration.whole_curves import calibrate_curves  # noqa:
 from layerjam.identify.checks import Check  # noqa: E402
 from layerjam.identify.curves import Curve, make_curves  # noqa: E402
 from layerjam.identify.pull.features import pull_features  # noqa: E402
-from layerjam.identify.single_pulls import pull_checks  # noqa: E402
+from layerjam.identify.single_pulls import check_single_pulls  # noqa: E402
 from layerjam.identify.validation.metrics import validate_curves  # noqa: E402
-from layerjam.identify.validation.table import add_pull_table, validation_checks  # noqa: E402
+from layerjam.identify.validation.table import add_pull_table, check_validation  # noqa: E402
 from layerjam.mechanics.pull import peak  # noqa: E402
 
 PAGE = Path(__file__).parent.parent / "docs" / "coverage.md"
@@ -186,11 +186,11 @@ def measure(
         tally.found += len(kept) < len(pulls) or failed(found.checks)
         true = {t.name for t in made.tests if t.odd or fault.of_all}
         tally.named += {row.file for row in found.pulls if row.is_outlier} == true
-        tally.table += failed(pull_checks(found.pulls, np.inf))
+        tally.table += failed(check_single_pulls(found.pulls, np.inf))
         tally.curves += failed(calibrate_curves(pulls, brake).checks)
         true_brake = made.subjects[0].true
         compared = add_pull_table(validate_curves(pulls, true_brake), pulls, true_brake)
-        tally.validated += failed(validation_checks(compared, 0))
+        tally.validated += failed(check_validation(compared, 0))
         best = best_test(fault, made)
         if best is not None:
             tally.best = (tally.best or 0) + best

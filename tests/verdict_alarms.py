@@ -35,16 +35,16 @@ from layerjam.errors import LayerjamError  # noqa: E402
 from layerjam.fluid.file import load_line  # noqa: E402
 from layerjam.fluid.line import Leak as LineLeak  # noqa: E402
 from layerjam.fluid.line import Line, Sensor  # noqa: E402
-from layerjam.identify.calibration.gross import gross_pulls  # noqa: E402
+from layerjam.identify.calibration.gross import find_gross_pulls  # noqa: E402
 from layerjam.identify.calibration.peaks import calibrate_peaks  # noqa: E402
-from layerjam.identify.logs.checks import crash_checks, leak_checks, pump_down_checks  # noqa: E402
+from layerjam.identify.logs.checks import check_crash, check_leak, check_pump_downs  # noqa: E402
 from layerjam.identify.logs.crash import reduce_crash  # noqa: E402
 from layerjam.identify.logs.leak import fit_leak  # noqa: E402
 from layerjam.identify.logs.pump_down import fit_pump_down  # noqa: E402
 from layerjam.identify.rubber import hyperelastic  # noqa: E402
-from layerjam.identify.rubber.checks import specimen_checks  # noqa: E402
+from layerjam.identify.rubber.checks import check_specimens  # noqa: E402
 from layerjam.identify.validation.metrics import validate_curves  # noqa: E402
-from layerjam.identify.validation.table import add_pull_table, validation_checks  # noqa: E402
+from layerjam.identify.validation.table import add_pull_table, check_validation  # noqa: E402
 from layerjam.mechanics.law import double_precision  # noqa: E402
 from layerjam.verdict import Check  # noqa: E402
 from pull_faults import FAULTS, curves, drawn  # noqa: E402
@@ -75,7 +75,7 @@ def leaks(random: Random, fault: str) -> Iterator[Check]:
     warm = 293.15 + np.cumsum(random.normal(0, 0.1 / len(time) ** 0.5, len(time)))
     pressure = pressure * warm / warm[0] + random.normal(0, random.uniform(10, 100), len(time))
     found = fit_leak(time, pressure, temperature=warm)
-    yield from leak_checks(found, found.fits[found.best], logged=True)
+    yield from check_leak(found, found.fits[found.best], logged=True)
 
 
 def pump_downs(random: Random, fault: str) -> Iterator[Check]:
@@ -94,7 +94,7 @@ def pump_downs(random: Random, fault: str) -> Iterator[Check]:
     )
     ends = {"rate": (found.rate, *found.interval(2))}
     ends["ultimate pressure"] = (found.ultimate, *found.interval(1))
-    yield from pump_down_checks([found], ends)
+    yield from check_pump_downs([found], ends)
 
 
 def specimens(random: Random, fault: str) -> Iterator[Check]:
@@ -119,7 +119,7 @@ def specimens(random: Random, fault: str) -> Iterator[Check]:
         rows[f"{number}.csv"] = {**row, "difference": at / sheet - 1}
     fits = hyperelastic.fit_models(strain, made)
     error = fits[hyperelastic.choose_model(fits)[0]].error_at_100
-    yield from specimen_checks(rows, {"error_at_100": error}, True)
+    yield from check_specimens(rows, {"error_at_100": error}, True)
 
 
 def pulses(random: Random, fault: str) -> Iterator[Check]:
@@ -134,7 +134,7 @@ def pulses(random: Random, fault: str) -> Iterator[Check]:
         signal = np.minimum(signal, random.uniform(0.4, 0.8) * height)
     if fault == "cut":
         signal, time = signal[time < 0.05 + 0.6 * length], time[time < 0.05 + 0.6 * length]
-    yield from crash_checks(reduce_crash(time, signal, cfc=180))
+    yield from check_crash(reduce_crash(time, signal, cfc=180))
 
 
 def single_pulls(random: Random, fault: str) -> Iterator[Check]:
@@ -172,7 +172,7 @@ def campaigns(random: Random, fault: str) -> Iterator[Check]:
         force = float(random.choice([1e-3, 1 / 4.4482216, 4.4482216, 1000 / 9.80665, 9.80665]))
         pulls[5] = scaled(pulls[5], force)
     brake, true = made.subjects[0].known, made.subjects[0].true
-    gross = gross_pulls([(one.pull, one.vacuum) for one in pulls], brake)
+    gross = find_gross_pulls([(one.pull, one.vacuum) for one in pulls], brake)
     left_out = Check(name="excluded", level="failed" if gross else "passed", sentence="")
     kept = [one for place, one in enumerate(pulls) if place not in gross]
     yield left_out
@@ -181,7 +181,7 @@ def campaigns(random: Random, fault: str) -> Iterator[Check]:
     named = ("pulls", "model")
     yield from (
         replace(c, name=f"validate: {c.name}")
-        for c in validation_checks(found, 0)
+        for c in check_validation(found, 0)
         if c.name in named
     )
 

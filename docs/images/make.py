@@ -25,7 +25,7 @@ def draw(name: str, path: Path) -> Path:
     jax.config.update("jax_enable_x64", True)
     from layerjam.report import fluid_figures, line_pictures, style
 
-    here = {"device": device, "kapton": kapton, "engines": engines, "rise": fluid_figures.fig5}
+    here = {"device": device, "kapton": kapton, "engines": engines, "rise": fluid_figures.draw_fig5}
     figure = here[name]() if name in here else getattr(line_pictures, name)()
     return style.save(figure, path, overwrite=True)
 
@@ -35,7 +35,7 @@ def device() -> Figure:
     from layerjam.device.load import load
     from layerjam.report import device_drawing
 
-    return device_drawing.device(load("choi2018-kapton"))
+    return device_drawing.draw_device(load("choi2018-kapton"))
 
 
 def kapton() -> Figure:
@@ -46,7 +46,7 @@ def kapton() -> Figure:
 
     brake = load("choi2018-kapton").brake
     u = np.union1d(np.linspace(0, 4e-3, 400), np.linspace(0, 40e-3, 300))
-    with style.look():
+    with style.apply_style():
         figure, (left, right) = style.canvas(columns=2, width=8.6, height=3.6)
         ends = []
         for vacuum, color in zip(VACUUMS, style.VACUUMS, strict=True):
@@ -54,7 +54,7 @@ def kapton() -> Figure:
             left.plot(u * 1e3, force, color=color)
             ends.append((float(force[-1]), f"{vacuum / 1e3:.1f} kPa", color))
         left.set(xlabel="elongation [mm]", ylabel="force [N]", xlim=(0, 40), ylim=(0, 200))
-        style.labels_right(left, 40, ends)
+        style.add_end_labels(left, 40, ends)
         style.title(left, "A pull at four vacuums", "computed; the paper's brake, Kapton sheets")
 
         pressure = np.linspace(0, brake.site.atmosphere, 300)
@@ -81,7 +81,7 @@ def engines() -> Figure:
     from layerjam.report import style
 
     record = json.loads((HERE / "engines.json").read_text(encoding="utf-8"))
-    with style.look():
+    with style.apply_style():
         figure, (left, right) = style.canvas(
             columns=2, width=9.6, height=3.9, gridspec_kw={"width_ratios": (1.1, 1)}
         )

@@ -14,9 +14,9 @@ from layerjam.identify.checks import (
     check_agreement,
     check_curve_end,
     check_no_trend,
-    check_plausible,
+    check_plausibility,
     check_stiffness,
-    identifiability_note,
+    note_identifiability,
 )
 from layerjam.identify.pull.features import PullFeatures, pull_features
 from layerjam.measure.trace import Trace
@@ -141,21 +141,21 @@ def test_pulls_without_it_pass() -> None:
 
 
 def test_bounds_of_the_single_checks() -> None:
-    assert [check_plausible(x).passed for x in (0.499, 0.5, 2.0, 2.001)] == [
+    assert [check_plausibility(x).passed for x in (0.499, 0.5, 2.0, 2.001)] == [
         False,
         True,
         True,
         False,
     ]
-    assert "the friction, the vacuum" in check_plausible(3.0).sentence
+    assert "the friction, the vacuum" in check_plausibility(3.0).sentence
     assert [check_stiffness(k, 808e3).passed for k in (808e3, 808.1e3)] == [True, False]
     assert [check_curve_end(p, 100.0).passed for p in (84.9, 85.1, 114.9, 115.1)] == [
         False, True, True, False,
     ]  # fmt: skip
     assert not check_curve_end(10.0, 0.0).passed
     assert (
-        "0.24" in identifiability_note(KAPTON).sentence
-        and "product" in identifiability_note(KAPTON).sentence
+        "0.24" in note_identifiability(KAPTON).sentence
+        and "product" in note_identifiability(KAPTON).sentence
     )
 
 

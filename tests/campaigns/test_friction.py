@@ -14,9 +14,9 @@ from layerjam.device.load import load
 from layerjam.errors import FileError, FitError
 from layerjam.identify.friction.reduction import (
     WINDOW,
+    add_friction,
     reduce_friction,
     reduce_repeat,
-    with_friction,
 )
 from layerjam.measure.trace import Trace
 
@@ -142,7 +142,7 @@ def test_the_scatter_of_table_1_comes_back(film: str) -> None:
 def test_friction_written_into_a_brake_voids_its_scale_factor() -> None:
     file = load("choi2018-kapton")
     result = reduce_friction([by_hand(0.33, 0.25), by_hand(0.35, 0.26)], 2.0)
-    text, warnings = with_friction(file, result, "mine")
+    text, warnings = add_friction(file, result, "mine")
     made_file = BrakeFile.read(text, "mine.toml")
     assert made_file.name == "mine"
     assert made_file.brake.film.static == pytest.approx(0.34) == result.static
@@ -153,5 +153,5 @@ def test_friction_written_into_a_brake_voids_its_scale_factor() -> None:
     assert source.kind == "measured" and "test.csv" in source.text and "40 mm" in source.text
     assert source.spread == f"SD {result.kinetic_sd:.4g}"
     assert len(warnings) == 1 and "0.875" in warnings[0] and "calibrate" in warnings[0]
-    _, again = with_friction(made_file, result, "again")
+    _, again = add_friction(made_file, result, "again")
     assert again == []

@@ -14,7 +14,7 @@ from campaigns.bench import FULL, Machine, curve, noisy, pull
 from layerjam.device.load import load
 from layerjam.errors import FileError, FitError
 from layerjam.identify.calibration.peaks import calibrate, fit_pull
-from layerjam.identify.pull.features import loading_branch, pull_features
+from layerjam.identify.pull.features import pull_features, select_loading
 from layerjam.measure.trace import Trace
 from layerjam.mechanics.enclosure import enclosure_law, saturation_slip
 from layerjam.mechanics.pull import (
@@ -107,7 +107,7 @@ def test_the_way_back_is_left_out() -> None:
         elongation=np.concatenate([trace.elongation, np.linspace(0.04, 0.0, 100)]),
         time=None, path="cycle", format="model",
     )  # fmt: skip
-    u, force = loading_branch(back)
+    u, force = select_loading(back)
     assert len(u) == len(trace.force) and force[-1] == trace.force[-1]
     fit = fit_pull(pull_features(back), FULL, KAPTON)
     assert fit.scale_factor == pytest.approx(0.875, rel=1e-9)

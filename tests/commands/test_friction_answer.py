@@ -18,7 +18,7 @@ from layerjam.errors import FitError, Notice, QuantityError, UnknownNameError
 from layerjam.measure.readers.read import read_trace
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
-from layerjam.report.folder import plain as _plain
+from layerjam.report.folder import to_json as _plain
 from layerjam.workbench.pages.laboratory_results import REMEDIES
 from strategies import KAPTON
 

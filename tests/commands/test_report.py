@@ -27,9 +27,9 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures and pages are looked at elsewhere."""
-    monkeypatch.setattr(writer, "drawn_all", lambda pictures, tell: {})
+    monkeypatch.setattr(writer, "draw_all", lambda pictures, tell: {})
     monkeypatch.setattr(writer, "html", lambda shown, pictures: json.dumps(shown))
-    monkeypatch.setattr(typeset, "pdf", lambda shown, pictures: b"%PDF")
+    monkeypatch.setattr(typeset, "typeset_pdf", lambda shown, pictures: b"%PDF")
 
 
 def run(out: Path, **given: Any) -> Report:

@@ -71,10 +71,10 @@ def test_the_systems_own_program_reads_the_checksums(tmp_path: Path) -> None:
 
     assert program is None or code() == 0
     listed, strange = checksums.read_checksums(tmp_path)
-    assert (checksums.find_changed(tmp_path, listed), strange) == ([], [])
+    assert (checksums.find_changed_files(tmp_path, listed), strange) == ([], [])
     (tmp_path / "a.csv").write_text("force of b.csv\n")
     (tmp_path / "b c/d ü.csv").unlink()
-    assert checksums.find_changed(tmp_path, listed) == names
+    assert checksums.find_changed_files(tmp_path, listed) == names
     assert program is None or code() == 1
 
 
@@ -89,13 +89,13 @@ NUMBERS = st.recursive(
 @given(NUMBERS)
 def test_nothing_differs_from_itself(value: Any) -> None:
     again = json.loads(json.dumps(value))
-    assert not list(comparison.differences(value, again, "f"))
+    assert not list(comparison.diff_values(value, again, "f"))
 
 
 @given(st.floats(1e-300, 1e300), st.floats(-1e-3, 1e-3))
 def test_a_number_differs_beyond_a_millionth(value: float, part: float) -> None:
     other = value * (1 + part)
-    found = list(comparison.differences({"a": [value]}, {"a": [other]}, "f"))
+    found = list(comparison.diff_values({"a": [value]}, {"a": [other]}, "f"))
     if abs(part) > 1.01e-6:
         (one,) = found
         assert (one.number, one.published, one.recomputed) == ("a.0", value, other)
@@ -109,14 +109,14 @@ def test_a_number_differs_beyond_a_millionth(value: float, part: float) -> None:
     [(1.0, None, None), (None, 1.0, None), (True, False, None), (0.0, 1.0, None), (1, "1", None)],
 )
 def test_what_is_no_ratio_differs_all_the_same(was: Any, now: Any, share: None) -> None:
-    (one,) = comparison.differences({"n": was}, {"n": now}, "f")
+    (one,) = comparison.diff_values({"n": was}, {"n": now}, "f")
     assert one.share is share
-    (gone,) = comparison.differences({"n": was}, {}, "f")
+    (gone,) = comparison.diff_values({"n": was}, {}, "f")
     assert gone.recomputed is None
 
 
 def test_words_and_new_numbers_are_not_compared() -> None:
-    assert not list(comparison.differences({"a": "old"}, {"a": "new", "b": 2.0}, "f"))
+    assert not list(comparison.diff_values({"a": "old"}, {"a": "new", "b": 2.0}, "f"))
     text = json.dumps({"a": "word", "b": [1, None, {"c": 2.0}]})
     assert comparison.count_numbers("f.json", text.encode()) == 3
 

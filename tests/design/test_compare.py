@@ -169,11 +169,11 @@ def test_a_catalogue_that_says_too_little_is_refused(old: str, new: str, said: s
 
 def test_the_picture_is_drawn(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    from layerjam.report.density_figures import density, save
+    from layerjam.report.density_figures import draw_density, save
 
     answer = compare("choi2018-kapton", "choi2018-polyester")
     rows, lines, others = answer.record
-    figure = density(rows, lines, answer.sheet, list(others.looked_for))
+    figure = draw_density(rows, lines, answer.sheet, list(others.looked_for))
     (axes,) = figure.axes
     words = " ".join(t.get_text() for t in axes.texts)
     assert axes.get_xscale() == axes.get_yscale() == "log"

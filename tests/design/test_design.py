@@ -315,7 +315,7 @@ def test_the_examples_are_answered_and_drawn(tmp_path):
     assert answer.feasible
     assert answer.chosen["holding_force"] >= 300 and answer.chosen["mass"] <= 0.030
     target = tmp_path / "front.svg"
-    design_figures.save(design_figures.front(answer), target)
+    design_figures.save(design_figures.draw_front(answer), target)
     assert target.stat().st_size > 5000
 
 

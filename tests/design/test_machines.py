@@ -20,9 +20,9 @@ from layerjam.studies.machines import (
     rehabilitation,
     seat_belt,
 )
-from layerjam.studies.machines.pulse import drive
+from layerjam.studies.machines.pulse import make_drive
 from layerjam.studies.machines.registry import load_scenario, scenarios
-from layerjam.studies.machines.restraint import Trial, limiter_of
+from layerjam.studies.machines.restraint import Trial, make_limiter
 from layerjam.studies.machines.verdict import Result
 from layerjam.units import parse
 from machine_scenarios import changed
@@ -121,22 +121,22 @@ def test_the_head_feels_tangential_and_centripetal_acceleration() -> None:
 def test_a_belt_that_has_not_stopped_yet_does_not_count() -> None:
     scenario = load_scenario("slow-stop")
     assert isinstance(scenario, seat_belt.SeatBelt)
-    push, dt, _ = drive("half-sine", 2.0, 0.02, 0.5, 8000, Path())
+    push, dt, _ = make_drive("half-sine", 2.0, 0.02, 0.5, 8000, Path())
     trial = Trial(scenario, scenario.trial()[0].body, 2e5, push, dt)
-    whole = scenario.stopping(trial, series=4, parallel=[6, 8])
+    whole = scenario.list_stopping_belts(trial, series=4, parallel=[6, 8])
     assert list(whole["count"]) == [24, 32] and whole.sound.all() and whole.as_built.all()
     short = trial._replace(drive=push[:800])
-    assert scenario.stopping(short, series=4, parallel=[6, 8]).empty
+    assert scenario.list_stopping_belts(short, series=4, parallel=[6, 8]).empty
 
 
 def test_turning_is_moving_with_inertia_over_lever_squared() -> None:
     """Twice the lever: four times the stiffness and twice the force felt; same turn."""
     scenario = changed("neck-guard", brakes__parallel="4")
     assert isinstance(scenario, neck_guard.NeckGuard)
-    near = scenario.turn("near", scenario.trial()[0], limiter_of(200.0, 4e5))
+    near = scenario.turn("near", scenario.trial()[0], make_limiter(200.0, 4e5))
     guard = replace(scenario.guard, lever=2 * scenario.guard.lever)
     wide: neck_guard.NeckGuard = replace(scenario, guard=guard)
-    far = wide.turn("far", wide.trial()[0], limiter_of(100.0, 1e5))
+    far = wide.turn("far", wide.trial()[0], make_limiter(100.0, 1e5))
     np.testing.assert_allclose(far.angular, near.angular, rtol=1e-9, atol=1e-6)
     assert far.rotation == pytest.approx(near.rotation, rel=1e-9)
     assert scenario.inertia == pytest.approx(0.0852, rel=1e-3)
@@ -182,14 +182,14 @@ def test_a_clutch_that_holds_gives_all_back(results: dict[str, Result]) -> None:
 def test_a_pump_twice_as_fast_follows_twice_the_stride_rate() -> None:
     scenario = load_scenario("ankle-clutch")
     assert isinstance(scenario, ankle_clutch.AnkleClutch)
-    line = readiness.line_for(scenario.line.line, 2)
+    line = readiness.scale_line(scenario.line.line, 2)
     fast = replace(line, pump=replace(line.pump, flow=2 * line.pump.flow))
     rates = np.array([0.05, 0.1, 0.2, 0.8])
     np.testing.assert_allclose(
-        scenario.walk(2 * rates, fast).slip, scenario.walk(rates, line).slip,
+        scenario.simulate_stride(2 * rates, fast).slip, scenario.simulate_stride(rates, line).slip,
         rtol=1e-6, atol=1e-9,
     )  # fmt: skip
-    assert (np.diff(scenario.walk(rates, line).slip.max(axis=0)) >= 0).all()
+    assert (np.diff(scenario.simulate_stride(rates, line).slip.max(axis=0)) >= 0).all()
 
 
 def test_the_vacuum_rises_as_its_closed_form() -> None:
@@ -198,7 +198,7 @@ def test_the_vacuum_rises_as_its_closed_form() -> None:
     a, tau = line.site.atmosphere, time_constant(line)
     made = ankle_clutch.vacuum_after(time, 94.5e3, line)
     np.testing.assert_allclose(made, np.minimum(a * -np.expm1(-time / tau), 94.5e3), rtol=1e-3)
-    assert time_constant(readiness.line_for(line, 4)) == pytest.approx(4 * tau)
+    assert time_constant(readiness.scale_line(line, 4)) == pytest.approx(4 * tau)
     assert readiness.vacuum_time(94.5e3, line) == pytest.approx(tau * math.log(a / (a - 94.5e3)))
     assert readiness.vacuum_time(1.02e5, line) == math.inf
 

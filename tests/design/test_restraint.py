@@ -17,8 +17,8 @@ from layerjam.studies.machines import (
     injury,
     restraint,
 )
-from layerjam.studies.machines.pulse import SHAPES, drive, pulse
-from layerjam.studies.machines.restraint import Body, extremes, limiter_of, ride, strap_of
+from layerjam.studies.machines.pulse import SHAPES, compute_pulse, make_drive
+from layerjam.studies.machines.restraint import Body, extremes, make_limiter, make_strap, ride
 from strategies import KAPTON, random_brakes
 
 NOTHING = np.zeros(4001)
@@ -34,7 +34,7 @@ def test_a_rigid_limiter_of_constant_force_stops_in_v2_over_2a(
 ) -> None:
     way = mass * speed**2 / (2 * force)
     dt = 2 * way / speed * 1.5 / 4000
-    made = ride(NOTHING, dt, Body(mass, speed=speed), limiter_of(force, 1e7))
+    made = ride(NOTHING, dt, Body(mass, speed=speed), make_limiter(force, 1e7))
     assert made.way.max() == pytest.approx(way, rel=2e-3)
     assert made.force.max() == pytest.approx(force, rel=1e-3)
     assert made.heat[-1] == pytest.approx(mass * speed**2 / 2, rel=2e-3)
@@ -42,7 +42,7 @@ def test_a_rigid_limiter_of_constant_force_stops_in_v2_over_2a(
 
 def test_webbing_alone_is_a_spring() -> None:
     mass, speed, stiffness = 40.0, 3.0, 4e4
-    made = ride(NOTHING, 1e-4, Body(mass, speed=speed), limiter_of(math.inf, stiffness))
+    made = ride(NOTHING, 1e-4, Body(mass, speed=speed), make_limiter(math.inf, stiffness))
     assert made.way.max() == pytest.approx(speed * math.sqrt(mass / stiffness), rel=1e-5)
     assert made.force.max() == pytest.approx(speed * math.sqrt(mass * stiffness), rel=1e-5)
     assert made.slip.max() == 0
@@ -57,7 +57,7 @@ def test_webbing_alone_is_a_spring() -> None:
 def test_brakes_stop_a_mass_as_the_exact_stop_does(
     parallel: int, mass: float, speed: float, webbing: float
 ) -> None:
-    strap = strap_of(parallel, 1, VACUUM, webbing, KAPTON)
+    strap = make_strap(parallel, 1, VACUUM, webbing, KAPTON)
     spring = float(strap.stiffness) / parallel
     exact = stop(mass / parallel, speed, VACUUM, spring, 0.0, KAPTON)
     assert int(exact.outcome) == STOPPED
@@ -70,7 +70,7 @@ def test_random_devices_stop_as_the_exact_stop_does() -> None:
     """Masses chosen so that all swing alike; energies from a tenth to most of the capacity."""
     brakes = random_brakes(7, 250)
     vacuum = 0.6 * np.asarray(brakes.site.atmosphere)
-    strap = strap_of(1, 1, vacuum, np.asarray(brakes.stiffness_measured) * 3.0, brakes)
+    strap = make_strap(1, 1, vacuum, np.asarray(brakes.stiffness_measured) * 3.0, brakes)
     mass = np.asarray(strap.stiffness) / 300.0**2
     share = np.random.default_rng(3).uniform(0.1, 0.7, 250)
     work = np.asarray(slip_work(brakes.sheets.usable_travel, vacuum, brakes))
@@ -84,8 +84,8 @@ def test_random_devices_stop_as_the_exact_stop_does() -> None:
 
 
 def test_two_brakes_give_twice_the_force() -> None:
-    one = ride(NOTHING, 2e-5, Body(1.0, speed=2.0), strap_of(1, 2, VACUUM, 3e4, KAPTON))
-    two = ride(NOTHING, 2e-5, Body(2.0, speed=2.0), strap_of(2, 2, VACUUM, 6e4, KAPTON))
+    one = ride(NOTHING, 2e-5, Body(1.0, speed=2.0), make_strap(1, 2, VACUUM, 3e4, KAPTON))
+    two = ride(NOTHING, 2e-5, Body(2.0, speed=2.0), make_strap(2, 2, VACUUM, 6e4, KAPTON))
     np.testing.assert_allclose(two.way, one.way, rtol=1e-9, atol=1e-15)
     np.testing.assert_allclose(two.force, 2 * one.force, rtol=1e-7, atol=1e-9)
 
@@ -93,8 +93,8 @@ def test_two_brakes_give_twice_the_force() -> None:
 def books(steps: int) -> float:
     """What is missing in the energy books of a body in a pulse, over all that was put in."""
     mass, duration = 30.0, 0.06
-    push, dt, _ = drive("haversine", 4.0, duration, 0.1, steps, Path())
-    strap = strap_of(12, 4, VACUUM, 2e5, KAPTON)
+    push, dt, _ = make_drive("haversine", 4.0, duration, 0.1, steps, Path())
+    strap = make_strap(12, 4, VACUUM, 2e5, KAPTON)
     made = ride(push, dt, Body(mass, 1.4, 0.005), strap)
     assert 0.06 < made.slip[-1] < 0.24
     end = -1
@@ -115,7 +115,7 @@ def test_the_energy_books_close_and_better_with_shorter_steps() -> None:
 def test_brakes_in_a_row_slip_one_after_the_other() -> None:
     """A slow pull of three: three peaks, and three times the work of one over its travel."""
     series, travel = 3, KAPTON.sheets.usable_travel
-    strap = strap_of(1, series, VACUUM, 1e8, KAPTON)
+    strap = make_strap(1, series, VACUUM, 1e8, KAPTON)
     payout = np.linspace(0, series * travel + 0.012, 40_000)
     slip = force = np.zeros(0)
     slipped = 0.0
@@ -138,7 +138,7 @@ def test_a_chain_agrees_with_the_path_of_the_arrays() -> None:
 
     series, parallel = 2, 2
     pulled = pull(grid(Member(brake=KAPTON, vacuum=VACUUM), series=series, parallel=parallel))
-    strap = strap_of(parallel, series, VACUUM, 1e12, KAPTON)
+    strap = make_strap(parallel, series, VACUUM, 1e12, KAPTON)
     to = int(np.searchsorted(pulled.elongation, series * KAPTON.sheets.usable_travel - 1e-3))
     way, slipped = pulled.elongation[:to], 0.0
     made = np.zeros(to)
@@ -156,21 +156,21 @@ def test_a_chain_agrees_with_the_path_of_the_arrays() -> None:
 
 def test_a_strap_slides_steadily_up_to_its_stiffness_times_the_overlap() -> None:
     webbing = 40e3
-    straps = strap_of(np.arange(1, 40), 1, VACUUM, webbing, KAPTON)
+    straps = make_strap(np.arange(1, 40), 1, VACUUM, webbing, KAPTON)
     steady = np.asarray(straps.onset) <= np.asarray(straps.stiffness) * KAPTON.sheets.overlap
     np.testing.assert_array_equal(~np.asarray(restraint.snaps(straps)), steady)
     # and one that snaps runs through its travel at once
-    soft = strap_of(30, 1, VACUUM, webbing, KAPTON)
+    soft = make_strap(30, 1, VACUUM, webbing, KAPTON)
     assert float(restraint.chain_slip(0.5, 0.0, soft)) == KAPTON.sheets.usable_travel
     assert float(restraint.chain_slip(0.9 * float(soft.onset / soft.stiffness), 0.0, soft)) == 0
 
 
 def test_lanes_are_single_rides() -> None:
-    push, dt, _ = drive("half-sine", 3.0, 0.05, 0.05, 1000, Path())
+    push, dt, _ = make_drive("half-sine", 3.0, 0.05, 0.05, 1000, Path())
     body = Body(20.0, 1.2, 0.003)
-    lanes = extremes(push, dt, body, strap_of(np.arange(1, 6), 2, VACUUM, 2e5, KAPTON))
+    lanes = extremes(push, dt, body, make_strap(np.arange(1, 6), 2, VACUUM, 2e5, KAPTON))
     for i, parallel in enumerate(range(1, 6)):
-        one = ride(push, dt, body, strap_of(parallel, 2, VACUUM, 2e5, KAPTON))
+        one = ride(push, dt, body, make_strap(parallel, 2, VACUUM, 2e5, KAPTON))
         assert lanes.way[i] == pytest.approx(one.way.max(), rel=1e-10)
         assert lanes.force[i] == pytest.approx(one.force.max(), rel=1e-10)
         assert lanes.acceleration[i] == pytest.approx(np.abs(one.acceleration).max(), rel=1e-10)
@@ -184,20 +184,20 @@ def test_lanes_are_single_rides() -> None:
 @pytest.mark.parametrize("shape", SHAPES)
 def test_a_pulse_changes_the_velocity_by_what_it_says(shape: str) -> None:
     time = np.linspace(-0.01, 0.12, 200_001)
-    value = pulse(shape, 15.0, 0.1, time)
+    value = compute_pulse(shape, 15.0, 0.1, time)
     assert np.trapezoid(value, time) == pytest.approx(15.0, rel=1e-6)
     assert value.min() >= 0 and value[time < 0].max() == 0 and value[time > 0.1001].max() == 0
 
 
 def test_a_recorded_pulse_is_read(tmp_path: Path) -> None:
     time = np.linspace(0, 0.1, 201)
-    value = -pulse("half-sine", 10.0, 0.1, time)
+    value = -compute_pulse("half-sine", 10.0, 0.1, time)
     rows = [f"{t!r},{a!r}" for t, a in zip(time.tolist(), value.tolist(), strict=True)]
     (tmp_path / "car.csv").write_text("time [s],acceleration [m/s^2]\n" + "\n".join(rows) + "\n")
-    made, _, change = drive("car.csv", 0.0, 1.0, 0.05, 1500, tmp_path)
+    made, _, change = make_drive("car.csv", 0.0, 1.0, 0.05, 1500, tmp_path)
     assert change == pytest.approx(10.0, rel=1e-3) and made.max() > 0
     with pytest.raises(UnknownNameError, match="half-sine"):
-        drive("half-sin", 1.0, 0.1, 0.0, 100, tmp_path)
+        make_drive("half-sin", 1.0, 0.1, 0.0, 100, tmp_path)
 
 
 def test_bric_and_hic_are_their_definitions() -> None:

@@ -19,15 +19,15 @@ from layerjam.device.speed_law import SpeedLaw
 from layerjam.fluid.file import load_line
 from layerjam.fluid.line import Sensor
 from layerjam.studies.machines.ankle_clutch import AnkleClutch
-from layerjam.studies.machines.pulse import drive
+from layerjam.studies.machines.pulse import make_drive
 from layerjam.studies.machines.registry import load_scenario
 from layerjam.studies.machines.restraint import (
     Body,
     difference_growth,
     extremes,
+    make_strap,
     ride,
     snaps,
-    strap_of,
 )
 from strategies import KAPTON, unchecked
 
@@ -80,10 +80,10 @@ def test_a_body_in_its_strap_is_what_another_integrator_finds(chains: int, serie
 
     way, force, slips = thrown(push, until, chains, series, body, webbing)
     assert np.ptp(slips) < 1e-6 * slips.max()
-    strap = strap_of(chains, series, VACUUM, webbing, FAST)
+    strap = make_strap(chains, series, VACUUM, webbing, FAST)
     assert not bool(snaps(strap))
     for steps in (1000, 2000, 4000):
-        free, dt, change = drive("haversine", 4.0, duration, until - duration, steps, Path())
+        free, dt, change = make_drive("haversine", 4.0, duration, until - duration, steps, Path())
         assert change == pytest.approx(4.0, rel=1e-6)
         made = ride(free, dt, body, strap)
         assert 5e-3 < made.slip[-1] / series < 0.04
@@ -93,10 +93,12 @@ def test_a_body_in_its_strap_is_what_another_integrator_finds(chains: int, serie
     assert errors[2] < 2e-4
     assert errors[2] < 0.5 * errors[0]
     # lanes are single rides
-    most = extremes(free, dt, body, strap_of(np.array([2, chains]), series, VACUUM, webbing, FAST))
+    most = extremes(
+        free, dt, body, make_strap(np.array([2, chains]), series, VACUUM, webbing, FAST)
+    )
     assert most.slip[1] == pytest.approx(made.slip[-1], rel=1e-8)
     # and friction at the test speed lets the body go farther
-    plain = ride(free, dt, body, strap_of(chains, series, VACUUM, webbing, KAPTON))
+    plain = ride(free, dt, body, make_strap(chains, series, VACUUM, webbing, KAPTON))
     assert plain.way.max() > 1.1 * made.way.max()
 
 
@@ -124,7 +126,7 @@ def test_the_clutch_slips_as_another_integrator_says() -> None:
     file = replace(clutch.brake, brake=replace(clutch.brake.brake, speed_law=LAW))
     weak = replace(clutch, brake=file, brakes=replace(clutch.brakes, vacuum=30e3))
     rate = weak.gait.stride_rate
-    stride = weak.walk(rate, None)
+    stride = weak.simulate_stride(rate, None)
     part, _, payout, _ = weak.stretch()
     time = (part - part[0]) / rate
     n, own = weak.brakes.parallel, file.brake
@@ -142,11 +144,11 @@ def test_the_clutch_slips_as_another_integrator_says() -> None:
     assert stride.slip.max() > 1e-3
     assert stride.slip.max() == pytest.approx(made.y[0, -1], rel=2e-3)
     # several rates at once are each by itself
-    two = weak.walk(np.array([rate, 2 * rate]), None)
+    two = weak.simulate_stride(np.array([rate, 2 * rate]), None)
     np.testing.assert_allclose(two.slip[:, 0], stride.slip, rtol=1e-7, atol=1e-12)
     # held at rest it lets go sooner than at the speed of the test
     share = (LAW.rest_speed / (LAW.rest_speed + LAW.test_speed)) ** LAW.power
-    plain = replace(weak, brake=clutch.brake).walk(rate, None)
+    plain = replace(weak, brake=clutch.brake).simulate_stride(rate, None)
     assert stride.hold[0] == pytest.approx(share * plain.hold[0], rel=1e-12)
 
 
@@ -178,7 +180,7 @@ def test_a_machine_says_how_fast_its_sheets_slide_and_how_its_chains_do() -> Non
     known = replace(belt, brake=replace(file, brake=replace(KAPTON, speed_law=law)))
     assert "speed-law" in [getattr(n, "key", "") for n in known.warnings()]
     paces = np.array([0.0, 5.0 * known.brakes.series])
-    keys = [n.key for n in known.slid(0.01 * known.brakes.series, paces)]
+    keys = [n.key for n in known.note_slip(0.01 * known.brakes.series, paces)]
     assert keys[0] == "speed-law-beyond"
     assert ("speed-law-chain" in keys) == (known.brakes.series > 1)
-    assert known.slid(0.01, None) == []
+    assert known.note_slip(0.01, None) == []

@@ -15,7 +15,7 @@ from layerjam.errors import FileError, QuantityError
 from layerjam.studies.machines.apply import scenario
 from layerjam.studies.machines.registry import MACHINES, load_scenario, scenarios
 from layerjam.studies.machines.scenario import Curve, read_scenario
-from layerjam.studies.machines.verdict import Limit, deciding
+from layerjam.studies.machines.verdict import Limit, find_deciding_limit
 from machine_scenarios import text_of
 
 NOTHING = np.zeros(4001)
@@ -32,7 +32,7 @@ def test_the_verdict_names_the_limit_missed_most() -> None:
     never = Limit(name="d", value=math.inf, limit=1.0, unit="s")
     assert (low.met, high.met, fine.met, never.met) == (False, False, True, False)
     assert (low.factor, high.factor, fine.factor, never.factor) == (2.0, 5.0, 0.5, math.inf)
-    assert deciding([low, high, fine]) is high and deciding([fine]) is fine
+    assert find_deciding_limit([low, high, fine]) is high and find_deciding_limit([fine]) is fine
     assert "never reached" in never.sentence() and "factor of 5" in high.sentence()
     assert not Limit(name="n", value=math.nan, limit=1.0, unit="1").met
     assert Limit(name="at", value=1.0, limit=1.0, unit="1").met

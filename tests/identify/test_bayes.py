@@ -18,7 +18,7 @@ from campaigns import bench as virtual
 from counts import cases
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError, MissingExtraError
-from layerjam.identify.bayes.checks import bayes_checks
+from layerjam.identify.bayes.checks import check_bayes_fit
 from layerjam.identify.bayes.fit import fit_bayes, prior_population
 from layerjam.identify.bayes.model import (
     FLOOR,
@@ -27,14 +27,14 @@ from layerjam.identify.bayes.model import (
     CurveEstimates,
     Data,
     Guess,
+    choose_start,
     log_likelihood,
     log_stretch,
-    pack,
+    pack_sites,
     prior_moments,
     priors,
     reduce_curves,
-    start_search,
-    unpack,
+    unpack_sites,
 )
 from layerjam.identify.bayes.posterior import BayesFit
 from layerjam.identify.bayes.predictive import peak_band, vacuum_band
@@ -160,7 +160,7 @@ def test_verdicts(fit: BayesFit) -> None:
 
     def found(**change: Any) -> set[str]:
         changed = replace(fit, **change)
-        return {c.name for c in bayes_checks(changed, CURVES, data) if not c.passed}
+        return {c.name for c in check_bayes_fit(changed, CURVES, data) if not c.passed}
 
     assert "divergences" in found(divergences=1)
     apart = fit.scale_factor * np.array([[1.0], [1.05]])
@@ -272,7 +272,7 @@ def guessed(
     """A flat vector away from the mode, and what it is relative to."""
     mounted = mounting is not None
     first, known = (
-        start_search(reduce_curves(CURVES), CURVES, KAPTON),
+        choose_start(reduce_curves(CURVES), CURVES, KAPTON),
         prior_moments(KAPTON, mounted),
     )
     told = (
@@ -283,7 +283,7 @@ def guessed(
     if mounted:
         first = first._replace(log_mounting_sd_a=np.log(0.03), log_mounting_sd_k=np.log(0.01))
     guess = Guess(*told, mounting)
-    return pack(first, guess, known) + 0.3, guess, known
+    return pack_sites(first, guess, known) + 0.3, guess, known
 
 
 PAIR = np.array([[1.0, 1, 0], [1, 1, 0], [0, 0, 1]])
@@ -293,11 +293,11 @@ PAIR = np.array([[1.0, 1, 0], [1, 1, 0], [0, 0, 1]])
 @pytest.mark.parametrize("mounting", [None, PAIR], ids=["alone", "mounted"])
 def test_flat_vector_and_its_stretch(mounting: np.ndarray | None) -> None:
     flat, guess, known = guessed(mounting)
-    sites = jax.tree.map(np.asarray, unpack(flat, guess, known))
-    assert pack(sites, guess, known) == pytest.approx(flat, abs=1e-9)
+    sites = jax.tree.map(np.asarray, unpack_sites(flat, guess, known))
+    assert pack_sites(sites, guess, known) == pytest.approx(flat, abs=1e-9)
 
     def natural(v: Any) -> Any:
-        there = [x for x in unpack(v, guess, known) if x is not None]
+        there = [x for x in unpack_sites(v, guess, known) if x is not None]
         return jnp.concatenate([jnp.atleast_1d(x) for x in there])
 
     _, size = np.linalg.slogdet(np.asarray(jax.jit(jax.jacfwd(natural))(flat)))
@@ -317,7 +317,7 @@ def test_flat_vector_is_standard_where_errors_are_normal() -> None:
         precision[0, i + 1] = precision[i + 1, 0] = -(scatter**-2)
 
     def natural(v: Any) -> Any:
-        sites = unpack(v, guess, known)
+        sites = unpack_sites(v, guess, known)
         return jnp.concatenate([jnp.atleast_1d(sites.log_a), sites.own_a])
 
     zero = np.where(np.arange(len(flat)) == 3, flat[3], 0.0)
@@ -330,7 +330,7 @@ def test_flat_vector_is_standard_where_errors_are_normal() -> None:
 def test_gradient_also_where_a_bin_lies_on_the_onset() -> None:
     data = Data(*map(jnp.asarray, reduce_curves(CURVES)))
     flat, guess, known = guessed()
-    sites = unpack(flat, guess, known)
+    sites = unpack_sites(flat, guess, known)
     brake = change_shape(
         KAPTON, *(float(np.exp(x)) for x in (sites.own_a[0], sites.own_k[0], sites.log_f))
     )

@@ -14,11 +14,11 @@ from layerjam.identify.bayes.fit import fit_bayes
 from layerjam.identify.bayes.model import (
     Data,
     log_stretch,
-    pack,
+    pack_sites,
     potential,
     priors,
     reduce_curves,
-    unpack,
+    unpack_sites,
 )
 from layerjam.identify.curves import make_curves
 from layerjam.identify.pull.features import pull_features
@@ -33,14 +33,14 @@ def test_curves_of_one_mounting_are_correlated() -> None:
     """The potential's change with the curves' own values is that of scipy's normal density."""
     flat, guess, known = guessed(PAIR)
     data = Data(*map(jnp.asarray, reduce_curves(CURVES)))
-    sites = jax.tree.map(np.asarray, unpack(flat, guess, known))
+    sites = jax.tree.map(np.asarray, unpack_sites(flat, guess, known))
 
     def density(own: np.ndarray, mounting: np.ndarray | None) -> float:
-        moved = pack(sites._replace(own_a=own), guess._replace(mounting=PAIR), known)
+        moved = pack_sites(sites._replace(own_a=own), guess._replace(mounting=PAIR), known)
         there = guess._replace(mounting=mounting)
         if mounting is None:  # the same place in the unknowns of the other model
             bare = sites._replace(own_a=own, log_mounting_sd_a=None, log_mounting_sd_k=None)
-            moved = pack(bare, there, known)
+            moved = pack_sites(bare, there, known)
         stretch = float(log_stretch(moved, there, known))
         return -float(potential(moved, there, data, KAPTON, known)) - stretch
 

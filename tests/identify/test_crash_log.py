@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from layerjam.errors import FitError, QuantityError
-from layerjam.identify.logs.checks import crash_checks
-from layerjam.identify.logs.crash import head_injury, reduce_crash, sampling_rate
+from layerjam.identify.logs.checks import check_crash
+from layerjam.identify.logs.crash import head_injury_criterion, reduce_crash, sampling_rate
 from layerjam.simulate.accelerometer import STANDARD_GRAVITY as G
 from layerjam.simulate.accelerometer import cfc_filter
 
@@ -80,7 +80,7 @@ def test_saturation_is_recognised():
     t, a = half_sine(60 * G, noise=0.1)
     cut = reduce_crash(t, np.clip(a, -50 * G, 50 * G))
     assert cut.saturated and cut.saturation == pytest.approx(50 * G)
-    first = next(crash_checks(cut))
+    first = next(check_crash(cut))
     assert first.level == "failed" and "lower bounds" in first.sentence
     assert not reduce_crash(t, a).saturated
     assert reduce_crash(t, a, limit=59.9 * G).saturated
@@ -89,10 +89,10 @@ def test_saturation_is_recognised():
 def test_hic_of_a_block_and_its_limit_window():
     rate = 10e3
     block = np.where((np.arange(2000) >= 500) & (np.arange(2000) < 600), 100 * G, 0.0)
-    value, (first, last) = head_injury(block, rate, 0.015)
+    value, (first, last) = head_injury_criterion(block, rate, 0.015)
     assert value == pytest.approx(0.0099 * 100**2.5, rel=0.02)
     assert last - first == pytest.approx(99, abs=2)
-    short, _ = head_injury(block, rate, 0.005)
+    short, _ = head_injury_criterion(block, rate, 0.005)
     assert short == pytest.approx(0.005 * 100**2.5, rel=1e-6)
 
 
@@ -139,7 +139,7 @@ def test_without_a_quiet_part_the_offset_is_not_known():
 
 def test_a_pulse_cut_off_is_said():
     t, a = half_sine(30 * G, end=0.09)
-    checks = {c.name: c for c in crash_checks(reduce_crash(t, a))}
+    checks = {c.name: c for c in check_crash(reduce_crash(t, a))}
     assert (
         checks["whole pulse"].level == "failed" and "incomplete" in checks["whole pulse"].sentence
     )

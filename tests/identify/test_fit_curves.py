@@ -14,11 +14,11 @@ from layerjam.identify.calibration.forward import reduce_curves
 from layerjam.identify.calibration.whole_curves import calibrate_curves
 from layerjam.identify.curves import (
     crosshead_speed,
-    fitted_part,
     group_conditions,
     make_curves,
     number_repeats,
-    require_usable,
+    require_usable_pull,
+    select_fitted_part,
 )
 from layerjam.identify.pull.features import pull_features
 from strategies import KAPTON, PTFE, change
@@ -163,10 +163,10 @@ def test_what_cannot_be_told_is_refused() -> None:
 def test_pulls_that_cannot_be_used() -> None:
     pull = pull_features(curve(KAPTON))
     with pytest.raises(FitError, match="jams no sheet"):
-        require_usable(pull, 0.0)
+        require_usable_pull(pull, 0.0)
     few = replace(pull, force=pull.force[::200], elongation=pull.elongation[::200])
     with pytest.raises(FitError, match="samples above 20% of its maximum force"):
-        require_usable(few, FULL)
+        require_usable_pull(few, FULL)
 
 
 def test_repeats_are_counted_within_their_condition() -> None:
@@ -188,7 +188,7 @@ def test_speed_from_the_sidecar_or_the_clock() -> None:
 def test_reduction_keeps_every_sample_and_the_mean() -> None:
     one = campaign((FULL,), 1, noise=0.2)[0]
     small = reduce_curves([one])
-    part = fitted_part(one)
+    part = select_fitted_part(one)
     weight = small.weight[0] * len(one.force[part]) / small.weight[0].sum()
     assert weight.sum() == pytest.approx(len(one.force[part]))
     assert (weight * small.force[0]).sum() == pytest.approx(one.force[part].sum(), rel=1e-12)

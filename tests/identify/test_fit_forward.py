@@ -6,7 +6,7 @@ import jax
 import numpy as np
 import pytest
 
-from layerjam.identify.calibration.forward import law_with_error, pull_force
+from layerjam.identify.calibration.forward import evaluate_law, pull_force
 from layerjam.identify.shape import change_shape, drop_exponent
 from layerjam.mechanics.enclosure import enclosure_force, saturation_slip
 from layerjam.mechanics.pull import force_at_elongation, peak
@@ -68,7 +68,7 @@ def test_the_sleeves_factor_multiplies_its_force_and_keeps_its_saturation(brake)
 def test_the_band_is_the_scatter_of_the_law() -> None:
     u = np.linspace(0.003, 0.04, 30)
     covariance = np.diag([0.01, 0.02, 0.05]) ** 2
-    law, error = law_with_error(u, 60e3, np.array([0.9, 1.2e5, 1.1]), covariance, KAPTON)
+    law, error = evaluate_law(u, 60e3, np.array([0.9, 1.2e5, 1.1]), covariance, KAPTON)
     np.testing.assert_allclose(
         law,
         np.asarray(force_at_elongation(u, 60e3, change_shape(KAPTON, 0.9, 1.2e5, 1.1))),

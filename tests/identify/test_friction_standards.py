@@ -16,7 +16,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import FileError, FitError, UnknownNameError
 from layerjam.identify.friction.breakaway import find_breakaway, inertia_effect
-from layerjam.identify.friction.reduction import reduce_friction, reduce_repeat, with_friction
+from layerjam.identify.friction.reduction import add_friction, reduce_friction, reduce_repeat
 from layerjam.identify.friction.standards import D1894, ISO8295, PAPER, STANDARDS, find_standard
 from layerjam.identify.repeats import summarise_repeats
 from layerjam.measure.trace import Trace
@@ -158,9 +158,9 @@ def test_one_repeat_that_judders_leaves_the_kinetic_open() -> None:
     assert mixed.kinetic is None and len(mixed.stick_slip.files) == 1
     file = load("choi2018-kapton")
     with pytest.raises(FitError, match=r"stick and slip.*--accept-stick-slip"):
-        with_friction(file, mixed, "mine")
+        add_friction(file, mixed, "mine")
     accepted = reduce_friction([smooth, sled(0.32, 0.24)], NORMAL, accept_stick_slip=True)
-    made = BrakeFile.read(with_friction(file, accepted, "mine")[0], "mine.toml")
+    made = BrakeFile.read(add_friction(file, accepted, "mine")[0], "mine.toml")
     assert "midpoint of the stick–slip" in made.sources["film.kinetic"].text
     assert "1 of 2" in made.notes["stick_slip"]
 
@@ -222,7 +222,7 @@ def test_a_brake_names_files_digests_standard_and_interval(tmp_path) -> None:
         path = virtual.write_own(made, tmp_path / f"{repeat}.csv")
         traces.append(dataclasses.replace(made, path=str(path)))
     result = reduce_friction(traces, NORMAL, None, ISO8295)
-    text, _ = with_friction(load("choi2018-kapton"), result, "mine")
+    text, _ = add_friction(load("choi2018-kapton"), result, "mine")
     brake = BrakeFile.read(text, "mine.toml")
     source = brake.sources["film.kinetic"].text
     assert "ISO 8295" in source and "1.csv (SHA-256 " in source and "95 % interval" in source

@@ -12,7 +12,7 @@ from scipy import stats
 from campaigns.bench import FULL
 from identify.fitted import campaign
 from layerjam.errors import QuantityError
-from layerjam.identify.calibration.budget import fitted_enclosure
+from layerjam.identify.calibration.budget import fitted_enclosure_line
 from layerjam.identify.calibration.law_spread import LawError, LawSpread
 from layerjam.identify.calibration.least_squares import fit_jointly
 from layerjam.identify.calibration.peaks import calibrate_peaks
@@ -58,7 +58,7 @@ def test_of_peaks_it_covers_the_truth_as_often_as_it_says():
             stiffness=k.mean(),
             covariance={},
             intervals={"scale_factor": None},
-            contributions=(None, fitted_enclosure()),
+            contributions=(None, fitted_enclosure_line()),
         )
         told = LawSpread.from_calibration(found)
         error = told.error_at(60e3, 0.01)

@@ -22,7 +22,12 @@ from layerjam.identify.validation.metrics import (
     validate_curves,
     validate_pulls,
 )
-from layerjam.identify.validation.table import _residual_drift, error_rows, pool, validation_checks
+from layerjam.identify.validation.table import (
+    _residual_drift,
+    check_validation,
+    make_error_rows,
+    pool,
+)
 from layerjam.mechanics.pull import force_at_elongation
 from strategies import KAPTON, PTFE, change
 
@@ -162,7 +167,7 @@ def test_pooling_keeps_brakes_apart() -> None:
     assert both.mape_conditions_sd == pytest.approx(np.std([r.mape for r in results], ddof=1))
     assert both.scatter is not None
     assert both.scatter.mse == pytest.approx(np.mean([r.scatter.mse for r in results if r.scatter]))
-    assert error_rows(pool(results[:1])) == error_rows(results[0])
+    assert make_error_rows(pool(results[:1])) == make_error_rows(results[0])
     with pytest.raises(FitError, match="no validation"):
         pool([])
 
@@ -181,7 +186,7 @@ def test_checks_say_what_the_residuals_show() -> None:
             measured(moved(pull_features(curve(KAPTON, p)), factor=f), p, 0.013, str(i))
             for i, (f, p) in enumerate(zip(factors, (90e3, 80e3, 60e3, 40e3, 20e3), strict=True))
         ]
-        found = validation_checks(validate_curves(pulls, KAPTON), seen)
+        found = check_validation(validate_curves(pulls, KAPTON), seen)
         return {c.name: c.passed for c in found}
 
     fine = checks([1.0, 1.001, 0.999, 1.002, 0.998])

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from layerjam.identify.odd import FIRST, _likeliest_outliers, find_outliers, find_shifted_group
+from layerjam.identify.odd import FIRST, _find_likeliest_outliers, find_outliers, find_shifted_group
 
 GRUBBS = {3: 1.155, 5: 1.715, 8: 2.126, 10: 2.290, 12: 2.412, 20: 2.709}
 """Critical values, two-sided at 5 % (one-sided at 2.5 %), of Grubbs and Beck 1972, table 1."""
@@ -50,7 +50,7 @@ def test_the_likeliest_set_is_that_of_all_sets(values: list[float], size: int) -
         freedom = len(x) - 1 - size
         ratio = (((x - x.mean()) ** 2).sum() - left) / size / (left / freedom) if left else np.inf
         tried[out] = math.comb(len(x), size) * stats.f.sf(ratio, size, freedom)
-    chance, which = _likeliest_outliers(x, size)
+    chance, which = _find_likeliest_outliers(x, size)
     assert chance == pytest.approx(min(tried.values()), rel=1e-6, abs=1e-12)
     assert tried[tuple(sorted(which))] == pytest.approx(chance, rel=1e-6, abs=1e-12)
 

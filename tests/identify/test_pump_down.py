@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from layerjam.errors import FitError
 from layerjam.identify.logs import pump_down as d
-from layerjam.identify.logs.checks import pump_down_checks
+from layerjam.identify.logs.checks import check_pump_downs
 
 A = 101325.0
 V0, S, PU = 7.503e-6, 3.33e-6, 5e3
@@ -94,7 +94,7 @@ def test_a_chamber_that_vacuum_draws_together_is_recognised():
     assert d.needs_shrink(constant, shrinking)
     low, high = shrinking.interval(3)
     assert low < 0.6 / A < high
-    law, *_ = pump_down_checks([constant], {})
+    law, *_ = check_pump_downs([constant], {})
     assert law.level == "warning" and "--compliance" in law.sentence
     known = d.fit_pump_down(t, p, shrink=0.6 / A)
     assert known.interval(2)[0] < 0.44 < known.interval(2)[1]
@@ -113,7 +113,7 @@ def test_an_early_end_is_said_and_widens_the_interval():
     t, p = log_of(S / V0, 9)
     short = d.fit_pump_down(t, p, window=(1.0, 4.0))
     whole = d.fit_pump_down(t, p, window=(1.0, None))
-    _, end = pump_down_checks([short], {})
+    _, end = check_pump_downs([short], {})
     assert end.level == "warning" and "extrapolation" in end.sentence
     width = [i[1] - i[0] for i in (short.interval(1), whole.interval(1))]
     assert width[0] > 3 * width[1]
@@ -128,7 +128,7 @@ def test_an_ultimate_pressure_is_at_most_the_atmosphere(seed):
     low, high = short.interval(1)
     assert 0 <= low <= short.ultimate <= high <= A
     ends = {"ultimate pressure": (short.ultimate, low, high)}
-    levels = {one.name: one.level for one in pump_down_checks([short], ends)}
+    levels = {one.name: one.level for one in check_pump_downs([short], ends)}
     assert levels["ultimate pressure interval"] == "failed"
 
 

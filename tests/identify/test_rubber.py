@@ -235,11 +235,11 @@ REAL_VALUES = {
 @pytest.mark.skipif(not SILICONE.is_dir(), reason="no real files here")
 @pytest.mark.parametrize("name", REAL_VALUES)
 def test_real_silicones(name):
-    from layerjam.identify.rubber.specimens import data_sheets
+    from layerjam.identify.rubber.specimens import load_sheets
 
     material, psi, at_100 = REAL_VALUES[name]
     specimen = read_rubber(SILICONE / f"{name}.csv")
-    sheets = data_sheets()
+    sheets = load_sheets()
     assert find_material(specimen, {k: n for k, (n, _) in sheets.items()})[0] == material
     assert sheets[material][1] == pytest.approx(psi * 6894.757, rel=1e-4)
     found = specimen_moduli(specimen)

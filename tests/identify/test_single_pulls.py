@@ -19,9 +19,9 @@ from layerjam.identify.checks import SHARPEST
 from layerjam.identify.checks import check_shape as same_shape
 from layerjam.identify.curves import Curve, make_curves
 from layerjam.identify.pull.features import pull_features
-from layerjam.identify.single_pulls import TESTS, SinglePull, common_conditions
+from layerjam.identify.single_pulls import TESTS, SinglePull, find_common_conditions
 from layerjam.identify.validation.metrics import validate_curves
-from layerjam.identify.validation.table import add_pull_table, validation_checks
+from layerjam.identify.validation.table import add_pull_table, check_validation
 from layerjam.measure.trace import Trace
 
 KAPTON = load("choi2018-kapton").brake
@@ -109,7 +109,7 @@ def checked(method: str, spec: Spec) -> dict[str, bool]:
     curves, _ = pulled(spec)
     if method == "validate":
         found = add_pull_table(validate_curves(curves, KAPTON), curves, KAPTON)
-        return {c.name: c.passed for c in validation_checks(found, 0)}
+        return {c.name: c.passed for c in check_validation(found, 0)}
     if method == "bayesian":
         made = calibrate_bayesian(curves, KAPTON, (100, 1, 1), lambda _what, _share: None)
         return {c.name: c.passed for c in made.checks}
@@ -157,8 +157,8 @@ def test_little_is_told_of_few_pulls_and_said_to_be() -> None:
     assert calibrate_peaks(curves[:1], KAPTON).pulls[0].verdicts["seating"] == "ok"
     [said] = [c for c in found.checks if c.name == "pull by pull"]
     assert said.passed and "too few" in said.sentence
-    assert common_conditions(found.pulls) == {"vacuum": 55e3}
-    assert common_conditions(found.pulls[:1]) == {"vacuum": 55e3, "speed": 7e-3}
+    assert find_common_conditions(found.pulls) == {"vacuum": 55e3}
+    assert find_common_conditions(found.pulls[:1]) == {"vacuum": 55e3, "speed": 7e-3}
 
 
 def test_seating_is_the_ratio_of_the_slopes_of_its_halves() -> None:

@@ -14,9 +14,9 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import FitError
 from layerjam.identify.calibration.peaks import calibrate_peaks
-from layerjam.identify.calibration.speed_law import make_law, speed_notices
+from layerjam.identify.calibration.speed_law import make_speed_law, speed_notices
 from layerjam.identify.calibration.whole_curves import calibrate_curves
-from layerjam.identify.provenance import calibrated_text
+from layerjam.identify.provenance import format_brake
 from layerjam.identify.validation.metrics import validate_curves
 from layerjam.mechanics.friction import growth
 from layerjam.simulate.drop import drop
@@ -61,7 +61,7 @@ def stopped(mass: float, arrival: float, vacuum: float) -> float:
 def test_a_fitted_growth_is_written_and_the_brake_stops_as_the_truth_does() -> None:
     curves = campaign((40e3, 90e3), 1, slope=SLOPE, speeds=SPEEDS)
     found = calibrate_curves(curves, BLANK.brake, ("speed",))
-    made = BrakeFile.read(calibrated_text(FILE, found, "curves", "calibrated"), "calibrated")
+    made = BrakeFile.read(format_brake(FILE, found, "curves", "calibrated"), "calibrated")
     law = made.brake.speed_law
     assert law is not None
     assert (law.test_speed, law.fastest) == pytest.approx((found.reference_speed, 0.2))
@@ -81,7 +81,7 @@ def test_a_fitted_growth_is_written_and_the_brake_stops_as_the_truth_does() -> N
 
 def test_a_law_of_the_file_is_held_in_later_calibrations_and_validations() -> None:
     curves = campaign((40e3, 90e3), 1, slope=SLOPE, speeds=SPEEDS)
-    law = make_law(SLOPE, 0.05, SPEEDS)
+    law = make_speed_law(SLOPE, 0.05, SPEEDS)
     assert law is not None
     brake = replace(BLANK.brake, speed_law=law)
     for made in (calibrate_curves(curves, brake), calibrate_peaks(curves, brake)):
@@ -113,8 +113,8 @@ def test_friction_that_falls_with_speed_is_no_law_and_that_is_said() -> None:
     assert "speed_law.power" not in found.sources
     assert [n.key for n in speed_notices(found)] == ["speed-law-not-fitted"]
     # an old law does not outlive the factor it belonged to
-    law = make_law(SLOPE, 0.05, SPEEDS)
+    law = make_speed_law(SLOPE, 0.05, SPEEDS)
     old = calibrate_curves(curves, replace(BLANK.brake, speed_law=law), ("speed",))
     assert old.sources["speed_law.power"][0] == 0
     assert old.scale_factor == pytest.approx(found.scale_factor, rel=1e-9)
-    assert make_law(3.0, 0.05, SPEEDS) is None
+    assert make_speed_law(3.0, 0.05, SPEEDS) is None

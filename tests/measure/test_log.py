@@ -13,7 +13,7 @@ from layerjam.errors import FileError, LayerjamError, QuantityError
 from layerjam.measure.log import ACCELERATION, PRESSURE, TEMPERATURE, TIME, find_reference, read_log
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.columns import Column
-from layerjam.measure.readers.unit_words import convert
+from layerjam.measure.readers.unit_words import convert_unit
 from measure.layouts import REAL
 
 WANTS = (TIME, PRESSURE)
@@ -135,12 +135,12 @@ def test_a_mapping_that_is_none(tmp_path, columns, words):
     ],
 )  # fmt: skip
 def test_units_beyond_the_table(unit, si, value):
-    assert float(convert(unit, si)[0]) == pytest.approx(value, rel=1e-6)
+    assert float(convert_unit(unit, si)[0]) == pytest.approx(value, rel=1e-6)
 
 
 def test_temperatures_have_another_zero(tmp_path):
-    assert convert("°C", "K") == (1.0, 273.15)
-    assert convert("°F", "K")[0] * 212 + convert("°F", "K")[1] == pytest.approx(373.15)
+    assert convert_unit("°C", "K") == (1.0, 273.15)
+    assert convert_unit("°F", "K")[0] * 212 + convert_unit("°F", "K")[1] == pytest.approx(373.15)
     path = write(tmp_path, "t (s),T (°C),p (kPa)\n0,20,1\n1,21,2\n2,22,3\n")
     log = read_log(path, (*WANTS, TEMPERATURE))
     np.testing.assert_allclose(log["temperature"], [293.15, 294.15, 295.15])

@@ -6,7 +6,7 @@ import pytest
 
 from layerjam.commands.pull import pull
 from layerjam.errors import FileError, LayerjamError
-from layerjam.measure.options import ReadingOptions, read_options_of
+from layerjam.measure.options import ReadingOptions, load_reading_options
 from layerjam.measure.readers.read import read_trace
 from layerjam.measure.sidecar import read_facts
 
@@ -72,7 +72,7 @@ def test_an_answer_that_is_none_is_refused_with_the_sidecars_name(file, text):
 def test_facts_do_not_hold_the_answers_and_stay_strict(file):
     beside(file, READ)
     assert read_facts(file).vacuum is None
-    assert read_options_of(file).negative == ("force",)
+    assert load_reading_options(file).negative == ("force",)
     beside(file, "reed = 3\n")
     with pytest.raises(FileError, match="reed"):
         read_facts(file)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from layerjam.errors import FileError
-from layerjam.measure.preview import LETTERS, preview, read_column
+from layerjam.measure.preview import LETTERS, preview_file, read_column
 from layerjam.measure.readers.content import Source
 
 
@@ -16,7 +16,7 @@ def test_a_cell_that_fits_is_whole_and_a_longer_one_ends_in_dots(tmp_path: Path)
     head = "n" * LETTERS
     path = tmp_path / "long.csv"
     path.write_text(f"{head},{head}m\n1,2\n3,4\n5,6\n", encoding="utf-8")
-    fits, cut = preview(path).names
+    fits, cut = preview_file(path).names
     assert fits == head
     assert len(cut) == LETTERS and cut == "n" * (LETTERS - 1) + "…"
 

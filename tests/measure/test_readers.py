@@ -12,7 +12,7 @@ import pytest
 
 from layerjam.errors import FileError, LayerjamError
 from layerjam.measure.options import ReadingOptions
-from layerjam.measure.readers.columns import role_of_name, split_unit
+from layerjam.measure.readers.columns import find_role, split_unit
 from layerjam.measure.readers.read import read_trace
 from layerjam.measure.readers.unit_words import unit_role
 from layerjam.measure.trace import Trace
@@ -245,7 +245,7 @@ def test_small_parts() -> None:
     assert unit_role("kN") == ("force", Fraction(1000))
     assert unit_role("N·m") is None and unit_role("mm/min") is None and unit_role("%") is None
     assert split_unit("Kraft [N]") == ("Kraft", "N") and split_unit("N/A") == ("N/A", None)
-    assert role_of_name("Prüfkraft") == "force" and role_of_name("Drehmoment Torque") is None
+    assert find_role("Prüfkraft") == "force" and find_role("Drehmoment Torque") is None
 
 
 @pytest.mark.parametrize(

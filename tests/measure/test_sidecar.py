@@ -8,7 +8,7 @@ import pytest
 
 from layerjam.errors import FileError
 from layerjam.measure.certificate import Certificate
-from layerjam.measure.options import read_options_of
+from layerjam.measure.options import load_reading_options
 from layerjam.measure.sidecar import Facts, read_facts, sidecar_path, write_facts
 
 
@@ -118,7 +118,7 @@ def test_what_holds_for_a_folder_stands_once(tmp_path: Path) -> None:
     assert facts == Facts(
         vacuum=60e3, operator="A. Nurse", load_cell_limit=0.005, gauge_limit=500.0
     )
-    assert read_options_of(tmp_path / "pull.csv").negative == ("force",)
+    assert load_reading_options(tmp_path / "pull.csv").negative == ("force",)
     (tmp_path / "conditions.toml").write_text("operater = 'me'\n", encoding="utf-8")
     with pytest.raises(FileError, match="operator") as err:
         read_facts(tmp_path / "pull.csv")

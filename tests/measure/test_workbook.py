@@ -10,13 +10,13 @@ import pytest
 
 from layerjam.errors import FileError
 from layerjam.measure.readers.read import read_trace
-from layerjam.measure.readers.workbook import _binary_cells, _open_document_cells, _xml_cells
+from layerjam.measure.readers.workbook import _count_binary, _count_open_document, _count_xml
 
 
 def test_a_part_that_is_no_sheet_is_looked_through_in_no_time() -> None:
     begin = time.process_time()
     for text in (b"<c ", b'<c a="', b"<c '", b"<table:table ", b'<table:table-cell x="'):
-        _xml_cells(text * 300_000), list(_open_document_cells(text * 300_000))
+        _count_xml(text * 300_000), list(_count_open_document(text * 300_000))
     assert time.process_time() - begin < 5  # a search that begins anew at each tag takes hours
 
 
@@ -25,12 +25,12 @@ def test_the_extent_of_other_workbooks_is_counted_too() -> None:
     empty = b'<table:table-cell table:number-columns-repeated="%d"/>'
     sheet = b"<table:table>" + row % (1, b"<table:table-cell>1</table:table-cell>" + empty % 16383)
     sheet += row % (1048575, empty % 16384)
-    assert max(_open_document_cells(sheet + b"</table:table>")) == (1, 1)
+    assert max(_count_open_document(sheet + b"</table:table>")) == (1, 1)
     far = row % (1048575, empty % 16383 + b"<table:table-cell>1</table:table-cell>")
-    assert max(_open_document_cells(sheet + far))[0] > 1e10
+    assert max(_count_open_document(sheet + far))[0] > 1e10
     record = b"\x00\x04" + (1048575).to_bytes(4, "little")
     record += b"\x05\x04" + (16383).to_bytes(4, "little")
-    assert _binary_cells(record) == (1048576 * 16384, 1)
+    assert _count_binary(record) == (1048576 * 16384, 1)
 
 
 LAST_XLSX = '<sheetData><row><c r="{}"><v>1</v></c></row></sheetData>'
@@ -69,4 +69,4 @@ def test_a_small_workbook_with_one_value_far_out_is_refused_before_it_is_read(
 def test_an_empty_cell_or_row_far_out_does_not_count() -> None:
     table = "".join(f'<row r="{i}"><c r="A{i}"><v>{i}</v></c></row>' for i in range(1, 50))
     for far in ('<row r="1048576"/>', '<row r="1048576"><c r="XFD1048576" s="1"/></row>'):
-        assert _xml_cells(f"<sheetData>{table}{far}</sheetData>".encode()) == (49, 49)
+        assert _count_xml(f"<sheetData>{table}{far}</sheetData>".encode()) == (49, 49)

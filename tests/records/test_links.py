@@ -13,7 +13,7 @@ import pytest
 import layerjam as lj
 from campaigns import bench as virtual
 from layerjam.device.file import updated_text
-from layerjam.identify.provenance import file_digests
+from layerjam.identify.provenance import digest_files
 from layerjam.identify.shape import change_shape
 from layerjam.measure.sidecar import Facts, write_facts
 from layerjam.records.contents import CALIBRATED
@@ -35,7 +35,7 @@ def calibrated(tmp_path_factory: pytest.TempPathFactory) -> Path:
         pull_file(folder / name, 40 + number, synthetic=True)
     write_facts(folder / PULLS[0], Facts(vacuum=6e4, synthetic=True))
     (folder / "my.toml").write_bytes(BRAKE.text.encode())
-    files = file_digests([str(folder / name) for name in PULLS], [str(folder / PULLS[1])])
+    files = digest_files([str(folder / name) for name in PULLS], [str(folder / PULLS[1])])
     made_by = {"program": "layerjam 1 calibrate", "depth": "exact", "files": files}
     pairs = (("scale_factor", "scale_factor"), ("scale_factor", "stiffness"),
              ("stiffness", "stiffness"))  # fmt: skip

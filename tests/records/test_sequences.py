@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from layerjam.identify.provenance import sha256
 from layerjam.records.contents import CALIBRATED
 from layerjam.records.database import Database, RecordsError
-from layerjam.records.store import add, withdraw
+from layerjam.records.store import add, withdraw_record
 from records.samples import pull_file
 
 PULLS = ("a.csv", "b.csv", "c.csv")
@@ -74,11 +74,11 @@ def test_rows_stay_and_links_follow(folder: Path, steps: list[Any], number: int)
                 else:
                     ids[true] = made.ids[path]
         elif what in ids and what not in gone:
-            withdraw(base, ids[what], "odd")
+            withdraw_record(base, ids[what], "odd")
             gone.add(what)
         else:
             with pytest.raises(RecordsError):
-                withdraw(base, ids.get(what, "0000"), "odd")
+                withdraw_record(base, ids.get(what, "0000"), "odd")
         if not db.exists():
             continue
         now = every_row(db)

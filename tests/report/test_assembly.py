@@ -18,7 +18,7 @@ from layerjam.fabricate.choices import resolve_choices
 from layerjam.fabricate.drawing import Drawing, draw_build
 from layerjam.fabricate.lengths import compute_lengths
 from layerjam.mechanics.limits import greatest_force
-from layerjam.report.build_files import assembly
+from layerjam.report.build_files import typeset_assembly
 
 KAPTON = load("choi2018-kapton")
 NAMES = ("exploded", "stacking", "mould", "assembled", "section", "layers", "film", "boards")
@@ -59,8 +59,8 @@ def read(data: bytes) -> Read:
 
 def test_the_papers_brake() -> None:
     found = made()
-    data = assembly(found, PICTURES)
-    assert data == assembly(found, PICTURES)
+    data = typeset_assembly(found, PICTURES)
+    assert data == typeset_assembly(found, PICTURES)
     sheet = read(data)
     assert sheet.outside == 0
     for words in (
@@ -96,11 +96,11 @@ def test_every_picture_is_asked_for() -> None:
     """A picture more or less is an error of typst, not a gap in a page."""
     bare = {name: svg for name, svg in PICTURES.items() if name != "mould"}
     with pytest.raises(Exception, match=r"mould\.svg"):
-        assembly(made(), bare)
+        typeset_assembly(made(), bare)
 
 
 def test_even_stacks_and_unlike_sides() -> None:
-    text = read(assembly(made(KAPTON.with_(count=6, free_left="9 mm")), PICTURES)).text
+    text = read(typeset_assembly(made(KAPTON.with_(count=6, free_left="9 mm")), PICTURES)).text
     assert "the highest a right one: mark the faces" in text
     assert "20 mm behind the left cap's face and 18 mm behind the right cap's face" in text.replace(
         "’", "'"
@@ -109,20 +109,20 @@ def test_even_stacks_and_unlike_sides() -> None:
 
 
 def test_who_cuts_decides_what_is_said() -> None:
-    service = read(assembly(made(), PICTURES)).text
+    service = read(typeset_assembly(made(), PICTURES)).text
     assert "ask it to compensate" in service and "coupon.dxf" not in service.split("Check the")[0]
-    laser = read(assembly(made(cutter="laser", kerf=0.15e-3), PICTURES, True)).text
+    laser = read(typeset_assembly(made(cutter="laser", kerf=0.15e-3), PICTURES, True)).text
     assert "The outlines include half the kerf of 0.15 mm" in laser and "divided by 11" in laser
-    knife = read(assembly(made(cutter="knife"), PICTURES)).text
+    knife = read(typeset_assembly(made(cutter="knife"), PICTURES)).text
     assert "Punch the 3 mm holes" in knife
-    never = read(assembly(made(load("choi2018-ptfe")), PICTURES)).text
+    never = read(typeset_assembly(made(load("choi2018-ptfe")), PICTURES)).text
     assert "Never cut this film with a laser" in never
     assert "tell the service: this film must never go into a laser" in never
 
 
 def test_caps_lie_level_on_the_jig() -> None:
     """What is packed under tray and head makes them as low as the neck, by lengths of their own."""
-    text = read(assembly(made(), PICTURES)).text
+    text = read(typeset_assembly(made(), PICTURES)).text
     neck = 1.25 * 2 * (13 + 2.794) / (2 * math.pi)
     tray, head = 2.794 / 2 + 4.003, 8.2 / 2
     said = f"film, {neck - tray:.1f} mm under the trays and {neck - head:.1f} mm under the heads"
@@ -135,14 +135,14 @@ def test_what_is_not_in_the_folder_is_not_named() -> None:
     assert "cad/sleeve.step" in every
     there = every - {"cad/sleeve.step"}
     assert {row.file for row in list_items(found, there)} == {*there, ""}
-    text = read(assembly(found, PICTURES, False, there)).text
+    text = read(typeset_assembly(found, PICTURES, False, there)).text
     assert "cad/" not in text and "there is no pattern to cut by hand" in text
-    whole = read(assembly(found, PICTURES, False, {*every, "cut/pattern.pdf"})).text
+    whole = read(typeset_assembly(found, PICTURES, False, {*every, "cut/pattern.pdf"})).text
     assert "cut/pattern.pdf printed at 100 %" in whole
 
 
 def test_each_casting_is_mixed_by_itself() -> None:
-    one, four = (read(assembly(made(parallel=n), PICTURES)).text for n in (1, 4))
+    one, four = (read(typeset_assembly(made(parallel=n), PICTURES)).text for n in (1, 4))
     assert "Mix 3.37 g of A with 3.37 g of B (1A:1B) and degas" in one
     assert "Mix 3.37 g of A with 3.37 g of B (1A:1B) for each casting and degas" in four
     assert "silicone A Ecoflex 5, to mix, waste included 13.5 g" in four
@@ -150,24 +150,24 @@ def test_each_casting_is_mixed_by_itself() -> None:
 
 @pytest.mark.parametrize("screws", [1, 3])
 def test_each_label_of_the_clamp_names_its_part(screws: int) -> None:
-    from layerjam.report.build_pictures import _stacking
-    from layerjam.report.build_scene import scene
+    from layerjam.report.build_pictures import _draw_stacking
+    from layerjam.report.build_scene import make_scene
 
     file = KAPTON.with_(width="40 mm", screws=screws)
     build = resolve_choices(file).build
-    world = scene(build, compute_lengths(file.brake, build))
+    world = make_scene(build, compute_lengths(file.brake, build))
     assert world.lengths.screws == screws
     thread, found = world.lengths.thread, world.lengths
     high = {"nut": thread.nut_height, "screw": thread.head_height + found.screw_length,
             "clamp plate": found.plate_height}  # fmt: skip
-    labels = {label.words.split(",")[0]: label.target for label in _stacking(world)[1]}
+    labels = {label.words.split(",")[0]: label.target for label in _draw_stacking(world)[1]}
     for name, height in high.items():
         assert np.ptp(labels[name].corners[:, 2]) == pytest.approx(height), name
 
 
 def test_arrays_are_joined() -> None:
-    text = read(assembly(made(parallel=3, series=2), PICTURES)).text
+    text = read(typeset_assembly(made(parallel=3, series=2), PICTURES)).text
     assert "Join 2 brakes in a row" in text and "Set 3 side by side" in text
     assert "2.73 N m" in text
     assert "7 Join the brakes" in text and "8 Check the first brake" in text
-    assert "Join" not in read(assembly(made(), PICTURES)).text
+    assert "Join" not in read(typeset_assembly(made(), PICTURES)).text

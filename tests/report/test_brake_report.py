@@ -152,7 +152,7 @@ def test_a_table_that_continues_repeats_its_header() -> None:
 
     from layerjam.report.page import Page as Content
     from layerjam.report.page import Part, Table
-    from layerjam.report.typeset import pdf
+    from layerjam.report.typeset import typeset_pdf
 
     rows = [[str(n), f"pull-{n}.csv", "ok"] for n in range(1, 101)]
     table = Table(id="pulls", caption="Each pull", head=["no.", "file", "verdict"], rows=rows)
@@ -160,7 +160,7 @@ def test_a_table_that_continues_repeats_its_header() -> None:
         title="t", lead="", parts=[Part(id="p", title="P", tables=[table])], footer="f",
         mark="Report 1", more={"date": DAY},
     )  # fmt: skip
-    with pypdfium2.PdfDocument(io.BytesIO(pdf(content.template_data(), {}))) as document:
+    with pypdfium2.PdfDocument(io.BytesIO(typeset_pdf(content.template_data(), {}))) as document:
         texts = [document[i].get_textpage().get_text_range() for i in range(len(document))]
     with_rows = [text for text in texts if "pull-" in text.replace("\u200b", "")]
     assert len(with_rows) > 1

@@ -13,7 +13,7 @@ from layerjam.fabricate.choices import resolve_choices
 from layerjam.fabricate.film import lay_out_film
 from layerjam.fabricate.lengths import compute_lengths
 from layerjam.report import build_drawings, build_pictures, build_scene
-from layerjam.report.build_files import pictures
+from layerjam.report.build_files import draw_pictures
 from layerjam.report.build_scene import Scene
 from layerjam.report.shading import Body
 from report.legible import faults, words_of
@@ -35,7 +35,7 @@ QUICK = ("odd", "two sheets")
 
 def world_of(file: BrakeFile) -> Scene:
     build = resolve_choices(file).build
-    return build_scene.scene(build, compute_lengths(file.brake, build))
+    return build_scene.make_scene(build, compute_lengths(file.brake, build))
 
 
 @pytest.mark.parametrize("name", BRAKES)
@@ -90,11 +90,11 @@ def test_the_words_of_every_picture_can_be_read(name: str) -> None:
     world = world_of(file)
     pieces = lay_out_film(file, world.build, world.lengths).pieces
     figures = {
-        "section": build_drawings.section(world),
-        "layers": build_drawings.order(world),
-        "film": build_drawings.film(pieces[0]),
+        "section": build_drawings.draw_section(world),
+        "layers": build_drawings.draw_layer_order(world),
+        "film": build_drawings.draw_film(pieces[0]),
     }
-    for shown, (shot, labels) in build_pictures.shots(world).items():
+    for shown, (shot, labels) in build_pictures.make_shots(world).items():
         figures[shown] = build_pictures.add_labels(shot, labels)
         for label in labels:
             column, row = label.place(shot)
@@ -106,7 +106,7 @@ def test_the_words_of_every_picture_can_be_read(name: str) -> None:
 
 @pytest.mark.parametrize("name", QUICK)
 def test_every_part_is_seen_where_its_name_points(name: str) -> None:
-    shots = build_pictures.shots(world_of(BRAKES[name]))
+    shots = build_pictures.make_shots(world_of(BRAKES[name]))
     for shown, (shot, labels) in shots.items():
         for label in labels:
             if isinstance(label.target, Body):
@@ -117,14 +117,14 @@ def test_every_part_is_seen_where_its_name_points(name: str) -> None:
 
 def test_the_section_states_the_lengths() -> None:
     world = world_of(KAPTON)
-    words = {text.get_text() for text in words_of(build_drawings.section(world))}
+    words = {text.get_text() for text in words_of(build_drawings.draw_section(world))}
     assert {"head 12", "port 8.2", "neck 8", "back 3", "air 1", "clamp 6", "free 11"} <= words
     assert {"plate 4.603", "stack 2.794", "shelf 4.003", "head 8.2"} <= words
 
 
 @pytest.mark.parametrize(("name", "top"), [("odd", "left sheet"), ("even", "right sheet")])
 def test_the_layers_are_listed_from_below(name: str, top: str) -> None:
-    figure = build_drawings.order(world_of(BRAKES[name]))
+    figure = build_drawings.draw_layer_order(world_of(BRAKES[name]))
     rows: dict[float, dict[float, str]] = {}
     for text in words_of(figure):
         x, y = text.get_position()
@@ -141,13 +141,13 @@ def test_the_layers_are_listed_from_below(name: str, top: str) -> None:
 def test_the_files_and_the_parts_that_are_named() -> None:
     world = world_of(KAPTON)
     pieces = lay_out_film(KAPTON, world.build, world.lengths).pieces
-    made = pictures(world.build, world.lengths, pieces)
+    made = draw_pictures(world.build, world.lengths, pieces)
     shaded = ("exploded", "stacking", "mould", "assembled")
     assert set(made.files()) == {
         *(f"pictures/{name}.png" for name in shaded),
         *(f"pictures/{name}.svg" for name in (*shaded, "section", "layers", "film")),
     }
-    seen = build_pictures.shots(world)
+    seen = build_pictures.make_shots(world)
     said = {label.words for _, labels in seen.values() for label in labels}
     for part in (
         "cap",

@@ -13,9 +13,9 @@ from layerjam.studies.choi2018.claims import (
     PrintedClaim,
     Verdict,
     claim,
+    count_verdicts,
     judge_claim,
     paper,
-    tally,
 )
 
 numbers = st.floats(-1e6, 1e6, allow_nan=False)
@@ -100,7 +100,7 @@ def test_a_claim_looked_at_again_is_not_counted() -> None:
     rows: list[Claim] = [judge_claim(statement("own words"), holds=False, y=1.0)] * 2
     rows.append(judge_claim(statement("own words", again="full"), holds=False, y=1.0))
     assert rows[2].again == "Fig. 11: full vacuum gives about 20 % of 50 g"
-    counts = tally(rows)
+    counts = count_verdicts(rows)
     assert list(counts) == list(Verdict) and counts.pop(Verdict.DIFFERS) == 2
     assert not any(counts.values())
 

@@ -11,7 +11,7 @@ from matplotlib.patches import Rectangle
 
 from layerjam.commands.predict import show
 from layerjam.device.load import load
-from layerjam.report.device_drawing import BLUE, DRAWN, ORANGE, device
+from layerjam.report.device_drawing import BLUE, DRAWN, ORANGE, draw_device
 from report.legible import faults
 
 KAPTON = load("choi2018-kapton")
@@ -43,7 +43,7 @@ def test_lengths_along_the_pull_are_to_scale(count: int) -> None:
         usable_travel=0.03,
     )  # fmt: skip
     file = replace(KAPTON, brake=replace(KAPTON.brake, sheets=sheets))
-    rest, _, pulled, _ = device(file).axes
+    rest, _, pulled, _ = draw_device(file).axes
     for axes, slip in ((rest, 0.0), (pulled, 30.0)):
         left, right = map(np.asarray, sides(axes))
         assert len(left) + len(right) == min(count, DRAWN)
@@ -65,7 +65,7 @@ def test_lengths_along_the_pull_are_to_scale(count: int) -> None:
     ],
 )
 def test_odd_brakes_can_be_read(sheets: dict[str, Any]) -> None:
-    assert faults(device(of(**sheets))) == []
+    assert faults(draw_device(of(**sheets))) == []
 
 
 def test_show_draws_it() -> None:

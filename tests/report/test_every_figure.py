@@ -188,13 +188,13 @@ def designs(name: str) -> Any:
 
 @cache
 def regulated() -> Any:
-    regulator = line_pictures.regulator("pi")
+    regulator = line_pictures.make_regulator("pi")
     return regulator, simulate_run(regulator, [(8.0, 60e3)])
 
 
 @cache
 def followed(name: str) -> Any:
-    brake, regulator = load(name).brake, line_pictures.regulator("scheduled")
+    brake, regulator = load(name).brake, line_pictures.make_regulator("scheduled")
     time = np.arange(1200) * regulator.sample_time
     top = 0.8 * float(brake_force(0.01, FULL, brake))
     wanted = rehabilitation(time, low=0.3 * top, high=top, period=6.0)
@@ -253,35 +253,37 @@ def specimens(tmp_path: Path, count: int) -> Any:
 
 
 OF_BRAKE: dict[str, Callable[[str], Any]] = {
-    "device": lambda n: device_drawing.device(load(n)),
+    "device": lambda n: device_drawing.draw_device(load(n)),
     "force": lambda n: figures.force_over_slip(load(n), FULL, 0.02),
     "force-at-the-end": lambda n: figures.force_over_slip(load(n), 5e3, 0.065),
     "vacuum": lambda n: figures.force_over_vacuum(load(n), 0.02, 40.0, 60e3),
     "vacuum-none": lambda n: figures.force_over_vacuum(load(n), 0.02, 900.0, np.inf),
-    "tensile": lambda n: chart.draw(
-        force_figures.tensile(tensile(load(n), simple_pull(FULL, 0.013, 0.04)))
+    "tensile": lambda n: chart.draw_panes(
+        force_figures.tensile_panes(tensile(load(n), simple_pull(FULL, 0.013, 0.04)))
     ),
-    "friction": lambda n: figures.friction(*rubbed(n)),
+    "friction": lambda n: figures.draw_friction(*rubbed(n)),
     "calibration": lambda n: figures.calibration(load(n), exact(n), True),
     "calibration-of-one": lambda n: figures.calibration(load(n), exact(n, 1), False),
-    "validation": lambda n: figures.validation(load(n), validated(n), True),
-    "overlay": lambda n: brake_figures.overlay(load(n).brake, validated(n, 0.007, 0.019), True),
-    "residuals": lambda n: brake_figures.residuals(validated(n, 0.007, 0.019)),
-    "scale-factors": lambda n: brake_figures.factors(exact(n)),
+    "validation": lambda n: figures.draw_validation(load(n), validated(n), True),
+    "overlay": lambda n: brake_figures.draw_overlay(
+        load(n).brake, validated(n, 0.007, 0.019), True
+    ),
+    "residuals": lambda n: brake_figures.draw_residuals(validated(n, 0.007, 0.019)),
+    "scale-factors": lambda n: brake_figures.draw_factors(exact(n)),
     "posterior": lambda n: bayes_figures.posterior(posterior(n)),
     "bands": lambda n: bayes_figures.bands(posterior(n), curves(n)),
     "deviations": lambda n: bayes_figures.deviations(posterior(n), curves(n)),
     "vacuum-for-force": lambda n: bayes_figures.vacuum_for_force(posterior(n), 0.02, 30.0),
-    "following": lambda n: control_figures.following(*followed(n)),
-    "following-alone": lambda n: control_figures.following(followed(n)[0], None),
-    "front": lambda n: design_figures.front(designs(n)),
-    "drop": lambda n: chart.draw(impact_figures.drop(dropped(n))),
+    "following": lambda n: control_figures.draw_following(*followed(n)),
+    "following-alone": lambda n: control_figures.draw_following(followed(n)[0], None),
+    "front": lambda n: design_figures.draw_front(designs(n)),
+    "drop": lambda n: chart.draw_panes(impact_figures.drop_panes(dropped(n))),
     "drop-that-crashes": lambda n: crashed(n).draw(),
     "array": lambda n: array(n, parallel=2, series=3).draw(),
     "tensile-beside": lambda n: pull_of(n, FULL).plot(beside={"50 kPa": pull_of(n, 50e3)}),
-    "plan": lambda n: control_figures.plan_figure(planned(n)),
-    "pull": lambda n: pull_figures.pulls(found(n, 1)),
-    "pulls": lambda n: pull_figures.pulls(found(n, 4)),
+    "plan": lambda n: control_figures.draw_plan(planned(n)),
+    "pull": lambda n: pull_figures.draw_pulls(found(n, 1)),
+    "pulls": lambda n: pull_figures.draw_pulls(found(n, 4)),
     "bend": lambda n: bend(n, vacuum=FULL, angle=0.5).draw(),
     "bend-over-a-joint": lambda n: bend(n, vacuum=PART, angle=1.5, radius=0.03).draw(),
     "bend-without-vacuum": lambda n: bend(n, vacuum=0.0, angle=0.5, radius=0.1).draw(),
@@ -290,23 +292,23 @@ OF_BRAKE: dict[str, Callable[[str], Any]] = {
 
 
 ALONE: dict[str, Callable[[], Any]] = {
-    "stick-slip-friction": lambda: figures.friction(*stuck_and_slipped()),
+    "stick-slip-friction": lambda: figures.draw_friction(*stuck_and_slipped()),
     "calibration-of-curves": lambda: figures.calibration(
         load(BRAKES[0]), calibrate_curves(curves(BRAKES[0]), load(BRAKES[0]).brake), True
     ),
-    "loop": lambda: chart.draw(control_figures.loop(*regulated())),
+    "loop": lambda: chart.draw_panes(control_figures.loop_panes(*regulated())),
     "drop-without-brake": lambda: drop_command(
         BRAKES[0], mass=1.0, speed=1.5, rope_stiffness=16.8e3, no_brake=True
     ).draw(),
     "rise-air": lambda: rise("choi2018", target=80e3).draw(),
     "rise-water": lambda: rise("choi2018", target=80e3, fluid="water").draw(),
     "rise-never": lambda: rise("choi2018", target=1.01e5).draw(),
-    "ageing": lambda: measurement_figures.ageing(
+    "ageing": lambda: measurement_figures.draw_ageing(
         fit_ageing([1.0, 1.0, 10.0, 100.0, 1000.0], [0.30, 0.31, 0.32, 0.34, 0.35])
     ),
-    "leak": lambda: measurement_figures.leak(held()),
-    "pump-down": lambda: measurement_figures.pump_down(emptied(), None, None),
-    "crash": lambda: measurement_figures.crash(struck()),
+    "leak": lambda: measurement_figures.draw_leak(held()),
+    "pump-down": lambda: measurement_figures.draw_pump_down(emptied(), None, None),
+    "crash": lambda: measurement_figures.draw_crash(struck()),
 }
 
 
@@ -326,12 +328,12 @@ def test_a_figure_of_its_own(name: str) -> None:
 
 @pytest.mark.slow
 def test_the_coupling() -> None:
-    assert faults(line_pictures.coupling((50e3,))) == []
+    assert faults(line_pictures.draw_coupling((50e3,))) == []
 
 
 @pytest.mark.parametrize("count", [1, 3])
 def test_figures_of_specimens(tmp_path: Path, count: int) -> None:
-    assert faults(measurement_figures.sleeve(*specimens(tmp_path, count))) == []
+    assert faults(measurement_figures.draw_sleeve(*specimens(tmp_path, count))) == []
 
 
 @pytest.mark.parametrize("name", scenarios())

@@ -22,7 +22,7 @@ def test_no_filter_and_no_rope_makes_the_papers_peaks() -> None:
 
 
 def test_cutoffs_are_where_they_are_said_to_be() -> None:
-    both = zip(paper.stops(), (10.0, 2.0), paper.cutoffs(), strict=True)
+    both = zip(paper.simulate_stops(), (10.0, 2.0), paper.find_cutoffs(), strict=True)
     for record, peak, cutoff in both:
         force = specific_force(record)
         assert paper.filtered_peak(force, cutoff) == pytest.approx(peak, rel=1e-6)
@@ -36,18 +36,18 @@ def test_cutoffs_are_where_they_are_said_to_be() -> None:
 
 def test_a_stiff_rope_shows_the_filters_answer_to_an_impulse() -> None:
     for cutoff in (5.0, 25.0):
-        most = paper.most_without_brake(cutoff)
-        stiff = paper.filtered_peak(paper.bare(1e6), cutoff)
+        most = paper.max_bare_reading(cutoff)
+        stiff = paper.filtered_peak(paper.simulate_rope(1e6), cutoff)
         assert stiff == pytest.approx(most, rel=0.01)
-        assert paper.filtered_peak(paper.bare(5e3), cutoff) <= most
-    time, force = paper.bare(16.8e3)
+        assert paper.filtered_peak(paper.simulate_rope(5e3), cutoff) <= most
+    time, force = paper.simulate_rope(16.8e3)
     area = np.trapezoid(force, time)
     assert area == pytest.approx(2 * 3.7 + paper.G * (time[-1] - time[0]), rel=1e-5)
     assert force.max() / paper.G == pytest.approx(50, abs=0.5)
 
 
 def test_ropes() -> None:
-    study = paper.rope_study()
+    study = paper.study_ropes()
     slips = np.isfinite(study.tuned)
     assert (study.tuned[slips] <= study.bare[slips] * 1.001).all()
     assert (study.bare > 2).all() and np.nanmin(study.tuned) > 9

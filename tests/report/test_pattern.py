@@ -12,7 +12,7 @@ import pytest
 from layerjam.fabricate.nest import CutPart, Piece, nest_smallest
 from layerjam.fabricate.outline import Outline, make_sheet, make_spacer
 from layerjam.report import build_files as drawn
-from layerjam.report.build_files import FORMATS, paper_for, pattern
+from layerjam.report.build_files import FORMATS, find_paper, typeset_pattern
 
 MM = 25.4 / 72
 LINE = 0.1
@@ -46,7 +46,7 @@ def _boxes(page: pypdfium2.PdfPage) -> list[list[float]]:
     [(11, 0.0, 85, 13), (11, 0.2, 85, 13), (2, 0.1, 400, 100), (60, 0.0, 150, 80)],
 )
 def test_true_to_two_micrometres(count: int, kerf: float, length: float, width: float) -> None:
-    data = pattern(_pieces(count, kerf, length, width))
+    data = typeset_pattern(_pieces(count, kerf, length, width))
     assert data is not None
     sheets = holes = spacers = rulers = 0
     with _pages(data) as pages:
@@ -71,13 +71,13 @@ def test_true_to_two_micrometres(count: int, kerf: float, length: float, width: 
 
 def test_a_cropped_pattern_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """Paper of a standard format on which the parts do not lie: what an image fitted by crops."""
-    monkeypatch.setattr(drawn, "paper_for", lambda parts: drawn.Paper("A4", 210.0, 297.0))
+    monkeypatch.setattr(drawn, "find_paper", lambda parts: drawn.Paper("A4", 210.0, 297.0))
     with pytest.raises(AssertionError):
         test_true_to_two_micrometres(2, 0.1, 400, 100)
 
 
 def test_holes_lie_in_their_parts() -> None:
-    data = pattern(_pieces(5, 0.0))
+    data = typeset_pattern(_pieces(5, 0.0))
     assert data is not None
     with _pages(data) as (page,):
         boxes = _boxes(page)
@@ -96,7 +96,7 @@ def test_corners_are_round_and_the_page_is_as_light_as_drawn() -> None:
     piece = Piece(
         name="film-1", length=70, width=50, parts=[part.translate(5, 25)], counts=[("p", 1)]
     )
-    data = pattern([piece])
+    data = typeset_pattern([piece])
     assert data is not None
     with _pages(data) as (page,):
         image = page.render(scale=10 * MM, grayscale=True).to_numpy()
@@ -109,8 +109,8 @@ def test_corners_are_round_and_the_page_is_as_light_as_drawn() -> None:
 
 def test_the_same_bytes_and_the_notes() -> None:
     pieces = _pieces(11, 0.0)
-    data = pattern(pieces, ["Never cut this film with a laser."])
-    assert data == pattern(pieces, ["Never cut this film with a laser."])
+    data = typeset_pattern(pieces, ["Never cut this film with a laser."])
+    assert data == typeset_pattern(pieces, ["Never cut this film with a laser."])
     assert data is not None
     with _pages(data) as (page,):
         words = page.get_textpage()
@@ -122,6 +122,6 @@ def test_the_same_bytes_and_the_notes() -> None:
 def test_larger_than_any_paper_is_no_pattern() -> None:
     part = Outline(length=3000, width=20)
     piece = Piece(name="film-1", length=3010, width=30, parts=[part], counts=[("p", 1)])
-    assert pattern([piece]) is None
-    assert paper_for([Outline(length=2000, width=20)]) == ("4A0", 2378, 1682)
-    assert paper_for([Outline(length=180, width=20)]) == ("A4", 210, 297)
+    assert typeset_pattern([piece]) is None
+    assert find_paper([Outline(length=2000, width=20)]) == ("4A0", 2378, 1682)
+    assert find_paper([Outline(length=180, width=20)]) == ("A4", 210, 297)

@@ -13,7 +13,7 @@ import pytest
 
 from layerjam.cli.main import main
 from layerjam.report import page
-from layerjam.report.style import svg_text
+from layerjam.report.style import format_svg
 from layerjam.studies.choi2018.reproduce import reproduce
 from report.legible import faults
 
@@ -51,7 +51,7 @@ ILLEGIBLE: list[str] = []
 def measured(figure: Any) -> str:
     """Measured afterwards: a figure that was laid out before is drawn a little differently."""
     dots = figure.get_dpi()
-    text = svg_text(figure)
+    text = format_svg(figure)
     figure.set_dpi(dots)
     ILLEGIBLE.extend(faults(figure))
     return text
@@ -62,7 +62,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("reproduction") / "report"
     told: list[str] = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(page, "svg_text", measured)
+        patch.setattr(page, "format_svg", measured)
         made = reproduce(out, progress=lambda what, _: told.append(what))
     assert (made.report, made.results) == (str(out / "report.html"), str(out / "results.json"))
     assert any("synthetic" in line for line in told) and made.report in told[-1]

@@ -7,7 +7,7 @@ import io
 import numpy as np
 import pytest
 
-from layerjam.report.shading import Body, View, shoot
+from layerjam.report.shading import Body, View, render_bodies
 
 COLOURS = ("#ff0000", "#00ff00", "#0000ff", "#ffff00", "#00ffff", "#ff00ff")
 FACES = (
@@ -53,7 +53,7 @@ def seen_first(bodies: list[Body], start: np.ndarray, way: np.ndarray) -> int:
 @pytest.mark.parametrize("seed", range(4))
 def test_the_nearest_body_is_seen(seed: int) -> None:
     bodies = boxes(seed)
-    shot = shoot(bodies, View(-62 + 40 * seed, 26 + 10 * seed), width=160)
+    shot = render_bodies(bodies, View(-62 + 40 * seed, 26 + 10 * seed), width=160)
     right, up, toward = shot.axes
     rng = np.random.default_rng(seed)
     tried = 0
@@ -82,7 +82,7 @@ def test_a_point_lands_where_it_is_drawn() -> None:
     small = boxes(1)[0]
     corners = (small.corners - small.corners.mean(axis=0)) * 0.1 + (5.0, -30.0, 12.0)
     bodies = [Body(corners, small.triangles, "#ff0000"), boxes(2)[1]]
-    shot = shoot(bodies, width=600)
+    shot = render_bodies(bodies, width=600)
     reds = (shot.pixels[:, :, 0] > 90) & (shot.pixels[:, :, 1] < 60) & (shot.pixels[:, :, 2] < 60)
     rows, columns = np.nonzero(reds)
     column, row = shot.place((5.0, -30.0, 12.0))
@@ -101,16 +101,16 @@ def test_half_a_turn_keeps_the_outside_outside() -> None:
 def test_the_file_holds_the_pixels() -> None:
     import matplotlib.image
 
-    shot = shoot(boxes(5), width=120)
+    shot = render_bodies(boxes(5), width=120)
     read = matplotlib.image.imread(io.BytesIO(shot.png()), format="png")
     assert (np.rint(read[:, :, :3] * 255).astype(np.uint8) == shot.pixels).all()
-    assert shot.png() == shoot(boxes(5), width=120).png()
+    assert shot.png() == render_bodies(boxes(5), width=120).png()
 
 
 def test_edges_between_bodies_are_dark_and_flat_faces_are_not() -> None:
     corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 10) for x in (0, 10)], dtype=float)
     one = Body(corners, np.array(FACES), "#808080")
-    shot = shoot([one, one.shift(x=10.0)], View(-90, 89.9), width=300)
+    shot = render_bodies([one, one.shift(x=10.0)], View(-90, 89.9), width=300)
     row = shot.pixels[shot.pixels.shape[0] // 2, :, 0]
     middle = len(row) // 2
     assert row[middle - 2 : middle + 2].min() < 90  # the joint of two bodies in one plane

@@ -9,21 +9,21 @@ from layerjam.errors import count_noun
 from layerjam.identify.calibration.budget import Budget, Contribution
 from layerjam.measure.certificate import Certificate
 from layerjam.measure.sidecar import Facts
-from layerjam.report.brake_numbers import Number, numbers_of
+from layerjam.report.brake_numbers import Number, table_numbers
 from layerjam.report.page import Part
 from layerjam.report.signed import (
     NOT_STATED,
     STATED,
     budget_table,
-    certificate_problems,
-    circumstances,
-    identity,
-    place_to_sign,
+    list_certificate_problems,
+    make_circumstances,
+    make_identity,
+    make_signature_part,
 )
 
 
 def rows(*facts: Facts) -> dict[str, str]:
-    part = circumstances([(f"pull-{k}.csv", one) for k, one in enumerate(facts, 1)])
+    part = make_circumstances([(f"pull-{k}.csv", one) for k, one in enumerate(facts, 1)])
     return {str(name): said.text for name, said in part.tables[0].rows}
 
 
@@ -55,7 +55,9 @@ def test_the_budgets_numbers_are_those_of_the_budget() -> None:
         ),
     )
     table = budget_table(Budget(contributions=lines))
-    values = {n.quantity.split(": ")[-1].split("factor, ")[-1]: n.value for n in numbers_of(table)}
+    values = {
+        n.quantity.split(": ")[-1].split("factor, ")[-1]: n.value for n in table_numbers(table)
+    }
     degrees = 0.005**4 / (0.003**4 / 2)
     # three pulls alone need more than Student's quantile for all
     student = max(stats.t.ppf(0.975, degrees), stats.t.ppf(0.975, 2) * 0.003 / 0.005)
@@ -86,15 +88,15 @@ def test_a_budget_in_which_nothing_is_stated_says_so() -> None:
 
 def test_the_signature_names_what_nobody_stated() -> None:
     """ISO/IEC 17025, 7.8.2.1: number, customer, laboratory, and the day of the tests."""
-    bare = identity([("a.csv", Facts())], "", "", "2026-11-25")
+    bare = make_identity([("a.csv", Facts())], "", "", "2026-11-25")
     assert [k for k, text in bare.items() if text == NOT_STATED] == [
         "report number", "customer", "laboratory", "tests done on"
     ]  # fmt: skip
-    said = " ".join(place_to_sign(bare).text)
+    said = " ".join(make_signature_part(bare).text)
     assert "Tests done on: not stated" in said and "date in conditions.toml" in said
     assert said.count("ISO/IEC 17025, section 7.8.2.1") == 4 and "--report-number" in said
     facts = Facts(date="2026-11-20", laboratory="Lab, Road 1", number="T-1", customer="C")
-    full = identity([("a.csv", facts), ("b.csv", facts)], "L-7", "", "2026-11-25")
+    full = make_identity([("a.csv", facts), ("b.csv", facts)], "L-7", "", "2026-11-25")
     assert full == {
         "report number": "L-7",
         "customer": "C",
@@ -102,9 +104,9 @@ def test_the_signature_names_what_nobody_stated() -> None:
         "tests done on": "2026-11-20",
         "issued on": "2026-11-25",
     }
-    assert "not stated" not in " ".join(place_to_sign(full).text)
-    one_day = identity([("a.csv", facts), ("b.csv", Facts())], "L-7", "C", "2026-11-25")
-    assert "Tests done on: not stated" in " ".join(place_to_sign(one_day).text)
+    assert "not stated" not in " ".join(make_signature_part(full).text)
+    one_day = make_identity([("a.csv", facts), ("b.csv", Facts())], "L-7", "C", "2026-11-25")
+    assert "Tests done on: not stated" in " ".join(make_signature_part(one_day).text)
 
 
 def test_certificates_are_judged_on_the_days_of_the_tests() -> None:
@@ -114,19 +116,19 @@ def test_certificates_are_judged_on_the_days_of_the_tests() -> None:
         date="2026-11-20 to 2026-11-22", load_cell_certificate=cell, gauge_certificate=gauge
     )
     stated = [("a.csv", facts), ("b.csv", facts)]
-    table = circumstances(stated).tables[1]
+    table = make_circumstances(stated).tables[1]
     assert [row[:6] for row in table.rows] == [
         ["load cell", "K", "2026-03-01", "2027-03-01", "L", "valid"],
         ["vacuum gauge", "P", "2025-03-01", "2026-03-01", "L", "overdue since 2026-03-01"],
         ["normal force", *[NOT_STATED] * 4, ""],
     ]
-    assert certificate_problems(stated) == [
+    assert list_certificate_problems(stated) == [
         "Calibration certificate P of the vacuum gauge: "
         "overdue since 2026-03-01 (a.csv and 1 more)."
     ]
     early = [("a.csv", Facts(date="2026-02-28", load_cell_certificate=cell))]
-    assert "calibrated after the tests" in certificate_problems(early)[0]
-    assert certificate_problems([("a.csv", Facts(load_cell_certificate=cell))]) == []
+    assert "calibrated after the tests" in list_certificate_problems(early)[0]
+    assert list_certificate_problems([("a.csv", Facts(load_cell_certificate=cell))]) == []
 
 
 def test_numbers_stand_right_although_the_first_is_not_stated() -> None:
@@ -138,7 +140,7 @@ def test_numbers_stand_right_although_the_first_is_not_stated() -> None:
     assert budget_table(Budget(contributions=lines)).template_data()["right"] == [
         False, False, True, True, True
     ]  # fmt: skip
-    part = circumstances([("a.csv", Facts(number="17", load_cell_limit=0.005))])
+    part = make_circumstances([("a.csv", Facts(number="17", load_cell_limit=0.005))])
     assert part.tables[0].template_data()["right"] == [False, False]
 
 

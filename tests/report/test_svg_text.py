@@ -16,12 +16,12 @@ def figure(slope: float) -> style.Figure:
 def by_matplotlib(made: style.Figure) -> str:
     """As `savefig` writes it, which lays out first and draws then."""
     buffer = io.StringIO()
-    with style.look():
+    with style.apply_style():
         made.savefig(buffer, format="svg", metadata={"Date": None})
     return buffer.getvalue()
 
 
 def test_the_same_text_as_matplotlib() -> None:
-    texts = [style.svg_text(figure(slope)) for slope in (1.0, -2.0)]
+    texts = [style.format_svg(figure(slope)) for slope in (1.0, -2.0)]
     assert texts == [by_matplotlib(figure(slope)) for slope in (1.0, -2.0)]
     assert texts[0] != texts[1]

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from layerjam.cli.main import main
-from layerjam.report.wiring import drawing
+from layerjam.report.wiring import draw_wiring
 from layerjam.rig.circuit import PICO, Circuit, load_circuit
 from layerjam.rig.electronics import find_conflicts
 
@@ -45,7 +45,7 @@ def words(svg: str) -> list[str]:
 
 def test_every_wire_and_component_is_drawn(made: Circuit) -> None:
     assert find_conflicts(made) == ()
-    said = words(drawing(made))
+    said = words(draw_wiring(made))
     text = "\n".join(said)
     for wire in made.wires:
         assert (wire.use or wire.label) in said, wire
@@ -62,14 +62,14 @@ def test_every_wire_and_component_is_drawn(made: Circuit) -> None:
 
 def test_every_drawn_part_is_of_the_declaration(made: Circuit) -> None:
     """A part that is drawn and not declared would be neither calculated nor simulated."""
-    drawn = {one for one in words(drawing(made)) if re.fullmatch(r"[A-Z]\d+", one)}
+    drawn = {one for one in words(draw_wiring(made)) if re.fullmatch(r"[A-Z]\d+", one)}
     assert drawn <= set(made.components), drawn - set(made.components)
 
 
 def test_the_page_shows_this_drawing(made: Circuit) -> None:
     """After a change: layerjam bench wiring pico --out docs/images/wiring-pico.svg."""
     page = Path(__file__).parents[2] / "docs" / "images" / "wiring-pico.svg"
-    assert page.read_text("utf-8") == drawing(made)
+    assert page.read_text("utf-8") == draw_wiring(made)
 
 
 @pytest.mark.parametrize(

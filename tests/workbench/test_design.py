@@ -14,7 +14,7 @@ from layerjam.commands.design import brake_of, design
 from layerjam.design.specification import example_texts
 from layerjam.device.load import load
 from layerjam.errors import FileError
-from layerjam.report.design_figures import seen_over
+from layerjam.report.design_figures import find_front_axes
 from layerjam.studies.machines.apply import scenario
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import disambiguate
@@ -119,7 +119,7 @@ def test_what_kills_a_specification_is_said():
 
 
 def test_every_point_of_the_picture_bears_its_design(small):
-    names = seen_over(small)
+    names = find_front_axes(small)
     made = front.front_chart(small, names, front.CHOSEN, False)
     rows = front.all_designs(small)
     for series in made["series"]:

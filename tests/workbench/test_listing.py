@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from layerjam.errors import FileError
-from layerjam.measure.conditions import conditions
+from layerjam.measure.conditions import read_conditions
 from layerjam.measure.options import ReadingOptions
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.dropping import attach_list, is_list, read_list
@@ -40,9 +40,9 @@ def test_the_page_reads_what_the_commands_read(tab, tmp_path):
     assert taken == ["a.csv", "b.csv", "slide.csv"] and told == []
     for one in files[:3]:
         (tmp_path / one.shown).write_bytes(ROWS)
-        by_command = conditions(tmp_path / one.shown, ReadingOptions())
+        by_command = read_conditions(tmp_path / one.shown, ReadingOptions())
         laid = tab.with_sidecar(one, tab.sidecars[one.shown])
-        assert conditions(laid.path, ReadingOptions()) == by_command
+        assert read_conditions(laid.path, ReadingOptions()) == by_command
     assert "other.csv" not in tab.sidecars
 
 

@@ -11,7 +11,7 @@ from layerjam.commands.impact import drop
 from layerjam.commands.regulate import regulate
 from layerjam.commands.tensile import tensile
 from layerjam.commands.vacuum_line import rise
-from layerjam.report.chart import Curve, Pane, add_comparisons, draw
+from layerjam.report.chart import Curve, Pane, add_comparisons, draw_panes
 from layerjam.report.style import GREY
 from layerjam.workbench.charts import options
 
@@ -65,7 +65,7 @@ def test_curves_beside_are_quiet_named_once_and_widen_the_axes():
     assert (quiet.color, quiet.name, quiet.labelled) == (GREY, "other", True)
     assert not second.curves[1].labelled
     assert first.x_range == (0, 3) and first.y_range[1] > 5 and second.y_range == (0, 2)
-    words = [text.get_text() for axes in draw([first, second]).axes for text in axes.texts]
+    words = [text.get_text() for axes in draw_panes([first, second]).axes for text in axes.texts]
     assert words == ["other"]
 
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from layerjam.measure.options import ReadingOptions
-from layerjam.measure.preview import preview
+from layerjam.measure.preview import preview_file
 from layerjam.measure.readers.read import read_trace
 from layerjam.units import parse
 from layerjam.workbench.desk import Desk
@@ -91,9 +91,9 @@ def test_two_clicks_make_a_table_without_names_a_measurement(tmp_path):
     path = written(tmp_path, "friction.dat", *rows)
     assert propose("k", path.name, path).asks == "columns"
     assert CLICKS["columns"] in find_refusal(path) and "--" not in find_refusal(path)
-    said = column_edit(path, preview(path), 1, "elongation", "mm")
+    said = column_edit(path, preview_file(path), 1, "elongation", "mm")
     assert said["columns"] == "skip,elongation:mm,skip"
-    shown = preview(path, ReadingOptions(columns=said["columns"]))
+    shown = preview_file(path, ReadingOptions(columns=said["columns"]))
     assert shown.taken == {1: ("elongation", "mm")}
     said |= column_edit(path, shown, 2, "force", "N")
     assert said["columns"] == "skip,elongation:mm,force:N"
@@ -108,7 +108,7 @@ def test_two_clicks_make_a_table_without_names_a_measurement(tmp_path):
 
 def test_another_unit_outranks_the_one_in_the_head(tmp_path):
     path = written(tmp_path, "pull.csv", *pull_rows(), head="Extension (mm),Load (N)")
-    shown = preview(path)
+    shown = preview_file(path)
     assert shown.taken == {0: ("elongation", "mm"), 1: ("force", "N")}
     said = column_edit(path, shown, 1, "force", "lbf")
     path.with_name("pull.csv.toml").write_text(

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from layerjam.campaigns.plan import Subject, Trial, duration, plan_tests, sample_count
+from layerjam.campaigns.plan import Subject, Trial, plan_tests, pull_duration, sample_count
 from layerjam.campaigns.records import group_pulls, simulate_friction_test, simulate_pulls
 from layerjam.campaigns.spec import Spec, check_spec
 from layerjam.campaigns.text import read_spec
@@ -46,7 +46,7 @@ class Campaign:
         for test in sleds:
             yield test, simulate_friction_test(self.spec, test)
         for speed, tests in group_pulls(self.tests if kind in ("", "pull") else ()):
-            count = sample_count(duration(self.spec, speed), self.spec.machine)
+            count = sample_count(pull_duration(self.spec, speed), self.spec.machine)
             size = max(1, _CHUNK // count)
             for start in range(0, len(tests), size):
                 chunk = tests[start : start + size]

@@ -66,7 +66,7 @@ def write_campaign(
     folder = Path(folder)
     tell = progress or (lambda _what, _share: None)
     check_pulls(campaign.spec, campaign.tests)
-    _prepare(folder, overwrite)
+    _prepare_folder(folder, overwrite)
     texts = {
         "README.txt": format_readme(campaign, folder),
         "spec.toml": "# SYNTHETIC: the campaign that created the files in this folder.\n"
@@ -80,7 +80,7 @@ def write_campaign(
         for name, text in texts.items():
             write_whole(folder / name, text, overwrite)
         for test, trace in campaign.records():
-            paths[test.number] = _write(campaign, test, trace, folder, overwrite)
+            paths[test.number] = _write_test(campaign, test, trace, folder, overwrite)
             samples += len(trace)
             tell("writing files", len(paths) / len(campaign.tests))
     except KeyboardInterrupt:
@@ -94,7 +94,7 @@ def write_campaign(
     )
 
 
-def _prepare(folder: Path, overwrite: bool) -> None:
+def _prepare_folder(folder: Path, overwrite: bool) -> None:
     check_name(folder)
     with report_failure(folder, "cannot be written"):
         if folder.exists() and not folder.is_dir():
@@ -104,11 +104,13 @@ def _prepare(folder: Path, overwrite: bool) -> None:
             raise FileError(folder, "is not empty; use --overwrite to write into it anyway")
 
 
-def _write(campaign: Campaign, test: Trial, trace: Trace, folder: Path, overwrite: bool) -> Path:
+def _write_test(
+    campaign: Campaign, test: Trial, trace: Trace, folder: Path, overwrite: bool
+) -> Path:
     form, fault, cut = select_form(campaign, test), test.practice, None
     path = folder / file_name(campaign, test)
     if fault == "cut_off":
-        draw = float(faults.generator(campaign.spec.seed, "practice", test.number + 1).random())
+        draw = float(faults.make_random(campaign.spec.seed, "practice", test.number + 1).random())
         cut = 0.3 + 0.65 * draw
     elif fault == "header_only":
         none = np.empty(0)
@@ -220,7 +222,7 @@ def suggest_commands(campaign: Campaign, folder: Path) -> list[str]:
         tests = [t for t in campaign.tests if t.subject is subject]
         sleds = [t for t in tests if t.kind == "friction"]
         if sleds:
-            patterns = _file_patterns(campaign, folder, sleds)
+            patterns = _list_file_patterns(campaign, folder, sleds)
             if spec_holds := campaign.spec.friction.holds:
                 aged_file = quote_word(str(folder / f"{subject.label}-aged.toml"))
                 hold = f"--hold {max(spec_holds):g}s"
@@ -232,15 +234,15 @@ def suggest_commands(campaign: Campaign, folder: Path) -> list[str]:
             highest = max(t.vacuum or 0.0 for t in pulls)
             best = [t for t in pulls if t.vacuum == highest]
             others = [t for t in pulls if t.vacuum != highest]
-            patterns = _file_patterns(campaign, folder, best)
+            patterns = _list_file_patterns(campaign, folder, best)
             out.append(f"layerjam calibrate {brake} {patterns} --out {calibrated_file}")
             if others:
-                patterns = _file_patterns(campaign, folder, others)
+                patterns = _list_file_patterns(campaign, folder, others)
                 out.append(f"layerjam validate {calibrated_file} {patterns}")
     return out
 
 
-def _file_patterns(campaign: Campaign, folder: Path, tests: Sequence[Trial]) -> str:
+def _list_file_patterns(campaign: Campaign, folder: Path, tests: Sequence[Trial]) -> str:
     """Return shell patterns for the files of some tests, without sidecars."""
     names = {}
     for test in tests:

@@ -34,7 +34,7 @@ class Layout:
     """Layout of a program: the lines above the numbers, the columns and the defaults.
 
     `head` contains the header lines: "|" starts a new cell, and words in braces are replaced in
-    each file (see `_header_values`). `columns` contains the format of each column: t, time [s]; x,
+    each file (`_make_header_values`). `columns` contains the format of each column: t, time [s]; x,
     travel [mm]; m, travel [m]; f, force [N]. testXpert also has c, the absolute crosshead position
     [mm], and X and F, its travel and force. `name` and `unit` are the formats of a cell with a name
     or a unit; `second` is the unit of time. `english` contains the names of time, travel and force
@@ -120,7 +120,7 @@ def encode_file(trace: Trace, form: Form, force_unit: str = "N", cut: float | No
     layout, (encoding, decimal, _) = form.details, form.choices()
     mark = layout.mark or ("," if decimal == "." else ";")
     head = [line.replace("|", mark) for line in layout.head]
-    words = _header_values(trace, form, force_unit, mark)
+    words = _make_header_values(trace, form, force_unit, mark)
     text = layout.newline.join([*(line.format(**words) for line in head), ""])
     text += _format_rows(layout, trace, trace.time, mark, decimal)
     if cut is not None:
@@ -128,7 +128,7 @@ def encode_file(trace: Trace, form: Form, force_unit: str = "N", cut: float | No
     return text.encode(encoding)
 
 
-def _header_values(trace: Trace, form: Form, force_unit: str, mark: str) -> dict[str, object]:
+def _make_header_values(trace: Trace, form: Form, force_unit: str, mark: str) -> dict[str, object]:
     """Return {word in braces in the header: replacement}."""
     layout, (_, decimal, language) = form.details, form.choices()
     names: tuple[str, ...] = LANGUAGES[language]
@@ -190,3 +190,6 @@ def write_pair(
     if sidecar:
         write_facts(path, replace(trace.facts, synthetic=True), overwrite)
     return write_whole(path, data, overwrite)
+
+
+file_bytes = encode_file  # former name

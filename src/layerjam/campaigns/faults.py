@@ -104,7 +104,7 @@ def check_consistency(machine: Faults) -> None:
         )
 
 
-def generator(seed: int, stream: str, test: int) -> np.random.Generator:
+def make_random(seed: int, stream: str, test: int) -> np.random.Generator:
     """Return the random number generator for one fault in one test."""
     return np.random.Generator(np.random.PCG64([seed, STREAMS[stream], test]))
 
@@ -113,7 +113,7 @@ def draw_normal(seed: int, stream: str, tests: npt.NDArray[np.int64], count: int
     """Return standard normal numbers for some tests, shape (len(tests), count)."""
     out = np.empty((len(tests), count))
     for row, test in zip(out, tests.tolist(), strict=True):
-        generator(seed, stream, test).standard_normal(out=row)
+        make_random(seed, stream, test).standard_normal(out=row)
     return out
 
 
@@ -178,7 +178,7 @@ def sample_mask(machine: Faults, seed: int, test: int, count: int) -> Bools | No
     """Return a mask of the samples that are kept (always the first and the last), or None."""
     if machine.dropped <= 0:
         return None
-    keep = generator(seed, "dropped", test).random(count) >= machine.dropped
+    keep = make_random(seed, "dropped", test).random(count) >= machine.dropped
     keep[[0, -1]] = True
     return keep
 
@@ -187,7 +187,7 @@ def recorded_times(time: Array, machine: Faults, seed: int, test: int) -> Array:
     """Return the time stamps of a test, shape (N,), some of which repeat the previous one."""
     if machine.repeated_stamps <= 0:
         return time
-    repeats = generator(seed, "repeated", test).random(len(time)) < machine.repeated_stamps
+    repeats = make_random(seed, "repeated", test).random(len(time)) < machine.repeated_stamps
     repeats[0] = False
     stamps = np.where(repeats, -np.inf, time)
     return np.maximum.accumulate(stamps)

@@ -81,9 +81,9 @@ def plan_tests(spec: Spec) -> tuple[tuple[Subject, ...], tuple[Trial, ...]]:
     for subject, vacuum in itertools.product(subjects, spec.pulls.vacuums):
         _check_vacuum(subject, vacuum, spec.machine)
     for speed in spec.pulls.speeds if spec.pulls.vacuums else ():
-        sample_count(duration(spec, speed), spec.machine)
+        sample_count(pull_duration(spec, speed), spec.machine)
     if spec.friction.repeats:
-        sample_count(spec.friction.travel / spec.friction.speed, sled_machine(spec))
+        sample_count(spec.friction.travel / spec.friction.speed, make_sled_machine(spec))
     plain = [*_plan_friction_tests(spec, subjects), *_plan_pulls(spec, subjects)]
     if len({t.name for t in plain}) < len(plain):
         raise QuantityError.of("pulls", "two vacuums or speeds agree to five digits")
@@ -143,7 +143,7 @@ def _check_vacuum(subject: Subject, vacuum: float, machine: Faults) -> None:
         )
 
 
-def duration(spec: Spec, speed: float) -> float:
+def pull_duration(spec: Spec, speed: float) -> float:
     """Return the duration of a pull [s]."""
     return (spec.machine.slack + spec.pulls.travel + spec.pulls.unload) / speed
 
@@ -160,7 +160,7 @@ def sample_count(lasts: float, machine: Faults) -> int:
     return count
 
 
-def sled_machine(spec: Spec) -> Faults:
+def make_sled_machine(spec: Spec) -> Faults:
     """Return the machine with the load cell of the friction tests."""
     cell = {f.name: getattr(spec.friction, f.name) for f in fields(LoadCell)}
     steady = {"force_drift": 0.0, "zero_per_kelvin": 0.0}
@@ -169,7 +169,7 @@ def sled_machine(spec: Spec) -> Faults:
 
 
 def _plan_pulls(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
-    numbers = _padded_numbers(spec.pulls.repeats)
+    numbers = _pad_numbers(spec.pulls.repeats)
     loops = (subjects, spec.pulls.vacuums, spec.pulls.speeds, numbers)
     for subject, vacuum, speed, number in itertools.product(*loops):
         yield Trial(
@@ -189,7 +189,7 @@ def _plan_pulls(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
 def _plan_friction_tests(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
     tests = spec.friction
     holds: Sequence[float | None] = tests.holds or (None,)
-    for subject, hold, number in itertools.product(subjects, holds, _padded_numbers(tests.repeats)):
+    for subject, hold, number in itertools.product(subjects, holds, _pad_numbers(tests.repeats)):
         ending = number if hold is None else f"hold{hold:.5g}s_{number}"
         yield Trial(
             kind="friction",
@@ -201,7 +201,7 @@ def _plan_friction_tests(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Tr
         )
 
 
-def _padded_numbers(repeats: int) -> list[str]:
+def _pad_numbers(repeats: int) -> list[str]:
     """Return 1, 2, 3 and so on as texts of equal length, so that files are sorted correctly."""
     return [f"{n:0{len(str(repeats))}d}" for n in range(1, repeats + 1)]
 
@@ -211,7 +211,7 @@ def _add_scatter(spec: Spec, test: Trial) -> Trial:
     # tests of a brake with the same repeat number share the draws of an unused test number
     brake = next(n for n, t in enumerate(spec.brakes) if t is test.subject.truth)
     place = 10**6 * (brake + 1) + test.repeat if shared else test.number
-    draws = faults.generator(spec.seed, "scatter", place).standard_normal(3)
+    draws = faults.make_random(spec.seed, "scatter", place).standard_normal(3)
     warm = 1 + spec.machine.friction_per_kelvin * test.warmer
     if test.kind == "friction":
         sizes = (spec.friction.kinetic_scatter, spec.friction.static_scatter)
@@ -229,7 +229,7 @@ def _add_scatter(spec: Spec, test: Trial) -> Trial:
 def _add_practice_faults(spec: Spec, tests: list[Trial]) -> tuple[Trial, ...]:
     """Return the tests, with practice faults in some pulls."""
     pulls = [t.number for t in tests if t.kind == "pull"]
-    order = faults.generator(spec.seed, "practice", 0).permutation(len(pulls)).tolist()
+    order = faults.make_random(spec.seed, "practice", 0).permutation(len(pulls)).tolist()
     for fault, count in vars(spec.practice).items():
         for _ in range(count):
             number = pulls[order.pop()]
@@ -245,7 +245,7 @@ def _add_outliers(spec: Spec, tests: Sequence[Trial]) -> tuple[Trial, ...]:
         if test.kind == "pull":
             key = (test.subject.label, test.vacuum) if odd.per == "vacuum" else (test.number,)
             places.setdefault(key, []).append(test.number)
-    order = faults.generator(spec.seed, "odd", 0).permutation(len(places)).tolist()
+    order = faults.make_random(spec.seed, "odd", 0).permutation(len(places)).tolist()
     members = [*places.values()]
     outliers = {number for place in order[: odd.how_many] for number in members[place]}
     return tuple(_make_outlier(spec, test) if test.number in outliers else test for test in tests)

@@ -7,7 +7,7 @@ import numpy as np
 
 from layerjam.campaigns import faults
 from layerjam.campaigns.faults import Faults
-from layerjam.campaigns.plan import Subject, Trial, sample_count, sled_machine
+from layerjam.campaigns.plan import Subject, Trial, make_sled_machine, sample_count
 from layerjam.campaigns.spec import Spec
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
@@ -89,7 +89,7 @@ def check_pulls(spec: Spec, tests: Sequence[Trial]) -> None:
     for speed, group in group_pulls(tests):
         turn = (spec.machine.slack + spec.pulls.travel) / speed
         ends = np.array([[0.0, turn, turn + spec.pulls.unload / speed]])
-        _pull_force(spec, group, ends)
+        _simulate_pull_force(spec, group, ends)
 
 
 def simulate_pulls(spec: Spec, tests: Sequence[Trial], count: int) -> list[Trace]:
@@ -100,7 +100,7 @@ def simulate_pulls(spec: Spec, tests: Sequence[Trial], count: int) -> list[Trace
     end = machine.slack + spec.pulls.travel
     travel = speed * time
     travel = end - np.abs(travel - end) if spec.pulls.unload > 0 else travel
-    force = _pull_force(spec, tests, np.maximum(time - machine.lag, 0.0))
+    force = _simulate_pull_force(spec, tests, np.maximum(time - machine.lag, 0.0))
     reading = faults.measured_force(
         force, time, _as_column([t.warmer for t in tests]), machine, spec.seed, numbers
     )
@@ -109,7 +109,7 @@ def simulate_pulls(spec: Spec, tests: Sequence[Trial], count: int) -> list[Trace
     )
 
 
-def _pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Array:
+def _simulate_pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Array:
     """Return the true force [N] at times [s], shape (M, N)."""
     machine, subject, speed = spec.machine, tests[0].subject, tests[0].true_speed
     true = subject.true
@@ -188,13 +188,13 @@ def simulate_friction_test(spec: Spec, test: Trial) -> Trace:
     """Return the record of one friction test."""
     from layerjam.mechanics.ageing import aged_static
 
-    test_spec, machine, film = spec.friction, sled_machine(spec), test.subject.true.film
+    test_spec, machine, film = spec.friction, make_sled_machine(spec), test.subject.true.film
     numbers = np.array([test.number])
     time = faults.sample_times(
         machine, spec.seed, numbers, sample_count(test_spec.travel / test_spec.speed, machine)
     )
     travel_of_string = test_spec.speed * np.maximum(time[0] - machine.lag, 0.0)
-    profile = _rough_profile(travel_of_string, faults.generator(spec.seed, "texture", test.number))
+    profile = _draw_profile(travel_of_string, faults.make_random(spec.seed, "texture", test.number))
     kinetic = film.kinetic * test.friction * test_spec.normal_force
     static_friction = film.static
     if test.hold is not None:
@@ -216,7 +216,7 @@ def simulate_friction_test(spec: Spec, test: Trial) -> Trace:
     return _record_traces(spec, machine, [test], time, travel, reading)[0]
 
 
-def _rough_profile(travel: Array, random: np.random.Generator) -> Array:
+def _draw_profile(travel: Array, random: np.random.Generator) -> Array:
     """Return a random profile, shape (N,), with an SD of 1 and a resolution of about 1 mm."""
     knots = np.arange(0.0, travel[-1] + 2e-3, 1e-3)
     return np.interp(travel, knots, random.standard_normal(len(knots)))

@@ -79,11 +79,11 @@ def format_spec(spec: Spec) -> str:
         records = spec.brakes if table == "brakes" else (getattr(spec, table),)
         for record in records:
             head = "[[brakes]]" if table == "brakes" else f"[{table}]"
-            lines += ["", f"# {_HEADINGS[table]}", head, *_record_values(record, cls)]
+            lines += ["", f"# {_HEADINGS[table]}", head, *_format_record(record, cls)]
     return "\n".join([*lines, ""])
 
 
-def _record_values(record: Any, cls: type) -> list[str]:
+def _format_record(record: Any, cls: type) -> list[str]:
     lines = []
     for name, entry in entries(cls):
         value = getattr(record, name)

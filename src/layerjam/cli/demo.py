@@ -120,9 +120,9 @@ def _write_test_files(folder: Path) -> Files:
     file, validation = load(BRAKE), replace(lab.VALIDATED_ON, repeats=1)
     folder.mkdir(parents=True)
     return (
-        lab.friction_files(file, folder),
-        lab.pull_files(file, folder, lab.CALIBRATED_ON, "testxpert", "calibration"),
-        lab.pull_files(file, folder, validation, "bluehill", "validation"),
+        lab.write_friction_files(file, folder),
+        lab.write_pulls(file, folder, lab.CALIBRATED_ON, "testxpert", "calibration"),
+        lab.write_pulls(file, folder, validation, "bluehill", "validation"),
     )
 
 
@@ -255,7 +255,7 @@ def _describe_main_job(
     from layerjam.identify.validation.metrics import validate_pulls
     from layerjam.measure.readers.read import read_trace
     from layerjam.studies.choi2018.lab import NORMAL_FORCE, read_pulls
-    from layerjam.studies.choi2018.paper_report import main_job
+    from layerjam.studies.choi2018.paper_report import make_main_part
 
     tests, pulls, others = files
     traces = [read_trace(test) for test in tests]
@@ -273,7 +273,7 @@ def _describe_main_job(
         (f"{validation.mape:.2%}", "MAPE on pulls not used in the calibration"),
         (show(needed_vacuum, "Pa"), "vacuum for 100 N at 20 mm of slip"),
     ]
-    part = main_job(
+    part = make_main_part(
         calibrated_brake, traces, friction, calibration, validation, (SLIP, FORCE, needed_vacuum)
     )
     return part, numbers
@@ -287,8 +287,8 @@ def _draw_glance(brake: "BrakeFile") -> "Part":
     from layerjam.commands.vacuum_line import rise
     from layerjam.fluid.file import load_line
     from layerjam.report import build_pictures
-    from layerjam.report.build_scene import scene
-    from layerjam.report.device_drawing import device
+    from layerjam.report.build_scene import make_scene
+    from layerjam.report.device_drawing import draw_device
     from layerjam.report.page import Part, Picture
 
     if (drawing := build_verdict(brake).record) is None:
@@ -297,9 +297,12 @@ def _draw_glance(brake: "BrakeFile") -> "Part":
         brake, mass=1.0, speed=2.5, vacuum="tuned", travel=0.04, rope_stiffness=ROPE_STIFFNESS
     )
     pull = tensile(brake, vacuum=94.5e3, speed=0.013, travel=0.04)
-    shot = build_pictures.shots(scene(drawing.build, drawing.lengths))["exploded"]
+    shot = build_pictures.make_shots(make_scene(drawing.build, drawing.lengths))["exploded"]
     drawers: dict[str, tuple[Callable[[], Figure], str]] = {
-        "device": (partial(device, brake), "The brake at rest, extended, and in cross-section."),
+        "device": (
+            partial(draw_device, brake),
+            "The brake at rest, extended, and in cross-section.",
+        ),
         "exploded": (partial(build_pictures.add_labels, *shot), "Its parts, separated."),
         "pull": (pull.draw, "Computed pull at 94.5 kPa."),
         "stop": (stop.draw, "Computed stop of 1 kg from 2.5 m/s within 40 mm."),

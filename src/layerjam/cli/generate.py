@@ -73,9 +73,9 @@ def check_figure(path: Path | None, overwrite: bool) -> None:
     """Reject a figure that cannot be drawn or written, before any computation."""
     check_target(path, overwrite, PICTURES)
     if path is not None:
-        from layerjam.report.style import look
+        from layerjam.report.style import apply_style
 
-        with look():
+        with apply_style():
             pass
 
 

@@ -47,9 +47,9 @@ class Ageing(FromFiles):
     def draw(self) -> Figure:
         """Return the figure of static friction versus hold time, with the fitted line."""
         from layerjam.report import measurement_figures
-        from layerjam.report.style import of_synthetic
+        from layerjam.report.style import mark_figure
 
-        return of_synthetic(measurement_figures.ageing(self.record), self.synthetic)
+        return mark_figure(measurement_figures.draw_ageing(self.record), self.synthetic)
 
 
 @command("test", computes=False)
@@ -117,7 +117,7 @@ def _render_brake(
     brake: Any, fit: Any, used: "Sequence[tuple[Trace, float, float]]", name: str
 ) -> str:
     from layerjam.device.file import updated_text
-    from layerjam.identify.provenance import file_digests, mark_synthetic
+    from layerjam.identify.provenance import digest_files, mark_synthetic
     from layerjam.toml_files.source import Source
 
     def make_source(interval: tuple[float, float]) -> Source:
@@ -131,7 +131,7 @@ def _render_brake(
         "film.ageing": (fit.ageing, make_source(fit.ageing_interval)),
         "film.static_hold": (fit.hold, hold),
     }
-    files = file_digests([t.path for t, _, _ in used], [t.path for t, _, _ in used if t.synthetic])
+    files = digest_files([t.path for t, _, _ in used], [t.path for t, _, _ in used if t.synthetic])
     made_by = {"program": "layerjam ageing", "files": files}
     return updated_text(brake, name, mark_synthetic(changes, _has_synthetic(used)), made_by)
 

@@ -159,9 +159,9 @@ def bench_wiring(
 
     circuit = load_circuit(board)
     if out is not None:
-        from layerjam.report.wiring import drawing
+        from layerjam.report.wiring import draw_wiring
 
-        path, svg = Path(out), drawing(circuit)
+        path, svg = Path(out), draw_wiring(circuit)
         check_name(path)
         try:
             with path.open("x", encoding="utf-8") as file:

@@ -81,7 +81,7 @@ class Bend(Result):
         """Return the figure of moment versus angle, and of friction versus the joint's angle."""
         from layerjam.report import force_figures
 
-        return force_figures.bend(*self.record)
+        return force_figures.draw_bend(*self.record)
 
 
 @command("predict")

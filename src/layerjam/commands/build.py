@@ -257,12 +257,12 @@ def _build_content(
     """
     from layerjam.fabricate.folder import build_files
     from layerjam.report.assembly_steps import PATTERN
-    from layerjam.report.build_files import papers
+    from layerjam.report.build_files import make_papers
 
     progress("patterns and parts", 0.3)
     content = build_files(drawing, with_step=with_step, coupons=coupons)
     progress("pictures and instructions", 0.5)
-    content |= papers(drawing, coupons, content)
+    content |= make_papers(drawing, coupons, content)
     if PATTERN not in content:
         notices.append(
             Notice(

@@ -17,7 +17,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import FitError, Notice, count_noun
 from layerjam.measure.trace import Trace
-from layerjam.report.folder import plain
+from layerjam.report.folder import to_json
 from layerjam.simulate.quantities import SEED
 from layerjam.units import QuantitySpec, show
 from layerjam.verdict import judge
@@ -234,12 +234,12 @@ def calibrate(
     failed checks by name, {check: reason}.
     """
     from layerjam.identify.calibration.peaks import fit_pull
-    from layerjam.identify.curves import require_usable
-    from layerjam.identify.provenance import calibrated_text, list_inputs
+    from layerjam.identify.curves import require_usable_pull
+    from layerjam.identify.provenance import format_brake, list_inputs
 
     free = _select_free_parameters(free, depth)
     exact = depth == "exact"
-    test = fit_pull if exact else lambda pull, pressure, _brake: require_usable(pull, pressure)
+    test = fit_pull if exact else lambda pull, pressure, _brake: require_usable_pull(pull, pressure)
     files, specimens_out, exclusions = left_out.split_excluded(files, options)
     used, refusals, odd = read_pulls(files, brake, vacuum, options, test, progress, specimens_out)
     used, outliers = _leave_out_outliers(used, brake.brake)
@@ -249,13 +249,13 @@ def calibrate(
     source = list_inputs(brake, traces)
     verdict = judge(fit.checks, accept, list(fit.sources), out)
     facts = {"exclusions": exclusions, "files": source["files"], "acceptances": verdict.decisions}
-    text = bound(calibrated_text, brake, fit, depth, **facts)
+    text = bound(format_brake, brake, fit, depth, **facts)
     path, notices = write_brake(out, text, overwrite, bool(refusals), partial, verdict)
     return BrakeCalibration.create(
         fit.values,
         fit,
         verdict,
-        **{name: plain(getattr(fit, name)) for name in TABLES},
+        **{name: to_json(getattr(fit, name)) for name in TABLES},
         depth=depth,
         standard_errors={**fit.standard_errors, "rests_on": fit.errors_rest_on},
         pulls=pull_rows(fit.pulls),
@@ -278,9 +278,9 @@ def _leave_out_outliers(
 
     A pull is excluded if no plausible scatter explains its scale factor or its stiffness.
     """
-    from layerjam.identify.calibration.gross import gross_pulls
+    from layerjam.identify.calibration.gross import find_gross_pulls
 
-    reasons = gross_pulls([(features, vacuum) for _, features, vacuum in used], brake)
+    reasons = find_gross_pulls([(features, vacuum) for _, features, vacuum in used], brake)
     inliers = [pull for index, pull in enumerate(used) if index not in reasons]
     return inliers, [exclusion_row(used[index][0], reason) for index, reason in reasons.items()]
 

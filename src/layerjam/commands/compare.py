@@ -106,7 +106,7 @@ class Comparison(Result):
         from layerjam.report import density_figures
 
         rows, lines, _ = self.record
-        return density_figures.density(rows, lines, self.sheet, list(self.none_found))
+        return density_figures.draw_density(rows, lines, self.sheet, list(self.none_found))
 
 
 def _read_brakes(value: Sequence[AnyBrake], arguments: Mapping[str, Any]) -> list[BrakeFile]:

@@ -110,9 +110,9 @@ class CrashFound(Judged, Pulse):
     def draw(self) -> Figure:
         """Return the figure of acceleration and velocity versus time."""
         from layerjam.report import measurement_figures
-        from layerjam.report.style import of_synthetic
+        from layerjam.report.style import mark_figure
 
-        return of_synthetic(measurement_figures.crash(self.record), self.synthetic)
+        return mark_figure(measurement_figures.draw_crash(self.record), self.synthetic)
 
 
 @command("test", computes=False)
@@ -155,7 +155,7 @@ def crash(
     such a run already states rate and range.
     """
     from layerjam.identify.logs import crash as crash_log
-    from layerjam.identify.logs.checks import crash_checks
+    from layerjam.identify.logs.checks import check_crash
 
     cfc = parse_channel_class(filter_class)
     log, reach, warnings = _read_signal(file, shot, sampling, options)
@@ -177,7 +177,7 @@ def crash(
     return CrashFound.create(
         reduction,
         log,
-        judge(crash_checks(reduction), accept),
+        judge(check_crash(reduction), accept),
         warnings=[*warnings, *log.notices, *reduction.warnings, *_crash_notices(falling, hic)],
         record=reduction,
     )

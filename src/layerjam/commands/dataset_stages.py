@@ -19,7 +19,7 @@ from layerjam.dataset.recipe import RECIPE, Recipe
 from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError
 from layerjam.identify.provenance import sha256
-from layerjam.report.folder import json_text, plain
+from layerjam.report.folder import format_json, to_json
 from layerjam.toml_files.folders import write_files
 from layerjam.verdict import read_acceptances
 
@@ -59,7 +59,7 @@ def derive_results(
         date=facts.date if facts else None,
         names={str(root / name): name for names in files.values() for name in names},
     )
-    brake_files.write(content, out / crate.REPORT, say=lambda what: tell(what, 0.8))
+    brake_files.write_report(content, out / crate.REPORT, say=lambda what: tell(what, 0.8))
     (friction, pulls, tests), unused = _split_uses(root, files, content)
     used_names = {name for names in files.values() for name in names}
     for name in read_campaign(root / crate.RAW, settings.options).measurements:
@@ -82,7 +82,7 @@ def describe_dataset(
 ) -> str:
     """Return the text of ro-crate-metadata.json for these files of a dataset in `root`."""
     brake, synthetic = content.file.name, content.synthetic
-    return json_text(crate.crate_metadata(root, files, recipe, details, brake, synthetic))
+    return format_json(crate.make_crate_metadata(root, files, recipe, details, brake, synthetic))
 
 
 def _split_uses(
@@ -121,7 +121,7 @@ def changed_options(methods: HowTested) -> dict[str, Any]:
         options["exclude"] = reasons
     if methods.accept:
         options["accept"] = methods.accept
-    return dict(plain(options))
+    return dict(to_json(options))
 
 
 def read_settings(recipe: Recipe, root: Path) -> HowTested:

@@ -92,7 +92,7 @@ class DesignResult(Judged):
 
         if not self.has_curve:
             raise QuantityError("design: no design meets the specification; there is no front")
-        return design_figures.front(self)
+        return design_figures.draw_front(self)
 
     def lines(self) -> Iterator[str]:
         """Yield the design, the runner-up, constraints that exclude better designs, and margins."""

@@ -94,10 +94,10 @@ class SiliconeFit(FromFiles, Judged):
     def draw(self) -> Figure:
         """Return the figure of stress versus strain of every specimen with its model."""
         from layerjam.report import measurement_figures as figures
-        from layerjam.report.style import of_synthetic
+        from layerjam.report.style import mark_figure
 
         sheets = {path: row["data_sheet"] for path, row in self.files.items()}
-        return of_synthetic(figures.sleeve(self.record, sheets), self.synthetic)
+        return mark_figure(figures.draw_sleeve(self.record, sheets), self.synthetic)
 
 
 @command("test", computes=False)
@@ -141,10 +141,10 @@ def enclosure(
     catalogue silicone to compare with, if the files do not. With `brake` and `out`, the mean 100 %
     modulus is written into a copy of the brake, and with `hyperelastic`, so is the model.
     """
-    from layerjam.identify.rubber.checks import specimen_checks
-    from layerjam.identify.rubber.specimens import data_sheets, find_silicone, pool, read, row_of
+    from layerjam.identify.rubber.checks import check_specimens
+    from layerjam.identify.rubber.specimens import find_silicone, load_sheets, make_row, pool, read
 
-    sheets = data_sheets()
+    sheets = load_sheets()
     _check_options(start, end, brake, out, material, sheets, hyperelastic)
     settings: dict[str, Any] = {"area": area, "gauge_length": gauge_length, "limit": fit_to}
     read_specimen = bound(read, window=(start, end), options=options, **settings)
@@ -152,12 +152,12 @@ def enclosure(
     specimens_by_path = {row[0].path: row for row in specimens}
     names = {p: find_silicone(s, material, sheets) for p, (s, *_) in specimens_by_path.items()}
     warnings: list[str] = [w for s, m, *_ in specimens for w in (*s.warnings, *m.warnings)]
-    rows = {path: row_of(row, names[path], sheets) for path, row in specimens_by_path.items()}
+    rows = {path: make_row(row, names[path], sheets) for path, row in specimens_by_path.items()}
     alike = len({n and n[0] for n in names.values()}) == 1
     values = pool(specimens, list(rows.values()), fit_to) if alike else {}
     warnings += [] if alike else [SEVERAL_MATERIALS]
     changes = _brake_changes(values, specimens_by_path, brake, hyperelastic)
-    verdict = judge(specimen_checks(rows, values, hyperelastic), accept, list(changes), out)
+    verdict = judge(check_specimens(rows, values, hyperelastic), accept, list(changes), out)
     path, notices = _write_brake(brake, out, changes, overwrite, bool(refusals), partial, verdict)
     return SiliconeFit.create(
         values,

@@ -15,7 +15,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load
 from layerjam.device.mount import Site
 from layerjam.errors import FitError, Notice, QuantityError
-from layerjam.report.folder import plain
+from layerjam.report.folder import to_json
 from layerjam.simulate.quantities import AREA
 from layerjam.units import QuantitySpec, show
 from layerjam.verdict import judge
@@ -113,7 +113,7 @@ class Friction(FromFiles, Judged):
         """Return the figure of the friction coefficient versus displacement for every repeat."""
         from layerjam.report import figures
 
-        return figures.friction(*self.record)
+        return figures.draw_friction(*self.record)
 
 
 @command("test", computes=False)
@@ -139,7 +139,7 @@ def friction(
     brake's file. If a check fails, nothing is written; `accept` accepts failed checks by name,
     {check: reason}.
     """
-    from layerjam.identify.friction.reduction import GRAVITY, pool, reduce_repeat, with_friction
+    from layerjam.identify.friction.reduction import GRAVITY, add_friction, pool, reduce_repeat
     from layerjam.identify.friction.standards import find_standard
 
     if (brake is None) != (out is None):
@@ -168,7 +168,7 @@ def friction(
     warnings += notices
     path = None
     if brake is not None:
-        text, effects = with_friction(brake, result, Path(str(out)).stem, verdict.decisions)
+        text, effects = add_friction(brake, result, Path(str(out)).stem, verdict.decisions)
         path, lines = write_brake(out, lambda _: text, overwrite, bool(refusals), partial, verdict)
         warnings += effects if path else lines
     return Friction.create(
@@ -178,7 +178,7 @@ def friction(
         standard=rule.name,
         window=list(result.window),
         intervals={name: values and values.as_dict() for name, values in result.over.items()},
-        stick_slip=plain(result.stick_slip),
+        stick_slip=to_json(result.stick_slip),
         pressure=pressure,
         repeats_table=[_repeat_row(r, normal) for r in result.repeats],
         understood=describe_readings(traces),

@@ -103,10 +103,10 @@ class Stop(Reading, Heating):
         from layerjam.report import impact_figures
 
         if isinstance(self.record, BareDrop):
-            return impact_figures.bare(self.record)
+            return impact_figures.bare_panes(self.record)
         if self.record is None:
             raise QuantityError(f"a drop that was not computed has no curve: {self.reason}")
-        return impact_figures.drop(self.record, self.crash)
+        return impact_figures.drop_panes(self.record, self.crash)
 
     def overlay_curves(self) -> "Sequence[Curve]":
         """Return the main curves; for a drop without a brake, only force versus time."""

@@ -67,9 +67,9 @@ class LeakFound(Judged):
     def draw(self) -> Figure:
         """Return the figure of pressure versus time with the fitted laws."""
         from layerjam.report import measurement_figures
-        from layerjam.report.style import of_synthetic
+        from layerjam.report.style import mark_figure
 
-        return of_synthetic(measurement_figures.leak(self.record), self.synthetic)
+        return mark_figure(measurement_figures.draw_leak(self.record), self.synthetic)
 
 
 @command("vacuum", computes=False)
@@ -91,7 +91,7 @@ def leak(
     Without `volume`, only rates can be determined. A temperature column is used if present;
     otherwise the gas has the constant `temperature`.
     """
-    from layerjam.identify.logs.checks import leak_checks
+    from layerjam.identify.logs.checks import check_leak
     from layerjam.identify.logs.leak import fit_leak, to_sccm
 
     span = check_window(start, end)
@@ -114,7 +114,7 @@ def leak(
         best,
         fit,
         read,
-        judge(leak_checks(fit, best, logged), accept),
+        judge(check_leak(fit, best, logged), accept),
         **bounds(rate=(slow, fast), time_constant=(_time_constant(fast), _time_constant(slow))),
         **bounds(leak_rate=(flow_interval_at(low), flow_interval_at(high))),
         time_constant=_time_constant(best.rate),

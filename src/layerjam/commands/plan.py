@@ -171,7 +171,7 @@ class CollisionPlan(Judged):
         """Return the figure of the vacuum during the warning, the stops, and the probabilities."""
         from layerjam.report import control_figures
 
-        return control_figures.plan_figure(self.record)
+        return control_figures.draw_plan(self.record)
 
 
 LEAST_SIZES = {

@@ -120,9 +120,9 @@ class BrakeSummary(Result):
 
     def draw(self) -> Figure:
         """Return the figure of the brake with every named length and force."""
-        from layerjam.report.device_drawing import device
+        from layerjam.report.device_drawing import draw_device
 
-        return device(self.record)
+        return draw_device(self.record)
 
     def lines(self) -> Iterator[str]:
         """Yield the sources of the numbers."""

@@ -14,7 +14,7 @@ from layerjam.device.mount import Site
 from layerjam.errors import FileError, QuantityError
 from layerjam.measure.log import PRESSURE, TEMPERATURE, TIME, Log, read_log
 from layerjam.measure.options import ReadingOptions
-from layerjam.measure.readers.unit_words import convert
+from layerjam.measure.readers.unit_words import convert_unit
 from layerjam.measure.trace import Array
 from layerjam.units import QuantitySpec, show
 
@@ -31,7 +31,7 @@ def parse_temperature(text: float | str | None, _arguments: object = None) -> fl
     value = float(text) if isinstance(text, int | float) else None
     if isinstance(text, str):
         match = re.fullmatch(r"\s*([+-]?\d{1,6}(?:\.\d{1,12})?)\s*(\S.{0,15}?)\s*", text)
-        kelvin = convert(match[2], "K") if match else None
+        kelvin = convert_unit(match[2], "K") if match else None
         if not match or kelvin is None:
             raise QuantityError(
                 f"temperature: '{text[:40]}' is not a temperature; write '23 °C' or '296 K'"

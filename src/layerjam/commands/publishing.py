@@ -17,7 +17,7 @@ from layerjam.dataset import campaign as campaigns
 from layerjam.dataset import checksums
 from layerjam.dataset.crate import BRAKE, LINE, METADATA, RAW, REPORT, RESULTS
 from layerjam.dataset.people import Details
-from layerjam.dataset.recipe import RECIPE, Recipe, program_versions
+from layerjam.dataset.recipe import RECIPE, Recipe, list_program_versions
 from layerjam.device.file import BrakeFile
 from layerjam.errors import FileError, Notice
 from layerjam.fluid.file import load_line
@@ -123,7 +123,7 @@ def _write_results(
         options["exclude"] = {_dataset_path(campaign, name): reason for name, reason in exclusions}
     friction, calibration_pulls, test_pulls = _split_uses(staging, uses, methods, tell)
     recipe = Recipe(
-        versions=program_versions(),
+        versions=list_program_versions(),
         brake=BRAKE,
         results=RESULTS,
         options=options,

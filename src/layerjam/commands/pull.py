@@ -58,7 +58,7 @@ class Pulls(Judged):
         """Return the figure of force versus elongation with the features of the pulls."""
         from layerjam.report import pull_figures
 
-        return pull_figures.pulls(self.record)
+        return pull_figures.draw_pulls(self.record)
 
     def overlay_curves(self) -> Sequence[Curve]:
         """Return force [N] versus elongation [mm] of all pulls from their onsets, in one series."""

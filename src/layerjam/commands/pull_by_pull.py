@@ -54,10 +54,10 @@ def pull_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 def condition_notices(pulls: "Sequence[SinglePull]") -> Iterator[Notice]:
     """Yield a notice if all pulls have the same vacuum or speed."""
-    from layerjam.identify.single_pulls import common_conditions
+    from layerjam.identify.single_pulls import find_common_conditions
 
     words = {"vacuum": ("Pa", "vacuums"), "speed": ("m/s", "speeds")}
-    for quantity, value in common_conditions(pulls).items():
+    for quantity, value in find_common_conditions(pulls).items():
         unit, others = words[quantity]
         yield Notice(
             f"only one {quantity}, {show(value, unit, 3)}: these pulls do not show "

@@ -81,10 +81,12 @@ class PumpFound(Judged):
     def draw(self) -> Figure:
         """Return the figure of pressure versus time with the fit."""
         from layerjam.report import measurement_figures
-        from layerjam.report.style import of_synthetic
+        from layerjam.report.style import mark_figure
 
         single, second, constant = self.record
-        return of_synthetic(measurement_figures.pump_down(single, second, constant), self.synthetic)
+        return mark_figure(
+            measurement_figures.draw_pump_down(single, second, constant), self.synthetic
+        )
 
 
 @command("vacuum", computes=False)
@@ -115,7 +117,7 @@ def pump_down(
     of the same line with `added_volume` determine both. `compliance` is the volume lost per unit of
     vacuum, or "fit".
     """
-    from layerjam.identify.logs.checks import pump_down_checks
+    from layerjam.identify.logs.checks import check_pump_downs
     from layerjam.identify.logs.pump_down import fit_pump_down, needs_shrink
 
     if (with_volume is None) != (added_volume is None):
@@ -146,7 +148,7 @@ def pump_down(
         warnings.append(Notice(PROPORTION, "flow-over-volume"))
     numbers = _pump_results(single, second, volume, flow, added_volume)
     logs = [log for log in (single, second) if log is not None]
-    checks = pump_down_checks(logs, dict(_list_intervals({**numbers, "rate": single.rate})))
+    checks = check_pump_downs(logs, dict(_list_intervals({**numbers, "rate": single.rate})))
     return PumpFound.create(
         numbers,
         single,

@@ -13,14 +13,14 @@ from layerjam.dataset import checksums, crate
 from layerjam.dataset.comparison import (
     Difference,
     count_numbers,
-    differences,
-    entries_by_name,
-    file_differences,
-    number_differences,
-    prune,
+    diff_files,
+    diff_numbers,
+    diff_values,
+    index_entries,
+    prune_items,
 )
 from layerjam.dataset.crate import BRAKE, LINE, METADATA, RAW, README, REPORT, RESULTS
-from layerjam.dataset.recipe import FORMAT, RECIPE, Recipe, program_versions, read_recipe
+from layerjam.dataset.recipe import FORMAT, RECIPE, Recipe, list_program_versions, read_recipe
 from layerjam.dataset.unpack import open_root
 from layerjam.errors import FileError, LayerjamError, MissingExtraError
 from layerjam.identify.provenance import sha256
@@ -47,15 +47,15 @@ class _Comparison:
             return
         original = path.read_bytes()
         self.numbers += count_numbers(name, content)
-        differences = list(file_differences(name, original, content))
-        if differences and (others := self._list_versions()):
+        diff_values = list(diff_files(name, original, content))
+        if diff_values and (others := self._list_versions()):
             try:
-                differences = list(self._compare_numbers(name, original, content))
+                diff_values = list(self._compare_numbers(name, original, content))
             except ValueError:
-                differences = [Difference("text", name, "cannot be read", None)]
-            if not differences:
+                diff_values = [Difference("text", name, "cannot be read", None)]
+            if not diff_values:
                 self.not_compared[name] = f"its text and drawings: {others}"
-        self.found += differences
+        self.found += diff_values
 
     def compare_description(self, text: str) -> None:
         """Compare ro-crate-metadata.json, except files whose checksums already differ."""
@@ -65,22 +65,22 @@ class _Comparison:
         except (ValueError, RecursionError):
             original = {}
         left_out = {crate.relative_address(name) for name in self.changed}
-        was, local = (entries_by_name(prune(d, left_out)) for d in (original, json.loads(text)))
-        self.found += differences(was, local, METADATA, words=True)
+        was, local = (index_entries(prune_items(d, left_out)) for d in (original, json.loads(text)))
+        self.found += diff_values(was, local, METADATA, words=True)
 
     def _compare_numbers(self, name: str, original: bytes, content: bytes) -> Iterator[Difference]:
         if name != RESULTS:
-            return number_differences(name, original, content)
+            return diff_numbers(name, original, content)
         documents = (json.loads(text) for text in (original, content))
         was, local = ({s: document[s] for s in STAGES if document.get(s)} for document in documents)
-        return differences(was, local, name)
+        return diff_values(was, local, name)
 
     def _list_versions(self) -> str:
         """Return, as text, the different versions that wrote the dataset.
 
         It is empty if there are none.
         """
-        original, local = self.recipe.versions, program_versions()
+        original, local = self.recipe.versions, list_program_versions()
         differing = [
             f"{n} {v}, here {local.get(n, 'none')}"
             for n, v in original.items()
@@ -98,10 +98,10 @@ def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
     """
     with open_root(source) as root, tempfile.TemporaryDirectory(prefix="layerjam-again-") as folder:
         recipe, (checksums_listed, strange) = read_recipe(root), checksums.read_checksums(root)
-        changed_files = checksums.find_changed(root, checksums_listed)
+        changed_files = checksums.find_changed_files(root, checksums_listed)
         names_left = {checksums.NAME, *((METADATA,) if recipe.format < FORMAT else ())}
         added_files = [
-            n for n in checksums.list_all(root) if n not in {*checksums_listed, *names_left}
+            n for n in checksums.list_all_files(root) if n not in {*checksums_listed, *names_left}
         ]
         if (root / REPORT / "report.pdf").is_file():
             with MissingExtraError.raise_if_missing("the PDF of a dataset (typst)", "publish"):
@@ -138,7 +138,7 @@ def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
             added_files=added_files,
             not_compared=work.not_compared,
             fingerprint=sha256(fingerprint) if fingerprint.is_file() else None,
-            versions={"published": dict(recipe.versions), "recomputed": program_versions()},
+            versions={"published": dict(recipe.versions), "recomputed": list_program_versions()},
             record=work.found,
             decisions=tuple(acceptances),
         )

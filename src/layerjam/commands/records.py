@@ -236,9 +236,9 @@ def records_verify(
     RecordsError for the database.
     """
     database = _open_database(db)
-    from layerjam.records.view import verify
+    from layerjam.records.view import verify_files
 
-    result = verify(database, [folders] if isinstance(folders, str | Path) else list(folders))
+    result = verify_files(database, [folders] if isinstance(folders, str | Path) else list(folders))
     notices = _no_records_notice(database, [*range(result.checked)])
     return RecordsVerified.create(result, warnings=notices)
 
@@ -256,9 +256,9 @@ def records_withdraw(
     or if it has already been withdrawn.
     """
     database = _open_database(db)
-    from layerjam.records.store import withdraw
+    from layerjam.records.store import withdraw_record
 
-    result, used_by = withdraw(database, ident, why)
+    result, used_by = withdraw_record(database, ident, why)
     text = "records derived from it remain unchanged; see 'layerjam records show'"
     notices = [Notice(f"{len(used_by)} {text}", "used")] if used_by else []
     return RecordWithdrawn(id=result, used_by=used_by, warnings=notices)

@@ -108,7 +108,7 @@ class Regulation(Judged):
         from layerjam.report import control_figures
 
         regulator, loop = self.record
-        return control_figures.loop(regulator, loop, self.fault_at)
+        return control_figures.loop_panes(regulator, loop, self.fault_at)
 
     def overlay_curves(self) -> Sequence[Curve]:
         """Return the curve of vacuum [kPa] versus time [s]."""

@@ -19,7 +19,7 @@ from layerjam.commands.validation import validate as run_validation
 from layerjam.device.file import BrakeFile
 from layerjam.errors import FitError, Notice, count_noun
 from layerjam.measure.trace import Trace
-from layerjam.report.folder import plain
+from layerjam.report.folder import to_json
 from layerjam.verdict import Check, Verdict, judge, key_of, remaining
 
 if TYPE_CHECKING:
@@ -100,13 +100,13 @@ class _Work:
         self, stage: str, result: Result, traces: Sequence[Trace], *left_out: str
     ) -> None:
         """Add a command's result to the report, without the warnings of the keys `left out`."""
-        from layerjam.report.brake_tables import file_used
+        from layerjam.report.brake_tables import describe_file
 
         report = self.report
         values = {
             k: v for k, v in result.values.items() if k not in ("file", "refused", "excluded")
         }
-        report.stages[stage] = {**plain(values), "units": dict(result.units)}
+        report.stages[stage] = {**to_json(values), "units": dict(result.units)}
         notices = (
             w for w in result.warnings if getattr(w, "key", "") not in ("synthetic", *left_out)
         )
@@ -115,7 +115,7 @@ class _Work:
         report.refused += [(Path(p).name, stage, reason) for p, reason in refusals.items()]
         exclusions: Sequence[Mapping[str, Any]] = result.values.get("excluded", ())
         report.excluded += [(Path(e["file"]).name, stage, e["because"]) for e in exclusions]
-        report.files += [file_used(trace, stage) for trace in traces]
+        report.files += [describe_file(trace, stage) for trace in traces]
 
     def adopt_brake(self, file: BrakeFile) -> None:
         """Use the brake of a stage from now on, at the site's atmosphere."""
@@ -163,7 +163,7 @@ def report(
     fails, nothing is written; `accept` accepts failed checks by name, {check: reason}. Raises
     FileError if a report exists and `overwrite` is not set.
     """
-    from layerjam.report.brake_files import check_folder, write
+    from layerjam.report.brake_files import check_folder, write_report
     from layerjam.report.page import check_extras
 
     out, tell = Path(out), progress or (lambda _what, _share: None)
@@ -188,7 +188,7 @@ def report(
     )
     content.number, content.customer = issued.report_number, issued.customer
     failed_checks = content.verdict.failed
-    files = None if failed_checks else write(content, out, overwrite, lambda what: tell(what, 0.9))
+    files = None if failed_checks else write_report(content, out, overwrite, lambda w: tell(w, 0.9))
     return _report_result(content, files)
 
 
@@ -277,7 +277,7 @@ def _report_result(content: "BrakeReport", files: "ReportFiles | None") -> Repor
 
 
 def _add_friction(work: _Work, files: Sequence[Measured]) -> None:
-    from layerjam.identify.friction.reduction import with_friction
+    from layerjam.identify.friction.reduction import add_friction
 
     work.tell(f"friction: {count_noun(len(files), 'file')}", 0.1)
     stage = run_friction(files, test=work.how.test, options=work.how.options, progress=work.tell)
@@ -289,12 +289,12 @@ def _add_friction(work: _Work, files: Sequence[Measured]) -> None:
         stands = f"the kinetic friction in the file of {name} is kept: these tests do not yield any"
         work.report.warnings["friction"].append(Notice(stands, "kinetic-stands"))
     else:
-        text, _ = with_friction(work.report.file, fit, name, verdict.decisions)
+        text, _ = add_friction(work.report.file, fit, name, verdict.decisions)
         work.adopt_brake(BrakeFile.read(text, name))
 
 
 def _add_calibration(work: _Work, files: Sequence[Measured], exclusions: LeftOut) -> None:
-    from layerjam.identify.provenance import calibrated_text
+    from layerjam.identify.provenance import format_brake
 
     work.tell(f"calibration: {count_noun(len(files), 'pull')}", 0.3)
     stage = run_calibration(
@@ -308,7 +308,7 @@ def _add_calibration(work: _Work, files: Sequence[Measured], exclusions: LeftOut
     )
     file, fit = stage.record
     verdict = work.judge("calibration", fit.checks, [*fit.sources])
-    text = calibrated_text(
+    text = format_brake(
         file,
         fit,
         work.how.depth,
@@ -325,7 +325,7 @@ def _add_calibration(work: _Work, files: Sequence[Measured], exclusions: LeftOut
 
 def _add_validation(work: _Work, files: Sequence[Measured], exclusions: LeftOut) -> None:
     """Add the validation before and after calibration to the report, and the files used twice."""
-    from layerjam.identify.validation.table import validation_checks
+    from layerjam.identify.validation.table import check_validation
 
     work.tell(f"validation: {count_noun(len(files), 'pull')}", 0.6)
     report = work.report
@@ -342,4 +342,4 @@ def _add_validation(work: _Work, files: Sequence[Measured], exclusions: LeftOut)
     if report.calibration is not None or report.brake.scale_factor != 1.0:
         report.before = stage.before
     report.seen = [Path(p).name for p in stage.calibrated_on]
-    work.judge("validation", validation_checks(report.validation, len(report.seen)))
+    work.judge("validation", check_validation(report.validation, len(report.seen)))

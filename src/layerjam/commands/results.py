@@ -20,7 +20,7 @@ from layerjam.commands.wording import format_words, raise_powers, strip_controls
 from layerjam.device.load import accept_force, write_whole
 from layerjam.errors import FileError, LayerjamError, MissingExtraError, Notice, UnknownNameError
 from layerjam.outputs import ENDS, Figure, declare, fact, number
-from layerjam.report.folder import plain
+from layerjam.report.folder import to_json
 from layerjam.units import show
 from layerjam.verdict import Acceptance, Verdict, accepted_rows, failures_of, remaining
 
@@ -90,7 +90,7 @@ class Result:
             if isinstance(source, Verdict) and (source.checks or source.decisions):
                 given |= {name: getattr(source, name) for name in JUDGED}
                 if issubclass(cls, Judged):
-                    given["checks"] = plain(source.checks)
+                    given["checks"] = to_json(source.checks)
                 given["warnings"] = [*given.get("warnings", ()), *source.notices()]
         return cls(**given)
 
@@ -169,9 +169,9 @@ class Result:
 
     def draw_panes(self, panes: Sequence[Pane]) -> Figure:
         """Return the figure of its `panes`, possibly with added curves."""
-        from layerjam.report.chart import draw
+        from layerjam.report.chart import draw_panes
 
-        return draw(panes)
+        return draw_panes(panes)
 
     @classmethod
     def is_drawable(cls) -> bool:
@@ -296,7 +296,7 @@ class Result:
             "units": self.units,
             "warnings": list(dict.fromkeys(map(str, self.warnings))),
         }
-        return json.dumps(plain(document), indent=2, allow_nan=False)
+        return json.dumps(to_json(document), indent=2, allow_nan=False)
 
     @property
     def judgement(self) -> dict[str, Any]:

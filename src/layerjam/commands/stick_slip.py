@@ -69,13 +69,13 @@ class StickSlip(Result):
         """Return force versus elongation with the stick–slip bounds, and the last slip enlarged."""
         from layerjam.report import force_figures
 
-        return force_figures.stick_slip(self.record, panes[0])
+        return force_figures.draw_stick_slip(self.record, panes[0])
 
     def panes(self) -> Sequence[Pane]:
         """Return force versus elongation between the stick–slip bounds."""
         from layerjam.report import force_figures
 
-        return force_figures.between_bounds(self.record)
+        return force_figures.bounds_panes(self.record)
 
 
 @command("predict", record=(".csv", ".nc"))

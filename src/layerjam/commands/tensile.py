@@ -68,7 +68,7 @@ class Tensile(Result):
         """Return the pane of force versus elongation."""
         from layerjam.report import force_figures
 
-        return force_figures.tensile(self.record)
+        return force_figures.tensile_panes(self.record)
 
     @classmethod
     def can_overlay(cls, kind: type[Result]) -> bool:

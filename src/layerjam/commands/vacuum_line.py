@@ -56,7 +56,7 @@ class VacuumRise(Result):
         """Return vacuum versus time up to the target."""
         from layerjam.report import fluid_figures
 
-        return fluid_figures.rising(self.line, self.target, self.record, self.rise_time)
+        return fluid_figures.make_rise_pane(self.line, self.target, self.record, self.rise_time)
 
 
 @command("vacuum")

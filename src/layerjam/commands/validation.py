@@ -90,7 +90,7 @@ class ModelErrors(Judged):
         from layerjam.report import figures
 
         file, validation = self.record
-        return figures.validation(file, validation, any(t.synthetic for t in self.traces))
+        return figures.draw_validation(file, validation, any(t.synthetic for t in self.traces))
 
 
 def _format_share(scatter: Mapping[str, Any] | None) -> str:
@@ -135,9 +135,9 @@ def validate(
     from layerjam.identify.validation.table import (
         FILE,
         add_pull_table,
-        error_row,
-        error_rows,
-        validation_checks,
+        check_validation,
+        make_error_row,
+        make_error_rows,
     )
 
     files, specimens_out, exclusions = left_out.split_excluded(files, options)
@@ -162,10 +162,10 @@ def validate(
         )
         warnings.append(Notice(sentence, "calibrated-on"))
     return ModelErrors.create(
-        error_rows(validation),
-        judge(validation_checks(validation, len(same)), accept),
-        uncalibrated=before and error_rows(before),
-        files=[error_row(c, FILE) for c in validation.curves],
+        make_error_rows(validation),
+        judge(check_validation(validation, len(same)), accept),
+        uncalibrated=before and make_error_rows(before),
+        files=[make_error_row(c, FILE) for c in validation.curves],
         pulls=pull_rows(validation.pulls),
         excluded=exclusions,
         refused=refusals,

@@ -82,7 +82,7 @@ def identify_air(
     separates pump and leak, and `vent` [1/s] is assumed. Raises FitError if there is no pump-down
     or the leak exceeds the pole.
     """
-    from layerjam.identify.logs.checks import pump_down_checks
+    from layerjam.identify.logs.checks import check_pump_downs
     from layerjam.identify.logs.pump_down import fit_pump_down
 
     fit = fit_pump_down(np.asarray(time, float), atmosphere - np.asarray(vacuum, float))
@@ -95,7 +95,7 @@ def identify_air(
     plant = Plant(rate=rate, top=reach * fit.rate / rate, leak=leak, vent=vent)
     ends = (atmosphere - high, atmosphere - low)
     pole = fit.interval(2)
-    checks = (*pump_down_checks([fit], {}), interval_check("rate", fit.rate, *pole))
+    checks = (*check_pump_downs([fit], {}), interval_check("rate", fit.rate, *pole))
     return Identified(plant, pole, ends, float(fit.series.noise), checks)
 
 

@@ -9,7 +9,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load
 from layerjam.errors import FileError, LayerjamError
 from layerjam.identify.provenance import calibration_files
-from layerjam.measure.conditions import LIST, conditions
+from layerjam.measure.conditions import LIST, read_conditions
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.read import open_traces
 from layerjam.measure.sidecar import FOLDER, Facts, sidecar_path
@@ -115,7 +115,7 @@ def _is_measurement(path: Path, options: ReadingOptions) -> bool:
 def _read_facts(path: Path, options: ReadingOptions) -> Facts:
     """Return the metadata, empty if unreadable: the stage that uses the file reports that."""
     try:
-        return conditions(path, options)
+        return read_conditions(path, options)
     except LayerjamError:
         return Facts()
 

@@ -12,10 +12,10 @@ _LINE = re.compile(r"([0-9a-f]{64}) [ *](.+)")
 
 def list_files(folder: Path) -> list[str]:
     """Return the sorted paths, with slashes, of all files below a folder, without links."""
-    return sorted(n for n in list_all(folder) if not (folder / n).is_symlink())
+    return sorted(n for n in list_all_files(folder) if not (folder / n).is_symlink())
 
 
-def list_all(folder: Path) -> list[str]:
+def list_all_files(folder: Path) -> list[str]:
     """Return the sorted paths, with slashes, of all files and links below a folder."""
     paths = (p for p in folder.rglob("*") if p.is_symlink() or p.is_file())
     return sorted(p.relative_to(folder).as_posix() for p in paths)
@@ -47,7 +47,7 @@ def read_checksums(folder: Path) -> tuple[dict[str, str], list[tuple[int, str]]]
     return digests, strange
 
 
-def find_changed(folder: Path, digests: Mapping[str, str]) -> list[str]:
+def find_changed_files(folder: Path, digests: Mapping[str, str]) -> list[str]:
     """Return the files that are missing or whose digest differs from the list."""
     return sorted(
         name

@@ -41,7 +41,7 @@ class Difference:
     share: float | None = None
 
 
-def file_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
+def diff_files(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
     """Yield all differences between a published file and the same file recomputed here.
 
     In drawings, points may differ by `DRAWN`; only the first difference is reported.
@@ -50,19 +50,19 @@ def file_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
         return
     kind = PurePosixPath(file).suffix
     if kind == ".pdf":
-        yield from _pdf_differences(file, old, new)
+        yield from _diff_pdfs(file, old, new)
         return
     try:
         left, right = old.decode(), new.decode()
         if kind in _READERS:
-            yield from differences(_READERS[kind](left), _READERS[kind](right), file, words=True)
+            yield from diff_values(_READERS[kind](left), _READERS[kind](right), file, words=True)
         else:
-            yield from _page_differences(file, left, right)
+            yield from _diff_pages(file, left, right)
     except (ValueError, RecursionError):
         yield Difference("text", file, "cannot be read", None)
 
 
-def number_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
+def diff_numbers(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
     """Yield the published numbers that different versions of the programs do not reproduce.
 
     Words, drawings and the order of numbers on a page or in a table are not compared.
@@ -70,10 +70,10 @@ def number_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference
     kind = PurePosixPath(file).suffix
     if kind in _READERS and kind != ".csv":
         before, after = (_READERS[kind](text.decode()) for text in (old, new))
-        yield from differences(before, after, file)
+        yield from diff_values(before, after, file)
         return
-    left = Counter(printed_numbers(file, new))
-    for number in printed_numbers(file, old):
+    left = Counter(find_printed_numbers(file, new))
+    for number in find_printed_numbers(file, old):
         others = (n for n in left if left[n] and _are_equal(number, n))
         match = number if left[number] else next(others, None)
         if match is None:
@@ -82,7 +82,7 @@ def number_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference
             left[match] -= 1
 
 
-def differences(old: Any, new: Any, file: str, words: bool = False) -> Iterator[Difference]:
+def diff_values(old: Any, new: Any, file: str, words: bool = False) -> Iterator[Difference]:
     """Yield, in order, the numbers in `old` (JSON) that `new` does not contain.
 
     With `words`, words are compared too, and entries that only `new` contains are included.
@@ -107,10 +107,10 @@ def count_numbers(file: str, content: bytes) -> int:
     if kind in _READERS:
         leaves = _iterate_leaves(_READERS[kind](content.decode()))
         return sum(not isinstance(leaf, str) for _, leaf in leaves)
-    return len(printed_numbers(file, content)) if kind in (".html", ".md") else 0
+    return len(find_printed_numbers(file, content)) if kind in (".html", ".md") else 0
 
 
-def entries_by_name(document: Any) -> Any:
+def index_entries(document: Any) -> Any:
     """Return a JSON-LD document with its entries keyed by name instead of by position."""
     graph = document.get("@graph") if isinstance(document, dict) else None
     if isinstance(graph, list) and all(isinstance(e, dict) and "@id" in e for e in graph):
@@ -118,13 +118,13 @@ def entries_by_name(document: Any) -> Any:
     return document
 
 
-def prune(document: Any, names: Collection[str]) -> Any:
+def prune_items(document: Any, names: Collection[str]) -> Any:
     """Return a JSON-LD document without the entries of these names and references to them."""
     if isinstance(document, dict):
-        return {key: prune(inner, names) for key, inner in document.items()}
+        return {key: prune_items(inner, names) for key, inner in document.items()}
     if isinstance(document, list):
         others = (v for v in document if not (isinstance(v, dict) and v.get("@id") in names))
-        return [prune(inner, names) for inner in others]
+        return [prune_items(inner, names) for inner in others]
     return document
 
 
@@ -170,22 +170,22 @@ def _iterate_leaves(value: Any, path: str = "") -> Iterator[tuple[str, Leaf]]:
 
 
 def _are_equal(a: Any, b: Any) -> bool:
-    if not (_plain_value(a) and _plain_value(b)):
+    if not (_is_number(a) and _is_number(b)):
         return a is b or (isinstance(a, str) and a == b)
     return a == b or abs(a - b) <= SAME * max(abs(a), abs(b))
 
 
-def _plain_value(value: Any) -> bool:
+def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _relative_difference(a: Any, b: Any) -> float | None:
-    if not (_plain_value(a) and _plain_value(b) and a):
+    if not (_is_number(a) and _is_number(b) and a):
         return None
     return abs(b - a) / abs(a)
 
 
-def _page_differences(file: str, old: str, new: str) -> Iterator[Difference]:
+def _diff_pages(file: str, old: str, new: str) -> Iterator[Difference]:
     """Yield the differences in the text of a page, then those in its drawings."""
     pair = [_SVG.split(text) for text in (old, new)]
     if len(pair[0]) != len(pair[1]):
@@ -194,22 +194,22 @@ def _page_differences(file: str, old: str, new: str) -> Iterator[Difference]:
         return
     for index, (before, after) in enumerate(zip(*pair, strict=True)):
         if index % 2:
-            texts = _text_differences(file, _number_digests(before), _number_digests(after), DRAWN)
+            texts = _diff_texts(file, _replace_digests(before), _replace_digests(after), DRAWN)
             first = next(texts, None)
             if first is not None:
                 name = f"drawing {index // 2 + 1}, {first.number}"
                 yield Difference(name, file, first.published, first.recomputed, first.share)
         else:
-            yield from _text_differences(file, before, after)
+            yield from _diff_texts(file, before, after)
 
 
-def _number_digests(drawing: str) -> str:
+def _replace_digests(drawing: str) -> str:
     """Return a drawing with its digests replaced by numbers, in order of appearance."""
     ids: dict[str, str] = {}
     return _ID.sub(lambda m: ids.setdefault(m[0], f"id-{len(ids)}"), drawing)
 
 
-def _text_differences(file: str, old: str, new: str, room: float = 0.0) -> Iterator[Difference]:
+def _diff_texts(file: str, old: str, new: str, room: float = 0.0) -> Iterator[Difference]:
     """Yield the differences of two texts by line; decimals may differ by `room` or `SAME`."""
     before, after = old.split("\n"), new.split("\n")
     if len(before) != len(after):
@@ -219,7 +219,7 @@ def _text_differences(file: str, old: str, new: str, room: float = 0.0) -> Itera
             continue
         pieces = [NUMBER.split(line) for line in (left, right)]
         if pieces[0][::2] != pieces[1][::2]:
-            yield Difference(f"line {number}", file, *_changed_words(left, right))
+            yield Difference(f"line {number}", file, *_find_changed_words(left, right))
             continue
         for a, b in zip(pieces[0][1::2], pieces[1][1::2], strict=True):
             if a == b:
@@ -230,7 +230,7 @@ def _text_differences(file: str, old: str, new: str, room: float = 0.0) -> Itera
                 yield Difference(f"line {number}", file, x, y, _relative_difference(x, y))
 
 
-def _changed_words(old: str, new: str) -> tuple[str, str]:
+def _find_changed_words(old: str, new: str) -> tuple[str, str]:
     """Return the words in which two lines differ, without their common start and end."""
     left, right = old.split(" "), new.split(" ")
     while left and right and left[0] == right[0]:
@@ -240,16 +240,16 @@ def _changed_words(old: str, new: str) -> tuple[str, str]:
     return " ".join(left), " ".join(right)
 
 
-def _pdf_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
+def _diff_pdfs(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
     """Yield the differences in text and appearance of two PDFs whose bytes differ."""
     if not can_read_pdf():
         yield Difference("bytes (pypdfium2, which reads PDFs, is not installed)", file, None, None)
         return
-    before, after = pdf_pages(old), pdf_pages(new)
+    before, after = read_pdf_pages(old), read_pdf_pages(new)
     if before is None or after is None:
         yield Difference("text", file, "cannot be read", None)
         return
-    texts = list(_text_differences(file, "\n".join(before), "\n".join(after)))
+    texts = list(_diff_texts(file, "\n".join(before), "\n".join(after)))
     yield from texts
     if not texts and (page := find_other_page(old, new)):
         yield Difference(f"appearance of page {page}", file, None, None)
@@ -269,10 +269,10 @@ def can_read_pdf() -> bool:
     return importlib.util.find_spec("pypdfium2") is not None
 
 
-def printed_numbers(file: str, content: bytes) -> list[float]:
+def find_printed_numbers(file: str, content: bytes) -> list[float]:
     """Return the visible numbers in a file, in order; a drawing's text is in its comments."""
     if file.endswith(".pdf"):
-        text = "\n".join(pdf_pages(content) or ())
+        text = "\n".join(read_pdf_pages(content) or ())
     elif file.endswith(".svg"):
         text = "\n".join(_SHOWN.findall(content.decode()))
     else:
@@ -280,18 +280,18 @@ def printed_numbers(file: str, content: bytes) -> list[float]:
     return [float(text_.replace("−", "-")) for text_ in NUMBER.findall(text)]
 
 
-def pdf_pages(content: bytes) -> list[str] | None:
+def read_pdf_pages(content: bytes) -> list[str] | None:
     """Return the text of each page, or None for bytes that are not a PDF."""
     import pypdfium2
 
     try:
         with pypdfium2.PdfDocument(content) as document:
-            return [_page_text(document[n]) for n in range(len(document))]
+            return [_read_page_text(document[n]) for n in range(len(document))]
     except pypdfium2.PdfiumError:
         return None
 
 
-def _page_text(page: Any) -> str:
+def _read_page_text(page: Any) -> str:
     return str(page.get_textpage().get_text_range()).replace("\r\n", "\n")
 
 

@@ -72,7 +72,7 @@ def _describe_counts(recipe: Recipe) -> str:
     )
 
 
-def crate_metadata(
+def make_crate_metadata(
     folder: Path,
     files: Iterable[str],
     recipe: Recipe,
@@ -102,10 +102,10 @@ def crate_metadata(
     graph = [
         entry | {"conformsTo": {"@id": "https://w3id.org/ro/crate/1.1"}},
         root,
-        *(_file_entry(folder, name) for name in names),
+        *(_make_file_entry(folder, name) for name in names),
         *people,
-        *_licence_entry(details),
-        *_computation_entry(recipe, details, names),
+        *_make_licence_entry(details),
+        *_make_computation_entry(recipe, details, names),
     ]
     return {"@context": CONTEXT, "@graph": graph}
 
@@ -119,14 +119,14 @@ def relative_address(name: str) -> str:
     return quote(name)
 
 
-def _licence_entry(details: Details) -> list[dict[str, str]]:
+def _make_licence_entry(details: Details) -> list[dict[str, str]]:
     name = details.licence
     if name is None:
         return []
     return [{"@id": SPDX + name, "@type": "CreativeWork", "name": name, "identifier": name}]
 
 
-def _file_entry(folder: Path, name: str) -> dict[str, str]:
+def _make_file_entry(folder: Path, name: str) -> dict[str, str]:
     """Return the entry of a file; the list of checksums cannot contain its own checksum."""
     path = folder / name
     entry = {
@@ -140,7 +140,7 @@ def _file_entry(folder: Path, name: str) -> dict[str, str]:
     return entry | {"contentSize": size, "sha256": sha256(path)}
 
 
-def _computation_entry(
+def _make_computation_entry(
     recipe: Recipe, details: Details, names: Sequence[str]
 ) -> list[Mapping[str, Any]]:
     """Return the entries of the computation: its raw files, its results and the programs."""

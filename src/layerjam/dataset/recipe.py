@@ -51,7 +51,7 @@ class Recipe:
         return json.dumps(asdict(self), indent=2, ensure_ascii=False) + "\n"
 
 
-def program_versions() -> dict[str, str]:
+def list_program_versions() -> dict[str, str]:
     """Return {program: version} of the programs that compute and draw here."""
     programs = {"layerjam": __version__, "python": platform.python_version()}
     for name in LIBRARIES:

@@ -35,7 +35,7 @@ def open_root(source: str | Path) -> Iterator[Path]:
         folder = Path(name)
         try:
             with zipfile.ZipFile(path) as archive:
-                _unpack(archive, folder, path)
+                _unpack_archive(archive, folder, path)
         except (zipfile.BadZipFile, OSError, NotImplementedError, RuntimeError, EOFError) as err:
             raise FileError(path, f"is not a readable zip file: {err}") from None
         yield _find_root(folder, path)
@@ -50,7 +50,7 @@ def _find_root(folder: Path, source: Path) -> Path:
     return inner[0]
 
 
-def _unpack(archive: zipfile.ZipFile, folder: Path, source: Path) -> None:
+def _unpack_archive(archive: zipfile.ZipFile, folder: Path, source: Path) -> None:
     entries = [e for e in archive.infolist() if not e.is_dir()]
     if len(entries) > MOST_FILES:
         raise FileError(source, f"contains {len(entries)} files; at most {MOST_FILES} can be read")

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.identify.straight import straight_line
+from layerjam.identify.straight import fit_line
 from layerjam.measure.trace import Array
 from layerjam.units import show
 from layerjam.verdict import Check, Level, check, interval_check
@@ -48,7 +48,7 @@ def check_span(
     return check(name, fine, sentence, f": {advice}", level)
 
 
-def identifiability_note(brake: Brake) -> Check:
+def note_identifiability(brake: Brake) -> Check:
     """Note that peaks determine the product of scale factor and friction, but neither one alone."""
     return check(
         "identifiable",
@@ -58,7 +58,7 @@ def identifiability_note(brake: Brake) -> Check:
     )
 
 
-def check_plausible(factor: float) -> Check:
+def check_plausibility(factor: float) -> Check:
     """Check the scale factor: a warning outside `PLAUSIBLE`, a failure outside `POSSIBLE`."""
     advice = "check the unit of the force, the friction, the vacuum and the number of sheets"
     low, high = POSSIBLE
@@ -79,7 +79,7 @@ def check_stiffness(stiffness: float, sheets_alone: float, told_by: str = "") ->
     )
 
 
-def interval_checks(values: Mapping[str, float], intervals: Mapping[str, Any]) -> Iterator[Check]:
+def check_intervals(values: Mapping[str, float], intervals: Mapping[str, Any]) -> Iterator[Check]:
     """Yield the checks of the 95 % intervals of scale factor and stiffness, which are positive."""
     for name in ("scale_factor", "stiffness"):
         interval = intervals.get(name)
@@ -88,7 +88,7 @@ def interval_checks(values: Mapping[str, float], intervals: Mapping[str, Any]) -
             yield interval_check(words, values[name], interval.low, interval.high)
 
 
-def single_pull_warning() -> Check:
+def warn_about_single_pull() -> Check:
     """Return the warning that a single pull has no repeat to be compared with."""
     return check("repeats", False, "one pull only: its repeatability is unknown")
 
@@ -114,7 +114,7 @@ def check_agreement(factors: Sequence[float], errors: Sequence[float]) -> Check:
     """Check that pulls agree within 5 % or three of their own standard errors."""
     values = np.asarray(factors)
     if len(values) < 2:
-        return single_pull_warning()
+        return warn_about_single_pull()
     mean = float(values.mean())
     own_error = float(np.mean(errors)) / mean
     return check_scatter(float(values.std(ddof=1)) / mean, own_error, f"{len(values)} pulls")
@@ -143,7 +143,7 @@ def check_trend(
     """
     from scipy.special import stdtrit
 
-    line = straight_line(quantities, values)
+    line = fit_line(quantities, values)
     if len(values) < 3 or line is None or not np.ptp(quantities) > 0.05 * float(quantities.max()):
         return None
     if len(np.unique(np.round(quantities / quantities.max(), 3))) < levels:
@@ -231,3 +231,7 @@ def check_shape(
         not fine
     )
     return check("shape", fine and (end is None or end.passed), sentence, explanation)
+
+
+identifiability_note, interval_checks = note_identifiability, check_intervals  # former names
+check_plausible, single_pull_warning = check_plausibility, warn_about_single_pull  # former names

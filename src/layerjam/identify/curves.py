@@ -96,15 +96,15 @@ curves_of = make_curves  # former name
 
 def group_conditions(curves: Sequence[Curve]) -> list[tuple[int, ...]]:
     """Return the indices of curves under the same conditions: vacuum and speed within `ALIKE`."""
-    vacuums = level_numbers([c.vacuum for c in curves])
-    speeds = level_numbers([c.speed or 0.0 for c in curves])
+    vacuums = number_levels([c.vacuum for c in curves])
+    speeds = number_levels([c.speed or 0.0 for c in curves])
     members: dict[tuple[int, int], list[int]] = {}
     for place, key in enumerate(zip(vacuums, speeds, strict=True)):
         members.setdefault(key, []).append(place)
     return [tuple(m) for m in members.values()]
 
 
-def level_numbers(values: Sequence[float]) -> list[int]:
+def number_levels(values: Sequence[float]) -> list[int]:
     """Return the index of each value's level; a gap of more than `ALIKE` begins a new level."""
     order = np.argsort(values)
     level, last, out = 0, None, [0] * len(values)
@@ -128,7 +128,7 @@ def number_repeats(curves: Sequence[Curve]) -> tuple[Curve, ...]:
     return tuple(replace(curve, repeat=counts[i]) for i, curve in enumerate(curves))
 
 
-def fitted_part(curve: Curve) -> slice:
+def select_fitted_part(curve: Curve) -> slice:
     """Return the samples that a whole-curve fit uses: from a fifth of the maximum force onwards.
 
     Below that, the grips settle and slack is taken up, which the law does not describe.
@@ -139,7 +139,7 @@ def fitted_part(curve: Curve) -> slice:
     return slice(int(below[-1]) + 1 if len(below) else 0, len(curve.force))
 
 
-def require_usable(pull: PullFeatures, vacuum: float) -> None:
+def require_usable_pull(pull: PullFeatures, vacuum: float) -> None:
     """Raise FitError if a pull cannot be used in a fit to whole curves."""
     if vacuum <= 0:
         raise FitError.of(pull.path, f"a vacuum of {show(vacuum, 'Pa')} jams no sheet")

@@ -42,7 +42,7 @@ def find_outliers(
     best: tuple[float, tuple[int, ...]] = (1.0, ())
     for size in sizes:
         share = FIRST if size == 1 else (1 - FIRST) / (len(sizes) - 1)
-        chance, indices = _likeliest_outliers(values, size)
+        chance, indices = _find_likeliest_outliers(values, size)
         others_mean = np.delete(values, indices).mean()
         if np.abs(values[list(indices)] - others_mean).min() <= least:
             continue
@@ -51,13 +51,13 @@ def find_outliers(
     return tuple(sorted({*distant.tolist(), *best[1]}))
 
 
-def mean_of_others(values: Array, out: Sequence[int]) -> float:
+def mean_without_outliers(values: Array, out: Sequence[int]) -> float:
     """Return the mean of the values not in `out`; the median of all if `out` contains them all."""
     peers = np.delete(values, list(out))
     return float(peers.mean() if len(peers) else np.median(values))
 
 
-def gross_outliers(values: Sequence[float | None]) -> dict[int, float]:
+def find_gross_outliers(values: Sequence[float | None]) -> dict[int, float]:
     """Return {index: ratio to the median} of positive values that no scatter explains.
 
     Such a value deviates from the median by more than `GROSS` and by more than `SPREADS` standard
@@ -76,7 +76,7 @@ def gross_outliers(values: Sequence[float | None]) -> dict[int, float]:
     }
 
 
-def _likeliest_outliers(values: Array, size: int) -> tuple[float, tuple[int, ...]]:
+def _find_likeliest_outliers(values: Array, size: int) -> tuple[float, tuple[int, ...]]:
     """Return (probability, indices) of the `size` values that differ most from the others.
 
     They are the lowest and the highest values, some from each end of the sorted values.

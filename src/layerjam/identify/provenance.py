@@ -26,7 +26,7 @@ def sha256(path: str | Path) -> str:
         return hashlib.file_digest(handle, "sha256").hexdigest()
 
 
-def file_digests(paths: Iterable[str], synthetic: Collection[str] = ()) -> list[dict[str, Any]]:
+def digest_files(paths: Iterable[str], synthetic: Collection[str] = ()) -> list[dict[str, Any]]:
     """Return name and SHA-256 of each file for a [made_by] table; simulated traces have none.
 
     An entry includes the digest of the sidecar, and a flag if the file is among `synthetic`.
@@ -47,7 +47,7 @@ def list_inputs(file: BrakeFile, traces: "Iterable[Trace]") -> dict[str, Any]:
     synthetic_files = {t.path: t.synthetic for t in traces}
     synthetic_paths = [path for path, synthetic in synthetic_files.items() if synthetic]
     brake = {"name": file.name, "sha256": file.sha256}
-    return {"brake": brake, "files": file_digests(synthetic_files, synthetic_paths)}
+    return {"brake": brake, "files": digest_files(synthetic_files, synthetic_paths)}
 
 
 def rename_files(value: Any, names: Mapping[str, str]) -> Any:
@@ -90,7 +90,7 @@ def _is_file(path: str) -> bool:
     return bool(path) and Path(path).is_file()
 
 
-def calibrated_text(
+def format_brake(
     file: BrakeFile,
     calibration: "Calibration",
     depth: str,
@@ -117,7 +117,7 @@ def calibrated_text(
         "depth": depth,
         "window": calibration.window,
         "verdict": "; ".join(failures) if failures else "all checks passed",
-        "files": files or file_digests(used, [p for p, synthetic in used.items() if synthetic]),
+        "files": files or digest_files(used, [p for p, synthetic in used.items() if synthetic]),
     }
     if calibration.covariance:
         pairs = combinations_with_replacement(calibration.covariance, 2)

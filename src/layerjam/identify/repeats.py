@@ -24,11 +24,13 @@ class OverRepeats:
     high: float | None
     repeats: int
 
-    def interval_words(self) -> str:
+    def describe_interval(self) -> str:
         """Return the interval as text."""
         if self.low is None or self.high is None:
             return "one repeat"
         return f"95 % interval {self.low:.4g} to {self.high:.4g} (t, {self.repeats} repeats)"
+
+    interval_words = describe_interval  # former name
 
     def as_dict(self) -> dict[str, float | int | None]:
         """Return the fields by name, for JSON."""

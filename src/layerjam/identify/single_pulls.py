@@ -25,8 +25,8 @@ from layerjam.identify.checks import (
     check_shape,
     format_percent,
 )
-from layerjam.identify.curves import ALIKE, Curve, level_numbers
-from layerjam.identify.odd import FEWEST, find_outliers, find_shifted_group, mean_of_others
+from layerjam.identify.curves import ALIKE, Curve, number_levels
+from layerjam.identify.odd import FEWEST, find_outliers, find_shifted_group, mean_without_outliers
 from layerjam.measure.trace import Array
 from layerjam.units import show
 
@@ -106,14 +106,14 @@ class _Findings:
             self.verdicts[i][test] = "ok"
         return np.array([value for value in values if value is not None]), indices
 
-    def odd(self, test: str, pull: int, words: str) -> None:
+    def add_outlier(self, test: str, pull: int, words: str) -> None:
         """Record that one pull is an outlier in this test."""
         self.verdicts[pull][test] = "odd"
         if words not in self.sentences[pull]:
             self.sentences[pull].append(words)
 
 
-def single_pulls(
+def make_single_pulls(
     curves: Sequence[Curve],
     fits: Sequence[PullFit | None],
     shapes: Sequence[float | None],
@@ -136,7 +136,7 @@ def single_pulls(
     shifts = _compare_groups(findings, factors, curves)
     _compare_factors(findings, factors, shifts, [c.vacuum for c in curves])
     _compare_each(
-        findings, "slope", _logs(springs), "stiffness {} vs. the others", limit=DEVIATION_LIMIT
+        findings, "slope", _to_log(springs), "stiffness {} vs. the others", limit=DEVIATION_LIMIT
     )
     _compare_shapes(findings, shapes)
     _compare_speeds(findings, curves)
@@ -159,7 +159,7 @@ def single_pulls(
     )
 
 
-def _logs(values: Sequence[float | None]) -> list[float | None]:
+def _to_log(values: Sequence[float | None]) -> list[float | None]:
     return [None if v is None else float(np.log(v)) for v in values]
 
 
@@ -176,8 +176,8 @@ def _compare_each(
     values, indices = findings.known_values(test, pull_values, fewest)
     out = find_outliers(values, ALARMS[test], LEAST[test], limit)
     for place in out:
-        deviation = float(np.expm1(values[place] - mean_of_others(values, out)))
-        findings.odd(test, indices[place], words.format(format_percent(deviation)))
+        deviation = float(np.expm1(values[place] - mean_without_outliers(values, out)))
+        findings.add_outlier(test, indices[place], words.format(format_percent(deviation)))
 
 
 def _compare_factors(
@@ -187,14 +187,14 @@ def _compare_factors(
 
     `shifts` (curves,) are those of groups that are outliers as a whole, not pull by pull.
     """
-    logs, indices = findings.known_values("factor", _logs(factors))
+    logs, indices = findings.known_values("factor", _to_log(factors))
     logs = logs - shifts[indices]
     out = find_outliers(logs, ALARMS["factor"], LEAST["factor"], DEVIATION_LIMIT)
     for place in out:
-        deviation = float(np.expm1(logs[place] - mean_of_others(logs, out)))
+        deviation = float(np.expm1(logs[place] - mean_without_outliers(logs, out)))
         vacuum = show(vacuums[indices[place]] * (1 + deviation), "Pa", 3)
         words = f"scale factor {format_percent(deviation)} vs. the others, as if at {vacuum}"
-        findings.odd("factor", indices[place], words)
+        findings.add_outlier("factor", indices[place], words)
 
 
 def _compare_shapes(findings: _Findings, shapes: Sequence[float | None]) -> None:
@@ -206,7 +206,7 @@ def _compare_shapes(findings: _Findings, shapes: Sequence[float | None]) -> None
         if deviation is not None and abs(deviation) > OVERSHOOT:
             findings.verdicts[place]["shape"] = "odd"
             if not any(text.startswith("after the peak") for text in findings.sentences[place]):
-                findings.odd(
+                findings.add_outlier(
                     "shape", place, f"after the peak {format_percent(deviation)} vs. its own peak"
                 )
 
@@ -226,7 +226,7 @@ def _compare_groups(
     for test, unit, read_quantity in quantities:
         pull_quantities = [read_quantity(c) for c in curves]
         log_factors = [
-            None if o is None else f for o, f in zip(pull_quantities, _logs(factors), strict=True)
+            None if o is None else f for o, f in zip(pull_quantities, _to_log(factors), strict=True)
         ]
         if len(group_levels([o for o in pull_quantities if o is not None])) < 2:
             continue
@@ -242,7 +242,7 @@ def _compare_groups(
         change = format_percent(float(np.expm1(shift)))
         words = f"at {level}, scale factors differ by {change} from the others{both}"
         for place in group:
-            findings.odd(test, indices[place], words)
+            findings.add_outlier(test, indices[place], words)
             shifts[indices[place]] += shift
     return shifts
 
@@ -250,7 +250,7 @@ def _compare_groups(
 def group_levels(values: Sequence[float]) -> list[list[int]]:
     """Return the indices of the values at each level."""
     members: dict[int, list[int]] = defaultdict(list)
-    for place, level in enumerate(level_numbers(values) if values else ()):
+    for place, level in enumerate(number_levels(values) if values else ()):
         members[level].append(place)
     return list(members.values())
 
@@ -264,7 +264,7 @@ def _compare_speeds(findings: _Findings, curves: Sequence[Curve]) -> None:
         if abs(recorded_speed / stated_speed - 1) > ALIKE:
             stated_text, moved_text = (show(v, "m/s", 3) for v in (stated_speed, recorded_speed))
             words = f"moved at {moved_text}; the stated speed is {stated_text}"
-            findings.odd("speed", place, words)
+            findings.add_outlier("speed", place, words)
         elif findings.verdicts[place]["speed"] == "untold":
             findings.verdicts[place]["speed"] = "ok"
 
@@ -283,7 +283,7 @@ def _compare_seating(findings: _Findings, curves: Sequence[Curve]) -> None:
         is_bent = len(bends) < FEWEST and bend - 4 * error > LEAST["seating"]
         if is_outlier or is_bent or soft:
             words = f"its rise is {format_percent(float(np.expm1(bend)))} steeper in its upper half"
-            findings.odd("seating", indices[place], words)
+            findings.add_outlier("seating", indices[place], words)
 
 
 def _is_soft(bends: Sequence[float]) -> bool:
@@ -298,7 +298,7 @@ def _is_soft(bends: Sequence[float]) -> bool:
     return mean > float(stdtrit(count - 1, 1 - ALARMS["seating of all"])) * error
 
 
-def pull_checks(
+def check_single_pulls(
     rows: Sequence[SinglePull], half_width: float | None = None, end: Check | None = None
 ) -> tuple[Check, ...]:
     """Return the checks of outliers, and of the shapes, rises and slopes of all pulls.
@@ -344,7 +344,7 @@ def _check_rises(rows: Sequence[SinglePull]) -> Check | None:
     )
 
 
-def common_conditions(rows: Sequence[SinglePull]) -> dict[str, float]:
+def find_common_conditions(rows: Sequence[SinglePull]) -> dict[str, float]:
     """Return {"vacuum": Pa, "speed": m/s}, the conditions common to all pulls."""
     common = {}
     for quantity in ("vacuum", "speed"):

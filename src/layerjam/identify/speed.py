@@ -23,7 +23,7 @@ def friction_growth(brake: Brake, speed: float | None, path: str) -> float:
     return float(brake_growth(speed, brake))
 
 
-def at_crosshead_speed(brake: Brake, speed: float | None, path: str) -> Brake:
+def fix_friction_speed(brake: Brake, speed: float | None, path: str) -> Brake:
     """Return the brake with its friction at a crosshead speed [m/s]; errors as `friction_growth`.
 
     A scale factor fitted with this brake is valid at the law's test speed.

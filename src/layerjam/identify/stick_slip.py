@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from layerjam.identify.straight import straight_line
+from layerjam.identify.straight import fit_line
 from layerjam.measure.trace import Array
 
 Indices = np.ndarray[tuple[int], np.dtype[np.intp]]
@@ -209,7 +209,7 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
     # keep single samples at regular intervals, because means would cut off the tips of the teeth
     coarse = max(1, -(-len(force) // MOST_SAMPLES))
     position, force = position[::coarse], force[::coarse]
-    noise = max(noise_sd(force), _digit_step(force) / 12**0.5)
+    noise = max(noise_sd(force), _estimate_digit_step(force) / 12**0.5)
     stretch = _Stretch(position, force, None if time is None else time[::coarse], noise)
     best, has_reason, reason = None, False, "no swing exceeds the noise"
     for samples in SMOOTHINGS:
@@ -218,7 +218,7 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
         smooth = running_mean(force, samples)
         smoothed_noise = noise / samples**0.5
         least = max(STANDS_OUT * smoothed_noise, 0.3 * LEAST_SWING * abs(float(force.mean())))
-        peaks, troughs = _large_turns(smooth, least)
+        peaks, troughs = _find_large_turns(smooth, least)
         teeth, explanation = _judge_turns(stretch._replace(samples=samples), smooth, peaks, troughs)
         if teeth is not None and (best is None or teeth.teeth > best.teeth):
             best, reason = teeth, explanation
@@ -232,13 +232,13 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
     return Search(best, reason)
 
 
-def _digit_step(force: Array) -> float:
+def _estimate_digit_step(force: Array) -> float:
     """Return the load cell's resolution if the record shows it, otherwise a value near zero."""
     steps = np.diff(np.unique(force[:4000]))
     return float(steps.min()) if len(steps) else 0.0
 
 
-def _large_turns(smooth: Array, least: float) -> tuple[Indices, Indices]:
+def _find_large_turns(smooth: Array, least: float) -> tuple[Indices, Indices]:
     """Return the turning points of the swings above `least`, without small ripples on them."""
     peaks, troughs = turning_points(smooth, least)
     if min(len(peaks), len(troughs)) < 3:
@@ -309,7 +309,7 @@ def _measure_teeth(stretch: _Stretch, turns: _Turns) -> SawTeeth:
         # the highest sample of a noisy tooth is too high, so use the ends of its straight rise
         for i, (a, b) in enumerate(zip(feet.tolist(), tops.tolist(), strict=True)):
             inside = slice(a + 1, b)
-            line = straight_line(position[inside], force[inside]) if b - a > 4 else None
+            line = fit_line(position[inside], force[inside]) if b - a > 4 else None
             if line is not None:
                 low[i], high[i] = (line.value_at(float(position[k])) for k in (a, b))
     count = len(peaks)
@@ -359,7 +359,7 @@ def _find_fall_ends(force: Array, turns: _Turns, samples: int) -> tuple[Indices,
     sums = np.cumsum(np.concatenate([[0.0], force]))
     last = len(force) - 1
 
-    def fall(early: int, late: int) -> tuple[int, int]:
+    def find_fall(early: int, late: int) -> tuple[int, int]:
         places = np.arange(max(early, half), min(late, last - half) + 1)
         if not len(places):
             return early, late
@@ -371,7 +371,7 @@ def _find_fall_ends(force: Array, turns: _Turns, samples: int) -> tuple[Indices,
         reach = max(late - early - samples, 0) // 2
         return max(centre - reach, 0), min(centre + 1 + reach, last)
 
-    falls = [fall(p, t) for p, t in zip(peaks.tolist(), ends.tolist(), strict=True)]
+    falls = [find_fall(p, t) for p, t in zip(peaks.tolist(), ends.tolist(), strict=True)]
     tops = np.array([top for top, _ in falls], np.intp)
     feet = np.array([starts[0], *(foot for _, foot in falls[:-1])], np.intp)
     return np.maximum(tops, feet + 1), feet

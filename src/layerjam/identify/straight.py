@@ -29,7 +29,7 @@ class StraightLine(NamedTuple):
         return self.x + (y - self.y) / self.slope
 
 
-def straight_line(x: Array, y: Array) -> StraightLine | None:
+def fit_line(x: Array, y: Array) -> StraightLine | None:
     """Return the line through points, arrays of shape (N,); None if x does not vary."""
     if len(x) < 2 or not np.ptp(x) > 0:
         return None

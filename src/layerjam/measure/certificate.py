@@ -45,7 +45,7 @@ class CertificateSpec(AsItIs):
         unknown = ", ".join(sorted(set(text) - set(KEYS)))[:60]
         if unknown:
             raise QuantityError.of(name, f"has unknown keys: {unknown}; it must be {self.limits()}")
-        texts = {key: _text(text.get(key, ""), f"{name}.{key}", key) for key in KEYS}
+        texts = {key: _require_text(text.get(key, ""), f"{name}.{key}", key) for key in KEYS}
         empty = [key for key in KEYS if key != "due" and not texts[key]]
         if empty:
             raise QuantityError.of(name, f"lacks {', '.join(empty)}; it must be {self.limits()}")
@@ -60,7 +60,7 @@ class CertificateSpec(AsItIs):
         return {key: text for key, text in asdict(value).items() if text}
 
 
-def _text(value: object, name: str, key: str) -> str:
+def _require_text(value: object, name: str, key: str) -> str:
     """Return the text of one entry; a date is in ISO 8601 format."""
     if key in ("date", "due") and value != "":
         try:

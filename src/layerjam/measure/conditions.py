@@ -12,7 +12,7 @@ from typing import Any
 from layerjam.errors import FileError, QuantityError, UnknownNameError
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.columns import split_unit
-from layerjam.measure.readers.unit_words import convert
+from layerjam.measure.readers.unit_words import convert_unit
 from layerjam.measure.sidecar import Facts, read_facts
 from layerjam.toml_files.table_text import restore_cell
 from layerjam.toml_files.toml import read_text
@@ -29,7 +29,7 @@ _IN_NAMES = {
 _NUMBER = r"\d+(?:[.,p]\d+)?"
 
 
-def conditions(path: str | Path, options: ReadingOptions) -> Facts:
+def read_conditions(path: str | Path, options: ReadingOptions) -> Facts:
     """Return the conditions of a test from its sidecar, the folder's list and the file name.
 
     `options.names` is the pattern of the file name, `options.speed` [m/s] the default speed. Raises
@@ -37,15 +37,15 @@ def conditions(path: str | Path, options: ReadingOptions) -> Facts:
     QuantityError for an invalid pattern.
     """
     facts = read_facts(path)
-    sources = {"its sidecar": _sidecar_values(facts), LIST: _values_in_list(Path(path))}
+    sources = {"its sidecar": _select_sidecar_values(facts), LIST: _read_list_values(Path(path))}
     if options.names is not None:
-        sources["its name"] = _values_in_name(Path(path), options.names)
+        sources["its name"] = _parse_name_values(Path(path), options.names)
     joined_values: dict[str, Any] = {}
     source_of: dict[str, str] = {}
     for source, values in sources.items():
         for name, value in values.items():
             if name in joined_values and joined_values[name] != value:
-                first, second = (_text(name, v) for v in (joined_values[name], value))
+                first, second = (_format_value(name, v) for v in (joined_values[name], value))
                 raise FileError(
                     path,
                     (
@@ -60,16 +60,16 @@ def conditions(path: str | Path, options: ReadingOptions) -> Facts:
     )
 
 
-def _sidecar_values(facts: Facts) -> dict[str, Any]:
+def _select_sidecar_values(facts: Facts) -> dict[str, Any]:
     return {name: v for name in _FIELDS if (v := getattr(facts, name)) not in (None, "")}
 
 
-def _text(name: str, value: Any) -> str:
+def _format_value(name: str, value: Any) -> str:
     spec = _FIELDS[name].spec
     return show(value, spec.unit) if isinstance(spec, QuantitySpec) else f"'{value}'"
 
 
-def _values_in_list(path: Path) -> Mapping[str, Any]:
+def _read_list_values(path: Path) -> Mapping[str, Any]:
     place = path.parent / LIST
     try:
         status = place.stat()
@@ -125,7 +125,7 @@ def _cell_value(name: str, text: str, unit: str | None) -> Any:
     return _FIELDS[name].spec.read(f"{text} {unit}" if of_number else text, name)
 
 
-def _values_in_name(path: Path, names: str) -> dict[str, Any]:
+def _parse_name_values(path: Path, names: str) -> dict[str, Any]:
     """Return the values in a file name, by the first of the patterns that matches it."""
     matches = (
         (pattern.fullmatch(path.name) or pattern.fullmatch(path.stem), units)
@@ -150,7 +150,7 @@ def _parse_patterns(names: str) -> list[tuple[re.Pattern[str], dict[str, str | N
     """Return the patterns between | signs; raises QuantityError if none has a quantity."""
     patterns = [_compile_pattern(part) for part in names.split("|")]
     if not any(units for _, units in patterns):
-        raise QuantityError(f"names: '{names[:60]}' contains no quantity; {_pattern_form()}")
+        raise QuantityError(f"names: '{names[:60]}' contains no quantity; {_describe_pattern()}")
     return patterns
 
 
@@ -163,26 +163,26 @@ def _compile_pattern(names: str) -> tuple[re.Pattern[str], dict[str, str | None]
             parts.append(".*?")
         elif part.startswith("{"):
             name, _, unit = (word.strip() for word in part[1:-1].partition(":"))
-            parts.append(_quantity_group(name, unit, units))
+            parts.append(_make_quantity_group(name, unit, units))
         else:
             parts.append(re.escape(part))
     return re.compile("".join(parts)), units
 
 
-def _quantity_group(name: str, unit: str, units: dict[str, str | None]) -> str:
+def _make_quantity_group(name: str, unit: str, units: dict[str, str | None]) -> str:
     if name not in _IN_NAMES:
         raise UnknownNameError("quantity in a file name", name, _IN_NAMES)
     if name in units:
         raise QuantityError(f"names: {{{name}}} appears twice")
     si = _IN_NAMES[name].unit
-    if unit and (si == "1" or convert(unit, si) is None):
-        raise QuantityError(f"names: '{unit[:20]}' is not a unit of {name}; {_pattern_form()}")
+    if unit and (si == "1" or convert_unit(unit, si) is None):
+        raise QuantityError(f"names: '{unit[:20]}' is not a unit of {name}; {_describe_pattern()}")
     units[name] = unit or None
     in_name = "" if unit or si == "1" else r"\s?[A-Za-zµ]+(?:/[A-Za-z]+)?"
     return rf"(?P<{name}>{_NUMBER}{in_name})"
 
 
-def _pattern_form(quantities: Sequence[str] = tuple(_IN_NAMES)) -> str:
+def _describe_pattern(quantities: Sequence[str] = tuple(_IN_NAMES)) -> str:
     return (
         f"use a pattern such as 'pull_{{vacuum}}_{{speed:mm/s}}_*' with {', '.join(quantities)}; "
         "put a unit inside the braces if the name has none, and * for any text"

@@ -18,8 +18,8 @@ from layerjam.measure.readers.columns import (
     Column,
     Header,
     Want,
+    assign_by_order,
     assign_columns,
-    columns_by_order,
     columns_hint,
     plain_words,
 )
@@ -28,12 +28,12 @@ from layerjam.measure.readers.lines import read_lines, split_line
 from layerjam.measure.readers.numbers import read_columns
 from layerjam.measure.readers.rows import Rows, Table
 from layerjam.measure.readers.source import load_source
-from layerjam.measure.readers.table import bare_table, find_blocks, find_headless
+from layerjam.measure.readers.table import find_blocks, find_headless_table, make_bare_table
 from layerjam.measure.readers.unit_words import PRESSURE as PRESSURE_UNIT
-from layerjam.measure.readers.unit_words import convert
+from layerjam.measure.readers.unit_words import convert_unit
 from layerjam.measure.readers.words import normalise_name
 from layerjam.measure.sidecar import read_facts
-from layerjam.measure.synthetic import SYNTHETIC, says_synthetic
+from layerjam.measure.synthetic import SYNTHETIC, is_marked_synthetic
 from layerjam.measure.trace import Array
 from layerjam.units import show
 
@@ -133,9 +133,9 @@ def read_log(path: str | Path, wants: Sequence[Want], options: ReadingOptions | 
     entries = options.entries({w.role: w.si for w in wants})
     source = load_source(path)
     order = options.by_order
-    table = _largest_table(source, wants, order is not None)
+    table = _find_largest_table(source, wants, order is not None)
     if order is not None:
-        columns_used, notes = columns_by_order(table.header, wants, entries, len(order))
+        columns_used, notes = assign_by_order(table.header, wants, entries, len(order))
     else:
         columns_used, notes = assign_columns(_split_units(table.header, wants), wants, entries)
     decimal, columns = options.decimal or source.decimal, list(columns_used.values())
@@ -143,12 +143,12 @@ def read_log(path: str | Path, wants: Sequence[Want], options: ReadingOptions | 
     values = dict(zip(columns_used, read_columns(rows, columns, decimal), strict=True))
     _check_time(source.path, values, wants)
     above = source.data[: table.first]
-    synthetic = says_synthetic(above) or read_facts(source.path).synthetic
+    synthetic = is_marked_synthetic(above) or read_facts(source.path).synthetic
     head = _parse_head(source, table)
     return Log(source.path, values, columns_used, head, (*notes, *fixes), synthetic)
 
 
-def _largest_table(source: Source, wants: Sequence[Want], listed: bool) -> Table:
+def _find_largest_table(source: Source, wants: Sequence[Want], listed: bool) -> Table:
     """Return the table with the most rows, preferably one with units.
 
     If the user has `listed` the columns, the table starts at the first row of numbers.
@@ -158,9 +158,9 @@ def _largest_table(source: Source, wants: Sequence[Want], listed: bool) -> Table
     if listed and not blocks:
         raise FileError(source.path, "contains no row of numbers")
     if listed:
-        return replace(bare_table(lines, blocks[0]), last=None)
+        return replace(make_bare_table(lines, blocks[0]), last=None)
     best = max((b for b in blocks if b.table), key=lambda b: (b.styled, b.rows), default=None)
-    table = best.table if best else find_headless(lines, blocks)
+    table = best.table if best else find_headless_table(lines, blocks)
     if table is None:
         fault = "has no header row; state its columns"
         raise FileError(source.path, fault, how=f": {columns_hint(wants)}", asks="columns")
@@ -169,18 +169,18 @@ def _largest_table(source: Source, wants: Sequence[Want], listed: bool) -> Table
 
 def _split_units(header: Header, wants: Sequence[Want]) -> Header:
     """Return the header, with units split off names: 'Druck / kPa', 'p_bar', 'p [kPa(g)]'."""
-    names, units = zip(*(_name_unit(n, u, wants) for n, u in header.columns), strict=True)
+    names, units = zip(*(_split_name_unit(n, u, wants) for n, u in header.columns), strict=True)
     return replace(header, names=names, units=units)
 
 
-def _name_unit(name: str, unit: str | None, wants: Sequence[Want]) -> tuple[str, str | None]:
+def _split_name_unit(name: str, unit: str | None, wants: Sequence[Want]) -> tuple[str, str | None]:
     if unit:
         return name, unit
     match = re.fullmatch(r"(.+?)\s*\[([^\[\]]{1,20})\]", name.strip())
-    if match and any(convert(match[2], w.si) for w in wants):
+    if match and any(convert_unit(match[2], w.si) for w in wants):
         return match[1], match[2]
     match = re.fullmatch(r"(.+?)(?:\s*/\s*|\s+in\s+|_|\s*[,:]\s*)([^/_,:\s]{1,12})", name.strip())
-    if match and any(convert(match[2], w.si) for w in wants if w.si != "1"):
+    if match and any(convert_unit(match[2], w.si) for w in wants if w.si != "1"):
         return match[1].strip(), match[2]
     return name, None
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 from layerjam.errors import QuantityError, explain_arguments
-from layerjam.measure.readers.unit_words import ROLES, convert, weight_unit
-from layerjam.measure.sidecar import READ, fact_files, read_text_or_empty
+from layerjam.measure.readers.unit_words import ROLES, convert_unit, weight_unit
+from layerjam.measure.sidecar import READ, list_fact_files, read_text_or_empty
 from layerjam.simulate.quantities import CROSSHEAD_SPEED
 from layerjam.toml_files.reader import Reader
 from layerjam.toml_files.toml import parse_toml
@@ -125,7 +125,7 @@ def _parse_entry(text: str, index: int | None, roles: Mapping[str, str]) -> Colu
             f"columns: '{text[:40]}' is not of the form {form}; {_list_roles(roles)}"
         )
     si = roles[role]
-    if convert(unit, si) is None and (unit or (index is not None and si != "1")):
+    if convert_unit(unit, si) is None and (unit or (index is not None and si != "1")):
         fault = f"'{unit[:20]}' is not a unit of {role}" if unit else f"{role} has no unit"
         weight = weight_unit(unit) if si == "N" else None
         fault += ", a unit of mass" if weight else ""
@@ -142,12 +142,12 @@ KEYS = tuple(f.name for f in fields(ReadingOptions))
 _FIELDS = dict(entries(ReadingOptions, f"{READ}."))
 
 
-def read_options_of(path: str | Path) -> ReadingOptions:
+def load_reading_options(path: str | Path) -> ReadingOptions:
     """Return the options in the `[read]` table of the sidecar or the folder's conditions.toml.
 
     Raises FileError, with file and line, for an unknown key or an invalid value.
     """
-    of_all, of_file = (_read_options(place) for place in fact_files(path))
+    of_all, of_file = (_read_options(place) for place in list_fact_files(path))
     return of_file.over(of_all)
 
 

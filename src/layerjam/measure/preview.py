@@ -7,15 +7,15 @@ from pathlib import Path
 
 from layerjam.errors import FileError, LayerjamError
 from layerjam.measure.log import find_reference
-from layerjam.measure.options import SKIP, ReadingOptions, read_options_of
+from layerjam.measure.options import SKIP, ReadingOptions, load_reading_options
 from layerjam.measure.readers.columns import PULL, Column, Header, assign_columns
 from layerjam.measure.readers.content import Source
 from layerjam.measure.readers.lines import Lines, read_lines
 from layerjam.measure.readers.numbers import are_equal_columns, read_columns
 from layerjam.measure.readers.rows import Rows, Table
 from layerjam.measure.readers.source import load_sources
-from layerjam.measure.readers.table import Block, bare_table, find_blocks, share_heads
-from layerjam.measure.readers.unit_words import ROLES, convert
+from layerjam.measure.readers.table import Block, find_blocks, make_bare_table, share_headers
+from layerjam.measure.readers.unit_words import ROLES, convert_unit
 from layerjam.measure.trace import Array
 
 ROWS, LETTERS, COLUMN_LIMIT = 6, 40, 40
@@ -50,13 +50,13 @@ class Preview:
         return ",".join(entries) if roles else ""
 
 
-def preview(path: str | Path, options: ReadingOptions | None = None) -> Preview:
+def preview_file(path: str | Path, options: ReadingOptions | None = None) -> Preview:
     """Return the table of a file for a page; raises FileError if it has no row of numbers."""
-    every = (options or ReadingOptions()).over(read_options_of(path))
+    every = (options or ReadingOptions()).over(load_reading_options(path))
     sources = load_sources(path, every.sheet)
     source = max(sources, key=lambda s: len(s.data))
-    lines, block = _largest_block(source)
-    header = _block_header(lines, block)
+    lines, block = _find_largest_block(source)
+    header = _make_block_header(lines, block)
     rows: list[tuple[str, ...]] = []
     for line in range(block.first, block.last + 1):
         if len(rows) == ROWS:
@@ -82,11 +82,11 @@ def read_column(
     Raises FileError if they are not numbers or the unit has the wrong dimension.
     """
     source = max(load_sources(path), key=lambda s: len(s.data))
-    lines, block = _largest_block(source)
-    scale = convert(unit, si)
+    lines, block = _find_largest_block(source)
+    scale = convert_unit(unit, si)
     if scale is None or not 0 <= index < block.width:
         raise FileError(path, f"has no column {index + 1} in '{unit[:20]}'")
-    rows = Rows(source, _preview_table(lines, block, _block_header(lines, block)))
+    rows = Rows(source, _preview_table(lines, block, _make_block_header(lines, block)))
     column = Column("value", index, f"column {index + 1}", unit, *scale, True)
     (values,) = read_columns(rows, [column], decimal or source.decimal)
     return values
@@ -96,23 +96,23 @@ def vacuum_columns(table: Preview) -> list[tuple[int, str]]:
     """Return (index, unit) of columns named "vacuum" (in part) with a unit of pressure."""
     columns = []
     for index, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
-        scale = convert(unit, "Pa") if unit else None
+        scale = convert_unit(unit, "Pa") if unit else None
         if scale and find_reference(Column("pressure", index, name, unit, *scale)) == "vacuum":
             columns.append((index, unit))
     return columns
 
 
-def _largest_block(source: Source) -> tuple[Lines, Block]:
+def _find_largest_block(source: Source) -> tuple[Lines, Block]:
     lines = read_lines(source)
-    blocks = list(share_heads(lines, find_blocks(lines)))
+    blocks = list(share_headers(lines, find_blocks(lines)))
     if not blocks:
         raise FileError(source.path, "contains no row of numbers")
     return lines, max(blocks, key=lambda b: (b.width >= 2, b.rows))
 
 
-def _block_header(lines: Lines, block: Block) -> Header:
+def _make_block_header(lines: Lines, block: Block) -> Header:
     """Return the names and units of a block, one for each field of its rows."""
-    bare = bare_table(lines, block).header
+    bare = make_bare_table(lines, block).header
     if block.table is None:
         return bare
     head = block.table.header
@@ -123,7 +123,7 @@ def _block_header(lines: Lines, block: Block) -> Header:
 
 
 def _preview_table(lines: Lines, block: Block, header: Header) -> Table:
-    bare = bare_table(lines, block)
+    bare = make_bare_table(lines, block)
     return Table(header, bare.separator, bare.first, bare.last, bare.rows)
 
 

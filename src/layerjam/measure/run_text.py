@@ -24,19 +24,19 @@ LONG = 400
 """Largest number of characters in a metadata entry of a header."""
 
 
-def ordered_columns(run: Run) -> dict[str, Array]:
+def order_columns(run: Run) -> dict[str, Array]:
     """Return the columns of a run, starting with those of FIRST."""
     names = [name for name in FIRST if name in run.columns]
     names += [name for name in run.columns if name not in names]
     return {name: run.columns[name] for name in names}
 
 
-def csv_text(run: Run) -> str:
+def format_run_csv(run: Run) -> str:
     """Return the run as text: a header with metadata, names with units, and rows of samples."""
     head = {"data": SYNTHETIC if run.simulated else MEASURED}
     head |= {key: text for key, text in run.meta.items() if text and key != "simulated"}
     short = {key: text for key, text in head.items() if "\n" not in text and len(text) <= LONG}
-    columns = ordered_columns(run)
+    columns = order_columns(run)
     text = io.StringIO()
     text.write(f"# layerjam {__version__} bench export\n")
     text.writelines(comment(f"{key}: {value}") + "\n" for key, value in short.items())
@@ -54,7 +54,7 @@ def _format_cells(name: str, values: Array) -> list[str]:
     return list(map(repr, values.tolist()))
 
 
-def run_facts(run: Run) -> Facts:
+def make_run_facts(run: Run) -> Facts:
     """Return a run's metadata for its sidecar: vacuum, speed and whether it is synthetic.
 
     A vacuum or a speed is included only if the procedure has exactly one.

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from layerjam.errors import FileError, QuantityError
-from layerjam.measure.shots import Shot, shots_in
+from layerjam.measure.shots import Shot, read_shots
 from layerjam.units import show
 from layerjam.verdict import Acceptance
 
@@ -99,7 +99,7 @@ class Run:
         columns = {name: values[inside] for name, values in self.columns.items()}
         first, last = float(time[inside][0]), float(time[inside][-1])
         shots = tuple(shot for shot in self.shots if first <= self.time_of(shot) <= last)
-        gaps = count_missing(columns["boot"], columns["seq"])
+        gaps = count_missing_samples(columns["boot"], columns["seq"])
         return replace(self, columns=columns, gaps=gaps, shots=shots)
 
     def time_of(self, shot: Shot) -> float:
@@ -112,7 +112,7 @@ class Run:
         return float(self.columns["time"][first]) + delay * 1e-6
 
 
-def count_missing(boot: Array, seq: Array) -> int:
+def count_missing_samples(boot: Array, seq: Array) -> int:
     """Return the number of missing samples between the first and the last of each boot."""
     gaps = 0
     for number in np.unique(boot):
@@ -178,7 +178,7 @@ def read_run(path: str | Path) -> Run:
         clock = base.execute("SELECT * FROM clock ORDER BY rowid").fetchall()
         events = base.execute("SELECT * FROM events ORDER BY rowid").fetchall()
         crosshead = base.execute("SELECT * FROM crosshead ORDER BY board_us").fetchall()
-        shots = shots_in(base, meta.get("simulated") != "0")
+        shots = read_shots(base, meta.get("simulated") != "0")
     except sqlite3.Error as error:
         raise FileError(path, _describe_error(error)) from None
     except ValueError as error:
@@ -200,12 +200,12 @@ def read_run(path: str | Path) -> Run:
     if crosshead:
         times, elongation, force = np.array(crosshead, float).T
         for name, values in (("elongation", elongation), ("force", force)):
-            columns[name] = _crosshead_at(columns, times, values)
-    gaps = count_missing(columns["boot"], columns["seq"])
+            columns[name] = _interpolate_crosshead(columns, times, values)
+    gaps = count_missing_samples(columns["boot"], columns["seq"])
     return Run(str(path), meta, columns, boots, events, clocks, gaps, shots)
 
 
-def _crosshead_at(columns: Mapping[str, Array], board_us: Array, values: Array) -> Array:
+def _interpolate_crosshead(columns: Mapping[str, Array], board_us: Array, values: Array) -> Array:
     """Return the machine's value at each sample; NaN if there is none."""
     us = columns["board_us"]
     place = np.searchsorted(board_us, us)
@@ -226,7 +226,7 @@ def sample_times(columns: Mapping[str, Array], clock: Array) -> Array:
     for number in dict.fromkeys(boot.tolist()):
         inside = boot == number
         seconds = (board[inside] - board[inside][0]) * 1e-6
-        start = _boot_clocks(clock[clock[:, 0] == number], int(board[inside][0]))
+        start = _find_boot_clocks(clock[clock[:, 0] == number], int(board[inside][0]))
         after = 0.0
         if origin is None:
             origin = start
@@ -241,7 +241,7 @@ def sample_times(columns: Mapping[str, Array], clock: Array) -> Array:
     return time
 
 
-def _boot_clocks(clock: Array, first: int) -> tuple[int, int] | None:
+def _find_boot_clocks(clock: Array, first: int) -> tuple[int, int] | None:
     """Return the host's clocks [ns] at a boot's first sample; None if unknown."""
     if not len(clock):
         return None

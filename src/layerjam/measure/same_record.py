@@ -39,14 +39,14 @@ class Records:
 
     def find_same(self, trace: Trace) -> str | None:
         """Return the name of an earlier record of which this is a copy, or None."""
-        part = _peak_window(trace)
+        part = _select_peak_window(trace)
         return next(
             (name for name, earlier in self.seen.items() if is_same_record(earlier, part)), None
         )
 
     def add(self, name: str, trace: Trace) -> None:
         """Store a record."""
-        self.seen[name] = _peak_window(trace)
+        self.seen[name] = _select_peak_window(trace)
 
 
 def is_same_record(first: Trace, second: Trace) -> bool:
@@ -58,13 +58,13 @@ def noise_correlation(trace: Trace, other_trace: Trace) -> float:
     """Return the noise correlation of two records [-]; 0 unless their curves agree within noise."""
     best = 0.0
     for clock in ("elongation", "time"):
-        first, second = _rising_part(trace, clock), _rising_part(other_trace, clock)
+        first, second = _select_rising_part(trace, clock), _select_rising_part(other_trace, clock)
         if first is not None and second is not None:
-            best = max(best, *_correlations(first, second))
+            best = max(best, *_correlate(first, second))
     return best
 
 
-def _peak_window(trace: Trace) -> Trace:
+def _select_peak_window(trace: Trace) -> Trace:
     """Return the samples to store, around the maximum force."""
     start = max(0, min(int(trace.force.argmax()) - SAMPLE_LIMIT // 2, len(trace) - SAMPLE_LIMIT))
     part = slice(start, start + SAMPLE_LIMIT)
@@ -72,7 +72,7 @@ def _peak_window(trace: Trace) -> Trace:
     return Trace(trace.force[part], trace.elongation[part], time, trace.path, trace.format)
 
 
-def _rising_part(trace: Trace, clock: str) -> tuple[Array, Array] | None:
+def _select_rising_part(trace: Trace, clock: str) -> tuple[Array, Array] | None:
     """Return the clock up to its maximum, and the force, with each clock value once."""
     values = getattr(trace, clock)
     if values is None or len(values) < LEAST:
@@ -81,23 +81,23 @@ def _rising_part(trace: Trace, clock: str) -> tuple[Array, Array] | None:
     return (clock_values, trace.force[first]) if len(first) >= LEAST else None
 
 
-def _correlations(curve: tuple[Array, Array], other_curve: tuple[Array, Array]) -> Iterator[float]:
+def _correlate(curve: tuple[Array, Array], other_curve: tuple[Array, Array]) -> Iterator[float]:
     """Yield the noise correlations for a common clock origin, and for a common start.
 
     A record with every n-th sample stored may start with a different sample.
     """
     yield 0.0
-    dense, sparse = sorted((curve, other_curve), key=lambda pair: _clock_step(pair[0]))
-    step = _clock_step(dense[0])
-    limit = min(int(np.ceil(_clock_step(sparse[0]) / step)), STARTS)
+    dense, sparse = sorted((curve, other_curve), key=lambda pair: _find_clock_step(pair[0]))
+    step = _find_clock_step(dense[0])
+    limit = min(int(np.ceil(_find_clock_step(sparse[0]) / step)), STARTS)
     start = dense[0][0] - sparse[0][0]
-    if not any(_is_near((sparse[0] + offset, sparse[1]), dense) for offset in (0.0, start)):
+    if not any(_is_close_copy((sparse[0] + offset, sparse[1]), dense) for offset in (0.0, start)):
         return
     for offset in (0.0, *(start + n * step for n in range(-limit, limit + 1))):
         yield from _correlate_samples((sparse[0] + offset, sparse[1]), dense)
 
 
-def _is_near(sparse: tuple[Array, Array], dense: tuple[Array, Array]) -> bool:
+def _is_close_copy(sparse: tuple[Array, Array], dense: tuple[Array, Array]) -> bool:
     """Return whether two curves differ by little more than noise, like copies."""
     part = slice(None, None, max(1, len(sparse[0]) // SAMPLE))
     gaps = np.abs(sparse[1][part] - np.interp(sparse[0][part], *dense))
@@ -105,7 +105,7 @@ def _is_near(sparse: tuple[Array, Array], dense: tuple[Array, Array]) -> bool:
     return bool(np.median(gaps) <= 10 * np.median(second))
 
 
-def _clock_step(clock: Array) -> float:
+def _find_clock_step(clock: Array) -> float:
     return float(np.median(np.diff(clock)))
 
 
@@ -122,21 +122,21 @@ def _correlate_samples(sparse: tuple[Array, Array], dense: tuple[Array, Array]) 
     grid, force = sparse[0][inside], sparse[1][inside]
     if len(grid) < LEAST:
         return
-    yield _correlation(force, np.interp(grid, *dense))
+    yield _correlate_forces(force, np.interp(grid, *dense))
     steps = np.diff(dense[0]) * (dense[1][1:] + dense[1][:-1]) / 2
     total = np.concatenate([[0.0], np.cumsum(steps)])
     edges = np.concatenate([grid[:1], (grid[1:] + grid[:-1]) / 2, grid[-1:]])
     means = np.diff(np.interp(edges, dense[0], total)) / np.diff(edges)
-    yield _correlation(force, means)
+    yield _correlate_forces(force, means)
     if len(grid) >= 2 * LEAST:
-        yield _correlation(_smooth_values(force), _smooth_values(means), 2)
+        yield _correlate_forces(_smooth_values(force), _smooth_values(means), 2)
 
 
 def _smooth_values(values: Array) -> Array:
     return np.asarray((values[2:] + 2 * values[1:-1] + values[:-2]) / 4)
 
 
-def _correlation(force: Array, other_force: Array, step: int = 1) -> float:
+def _correlate_forces(force: Array, other_force: Array, step: int = 1) -> float:
     """Return the correlation of second differences; 0 without noise or if the curves differ."""
     noise = [v[step:-step] - (v[2 * step :] + v[: -2 * step]) / 2 for v in (force, other_force)]
     sizes = [float(np.median(np.abs(part))) for part in noise]

@@ -116,7 +116,7 @@ class Shot:
         return write_whole(file, self.text(), overwrite)
 
 
-def shots_in(base: sqlite3.Connection, synthetic: bool) -> tuple[Shot, ...]:
+def read_shots(base: sqlite3.Connection, synthetic: bool) -> tuple[Shot, ...]:
     """Return the records in an open run file, in order.
 
     Raises sqlite3.Error, or ValueError for foreign rows.

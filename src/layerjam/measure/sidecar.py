@@ -111,16 +111,16 @@ def read_facts(path: str | Path) -> Facts:
     Metadata of all files in a folder are in its conditions.toml; a file's own sidecar has priority.
     Raises FileError, with file and line, for invalid TOML, an unknown key or an invalid value.
     """
-    of_all, of_file = (_read_place(place) for place in fact_files(path))
+    of_all, of_file = (_read_toml_file(place) for place in list_fact_files(path))
     return build(Facts, {**of_all, **of_file})
 
 
-def fact_files(path: str | Path) -> tuple[Path, Path]:
+def list_fact_files(path: str | Path) -> tuple[Path, Path]:
     """Return the paths of a data file's metadata: the folder's, and its own (with priority)."""
     return Path(path).parent / FOLDER, sidecar_path(path)
 
 
-def _read_place(place: Path) -> dict[str, Any]:
+def _read_toml_file(place: Path) -> dict[str, Any]:
     return parse_facts(read_text_or_empty(place), place)
 
 
@@ -140,7 +140,7 @@ def read_text_or_empty(place: Path) -> str:
     return read_text(place) if exists else ""
 
 
-def facts_text(facts: Facts) -> str:
+def format_facts(facts: Facts) -> str:
     """Return the TOML text of a sidecar, from which `read_facts` returns the same metadata."""
     lines = ["# Metadata that the data file next to this one does not contain."]
     return "\n".join([*lines, *plain_lines(_FIELDS, vars(facts)), ""])
@@ -148,4 +148,7 @@ def facts_text(facts: Facts) -> str:
 
 def write_facts(path: str | Path, facts: Facts, overwrite: bool = False) -> Path:
     """Write the sidecar of data file `path`; raises FileError if one exists, unless `overwrite`."""
-    return write_whole(sidecar_path(path), facts_text(facts), overwrite)
+    return write_whole(sidecar_path(path), format_facts(facts), overwrite)
+
+
+fact_files, facts_text = list_fact_files, format_facts  # former names

@@ -9,6 +9,6 @@ SYNTHETIC = Notice("synthetic: written by a program, not measured", "synthetic")
 _WORD = re.compile(rb"(?i)\bsynthetic\b")
 
 
-def says_synthetic(head: bytes) -> bool:
+def is_marked_synthetic(head: bytes) -> bool:
     """Return whether the lines above a file's numbers contain the word "synthetic"."""
     return _WORD.search(head) is not None

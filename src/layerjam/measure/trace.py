@@ -127,7 +127,7 @@ def check_trace(trace: Trace, line: Callable[[int], int | None], *, turned: bool
                 line(row),
             )
     warnings = [*trace.warnings, *_check_time(trace, line), *_check_signs(trace, turned)]
-    _check_stuck(trace)
+    _check_saturation(trace)
     return replace(trace, warnings=tuple(warnings))
 
 
@@ -184,7 +184,7 @@ def _check_signs(trace: Trace, turned: bool) -> list[str]:
     return []
 
 
-def _check_stuck(trace: Trace) -> None:
+def _check_saturation(trace: Trace) -> None:
     """Reject a force that stays at its maximum while the crosshead keeps moving.
 
     A saturated load cell repeats one number; a real plateau has noise, so its maximum is rare. The
@@ -212,9 +212,9 @@ def _check_stuck(trace: Trace) -> None:
         return  # the resolution is too coarse to tell whether the crosshead is at rest
     upper = (force > top / 2) & ~at_top
     _, counts = np.unique(force[upper], return_counts=True)
-    often, longest = int(counts.max(initial=1)), _longest_run(upper, force)
-    stuck_run = _longest_run(at_top, np.where(at_top, top, force))
-    if _far_more(stuck, often, least) or _far_more(stuck_run, longest, least):
+    often, longest = int(counts.max(initial=1)), _find_longest_run(upper, force)
+    stuck_run = _find_longest_run(at_top, np.where(at_top, top, force))
+    if _is_far_more(stuck, often, least) or _is_far_more(stuck_run, longest, least):
         raise FileError(
             trace.path,
             f"the load cell was saturated: {stuck} of {rows} samples are at exactly "
@@ -222,12 +222,12 @@ def _check_stuck(trace: Trace) -> None:
         )
 
 
-def _far_more(stuck: int, others: int, least: int) -> bool:
+def _is_far_more(stuck: int, others: int, least: int) -> bool:
     """Return whether the count is ten times that of others, or at least `least` without others."""
     return stuck >= max(least, 10 * others if others > 1 else least)
 
 
-def _longest_run(mask: npt.NDArray[np.bool_], force: Array) -> int:
+def _find_longest_run(mask: npt.NDArray[np.bool_], force: Array) -> int:
     if not mask.any():
         return 0
     starts = np.flatnonzero(mask & np.r_[True, (np.diff(force) != 0) | ~mask[:-1]])

@@ -16,14 +16,14 @@ from layerjam.errors import FileError, LayerjamError
 from layerjam.fluid.file import LineFile
 from layerjam.identify.provenance import sha256
 from layerjam.measure.runs import ENDING, open_run
-from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING, fact_files, read_facts
-from layerjam.measure.synthetic import says_synthetic
+from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING, list_fact_files, read_facts
+from layerjam.measure.synthetic import is_marked_synthetic
 from layerjam.records.pieces import (
     Cited,
     Content,
     Piece,
+    clean_text,
     make_piece,
-    strip_invalid,
     text_digest,
     to_hex,
 )
@@ -47,7 +47,7 @@ BOARD = {"serial": "board", "model": "model", "firmware": "firmware"}
 """{column of a board record: key of `meta`}."""
 
 
-def check_whole(path: str) -> None:
+def require_closed_run(path: str) -> None:
     """Raise FileError for a run that is partly in a separate file."""
     log = Path(f"{path}-wal")
     if log.exists() and log.stat().st_size:
@@ -74,7 +74,7 @@ def read_run_content(path: str, file: Mapping[str, Any]) -> Content:
         raise FileError(path, f"is damaged: {error}") from None
     finally:
         base.close()
-    meta = {str(key): strip_invalid(str(value)) for key, value in rows if value not in (None, "")}
+    meta = {str(key): clean_text(str(value)) for key, value in rows if value not in (None, "")}
     samples = sum(count for count, _ in counts)
     simulated = meta.get("simulated") != "0"
     columns = {
@@ -87,7 +87,7 @@ def read_run_content(path: str, file: Mapping[str, Any]) -> Content:
         "file_sha256": file["sha256"],
         "file": file["name"],
     }
-    others, notes = _read_inside(path, meta)
+    others, notes = _read_pieces(path, meta)
     texts = [(kind, meta[f"{kind}_toml"]) for kind in ("brake", "line") if kind in others]
     if not meta.get("outcome"):
         notes.append("the run was not closed: it is stored as interrupted")
@@ -102,7 +102,7 @@ def read_run_content(path: str, file: Mapping[str, Any]) -> Content:
     )
 
 
-def _read_inside(path: str, meta: Mapping[str, str]) -> tuple[dict[str, Piece], list[str]]:
+def _read_pieces(path: str, meta: Mapping[str, str]) -> tuple[dict[str, Piece], list[str]]:
     """Return {role: record} of the records in a run, and notes on unreadable records."""
     records: dict[str, Piece] = {}
     notes = []
@@ -154,12 +154,12 @@ def read_content(path: str | Path) -> Content:
         if not size:
             raise FileError(name, "is empty")
         if place.suffix == ENDING:
-            check_whole(name)  # do not open the file: closing it would release a recorder's locks
+            require_closed_run(name)  # do not open it: closing would release a recorder's locks
         with place.open("rb") as handle:
             head = handle.read(HEAD)
         digest = sha256(name)
     full = place.absolute()
-    if strip_invalid(str(full)) != str(full):
+    if clean_text(str(full)) != str(full):
         raise FileError(name, "has a name that is not UTF-8 text; rename it")
     file = {"sha256": digest, "bytes": size, "name": full.name, "folder": str(full.parent)}
     if head.startswith(SQLITE) or place.suffix == ENDING:
@@ -201,7 +201,7 @@ def _read_brake(path: str, entry: Mapping[str, Any], text: str) -> Content:
     files, program = notes.get("files"), str(notes.get("program", ""))
     if not program.startswith("layerjam ") or not isinstance(files, list):
         return Content(path=path, file=file, piece=piece)
-    cited = [*_cited_files(files, "measured"), *_cited_files(notes.get("excluded"), "left out")]
+    cited = [*_cite_files(files, "measured"), *_cite_files(notes.get("excluded"), "left out")]
     if piece.columns["parent"]:
         cited.append(Cited(piece.columns["parent"], "start", "the brake before the change"))
     result = tomlkit.dumps({"made_by": notes})
@@ -210,12 +210,12 @@ def _read_brake(path: str, entry: Mapping[str, Any], text: str) -> Content:
         columns={
             "kind": " ".join([program.rsplit(maxsplit=1)[-1], str(notes.get("depth", ""))]).strip(),
             "result": json.dumps(notes, default=str),
-            "covariance": _covariance(notes.get("covariance")),
+            "covariance": _format_covariance(notes.get("covariance")),
             "checks": notes.get("verdict"),
             "result_toml": result,
             # the same text in two brakes with different numbers means two calibrations
             "sha256": text_digest(f"{piece.columns['sha256']}\n{result}"),
-            "simulated": _any_synthetic(files),
+            "simulated": _has_synthetic_file(files),
         },
         cited=tuple(cited),
     )
@@ -223,13 +223,13 @@ def _read_brake(path: str, entry: Mapping[str, Any], text: str) -> Content:
     return Content(path=path, file=file, piece=piece, others=others)
 
 
-def _cited_files(entries: Any, role: str) -> list[Cited]:
+def _cite_files(entries: Any, role: str) -> list[Cited]:
     """Return the files in a list of names and digests, without entries that lack a digest."""
     citations = []
     for entry in entries if isinstance(entries, list) else ():
         if not isinstance(entry, dict):
             continue
-        name = strip_invalid(str(entry.get("name") or entry.get("file") or ""))
+        name = clean_text(str(entry.get("name") or entry.get("file") or ""))
         if digest := to_hex(entry.get("sha256")):
             citations.append(Cited(digest, role, name))
         if digest := to_hex(entry.get("facts_sha256")):
@@ -237,7 +237,7 @@ def _cited_files(entries: Any, role: str) -> list[Cited]:
     return citations
 
 
-def _covariance(rows: Any) -> str | None:
+def _format_covariance(rows: Any) -> str | None:
     """Return {value: {value: covariance}} as JSON, from the rows in a brake's [made_by] table."""
     matrix: dict[str, dict[str, float]] = {}
     for row in rows if isinstance(rows, list) else ():
@@ -247,7 +247,7 @@ def _covariance(rows: Any) -> str | None:
     return json.dumps(matrix, default=str) if matrix else None
 
 
-def _any_synthetic(files: Any) -> bool | None:
+def _has_synthetic_file(files: Any) -> bool | None:
     """Return True if any file in a list is marked as synthetic, otherwise None (unknown)."""
     marks = any(isinstance(row, dict) and row.get("synthetic") is True for row in files or ())
     return True if marks else None
@@ -268,20 +268,20 @@ def _read_json(path: str, file: Mapping[str, Any]) -> Content:
     brake: Any = origin.get("brake")
     brake = brake if isinstance(brake, dict) else {}
     cited = [
-        *_cited_files(origin.get("files"), "measured"),
-        *_cited_files(result.get("excluded"), "left out"),
+        *_cite_files(origin.get("files"), "measured"),
+        *_cite_files(result.get("excluded"), "left out"),
     ]
     if digest := to_hex(brake.get("sha256")):
-        cited.append(Cited(digest, "start", strip_invalid(str(brake.get("name", "")))))
+        cited.append(Cited(digest, "start", clean_text(str(brake.get("name", "")))))
     piece = Piece(
         kind="calibration",
         columns={
-            "kind": strip_invalid(f"calibrate {result.get('depth', '')}".strip()),
+            "kind": clean_text(f"calibrate {result.get('depth', '')}".strip()),
             "result": json.dumps(result),
             "covariance": json.dumps(result["covariance"]) if result.get("covariance") else None,
             "checks": json.dumps(result["checks"]),
             "sha256": file["sha256"],
-            "simulated": _any_synthetic(origin.get("files")),
+            "simulated": _has_synthetic_file(origin.get("files")),
         },
         cited=tuple(cited),
     )
@@ -291,8 +291,8 @@ def _read_json(path: str, file: Mapping[str, Any]) -> Content:
 
 def _read_data(path: str, entry: Mapping[str, Any], head: bytes) -> Content:
     """Return a measurement or an exported run; the comment lines distinguish them."""
-    comments = _head_comments(head)
-    synthetic = says_synthetic("\n".join(comments).encode())
+    comments = _read_head_comments(head)
+    synthetic = is_marked_synthetic("\n".join(comments).encode())
     with_facts = False
     try:
         with_facts = read_facts(path).synthetic
@@ -302,19 +302,19 @@ def _read_data(path: str, entry: Mapping[str, Any], head: bytes) -> Content:
     fields = dict(line.split(": ", 1) for line in comments if ": " in line)
     cited = [
         Cited(sha256(str(place)), "conditions", place.name)
-        for place in fact_files(path)
+        for place in list_fact_files(path)
         if place.is_file()
     ]
     if comments and comments[0].endswith(" bench export") and fields.get("run_id"):
         file["kind"] = "export"
-        run_id = strip_invalid(fields["run_id"].strip())
+        run_id = clean_text(fields["run_id"].strip())
         cited.append(Cited(run_id, "run", "the run that was exported"))
-    if (brake := _brake_in_head(comments)) is not None:
+    if (brake := _find_header_brake(comments)) is not None:
         cited.append(Cited(text_digest(brake), "brake", "the brake in its header"))
     return Content(path=path, file=file, cited=tuple(cited))
 
 
-def _head_comments(head: bytes) -> list[str]:
+def _read_head_comments(head: bytes) -> list[str]:
     """Return the comment lines at the start, without '#'."""
     comments = []
     for line in head.decode("utf-8-sig", "replace").splitlines():
@@ -325,7 +325,7 @@ def _head_comments(head: bytes) -> list[str]:
     return comments
 
 
-def _brake_in_head(comments: list[str]) -> str | None:
+def _find_header_brake(comments: list[str]) -> str | None:
     """Return the text of the brake in the header of a simulated record, or None."""
     if "brake:" not in comments:
         return None

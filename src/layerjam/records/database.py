@@ -52,7 +52,7 @@ ORDER = (
 
 def move_typed_tables(db: Connection) -> None:
     """Upgrade tables of version 1 to version 2."""
-    old = {name: _table_rows(db, name) for name in ORDER}
+    old = {name: _read_table_rows(db, name) for name in ORDER}
     for name in ORDER:
         db.execute(text(f"DROP TABLE {name}"))
     METADATA.create_all(db, checkfirst=False)
@@ -75,7 +75,7 @@ def move_typed_tables(db: Connection) -> None:
             insert_citations(db, link["child"], [Cited(link["parent"], link["role"], "")])
 
 
-def _table_rows(db: Connection, table: str) -> list[dict[str, Any]]:
+def _read_table_rows(db: Connection, table: str) -> list[dict[str, Any]]:
     """Return the rows of a table, with bools, which SQLite stores as 0 or 1."""
     rows = [dict(row) for row in db.execute(text(f"SELECT * FROM {table}")).mappings()]
     for row in rows:
@@ -166,12 +166,12 @@ class Database:
             yield None
             return
         with self._report_errors(), self._engine.connect() as db, db.begin():
-            older = (_table_version(db, self.where) or VERSION) < VERSION
+            older = (_read_table_version(db, self.where) or VERSION) < VERSION
         if older:
             with self.writing():
                 pass
         with self._report_errors(), self._engine.connect() as db, db.begin():
-            yield None if _table_version(db, self.where) is None else db
+            yield None if _read_table_version(db, self.where) is None else db
 
     @contextlib.contextmanager
     def _report_errors(self) -> Iterator[None]:
@@ -185,7 +185,7 @@ class Database:
             raise RecordsError(f"{self.where}: cannot be written: {error.strerror}") from None
 
 
-def _table_version(db: Connection, place: str) -> int | None:
+def _read_table_version(db: Connection, place: str) -> int | None:
     """Return the version of the tables; None for an empty database.
 
     Raises RecordsError for tables of another program or a version that cannot be upgraded.
@@ -218,7 +218,7 @@ def _table_version(db: Connection, place: str) -> int | None:
 
 def _upgrade_tables(db: Connection, place: str) -> None:
     """Create the tables or upgrade older ones, within the caller's transaction."""
-    current = _table_version(db, place)
+    current = _read_table_version(db, place)
     if current is None:
         METADATA.create_all(db, checkfirst=False)
     for version in range(current or VERSION, VERSION):

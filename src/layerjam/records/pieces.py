@@ -45,7 +45,7 @@ class Content:
     notes: tuple[str, ...] = ()
 
 
-def strip_invalid(text: str) -> str:
+def clean_text(text: str) -> str:
     """Return a text that a database accepts: without NUL and invalid UTF-8."""
     return text.replace("\0", "\ufffd").encode("utf-8", "replace").decode("utf-8")
 

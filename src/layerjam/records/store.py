@@ -17,7 +17,7 @@ from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING
 from layerjam.records.contents import read_content
 from layerjam.records.database import Database, RecordsError
 from layerjam.records.names import find_holder, find_unlinked, resolve_record_id
-from layerjam.records.pieces import Cited, Content, Piece, strip_invalid
+from layerjam.records.pieces import Cited, Content, Piece, clean_text
 from layerjam.records.schema import (
     CITED,
     DERIVED_FROM,
@@ -69,7 +69,7 @@ def add(database: Database, paths: Iterable[str | Path], serial: str | None = No
                 result.refused[path] = str(error)
     if contents:
         with database.writing() as db:
-            _add(db, contents, result)
+            _add_contents(db, contents, result)
     return result
 
 
@@ -80,15 +80,15 @@ def _add_serial(content: Content, serial: str | None) -> Content:
     if piece is None or piece.kind not in ("brake", "line"):
         raise FileError(content.path, "is not a brake or a line: only these have a serial number")
     return replace(
-        content, piece=replace(piece, columns={**piece.columns, "serial": strip_invalid(serial)})
+        content, piece=replace(piece, columns={**piece.columns, "serial": clean_text(serial)})
     )
 
 
-def _add(db: Connection, contents: Iterable[Content], result: Additions) -> None:
+def _add_contents(db: Connection, contents: Iterable[Content], result: Additions) -> None:
     """Enter the files one by one, then list their missing sources."""
     fresh: dict[str, str] = {}
     for content in contents:
-        problem = refusal_reason(db, content)
+        problem = find_refusal_reason(db, content)
         if problem is not None:
             result.refused[content.path] = problem
             continue
@@ -120,28 +120,28 @@ def _cite_later_facts(db: Connection, content: Content) -> None:
         link = select(CITED.c.child).where(
             CITED.c.child == row.id, CITED.c.key == facts.key, CITED.c.role == facts.role
         )
-        if db.execute(link).first() is None and _is_same(
+        if db.execute(link).first() is None and _has_digest(
             Path(file["folder"]) / row.name, row.sha256
         ):
             insert_citations(db, row.id, [facts])
 
 
-def _is_same(path: Path, digest: str) -> bool:
+def _has_digest(path: Path, digest: str) -> bool:
     with suppress(OSError):
         return path.is_file() and sha256(str(path)) == digest
     return False
 
 
-def refusal_reason(db: Connection, content: Content) -> str | None:
+def find_refusal_reason(db: Connection, content: Content) -> str | None:
     """Return the reason why a file cannot be added, or None."""
     piece = content.piece
     same = [FILES.c.sha256 == content.file["sha256"]]
     if piece is not None:  # a byte-order mark changes the bytes but not the text
-        same.append(FILES.c.id == _existing_id(db, piece))
+        same.append(FILES.c.id == _find_existing_id(db, piece))
     row = db.execute(select(FILES.c.id, FILES.c.name, FILES.c.made_at).where(or_(*same))).first()
     if row is not None:
         ident, name, made_at = row
-        reason = _withdrawal_reason(db, ident)
+        reason = _find_withdrawal_reason(db, ident)
         detail = f", and was withdrawn: {reason}" if reason else ""
         return f"is already in the records: {name}, added {made_at} as {ident}{detail}"
     if piece is not None and piece.kind == "run" and piece.columns["run_id"]:
@@ -160,7 +160,7 @@ def refusal_reason(db: Connection, content: Content) -> str | None:
     return None
 
 
-def _withdrawal_reason(db: Connection, ident: str) -> str | None:
+def _find_withdrawal_reason(db: Connection, ident: str) -> str | None:
     reason = db.execute(select(WITHDRAWN.c.why).where(WITHDRAWN.c.id == ident)).scalar()
     return None if reason is None else str(reason)
 
@@ -173,7 +173,7 @@ def _enter_file(db: Connection, content: Content, inside: dict[str, str]) -> str
         piece = content_piece
         if piece.kind == "sensor calibration":
             piece = replace(piece, columns={**piece.columns, "board": parents["board"]})
-        ident = _existing_id(db, piece)
+        ident = _find_existing_id(db, piece)
         if ident is None and piece.kind in ("brake", "line"):
             digests = (piece.columns[name] for name in ("sha256", "rendered_sha256"))
             ident = find_holder(db, piece.kind, *digests)
@@ -186,7 +186,7 @@ def _enter_file(db: Connection, content: Content, inside: dict[str, str]) -> str
     if record.kind == "run":
         links = {role.replace(" ", "_"): parent for role, parent in parents.items()}
         record = replace(record, columns={**record.columns, **links})
-    ident = _existing_id(db, record) or _enter_piece(db, record, origin)
+    ident = _find_existing_id(db, record) or _enter_piece(db, record, origin)
     db.execute(FILES.insert().values(id=ident, **origin, **file))
     add_keys(db, ident, [file["sha256"]])
     insert_citations(
@@ -195,7 +195,7 @@ def _enter_file(db: Connection, content: Content, inside: dict[str, str]) -> str
     return ident
 
 
-def _existing_id(db: Connection, piece: Piece) -> str | None:
+def _find_existing_id(db: Connection, piece: Piece) -> str | None:
     same = ENTRIES.c.identity == identity(piece.kind, piece.columns)
     return db.execute(select(ENTRIES.c.id).where(same)).scalar()
 
@@ -223,7 +223,7 @@ def user_name() -> str:
     return ""
 
 
-def withdraw(database: Database, ident: str, reason: str) -> tuple[str, list[str]]:
+def withdraw_record(database: Database, ident: str, reason: str) -> tuple[str, list[str]]:
     """Mark a record as withdrawn; return its id and the ids of records derived from it.
 
     Raises RecordsError for an unknown or already withdrawn record, or without a reason.
@@ -234,10 +234,10 @@ def withdraw(database: Database, ident: str, reason: str) -> tuple[str, list[str
         resolve_record_id(db, ident, database.where)
     with database.writing() as db:
         full_id = resolve_record_id(db, ident, database.where)
-        before = _withdrawal_reason(db, full_id)
+        before = _find_withdrawal_reason(db, full_id)
         if before is not None:
             raise RecordsError(f"{full_id}: was already withdrawn; reason: {before}")
-        text = strip_invalid(reason.strip())
+        text = clean_text(reason.strip())
         entry = {"id": full_id, "when": utc_timestamp(), "why": text, "by": user_name()}
         db.execute(WITHDRAWN.insert().values(**entry))
         children = select(DERIVED_FROM.c.child).where(DERIVED_FROM.c.parent == full_id).distinct()

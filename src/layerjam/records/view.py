@@ -84,7 +84,7 @@ def show(database: Database, ident: str) -> RecordView:
         ):
             parents[row.child].append(row)
             if row.parent == full_id:
-                children.append({**_summary_columns(every[row.child]), "role": row.role})
+                children.append({**_summarise_row(every[row.child]), "role": row.role})
         return RecordView(
             record=_make_record(db, every[full_id]),
             derived_from=list(_iterate_sources(full_id, parents, every)),
@@ -95,7 +95,7 @@ def show(database: Database, ident: str) -> RecordView:
         )
 
 
-def _summary_columns(row: Mapping[str, Any]) -> dict[str, Any]:
+def _summarise_row(row: Mapping[str, Any]) -> dict[str, Any]:
     return {key: row[key] for key in ("id", "kind", "name", "simulated", "withdrawn")}
 
 
@@ -110,7 +110,7 @@ def _iterate_sources(
             if (child, row.parent, row.role) not in links:
                 links.add((child, row.parent, row.role))
                 waiting.append(row.parent)
-                yield {**_summary_columns(every[row.parent]), "role": row.role, "child": child}
+                yield {**_summarise_row(every[row.parent]), "role": row.role, "child": child}
 
 
 def _make_record(db: Connection, row: Mapping[str, Any]) -> dict[str, Any]:
@@ -143,7 +143,7 @@ def _parse_json(text: str) -> Any:
         return text
 
 
-def verify(database: Database, folders: Sequence[str | Path] = ()) -> Verification:
+def verify_files(database: Database, folders: Sequence[str | Path] = ()) -> Verification:
     """Compare every file that is not withdrawn, and every text in the tables, with its digest.
 
     A file that has been moved is searched for by name in `folders`.
@@ -159,7 +159,7 @@ def verify(database: Database, folders: Sequence[str | Path] = ()) -> Verificati
         if file["id"] in withdrawn_ids:
             continue
         result.checked += 1
-        state = _file_state(file, folders)
+        state = _check_file_state(file, folders)
         if state:
             keys = ("id", "kind", "name", "folder", "host", "sha256")
             row = {key: file[key] for key in keys}
@@ -173,11 +173,11 @@ def verify(database: Database, folders: Sequence[str | Path] = ()) -> Verificati
     return result
 
 
-def _file_state(file: Mapping[str, Any], folders: Sequence[str | Path]) -> str:
+def _check_file_state(file: Mapping[str, Any], folders: Sequence[str | Path]) -> str:
     """Return "changed", "missing" or, for an unchanged file, ""."""
     origin = Path(file["folder"]) / file["name"]
     digests = {
-        path: _file_digest(path) for path in (origin, *(Path(f) / file["name"] for f in folders))
+        path: _hash_file(path) for path in (origin, *(Path(f) / file["name"] for f in folders))
     }
     if file["sha256"] in digests.values():
         return ""
@@ -186,7 +186,7 @@ def _file_state(file: Mapping[str, Any], folders: Sequence[str | Path]) -> str:
     return "changed" if is_here and digests[origin] is not None else "missing"
 
 
-def _file_digest(path: Path) -> str | None:
+def _hash_file(path: Path) -> str | None:
     """Return the SHA-256 of a file, or None if it cannot be read."""
     try:
         return sha256(str(path)) if path.is_file() else None

@@ -26,7 +26,7 @@ def _m(millimetres: float) -> str:
     return show(millimetres * 1e-3, "m")
 
 
-def _checks(drawing: Drawing, *codes: str) -> str:
+def _check_ids(drawing: Drawing, *codes: str) -> str:
     return " ".join(
         f"{check.code}: {check.text}." for check in drawing.checks if check.code in codes
     )
@@ -35,7 +35,7 @@ def _checks(drawing: Drawing, *codes: str) -> str:
 PATTERN = "cut/pattern.pdf"
 
 
-def film(drawing: Drawing, coupons: bool, files: Collection[str] | None = None) -> list[Step]:
+def film_steps(drawing: Drawing, coupons: bool, files: Collection[str] | None = None) -> list[Step]:
     """Return the steps from film to a stack of sheets; `files` lists those written, None all."""
     lengths, build = drawing.lengths, drawing.build
     made_of = ", ".join(f"{part.count} × cut/{part.name}.dxf" for part in drawing.film.parts)
@@ -53,7 +53,7 @@ def film(drawing: Drawing, coupons: bool, files: Collection[str] | None = None) 
             f"Measure the film's thickness in five places: {_m(lengths.thickness)} is drawn. A "
             f"stack more than 7 % off {_m(lengths.stack)} changes the clamping and the force."
         ),
-        Step(_checks(drawing, "C15")),
+        Step(_check_ids(drawing, "C15")),
     ]
     if coupons:
         kerf_hint = {
@@ -90,7 +90,7 @@ def film(drawing: Drawing, coupons: bool, files: Collection[str] | None = None) 
     return out
 
 
-def caps(drawing: Drawing) -> list[Step]:
+def cap_steps(drawing: Drawing) -> list[Step]:
     """Return the steps for the printed parts, which are fitted before anything is stacked."""
     lengths, build = drawing.lengths, drawing.build
     thread = lengths.thread
@@ -122,7 +122,7 @@ def caps(drawing: Drawing) -> list[Step]:
             f"Do a dry fit. {screw_name(lengths)} passes through plate and shelf. The "
             f"{thread.name} nut slides into its pocket from the front and does not turn. "
             f"The plate drops into the tray. The {_m(mm(build.pin))} dowel slides through "
-            f"the head.{_flush(drawing)}"
+            f"the head.{_describe_nut_corners(drawing)}"
         ),
         Step(
             "Break every edge that the enclosure will touch, neck and tray first, and feel for "
@@ -131,7 +131,7 @@ def caps(drawing: Drawing) -> list[Step]:
     ]
 
 
-def _flush(drawing: Drawing) -> str:
+def _describe_nut_corners(drawing: Drawing) -> str:
     """Return sentences about the front corners of the nuts, which may project from the tray."""
     lengths = drawing.lengths
     proud = nut_overhang(lengths)
@@ -144,7 +144,7 @@ def _flush(drawing: Drawing) -> str:
     )
 
 
-def sleeve(drawing: Drawing) -> list[Step]:
+def sleeve_steps(drawing: Drawing) -> list[Step]:
     """Return the steps for the enclosure: mould, silicone, cutting to length."""
     lengths, build, silicone = drawing.lengths, drawing.build, drawing.file.making.enclosure
     halves = drawing.silicone_parts
@@ -174,10 +174,10 @@ def sleeve(drawing: Drawing) -> list[Step]:
             "Let a dab cure on a corner of the mould before you fill it."
         ),
         Step(
-            f"{_checks(drawing, 'C13')} Place the core in its seats, set the upper half on the "
+            f"{_check_ids(drawing, 'C13')} Place the core in its seats, set the upper half on the "
             f"two keys and close the mould with {count} bolts ({mould_bolt(drawing)})."
         ),
-        Step(f"{amount} and degas it. {life} {_checks(drawing, 'C12')}"),
+        Step(f"{amount} and degas it. {life} {_check_ids(drawing, 'C12')}"),
         Step(
             "Stand the mould on end, sprue at the bottom. Inject slowly at the sprue until "
             "silicone runs from both vents, then plug the sprue."
@@ -194,7 +194,7 @@ def sleeve(drawing: Drawing) -> list[Step]:
     ]
 
 
-def stack(drawing: Drawing) -> list[Step]:
+def stack_steps(drawing: Drawing) -> list[Step]:
     """Return the steps for placing the layers in both caps, and for the clamps."""
     lengths = drawing.lengths
     left, right = lengths.sides
@@ -210,7 +210,7 @@ def stack(drawing: Drawing) -> list[Step]:
         Step(
             f"Slide {nuts} of each cap into the shelf from the front. Cut a board from "
             f"cut/jig.dxf, or drill two holes {distance}, and set the caps on dowels in the "
-            f"board, with the trays facing each other.{_level(drawing)}"
+            f"board, with the trays facing each other.{_describe_levelling(drawing)}"
         ),
         Step(
             f"Put a rod or a drill bit of {lengths.thread.size - lengths.thread.pitch:g} "
@@ -224,7 +224,7 @@ def stack(drawing: Drawing) -> list[Step]:
         ),
         Step(
             "Lay the plates on, replace each rod with its screw, one after the other, and "
-            f"tighten {screw}. {_checks(drawing, 'C8')} Tighten again after an hour and after a "
+            f"tighten {screw}. {_check_ids(drawing, 'C8')} Tighten again after an hour and after a "
             "day: plastic creeps under the screw, and only the clamping force holds."
         ),
         Step(
@@ -234,7 +234,7 @@ def stack(drawing: Drawing) -> list[Step]:
     ]
 
 
-def _level(drawing: Drawing) -> str:
+def _describe_levelling(drawing: Drawing) -> str:
     """Return how to level the caps on a flat board if neck, tray and head differ in height."""
     lengths = drawing.lengths
     below = {
@@ -250,7 +250,7 @@ def _level(drawing: Drawing) -> str:
     return f" The caps differ in height: place strips of card or film, {words}."
 
 
-def close(drawing: Drawing) -> list[Step]:
+def close_steps(drawing: Drawing) -> list[Step]:
     """Return the steps for enclosure, ties and fittings."""
     lengths, build = drawing.lengths, drawing.build
     ends = f"{_m(lengths.left.reach)} behind the face of each cap"
@@ -279,7 +279,7 @@ def close(drawing: Drawing) -> list[Step]:
         Step(
             f"Tie both necks in their grooves with ties {_m(mm(build.tie_width))} wide. Tighten by "
             f"hand, with about {show(build.tie_tension, 'N')}, turn the locks to opposite sides, "
-            f"and cut the ends flush. {_checks(drawing, 'C11')}"
+            f"and cut the ends flush. {_check_ids(drawing, 'C11')}"
         ),
         Step(
             f"{fitting}. Fit one to each port: one for the line to the pump or the valve, "
@@ -289,7 +289,7 @@ def close(drawing: Drawing) -> list[Step]:
     ]
 
 
-def array(drawing: Drawing) -> list[Step]:
+def array_steps(drawing: Drawing) -> list[Step]:
     """Return the steps for yokes and links."""
     out = []
     if drawing.series > 1:
@@ -312,7 +312,7 @@ def array(drawing: Drawing) -> list[Step]:
     return out
 
 
-def tools(drawing: Drawing) -> str:
+def list_tools(drawing: Drawing) -> str:
     """Return the required tools as one sentence."""
     lengths, build = drawing.lengths, drawing.build
     keys = {lengths.thread.key}
@@ -334,7 +334,7 @@ def tools(drawing: Drawing) -> str:
     return f"You need: {cutters[build.cutter]}{'; '.join(things)}."
 
 
-def first_checks(drawing: Drawing, coupons: bool) -> list[Step]:
+def list_first_checks(drawing: Drawing, coupons: bool) -> list[Step]:
     """Return the checks of the first brake, each with its command."""
     lengths = drawing.lengths
     new_file = (

@@ -9,7 +9,7 @@ from layerjam.errors import count_noun
 from layerjam.identify.bayes.model import Prior
 from layerjam.identify.bayes.posterior import BayesFit, Population
 from layerjam.identify.bayes.predictive import Band, force_band, vacuum_band
-from layerjam.identify.curves import Curve, level_numbers
+from layerjam.identify.curves import Curve, number_levels
 from layerjam.mechanics.pull import force_limits
 from layerjam.report import style
 from layerjam.report.style import BLUE, GREY, INK, KPA, MM, ORANGE, RED, VACUUMS
@@ -28,7 +28,7 @@ def posterior(fit: BayesFit) -> style.Figure:
         brake = getattr(fit, name).ravel() * scale
         medians = np.median(getattr(fit, f"curve_{name}"), axis=(0, 1)) * scale
         after = getattr(fit.next_pull(), name) * scale
-        _densities(axes, brake, after, medians, fit.priors[name], scale)
+        _draw_densities(axes, brake, after, medians, fit.priors[name], scale)
         words = name.replace("_", " ")
         low, middle, high = np.quantile(brake, [WIDE[0], 0.5, WIDE[1]])
         estimate = f"{middle:.4g} {unit}".strip()
@@ -39,7 +39,7 @@ def posterior(fit: BayesFit) -> style.Figure:
     return figure
 
 
-def _densities(
+def _draw_densities(
     axes: style.Axes, brake: Array, after: Array, curves: Array, prior: Prior, scale: float
 ) -> None:
     low, high = np.quantile(after, [0.015, 0.985])
@@ -51,7 +51,7 @@ def _densities(
     style.band(axes, x, 0, belief, GREY, 0.25)
     top = 0.0
     for draws, color, strength in ((after, ORANGE, 0.18), (brake, BLUE, 0.22)):
-        dense = _density(draws, x)
+        dense = _estimate_density(draws, x)
         style.band(axes, x, 0, dense, color, strength)
         axes.plot(x, dense, color=color)
         top = max(top, float(dense.max()))
@@ -61,7 +61,7 @@ def _densities(
     style.key(axes, *names)
 
 
-def _density(draws: Array, x: Array) -> Array:
+def _estimate_density(draws: Array, x: Array) -> Array:
     """Return a smoothed histogram whose bandwidth follows from quartiles, not from heavy tails."""
     quartiles = np.quantile(draws, [0.25, 0.75])
     width = 1.3 * float(np.ptp(quartiles)) / 1.34 * len(draws) ** -0.2
@@ -88,9 +88,9 @@ class _Level:
             style.band(axes, self.u * MM, low, high, self.color, strength)
 
 
-def _levels(fit: BayesFit, curves: Sequence[Curve]) -> list[_Level]:
+def _group_by_vacuum(fit: BayesFit, curves: Sequence[Curve]) -> list[_Level]:
     """Group the curves by vacuum (within 3 %), the highest vacuum first."""
-    level = level_numbers([c.vacuum for c in curves])
+    level = number_levels([c.vacuum for c in curves])
     order = sorted({*level}, reverse=True)
     groups = [[c for c, n in zip(curves, level, strict=True) if n == number] for number in order]
     after, colors = fit.next_pull(), [*VACUUMS, *VACUUMS[-1:] * len(groups)]
@@ -102,7 +102,7 @@ def bands(fit: BayesFit, curves: Sequence[Curve], samples: int = 900) -> style.F
     """Draw measured curves on top of the prediction for the next pull, a band for each vacuum."""
     figure, (axes,) = style.canvas(width=7.4, height=4.8)
     ends, end = [], 0.0
-    for level in _levels(fit, curves):
+    for level in _group_by_vacuum(fit, curves):
         level.fill(axes)
         for curve in level.curves:
             step = max(1, len(curve.force) // samples)
@@ -114,7 +114,7 @@ def bands(fit: BayesFit, curves: Sequence[Curve], samples: int = 900) -> style.F
     detail = "lines: measured; bands: 50 and 95 % of the next pull"
     axes.set(xlabel="elongation [mm]", ylabel="force [N]", xlim=(0, end * MM), ylim=(0, None))
     style.title(axes, "Measured pulls and the next one", detail)
-    style.labels_right(axes, end * MM, ends)
+    style.add_end_labels(axes, end * MM, ends)
     return figure
 
 
@@ -124,7 +124,7 @@ def deviations(fit: BayesFit, curves: Sequence[Curve], samples: int = 400) -> st
 
     Deviations are in percent of the highest force; curves are means over a few tens of samples.
     """
-    shown_levels = _levels(fit, curves)[:4]
+    shown_levels = _group_by_vacuum(fit, curves)[:4]
     figure, panels = style.canvas(
         columns=len(shown_levels), width=1 + 3.2 * len(shown_levels), height=3.6, sharey=True
     )
@@ -171,7 +171,7 @@ def vacuum_for_force(
     axes.set(xlim=(0, span), ylim=(0, atmosphere * 1.12 * KPA), xlabel="required force [N]")
     style.level(axes, atmosphere * KPA, "full vacuum at the site")
     if target is not None:
-        _mark(axes, fit, target, place)
+        _mark_quantile(axes, fit, target, place)
     detail = "median, 50 and 95 % of the next pull"
     style.panel(axes, "Vacuum for a force", detail, ylabel="required vacuum [kPa]")
     style.band(chance, force, 0, 100 * band.chances["too strong"], RED, 0.35)
@@ -180,7 +180,7 @@ def vacuum_for_force(
     return figure
 
 
-def _mark(axes: style.Axes, fit: BayesFit, force: float, place: float) -> None:
+def _mark_quantile(axes: style.Axes, fit: BayesFit, force: float, place: float) -> None:
     band = vacuum_band(fit.next_pull(), force, place)
     low, middle, high = (float(band.quantile_at(q)[0]) for q in (WIDE[0], 0.5, WIDE[1]))
     if not np.isfinite([low, middle]).all():

@@ -26,11 +26,11 @@ PAGE = 7.0
 def vacuum_colors(vacuums: Sequence[float]) -> dict[str, str]:
     """Return {text of a vacuum: its colour}, the highest vacuum first."""
     descending = sorted(vacuums, reverse=True)
-    return style.scheme(list(dict.fromkeys(show(v, "Pa") for v in descending)))
+    return style.choose_colours(list(dict.fromkeys(show(v, "Pa") for v in descending)))
 
 
 @style.in_style
-def factors(result: Calibration) -> style.Figure:
+def draw_factors(result: Calibration) -> style.Figure:
     """Draw the scale factor of each pull, their mean and its 95 % interval."""
     colors = vacuum_colors([f.vacuum for f in result.fits])
     figure, (axes,) = style.canvas(width=PAGE, height=2.6)
@@ -53,7 +53,7 @@ Draw = Callable[["style.Axes", ConditionError, str], float]
 """Function that draws a condition in its colour and returns the height at which its curve ends."""
 
 
-def _over_speeds(
+def _draw_speed_panels(
     result: Validation, height: float, draw: Draw, ylabel: str, low: float | None = None
 ) -> style.Figure:
     """Draw a panel for every speed, all on the same axes, each condition labelled at its end."""
@@ -73,7 +73,7 @@ def _over_speeds(
     axes[0].set(xlim=(0, None), ylim=(low, None))
     for place, speed, words in zip(axes, panels, ends, strict=False):
         style.panel(place, speed, xlabel="elongation [mm]")
-        style.labels_right(place, place.get_xlim()[1], words)
+        style.add_end_labels(place, place.get_xlim()[1], words)
     for place in axes[len(panels) :]:
         place.set_visible(False)
     for first in axes[::columns]:
@@ -82,14 +82,14 @@ def _over_speeds(
 
 
 @style.in_style
-def overlay(brake: Brake, result: Validation, with_uncalibrated: bool) -> style.Figure:
+def draw_overlay(brake: Brake, result: Validation, with_uncalibrated: bool) -> style.Figure:
     """Draw the mean of the repeats with its SD band and the model's line, one panel per speed."""
     models = [(brake, INK, style.DASHED)]
     if with_uncalibrated:
         models.append((uncalibrated(brake), GREY, style.DOTTED))
 
     def draw(axes: style.Axes, case: ConditionError, color: str) -> float:
-        grid = _grid(case)
+        grid = _common_elongations(case)
         mean, sd = _mean_sd(np.stack([sample_force(c.pull, grid) for c in case.curves]))
         style.band(axes, grid * MM, mean - sd, mean + sd, color, 0.28)
         axes.plot(grid * MM, mean, color=color, lw=1.3)
@@ -98,7 +98,7 @@ def overlay(brake: Brake, result: Validation, with_uncalibrated: bool) -> style.
             axes.plot(grid * MM, force, color=shade, lw=1.0, ls=dash)
         return float(mean[-1])
 
-    figure = _over_speeds(result, 3.2, draw, "force [N]", low=0.0)
+    figure = _draw_speed_panels(result, 3.2, draw, "force [N]", low=0.0)
     names: list[tuple[Any, ...]] = [
         (f"{vacuum}, mean of the repeats ± 1 SD", color)
         for vacuum, color in vacuum_colors([c.vacuum for c in result.conditions]).items()
@@ -110,7 +110,7 @@ def overlay(brake: Brake, result: Validation, with_uncalibrated: bool) -> style.
 
 
 @style.in_style
-def residuals(result: Validation) -> style.Figure:
+def draw_residuals(result: Validation) -> style.Figure:
     """Draw model minus measured force: mean of the repeats with its SD band, and the zero line."""
 
     def draw(axes: style.Axes, case: ConditionError, color: str) -> float:
@@ -126,7 +126,7 @@ def residuals(result: Validation) -> style.Figure:
         axes.plot(grid * MM, mean, color=color, lw=1.2)
         return float(mean[-1])
 
-    return _over_speeds(result, 2.6, draw, "model − measured [N]")
+    return _draw_speed_panels(result, 2.6, draw, "model − measured [N]")
 
 
 def _mean_sd(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -134,7 +134,7 @@ def _mean_sd(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return rows.mean(axis=0), sd
 
 
-def _grid(case: ConditionError) -> np.ndarray:
+def _common_elongations(case: ConditionError) -> np.ndarray:
     """Return elongations [m] common to all repeats of a condition, dense where the curve bends."""
     end = min(float(c.pull.elongation[-1]) for c in case.curves)
     turn = min(4 * max(c.pull.peak_elongation for c in case.curves), 0.5 * end)

@@ -11,9 +11,9 @@ from layerjam.identify.provenance import rename_files
 from layerjam.identify.validation.metrics import WINDOW
 from layerjam.report import folder
 from layerjam.report.brake_numbers import COLUMNS, Number
-from layerjam.report.brake_report import STAGES, BrakeReport, all_numbers, page
-from layerjam.report.folder import figures_of, json_text, plain, write_folder
-from layerjam.report.page import drawn_all, html
+from layerjam.report.brake_report import STAGES, BrakeReport, list_numbers, make_page
+from layerjam.report.folder import figure_files, format_json, to_json, write_folder
+from layerjam.report.page import draw_all, html
 from layerjam.toml_files.table_text import format_rows
 from layerjam.verdict import accepted_rows
 
@@ -21,9 +21,9 @@ FIGURES = ("friction", "calibration", "scale-factors", "validation", "residuals"
 NAMES = ("results.json", "numbers.csv", "report.pdf", "report.html")
 
 
-def csv_text(numbers: Sequence[Number], names: Mapping[str, str] | None = None) -> str:
+def numbers_csv(numbers: Sequence[Number], names: Mapping[str, str] | None = None) -> str:
     """Return numbers.csv with SI values in full precision; `names` as in a BrakeReport."""
-    rows = ([rename_files(plain(v), names or {}) for v in n.row().values()] for n in numbers)
+    rows = ([rename_files(to_json(v), names or {}) for v in n.row().values()] for n in numbers)
     return format_rows([COLUMNS, *rows])
 
 
@@ -66,7 +66,7 @@ def check_folder(out: Path, overwrite: bool) -> None:
     folder.check_folder(out, overwrite, NAMES)
 
 
-def write(
+def write_report(
     report: BrakeReport,
     out: Path,
     overwrite: bool = False,
@@ -79,22 +79,22 @@ def write(
     """
     say = say or (lambda _: None)
     check_folder(out, overwrite)
-    names, document = report.names, page(report)
-    numbers = all_numbers(document.parts)
-    pictures = drawn_all(document.pictures(), lambda what, _: say(what))
+    names, document = report.names, make_page(report)
+    numbers = list_numbers(document.parts)
+    pictures = draw_all(document.pictures(), lambda what, _: say(what))
     data = rename_files(document.template_data(), names)
     content: dict[str, str | bytes] = {
-        "results.json": json_text(rename_files(plain(results(report, numbers)), names)),
-        "numbers.csv": csv_text(numbers, names),
+        "results.json": format_json(rename_files(to_json(results(report, numbers)), names)),
+        "numbers.csv": numbers_csv(numbers, names),
         "report.html": html(data, pictures),
-        **figures_of(pictures),
+        **figure_files(pictures),
     }
     warnings = []
     try:
-        from layerjam.report.typeset import pdf
+        from layerjam.report.typeset import typeset_pdf
 
         say("page report.pdf")
-        content["report.pdf"] = pdf(data, pictures)
+        content["report.pdf"] = typeset_pdf(data, pictures)
     except MissingExtraError as error:
         warnings.append(f"no PDF was written: {error}")
     write_folder(out, content, old=(*NAMES, *(f"figures/{name}.svg" for name in FIGURES)))

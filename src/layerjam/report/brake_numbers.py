@@ -114,25 +114,25 @@ COLUMNS = ("quantity", "value", "unit", "standard_error", "low", "high", "n", "s
 Cell = Number | str
 
 
-def numbers_of(table: Table) -> list[Number]:
+def table_numbers(table: Table) -> list[Number]:
     """Return every number of a table, in reading order."""
     cells = [cell for row in table.rows for cell in row if isinstance(cell, Number)]
     return [*cells, *table.extra]
 
 
-def estimates(numbers: Sequence[Number], **table: Any) -> Table:
+def estimates_table(numbers: Sequence[Number], **table: Any) -> Table:
     """Return a table of fitted numbers; a row has standard error, interval, count and source."""
     return Table(
         head=["quantity", "value", "standard error", "95 % interval", "n", "based on"],
         rows=[
-            [_words(n), n, n.error_text(), n.interval_text(), str(n.n or NONE), n.source]
+            [_describe_number(n), n, n.error_text(), n.interval_text(), str(n.n or NONE), n.source]
             for n in numbers
         ],
         **table,
     )
 
 
-def _words(number: Number) -> str:
+def _describe_number(number: Number) -> str:
     return number.quantity.split(": ", 1)[-1]
 
 

@@ -23,9 +23,9 @@ from layerjam.identify.validation.metrics import WINDOW, Validation
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
 from layerjam.report import brake_figures, brake_tables, figures, signed
-from layerjam.report.brake_numbers import Number, numbers_of
+from layerjam.report.brake_numbers import Number, table_numbers
 from layerjam.report.brake_tables import FileUsed
-from layerjam.report.page import Page, Part, Picture, Word, typeset
+from layerjam.report.page import Page, Part, Picture, Word, typeset_text
 from layerjam.units import show
 from layerjam.verdict import Acceptance, Check, Verdict
 
@@ -105,13 +105,13 @@ class BrakeReport:
     @property
     def identity(self) -> dict[str, str]:
         """Identity of the report."""
-        return signed.identity(self.stated, self.number, self.customer, self.date)
+        return signed.make_identity(self.stated, self.number, self.customer, self.date)
 
 
-def page(report: BrakeReport) -> Page:
+def make_page(report: BrakeReport) -> Page:
     """Return the page, with the content of its PDF and their numbers."""
     rejections = [f"{name} ({stage}): {reason}" for name, stage, reason in report.refused]
-    parts = _stages(report)
+    parts = _make_stages(report)
     if report.excluded:
         exclusions = [f"{name} ({stage}): {reason}" for name, stage, reason in report.excluded]
         title = "Excluded by hand and not used in any number here"
@@ -130,20 +130,20 @@ def page(report: BrakeReport) -> Page:
         ],
     )
     facts, identity = report.stated, report.identity
-    parts += [signed.circumstances(facts), files, signed.place_to_sign(identity)]
+    parts += [signed.make_circumstances(facts), files, signed.make_signature_part(identity)]
     number = identity["report number"]
     return Page(
         title=f"Test report: {report.file.name}",
-        lead=_lead(report),
+        lead=_make_lead(report),
         identity=identity,
         mark="Report without a number" if number == signed.NOT_STATED else f"Report {number}",
-        verdicts=[_verdict_word(report)],
+        verdicts=[_make_verdict(report)],
         banner=[
             *([SYNTHETIC] if report.synthetic else []),
-            *map(_accepted_sentence, report.accepted),
-            *signed.certificate_problems(facts),
+            *map(_describe_acceptance, report.accepted),
+            *signed.list_certificate_problems(facts),
         ],
-        numbers=headline(report, parts),
+        numbers=list_headlines(report, parts),
         key=KEY,
         parts=parts,
         footer=f"layerjam {__version__}, {report.date}",
@@ -151,7 +151,7 @@ def page(report: BrakeReport) -> Page:
     )
 
 
-def _verdict_word(report: BrakeReport) -> Word:
+def _make_verdict(report: BrakeReport) -> Word:
     """Return the verdict on all checks, with the numbers of accepted failures and of warnings."""
     count = len(report.accepted)
     looks = sum(c.level == "warning" for checks in report.checks.values() for c in checks)
@@ -161,29 +161,29 @@ def _verdict_word(report: BrakeReport) -> Word:
     return Word(text, "differs" if count else "reproduced")
 
 
-def _accepted_sentence(acceptance: Acceptance) -> str:
+def _describe_acceptance(acceptance: Acceptance) -> str:
     finding = f" ({acceptance.finding})" if acceptance.finding else ""
     place = f", as {Path(acceptance.file).name} states" if acceptance.file else ""
     decision = f"Accepted on {acceptance.date}{place}: {acceptance.reason}."
-    return typeset(f"Check '{acceptance.check}' failed{finding}. {decision}")
+    return typeset_text(f"Check '{acceptance.check}' failed{finding}. {decision}")
 
 
-def _stages(report: BrakeReport) -> list[Part]:
+def _make_stages(report: BrakeReport) -> list[Part]:
     """Return the stages that have any content."""
     parts = []
     if report.friction is not None:
-        parts.append(_friction(report, *report.friction))
+        parts.append(_friction_part(report, *report.friction))
     if report.calibration is not None:
-        parts.append(_calibration(report, report.calibration))
+        parts.append(_calibration_part(report, report.calibration))
     if report.validation is not None:
-        parts.append(_validation(report, report.validation))
+        parts.append(_validation_part(report, report.validation))
     return parts
 
 
-def _friction(report: BrakeReport, traces: Sequence[Trace], result: FrictionResult) -> Part:
+def _friction_part(report: BrakeReport, traces: Sequence[Trace], result: FrictionResult) -> Part:
     drawing = Picture(
         name="friction",
-        figure=functools.partial(figures.friction, traces, result),
+        figure=functools.partial(figures.draw_friction, traces, result),
         caption="Friction tests: ratio of force to normal force versus slip. Circles: maximum of "
         "each repeat. Thick line: mean over the shaded window.",
     )
@@ -193,22 +193,22 @@ def _friction(report: BrakeReport, traces: Sequence[Trace], result: FrictionResu
         tables=[brake_tables.friction_table(result)],
         pictures=[drawing],
         checks=report.checks.get("friction", ()),
-        notes=_notes(report, "friction"),
+        notes=_list_notes(report, "friction"),
     )
 
 
-def _calibration(report: BrakeReport, result: Calibration) -> Part:
+def _calibration_part(report: BrakeReport, result: Calibration) -> Part:
     kinetic = report.brake.film.kinetic
     tables = [
         brake_tables.calibration_table(result, kinetic),
-        signed.budget_table(*_budgets(report, result)),
+        signed.budget_table(*_make_budgets(report, result)),
     ]
     curves = functools.partial(figures.calibration, report.file, result, report.synthetic)
     caption = "Pulls and calibrated law: whole curves, and near the peaks. Below: residuals."
     pictures = [Picture(name="calibration", figure=curves, caption=caption)]
-    tables.append(brake_tables.calibration_pulls(result))
+    tables.append(brake_tables.calibration_pulls_table(result))
     if result.fits:
-        factors = functools.partial(brake_figures.factors, result)
+        factors = functools.partial(brake_figures.draw_factors, result)
         caption = "Scale factor of each individual pull."
         pictures.append(Picture(name="scale-factors", figure=factors, caption=caption))
     return Part(
@@ -221,11 +221,11 @@ def _calibration(report: BrakeReport, result: Calibration) -> Part:
         tables=tables,
         pictures=pictures,
         checks=report.checks.get("calibration", ()),
-        notes=_notes(report, "calibration"),
+        notes=_list_notes(report, "calibration"),
     )
 
 
-def _limits(report: BrakeReport, role: str) -> dict[str, float | None]:
+def _find_widest_limits(report: BrakeReport, role: str) -> dict[str, float | None]:
     """Return the widest error limit of each instrument in the files of a role.
 
     It is None if a file does not state it.
@@ -243,10 +243,10 @@ def _friction_lines(report: BrakeReport, exponent: float) -> tuple[Contribution,
     kinetic = None if report.friction is None else report.friction[1].over["kinetic"]
     if kinetic is None:
         return ()
-    return friction_lines(kinetic, _limits(report, "friction"), exponent)
+    return friction_lines(kinetic, _find_widest_limits(report, "friction"), exponent)
 
 
-def _budgets(report: BrakeReport, result: Calibration) -> tuple[Budget, Budget]:
+def _make_budgets(report: BrakeReport, result: Calibration) -> tuple[Budget, Budget]:
     """Return the budgets of the scale factor, and of its product with the friction.
 
     Without a friction test in the report, both have the same lines.
@@ -255,7 +255,7 @@ def _budgets(report: BrakeReport, result: Calibration) -> tuple[Budget, Budget]:
         [Peak(c.pull.peak_force, c.vacuum) for c in result.curves],
         report.brake,
         result.contributions,
-        _limits(report, "calibration"),
+        _find_widest_limits(report, "calibration"),
         report.file.sources,
         result.scale_factor,
     )
@@ -264,19 +264,19 @@ def _budgets(report: BrakeReport, result: Calibration) -> tuple[Budget, Budget]:
     return factor, replace(product, value=product.value * report.brake.film.kinetic)
 
 
-def _validation(report: BrakeReport, result: Validation) -> Part:
+def _validation_part(report: BrakeReport, result: Validation) -> Part:
     before = report.before
-    model = functools.partial(brake_figures.overlay, report.brake, result, before is not None)
+    model = functools.partial(brake_figures.draw_overlay, report.brake, result, before is not None)
     earlier = "" if before is None else " and before it (dotted)"
     is_fit = len(report.seen) == len(result.curves)
     tables = [
         brake_tables.validation_table(result, before),
-        brake_tables.validation_pulls(result, before),
+        brake_tables.validation_pulls_table(result, before),
     ]
     return Part(
         id="validation",
         title="Fit to the calibration pulls" if is_fit else "Validation",
-        text=_validation_text(report, result),
+        text=_describe_validation(report, result),
         tables=tables,
         pictures=[
             Picture(
@@ -287,17 +287,17 @@ def _validation(report: BrakeReport, result: Validation) -> Part:
             ),
             Picture(
                 name="residuals",
-                figure=functools.partial(brake_figures.residuals, result),
+                figure=functools.partial(brake_figures.draw_residuals, result),
                 caption="Residuals, model minus measured, over the window: mean of the repeats "
                 "with a band of ± 1 SD. For a perfect model, the bands contain zero.",
             ),
         ],
         checks=report.checks.get("validation", ()),
-        notes=_notes(report, "validation"),
+        notes=_list_notes(report, "validation"),
     )
 
 
-def _validation_text(report: BrakeReport, result: Validation) -> list[str]:
+def _describe_validation(report: BrakeReport, result: Validation) -> list[str]:
     text = []
     if report.seen:
         count, total = len(report.seen), len(result.curves)
@@ -320,26 +320,26 @@ def _validation_text(report: BrakeReport, result: Validation) -> list[str]:
     return [*text, f"Window: {WINDOW}."]
 
 
-def _notes(report: BrakeReport, stage: str) -> list[str]:
-    return [typeset(f"Note: {note}") for note in report.warnings.get(stage, ())]
+def _list_notes(report: BrakeReport, stage: str) -> list[str]:
+    return [typeset_text(f"Note: {note}") for note in report.warnings.get(stage, ())]
 
 
-def headline(report: BrakeReport, parts: Sequence[Part]) -> list[tuple[str, str]]:
+def list_headlines(report: BrakeReport, parts: Sequence[Part]) -> list[tuple[str, str]]:
     """Return (value, description) of the most important results."""
-    numbers = {n.quantity: n for n in all_numbers(parts)}
+    numbers = {n.quantity: n for n in list_numbers(parts)}
     out = []
     budgets: dict[str, Budget] = {}
     if rig := _friction_lines(report, 0.0):
         budgets["kinetic friction"] = Budget(contributions=rig, value=report.brake.film.kinetic)
     if report.calibration is not None:
-        factor, product = _budgets(report, report.calibration)
+        factor, product = _make_budgets(report, report.calibration)
         budgets |= {"scale factor a": factor, "a × kinetic friction": product}
     for name, words in HEADLINE.items():
         number = numbers.get(name)
         if number is not None and number.value is not None:
             uncertainty = budgets.get(words)
             if uncertainty is not None:
-                out.append(_with_uncertainty(number, words, uncertainty))
+                out.append(_add_uncertainty(number, words, uncertainty))
                 continue
             fit = " (fit)" if report.seen and words == "MAPE" else ""
             interval = "" if number.low is None else f"\n95 % interval {number.interval_text()}"
@@ -349,7 +349,7 @@ def headline(report: BrakeReport, parts: Sequence[Part]) -> list[tuple[str, str]
     return out
 
 
-def _with_uncertainty(number: Number, words: str, uncertainty: Budget) -> tuple[str, str]:
+def _add_uncertainty(number: Number, words: str, uncertainty: Budget) -> tuple[str, str]:
     if uncertainty.headline is None:
         digits = replace(number, standard_error=None).text()
         return digits, f"{words}\nuncertainty not stated: the budget lists what to state"
@@ -358,15 +358,15 @@ def _with_uncertainty(number: Number, words: str, uncertainty: Budget) -> tuple[
         return number.text(), f"{words}\nnot determined: expanded uncertainty {reach}"
     missing = len(uncertainty.missing)
     least = f"\nlower bound: {count_noun(missing, 'line')} not stated" if missing else ""
-    return " ± ".join(uncertainty.headline), f"{words}\n{signed.coverage_words(uncertainty)}{least}"
+    return " ± ".join(uncertainty.headline), f"{words}\n{signed.coverage_text(uncertainty)}{least}"
 
 
-def all_numbers(parts: Sequence[Part]) -> list[Number]:
+def list_numbers(parts: Sequence[Part]) -> list[Number]:
     """Return every number of a page, in reading order."""
-    return [number for part in parts for table in part.tables for number in numbers_of(table)]
+    return [number for part in parts for table in part.tables for number in table_numbers(table)]
 
 
-def _lead(report: BrakeReport) -> str:
+def _make_lead(report: BrakeReport) -> str:
     sheets = report.brake.sheets
     counts = []
     if report.friction is not None:

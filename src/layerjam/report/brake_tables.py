@@ -17,7 +17,7 @@ from layerjam.identify.single_pulls import SinglePull
 from layerjam.identify.validation.metrics import ConditionError, PooledErrors, Split, Validation
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
-from layerjam.report.brake_numbers import Cell, Column, Number, estimates
+from layerjam.report.brake_numbers import Cell, Column, Number, estimates_table
 from layerjam.report.page import NONE, Table
 from layerjam.units import show
 
@@ -74,7 +74,7 @@ class FileUsed:
     facts: Facts = field(default_factory=Facts)
 
 
-def file_used(trace: Trace, role: str) -> FileUsed:
+def describe_file(trace: Trace, role: str) -> FileUsed:
     """Return a measurement with its digest and its use."""
     facts = trace.facts
     return FileUsed(
@@ -173,12 +173,12 @@ def calibration_table(result: Calibration, kinetic: float) -> Table:
                 source=_METHODS.get(key, plainly) if error is None else result.errors_rest_on,
             )
         )
-    note, changes = _leave_one_out(result)
+    note, changes = _describe_leave_one_out(result)
     caption = "Quantities that the pulls determine"
-    return estimates(numbers, id="calibration", caption=caption, note=note, extra=changes)
+    return estimates_table(numbers, id="calibration", caption=caption, note=note, extra=changes)
 
 
-def _leave_one_out(result: Calibration) -> tuple[str, list[Number]]:
+def _describe_leave_one_out(result: Calibration) -> tuple[str, list[Number]]:
     """Return a sentence on how a and k change without the most influential pull, and numbers."""
     phrases, numbers = [], []
     for key, shown_in, decimals in (("scale_factor", "", 4), ("stiffness", "kN/m", 2)):
@@ -210,7 +210,7 @@ class _Row(NamedTuple):
     note: str = ""
 
 
-def calibration_pulls(result: Calibration) -> Table:
+def calibration_pulls_table(result: Calibration) -> Table:
     """Return one row for each pull used for calibration."""
     fits = iter(result.fits)
     rows = []
@@ -226,7 +226,7 @@ def calibration_pulls(result: Calibration) -> Table:
     return _pulls_table("calibration", rows, [PEAK], note)
 
 
-def validation_pulls(result: Validation, before: Validation | None) -> Table:
+def validation_pulls_table(result: Validation, before: Validation | None) -> Table:
     """Return one row for each pull used for validation."""
     columns = [*MEASURES[:3], MEASURES[3]._replace(decimals=4)]
     rows = []
@@ -253,12 +253,12 @@ def _pulls_table(
         base: dict[str, Any] = {"n": 1, "source": pull.file}
         test = [column.of(pull, stem, **base) for column in CONDITION]
         single = [c.of(pull, stem, **base, standard_error=errors.get(c.path)) for c in SINGLE]
-        words = "; ".join(filter(None, [_verdict_words(pull), remark]))
+        words = "; ".join(filter(None, [_describe_verdict(pull), remark]))
         rows.append([str(number), pull.file, *test, *cells, *single, words])
     return Table(
         id=f"{stage}-pulls",
         caption="Individual pulls",
-        head=["no.", "file", *map(_head, (*CONDITION, *columns, *SINGLE)), "verdict"],
+        head=["no.", "file", *map(_table_header, (*CONDITION, *columns, *SINGLE)), "verdict"],
         groups=[
             ("", 2 + len(CONDITION)),
             (stage, len(columns)),
@@ -280,28 +280,28 @@ OF_PULLS = (
 )
 
 
-def _head(column: Column) -> str:
+def _table_header(column: Column) -> str:
     """Return the name of a column with the unit of its cells."""
     return f"{column.words} [{column.shown_in}]" if column.shown_in else column.words
 
 
-def _verdict_words(pull: SinglePull) -> str:
+def _describe_verdict(pull: SinglePull) -> str:
     """Return `ok`, the tests in which the pull differs from the others, or a dash."""
     odd = [test for test, verdict in pull.verdicts.items() if verdict == "odd"]
     return ", ".join(odd) or ("ok" if "ok" in pull.verdicts.values() else "too few to compare")
 
 
-def _states(after: Any, before: Any) -> list[tuple[str, Any]]:
+def _list_states(after: Any, before: Any) -> list[tuple[str, Any]]:
     """Return the errors of the calibrated brake, after those before calibration if known."""
     states = ("before calibration", before), ("calibrated", after)
     return [(state, value) for state, value in states if value is not None]
 
 
-def _error_cells(stem: str, after: PooledErrors, before: PooledErrors | None) -> list[Cell]:
+def _make_error_cells(stem: str, after: PooledErrors, before: PooledErrors | None) -> list[Cell]:
     """Return MAPE, RMSE, bias and R^2 of a condition or of all, before and after calibration."""
     cells: list[Cell] = []
     for column in MEASURES:
-        for state, errors in _states(after, before):
+        for state, errors in _list_states(after, before):
             sure = {}
             if column.path == "mape" and isinstance(errors, ConditionError):
                 spread = summarise_repeats([c.mape for c in errors.curves])
@@ -310,7 +310,7 @@ def _error_cells(stem: str, after: PooledErrors, before: PooledErrors | None) ->
     return cells
 
 
-def _split_cells(stem: str, split: Split | None) -> tuple[list[Cell], list[Number]]:
+def _make_split_cells(stem: str, split: Split | None) -> tuple[list[Cell], list[Number]]:
     """Return (cells, numbers not in a cell): the model's own error, the scatter, its fraction."""
     if split is None:
         return [NONE] * 3, []
@@ -320,7 +320,7 @@ def _split_cells(stem: str, split: Split | None) -> tuple[list[Cell], list[Numbe
     return cells, [column.of(split, stem, **base) for column in SQUARES]
 
 
-def condition_words(condition: ConditionError) -> str:
+def describe_condition(condition: ConditionError) -> str:
     """Return a condition as text, such as "80.6 kPa, 7 mm/s"."""
     speed = "speed unknown" if condition.speed is None else show(condition.speed, "m/s", 3)
     return f"{show(condition.vacuum, 'Pa')}, {speed}"
@@ -334,13 +334,13 @@ def validation_table(result: Validation, before: Validation | None) -> Table:
     def row(
         first: Sequence[Cell], stem: str, case: PooledErrors, earlier: PooledErrors | None
     ) -> None:
-        split, hidden = _split_cells(stem, case.scatter)
+        split, hidden = _make_split_cells(stem, case.scatter)
         pulls = Column("pulls", "repeats", decimals=0).of(case, stem)
-        rows.append([*first, pulls, *_error_cells(stem, case, earlier), *split])
+        rows.append([*first, pulls, *_make_error_cells(stem, case, earlier), *split])
         extra.extend(hidden)
 
     for index, case in enumerate(result.conditions):
-        stem = f"validation, {condition_words(case)}"
+        stem = f"validation, {describe_condition(case)}"
         earlier = before.conditions[index] if before is not None else None
         row([column.of(case, stem) for column in CONDITION], stem, case, earlier)
     row(["all", ""], "validation, all", result, before)
@@ -349,7 +349,7 @@ def validation_table(result: Validation, before: Validation | None) -> Table:
     if before is not None:
         head, groups = ["before", "after"] * 4, [("", 3), *((name, 2) for name in names)]
     split = ["own [N]", "scatter [N]", "share [%]"]
-    for state, errors in _states(result, before):
+    for state, errors in _list_states(result, before):
         for column, count in OVER_CONDITIONS:
             number = column.of(errors, "validation, all", state, n=len(getattr(errors, count)))
             extra.append(number)
@@ -361,12 +361,12 @@ def validation_table(result: Validation, before: Validation | None) -> Table:
         rows=rows,
         total=1,
         unit_in_head=True,
-        note=_note(result, before),
+        note=_make_note(result, before),
         extra=extra,
     )
 
 
-def _note(result: Validation, before: Validation | None) -> str:
+def _make_note(result: Validation, before: Validation | None) -> str:
     def words(v: Validation) -> str:
         text = f"{v.mape_conditions:.1%}"
         return text + (f" ± {v.mape_conditions_sd:.1%}" if v.mape_conditions_sd else "")

@@ -27,7 +27,7 @@ _LETTER = 0.066
 Part = tuple[str, float, float]
 
 
-def _box(
+def _draw_box(
     axes: Axes, x: tuple[float, float], z: tuple[float, float], color: str, **options: Any
 ) -> None:
     from matplotlib.patches import Rectangle
@@ -36,13 +36,13 @@ def _box(
     axes.add_patch(Rectangle((x[0], z[0]), x[1] - x[0], z[1] - z[0], **options))
 
 
-def _round(axes: Axes, center: tuple[float, float], size: float) -> None:
+def _draw_circle(axes: Axes, center: tuple[float, float], size: float) -> None:
     from matplotlib.patches import Circle
 
     axes.add_patch(Circle(center, size / 2, facecolor="white", edgecolor=INK, lw=0.7))
 
 
-def _new_figure(
+def _make_figure(
     low: tuple[float, float], high: tuple[float, float], width: float
 ) -> tuple[Any, Axes]:
     """Return a figure without a frame, with the same scale on both axes; `width` in inches."""
@@ -52,12 +52,12 @@ def _new_figure(
     figure = Figure(figsize=(width, width * tall / wide))
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
-    style.bare(axes)
+    style.hide_axes(axes)
     return figure, axes
 
 
 @style.in_style
-def section(world: Scene) -> style.Figure:
+def draw_section(world: Scene) -> style.Figure:
     """Draw the left cap cut along the middle of a screw, to scale, with dimensions in mm."""
     lengths, build, side = world.lengths, world.build, world.lengths.left
     neck, rear = -side.reach, -side.tray - mm(build.back)
@@ -69,13 +69,13 @@ def section(world: Scene) -> style.Figure:
     below = min(low, -lengths.head_height / 2, -lengths.neck_b) - lengths.wall
     above = max(top, lengths.head_height / 2, lengths.neck_b) + lengths.wall
     unit = (edge - end) / 62
-    figure, axes = _new_figure(
+    figure, axes = _make_figure(
         (end - 12 * unit, below - 12 * unit), (edge + 14 * unit, above + 7 * unit), 8.2
     )
-    _enclosure(axes, world, edge)
-    _plastic(axes, world)
-    _layers(axes, lengths, edge, free)
-    _screw(axes, lengths)
+    _draw_enclosure(axes, world, edge)
+    _draw_plastic(axes, world)
+    _draw_layers(axes, lengths, edge, free)
+    _draw_screw(axes, lengths)
     chain = [
         ("head", end, neck - lengths.port_length),
         ("port", neck - lengths.port_length, neck),
@@ -85,74 +85,74 @@ def section(world: Scene) -> style.Figure:
         ("clamp", -side.clamped, 0.0),
         ("free", 0.0, free),
     ]
-    _chain(axes, chain, below - 2.5 * unit, unit)
+    _draw_dimension_chain(axes, chain, below - 2.5 * unit, unit)
     stack = lengths.stack / 2
-    _upright(
+    _draw_heights(
         axes,
         edge + 2 * unit,
         [("plate", stack, top), ("stack", -stack, stack), ("shelf", low, -stack)],
         unit,
     )
     half = lengths.head_height / 2
-    _upright(axes, end - 2 * unit, [("head", -half, half)], -unit)
-    _add_names(axes, world, above, unit, edge)
+    _draw_heights(axes, end - 2 * unit, [("head", -half, half)], -unit)
+    _draw_names(axes, world, above, unit, edge)
     return figure
 
 
-def _plastic(axes: Axes, world: Scene) -> None:
+def _draw_plastic(axes: Axes, world: Scene) -> None:
     lengths, build, side = world.lengths, world.build, world.lengths.left
     rear, neck = -side.tray - mm(build.back), -side.reach
     head = neck - lengths.port_length - lengths.head
     stack, thread = lengths.stack / 2, lengths.thread
     top, low = stack + lengths.plate_height, -stack - lengths.shelf_height
     half, b = lengths.head_height / 2, lengths.neck_b
-    _box(axes, (head, neck), (-half, half), PRINTED)
+    _draw_box(axes, (head, neck), (-half, half), PRINTED)
     pin = neck - lengths.port_length - lengths.head / 2
     bore = (mm(build.pin) + mm(build.pin_clearance)) / 2
-    _box(axes, (pin - bore, pin + bore), (-half, half), "white")
-    _box(axes, (neck, rear), (-b, b), PRINTED)
+    _draw_box(axes, (pin - bore, pin + bore), (-half, half), "white")
+    _draw_box(axes, (neck, rear), (-b, b), PRINTED)
     middle, slot, depth = (neck + rear) / 2, mm(build.tie_slot) / 2, mm(build.tie_depth)
     for sign in (-1, 1):
         groove = sorted((sign * (b - depth), sign * b))
-        _box(axes, (middle - slot, middle + slot), (groove[0], groove[1]), "white")
-    _box(axes, (rear, -side.tray), (low, top), PRINTED)
-    _box(axes, (-side.tray, 0), (low, -stack), PRINTED)
-    _box(axes, (-side.tray, 0), (-stack, top), "white")
+        _draw_box(axes, (middle - slot, middle + slot), (groove[0], groove[1]), "white")
+    _draw_box(axes, (rear, -side.tray), (low, top), PRINTED)
+    _draw_box(axes, (-side.tray, 0), (low, -stack), PRINTED)
+    _draw_box(axes, (-side.tray, 0), (-stack, top), "white")
     pocket = -side.clamped / 2 - (thread.nut + mm(build.fit)) / 3**0.5
-    _box(axes, (pocket, 0), (low, low + thread.nut_height + mm(build.head_room)), "white")
-    _box(axes, (-side.tray + mm(build.fit), 0), (stack, top), "#d5dbe2")
-    _box(axes, (-side.tray + mm(build.fit), 0), (stack, stack + lengths.floor), PLATE)
+    _draw_box(axes, (pocket, 0), (low, low + thread.nut_height + mm(build.head_room)), "white")
+    _draw_box(axes, (-side.tray + mm(build.fit), 0), (stack, top), "#d5dbe2")
+    _draw_box(axes, (-side.tray + mm(build.fit), 0), (stack, stack + lengths.floor), PLATE)
     air, port = lengths.air_axis, neck - lengths.port_length / 2
     half_air = mm(build.air_bore) / 2
-    _box(axes, (port, -side.tray), (air - half_air, air + half_air), "white")
-    _round(axes, (port, air), lengths.port)
+    _draw_box(axes, (port, -side.tray), (air - half_air, air + half_air), "white")
+    _draw_circle(axes, (port, air), lengths.port)
 
 
-def _layers(axes: Axes, lengths: Lengths, edge: float, free: float) -> None:
+def _draw_layers(axes: Axes, lengths: Lengths, edge: float, free: float) -> None:
     side = lengths.left
     for index in range(lengths.count):
         z = -lengths.stack / 2 + index * lengths.thickness
         high = z + lengths.thickness
         thin = {"lw": min(0.5, 1.2 * lengths.thickness)}
         if index % 2 == 0:
-            _box(axes, (-side.clamped, edge), (z, high), LEFT, **thin)
+            _draw_box(axes, (-side.clamped, edge), (z, high), LEFT, **thin)
         else:
-            _box(axes, (-side.clamped, 0), (z, high), SPACER, **thin)
-            _box(axes, (free, edge), (z, high), RIGHT, **thin)
+            _draw_box(axes, (-side.clamped, 0), (z, high), SPACER, **thin)
+            _draw_box(axes, (free, edge), (z, high), RIGHT, **thin)
 
 
-def _screw(axes: Axes, lengths: Lengths) -> None:
+def _draw_screw(axes: Axes, lengths: Lengths) -> None:
     thread, x = lengths.thread, -lengths.left.clamped / 2
     low, high = -lengths.stack / 2 - lengths.floor, lengths.stack / 2 + lengths.floor
     tip = high - lengths.screw_length
-    _box(axes, (x - thread.size / 2, x + thread.size / 2), (tip, high), STEEL)
+    _draw_box(axes, (x - thread.size / 2, x + thread.size / 2), (tip, high), STEEL)
     head = thread.head / 2
-    _box(axes, (x - head, x + head), (high, high + thread.head_height), STEEL)
+    _draw_box(axes, (x - head, x + head), (high, high + thread.head_height), STEEL)
     radius = thread.nut / 3**0.5
-    _box(axes, (x - radius, x + radius), (low - thread.nut_height, low), "#7b818a")
+    _draw_box(axes, (x - radius, x + radius), (low - thread.nut_height, low), "#7b818a")
 
 
-def _enclosure(axes: Axes, world: Scene, edge: float) -> None:
+def _draw_enclosure(axes: Axes, world: Scene, edge: float) -> None:
     from matplotlib.patches import Polygon
 
     lengths, build, side = world.lengths, world.build, world.lengths.left
@@ -172,19 +172,19 @@ def _enclosure(axes: Axes, world: Scene, edge: float) -> None:
         axes.add_patch(Polygon(points, facecolor=SILICONE, edgecolor=INK, lw=0.7))
 
 
-def _dimension(axes: Axes, start: tuple[float, float], stop: tuple[float, float]) -> None:
+def _draw_dimension(axes: Axes, start: tuple[float, float], stop: tuple[float, float]) -> None:
     """Draw the line of a dimension, with an arrow at each end."""
     line = {"arrowstyle": "<->", "lw": 0.7, "color": INK, "mutation_scale": 6}
     axes.annotate("", start, stop, arrowprops={**line, "shrinkA": 0, "shrinkB": 0})
 
 
-def _chain(axes: Axes, parts: Sequence[Part], level: float, unit: float) -> None:
+def _draw_dimension_chain(axes: Axes, parts: Sequence[Part], level: float, unit: float) -> None:
     """Draw dimensions in a row below the drawing; narrow ones have their labels on a lower row."""
     edges = [-1e9, -1e9, -1e9]
     for words, start, stop in parts:
         for x in (start, stop):
             axes.plot((x, x), (level + 1.6 * unit, level - 0.6 * unit), color=GREY, lw=0.5)
-        _dimension(axes, (start, level), (stop, level))
+        _draw_dimension(axes, (start, level), (stop, level))
         text = f"{words} {stop - start:.4g}"
         wide = len(text) * 1.02 * unit * _LETTER / 0.097
         middle = (start + stop) / 2
@@ -194,18 +194,18 @@ def _chain(axes: Axes, parts: Sequence[Part], level: float, unit: float) -> None
         axes.text(middle, z, text, ha="center", va="top", fontsize=style.WORDS)
 
 
-def _upright(axes: Axes, x: float, parts: Sequence[Part], unit: float) -> None:
+def _draw_heights(axes: Axes, x: float, parts: Sequence[Part], unit: float) -> None:
     """Draw heights next to the drawing; a negative `unit` puts the text on the left."""
     for words, low, high in parts:
         for z in (low, high):
             axes.plot((x - 1.2 * unit, x + 0.6 * unit), (z, z), color=GREY, lw=0.5)
-        _dimension(axes, (x, low), (x, high))
+        _draw_dimension(axes, (x, low), (x, high))
         text = f"{words} {high - low:.4g}"
         ha = "left" if unit > 0 else "right"
         axes.text(x + unit, (low + high) / 2, text, ha=ha, va="center", fontsize=style.WORDS)
 
 
-def _add_names(axes: Axes, world: Scene, above: float, unit: float, edge: float) -> None:
+def _draw_names(axes: Axes, world: Scene, above: float, unit: float, edge: float) -> None:
     """Draw part names above the drawing, each with a line to its part."""
     lengths, side = world.lengths, world.lengths.left
     neck, stack = -side.reach, lengths.stack / 2
@@ -235,7 +235,7 @@ def _add_names(axes: Axes, world: Scene, above: float, unit: float, edge: float)
 
 
 @style.in_style
-def order(world: Scene) -> style.Figure:
+def draw_layer_order(world: Scene) -> style.Figure:
     """Draw the layers from the bottom as they lie in both caps, thickness not to scale."""
     from matplotlib.figure import Figure
 
@@ -246,7 +246,7 @@ def order(world: Scene) -> style.Figure:
         layers = [*range(half), None, *range(lengths.count - half, lengths.count)]
     figure = Figure(figsize=(8.2, 0.55 + 0.2 * len(layers)))
     axes = figure.add_axes((0, 0, 1, 1))
-    style.bare(axes)
+    style.hide_axes(axes)
     for row, index in enumerate(layers):
         z = row + 0.15, row + 0.85
         if index is None:
@@ -260,8 +260,8 @@ def order(world: Scene) -> style.Figure:
             )
             continue
         left = index % 2 == 0
-        _box(axes, (14, 78) if left else (22, 86), z, LEFT if left else RIGHT)
-        _box(axes, (80, 86) if left else (14, 20), z, SPACER)
+        _draw_box(axes, (14, 78) if left else (22, 86), z, LEFT if left else RIGHT)
+        _draw_box(axes, (80, 86) if left else (14, 20), z, SPACER)
         words, ink = ("left sheet", INK) if left else ("right sheet", "white")
         options: dict[str, Any] = {"va": "center", "fontsize": style.WORDS - 1}
         axes.text(50, row + 0.5, words, ha="center", color=ink, **options)
@@ -276,14 +276,14 @@ def order(world: Scene) -> style.Figure:
 
 
 @style.in_style
-def plates(boards: Sequence[tuple[str, Outline]]) -> style.Figure:
+def draw_plates(boards: Sequence[tuple[str, Outline]]) -> style.Figure:
     """Draw the boards that are cut in addition to the sheets, each with its length."""
     from matplotlib.patches import Circle, Polygon
 
     long = max(part.length for _, part in boards)
     unit = long / 60
     tall = sum(part.width + 7 * unit for _, part in boards)
-    figure, axes = _new_figure((-12 * unit, -5 * unit), (long + 3 * unit, tall - 5 * unit), 8.2)
+    figure, axes = _make_figure((-12 * unit, -5 * unit), (long + 3 * unit, tall - 5 * unit), 8.2)
     low = 0.0
     for name, part in boards[::-1]:
         outline = part.translate(0.0, low + part.width / 2)
@@ -294,24 +294,24 @@ def plates(boards: Sequence[tuple[str, Outline]]) -> style.Figure:
             )
         middle = low + part.width / 2
         axes.text(-unit, middle, name, ha="right", va="center", fontsize=style.WORDS)
-        _chain(axes, [("length", 0.0, part.length)], low - 1.6 * unit, unit)
+        _draw_dimension_chain(axes, [("length", 0.0, part.length)], low - 1.6 * unit, unit)
         low += part.width + 7 * unit
     return figure
 
 
 @style.in_style
-def film(piece: Piece) -> style.Figure:
+def draw_film(piece: Piece) -> style.Figure:
     """Draw a piece of film with its parts as they are cut."""
     from matplotlib.patches import Circle, Polygon
 
     long, wide = piece.length, piece.width
     unit = max(long, wide) / 60
-    figure, axes = _new_figure(
+    figure, axes = _make_figure(
         (-5 * unit, -7 * unit),
         (long + 3 * unit, wide + 2 * unit),
         8.2 * min(1.0, 1.1 * long / wide),
     )
-    _box(axes, (0, long), (0, wide), style.SHADE, edgecolor=GREY)
+    _draw_box(axes, (0, long), (0, wide), style.SHADE, edgecolor=GREY)
     for part in piece.parts:
         fill = SPACER if part.length < 0.5 * piece.parts[0].length else LEFT
         axes.add_patch(Polygon(part.points(0.05), facecolor=fill, edgecolor=INK, lw=0.6))
@@ -321,7 +321,7 @@ def film(piece: Piece) -> style.Figure:
                     (hole.x, hole.y), hole.diameter / 2, facecolor="white", edgecolor=INK, lw=0.6
                 )
             )
-    _chain(axes, [(f"{piece.name}, length", 0.0, long)], -2 * unit, unit)
+    _draw_dimension_chain(axes, [(f"{piece.name}, length", 0.0, long)], -2 * unit, unit)
     axes.annotate(
         "",
         (long, -5.6 * unit),

@@ -12,20 +12,30 @@ from layerjam.fabricate.film import auxiliary_plates
 from layerjam.fabricate.lengths import Lengths
 from layerjam.fabricate.nest import Piece
 from layerjam.fabricate.outline import Circle, Outline, bounding_box
-from layerjam.report import assembly_steps as steps
 from layerjam.report import build_drawings as drawings
-from layerjam.report.assembly_steps import PATTERN
-from layerjam.report.build_pictures import add_labels, shots
-from layerjam.report.build_scene import scene
-from layerjam.report.style import svg_text
-from layerjam.report.typeset import typeset
+from layerjam.report.assembly_steps import (
+    PATTERN,
+    Step,
+    array_steps,
+    cap_steps,
+    close_steps,
+    film_steps,
+    list_first_checks,
+    list_tools,
+    sleeve_steps,
+    stack_steps,
+)
+from layerjam.report.build_pictures import add_labels, make_shots
+from layerjam.report.build_scene import make_scene
+from layerjam.report.style import format_svg
+from layerjam.report.typeset import typeset_file
 from layerjam.units import show
 
 Block = dict[str, Any]
 MARKS = {"passed": "ok", "note": "-", "warning": "LOOK", "failed": "FAIL"}
 
 
-def assembly(
+def typeset_assembly(
     drawing: Drawing,
     svgs: Mapping[str, str],
     coupons: bool = False,
@@ -45,13 +55,13 @@ def assembly(
             "the last pages, and only then build more.",
             *drawing.film.notes,
         ],
-        "numbers": _numbers(drawing),
+        "numbers": _list_numbers(drawing),
         "parts": _parts(drawing, coupons, files),
     }
-    return typeset("assembly", data, {f"{name}.svg": svg for name, svg in svgs.items()})
+    return typeset_file("assembly", data, {f"{name}.svg": svg for name, svg in svgs.items()})
 
 
-def _numbers(drawing: Drawing) -> list[tuple[str, str]]:
+def _list_numbers(drawing: Drawing) -> list[tuple[str, str]]:
     lengths = drawing.lengths
     mass = sum(row.mass for row in drawing.masses)
     return [
@@ -70,36 +80,36 @@ def _parts(drawing: Drawing, coupons: bool, files: Collection[str] | None) -> li
             False,
             [
                 picture("exploded"),
-                _list(drawing, files),
-                {"kind": "text", "text": steps.tools(drawing)},
+                _make_parts_list(drawing, files),
+                {"kind": "text", "text": list_tools(drawing)},
             ],
         ),
         (
             "2  Cut the film",
             True,
-            [to_steps(steps.film(drawing, coupons, files)), picture("film", _share(drawing))],
+            [to_steps(film_steps(drawing, coupons, files)), picture("film", _width_share(drawing))],
         ),
-        ("3  Print caps and plates", True, [to_steps(steps.caps(drawing)), picture("section")]),
-        ("4  Cast the enclosure", True, [picture("mould", 0.8), to_steps(steps.sleeve(drawing))]),
+        ("3  Print caps and plates", True, [to_steps(cap_steps(drawing)), picture("section")]),
+        ("4  Cast the enclosure", True, [picture("mould", 0.8), to_steps(sleeve_steps(drawing))]),
         (
             "5  Stack and clamp",
             True,
-            [picture("layers", 0.86), to_steps(steps.stack(drawing)), picture("stacking", 0.62)],
+            [picture("layers", 0.86), to_steps(stack_steps(drawing)), picture("stacking", 0.62)],
         ),
-        ("6  Close the brake", True, [picture("assembled", 0.86), to_steps(steps.close(drawing))]),
+        ("6  Close the brake", True, [picture("assembled", 0.86), to_steps(close_steps(drawing))]),
     ]
     if drawing.brakes > 1:
         chapters.append(
-            ("7  Join the brakes", False, [picture("boards", 0.7), to_steps(steps.array(drawing))])
+            ("7  Join the brakes", False, [picture("boards", 0.7), to_steps(array_steps(drawing))])
         )
     number = len(chapters) + 1
     chapters += [
         (
             f"{number}  Check the first brake",
             True,
-            [to_steps(steps.first_checks(drawing, coupons))],
+            [to_steps(list_first_checks(drawing, coupons))],
         ),
-        (f"{number + 1}  Drawing checks", False, [_checks(drawing)]),
+        (f"{number + 1}  Drawing checks", False, [_make_checks(drawing)]),
         (
             f"{number + 2}  Assumptions",
             False,
@@ -114,13 +124,13 @@ def picture(name: str, share: float = 1.0) -> Block:
     return {"kind": "picture", "name": name, "share": share}
 
 
-def to_steps(step_list: Sequence[steps.Step]) -> Block:
+def to_steps(step_list: Sequence[Step]) -> Block:
     """Return numbered steps with the commands that belong to them."""
     rows = [{"text": step.text, "commands": list(step.commands)} for step in step_list]
     return {"kind": "steps", "steps": rows}
 
 
-def _share(drawing: Drawing) -> float:
+def _width_share(drawing: Drawing) -> float:
     """Return the fraction of the width at which the film's picture leaves space for the steps."""
     if not drawing.film.pieces:
         return 0.5
@@ -128,7 +138,7 @@ def _share(drawing: Drawing) -> float:
     return min(0.8, 0.8 * piece.length / piece.width)
 
 
-def _list(drawing: Drawing, files: Collection[str] | None) -> Block:
+def _make_parts_list(drawing: Drawing, files: Collection[str] | None) -> Block:
     rows = [
         [
             row.item,
@@ -148,7 +158,7 @@ def _list(drawing: Drawing, files: Collection[str] | None) -> Block:
     }
 
 
-def _checks(drawing: Drawing) -> Block:
+def _make_checks(drawing: Drawing) -> Block:
     rows = [[MARKS[check.level], check.code, check.text] for check in drawing.checks]
     return {"kind": "checks", "rows": rows}
 
@@ -177,13 +187,13 @@ class Paper(NamedTuple):
     height: float
 
 
-def holds(paper: str) -> tuple[float, float]:
+def usable_size(paper: str) -> tuple[float, float]:
     """Return the largest length and width of film parts on a landscape format [mm]."""
     short, long = FORMATS[paper]
     return long - 2 * BORDER, short - 2 * BORDER - STRIP
 
 
-def paper_for(parts: Sequence[Outline]) -> Paper | None:
+def find_paper(parts: Sequence[Outline]) -> Paper | None:
     """Return the smallest format into which the parts and the ruler fit, or None."""
     left, low, right, high = bounding_box(parts)
     wide = max(right - left, BAR) + 2 * BORDER
@@ -195,27 +205,27 @@ def paper_for(parts: Sequence[Outline]) -> Paper | None:
     return None
 
 
-def pattern(pieces: Sequence[Piece], notes: Sequence[str] = ()) -> bytes | None:
+def typeset_pattern(pieces: Sequence[Piece], notes: Sequence[str] = ()) -> bytes | None:
     """Return the PDF's bytes, one page per piece; None if a piece is larger than any paper.
 
     `notes` are sentences for every page. Raises MissingExtraError if typst is not installed.
     """
     pages = []
     for piece in pieces:
-        paper = paper_for(piece.parts)
+        paper = find_paper(piece.parts)
         if paper is None:
             return None
-        pages.append(_page(piece, paper, notes))
-    return typeset("pattern", {"pages": pages})
+        pages.append(_make_pattern_page(piece, paper, notes))
+    return typeset_file("pattern", {"pages": pages})
 
 
-def _page(piece: Piece, paper: Paper, notes: Sequence[str]) -> dict[str, Any]:
+def _make_pattern_page(piece: Piece, paper: Paper, notes: Sequence[str]) -> dict[str, Any]:
     """Return the data of the template: curves in mm from the page's upper left corner."""
     left, _, _, high = bounding_box(piece.parts)
     origin = BORDER - left, BORDER + high
     curves = []
     for part in piece.parts:
-        curves += [_hole(hole, origin) for hole in part.holes] + [_edge(part, origin)]
+        curves += [_place_hole(hole, origin) for hole in part.holes] + [_place_edge(part, origin)]
     counts = ", ".join(f"{count} × {name}" for name, count in piece.counts)
     return {
         "width": paper.width,
@@ -227,7 +237,7 @@ def _page(piece: Piece, paper: Paper, notes: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _edge(part: Outline, origin: tuple[float, float]) -> list[list[float]]:
+def _place_edge(part: Outline, origin: tuple[float, float]) -> list[list[float]]:
     path = part.path()
     curve = [[path[0].x, path[0].y]]
     for begin, stop in zip(path, [*path[1:], path[0]], strict=True):
@@ -240,10 +250,10 @@ def _edge(part: Outline, origin: tuple[float, float]) -> list[list[float]]:
             curve.append([*first, *second, u, v])
         else:
             curve.append([u, v])
-    return [_down(numbers, origin) for numbers in curve]
+    return [_convert_to_page(numbers, origin) for numbers in curve]
 
 
-def _hole(hole: Circle, origin: tuple[float, float]) -> list[list[float]]:
+def _place_hole(hole: Circle, origin: tuple[float, float]) -> list[list[float]]:
     x, y, r = hole.x, hole.y, hole.diameter / 2
     k = ROUND * r
     curve = [
@@ -253,10 +263,10 @@ def _hole(hole: Circle, origin: tuple[float, float]) -> list[list[float]]:
         [x - r, y - k, x - k, y - r, x, y - r],
         [x + k, y - r, x + r, y - k, x + r, y],
     ]
-    return [_down(numbers, origin) for numbers in curve]
+    return [_convert_to_page(numbers, origin) for numbers in curve]
 
 
-def _down(numbers: Sequence[float], origin: tuple[float, float]) -> list[float]:
+def _convert_to_page(numbers: Sequence[float], origin: tuple[float, float]) -> list[float]:
     """Convert points of the part to points of the page, with y downwards."""
     return [origin[1] - n if i % 2 else origin[0] + n for i, n in enumerate(numbers)]
 
@@ -275,24 +285,24 @@ class Pictures(NamedTuple):
         return pngs | {f"pictures/{name}.svg": svg.encode() for name, svg in self.svgs.items()}
 
 
-def pictures(build: Build, lengths: Lengths, pieces: Sequence[Piece]) -> Pictures:
+def draw_pictures(build: Build, lengths: Lengths, pieces: Sequence[Piece]) -> Pictures:
     """Draw separated parts, stacking, mould, assembly, layers, film and section.
 
     Raises MissingExtraError if matplotlib or manifold3d is not installed.
     """
-    world = scene(build, lengths)
-    views = shots(world)
+    world = make_scene(build, lengths)
+    views = make_shots(world)
     figures = {name: add_labels(shot, labels) for name, (shot, labels) in views.items()}
-    figures |= {"section": drawings.section(world), "layers": drawings.order(world)}
+    figures |= {"section": drawings.draw_section(world), "layers": drawings.draw_layer_order(world)}
     if pieces:
-        figures["film"] = drawings.film(pieces[0])
+        figures["film"] = drawings.draw_film(pieces[0])
     return Pictures(
         {name: shot.png() for name, (shot, _) in views.items()},
-        {name: svg_text(figure) for name, figure in figures.items()},
+        {name: format_svg(figure) for name, figure in figures.items()},
     )
 
 
-def papers(
+def make_papers(
     drawing: Drawing, coupons: bool = False, others: Collection[str] | None = None
 ) -> dict[str, bytes]:
     """Return {path: bytes} of the pictures, assembly.pdf and cut/pattern.pdf of a build.
@@ -300,16 +310,16 @@ def papers(
     `others` are its other files; None means all possible files. There is no pattern if a piece of
     film is larger than any paper. Raises MissingExtraError if an extra is not installed.
     """
-    drawn_ones = pictures(drawing.build, drawing.lengths, drawing.film.pieces)
+    drawn_ones = draw_pictures(drawing.build, drawing.lengths, drawing.film.pieces)
     if drawing.brakes > 1:
         flat_parts = auxiliary_plates(
             drawing.build, drawing.lengths, drawing.parallel, drawing.series
         )
-        drawn_ones.svgs["boards"] = svg_text(drawings.plates(list(flat_parts.items())))
+        drawn_ones.svgs["boards"] = format_svg(drawings.draw_plates(list(flat_parts.items())))
     content = drawn_ones.files()
-    flat = pattern(drawing.film.pieces, drawing.film.notes)
+    flat = typeset_pattern(drawing.film.pieces, drawing.film.notes)
     if flat is not None:
         content[PATTERN] = flat
     files = None if others is None else {*others, *content}
-    content["assembly.pdf"] = assembly(drawing, drawn_ones.svgs, coupons, files)
+    content["assembly.pdf"] = typeset_assembly(drawing, drawn_ones.svgs, coupons, files)
     return content

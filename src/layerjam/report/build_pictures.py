@@ -9,7 +9,7 @@ from layerjam.fabricate.lengths import Side
 from layerjam.report import build_scene as parts
 from layerjam.report import style
 from layerjam.report.build_scene import Scene
-from layerjam.report.shading import Body, Shot, View, shoot
+from layerjam.report.shading import Body, Shot, View, render_bodies
 
 Point = tuple[float, float, float]
 
@@ -24,7 +24,7 @@ class Label(NamedTuple):
     def place(self, shot: Shot) -> tuple[float, float]:
         """Return column and row in a picture; for a body, those of a visible point."""
         if isinstance(self.target, Body):
-            return shot.middle_of(self.target) or shot.place(_middle(self.target))
+            return shot.middle_of(self.target) or shot.place(_body_centre(self.target))
         return shot.place(self.target)
 
 
@@ -35,24 +35,24 @@ _LETTER = 0.062
 """Width of one character in a label [in]."""
 
 
-def shots(world: Scene) -> dict[str, LabelledShot]:
+def make_shots(world: Scene) -> dict[str, LabelledShot]:
     """Return {picture: (shot, labels of its parts)}."""
     makers: Mapping[str, Callable[[Scene], LabelledShot]] = {
         "exploded": _draw_exploded,
-        "stacking": _stacking,
-        "mould": _mould,
+        "stacking": _draw_stacking,
+        "mould": _draw_mould,
         "assembled": _draw_assembled,
     }
     return {name: make(world) for name, make in makers.items()}
 
 
-def _middle(body: Body) -> Point:
+def _body_centre(body: Body) -> Point:
     low, high = body.corners.min(axis=0), body.corners.max(axis=0)
     x, y, z = (low + high) / 2
     return float(x), float(y), float(z)
 
 
-def exploded_parts(world: Scene) -> dict[str, list[Body]]:
+def separate_parts(world: Scene) -> dict[str, list[Body]]:
     """Return {name: bodies} of every part of one brake, separated, on both sides."""
     lengths = world.lengths
     out = 0.35 * lengths.free + 20
@@ -66,7 +66,7 @@ def exploded_parts(world: Scene) -> dict[str, list[Body]]:
         alike.setdefault(f"{word} sheet", []).append(sheet.shift(sign * out * 0.35))
         alike.setdefault("spacer", []).append(spacer.shift(-sign * out * 0.62))
     for side in lengths.sides:
-        for name, body in _of_side(world, side, -1 if side.name == "left" else 1, out, lift):
+        for name, body in _separate_side(world, side, -1 if side.name == "left" else 1, out, lift):
             alike.setdefault(name, []).append(body)
     below = -(lengths.count * fan / 2 + lengths.cap_height + 12)
     alike["enclosure"] = [parts.sleeve(world).shift(z=below)]
@@ -74,8 +74,8 @@ def exploded_parts(world: Scene) -> dict[str, list[Body]]:
 
 
 def _draw_exploded(world: Scene) -> LabelledShot:
-    alike = exploded_parts(world)
-    shot = shoot([body for bodies in alike.values() for body in bodies])
+    alike = separate_parts(world)
+    shot = render_bodies([body for bodies in alike.values() for body in bodies])
     (tube,) = alike["enclosure"]
     points = [Label("enclosure", tube)]
     for name, bodies in alike.items():
@@ -93,7 +93,7 @@ def _draw_exploded(world: Scene) -> LabelledShot:
     return shot, points
 
 
-def _of_side(
+def _separate_side(
     world: Scene, side: Side, sign: int, out: float, lift: float
 ) -> Iterator[tuple[str, Body]]:
     """Return printed and bought parts of one side, separated; `sign` points outwards."""
@@ -108,7 +108,7 @@ def _of_side(
     yield "cable tie", parts.tie(world, side, 1.2).shift(sign * (out - 6), z=-1.7 * lift)
 
 
-def _stacking(world: Scene) -> LabelledShot:
+def _draw_stacking(world: Scene) -> LabelledShot:
     """Draw the left clamp with its layers spread, cut off at the start of the overlap."""
     lengths = world.lengths
     side = lengths.left
@@ -118,7 +118,7 @@ def _stacking(world: Scene) -> LabelledShot:
     short = replace(world.sheets[0], length=length, end=0.0)
     bodies, targets = [parts.cap(world, side)], dict[str, Body | Point]()
     fan = min(1.6, 22 / lengths.count) + lengths.thickness
-    layers = _drawn_layers(lengths.count)
+    layers = _select_layers(lengths.count)
     for place, index in enumerate(layers):
         low = -lengths.stack / 2 + place * fan
         high = low + lengths.thickness
@@ -144,19 +144,21 @@ def _stacking(world: Scene) -> LabelledShot:
     targets["screw"] = bodies[-lengths.screws - 1]
     targets["nut, slid in from the front"] = bodies[-lengths.screws]
     targets["cap"] = bodies[0]
-    return shoot(bodies, View(-58, 24), width=1000), [Label(*item) for item in targets.items()]
+    return render_bodies(bodies, View(-58, 24), width=1000), [
+        Label(*item) for item in targets.items()
+    ]
 
 
-def _drawn_layers(count: int) -> list[int]:
+def _select_layers(count: int) -> list[int]:
     """Return the layers of a picture: all, or the lowest and highest ones of a thick stack."""
     if count <= SHOWN:
         return list(range(count))
     return [*range(SHOWN // 2), *range(count - SHOWN // 2, count)]
 
 
-def mould_apart(world: Scene) -> dict[str, Body]:
+def separate_mould(world: Scene) -> dict[str, Body]:
     """Return both halves ("top", "bottom") and the "core", separated."""
-    tools, lift = parts.tools(world), _mould_lift(world)
+    tools, lift = parts.make_mould(world), _mould_lift(world)
     return tools | {"top": tools["top"].shift(z=2 * lift), "core": tools["core"].shift(z=lift)}
 
 
@@ -164,8 +166,8 @@ def _mould_lift(world: Scene) -> float:
     return 1.2 * world.lengths.mould.half + 14
 
 
-def _mould(world: Scene) -> LabelledShot:
-    lengths, tools = world.lengths, mould_apart(world)
+def _draw_mould(world: Scene) -> LabelledShot:
+    lengths, tools = world.lengths, separate_mould(world)
     top, core = tools["top"], tools["core"]
     roof = 2 * _mould_lift(world) + lengths.mould.half
     (low, sprue), *vents = mould.vent_places(lengths, world.build)
@@ -180,7 +182,7 @@ def _mould(world: Scene) -> LabelledShot:
         Label("key", (*keys[0], 4.0)),
         Label(f"{len(bolts)} bolts with nuts", bodies[0]),
     ]
-    return shoot([top, core, tools["bottom"], *bodies], View(-62, 32)), points
+    return render_bodies([top, core, tools["bottom"], *bodies], View(-62, 32)), points
 
 
 def _draw_assembled(world: Scene) -> LabelledShot:
@@ -218,7 +220,7 @@ def _draw_assembled(world: Scene) -> LabelledShot:
         Label("tube", tube),
     ]
     upper = [body.shift(z=lift) for body in bare]
-    return shoot([*upper, parts.mounted_sleeve(world), *outer, tube]), points
+    return render_bodies([*upper, parts.mounted_sleeve(world), *outer, tube]), points
 
 
 @style.in_style
@@ -233,7 +235,7 @@ def add_labels(shot: Shot, points: Sequence[Label], width: float = 8.2) -> style
     height = tall + 2 * strip
     axes = figure.add_axes((0, strip / height, 1, tall / height))
     axes.imshow(shot.pixels, interpolation="none", aspect="equal")
-    style.bare(axes)
+    style.hide_axes(axes)
     upper: list[tuple[str, float, float]] = []
     lower: list[tuple[str, float, float]] = []
     for label in points:
@@ -242,7 +244,7 @@ def add_labels(shot: Shot, points: Sequence[Label], width: float = 8.2) -> style
         (upper if higher else lower).append((label.words, x, y))
     inch = columns / width
     for group, level, va in ((upper, -0.08 * inch, "bottom"), (lower, rows + 0.08 * inch, "top")):
-        for (words, x, y), place in _spread(group, inch, columns):
+        for (words, x, y), place in _spread_labels(group, inch, columns):
             axes.annotate(
                 words,
                 (x, y),
@@ -258,7 +260,7 @@ def add_labels(shot: Shot, points: Sequence[Label], width: float = 8.2) -> style
     return figure
 
 
-def _spread(
+def _spread_labels(
     group: Sequence[tuple[str, float, float]], inch: float, columns: int
 ) -> list[tuple[tuple[str, float, float], float]]:
     """Return the position of each label of a row: above its part, or next to another label."""

@@ -40,7 +40,7 @@ class Scene:
     """Spacers of the left and of the right side, without tolerances."""
 
 
-def scene(build: Build, lengths: Lengths) -> Scene:
+def make_scene(build: Build, lengths: Lengths) -> Scene:
     """Return the scene of a build."""
     outlines = {part.name: part.outline for part in film_parts(build, lengths)}
 
@@ -228,9 +228,11 @@ def mounted_sleeve(world: Scene) -> Body:
     low = -lengths.stack / 2 - lengths.shelf_height
     high = lengths.stack / 2 + lengths.plate_height
     wall, thin = lengths.wall, 0.7 * lengths.wall
-    tray = _box(lengths.tray_width / 2, low, high, thin)
-    flat = _box(lengths.inner_width / 2, -lengths.inner_height / 2, lengths.inner_height / 2, wall)
-    oval = _oval(lengths.neck_a, lengths.neck_b, thin)
+    tray = _box_rings(lengths.tray_width / 2, low, high, thin)
+    flat = _box_rings(
+        lengths.inner_width / 2, -lengths.inner_height / 2, lengths.inner_height / 2, wall
+    )
+    oval = _oval_rings(lengths.neck_a, lengths.neck_b, thin)
     slope = min(0.45 * lengths.free, (lengths.cap_height - lengths.inner_height) / 2 + 2)
     ends = []
     for side in lengths.sides:
@@ -239,7 +241,7 @@ def mounted_sleeve(world: Scene) -> Body:
         ends.append([(-tail - neck, oval), *steps, (0.0, tray)])
     stations = [*ends[0], (slope, flat), (lengths.free - slope, flat)]
     stations += [(lengths.free - x, ring) for x, ring in ends[1][::-1]]
-    return _loft(stations)
+    return _make_loft(stations)
 
 
 AROUND = 96
@@ -247,17 +249,17 @@ AROUND = 96
 Rings = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
-def _box(half: float, low: float, high: float, wall: float) -> Rings:
+def _box_rings(half: float, low: float, high: float, wall: float) -> Rings:
     """Return the outer and inner points (y, z) around a rectangle."""
     middle, up = (high + low) / 2, (high - low) / 2
-    around = np.array([_on_square(k) for k in range(AROUND)])
+    around = np.array([_square_point(k) for k in range(AROUND)])
     outer, inner = (around * (half + w, up + w) + (0, middle) for w in (wall, 0.0))
     return outer, inner
 
 
-def _oval(a: float, b: float, wall: float) -> Rings:
+def _oval_rings(a: float, b: float, wall: float) -> Rings:
     """Return the outer and inner points around an ellipse, at the angles of a square's points."""
-    around = np.array([_on_square(k) for k in range(AROUND)])
+    around = np.array([_square_point(k) for k in range(AROUND)])
     around /= np.linalg.norm(around, axis=1)[:, None]
     outer, inner = (around * (a + w, b + w) for w in (wall, 0.0))
     return outer, inner
@@ -268,13 +270,13 @@ def _interpolate(first: Rings, second: Rings, share: float) -> Rings:
     return outer, inner
 
 
-def _on_square(k: int) -> tuple[float, float]:
+def _square_point(k: int) -> tuple[float, float]:
     quarter, part = divmod(k, AROUND // 4)
     t = 2 * part / (AROUND // 4) - 1
     return ((1.0, t), (-t, 1.0), (-1.0, -t), (t, -1.0))[quarter]
 
 
-def _loft(stations: Sequence[tuple[float, Rings]]) -> Body:
+def _make_loft(stations: Sequence[tuple[float, Rings]]) -> Body:
     """Return a tube through rings at their x positions, closed at both ends."""
     count = len(stations)
     corners = [
@@ -299,7 +301,7 @@ def _loft(stations: Sequence[tuple[float, Rings]]) -> Body:
     return Body(np.concatenate(corners), np.concatenate(triangles).astype(np.int64), SILICONE)
 
 
-def tools(world: Scene) -> dict[str, Body]:
+def make_mould(world: Scene) -> dict[str, Body]:
     """Return both halves of the mould, and the core, in their positions in the closed mould."""
     build, lengths = world.build, world.lengths
     return {

@@ -8,11 +8,11 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import count_noun
-from layerjam.identify.calibration.forward import FINE, ReducedCurves, law_with_error, reduce_curves
+from layerjam.identify.calibration.forward import FINE, ReducedCurves, evaluate_law, reduce_curves
 from layerjam.identify.calibration.law_spread import LawSpread
 from layerjam.identify.calibration.least_squares import JointFit
 from layerjam.identify.calibration.record import Calibration
-from layerjam.identify.curves import Curve, level_numbers
+from layerjam.identify.curves import Curve, number_levels
 from layerjam.report import style
 from layerjam.report.style import FAINT, GREY, MM, ORANGE, RED
 from layerjam.units import show
@@ -43,24 +43,26 @@ class FigureData:
 
 
 @style.in_style
-def calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.Figure:
+def draw_calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.Figure:
     """Draw pulls and law versus elongation, complete and near the peak, and relative residuals."""
-    data = _figure_data(result)
+    data = _make_figure_data(result)
     figure, panels = style.canvas(
         2, 2, 9.6, 5.6, sharex="col", sharey="row", height_ratios=(2.1, 1), width_ratios=(1.25, 1)
     )
     full, zoom, residuals, close = panels
-    level = np.array(level_numbers([c.vacuum for c in data.curves]))
+    level = np.array(number_levels([c.vacuum for c in data.curves]))
     names = {n: show(c.vacuum, "Pa") for n, c in zip(level[::-1], data.curves[::-1], strict=True)}
     order = sorted(names, reverse=True)
-    colors = dict(zip(order, style.scheme([str(n) for n in order]).values(), strict=True))
-    _curves(panels, data, [colors[n] for n in level], file.brake)
+    colors = dict(zip(order, style.choose_colours([str(n) for n in order]).values(), strict=True))
+    _draw_curves(panels, data, [colors[n] for n in level], file.brake)
     ends = []
     for number in order:
         members = np.flatnonzero(level == number)
         reach = max(float(data.curves[i].elongation[-1]) for i in members)
         below = (residuals, close) if number == order[0] else ()
-        end = _law((full, zoom), below, data, int(members[0]), reach, colors[number], file.brake)
+        end = _draw_law(
+            (full, zoom), below, data, int(members[0]), reach, colors[number], file.brake
+        )
         ends.append((end, names[number], colors[number]))
     highest = max(float(c.pull.peak_force) for c in data.curves)
     peak = max(float(c.pull.peak_elongation) for c in data.curves)
@@ -68,14 +70,14 @@ def calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.
     words = f"{file.name}, {count_noun(count, 'pull')}" + ", synthetic data" * synthetic
     style.panel(full, ylabel="force [N]", ylim=(0, highest * 1.15), xlim=(0, None))
     style.title(full, "Pulls and calibrated law", f"{words}; law dashed")
-    style.labels_right(full, full.get_xlim()[1], ends)
+    style.add_end_labels(full, full.get_xlim()[1], ends)
     zoom.set_xlim(0, ZOOM * peak * MM)
     factor = result.values.get("enclosure_factor")
     numbers = f"k = {show(result.stiffness, 'N/m')}, a = {result.scale_factor:.4g}"
     numbers += "" if factor is None else f", enclosure × {factor:.3g}"
     style.title(zoom, "Near the peak", numbers)
     if result.fit is None:
-        _peaks(zoom, result)
+        _draw_peaks(zoom, result)
     sure = "95 % bands: the law (dark), the next pull (pale)"
     words = (
         "one pull: the uncertainty of the law is unknown without repeats"
@@ -91,16 +93,16 @@ def calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.
     return figure
 
 
-def _curves(
+def _draw_curves(
     panels: Sequence[style.Axes], data: FigureData, colors: Sequence[str], brake: Brake
 ) -> None:
     """Draw the pulls versus elongation, and the residuals of the law in percent of the peak."""
     full, zoom, residuals, close = panels
     samples = reduce_curves(data.curves)
     for index, curve in enumerate(data.curves):
-        u, force = _points(samples, index)
+        u, force = _average_points(samples, index)
         u, force = u - data.origins[index], force - data.offsets[index]
-        law, _ = law_with_error(
+        law, _ = evaluate_law(
             np.maximum(u, 0.0), curve.vacuum, data.shapes[index], np.zeros((3, 3)), brake
         )
         left = (force - law) / float(curve.pull.peak_force) * 100
@@ -110,7 +112,7 @@ def _curves(
             axes.plot(*style.thin_out(u * MM, left, 200), color=colors[index], lw=0.8, alpha=0.7)
 
 
-def _points(samples: ReducedCurves, index: int) -> tuple[np.ndarray, np.ndarray]:
+def _average_points(samples: ReducedCurves, index: int) -> tuple[np.ndarray, np.ndarray]:
     """Return elongation and force of a curve, averaged where samples are dense, to reduce noise."""
     weight = samples.weight[index]
     group = np.arange(len(weight))
@@ -124,7 +126,7 @@ def _points(samples: ReducedCurves, index: int) -> tuple[np.ndarray, np.ndarray]
     return u, force
 
 
-def _law(
+def _draw_law(
     panels: Sequence[style.Axes],
     below: Sequence[style.Axes],
     data: FigureData,
@@ -141,13 +143,13 @@ def _law(
     close = ZOOM * float(curve.pull.peak_elongation)
     u = np.union1d(np.linspace(0, close, POINTS), np.linspace(0, end, POINTS))
     u = u[u <= end]
-    law, _ = law_with_error(u, curve.vacuum, shape, np.zeros((3, 3)), brake)
+    law, _ = evaluate_law(u, curve.vacuum, shape, np.zeros((3, 3)), brake)
     for axes in panels:
         axes.plot(u * MM, law, color=color, lw=1.3, ls=style.DASHED)
     if data.sure is not None and data.scatter is not None:
         sure = data.sure[index]
         for covariance, strength in ((sure + data.scatter[index], 0.13), (sure, 0.30)):
-            wide = data.t * law_with_error(u, curve.vacuum, shape, covariance, brake)[1]
+            wide = data.t * evaluate_law(u, curve.vacuum, shape, covariance, brake)[1]
             part = wide / float(curve.pull.peak_force) * 100
             for axes in panels:
                 style.band(axes, u * MM, law - wide, law + wide, color, strength)
@@ -156,7 +158,7 @@ def _law(
     return float(law[-1])
 
 
-def _peaks(axes: style.Axes, result: Calibration) -> None:
+def _draw_peaks(axes: style.Axes, result: Calibration) -> None:
     """Draw the fitted peaks of the exact method, and the slope that is the stiffness k."""
     for fit in result.fits:
         style.spot(axes, fit.pull.peak_elongation * MM, fit.pull.peak_force, ms=4)
@@ -165,7 +167,7 @@ def _peaks(axes: style.Axes, result: Calibration) -> None:
     style.key(axes, ("slope k", ORANGE), ("fitted peaks", RED, "o"), loc="lower right")
 
 
-def _figure_data(result: Calibration) -> FigureData:
+def _make_figure_data(result: Calibration) -> FigureData:
     count, fit = len(result.curves), result.fit
     spread = LawSpread.from_calibration(result)
     origins, offsets = np.zeros(count), np.zeros(count)

@@ -1,6 +1,6 @@
 """Declarative description of a figure: panes with curves, marks and shaded areas.
 
-Results have `panes`. `draw` creates a figure from them, and the page draws the same in the browser.
+Results have `panes`. `draw_panes` turns them into a figure, and the page draws the same figure.
 Panes that share their x axis are stacked, others are side by side.
 """
 
@@ -77,7 +77,7 @@ class Pane:
         return [*self.curves, *levels]
 
 
-def stacked(panes: Sequence[Pane]) -> bool:
+def is_stacked(panes: Sequence[Pane]) -> bool:
     """Return whether panes are stacked."""
     return len(panes) > 1 and len({pane.x for pane in panes}) == 1
 
@@ -101,21 +101,21 @@ def add_comparisons(panes: Sequence[Pane], others: Mapping[str, Sequence[Curve]]
 
 
 @style.in_style
-def draw(panes: Sequence[Pane]) -> style.Figure:
+def draw_panes(panes: Sequence[Pane]) -> style.Figure:
     """Draw the panes as a figure."""
     count = len(panes)
-    if stacked(panes):
+    if is_stacked(panes):
         shares = [pane.share for pane in panes]
         figure, places = style.canvas(1, count, 7.4, 5.0, sharex=True, height_ratios=shares)
     else:
         width, height = (6.4, 3.9) if count == 1 else (0.6 + 3.6 * count, 3.5)
         figure, places = style.canvas(count, 1, width, height)
     for axes, pane in zip(places, panes, strict=True):
-        fill(axes, pane, below=stacked(panes) and pane is not panes[-1])
+        draw_pane(axes, pane, below=is_stacked(panes) and pane is not panes[-1])
     return figure
 
 
-def fill(axes: style.Axes, pane: Pane, below: bool = False) -> None:
+def draw_pane(axes: style.Axes, pane: Pane, below: bool = False) -> None:
     """Draw a pane; the x axis has no name if another pane is `below`."""
     axes.set(ylabel=pane.y, **({} if below else {"xlabel": pane.x}))
     for start, end, color in pane.spans:
@@ -135,5 +135,5 @@ def fill(axes: style.Axes, pane: Pane, below: bool = False) -> None:
         if curve.name and curve.labelled:
             ends.setdefault(curve.end[0], []).append((curve.end[1], curve.name, curve.color))
     for x, names in ends.items():
-        style.labels_right(axes, x, names)
+        style.add_end_labels(axes, x, names)
     style.panel(axes, pane.headline, pane.detail)

@@ -13,12 +13,12 @@ from layerjam.control.plan import Arrival, Plan
 from layerjam.control.plan_spread import predict_spread
 from layerjam.control.settings import Regulator
 from layerjam.report import style
-from layerjam.report.chart import Curve, Pane, draw
+from layerjam.report.chart import Curve, Pane, draw_panes
 from layerjam.report.style import BLUE, GREEN, GREY, INK, KPA, ORANGE, RED, SKY
 from layerjam.units import show
 
 
-def loop(regulator: Regulator, run: ClosedLoop, fault_at: float | None = None) -> list[Pane]:
+def loop_panes(regulator: Regulator, run: ClosedLoop, fault_at: float | None = None) -> list[Pane]:
     """Draw vacuum, reading and target versus time, and the pump command; shaded after a fault."""
     time, end = run.time, float(run.time[-1])
     vacuum = [
@@ -62,33 +62,35 @@ def bench_panes(time: Any, vacuum: Any, target: Any, **pane: Any) -> list[Pane]:
     return [Pane(curves, y="vacuum [kPa]", y_range=(0, top), **options)]
 
 
-def watched(
+def draw_run(
     time: Sequence[float], vacuum: Sequence[float], target: Sequence[float], simulated: bool = False
 ) -> style.Figure:
     """Return the figure of `bench_panes`."""
     detail = f"over {show(max(float(time[-1]), 1e-3), 's', 3)}"
     detail = "a virtual board: computed, not measured" if simulated else detail
-    return draw(bench_panes(time, vacuum, target, headline="Vacuum of the bench", detail=detail))
+    return draw_panes(
+        bench_panes(time, vacuum, target, headline="Vacuum of the bench", detail=detail)
+    )
 
 
 @style.in_style
-def following(run: Following, sweep: Bode | None) -> style.Figure:
+def draw_following(run: Following, sweep: Bode | None) -> style.Figure:
     """Draw force and target, and the response to a sinusoidal target."""
     figure, (force, *size) = style.canvas(columns=1 + (sweep is not None), width=10.4, height=4.2)
     detail = f"error {show(run.rms, 'N', 3)} RMS; the brake slips from "
     detail += f"{show(float(run.slip[0]), 'm', 3)} to {show(float(run.slip[-1]), 'm', 3)}"
-    profile(force, run, 1.3 * float(max(run.wanted.max(), run.force.max())))
+    draw_profile(force, run, 1.3 * float(max(run.wanted.max(), run.force.max())))
     style.title(force, "A force that follows a profile", detail)
     if sweep is not None:
         wide = (
             "above the tested range" if sweep.bandwidth is None else show(sweep.bandwidth, "Hz", 3)
         )
-        frequency_response(size[0], [(sweep, INK, "")], turn=(-180, 45))
+        draw_frequency_response(size[0], [(sweep, INK, "")], turn=(-180, 45))
         style.title(size[0], "Response to a sine", f"down to 71 % at {wide}; phase dashed")
     return figure
 
 
-def profile(axes: style.Axes, run: Following, top: float) -> None:
+def draw_profile(axes: style.Axes, run: Following, top: float) -> None:
     """Draw force and target, and mark the times at which the force cannot follow."""
     gaps = ~run.possible
     transform = axes.get_xaxis_transform()
@@ -101,7 +103,7 @@ def profile(axes: style.Axes, run: Following, top: float) -> None:
     style.key(axes, *names, loc="upper left", ncols=3)
 
 
-def frequency_response(
+def draw_frequency_response(
     axes: style.Axes, sweeps: list[tuple[Bode, str, str]], turn: tuple[float, float]
 ) -> None:
     """Draw magnitude and phase of each (response, colour, name); `turn` limits the phase axis."""
@@ -109,7 +111,7 @@ def frequency_response(
     for sweep, color, _ in sweeps:
         axes.plot(sweep.frequency, sweep.magnitude, "o-", color=color, ms=3.5, lw=1.3)
         phase.plot(sweep.frequency, sweep.phase, color=color, lw=1.0, ls=style.DASHED)
-    style.plain(axes)
+    style.set_log_scale(axes)
     axes.set(ylim=(0, 1.25), xlabel="frequency [Hz]", ylabel="force / required force [-]")
     style.level(axes, 2**-0.5, "71 %", GREY)
     phase.set(ylabel="phase, dashed [degrees]", ylim=turn)
@@ -133,18 +135,18 @@ def energy_sd(case: Arrival) -> float:
 
 
 @style.in_style
-def plan_figure(plan: Plan) -> style.Figure:
+def draw_plan(plan: Plan) -> style.Figure:
     """Draw the vacuum reached in the warning time, the peak, and the probability of failure.
 
     The peak is the expected one; a stop fails if the travel is used up.
     """
     figure, (rises, peaks, chances) = style.canvas(columns=3, width=12.4, height=3.9)
-    _rise(rises, plan)
-    _modes(peaks, chances, plan)
+    _draw_rise(rises, plan)
+    _draw_failure_probability(peaks, chances, plan)
     return figure
 
 
-def _rise(axes: style.Axes, plan: Plan) -> None:
+def _draw_rise(axes: style.Axes, plan: Plan) -> None:
     time, vacuum = plan.rising.time, plan.rising.vacuum * KPA
     end, limit = max(float(time[-1]), 1e-3), plan.needed
     axes.plot(time, vacuum, color=BLUE)
@@ -169,7 +171,7 @@ def _rise(axes: style.Axes, plan: Plan) -> None:
     style.title(axes, headline, detail)
 
 
-def _modes(peaks: style.Axes, chances: style.Axes, plan: Plan) -> None:
+def _draw_failure_probability(peaks: style.Axes, chances: style.Axes, plan: Plan) -> None:
     case, brake = plan.case, plan.brake.brake
     given = energy_sd(case) > 0
     if not given:

@@ -21,7 +21,7 @@ G = 1e3
 
 
 @style.in_style
-def density(
+def draw_density(
     rows: Sequence[dict[str, Any]],
     lines: "Sequence[SheetLine]",
     sheet: Mapping[str, Any],
@@ -35,9 +35,9 @@ def density(
     axes.set(xscale="log", yscale="log", xlabel="mass [g]", ylabel="maximum force [N]")
     axes.set(xlim=(x.min() / 4, x.max() * 3.5), ylim=(y.min() / 2.5, y.max() * 3))
     axes.grid(visible=False)
-    _equal_density(axes)
-    _ours(axes, [r for r in rows if r["computed"]], first)
-    _theirs(axes, [r for r in rows if not r["computed"]])
+    _draw_equal_density(axes)
+    _draw_our_brakes(axes, [r for r in rows if r["computed"]], first)
+    _draw_other_devices(axes, [r for r in rows if not r["computed"]])
     if missing:
         words = f"not drawn because no published device was found: {', '.join(missing)}"
         below = "\n".join(textwrap.wrap(words, 125))
@@ -53,17 +53,17 @@ def density(
     return figure
 
 
-def fig12() -> style.Figure:
+def draw_fig12() -> style.Figure:
     """Draw the paper's Fig. 12 from the mass model, with other devices from cited sources."""
     from layerjam.design.comparison import compare_devices
     from layerjam.device.load import devices, load
 
     brakes = [load(name) for name in devices()]
     rows, sheet, lines, others = compare_devices(brakes, [b.brake.site.atmosphere for b in brakes])
-    return density(rows, lines, sheet, list(others.looked_for))
+    return draw_density(rows, lines, sheet, list(others.looked_for))
 
 
-def _equal_density(axes: style.Axes) -> None:
+def _draw_equal_density(axes: style.Axes) -> None:
     """Draw straight lines of constant force per unit mass, labelled at the edge of the picture."""
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     for power in range(-1, 7):
@@ -77,7 +77,7 @@ def _equal_density(axes: style.Axes) -> None:
         style.label(axes, end / 1.08, end * per_gram / 1.08, name, GREY, **align)
 
 
-def _ours(axes: style.Axes, ours: Sequence[dict[str, Any]], line: "SheetLine") -> None:
+def _draw_our_brakes(axes: style.Axes, ours: Sequence[dict[str, Any]], line: "SheetLine") -> None:
     masses = np.array(line.masses) * G
     axes.plot(masses, line.forces, color=BLUE, lw=1.4, ls=style.DASHED, zorder=3)
     axes.plot(masses[1:], line.forces[1:], ".", color=BLUE, ms=5, zorder=3)
@@ -90,10 +90,10 @@ def _ours(axes: style.Axes, ours: Sequence[dict[str, Any]], line: "SheetLine") -
         if is_array:
             words = f"array of {row['brakes']} brakes"
             style.label(axes, m * 1.13, f / 1.06, words, BLUE, fontsize=8)
-    _names(axes, [r for r in ours if r["brakes"] == 1])
+    _draw_names(axes, [r for r in ours if r["brakes"] == 1])
 
 
-def _names(axes: style.Axes, single: Sequence[dict[str, Any]]) -> None:
+def _draw_names(axes: style.Axes, single: Sequence[dict[str, Any]]) -> None:
     """Write the names of single brakes in a column to the right, spread if forces are close."""
     column = 1.45 * G * max(r["mass"] for r in single)
     height = 0.0
@@ -104,7 +104,7 @@ def _names(axes: style.Axes, single: Sequence[dict[str, Any]]) -> None:
         style.point_to(axes, words, point, (column, height), BLUE, fontsize=8, zorder=3)
 
 
-def _theirs(axes: style.Axes, theirs: Sequence[dict[str, Any]]) -> None:
+def _draw_other_devices(axes: style.Axes, theirs: Sequence[dict[str, Any]]) -> None:
     for index, kind in enumerate(dict.fromkeys(r["kind"] for r in theirs)):
         color, marker = _LOOKS[index % len(_LOOKS)]
         mine = sorted((r for r in theirs if r["kind"] == kind), key=lambda r: r["mass"])
@@ -119,5 +119,5 @@ def _theirs(axes: style.Axes, theirs: Sequence[dict[str, Any]]) -> None:
             "xytext": (-40 if light else 10, -12),
             "textcoords": "offset points",
         }
-        shade = INK if color == ORANGE else style.readable(color)
+        shade = INK if color == ORANGE else style.text_ink(color)
         axes.annotate(text, point, va="top", fontsize=8.5, color=shade, bbox=_GROUND, **shift)

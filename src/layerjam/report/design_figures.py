@@ -32,7 +32,7 @@ LOOKS = {
 FORBIDDEN = Look(RED, "X", 7, "triangle", 13)
 
 
-def seen_over(answer: Any) -> tuple[str, str]:
+def find_front_axes(answer: Any) -> tuple[str, str]:
     """Return the axes of the front: the first two objectives, or the only one and mass or force."""
     names = [o.name for o in answer.record.spec.objectives][:2]
     if len(names) == 1:
@@ -52,14 +52,14 @@ def marked_designs(
     return marks
 
 
-def losing(answer: Any, name: str) -> float:
+def worse_direction(answer: Any, name: str) -> float:
     """Return 1 if larger values are worse, otherwise -1; the front is empty on that side."""
     goals = {o.name: o.least for o in answer.record.spec.objectives}
     return 1.0 if goals.get(name, True) else -1.0
 
 
 @style.in_style
-def front(answer: Any) -> style.Figure:
+def draw_front(answer: Any) -> style.Figure:
     """Draw the designs that no other design beats in both objectives, with the chosen one.
 
     `answer` is the result of `design` or `sweep`.
@@ -67,9 +67,9 @@ def front(answer: Any) -> style.Figure:
     With three objectives or more the front is projected onto the first two; with one objective, it
     is drawn versus mass.
     """
-    spec, names = answer.record.spec, seen_over(answer)
+    spec, names = answer.record.spec, find_front_axes(answer)
     figure, (axes,) = style.canvas(width=7.4, height=4.8)
-    scales = [scale(answer, n) for n in names]
+    scales = [choose_scale(answer, n) for n in names]
 
     def point(design: Any) -> tuple[float, ...]:
         return tuple(design[n] * f for n, (f, _) in zip(names, scales, strict=True))
@@ -85,7 +85,7 @@ def front(answer: Any) -> style.Figure:
     words = [f"{n.replace('_', ' ')} [{unit}]" for n, (_, unit) in zip(names, scales, strict=True)]
     axes.set(xlabel=words[0], ylabel=words[1])
     axes.margins(0.12)
-    _labels(axes, points, *(losing(answer, n) for n in names))
+    _draw_labels(axes, points, *(worse_direction(answer, n) for n in names))
     detail = f"{answer.feasible_designs:,} of {answer.designs:,} designs meet the constraints"
     if len(answer.front) < answer.front_size:
         detail += f"; {len(answer.front)} of {answer.front_size} on the front are drawn"
@@ -94,7 +94,7 @@ def front(answer: Any) -> style.Figure:
     return figure
 
 
-def _labels(
+def _draw_labels(
     axes: style.Axes, points: list[tuple[Any, str, str]], aside: float, down: float
 ) -> None:
     """Write a label next to each mark, on the side of the worse designs, which is empty."""
@@ -112,7 +112,7 @@ def _labels(
         style.point_to(axes, word, (x, y), (x_text, height), color, line=foot, **side)
 
 
-def scale(answer: Any, name: str) -> tuple[float, str]:
+def choose_scale(answer: Any, name: str) -> tuple[float, str]:
     """Return the factor from SI, and the unit, that suit the middle of the front's values."""
     unit = answer.units[name]
     if unit == "1":

@@ -42,7 +42,7 @@ class _Shape:
         return 0.16 * (self.length + self.travel)
 
 
-def _shape(brake: Brake) -> _Shape:
+def _make_shape(brake: Brake) -> _Shape:
     sheets = brake.sheets
     free = sheets.free_left + sheets.overlap + sheets.free_right
     return _Shape(
@@ -56,22 +56,22 @@ def _shape(brake: Brake) -> _Shape:
 
 
 @style.in_style
-def device(file: BrakeFile) -> style.Figure:
+def draw_device(file: BrakeFile) -> style.Figure:
     """Draw the brake at rest and at its usable travel, along the pull and across it."""
-    brake, shape = file.brake, _shape(file.brake)
+    brake, shape = file.brake, _make_shape(file.brake)
     figure, axes = style.canvas(2, 2, 8.6, 5.0, width_ratios=(4.4, 1))
     loose, loose_end, pull, pull_end = axes
     for pane in axes:
-        style.bare(pane)
+        style.hide_axes(pane)
     end = shape.length + shape.travel + shape.cap + shape.room
     for pane in (loose, pull):
         pane.set(xlim=(-shape.cap - shape.room, end), ylim=(-SIDE, SIDE))
-    _side_view(loose, shape, 0.0, LOOSE)
-    _side_view(pull, shape, shape.travel, JAMMED)
+    _draw_side_view(loose, shape, 0.0, LOOSE)
+    _draw_side_view(pull, shape, shape.travel, JAMMED)
     _label_rest(loose, shape, brake)
     _label_travel(pull, shape, brake)
-    _end_view(loose_end, brake, shape, LOOSE)
-    _end_view(pull_end, brake, shape, JAMMED)
+    _draw_end_view(loose_end, brake, shape, LOOSE)
+    _draw_end_view(pull_end, brake, shape, JAMMED)
     style.title(loose, "Full of air: the sheets slide freely")
     style.title(pull, "Evacuated: the sheets press together, and friction resists")
     style.title(loose_end, "Across")
@@ -85,11 +85,11 @@ def device(file: BrakeFile) -> style.Figure:
     return figure
 
 
-def _side_view(axes: style.Axes, shape: _Shape, travel: float, pitch: float) -> None:
+def _draw_side_view(axes: style.Axes, shape: _Shape, travel: float, pitch: float) -> None:
     from matplotlib.patches import Polygon, Rectangle
 
     end = shape.length + travel
-    high, low = _height(shape, LOOSE), _height(shape, pitch)
+    high, low = _body_height(shape, LOOSE), _body_height(shape, pitch)
     slope = min(0.5 * min(shape.left, shape.right), 0.04 * end)
     upper = [(0, high), (slope, low), (end - slope, low), (end, high)]
     skin = [*upper, *((x, -y) for x, y in reversed(upper))]
@@ -112,11 +112,11 @@ def _side_view(axes: style.Axes, shape: _Shape, travel: float, pitch: float) -> 
         axes.add_patch(box)
 
 
-def _height(shape: _Shape, pitch: float) -> float:
+def _body_height(shape: _Shape, pitch: float) -> float:
     return (shape.sheets - 1) / 2 * pitch + SHEET + 0.45
 
 
-def _measure(axes: style.Axes, start: float, stop: float, y: float, text: str, **how: str) -> None:
+def _add_size(axes: style.Axes, start: float, stop: float, y: float, text: str, **how: str) -> None:
     """Draw a length between two arrow heads, with its name below."""
     line = {"arrowstyle": "<|-|>", "color": INK, "lw": 0.8, "shrinkA": 0, "shrinkB": 0}
     axes.annotate("", (start, y), (stop, y), arrowprops={**line, "mutation_scale": 6})
@@ -128,15 +128,15 @@ def _measure(axes: style.Axes, start: float, stop: float, y: float, text: str, *
 
 
 def _label_rest(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
-    sheets, high = brake.sheets, _height(shape, LOOSE)
+    sheets, high = brake.sheets, _body_height(shape, LOOSE)
     y, edge = -high - 1.6, shape.left + shape.overlap
     narrow = 0.1 * (shape.length + shape.travel)
     lower = y - 3.2 * (min(shape.left, shape.right) < narrow)
-    _measure(axes, shape.left, edge, y, f"overlap $L_2$ = {show(sheets.overlap, 'm')}")
+    _add_size(axes, shape.left, edge, y, f"overlap $L_2$ = {show(sheets.overlap, 'm')}")
     left = f"$L_1$ = {show(sheets.free_left, 'm')}"
     right = f"$L_3$ = {show(sheets.free_right, 'm')}"
-    _measure(axes, 0, shape.left, lower, left, ha="right" if shape.left < narrow else "center")
-    _measure(
+    _add_size(axes, 0, shape.left, lower, left, ha="right" if shape.left < narrow else "center")
+    _add_size(
         axes, edge, shape.length, lower, right, ha="left" if shape.right < narrow else "center"
     )
     style.label(axes, -shape.cap / 2, high + 1.4, "cap", ha="center")
@@ -162,12 +162,12 @@ def _label_rest(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
 
 
 def _label_travel(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
-    sheets, high, low = brake.sheets, _height(shape, LOOSE), _height(shape, JAMMED)
+    sheets, high, low = brake.sheets, _body_height(shape, LOOSE), _body_height(shape, JAMMED)
     start, edge = shape.left + shape.travel, shape.left + shape.overlap
     end, y = shape.length + shape.travel, -high - 1.6
     left = sheets.overlap - sheets.usable_travel
-    _measure(axes, start, edge, y, f"overlap $L_2 − x$ = {show(left, 'm')}")
-    _measure(
+    _add_size(axes, start, edge, y, f"overlap $L_2 − x$ = {show(left, 'm')}")
+    _add_size(
         axes,
         shape.length,
         end,
@@ -190,12 +190,12 @@ def _label_travel(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
         style.label(axes, root + sign * reach / 2, 2.2, "force $F$", ha="center")
 
 
-def _end_view(axes: style.Axes, brake: Brake, shape: _Shape, pitch: float) -> None:
+def _draw_end_view(axes: style.Axes, brake: Brake, shape: _Shape, pitch: float) -> None:
     from matplotlib.patches import FancyBboxPatch, Rectangle
 
     half = 6.0
     axes.set(xlim=(-1.5 * half, 1.5 * half), ylim=(-SIDE, SIDE))
-    high = _height(shape, pitch)
+    high = _body_height(shape, pitch)
     corner = f"round,pad=0,rounding_size={0.5 * high}"
     box = ((-half - 1, -high), 2 * half + 2, 2 * high)
     axes.add_patch(FancyBboxPatch(*box, boxstyle=corner, fc=SKIN, ec=GREY, lw=0.9))
@@ -206,4 +206,4 @@ def _end_view(axes: style.Axes, brake: Brake, shape: _Shape, pitch: float) -> No
         axes.add_patch(Rectangle(start, 2 * half, SHEET, fc=color, ec="white", lw=0.3))
     if pitch == LOOSE:
         width, wall = show(brake.sheets.width, "m"), show(brake.enclosure.wall, "m")
-        _measure(axes, -half, half, -high - 1.6, f"width $W$ = {width}\nwall {wall}")
+        _add_size(axes, -half, half, -high - 1.6, f"width $W$ = {width}\nwall {wall}")

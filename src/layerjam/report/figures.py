@@ -16,7 +16,7 @@ from layerjam.report import calibration_figure, style
 from layerjam.report.style import BLUE, FAINT, INK, KPA, MM, ORANGE, RED, SKY
 from layerjam.units import show
 
-calibration = calibration_figure.calibration
+calibration = calibration_figure.draw_calibration
 
 
 @style.in_style
@@ -58,7 +58,7 @@ def force_over_vacuum(file: BrakeFile, slip: float, target: float, vacuum: float
 
 
 @style.in_style
-def friction(traces: Sequence[Trace], result: FrictionResult) -> style.Figure:
+def draw_friction(traces: Sequence[Trace], result: FrictionResult) -> style.Figure:
     """Draw the friction coefficient of every repeat versus slip, with the reduced values.
 
     The figure also shows the kinetic window, the point of each repeat's static friction, and the
@@ -85,18 +85,18 @@ def friction(traces: Sequence[Trace], result: FrictionResult) -> style.Figure:
     detail = result.standard.title
     if events:
         detail = f"{len(events.files)} of {count} stick and slip"
-        ends += _envelope(panels, result, events, (start, end))
+        ends += _draw_envelope(panels, result, events, (start, end))
     synthetic = any(t.facts.synthetic for t in traces)
     origin = "synthetic data from the virtual test machine" if synthetic else "measured"
     style.title(axes, f"Friction, {count_noun(count, 'repeat')}", f"{origin}; {detail}")
-    style.labels_right(axes, axes.get_xlim()[1], ends)
+    style.add_end_labels(axes, axes.get_xlim()[1], ends)
     maximum = "first maximum" if result.standard.first_maximum else "maximum"
     words = (f"circle: {maximum} of a repeat", INK), ("grey background: kinetic window", FAINT)
     style.key(axes, *words, loc="upper left", ncols=2, handlelength=0)
     return figure
 
 
-def _envelope(
+def _draw_envelope(
     panels: Sequence[style.Axes],
     result: FrictionResult,
     stick_slip: StickSlip,
@@ -124,7 +124,7 @@ def _pm(sd: float | None) -> str:
 
 
 @style.in_style
-def validation(file: BrakeFile, result: Validation, synthetic: bool) -> style.Figure:
+def draw_validation(file: BrakeFile, result: Validation, synthetic: bool) -> style.Figure:
     """Draw measured and predicted curves over the comparison window, and their differences."""
     figure, (axes, residuals) = style.canvas(
         rows=2, width=6.8, height=5.2, sharex=True, height_ratios=(2, 1)
@@ -141,6 +141,6 @@ def validation(file: BrakeFile, result: Validation, synthetic: bool) -> style.Fi
     words += f" over {count_noun(len(result.curves), 'file')}" + ", synthetic data" * synthetic
     headline = f"{file.name}: files (light blue) and model (dashed)"
     style.panel(axes, headline, words, ylabel="force [N]", ylim=(0, None), xlim=(0, None))
-    style.labels_right(axes, axes.get_xlim()[1], [(y, text, INK) for text, y in ends.items()])
+    style.add_end_labels(axes, axes.get_xlim()[1], [(y, text, INK) for text, y in ends.items()])
     style.panel(residuals, xlabel="elongation [mm]", ylabel="model − file [N]")
     return figure

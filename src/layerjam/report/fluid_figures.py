@@ -10,7 +10,7 @@ from layerjam.fluid.line import Line
 from layerjam.fluid.network import Response, respond
 from layerjam.fluid.timing import STORED, suggest_changes
 from layerjam.report import style
-from layerjam.report.chart import Curve, Pane, fill
+from layerjam.report.chart import Curve, Pane, draw_pane
 from layerjam.report.style import BLUE, GREEN, GREY, INK, KPA
 from layerjam.units import show
 
@@ -19,7 +19,7 @@ LONG, TOP = 1.6, 1.12
 """Ends of the axes, relative to the time to the target and to the target."""
 
 
-def _bars(axes: style.Axes, line: Line, target: float, water: bool = False) -> None:
+def _draw_rise_bars(axes: style.Axes, line: Line, target: float, water: bool = False) -> None:
     """Draw rise times of changes to the line as rows, the first on top."""
     rows = suggest_changes(line, target, water)[::-1]
     longest = max((time for _, time in rows), default=1.0)
@@ -41,14 +41,14 @@ def _bars(axes: style.Axes, line: Line, target: float, water: bool = False) -> N
     style.panel(axes, "Ways to shorten the rise time", detail, xlabel="rise time (10 to 90 %) [s]")
 
 
-def _levels(axes: style.Axes, target: float) -> None:
+def _draw_rise_levels(axes: style.Axes, target: float) -> None:
     """The two vacuums between which a rise is timed."""
     for part in (0.1, 0.9):
         style.level(axes, part * target * KPA, f"{100 * part:.0f} %", GREY, 0.99, part > 0.5)
     axes.set(xlabel="time [s]", ylabel="vacuum [kPa]")
 
 
-def rising(
+def make_rise_pane(
     file: LineFile, target: float, response: Response | forms.Filling, rise: float | None
 ) -> list[Pane]:
     """Return the pane of the vacuum versus time up to a target [Pa].
@@ -79,13 +79,13 @@ def rising(
 def rise_figure(pane: Pane, line: Line, target: float, water: bool) -> style.Figure:
     """Draw the vacuum versus time up to a target [Pa], and ways to make the line faster."""
     figure, (steps, bars) = style.canvas(columns=2, width=9.6, height=3.9)
-    fill(steps, pane)
-    _bars(bars, line, target, water)
+    draw_pane(steps, pane)
+    _draw_rise_bars(bars, line, target, water)
     return figure
 
 
 @style.in_style
-def fig5() -> style.Figure:
+def draw_fig5() -> style.Figure:
     """Draw the vacuum versus time in air and in water, and rise times of other lines."""
     line = load_line("choi2018").line
     response = respond(line, 8.0)
@@ -99,8 +99,8 @@ def fig5() -> style.Figure:
         words = f"{name}: {rise:.2f} s (paper {paper_time} s)"
         steps.plot(response.time, np.minimum(vacuum, FULL) * KPA, color=color, label=words)
     steps.set(xlim=(0, 8), ylim=(0, 100))
-    _levels(steps, FULL)
+    _draw_rise_levels(steps, FULL)
     style.key(steps, loc="center right")
     style.title(steps, "Fig. 5: rise to 94.5 kPa", "7.50 mL and 0.0661 mL/kPa inferred from it")
-    _bars(bars, line, FULL)
+    _draw_rise_bars(bars, line, FULL)
     return figure

@@ -24,14 +24,14 @@ def check_folder(out: Path, overwrite: bool, names: Sequence[str] = NAMES) -> No
         for name in names:
             if os.path.lexists(out / name) and not overwrite:
                 raise FileError(out / name, "already exists; --overwrite replaces it")
-        parent = _nearest(out)
+        parent = _find_nearest_folder(out)
         if not os.access(parent, os.W_OK):
             raise FileError(out, f"cannot be created: the folder {parent} is read-only")
         with hidden_folder(parent):
             pass  # an administrator can write anywhere, except on read-only file systems
 
 
-def _nearest(out: Path) -> Path:
+def _find_nearest_folder(out: Path) -> Path:
     """Return the folder itself, or its nearest parent that exists."""
     for folder in (out.absolute(), *out.absolute().parents):
         if folder.is_dir():
@@ -48,7 +48,7 @@ def write_folder(out: Path, content: Mapping[str, str | bytes], old: Sequence[st
     FileError.
     """
     with report_failure(out, "cannot be written"):
-        with hidden_folder(_nearest(out.parent)) as hidden:
+        with hidden_folder(_find_nearest_folder(out.parent)) as hidden:
             report = hidden / "report"
             write_files(report, content)
             if not out.exists():
@@ -62,28 +62,28 @@ def write_folder(out: Path, content: Mapping[str, str | bytes], old: Sequence[st
             (out / name).unlink(missing_ok=True)
 
 
-def figures_of(drawings: Mapping[str, str]) -> dict[str, str | bytes]:
+def figure_files(drawings: Mapping[str, str]) -> dict[str, str | bytes]:
     """Return drawn SVGs, by name, as files of a report's folder."""
     return {f"figures/{name}.svg": svg for name, svg in drawings.items()}
 
 
-def json_text(value: Any) -> str:
+def format_json(value: Any) -> str:
     """Return the text of a JSON file."""
     return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def plain(value: Any) -> Any:
+def to_json(value: Any) -> Any:
     """Return a value as JSON; NaN and infinite numbers become None."""
     if isinstance(value, Mapping):
-        return {str(k): plain(v) for k, v in value.items()}
+        return {str(k): to_json(v) for k, v in value.items()}
     if is_dataclass(value) and not isinstance(value, type):
-        return {f.name: plain(getattr(value, f.name)) for f in fields(value)}
+        return {f.name: to_json(getattr(value, f.name)) for f in fields(value)}
     if isinstance(value, list | tuple):
-        return [plain(v) for v in value]
+        return [to_json(v) for v in value]
     if hasattr(value, "to_numpy"):
         value = value.to_numpy()
     if hasattr(value, "tolist"):
-        return plain(value.tolist())
+        return to_json(value.tolist())
     if isinstance(value, bool | int | str) or value is None:
         return value
     number = float(value)

@@ -14,7 +14,7 @@ from layerjam.mechanics.bending import (
 from layerjam.mechanics.enclosure import enclosure_force
 from layerjam.mechanics.joint import joint_friction
 from layerjam.report import style
-from layerjam.report.chart import Curve, Pane, fill
+from layerjam.report.chart import Curve, Pane, draw_pane
 from layerjam.report.style import BLUE, GREY, INK, MM, MS, ORANGE, RED
 from layerjam.simulate.record import TensileRecord
 from layerjam.simulate.stick_slip import StickSlipRecord, force_bounds
@@ -36,14 +36,14 @@ def pull_panes(record: Any, headline: str, detail: str, x: str = "elongation [mm
     return [Pane([curve], x, "force [N]", **options)]
 
 
-def tensile(record: TensileRecord) -> list[Pane]:
+def tensile_panes(record: TensileRecord) -> list[Pane]:
     """Draw force versus elongation of a simulated pull."""
     first = record.procedure if len(record.procedure) < 66 else record.procedure[:63] + "..."
     title, detail = f"{record.brake.name}: {record.outcome}", f"simulated, {record.model}; {first}"
     return pull_panes(record, title, detail, "elongation at the crosshead [mm]")
 
 
-def between_bounds(record: StickSlipRecord) -> list[Pane]:
+def bounds_panes(record: StickSlipRecord) -> list[Pane]:
     """Return force versus elongation between the bounds of the stick–slip."""
     static, kinetic = force_bounds(record.frozen(record.slip))
     u = record.elongation * MM
@@ -60,15 +60,15 @@ def between_bounds(record: StickSlipRecord) -> list[Pane]:
 
 
 @style.in_style
-def stick_slip(record: StickSlipRecord, pane: Pane) -> style.Figure:
+def draw_stick_slip(record: StickSlipRecord, pane: Pane) -> style.Figure:
     """Draw force versus elongation with the stick–slip bounds, and the last slip enlarged."""
     figure, (full, zoom) = style.canvas(columns=2, width=10.4, height=3.8, width_ratios=(1.7, 1))
-    fill(full, pane)
-    _one_slip(zoom, record)
+    draw_pane(full, pane)
+    _draw_last_slip(zoom, record)
     return figure
 
 
-def _one_slip(axes: style.Axes, record: StickSlipRecord) -> None:
+def _draw_last_slip(axes: style.Axes, record: StickSlipRecord) -> None:
     """Draw the last slip versus time, or how the motion settles."""
     if len(record.events):
         start, end = float(record.events.break_time[-1]), float(record.events.stick_time[-1])
@@ -89,7 +89,7 @@ def _one_slip(axes: style.Axes, record: StickSlipRecord) -> None:
     axes.set_ylim(0, float(force.max()) * 1.3 or 1.0)
     twin = axes.twinx()
     twin.plot(times, pace, color=ORANGE, lw=1.4)
-    twin.set_ylabel("sheet speed [m/s]", color=style.readable(ORANGE))
+    twin.set_ylabel("sheet speed [m/s]", color=style.text_ink(ORANGE))
     twin.set_ylim(0, max(float(pace.max()) * 1.3, 1e-9))
     twin.grid(False)
     style.key(axes, ("force", BLUE), ("speed", ORANGE), loc="upper left", ncols=2)
@@ -97,19 +97,21 @@ def _one_slip(axes: style.Axes, record: StickSlipRecord) -> None:
 
 
 @style.in_style
-def bend(
+def draw_bend(
     file: BrakeFile, vacuum: float, angle: float, slip: float, radius: float | None
 ) -> style.Figure:
     """Draw moment versus angle, jammed and free, and the sheets' friction versus joint angle."""
     columns = 1 if radius is None else 2
     figure, (turn, *pull) = style.canvas(columns=columns, width=5.6 * columns, height=3.9)
-    _moment(turn, file, vacuum, angle, slip)
+    _draw_moment(turn, file, vacuum, angle, slip)
     if radius is not None:
-        _pull(pull[0], file, vacuum, angle, slip, radius)
+        _draw_sheet_friction(pull[0], file, vacuum, angle, slip, radius)
     return figure
 
 
-def _moment(axes: style.Axes, file: BrakeFile, vacuum: float, limit: float, slip: float) -> None:
+def _draw_moment(
+    axes: style.Axes, file: BrakeFile, vacuum: float, limit: float, slip: float
+) -> None:
     brake, milli = file.brake, 1e3
     angle = np.linspace(0, 1.25 * limit, 400)
     moment = np.asarray(turning_moment(angle, slip, vacuum, brake)) * milli
@@ -129,7 +131,7 @@ def _moment(axes: style.Axes, file: BrakeFile, vacuum: float, limit: float, slip
     style.title(axes, f"{file.name}, bent", f"computed; {show(vacuum, 'Pa')}")
 
 
-def _pull(
+def _draw_sheet_friction(
     axes: style.Axes, file: BrakeFile, vacuum: float, limit: float, slip: float, radius: float
 ) -> None:
     brake = file.brake

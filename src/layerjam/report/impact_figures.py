@@ -23,7 +23,7 @@ SLIP = 0.040
 TIME, FORCE = "time [ms]", "force [N]"
 
 
-def drop(record: DropRecord, crash: Crash | None = None) -> list[Pane]:
+def drop_panes(record: DropRecord, crash: Crash | None = None) -> list[Pane]:
     """Draw force and speed versus time, and force versus the displacement of the mass.
 
     The part after the end of the travel, where the brake is rigid, is dotted.
@@ -54,18 +54,18 @@ def drop(record: DropRecord, crash: Crash | None = None) -> list[Pane]:
     return [
         Pane(courses[0], TIME, FORCE, y_range=high, **options),
         Pane(courses[1], TIME, "speed of the mass [m/s]", headline="Speed"),
-        _work(courses[2], high),
+        _make_work_pane(courses[2], high),
     ]
 
 
-def _work(curves: list[Curve], high: Ends) -> Pane:
+def _make_work_pane(curves: list[Curve], high: Ends) -> Pane:
     """Return force versus displacement; the work is the coloured area below the first curve."""
     ground = (replace(curves[0], y=0 * curves[0].y), curves[0])
     place = "displacement of the mass [mm]"
     return Pane(curves, place, FORCE, y_range=high, bands=[ground], headline="Work")
 
 
-def bare(record: BareDrop) -> list[Pane]:
+def bare_panes(record: BareDrop) -> list[Pane]:
     """Draw the rope's force versus time and versus displacement, for a mass without a brake."""
     taut = record.time >= 0
     time, force = record.time[taut] * MS, record.force[taut]
@@ -75,12 +75,12 @@ def bare(record: BareDrop) -> list[Pane]:
     options |= {"headline": "No brake", "marks": [(time[top], peak, show(peak, "N"), RED)]}
     return [
         Pane([Curve(time, force)], TIME, FORCE, y_range=high, **options),
-        _work([Curve(record.travel[taut] * MM, force)], high),
+        _make_work_pane([Curve(record.travel[taut] * MM, force)], high),
     ]
 
 
 @style.in_style
-def fig11() -> style.Figure:
+def draw_fig11() -> style.Figure:
     """Draw peak acceleration versus impact speed: no brake, full vacuum, tuned vacuum."""
     brake = load("choi2018-kapton").brake
     rope = float(brake.rope.stiffness) if brake.rope is not None else np.inf

@@ -19,7 +19,7 @@ from layerjam.device.load import load
 from layerjam.fluid.file import load_line
 from layerjam.fluid.line import Leak, Line, Sensor, Valve
 from layerjam.report import style
-from layerjam.report.control_figures import frequency_response, plan_figure, profile
+from layerjam.report.control_figures import draw_frequency_response, draw_plan, draw_profile
 from layerjam.report.style import BLUE, GREEN, GREY, INK, KPA, MM, ORANGE, RED
 from layerjam.simulate.coupled import coupled_drop
 
@@ -35,25 +35,25 @@ WIDER = 40e-6
 COLLISION = Arrival(mass=1.0, speed=2.5, warning=3.0, travel=40e-3, mass_sd=0.1, speed_sd=0.2)
 
 
-def example_line() -> Line:
+def make_example_line() -> Line:
     """Return the paper's line with a leak of 500 s and a small valve, both our own examples."""
     line = load_line("choi2018").line
     leak = Leak(laminar=line.chamber.volume * 0.002)
     return replace(line, leak=leak, valve=Valve(conductance=3.5e-10))
 
 
-def regulator(kind: str, safe_state: str = "release") -> Regulator:
+def make_regulator(kind: str, safe_state: str = "release") -> Regulator:
     """Return one of the three regulators on the example line."""
-    plant = linearise_line(example_line(), vacuum=HELD)
+    plant = linearise_line(make_example_line(), vacuum=HELD)
     return Regulator(plant=plant, sensor=SENSOR, kind=kind, safe_state=safe_state, tuned_at=HELD)
 
 
 @style.in_style
-def regulators() -> style.Figure:
+def draw_regulators() -> style.Figure:
     """Draw three regulators near their target, and one of them with a pump that fails."""
     figure, (zoom, fault) = style.canvas(columns=2, width=9.6, height=3.9)
     for kind, color in zip(KINDS, (BLUE, ORANGE, INK), strict=True):
-        run = simulate_run(regulator(kind), [(25.0, HELD)])
+        run = simulate_run(make_regulator(kind), [(25.0, HELD)])
         words = f"{kind}: {run.pump_switches} switchings"
         zoom.plot(run.time, run.vacuum * KPA, color=color, lw=1.3, label=words)
     zoom.axhline(HELD * KPA, color=GREEN, lw=1.0, ls=style.DASHED, label="target")
@@ -64,7 +64,7 @@ def regulators() -> style.Figure:
     fault.set(xlim=(0, 6), ylim=(0, 80), xlabel="time [s]", ylabel="vacuum [kPa]")
     for state, color in (("release", RED), ("hold", BLUE)):
         dead = FaultInjection(at=1.5, pump=0.0)
-        run = simulate_run(regulator("pi", state), [(6.0, HELD)], injected=dead)
+        run = simulate_run(make_regulator("pi", state), [(6.0, HELD)], injected=dead)
         fault.plot(run.time, run.vacuum * KPA, color=color, lw=1.6, label=f"safe state {state}")
     late = run.fault_time - 1.5
     style.upright(fault, 1.5, f"the pump fails; {run.outcome}\nis reported {late:.2f} s later", INK)
@@ -75,13 +75,13 @@ def regulators() -> style.Figure:
 
 
 @style.in_style
-def forces() -> style.Figure:
+def draw_forces() -> style.Figure:
     """Draw a force that follows a profile and steps, with the parts that cannot be followed.
 
     There are sines of two amplitudes. The true brake has 3 % more friction than the controller
     assumes, and the noise of the slip is 0.1 mm.
     """
-    loop, brake = regulator("scheduled"), load("choi2018-kapton").brake
+    loop, brake = make_regulator("scheduled"), load("choi2018-kapton").brake
     true = replace(brake, scale_factor=brake.scale_factor * 1.03)
     time = np.asarray(np.arange(3200) * loop.sample_time, np.float64)
     slip = 10 / MM + 0.5 / MM * time
@@ -90,7 +90,7 @@ def forces() -> style.Figure:
     figure, (smooth, steps, sine) = style.canvas(columns=3, width=13.4, height=3.9)
     runs = [follow(loop, brake, f, slip, brake=true, slip_noise=0.1 / MM) for f in (waves, square)]
     for axes, run in zip((smooth, steps), runs, strict=True):
-        profile(axes, run, 150)
+        draw_profile(axes, run, 150)
     error = f"error {runs[0].rms:.1f} N RMS, including 3 % model error"
     style.title(smooth, "A profile", error)
     force, swing = runs[1].force, HIGH - LOW
@@ -104,20 +104,20 @@ def forces() -> style.Figure:
             loop, brake, slip=20 / MM, mean=60.0, amplitude=size, frequencies=fast
         )
         sweeps.append((sweep, color, f"±{size:g} N"))
-    frequency_response(sine, sweeps, turn=(-270, 45))
+    draw_frequency_response(sine, sweeps, turn=(-270, 45))
     style.title(sine, "Sines around 60 N", "larger swings are limited by pump and valve")
     return figure
 
 
-def warned() -> style.Figure:
+def draw_warned_plan() -> style.Figure:
     """Draw the plan for one collision: vacuum versus time, full compared with tuned."""
     brake = load("choi2018-kapton")
     case = replace(COLLISION, gravity=brake.brake.site.gravity)
-    return plan_figure(plan_stop(brake, load_line("choi2018").line, case))
+    return draw_plan(plan_stop(brake, load_line("choi2018").line, case))
 
 
 @style.in_style
-def coupling(starts: Sequence[float] = STARTS) -> style.Figure:
+def draw_coupling(starts: Sequence[float] = STARTS) -> style.Figure:
     """Draw the effect of the stretching enclosure: vacuum gained and slip saved.
 
     Both are drawn versus the initial vacuum, for 1 kg at 2 m/s and a line that is shut off.

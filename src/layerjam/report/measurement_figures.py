@@ -23,7 +23,7 @@ SpecimenResult = tuple[Specimen, Moduli, Mapping[str, hyperelastic.Fit], str]
 
 
 @style.in_style
-def sleeve(
+def draw_sleeve(
     specimens: Mapping[str, SpecimenResult], sheets: Mapping[str, float | None]
 ) -> style.Figure:
     """Draw stress versus strain of every specimen with its model, and the first 150 % enlarged.
@@ -37,8 +37,8 @@ def sleeve(
         for axes in (full, zoom):
             x, y = style.thin_out(specimen.strain * 100, specimen.stress * MPA)
             axes.plot(x, y, ".", color=color, ms=3, alpha=0.45)
-            _model(axes, fits[model], color)
-        _at_100(zoom, moduli, sheets.get(path), color)
+            _draw_model(axes, fits[model], color)
+        _draw_moduli_at_100(zoom, moduli, sheets.get(path), color)
         names.append((moduli.modulus_100 or 0.0, Path(specimen.name).stem, color))
         top = max(top, float(specimen.stress[specimen.strain <= 1.5].max(initial=0.0)))
     for axes in (full, zoom):
@@ -49,13 +49,13 @@ def sleeve(
         style.key(zoom, *(name[1:] for name in sorted(names, reverse=True)), loc="upper left")
         style.title(full, "Whole curves", "points: measured; lines: the model chosen for each")
     else:
-        _others(full, zoom, specimen, fits, model)
+        _draw_other_models(full, zoom, specimen, fits, model)
         style.title(full, specimen.name, f"points: measured; {model} chosen, others pale")
     style.title(zoom, "Up to 150 %", "dot: 100 % modulus; diamond: data sheet")
     return figure
 
 
-def _model(axes: style.Axes, fit: hyperelastic.Fit, color: str, lw: float = 1.4) -> float:
+def _draw_model(axes: style.Axes, fit: hyperelastic.Fit, color: str, lw: float = 1.4) -> float:
     """Draw a model's curve over the fitted strains; return its stress at the end [MPa]."""
     x = np.linspace(0, fit.strain_range[1], 300)
     y = hyperelastic.stress(fit.model, fit.parameters, x) * MPA
@@ -63,7 +63,7 @@ def _model(axes: style.Axes, fit: hyperelastic.Fit, color: str, lw: float = 1.4)
     return float(y[-1])
 
 
-def _others(
+def _draw_other_models(
     full: style.Axes,
     zoom: style.Axes,
     specimen: Specimen,
@@ -75,13 +75,13 @@ def _others(
     names = []
     for model, fit in fits.items():
         color, width = (BLUE, 1.4) if model == best else (_MODELS[model], 0.9)
-        _model(zoom, fit, color, width)
-        names.append((min(_model(full, fit, color, width), 1.12 * top), model, color))
+        _draw_model(zoom, fit, color, width)
+        names.append((min(_draw_model(full, fit, color, width), 1.12 * top), model, color))
     full.set_ylim(-0.04 * top, 1.15 * top)
-    style.labels_right(full, float(specimen.strain[-1]) * 100, names)
+    style.add_end_labels(full, float(specimen.strain[-1]) * 100, names)
 
 
-def _at_100(axes: style.Axes, moduli: Moduli, sheet: float | None, color: str) -> None:
+def _draw_moduli_at_100(axes: style.Axes, moduli: Moduli, sheet: float | None, color: str) -> None:
     modulus = moduli.modulus_100
     if modulus is not None:
         style.spot(axes, 100, modulus * MPA, color=color)
@@ -92,7 +92,7 @@ def _at_100(axes: style.Axes, moduli: Moduli, sheet: float | None, color: str) -
 
 
 @style.in_style
-def leak(log: Leak) -> style.Figure:
+def draw_leak(log: Leak) -> style.Figure:
     """Draw the leak log with the three laws, and the residuals of each."""
     figure, (above, below) = style.canvas(
         rows=2, width=6.8, height=5.2, height_ratios=(2.2, 1), sharex=True
@@ -117,7 +117,7 @@ def leak(log: Leak) -> style.Figure:
 
 
 @style.in_style
-def ageing(fit: AgeingFit) -> style.Figure:
+def draw_ageing(fit: AgeingFit) -> style.Figure:
     """Draw the static friction of every pull versus its hold time, and the fitted line."""
     figure, (axes,) = style.canvas()
     ends = fit.holds.min() / 1.5, fit.holds.max() * 1.5
@@ -128,13 +128,15 @@ def ageing(fit: AgeingFit) -> style.Figure:
     room = 0.3 * (high - low) or 0.1 * high
     style.panel(axes, xlabel="hold [s]", ylabel="static friction [-]")
     axes.set(xlim=ends, ylim=(low - room, high + room))
-    style.plain(axes)
+    style.set_log_scale(axes)
     style.title(axes, f"{fit.ageing:+.4f} for a tenfold hold", "points: pulls; line: fit")
     return figure
 
 
 @style.in_style
-def pump_down(first: PumpDown, second: PumpDown | None, constant: PumpDown | None) -> style.Figure:
+def draw_pump_down(
+    first: PumpDown, second: PumpDown | None, constant: PumpDown | None
+) -> style.Figure:
     """Draw the pump-down log, its fit, and the log of the excess over the ultimate pressure."""
     figure, (plain, log_axes) = style.canvas(columns=2, width=10.0, height=4.0)
     names = ("alone" if second else "fit", BLUE), ("with the volume added", RED)
@@ -167,7 +169,7 @@ def pump_down(first: PumpDown, second: PumpDown | None, constant: PumpDown | Non
 
 
 @style.in_style
-def crash(log: Crash) -> style.Figure:
+def draw_crash(log: Crash) -> style.Figure:
     """Draw the pulse as logged and filtered, and the change in velocity."""
     figure, (pulse, speed) = style.canvas(
         rows=2, width=6.8, height=5.4, height_ratios=(2, 1), sharex=True

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from layerjam.errors import MissingExtraError
 from layerjam.report import style
-from layerjam.report.style import svg_text
+from layerjam.report.style import format_svg
 
 if TYPE_CHECKING:
     import jinja2
@@ -26,7 +26,7 @@ LEVELS = {
 """Level of a check: its mark on a page, and the CSS class of the mark."""
 
 
-def typeset(text: str) -> str:
+def typeset_text(text: str) -> str:
     """Return a sentence of a command as it is printed: −0.2 % for -0.2%."""
     return re.sub(r"(?<![^\s(±])-(?=\d)", "−", re.sub(r"(?<=\d)%", " %", text))
 
@@ -84,7 +84,7 @@ class Table:
             "rows": rows,
             "right": [self._is_right(i, rows) for i in range(len(self.head))],
             "total": self.total,
-            "note": typeset(self.note),
+            "note": typeset_text(self.note),
             "whole": self.whole,
         }
 
@@ -119,11 +119,11 @@ class Part:
         return {
             "id": self.id,
             "title": self.title,
-            "text": [typeset(text) for text in self.text],
+            "text": [typeset_text(text) for text in self.text],
             "tables": [table.template_data() for table in self.tables],
             "figures": [{"name": p.name, "caption": p.caption} for p in self.pictures],
             "checks": [
-                {"name": c.name, "mark": mark, "kind": kind, "sentence": typeset(c.sentence)}
+                {"name": c.name, "mark": mark, "kind": kind, "sentence": typeset_text(c.sentence)}
                 for c in self.checks
                 for mark, kind in [LEVELS[c.level]]
             ],
@@ -177,19 +177,19 @@ class Page:
 
 def html(data: Mapping[str, Any], pictures: Mapping[str, str]) -> str:
     """Return the page of a `Page.template_data` and SVGs by name: no script, no address."""
-    inside = {name: apply_theme(svg_of(svg, name)) for name, svg in pictures.items()}
-    template = page_environment().from_string(_text("page.html.j2"))
-    style_sheet = _text("page.css") + _at_the_foot(data["mark"])
+    inside = {name: apply_theme(read_inline_svg(svg, name)) for name, svg in pictures.items()}
+    template = make_environment().from_string(_read_text("page.html.j2"))
+    style_sheet = _read_text("page.css") + _make_footer_rule(data["mark"])
     return template.render(**data, pictures=inside, style=style_sheet)
 
 
-def _at_the_foot(mark: str) -> str:
+def _make_footer_rule(mark: str) -> str:
     """Return the CSS rule that prints a text at the foot of every page."""
     content = "".join(c if c.isalnum() or c == " " else f"\\{ord(c):06x}" for c in mark)
     return f'@page {{ @bottom-left {{ content:"{content}"; font:9px sans-serif; }} }}\n'
 
 
-def drawn_all(
+def draw_all(
     pictures: Sequence[Picture],
     tell: Callable[[str, float], None],
     start: float = 0.0,
@@ -199,11 +199,11 @@ def drawn_all(
     texts = {}
     for index, picture in enumerate(pictures):
         tell(f"figure {picture.name}", start + (end - start) * index / len(pictures))
-        texts[picture.name] = svg_text(picture.figure())
+        texts[picture.name] = format_svg(picture.figure())
     return texts
 
 
-def svg_of(file: str, name: str) -> str:
+def read_inline_svg(file: str, name: str) -> str:
     """Return a drawn SVG for use inside a page; `name` makes its ids unique."""
     text = re.sub(r"^.*?(?=<svg)", "", file, flags=re.DOTALL)
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
@@ -219,23 +219,23 @@ def svg_of(file: str, name: str) -> str:
 def apply_theme(svg: str) -> str:
     """Return an inline figure whose colours follow the page, light or dark."""
     svg = re.sub(r' xmlns(:\w+)?="[^"]*"', "", svg)
-    for name, color in re.findall(r"--(\w+):(#[0-9a-f]{6})", _text("page.css").split("}")[0]):
+    for name, color in re.findall(r"--(\w+):(#[0-9a-f]{6})", _read_text("page.css").split("}")[0]):
         svg = re.sub(rf"{color}\b", f"var(--{name})", svg, flags=re.IGNORECASE)
     return svg
 
 
-def _text(name: str) -> str:
+def _read_text(name: str) -> str:
     return (files("layerjam.report") / name).read_text(encoding="utf-8")
 
 
 def check_extras() -> None:
     """Raise MissingExtraError if the page cannot be drawn or written."""
-    page_environment()
-    with style.look():
+    make_environment()
+    with style.apply_style():
         pass
 
 
-def page_environment() -> "jinja2.Environment":
+def make_environment() -> "jinja2.Environment":
     """Return the templates' environment; MissingExtraError if jinja2 is not installed."""
     with MissingExtraError.raise_if_missing("the report (jinja2)", "report"):
         import jinja2

@@ -17,7 +17,7 @@ MAX_PULLS = 12
 
 
 @style.in_style
-def pulls(summaries: Sequence[tuple[Trace, PullSummary]]) -> style.Figure:
+def draw_pulls(summaries: Sequence[tuple[Trace, PullSummary]]) -> style.Figure:
     """Draw force versus elongation of each pull from its onset, complete and around the peak.
 
     It marks the onset, the line of the stiffness, the peak, the plateau, the envelope of stick–slip
@@ -30,7 +30,7 @@ def pulls(summaries: Sequence[tuple[Trace, PullSummary]]) -> style.Figure:
         for place in (axes, zoom):
             place.plot((trace.elongation - summary.start.onset) * MM, force, color=SKY, lw=1.2)
     for _, summary in pairs:
-        _marks(axes, zoom, summary)
+        _draw_marks(axes, zoom, summary)
     highest = max(float(summary.features.force.max()) for _, summary in pairs)
     zoom_end = 4 * max(summary.features.peak_elongation for _, summary in pairs) * MM
     zoom_start = max(max(summary.start.slack for _, summary in pairs) * MM, 0.05 * zoom_end)
@@ -46,12 +46,12 @@ def pulls(summaries: Sequence[tuple[Trace, PullSummary]]) -> style.Figure:
     detail = "onset (ring), stiffness (orange), peak (red)"
     if count == 1:
         detail = "onset (ring), slope of the rise (orange)"
-        _words(axes, zoom, pairs[0][1])
+        _write_values(axes, zoom, pairs[0][1])
     style.title(zoom, "Around the peak", detail)
     return figure
 
 
-def _marks(axes: style.Axes, zoom: style.Axes, summary: PullSummary) -> None:
+def _draw_marks(axes: style.Axes, zoom: style.Axes, summary: PullSummary) -> None:
     """Mark onset, rise, peak, plateau, envelope and unloading of one pull."""
     features, start = summary.features, summary.start
     shift = start.onset - features.origin
@@ -77,7 +77,7 @@ def _marks(axes: style.Axes, zoom: style.Axes, summary: PullSummary) -> None:
         axes.plot(ends * MM, [top, end.force_at_reversal], color=PURPLE, lw=1.8)
 
 
-def _words(axes: style.Axes, zoom: style.Axes, summary: PullSummary) -> None:
+def _write_values(axes: style.Axes, zoom: style.Axes, summary: PullSummary) -> None:
     """Write the numbers of a single pull in the colours of their marks."""
     features, start = summary.features, summary.start
     items = [(f"slack {show(start.slack, 'm', 3)}", INK)]

@@ -109,7 +109,9 @@ class Shot:
         )
 
 
-def shoot(bodies: Sequence[Body], view: View = View(), width: int = 1400, border: int = 12) -> Shot:
+def render_bodies(
+    bodies: Sequence[Body], view: View = View(), width: int = 1400, border: int = 12
+) -> Shot:
     """Render the bodies on white, as large as `width` pixels allow and no taller than wide."""
     axes = view.axes()
     views = [body.corners @ axes.T for body in bodies]
@@ -127,22 +129,22 @@ def shoot(bodies: Sequence[Body], view: View = View(), width: int = 1400, border
     first = 0
     for number, (points, body) in enumerate(zip(views, bodies, strict=True)):
         screen = np.ascontiguousarray((points - (*corner, 0.0)) * (fine, fine, 1.0))
-        _fill(screen, body.triangles, first, depth, face)
+        _fill_triangles(screen, body.triangles, first, depth, face)
         a, b, c = (points[body.triangles[:, k]] for k in range(3))
         normal = np.cross(b - a, c - a)
         normals.append(normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None])
         owners.append(np.full(len(body.triangles), number, dtype=np.int32))
         first += len(body.triangles)
-    shades, owner = _shades(bodies, normals, axes), np.concatenate(owners)
+    shades, owner = _compute_shades(bodies, normals, axes), np.concatenate(owners)
     pixels = np.empty((rows, columns, 3), dtype=np.uint8)
-    _develop(depth, face, np.concatenate(normals), owner, shades, fine, pixels)
+    _average_pixels(depth, face, np.concatenate(normals), owner, shades, fine, pixels)
     faces = face[::FINER, ::FINER]
     return Shot(
         pixels, axes, corner, scale, bodies, np.where(faces < 0, -1, owner[faces]).astype(np.int32)
     )
 
 
-def _shades(
+def _compute_shades(
     bodies: Sequence[Body], normals: Sequence[NDArray[np.float64]], axes: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     light = axes @ (np.array(LIGHT) / np.linalg.norm(LIGHT))
@@ -155,7 +157,7 @@ def _shades(
 
 
 @compile_loop(nogil=True)
-def _fill(points, triangles, first, depth, face):  # type: ignore[no-untyped-def]  # pragma: no cover
+def _fill_triangles(points, triangles, first, depth, face):  # type: ignore[no-untyped-def]  # pragma: no cover
     """Draw every triangle into the depth buffer; rows of the picture count from the top."""
     rows, columns = depth.shape
     for i in range(len(triangles)):
@@ -194,7 +196,7 @@ def _fill(points, triangles, first, depth, face):  # type: ignore[no-untyped-def
 
 
 @compile_loop(nogil=True)
-def _edge(depth, face, normals, owner, v, u, w, t, fine):  # type: ignore[no-untyped-def]  # pragma: no cover
+def _find_edges(depth, face, normals, owner, v, u, w, t, fine):  # type: ignore[no-untyped-def]  # pragma: no cover
     """Return whether an edge runs between two neighbouring samples."""
     first, second = face[v, u], face[w, t]
     if first == second:
@@ -210,7 +212,7 @@ def _edge(depth, face, normals, owner, v, u, w, t, fine):  # type: ignore[no-unt
 
 
 @compile_loop(nogil=True)
-def _develop(depth, face, normals, owner, shades, fine, pixels):  # type: ignore[no-untyped-def]  # pragma: no cover
+def _average_pixels(depth, face, normals, owner, shades, fine, pixels):  # type: ignore[no-untyped-def]  # pragma: no cover
     """Return shade and edges of every sample, averaged over each pixel."""
     rows, columns = depth.shape
     for v in range(pixels.shape[0]):
@@ -221,8 +223,8 @@ def _develop(depth, face, normals, owner, shades, fine, pixels):  # type: ignore
                 front = face[w, t]
                 right, below = min(t + 1, columns - 1), min(w + 1, rows - 1)
                 if (face[w, right] != front or face[below, t] != front) and (
-                    _edge(depth, face, normals, owner, w, t, w, right, fine)
-                    or _edge(depth, face, normals, owner, w, t, below, t, fine)
+                    _find_edges(depth, face, normals, owner, w, t, w, right, fine)
+                    or _find_edges(depth, face, normals, owner, w, t, below, t, fine)
                 ):
                     red, green, blue = red + INK, green + INK, blue + INK
                 elif front < 0:

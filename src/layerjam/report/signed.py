@@ -68,44 +68,44 @@ FileFacts = Sequence[tuple[str, Facts]]
 """Return (file, its metadata) of every file."""
 
 
-def identity(facts: FileFacts, number: str, customer: str, date: str) -> dict[str, str]:
+def make_identity(facts: FileFacts, number: str, customer: str, date: str) -> dict[str, str]:
     """Return the identification of a report as {label: text}, each text `NOT_STATED` if missing.
 
     `number` and `customer` replace those of the sidecars if not empty; `date` is a date.
     """
     return {
-        "report number": number or _common(facts, "number"),
-        "customer": customer or _common(facts, "customer"),
-        "laboratory": _common(facts, "laboratory"),
-        "tests done on": _common(facts, "date"),
+        "report number": number or _join_statements(facts, "number"),
+        "customer": customer or _join_statements(facts, "customer"),
+        "laboratory": _join_statements(facts, "laboratory"),
+        "tests done on": _join_statements(facts, "date"),
         "issued on": date,
     }
 
 
-def circumstances(facts: FileFacts) -> Part:
+def make_circumstances(facts: FileFacts) -> Part:
     """Return person, object and apparatus of the tests, one row each; and the certificates."""
     rows: list[list[str | Word]] = []
     for name in STATED:
         words = name.replace("_limit", ", limit of error").replace("_", " ")
-        rows.append([words, Word(_common(facts, name), "stated")])
+        rows.append([words, Word(_join_statements(facts, name), "stated")])
     return Part(
         id="circumstances",
         title="People, objects and apparatus",
         tables=[
             Table(id="circumstances", head=["", "as stated in the sidecars"], rows=rows),
-            _certificates(facts),
+            _make_certificate_table(facts),
         ],
     )
 
 
-def _certificates(facts: FileFacts) -> Table:
+def _make_certificate_table(facts: FileFacts) -> Table:
     """Return one row for each calibration certificate, or for an instrument without one."""
     rows: list[list[Cell]] = []
-    used_by = _by_certificate(facts)
+    used_by = _group_facts(facts)
     for (instrument, certificate), used in used_by.items():
         days = [certificate.date, certificate.due or NOT_STATED, certificate.laboratory]
-        state = STATES[_state(certificate, used)].format(due=certificate.due)
-        rows.append([instrument, certificate.number, *days, state, _first_of([f for f, _ in used])])
+        state = STATES[_certificate_state(certificate, used)].format(due=certificate.due)
+        rows.append([instrument, certificate.number, *days, state, _list_few([f for f, _ in used])])
     for instrument in INSTRUMENTS.values():
         if instrument not in {name for name, _ in used_by}:
             rows.append([instrument, *[NOT_STATED] * 4, "", ""])
@@ -125,7 +125,7 @@ def _certificates(facts: FileFacts) -> Table:
     )
 
 
-def _state(certificate: Certificate, used: FileFacts) -> str:
+def _certificate_state(certificate: Certificate, used: FileFacts) -> str:
     """Return the key in `STATES` that describes a certificate on the days of the tests."""
     days = [day for _, fact in used for day in re.findall(r"\d{4}-\d\d-\d\d", fact.date)]
     if not days:
@@ -137,17 +137,17 @@ def _state(certificate: Certificate, used: FileFacts) -> str:
     return "valid" if certificate.due else "no due day"
 
 
-def certificate_problems(facts: FileFacts) -> list[str]:
+def list_certificate_problems(facts: FileFacts) -> list[str]:
     """Return a sentence for each certificate that was not valid on the days of the tests."""
     return [
         f"Calibration certificate {certificate.number} of the {instrument}: "
-        f"{STATES[state].format(due=certificate.due)} ({_first_of([file for file, _ in files])})."
-        for (instrument, certificate), files in _by_certificate(facts).items()
-        if (state := _state(certificate, files)) in ("later", "overdue")
+        f"{STATES[state].format(due=certificate.due)} ({_list_few([file for file, _ in files])})."
+        for (instrument, certificate), files in _group_facts(facts).items()
+        if (state := _certificate_state(certificate, files)) in ("later", "overdue")
     ]
 
 
-def _by_certificate(facts: FileFacts) -> dict[tuple[str, Certificate], list[tuple[str, Facts]]]:
+def _group_facts(facts: FileFacts) -> dict[tuple[str, Certificate], list[tuple[str, Facts]]]:
     used: dict[tuple[str, Certificate], list[tuple[str, Facts]]] = {}
     for name, instrument in INSTRUMENTS.items():
         for file, fact in facts:
@@ -156,7 +156,7 @@ def _by_certificate(facts: FileFacts) -> dict[tuple[str, Certificate], list[tupl
     return used
 
 
-def _text(facts: Facts, name: str) -> str:
+def _format_entry(facts: Facts, name: str) -> str:
     """Return one metadata entry as text; empty if it is not stated."""
     value = getattr(facts, name)
     if value is None or value == "":
@@ -167,21 +167,21 @@ def _text(facts: Facts, name: str) -> str:
     return f"{100 * value:.3g} %" if spec.unit == "1" else show(value, spec.unit).replace("^2", "²")
 
 
-def _common(facts: FileFacts, name: str) -> str:
+def _join_statements(facts: FileFacts, name: str) -> str:
     """Return the statement on one entry that all files share, or each statement with its files."""
     texts: dict[str, list[str]] = {}
     for file, fact in facts:
-        texts.setdefault(_text(fact, name), []).append(file)
+        texts.setdefault(_format_entry(fact, name), []).append(file)
     if len(texts) == 1:
         return next(iter(texts)) or NOT_STATED
     silent = texts.pop("", [])
-    parts = [f"{text} ({_first_of(names)})" for text, names in list(texts.items())[:LIMIT]]
+    parts = [f"{text} ({_list_few(names)})" for text, names in list(texts.items())[:LIMIT]]
     extra = [f"and {len(texts) - LIMIT} others"] if len(texts) > LIMIT else []
     silent_note = [f"{NOT_STATED} for {count_noun(len(silent), 'file')}"] if silent else []
     return "; ".join([*parts, *extra, *silent_note]) or NOT_STATED
 
 
-def _first_of(names: Sequence[str]) -> str:
+def _list_few(names: Sequence[str]) -> str:
     """Return the first few names, and the number of the others."""
     return names[0] + (f" and {len(names) - 1} more" if len(names) > 1 else "")
 
@@ -200,14 +200,14 @@ def budget_table(budget: Budget, product: Budget | None = None) -> Table:
             [
                 line.what,
                 line.basis,
-                _percent(f"{stem}, standard uncertainty", line.standard),
+                _make_percent_cell(f"{stem}, standard uncertainty", line.standard),
                 Number(
                     quantity=f"{stem}, sensitivity",
                     value=line.sensitivity,
                     unit="1",
                     decimals=3,
                 ),
-                _percent(f"{stem}, contribution", line.relative),
+                _make_percent_cell(f"{stem}, contribution", line.relative),
             ]
         )
     divided = product is not None and len(product.contributions) < len(budget.contributions)
@@ -242,11 +242,11 @@ def _add_totals(
     stem = f"uncertainty of {name}"
     degrees, factor = budget.degrees_of_freedom, budget.coverage_factor
     basis = f"root of the sum of squares, {lines}"
-    combined_cell = _percent(f"{stem}, combined", budget.standard_uncertainty)
-    expanded_cell = _percent(f"{stem}, expanded", budget.expanded_uncertainty)
+    combined_cell = _make_percent_cell(f"{stem}, combined", budget.standard_uncertainty)
+    expanded_cell = _make_percent_cell(f"{stem}, expanded", budget.expanded_uncertainty)
     rows += [
         [f"{name}, combined", basis, NONE, NONE, combined_cell],
-        [f"{name}, expanded", coverage_words(budget), NONE, NONE, expanded_cell],
+        [f"{name}, expanded", coverage_text(budget), NONE, NONE, expanded_cell],
     ]
     extra += [
         Number(quantity=f"{stem}, {words}", value=value, unit="1")
@@ -255,7 +255,7 @@ def _add_totals(
     ]
 
 
-def coverage_words(budget: Budget) -> str:
+def coverage_text(budget: Budget) -> str:
     """Return coverage factor and effective degrees of freedom as text."""
     degrees, factor = budget.degrees_of_freedom, budget.coverage_factor
     if factor is None or degrees is None:
@@ -264,13 +264,13 @@ def coverage_words(budget: Budget) -> str:
     return f"k = {factor:.2f}, ν = {freedom}"
 
 
-def _percent(quantity: str, value: float | None) -> Cell:
+def _make_percent_cell(quantity: str, value: float | None) -> Cell:
     if value is None:
         return NOT_STATED
     return Number(quantity=quantity, value=value, unit="1", shown_in="%", decimals=3)
 
 
-def place_to_sign(items: Mapping[str, str]) -> Part:
+def make_signature_part(items: Mapping[str, str]) -> Part:
     """Return scope and identity of the report, missing statements, and lines for a signature."""
     missing = [
         f"{words[0].upper()}{words[1:]}: {NOT_STATED}. ISO/IEC 17025, section 7.8.2.1, requires "

@@ -16,7 +16,7 @@ UM = 1e6
 _PAIRS = (RED, ORANGE, GREEN, PURPLE, BLUE)
 
 
-def warm_up() -> None:
+def compile_loops() -> None:
     """Compile the loops of the stack while another core works; a first run takes ten seconds."""
     file = load("choi2018-kapton")
     pull_stack(np.zeros(2), stack_of(file.brake, VACUUM, mount=np.inf))
@@ -24,7 +24,7 @@ def warm_up() -> None:
 
 
 @style.in_style
-def onset() -> style.Figure:
+def draw_onset() -> style.Figure:
     """Draw the Kapton brake held rigidly, whose interfaces slip in pairs.
 
     It also shows the load of each sheet at the moment of slip.
@@ -70,7 +70,7 @@ def onset() -> style.Figure:
 
 
 @style.in_style
-def spread(result: Spread | None = None) -> style.Figure:
+def draw_spread(result: Spread | None = None) -> style.Figure:
     """Draw the scatter of peak, onset and stiffness from the scatter of interface friction."""
     file = load("choi2018-kapton")
     result = result or peak_spread(file, VACUUM, 0.10, samples=5_000)

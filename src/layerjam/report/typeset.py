@@ -14,17 +14,17 @@ NO_DATE = datetime(1980, 1, 1, tzinfo=UTC)
 """Default date of a PDF, fixed so that its bytes do not depend on the day."""
 
 
-def pdf(data: Mapping[str, Any], pictures: Mapping[str, str]) -> bytes:
+def typeset_pdf(data: Mapping[str, Any], pictures: Mapping[str, str]) -> bytes:
     """Return a report's bytes; the same content and date produce the same bytes.
 
     `data` is the result of Page.template_data, with a `date` (ISO) and a `command`; `pictures` the
     figures' SVG by name.
     """
     date = datetime.fromisoformat(str(data["date"])).replace(tzinfo=UTC)
-    return typeset("page", data, {f"{name}.svg": svg for name, svg in pictures.items()}, date)
+    return typeset_file("page", data, {f"{name}.svg": svg for name, svg in pictures.items()}, date)
 
 
-def typeset(
+def typeset_file(
     template: str,
     data: Mapping[str, Any],
     pictures: Mapping[str, str | bytes] | None = None,

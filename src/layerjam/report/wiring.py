@@ -31,7 +31,7 @@ AIR = (
 )
 
 
-def drawing(circuit: Circuit) -> str:
+def draw_wiring(circuit: Circuit) -> str:
     """Return the SVG of a board's wiring; raises MissingExtraError without schemdraw."""
     with MissingExtraError.raise_if_missing("a circuit diagram (schemdraw)", "bench"):
         import schemdraw
@@ -47,7 +47,7 @@ def drawing(circuit: Circuit) -> str:
     pen.power(14.0, 1.0)
     pen.bridge(14.0, -18.6)
     pen.signals(5.2, -21.0)
-    for row, line in enumerate(_lines(circuit)):
+    for row, line in enumerate(_list_lines(circuit)):
         pen.text(18.0, BOTTOM - LINE * row, line)
     return str(sheet.get_imagedata("svg").decode("utf-8"))
 
@@ -235,7 +235,7 @@ class _Pen:
         self.part("M1", ends[0], ends[1], "bottom")
 
 
-def _lines(circuit: Circuit) -> Iterator[str]:
+def _list_lines(circuit: Circuit) -> Iterator[str]:
     yield from AIR
     rules = (
         "Solder the pull-downs R2 and R4 first: while the board is in reset its pins "

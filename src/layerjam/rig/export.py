@@ -9,7 +9,7 @@ import numpy as np
 
 from layerjam.device.load import accept_force, write_whole
 from layerjam.errors import FileError, MissingExtraError
-from layerjam.measure.run_text import UNITS, csv_text, ordered_columns, run_facts
+from layerjam.measure.run_text import UNITS, format_run_csv, make_run_facts, order_columns
 from layerjam.measure.runs import Array, Run, read_run
 from layerjam.measure.shots import MEASURED, SYNTHETIC, Shot
 from layerjam.measure.sidecar import sidecar_path, write_facts
@@ -60,10 +60,10 @@ def export(
         sidecar_file = sidecar_path(out)
         if sidecar_file.exists() and not overwrite:
             raise FileError(sidecar_file, "already exists; --overwrite replaces it")
-        write_whole(out, csv_text(run_), overwrite)
-        sidecar = write_facts(out, run_facts(run_), overwrite)
+        write_whole(out, format_run_csv(run_), overwrite)
+        sidecar = write_facts(out, make_run_facts(run_), overwrite)
     elif ending == ".parquet":
-        _write_table(ordered_columns(run_), describe_run(run_), out, overwrite)
+        _write_table(order_columns(run_), describe_run(run_), out, overwrite)
     else:
         _write_netcdf(run_, out, overwrite)
     for path, shot in shot_files.items():
@@ -114,7 +114,7 @@ def _write_netcdf(run: Run, out: Path, overwrite: bool) -> None:
             for key, text in describe_run(run).items():
                 setattr(file, key, text.encode())
             file.createDimension("sample", run.samples)
-            for name, values in ordered_columns(run).items():
+            for name, values in order_columns(run).items():
                 is_int = values.dtype.kind == "i" and np.abs(values).max(initial=0) < INT32
                 variable = file.createVariable(name, "i4" if is_int else "f8", ("sample",))
                 variable[:] = values

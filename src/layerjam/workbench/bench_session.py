@@ -270,7 +270,7 @@ class BenchRecord:
         """Return the figure as bytes."""
         from layerjam.report import control_figures, style
 
-        figure = control_figures.watched(**self.columns, simulated=self.simulated)
+        figure = control_figures.draw_run(**self.columns, simulated=self.simulated)
         with tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
             return style.save(figure, Path(folder) / f"figure.{ending}").read_bytes()
 
@@ -287,6 +287,6 @@ class BenchRecord:
         lists = (f"{k} = [{', '.join(map(repr, v))}]\n" for k, v in self.columns.items())
         return (
             "from math import nan\n\nfrom layerjam.report import style\n"
-            "from layerjam.report.control_figures import watched\n\n"
-            f"{''.join(lists)}figure = watched(time, vacuum, target, simulated={self.simulated})\n"
+            "from layerjam.report.control_figures import draw_run\n\n"
+            f"{''.join(lists)}figure = draw_run(time, vacuum, target, simulated={self.simulated})\n"
         )

@@ -11,7 +11,7 @@ from nicegui.elements.upload_files import FileUpload
 
 from layerjam.errors import FileError, LayerjamError
 from layerjam.measure.conditions import LIST, parse_list
-from layerjam.measure.sidecar import FOLDER, Facts, facts_text, parse_facts
+from layerjam.measure.sidecar import FOLDER, Facts, format_facts, parse_facts
 from layerjam.toml_files.toml import MAX_BYTES, decode_toml, parse_toml
 from layerjam.toml_files.writer import dump_toml
 from layerjam.units import QuantitySpec, build, show, spec_of
@@ -282,7 +282,7 @@ def read_list(data: bytes, name: str) -> dict[str, str]:
     if len(data) > MAX_BYTES:
         raise FileError(name, f"is larger than {MAX_BYTES // 1000} kB, the limit for such a list")
     entries = parse_list(decode_toml(data, name), name)
-    return {clean(file): facts_text(build(Facts, values)) for file, values in entries.items()}
+    return {clean(file): format_facts(build(Facts, values)) for file, values in entries.items()}
 
 
 def attach_list(uploads: Uploads) -> tuple[list[str], list[str]]:

@@ -13,10 +13,10 @@ import numpy as np
 
 from layerjam.errors import FileError, LayerjamError, MissingExtraError
 from layerjam.measure.options import ReadingOptions
-from layerjam.measure.preview import preview, read_column, vacuum_columns
+from layerjam.measure.preview import preview_file, read_column, vacuum_columns
 from layerjam.measure.readers.read import open_traces
 from layerjam.measure.readers.source import load_sources
-from layerjam.measure.run_text import run_facts
+from layerjam.measure.run_text import make_run_facts
 from layerjam.measure.runs import ENDING, read_run
 from layerjam.measure.sidecar import Facts, read_facts
 from layerjam.measure.trace import Trace
@@ -256,7 +256,7 @@ def _read_content(path: Path, traces: Sequence[Trace]) -> Iterator[tuple[str, So
         return
     if path.suffix == ENDING:
         try:
-            run = run_facts(read_run(path))
+            run = make_run_facts(read_run(path))
         except LayerjamError:
             return
         for fact in ("vacuum", "speed"):
@@ -264,7 +264,7 @@ def _read_content(path: Path, traces: Sequence[Trace]) -> Iterator[tuple[str, So
                 yield fact, SourcedValue(_quantity_text(fact, value), "the run's procedure")
         return
     try:
-        table = preview(path)
+        table = preview_file(path)
         columns = vacuum_columns(table)
         if len(columns) == 1:
             yield "vacuum", column_vacuum(path, columns[0][0], columns[0][1], table.names)

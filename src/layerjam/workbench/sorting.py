@@ -11,7 +11,7 @@ from nicegui import run, ui
 from layerjam.errors import LayerjamError
 from layerjam.identify.provenance import rename_files
 from layerjam.measure.conditions import LIST
-from layerjam.measure.preview import Preview, preview
+from layerjam.measure.preview import Preview, preview_file
 from layerjam.workbench.columns import ColumnTable
 from layerjam.workbench.controls import add_unit
 from layerjam.workbench.desk import Desk
@@ -244,7 +244,7 @@ class Sorting:
         if upload is None:
             return
         try:
-            table = preview(upload.path)
+            table = preview_file(upload.path)
         except LayerjamError as err:
             hint(rename_files(one_line(err), {upload.path.name: upload.shown}))
             return

@@ -12,7 +12,7 @@ from layerjam.identify.checks import (
     Check,
     check,
     check_no_trend,
-    check_plausible,
+    check_plausibility,
     check_stiffness,
 )
 from layerjam.identify.curves import Curve
@@ -36,20 +36,20 @@ REPEATS = 3
 Array = np.ndarray[Any, Any]
 
 
-def bayes_checks(fit: BayesFit, curves: Sequence[Curve], data: Data) -> tuple[Check, ...]:
+def check_bayes_fit(fit: BayesFit, curves: Sequence[Curve], data: Data) -> tuple[Check, ...]:
     """Return all checks of a Bayesian fit."""
     factor, stiffness = float(np.median(fit.scale_factor)), float(np.median(fit.stiffness))
     factors = np.median(fit.curve_scale_factor, axis=(0, 1))
     speeds = [c.speed for c in curves]
     checks = [
-        _is_complete(fit),
+        _check_completion(fit),
         _check_convergence(fit),
         _check_divergences(fit),
         _check_draws(fit),
         _check_repeats(fit),
         _check_identifiability(fit),
         _check_prior(fit),
-        check_plausible(factor),
+        check_plausibility(factor),
         check_stiffness(stiffness, float(stiffness_before_slip(fit.brake))),
         check_no_trend(factors.tolist(), fit.vacuum, "vacuum", "Pa"),
         check_no_trend(factors.tolist(), [s for s in speeds if s is not None], "speed", "m/s")
@@ -71,7 +71,7 @@ def _stack_unknowns(fit: BayesFit) -> dict[str, Array]:
     return out
 
 
-def _is_complete(fit: BayesFit) -> Check | None:
+def _check_completion(fit: BayesFit) -> Check | None:
     draws = fit.scale_factor.shape[1]
     sentence = f"interrupted: {draws} of {fit.asked} draws per chain were completed"
     return None if draws >= fit.asked else check("complete", False, sentence)

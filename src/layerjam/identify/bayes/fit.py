@@ -12,25 +12,25 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError, MissingExtraError, count_noun
-from layerjam.identify.bayes.checks import bayes_checks
-from layerjam.identify.bayes.model import Sites, prior_moments, priors, reduce_curves, start_search
+from layerjam.identify.bayes.checks import check_bayes_fit
+from layerjam.identify.bayes.model import Sites, choose_start, prior_moments, priors, reduce_curves
 from layerjam.identify.bayes.posterior import BayesFit, Population
-from layerjam.identify.calibration.budget import fitted_enclosure, scatter_line
+from layerjam.identify.calibration.budget import fitted_enclosure_line, scatter_line
 from layerjam.identify.calibration.intervals import Interval
 from layerjam.identify.calibration.mountings import find_mountings
 from layerjam.identify.calibration.peaks import (
     calibrate_at_peaks,
     fit_curves,
     log_values,
-    pull_table,
+    make_pull_table,
     scale_enclosure,
 )
-from layerjam.identify.calibration.record import Calibration, shape_sources
+from layerjam.identify.calibration.record import Calibration, make_shape_sources
 from layerjam.identify.calibration.whole_curves import WINDOW
-from layerjam.identify.checks import interval_checks
+from layerjam.identify.checks import check_intervals
 from layerjam.identify.curves import Curve
 from layerjam.identify.shape import SHAPE
-from layerjam.identify.single_pulls import pull_checks
+from layerjam.identify.single_pulls import check_single_pulls
 
 Array = np.ndarray[Any, Any]
 
@@ -67,7 +67,7 @@ def fit_bayes(
     """
     with MissingExtraError.raise_if_missing("Bayesian calibration (numpyro)", "bayes"):
         import numpyro  # type: ignore[import-untyped]  # noqa: F401
-    from layerjam.identify.bayes.sampler import sample
+    from layerjam.identify.bayes.sampler import sample_posterior
 
     if not curves:
         raise FitError("fit_bayes: no curve was given")
@@ -76,8 +76,8 @@ def fit_bayes(
             raise FitError(f"{name}: {value} is not allowed; it must be at least {least}")
     mounting = _mounting_matrix(mountings, len(curves))
     data, beliefs = reduce_curves(curves), prior_moments(brake, mounting is not None)
-    sites, divergent = sample(
-        start_search(data, curves, brake),
+    sites, divergent = sample_posterior(
+        choose_start(data, curves, brake),
         data,
         brake,
         beliefs,
@@ -88,7 +88,7 @@ def fit_bayes(
         progress=progress,
     )
     fit = _assemble_fit(sites, curves, brake, divergent, seed, draws)
-    return replace(fit, checks=bayes_checks(fit, curves, data))
+    return replace(fit, checks=check_bayes_fit(fit, curves, data))
 
 
 def _mounting_matrix(mountings: Sequence[Sequence[int]], count: int) -> Array | None:
@@ -128,7 +128,7 @@ def calibrate_bayesian(
     values = {name: row.mean for name, row in rows.items()}
     errors = {name: row.sd for name, row in rows.items()}
     text = f"mean of the Bayesian posterior over {count} whole pulls"
-    pulls = pull_table(curves, *scale_enclosure(single, brake, values["enclosure_factor"]))
+    pulls = make_pull_table(curves, *scale_enclosure(single, brake, values["enclosure_factor"]))
     intervals = {
         name: Interval(
             low=row.low,
@@ -149,7 +149,7 @@ def calibrate_bayesian(
         standard_errors=errors,
         errors_rest_on=f"the posterior over {count_noun(count, 'pull')}",
         intervals=intervals,
-        contributions=(repeats, fitted_enclosure()),
+        contributions=(repeats, fitted_enclosure_line()),
         mountings=mounting.groups,
         covariance=_shape_covariance(fit),
         **calibrate_at_peaks(single),
@@ -157,11 +157,11 @@ def calibrate_bayesian(
         checks=(
             *fit.checks,
             mounting.check,
-            *interval_checks(values, intervals),
-            *pull_checks(pulls, half),
+            *check_intervals(values, intervals),
+            *check_single_pulls(pulls, half),
         ),
         curves=tuple(curves),
-        sources=shape_sources(brake, values, errors, text, "standard deviation"),
+        sources=make_shape_sources(brake, values, errors, text, "standard deviation"),
         window=WINDOW,
         posterior={name: row._asdict() for name, row in summary.items()},
         fit=fit,

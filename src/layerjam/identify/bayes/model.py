@@ -14,7 +14,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
-from layerjam.identify.curves import Curve, fitted_part
+from layerjam.identify.curves import Curve, select_fitted_part
 from layerjam.identify.pull.features import LINEAR
 from layerjam.identify.shape import change_shape
 from layerjam.identify.stick_slip import noise_sd
@@ -153,18 +153,18 @@ def _split_curve(curve: Curve) -> list[tuple[Array, Array, Array]]:
     if curve.vacuum <= 0:
         raise FitError.of(curve.path, f"a vacuum of {show(curve.vacuum, 'Pa')} jams no sheet")
     pull, u, force = curve.pull, curve.elongation, curve.force
-    part = fitted_part(curve)
+    part = select_fitted_part(curve)
     if pull.straight:
         rise = force[: int(np.argmax(force)) + 1]
         below = np.flatnonzero(rise <= LINEAR[1] * pull.peak_force)
         end = int(below[-1]) + 1 if len(below) else 0
         slides = u > SLIDES * pull.peak_force / pull.stiffness
         pieces = [
-            _stretch_means(u[part.start : end], force[part.start : end], RISE),
-            _stretch_means(u[slides], force[slides], SLIDE),
+            _average_stretches(u[part.start : end], force[part.start : end], RISE),
+            _average_stretches(u[slides], force[slides], SLIDE),
         ]
     else:
-        pieces = [_stretch_means(u[part], force[part], SLIDE)]
+        pieces = [_average_stretches(u[part], force[part], SLIDE)]
     stretches = len(pieces[-1][0])
     if stretches < FEWEST_BINS:
         raise FitError.of(
@@ -175,7 +175,7 @@ def _split_curve(curve: Curve) -> list[tuple[Array, Array, Array]]:
     return [p for p in pieces if len(p[0])]
 
 
-def _stretch_means(u: Array, force: Array, bins: int) -> tuple[Array, Array, Array]:
+def _average_stretches(u: Array, force: Array, bins: int) -> tuple[Array, Array, Array]:
     """Return means over the non-empty bins of equal elongation, and their numbers of samples."""
     if len(u) == 0:
         return u, force, u
@@ -245,7 +245,7 @@ class _UnitMap(NamedTuple):
     own_sd: Any
 
 
-def _unit_map(
+def _make_unit_map(
     estimates: CurveEstimates, log_scatter: Any, log_shared: Any, guess: Guess, prior: Any
 ) -> _UnitMap:
     """Return the map; if the curves' values had normal errors, it would be an exact conditional.
@@ -269,24 +269,24 @@ def _unit_map(
     return _UnitMap(place, precision**-0.5, error / variance, jnp.sqrt(scatter * error / variance))
 
 
-def _unit_maps(sites: Sites, guess: Guess, beliefs: PriorNumbers) -> tuple[_UnitMap, _UnitMap]:
+def _make_unit_maps(sites: Sites, guess: Guess, beliefs: PriorNumbers) -> tuple[_UnitMap, _UnitMap]:
     a, k = sites.log_mounting_sd_a, sites.log_mounting_sd_k
     return (
-        _unit_map(guess.a, sites.log_sd_a, a, guess, beliefs["scale_factor"]),
-        _unit_map(guess.k, sites.log_sd_k, k, guess, beliefs["stiffness"]),
+        _make_unit_map(guess.a, sites.log_sd_a, a, guess, beliefs["scale_factor"]),
+        _make_unit_map(guess.k, sites.log_sd_k, k, guess, beliefs["stiffness"]),
     )
 
 
-def unpack(flat: Any, guess: Guess, beliefs: PriorNumbers) -> Sites:
+def unpack_sites(flat: Any, guess: Guess, beliefs: PriorNumbers) -> Sites:
     """Return the unknowns from flat vectors, shape (..., 6 + 4 curves), or 2 more with mountings.
 
     The flat vector contains the brake's and the curves' own values in units of their remaining
     spread, given the scatter between repeats. It is therefore independent of the scatter, and a
     sampler can move between small and large scatter. Otherwise, it would get stuck.
     """
-    sites = _raw_values(flat, guess)
+    sites = _convert_raw_values(flat, guess)
     values = {}
-    for unit_map, name in zip(_unit_maps(sites, guess, beliefs), "ak", strict=True):
+    for unit_map, name in zip(_make_unit_maps(sites, guess, beliefs), "ak", strict=True):
         estimates = getattr(guess, name)
         brake = unit_map.brake + unit_map.brake_sd * getattr(sites, f"log_{name}")
         center = (1 - unit_map.own_pull) * estimates.place + unit_map.own_pull * brake[..., None]
@@ -295,10 +295,10 @@ def unpack(flat: Any, guess: Guess, beliefs: PriorNumbers) -> Sites:
     return sites._replace(**values)
 
 
-def pack(sites: Sites, guess: Guess, beliefs: PriorNumbers) -> Array:
-    """Return the flat vector of unknowns; the inverse of `unpack`."""
+def pack_sites(sites: Sites, guess: Guess, beliefs: PriorNumbers) -> Array:
+    """Return the flat vector of unknowns; the inverse of `unpack_sites`."""
     values = {}
-    for unit_map, name in zip(_unit_maps(sites, guess, beliefs), "ak", strict=True):
+    for unit_map, name in zip(_make_unit_maps(sites, guess, beliefs), "ak", strict=True):
         estimates, brake = getattr(guess, name), getattr(sites, f"log_{name}")
         center = (1 - unit_map.own_pull) * estimates.place + unit_map.own_pull * brake
         values[f"log_{name}"] = (brake - unit_map.brake) / unit_map.brake_sd
@@ -309,11 +309,11 @@ def pack(sites: Sites, guess: Guess, beliefs: PriorNumbers) -> Array:
 
 def log_stretch(flat: Any, guess: Guess, beliefs: PriorNumbers) -> Any:
     """Return the log of the volume ratio between the unknowns and the flat vector."""
-    ways = _unit_maps(_raw_values(flat, guess), guess, beliefs)
+    ways = _make_unit_maps(_convert_raw_values(flat, guess), guess, beliefs)
     return sum(jnp.log(w.brake_sd) + jnp.log(w.own_sd).sum(axis=-1) for w in ways)
 
 
-def _raw_values(flat: Any, guess: Guess) -> Sites:
+def _convert_raw_values(flat: Any, guess: Guess) -> Sites:
     mounted = guess.mounting is not None
     mounting_sds = [flat[..., -2], flat[..., -1]] if mounted else []
     curve_values = flat[..., 6 : -2 if mounted else None].reshape((*flat.shape[:-1], 4, -1))
@@ -324,7 +324,7 @@ def _raw_values(flat: Any, guess: Guess) -> Sites:
     )
 
 
-def start_search(data: Data, curves: Sequence[Curve], brake: Brake) -> Sites:
+def choose_start(data: Data, curves: Sequence[Curve], brake: Brake) -> Sites:
     """Return the start of the search: the law fitted to each sliding part, enclosure as stated.
 
     The scatter is so large that the curves do not affect one another.
@@ -380,13 +380,13 @@ def numpyro_model(data: Data, brake: Brake, beliefs: PriorNumbers, mounting: Any
     import numpyro  # type: ignore[import-untyped]
     import numpyro.distributions as dist  # type: ignore[import-untyped]
 
-    def normal(site: str, name: str) -> Any:
+    def sample_normal(site: str, name: str) -> Any:
         return numpyro.sample(site, dist.Normal(*beliefs[name]))
 
-    log_a, log_k = normal("log_a", "scale_factor"), normal("log_k", "stiffness")
-    log_f, logit = normal("log_f", "enclosure_factor"), normal("logit", "correlation")
-    log_sd_a = normal("log_sd_a", "scale_factor_sd")
-    log_sd_k = normal("log_sd_k", "stiffness_sd")
+    log_a, log_k = sample_normal("log_a", "scale_factor"), sample_normal("log_k", "stiffness")
+    log_f, logit = sample_normal("log_f", "enclosure_factor"), sample_normal("logit", "correlation")
+    log_sd_a = sample_normal("log_sd_a", "scale_factor_sd")
+    log_sd_k = sample_normal("log_sd_k", "stiffness_sd")
     count = data.vacuum.shape[0]
 
     def draw_curves(name: str, place: Any, log_sd: Any, quantity: str) -> Any:
@@ -394,7 +394,7 @@ def numpyro_model(data: Data, brake: Brake, beliefs: PriorNumbers, mounting: Any
         if mounting is None:
             distribution = dist.Normal(place, jnp.exp(log_sd)).expand([count]).to_event(1)
         else:
-            log_mounting_sd = normal(f"log_mounting_sd_{name}", f"{quantity}_mounting_sd")
+            log_mounting_sd = sample_normal(f"log_mounting_sd_{name}", f"{quantity}_mounting_sd")
             square = jnp.exp(2 * log_sd) * jnp.eye(count) + jnp.exp(2 * log_mounting_sd) * mounting
             distribution = dist.MultivariateNormal(jnp.full(count, place), square)
         return numpyro.sample(f"own_{name}", distribution)
@@ -403,7 +403,7 @@ def numpyro_model(data: Data, brake: Brake, beliefs: PriorNumbers, mounting: Any
     own_k = draw_curves("k", log_k, log_sd_k, "stiffness")
     with numpyro.plate("curves", count):
         slack = numpyro.sample("own_slack", dist.Normal(0.0, 1.0))
-        noise = normal("own_noise", "residual")
+        noise = sample_normal("own_noise", "residual")
     sites = Sites(log_a, log_k, log_f, log_sd_a, log_sd_k, logit, own_a, own_k, slack, noise)
     residuals = data.force - law_forces(sites, beliefs["slack"][1], data, brake)
     size = jnp.sqrt(jnp.exp(2 * noise) + FLOOR**2) * data.height
@@ -415,6 +415,6 @@ def potential(flat: Any, guess: Guess, data: Data, brake: Brake, beliefs: PriorN
     """Return the negative log density of the posterior, up to a constant, at a flat vector."""
     from numpyro.infer.util import log_density  # type: ignore[import-untyped]
 
-    sites = {n: x for n, x in unpack(flat, guess, beliefs)._asdict().items() if x is not None}
+    sites = {n: x for n, x in unpack_sites(flat, guess, beliefs)._asdict().items() if x is not None}
     density, _ = log_density(numpyro_model, (data, brake, beliefs, guess.mounting), {}, sites)
     return -density - log_stretch(flat, guess, beliefs)

@@ -86,7 +86,7 @@ def _make_band(
     )
 
 
-def _as_row(name: str, values: Any, unit: str, open_low: bool = False) -> Array:
+def _to_row(name: str, values: Any, unit: str, open_low: bool = False) -> Array:
     """Return SI numbers as (1, n); raises QuantityError if one is negative or not finite."""
     row = np.atleast_1d(np.asarray(values, float))
     wrong = ~np.isfinite(row) | (row < 0) | (open_low & (row == 0))
@@ -111,7 +111,7 @@ def force_band(
     `measured` adds the scatter of a measured curve about the law. A brake too soft for its friction
     snaps instead (probability "snaps"); quantiles are those of the draws that do not snap.
     """
-    u, pressure = _as_row("elongation", elongation, "m"), _as_row("vacuum", vacuum, "Pa")
+    u, pressure = _to_row("elongation", elongation, "m"), _to_row("vacuum", vacuum, "Pa")
     force = np.asarray(law.force_at_elongation(u, pressure, draws.brakes()))
     snaps = np.isnan(force).mean(axis=0)
     if measured:
@@ -137,9 +137,9 @@ def peak_band(
     longest = (
         draws.brake.sheets.usable_travel
         if travel is None
-        else float(_as_row("travel", travel, "m"))
+        else float(_to_row("travel", travel, "m"))
     )
-    peak = law.peak(_as_row("vacuum", vacuum, "Pa"), longest, draws.brakes())
+    peak = law.peak(_to_row("vacuum", vacuum, "Pa"), longest, draws.brakes())
     rises = 1 - np.asarray(peak.inside).mean(axis=0)
     return _make_band(
         "peak force", "N", np.asarray(peak.force), levels, {"rises to the end": rises}
@@ -154,7 +154,7 @@ def vacuum_band(
     Probabilities: "too strong" if the force needs more than the site's full vacuum (counts as
     +infinity); "enclosure alone" if the enclosure alone resists more (counts as -infinity).
     """
-    forces, place = _as_row("force", force, "N"), _as_row("slip", slip, "m")
+    forces, place = _to_row("force", force, "N"), _to_row("slip", slip, "m")
     overlap = draws.brake.sheets.overlap
     if place.max() > overlap:
         raise QuantityError(
@@ -198,17 +198,17 @@ def drop_band(
     with each brake; None means no rope. `gravity` [m/s^2] acts along the pull; its default is that
     of the site.
     """
-    heavy = _as_row("mass", mass, "kg", open_low=True)
+    heavy = _to_row("mass", mass, "kg", open_low=True)
     pace, pressure = np.broadcast_arrays(
-        _as_row("speed", speed, "m/s"), _as_row("vacuum", vacuum, "Pa")
+        _to_row("speed", speed, "m/s"), _to_row("vacuum", vacuum, "Pa")
     )
     pull = (
-        draws.brake.site.gravity if gravity is None else float(_as_row("gravity", gravity, "m/s^2"))
+        draws.brake.site.gravity if gravity is None else float(_to_row("gravity", gravity, "m/s^2"))
     )
     brakes = draws.brakes()
     spring = np.asarray(working_stiffness(brakes))
     if rope_stiffness is not None:
-        spring = 1 / (1 / spring + 1 / _as_row("rope", rope_stiffness, "N/m", open_low=True))
+        spring = 1 / (1 / spring + 1 / _to_row("rope", rope_stiffness, "N/m", open_low=True))
     full = (len(draws), pace.shape[1])
     case = [np.broadcast_to(v, full) for v in (heavy, pace, pressure, spring, pull)]
     stops = stop(case[0], case[1], case[2], case[3], case[4], brakes)

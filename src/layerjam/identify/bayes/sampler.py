@@ -20,10 +20,10 @@ from layerjam.identify.bayes.model import (
     Guess,
     PriorNumbers,
     Sites,
-    pack,
+    pack_sites,
     potential,
     scatter_indices,
-    unpack,
+    unpack_sites,
 )
 
 WARMUP = 300
@@ -104,7 +104,7 @@ def find_mode(flat: Array, *case: Any) -> tuple[Array, Array]:
     free[scatter_indices(case[0].mounting is not None)] = False
     parts = 0.5 ** np.arange(_AT_ONCE - 1)
     for _ in range(60):
-        slope, curve = _curvature(flat, *case)
+        slope, curve = _compute_curvature(flat, *case)
         bend, base = np.linalg.eigh(curve[np.ix_(free, free)])
         step = np.zeros_like(flat)
         step[free] = -base @ ((base.T @ slope[free]) / np.maximum(np.abs(bend), _FLATTEST))
@@ -114,11 +114,11 @@ def find_mode(flat: Array, *case: Any) -> tuple[Array, Array]:
         flat = tries[best]
         if heights[0] - heights[best] < 1e-3:
             break
-    bend, base = np.linalg.eigh(_curvature(flat, *case)[1])
+    bend, base = np.linalg.eigh(_compute_curvature(flat, *case)[1])
     return flat, base / np.sqrt(np.maximum(np.abs(bend), _FLATTEST))
 
 
-def _curvature(flat: Array, *case: Any) -> tuple[Array, Array]:
+def _compute_curvature(flat: Array, *case: Any) -> tuple[Array, Array]:
     """Return slope and curvature; differences of slopes are accurate enough for a scale."""
     steps = _STEP * np.eye(len(flat))
     points = np.concatenate([flat[None], flat + steps, flat - steps])
@@ -139,16 +139,16 @@ def find_start(
     guess = Guess(CurveEstimates(first.own_a, flat), CurveEstimates(first.own_k, flat), mounting)
     if mounting is not None:
         first = first._replace(log_mounting_sd_a=first.log_sd_a, log_mounting_sd_k=first.log_sd_k)
-    place, root = find_mode(pack(first, guess, beliefs), guess, data, brake, beliefs)
-    single = jax.tree.map(np.asarray, unpack(place, guess, beliefs))
+    place, root = find_mode(pack_sites(first, guess, beliefs), guess, data, brake, beliefs)
+    single = jax.tree.map(np.asarray, unpack_sites(place, guess, beliefs))
     # errors of the per-curve values: their change per unit along each column of the matrix root
-    tops = [unpack(place + column, guess, beliefs) for column in root.T]
+    tops = [unpack_sites(place + column, guess, beliefs) for column in root.T]
     estimates = {}
     for name in ("own_a", "own_k"):
         shifts = np.array([np.asarray(getattr(t, name)) for t in tops]) - getattr(single, name)
         estimates[name] = CurveEstimates(getattr(single, name), np.sqrt((shifts**2).sum(axis=0)))
     guess = Guess(estimates["own_a"], estimates["own_k"], mounting)
-    scatter = [np.log(_curve_scatter(t)) for t in guess[:2]]
+    scatter = [np.log(_estimate_curve_scatter(t)) for t in guess[:2]]
     if mounting is not None:
         single = single._replace(log_mounting_sd_a=scatter[0], log_mounting_sd_k=scatter[1])
     together = single._replace(
@@ -157,10 +157,10 @@ def find_start(
         log_sd_a=scatter[0],
         log_sd_k=scatter[1],
     )
-    return *find_mode(pack(together, guess, beliefs), guess, data, brake, beliefs), guess
+    return *find_mode(pack_sites(together, guess, beliefs), guess, data, brake, beliefs), guess
 
 
-def _curve_scatter(estimate: CurveEstimates) -> float:
+def _estimate_curve_scatter(estimate: CurveEstimates) -> float:
     """Return the SD between curves in excess of their errors, limited to the range of repeats."""
     if len(estimate.place) < 2:
         return 0.05
@@ -168,7 +168,7 @@ def _curve_scatter(estimate: CurveEstimates) -> float:
     return float(np.clip(max(excess, 0.0) ** 0.5, 0.003, 0.5))
 
 
-def sample(
+def sample_posterior(
     first: Sites,
     data: Data,
     brake: Brake,
@@ -208,5 +208,5 @@ def sample(
         if len(blocks) * BLOCK < FEWEST:
             raise
     y, divergent = (np.concatenate(part, axis=1)[:, :draws] for part in zip(*blocks, strict=True))
-    sites = unpack(center + y @ root.T, guess, beliefs)
+    sites = unpack_sites(center + y @ root.T, guess, beliefs)
     return jax.tree.map(np.asarray, sites), divergent

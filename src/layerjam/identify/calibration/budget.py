@@ -123,7 +123,7 @@ def round_to_uncertainty(value: float, uncertainty: float) -> tuple[str, str]:
     return text, reach
 
 
-def scatter_words(mountings: Sequence[Sequence[int]], count: int) -> str:
+def name_scatter(mountings: Sequence[Sequence[int]], count: int) -> str:
     """Describe the basis of an interval from `count` pulls in these mountings."""
     if len(mountings) == count:
         return "one pull" if count == 1 else f"the scatter between {count} pulls"
@@ -163,7 +163,7 @@ def enclosure_line(peaks: Sequence[Peak], brake: Brake) -> Contribution:
     )
 
 
-def fitted_enclosure() -> Contribution:
+def fitted_enclosure_line() -> Contribution:
     """Return the budget line of an enclosure whose force was fitted with the scale factor."""
     basis = "fitted to the pulls; included in the line above"
     return Contribution(what="enclosure's force", basis=basis, standard=0.0, sensitivity=0.0)
@@ -189,13 +189,13 @@ def make_budget(
     cell, gauge = limits.get("load_cell"), limits.get("gauge")
     place = "each pull's sidecar"
     lines = (
-        _limit_line(
+        _make_limit_line(
             "load cell",
             cell,
             _factor_change(peaks, brake, force=1 + STEP),
             f"load_cell_limit in {place}",
         ),
-        _limit_line(
+        _make_limit_line(
             "vacuum gauge",
             None if gauge is None else gauge * inverse_vacuum,
             _factor_change(peaks, brake, vacuum=1 + STEP),
@@ -204,7 +204,7 @@ def make_budget(
         ),
     )
     return Budget(
-        contributions=(*fitted_lines, *lines, *_geometry_lines(peaks, brake, sources)), value=value
+        contributions=(*fitted_lines, *lines, *_list_geometry(peaks, brake, sources)), value=value
     )
 
 
@@ -231,7 +231,7 @@ def friction_lines(
             supply="a second friction test (--friction)" if error is None else "",
         ),
         *(
-            _limit_line(
+            _make_limit_line(
                 f"friction rig: {words}",
                 limits.get(names[words]),
                 sensitivity,
@@ -242,7 +242,7 @@ def friction_lines(
     )
 
 
-def _limit_line(
+def _make_limit_line(
     name: str, limit: float | None, sensitivity: float, key: str, words: str = ""
 ) -> Contribution:
     """Return the line of an input with a relative error `limit` (None if it is not stated).
@@ -263,7 +263,7 @@ def _limit_line(
     )
 
 
-def _geometry_lines(
+def _list_geometry(
     peaks: Sequence[Peak], brake: Brake, sources: Mapping[str, Source]
 ) -> Iterator[Contribution]:
     """Yield the lines of the brake's lengths, with their uncertainty from its file."""

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.identify.curves import Curve, fitted_part
+from layerjam.identify.curves import Curve, select_fitted_part
 from layerjam.identify.shape import change_shape, drop_exponent
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.pull import force_at_elongation
@@ -69,7 +69,7 @@ def _find_onset(curve: Curve) -> float:
 
 
 def _reduce_curve(curve: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    part = fitted_part(curve)
+    part = select_fitted_part(curve)
     u, force = curve.elongation[part], curve.force[part]
     first, last = float(u[0]), float(u.max())
     bend = min(first + NEAR_END * max(_find_onset(curve) - first, 0.0), last)
@@ -112,7 +112,7 @@ def _compile_band() -> Any:
 
 
 @in_double_precision
-def law_with_error(
+def evaluate_law(
     elongation: np.ndarray, vacuum: float, shape: np.ndarray, covariance: np.ndarray, brake: Brake
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the force [N] at elongations [m] and its standard deviation [N], to first order.

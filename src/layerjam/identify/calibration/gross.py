@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.identify.calibration.peaks import fit_pull
-from layerjam.identify.odd import gross_outliers
+from layerjam.identify.odd import find_gross_outliers
 from layerjam.identify.pull.features import PullFeatures
 
 CONVERSIONS: Mapping[str, Mapping[str, float]] = {
@@ -31,11 +31,11 @@ CLOSE_RATIO = 1.25
 """Largest ratio to a conversion factor at which that conversion counts as the likely cause."""
 
 
-def gross_pulls(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> dict[int, str]:
+def find_gross_pulls(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> dict[int, str]:
     """Return {index: reason} of pulls to leave out, each pull given with its vacuum [Pa].
 
     The scale factor of the peak and the stiffness of the rise are compared with the median over the
-    pulls (`gross_outliers`).
+    pulls (`find_gross_outliers`).
     """
     factors: list[float | None] = []
     for pull, vacuum in pulls:
@@ -46,15 +46,15 @@ def gross_pulls(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> di
     springs = [pull.stiffness if pull.straight else None for pull, _ in pulls]
     reasons: dict[int, list[str]] = {}
     for quantity, values in {"scale factor": factors, "stiffness": springs}.items():
-        for index, ratio in gross_outliers(values).items():
+        for index, ratio in find_gross_outliers(values).items():
             reasons.setdefault(index, []).append(
                 f"its {quantity} is {ratio:.3g} times the median of the pulls"
-                + _likely_cause(quantity, ratio)
+                + _describe_likely_cause(quantity, ratio)
             )
     return {index: "; ".join(sentences) for index, sentences in sorted(reasons.items())}
 
 
-def _likely_cause(quantity: str, ratio: float) -> str:
+def _describe_likely_cause(quantity: str, ratio: float) -> str:
     for cause, factor in CONVERSIONS[quantity].items():
         if 1 / CLOSE_RATIO < ratio / factor < CLOSE_RATIO:
             return f", as if {cause}"

@@ -8,7 +8,7 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
 from layerjam.identify.bayes.posterior import BayesFit
-from layerjam.identify.calibration.forward import law_with_error
+from layerjam.identify.calibration.forward import evaluate_law
 from layerjam.identify.calibration.intervals import quantile
 from layerjam.identify.calibration.least_squares import JointFit
 from layerjam.identify.calibration.record import Calibration
@@ -42,7 +42,7 @@ class LawError:
         if brake.pressure_exponent is not None and brake.test_pressure is not None:
             friction = friction * (vacuum / brake.test_pressure) ** brake.pressure_exponent
         shape = np.array([float(friction), float(working_stiffness(brake)), 1.0])
-        return self.t * law_with_error(elongation, vacuum, shape, self.covariance, brake)[1]
+        return self.t * evaluate_law(elongation, vacuum, shape, self.covariance, brake)[1]
 
     def text(self) -> str:
         """Return the numbers as JSON."""
@@ -87,10 +87,10 @@ class LawSpread:
     def from_calibration(cls, calibration: Calibration) -> "LawSpread | None":
         """Return the spread of a calibration; None if no repeats determine it."""
         if calibration.fit is None:
-            return _spread_of_peaks(calibration)
+            return _make_peak_spread(calibration)
         if isinstance(calibration.fit, JointFit):
-            return _spread_of_curves(calibration, calibration.fit)
-        return _spread_of_draws(calibration, calibration.fit)
+            return _make_curve_spread(calibration, calibration.fit)
+        return _make_draw_spread(calibration, calibration.fit)
 
     def design_at(self, vacuum: float, speed: float | None) -> np.ndarray:
         """Return the design (3, q) at a vacuum [Pa] and a crosshead speed [m/s]."""
@@ -116,7 +116,7 @@ class LawSpread:
         return LawError(covariance=covariance, t=self.t, pulls=self.pulls)
 
 
-def _spread_of_peaks(calibration: Calibration) -> LawSpread | None:
+def _make_peak_spread(calibration: Calibration) -> LawSpread | None:
     count = len(calibration.fits)
     if count < 2:
         return None
@@ -149,7 +149,7 @@ def _spread_of_peaks(calibration: Calibration) -> LawSpread | None:
     )
 
 
-def _spread_of_curves(calibration: Calibration, fit: JointFit) -> LawSpread | None:
+def _make_curve_spread(calibration: Calibration, fit: JointFit) -> LawSpread | None:
     count, interval = len(fit.reduced), calibration.intervals["scale_factor"]
     covariance = fit.population.joined(calibration.mountings).covariance()
     degrees = count - (len(fit.names) - 2)
@@ -168,7 +168,7 @@ def _spread_of_curves(calibration: Calibration, fit: JointFit) -> LawSpread | No
     )
 
 
-def _spread_of_draws(calibration: Calibration, fit: BayesFit) -> LawSpread:
+def _make_draw_spread(calibration: Calibration, fit: BayesFit) -> LawSpread:
     """Return the spread of a posterior, treated as normal in (ln a, ln k, factor)."""
     parts = np.log(fit.scale_factor), np.log(fit.stiffness), fit.enclosure_factor
     repeats = *(np.median(fit.scatter(name)) ** 2 for name in SHAPE[:2]), 0.0

@@ -98,18 +98,18 @@ def fit_jointly(
     tell("reducing the curves", 0.0)
     means = reduce_curves(curves)
     names, design, base, pressure, speed = _make_design(curves, brake, free)
-    start = _start_values(curves, brake, base)
+    start = _find_start_values(curves, brake, base)
     estimate = np.linalg.lstsq(
         design.reshape(-1, design.shape[2]), (start[:, :3] - base).reshape(-1), rcond=None
     )[0]
     offset = "force_offset" in free
     names_of = [c.name for c in curves]
-    single = _fit_single(start, means, names_of, brake, offset)
+    single = _fit_each_curve(start, means, names_of, brake, offset)
     point, noise = single.own, single.noise
     is_settled, rounds = False, 0
     for rounds in range(1, ROUNDS + 1):
         prior = np.einsum("gij,j->gi", design, estimate) + base
-        own_fit = fit_own(point, prior, means, noise, brake, offset)
+        own_fit = fit_own_parameters(point, prior, means, noise, brake, offset)
         _check_finite(own_fit, means, names_of)
         point = own_fit.own
         deviations = point[:, :3] - prior
@@ -221,7 +221,7 @@ def _add_column(design: np.ndarray, of_friction: np.ndarray) -> np.ndarray:
     return np.concatenate([design, column], axis=2)
 
 
-def _start_values(curves: Sequence[Curve], brake: Brake, base: np.ndarray) -> np.ndarray:
+def _find_start_values(curves: Sequence[Curve], brake: Brake, base: np.ndarray) -> np.ndarray:
     straight = [c.pull.stiffness for c in curves if c.pull.straight]
     typical_spring = float(np.median(straight)) if straight else float(working_stiffness(brake))
     spring = [c.pull.stiffness if c.pull.straight else typical_spring for c in curves]
@@ -239,13 +239,13 @@ def _start_values(curves: Sequence[Curve], brake: Brake, base: np.ndarray) -> np
     return start
 
 
-def _fit_single(
+def _fit_each_curve(
     start: np.ndarray, means: ReducedCurves, names: Sequence[str], brake: Brake, offset: bool
 ) -> OwnFit:
     """Fit every curve by itself, starting at its own features; its noise is the law's misfit."""
     point, noise = start, MISFIT * means.height
     for _ in range(3):
-        fit = fit_own(point, start[:, :3], means, noise, brake, offset, LOOSE)
+        fit = fit_own_parameters(point, start[:, :3], means, noise, brake, offset, LOOSE)
         _check_finite(fit, means, names)
         point, noise = fit.own, fit.noise
     return fit
@@ -265,7 +265,7 @@ def _check_finite(fit: OwnFit, means: ReducedCurves, names: Sequence[str]) -> No
         )
 
 
-def fit_own(
+def fit_own_parameters(
     start: np.ndarray,
     prior: np.ndarray,
     means: ReducedCurves,
@@ -334,7 +334,7 @@ def _compile_solver() -> Any:
             cost = residuals @ residuals + deviations @ (pull * deviations)
             return cost, slope.T @ residuals - pull * deviations, slope.T @ slope
 
-        def better(state: Any) -> Any:
+        def take_better_step(state: Any) -> Any:
             point, damping, cost, descent, square, count, _ = state
             matrix = square + jnp.diag(pull)
             step = jnp.linalg.solve(matrix + damping * jnp.diag(jnp.diag(matrix)), descent)
@@ -349,11 +349,11 @@ def _compile_solver() -> Any:
             damping = jnp.where(fine, damping / 10, damping * 8)
             return state_kept[0], jnp.maximum(damping, 1e-12), *state_kept[1:], count + 1, small
 
-        def going(state: Any) -> Any:
+        def is_unfinished(state: Any) -> Any:
             return (state[5] < 60) & ~state[6] & (state[1] < 1e12)
 
         first = (start, jnp.asarray(1e-4), *normal(start), 0, jnp.asarray(False))
-        point, _, _, _, square, _, _ = jax.lax.while_loop(going, better, first)
+        point, _, _, _, square, _, _ = jax.lax.while_loop(is_unfinished, take_better_step, first)
         nuisance = square[3:, 3:] + jnp.diag(pull[3:])
         information = square[:3, :3] - square[:3, 3:] @ jnp.linalg.solve(nuisance, square[3:, :3])
         return (

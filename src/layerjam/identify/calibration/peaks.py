@@ -10,7 +10,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError, count_noun
-from layerjam.identify.calibration.budget import Peak, enclosure_line, scatter_line, scatter_words
+from layerjam.identify.calibration.budget import Peak, enclosure_line, name_scatter, scatter_line
 from layerjam.identify.calibration.influence import estimate_covariance, make_estimates
 from layerjam.identify.calibration.intervals import Interval, Population
 from layerjam.identify.calibration.mountings import find_mountings
@@ -21,17 +21,17 @@ from layerjam.identify.checks import (
     Check,
     check_agreement,
     check_curve_end,
+    check_intervals,
     check_no_trend,
-    check_plausible,
+    check_plausibility,
     check_stiffness,
-    identifiability_note,
-    interval_checks,
+    note_identifiability,
 )
 from layerjam.identify.curves import Curve, group_conditions, make_curve
 from layerjam.identify.pull.features import FALL, FEWEST, LINEAR, SLOPE, PullFeatures
 from layerjam.identify.shape import change_shape
-from layerjam.identify.single_pulls import SinglePull, pull_checks, single_pulls
-from layerjam.identify.speed import at_crosshead_speed, friction_growth
+from layerjam.identify.single_pulls import SinglePull, check_single_pulls, make_single_pulls
+from layerjam.identify.speed import fix_friction_speed, friction_growth
 from layerjam.measure.trace import Array, block_means
 from layerjam.mechanics.enclosure import enclosure_law
 from layerjam.mechanics.pull import (
@@ -108,7 +108,7 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
 
 def _fit_curve(curve: Curve, brake: Brake) -> PullFit:
     growth = friction_growth(brake, curve.speed, curve.path)
-    moving_brake = at_crosshead_speed(brake, curve.speed, curve.path)
+    moving_brake = fix_friction_speed(brake, curve.speed, curve.path)
     return replace(fit_pull(curve.pull, curve.vacuum, moving_brake), growth=growth)
 
 
@@ -150,16 +150,16 @@ def scale_enclosure(
     return [f if f is not None and np.isfinite(f.scale_factor) else None for f in updates], variant
 
 
-def pull_table(
+def make_pull_table(
     curves: Sequence[Curve],
     fits: Sequence[PullFit | None],
     brake: Brake,
     law_factors: Array | None = None,
 ) -> tuple[SinglePull, ...]:
-    """Return the table of pulls with its outliers; `law_factors` is as in `single_pulls`."""
+    """Return the table of pulls with its outliers; `law_factors` is as in `make_single_pulls`."""
     rises = [f.stiffness for f in fits if f is not None and f.stiffness is not None]
-    shapes = after_peaks(fits, float(np.mean(rises)) if rises else None, brake)
-    return single_pulls(curves, fits, shapes, law_factors)
+    shapes = fit_after_peaks(fits, float(np.mean(rises)) if rises else None, brake)
+    return make_single_pulls(curves, fits, shapes, law_factors)
 
 
 def calibrate_at_peaks(all_fits: Sequence[PullFit | None]) -> dict[str, Any]:
@@ -212,7 +212,7 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
         mounting.groups,
         {a: enclosure.relative or 0.0},
     )
-    basis = f"{scatter_words(mounting.groups, count)}, and the enclosure's force, {enclosure.basis}"
+    basis = f"{name_scatter(mounting.groups, count)}, and the enclosure's force, {enclosure.basis}"
     if count == 1:
         basis = "nothing: the record has no noise"
         noise, error = first.pull.noise / first.pull.peak_force, first.pull.stiffness_se
@@ -222,22 +222,22 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
     files = ", ".join(Path(f.pull.path).name for f in fits)
     values, errors = fields["values"], fields["standard_errors"]
     scatter = fields.pop("scatter")[a]
-    repeats = scatter_line(scatter, values[a], scatter_words(mounting.groups, count))
+    repeats = scatter_line(scatter, values[a], name_scatter(mounting.groups, count))
     peak = f"peak of {files}, with kinetic friction {brake.film.kinetic:.4g}"
     if follows_speed(brake) and brake.speed_law is not None:
         peak += f", at {show(brake.speed_law.test_speed, 'm/s')} (brake's [speed_law])"
     rises = ", ".join(Path(f.pull.path).name for f in fits if f.stiffness is not None)
     slope = f"slope before onset of {rises}"
-    pulls = pull_table(curves, fits, brake)
+    pulls = make_pull_table(curves, fits, brake)
     return Calibration(
         **fields,
         **calibrate_at_peaks(fits),
         errors_rest_on=basis,
         contributions=(repeats, enclosure),
         checks=(
-            *calibration_checks(fits, pulls, brake, fields["intervals"]["scale_factor"]),
+            *check_calibration(fits, pulls, brake, fields["intervals"]["scale_factor"]),
             mounting.check,
-            *interval_checks(values, fields["intervals"]),
+            *check_intervals(values, fields["intervals"]),
         ),
         curves=tuple(curves),
         mountings=mounting.groups,
@@ -311,7 +311,7 @@ def join_means(values_of: Mapping[str, Sequence[float | None]]) -> Population:
     )
 
 
-def calibration_checks(
+def check_calibration(
     fits: Sequence[PullFit],
     pulls: Sequence[SinglePull],
     brake: Brake,
@@ -335,17 +335,17 @@ def calibration_checks(
     forces = [float(f.pull.force[-max(3, len(f.pull.force) // 200) :].mean()) for f in fits]
     end = check_curve_end(float(np.mean(ends)), float(np.mean(forces)))
     checks = [
-        identifiability_note(brake),
-        check_plausible(factor),
+        note_identifiability(brake),
+        check_plausibility(factor),
         check_stiffness(stiffness, float(stiffness_before_slip(brake)), few),
         check_agreement(factors, [f.scale_factor_se for f in fits]),
         check_no_trend(factors, [f.vacuum for f in fits], "vacuum", "Pa"),
-        *pull_checks(pulls, None if interval is None else interval.half_width / factor, end),
+        *check_single_pulls(pulls, None if interval is None else interval.half_width / factor, end),
     ]
     return tuple(c for c in checks if c is not None)
 
 
-def after_peaks(
+def fit_after_peaks(
     fits: Sequence[PullFit | None], stiffness: float | None, brake: Brake
 ) -> list[float | None]:
     """Return the relative deviations of the sliding parts' scale factors from those of the peaks.
@@ -361,7 +361,7 @@ def after_peaks(
         spring = None if fit is None else fit.stiffness or stiffness
         if fit is None or spring is None:
             continue
-        slip, force = _sliding_part(fit, spring)
+        slip, force = _select_sliding_part(fit, spring)
         if len(slip) >= FEWEST:
             parts.append((place, fit, slip, force))
     if not parts:
@@ -380,11 +380,11 @@ def after_peaks(
     sheets = np.asarray(brake_force(slips, vacuum, stiff)) - enclosure
     for row, (place, _, slip, force) in enumerate(parts):
         basis = np.stack([sheets[row, : len(slip)], enclosure[row, : len(slip)]])
-        out[place] = _sheet_excess(basis, force)
+        out[place] = _fit_sheet_excess(basis, force)
     return out
 
 
-def _sliding_part(fit: PullFit, stiffness: float) -> tuple[Array, Array]:
+def _select_sliding_part(fit: PullFit, stiffness: float) -> tuple[Array, Array]:
     """Return slip [m] and force [N] well after the peak, averaged over neighbouring samples."""
     u, force, begin = fit.pull.elongation, fit.pull.force, fit.pull.peak_elongation
     start = begin + AFTER * (float(u[-1]) - begin)
@@ -394,7 +394,7 @@ def _sliding_part(fit: PullFit, stiffness: float) -> tuple[Array, Array]:
     return np.maximum(u - force / stiffness, 0.0), force
 
 
-def _sheet_excess(basis: Array, force: Array) -> float | None:
+def _fit_sheet_excess(basis: Array, force: Array) -> float | None:
     """Return the relative excess of the sheets' force by least squares; None if noise masks it."""
     inner = basis @ basis.T
     (sheets, both), (_, enclosure) = inner.tolist()
@@ -407,3 +407,7 @@ def _sheet_excess(basis: Array, force: Array) -> float | None:
     residuals = force - share * basis[0] - sleeve * basis[1]
     error = np.sqrt(residuals @ residuals / (len(residuals) - 2) * enclosure / determinant)
     return float(share) - 1 if error < SMALL / 2 else None
+
+
+pull_table, calibration_checks = make_pull_table, check_calibration  # former names
+after_peaks = fit_after_peaks  # former name

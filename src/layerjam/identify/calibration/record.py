@@ -86,7 +86,7 @@ def make_source(
     return float(value), Source(kind="calibrated", text=text, spread=spread)
 
 
-def shape_sources(
+def make_shape_sources(
     brake: Brake,
     values: Mapping[str, float],
     errors: Mapping[str, float | None],

@@ -14,7 +14,7 @@ REST_RATIO = 1e-2
 """Ratio of rest speed to slowest speed; it changes the law at the pulls by less than 1 %."""
 
 
-def make_law(slope: float, reference: float, speeds: Sequence[float]) -> SpeedLaw | None:
+def make_speed_law(slope: float, reference: float, speeds: Sequence[float]) -> SpeedLaw | None:
     """Return a law with the fitted growth between the lowest and highest of `speeds` [m/s].
 
     `slope` is the change of ln(friction) per decade of speed; the scale factor is that at
@@ -29,7 +29,7 @@ def make_law(slope: float, reference: float, speeds: Sequence[float]) -> SpeedLa
     return SpeedLaw(power=power, test_speed=reference, rest_speed=rest_speed, fastest=fast)
 
 
-def speed_sources(
+def make_speed_sources(
     curves: Sequence[Curve],
     fit: JointFit,
     values: Mapping[str, float],
@@ -44,7 +44,7 @@ def speed_sources(
         return {}
     text = f"least squares over {len(curves)} whole pulls"
     speeds = [c.speed for c in curves if c.speed is not None]
-    law = make_law(values["speed_slope"], fit.reference_speed, speeds)
+    law = make_speed_law(values["speed_slope"], fit.reference_speed, speeds)
     if law is None:
         if old is None:
             return {}

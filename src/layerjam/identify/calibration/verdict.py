@@ -22,14 +22,14 @@ from layerjam.identify.checks import (
     SMALL,
     Check,
     check,
-    check_plausible,
+    check_plausibility,
     check_scatter,
     check_span,
     check_stiffness,
-    single_pull_warning,
+    warn_about_single_pull,
 )
 from layerjam.identify.curves import Curve
-from layerjam.identify.straight import straight_line
+from layerjam.identify.straight import fit_line
 from layerjam.mechanics.stiffness import stiffness_before_slip
 from layerjam.units import show, spec_of
 
@@ -74,7 +74,7 @@ class Identifiability:
     errors_from_noise: Mapping[str, float]
 
 
-def identifiability(fit: JointFit) -> Identifiability:
+def judge_identifiability(fit: JointFit) -> Identifiability:
     """Return the identifiability of the shared parameters from the information of all curves."""
     total = np.einsum("gki,gkl,glj->ij", fit.design, fit.own.information, fit.design)
     scale = np.sqrt(np.maximum(np.diag(total), 1e-300))
@@ -99,7 +99,7 @@ def identifiability(fit: JointFit) -> Identifiability:
     )
 
 
-def product_note(brake: Brake) -> Check:
+def note_product(brake: Brake) -> Check:
     """Note that forces determine only products of parameters."""
     return check(
         "identifiable",
@@ -168,7 +168,7 @@ def check_repeats(fit: JointFit) -> Check:
     """
     count = len(fit.reduced)
     if count < 2:
-        return single_pull_warning()
+        return warn_about_single_pull()
     deviations = fit.own.own[:, 0] - (fit.design @ fit.population.estimate + fit.held)[:, 0]
     fitted_count = int(np.any(fit.design[:, 0] != 0, axis=0).sum())
     spread, basis = _pooled_sd(deviations, [range(count)], fitted_count), count_noun(count, "pull")
@@ -299,7 +299,7 @@ def check_drift(
     if free:
         values = values - np.polyval(np.polyfit(x, values, 1), x)
         x = x**2 - np.polyval(np.polyfit(x, x**2, 1), x)
-    line = straight_line(x, values)
+    line = fit_line(x, values)
     if line is None:
         return None
     freedom = line.freedom - free
@@ -332,7 +332,7 @@ def check_single_file(
     return check("leave one out", parts[worst] <= 1, sentence)
 
 
-def curve_checks(
+def check_curves(
     fit: JointFit, brake: Brake, values: Mapping[str, float], curves: Sequence[Curve]
 ) -> tuple[Check, ...]:
     """Return all checks that do not use intervals."""
@@ -342,11 +342,11 @@ def curve_checks(
     with_exponent = int("pressure_exponent" in fit.free)
     result = "converged" if fit.settled else "did not converge"
     checks: list[Check | None] = [
-        product_note(brake),
-        check_parameters(identifiability(fit)),
+        note_product(brake),
+        check_parameters(judge_identifiability(fit)),
         check("settled", fit.settled, f"least squares {result} after {fit.rounds} iterations"),
         check_bounds(values),
-        check_plausible(values["scale_factor"]),
+        check_plausibility(values["scale_factor"]),
         check_catalogue(values["scale_factor"] * brake.film.kinetic),
         check_stiffness(values["stiffness"], float(stiffness_before_slip(brake))),
         check_enclosure(values["enclosure_factor"]),

@@ -7,29 +7,29 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
-from layerjam.identify.calibration.budget import fitted_enclosure, scatter_line, scatter_words
+from layerjam.identify.calibration.budget import fitted_enclosure_line, name_scatter, scatter_line
 from layerjam.identify.calibration.influence import make_estimates
 from layerjam.identify.calibration.least_squares import FREE, JointFit, fit_jointly
 from layerjam.identify.calibration.mountings import find_mountings
 from layerjam.identify.calibration.peaks import (
     calibrate_at_peaks,
     fit_curves,
-    pull_table,
+    make_pull_table,
     scale_enclosure,
 )
-from layerjam.identify.calibration.record import Calibration, make_source, shape_sources
-from layerjam.identify.calibration.speed_law import speed_sources
+from layerjam.identify.calibration.record import Calibration, make_shape_sources, make_source
+from layerjam.identify.calibration.speed_law import make_speed_sources
 from layerjam.identify.calibration.verdict import (
+    check_curves,
     check_single_file,
-    curve_checks,
-    identifiability,
+    judge_identifiability,
     require_law,
 )
-from layerjam.identify.checks import interval_checks
+from layerjam.identify.checks import check_intervals
 from layerjam.identify.curves import Curve
 from layerjam.identify.pull.features import LINEAR
 from layerjam.identify.shape import SHAPE
-from layerjam.identify.single_pulls import pull_checks
+from layerjam.identify.single_pulls import check_single_pulls
 from layerjam.identify.speed import friction_growth
 from layerjam.simulate.speed import follows_speed
 from layerjam.toml_files.source import Source
@@ -76,9 +76,9 @@ def calibrate_curves(
         mountings=mounting.groups,
     )
     scatter = fields.pop("scatter")["scale_factor"]
-    basis = scatter_words(mounting.groups, len(curves))
+    basis = name_scatter(mounting.groups, len(curves))
     repeats = scatter_line(scatter, fields["values"]["scale_factor"], basis)
-    checks = curve_checks(fit, brake, fields["values"], curves)
+    checks = check_curves(fit, brake, fields["values"], curves)
     single = check_single_file(fields["leave_one_out"], fields["intervals"])
     reference = None
     if "pressure_exponent" in fit.names:
@@ -87,35 +87,35 @@ def calibrate_curves(
     peak_fits, fitted_brake = scale_enclosure(
         single_fits, brake, fields["values"]["enclosure_factor"]
     )
-    pulls = pull_table(curves, peak_fits, fitted_brake, _law_factors(fit, curves, brake))
+    pulls = make_pull_table(curves, peak_fits, fitted_brake, _fit_law_factors(fit, curves, brake))
     interval = fields["intervals"]["scale_factor"]
     half = None if interval is None else interval.half_width / fields["values"]["scale_factor"]
     return Calibration(
         **fields,
         **calibrate_at_peaks(single_fits),
         pulls=pulls,
-        contributions=(repeats, fitted_enclosure()),
+        contributions=(repeats, fitted_enclosure_line()),
         errors_rest_on=basis if count > 1 else "nothing: one pull does not show repeatability",
         checks=(
             *checks,
             *(() if single is None else (single,)),
             mounting.check,
-            *interval_checks(fields["values"], fields["intervals"]),
-            *pull_checks(pulls, half),
+            *check_intervals(fields["values"], fields["intervals"]),
+            *check_single_pulls(pulls, half),
         ),
         curves=tuple(curves),
         mountings=mounting.groups,
-        sources=_brake_sources(fit, fields["values"], fields["standard_errors"], brake)
-        | speed_sources(curves, fit, fields["values"], fields["standard_errors"], old),
+        sources=_make_brake_sources(fit, fields["values"], fields["standard_errors"], brake)
+        | make_speed_sources(curves, fit, fields["values"], fields["standard_errors"], old),
         window=WINDOW,
-        identifiability=identifiability(fit),
+        identifiability=judge_identifiability(fit),
         reference_pressure=reference,
         reference_speed=fit.reference_speed,
         fit=fit,
     )
 
 
-def _law_factors(fit: JointFit, curves: Sequence[Curve], brake: Brake) -> np.ndarray:
+def _fit_law_factors(fit: JointFit, curves: Sequence[Curve], brake: Brake) -> np.ndarray:
     """Return each curve's scale factor from the fitted laws of vacuum and speed, (curves,).
 
     As for a peak, it excludes the exponent and the speed law in the brake's own file.
@@ -127,7 +127,7 @@ def _law_factors(fit: JointFit, curves: Sequence[Curve], brake: Brake) -> np.nda
     return np.exp(logs)
 
 
-def _brake_sources(
+def _make_brake_sources(
     fit: JointFit,
     values: Mapping[str, float],
     errors: Mapping[str, float | None],
@@ -141,7 +141,7 @@ def _brake_sources(
         )
     elif follows_speed(brake) and brake.speed_law is not None:
         condition = f", at {show(brake.speed_law.test_speed, 'm/s')} (brake's [speed_law])"
-    sources = shape_sources(brake, values, errors, text, condition=condition)
+    sources = make_shape_sources(brake, values, errors, text, condition=condition)
     if "pressure_exponent" in values:
         exponent, error = values["pressure_exponent"], errors["pressure_exponent"]
         sources["pressure_exponent"] = make_source(exponent, text, error, "1")

@@ -12,7 +12,7 @@ import numpy as np
 
 from layerjam.errors import FitError, Notice
 from layerjam.identify.repeats import LEVEL, interval_ends
-from layerjam.identify.straight import straight_line
+from layerjam.identify.straight import fit_line
 from layerjam.measure.trace import Array
 from layerjam.units import show
 
@@ -59,7 +59,7 @@ def fit_ageing(
     if not (lengths > 0).all():
         raise FitError("ageing: holds must be longer than zero")
     decades = np.log10(lengths)
-    line = straight_line(decades, values)
+    line = fit_line(decades, values)
     if line is None:
         raise FitError(
             f"ageing: every pull follows a hold of {show(float(lengths[0]), 's')}; use "
@@ -83,10 +83,10 @@ def fit_ageing(
         values=values,
         warnings=(),
     )
-    return AgeingFit(**{**vars(fit), "warnings": tuple(_line_notices(fit, decades))})
+    return AgeingFit(**{**vars(fit), "warnings": tuple(_note_line_faults(fit, decades))})
 
 
-def _line_notices(fit: AgeingFit, decades: Array) -> list[Notice]:
+def _note_line_faults(fit: AgeingFit, decades: Array) -> list[Notice]:
     out, (low, high) = [], fit.ageing_interval
     if low <= 0 <= high:
         out.append(

@@ -49,7 +49,7 @@ def film_range(file: BrakeFile) -> tuple[float, float]:
     return min(values) / MARGIN, max(values) * MARGIN
 
 
-def friction_checks(
+def check_friction(
     files: Sequence[str],
     values: Mapping[str, Sequence[float | None]],
     means: Mapping[str, OverRepeats | None],
@@ -75,7 +75,7 @@ def friction_checks(
     if ratios:
         checks.append(_check_ratio(ratios))
     if (mean := means["kinetic"]) is not None:
-        checks.append(_check_plausible(mean.mean, span))
+        checks.append(_check_plausibility(mean.mean, span))
     return tuple(checks)
 
 
@@ -126,7 +126,7 @@ def _check_ratio(ratios: Mapping[str, float]) -> Check:
     return check("static over kinetic", not outside, sentence, wrong, "failed")
 
 
-def _check_plausible(kinetic: float, span: tuple[float, float] | None) -> Check:
+def _check_plausibility(kinetic: float, span: tuple[float, float] | None) -> Check:
     low, high = span or USUAL
     fine = low <= kinetic <= high
     whose = "the catalogue's range for this film" if span else "the usual range for films"

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from layerjam.identify.stick_slip import noise_sd, running_mean
-from layerjam.identify.straight import straight_line
+from layerjam.identify.straight import fit_line
 from layerjam.measure.trace import Array
 
 FALL = 0.02
@@ -63,26 +63,26 @@ def find_breakaway(travel: Array, force: Array) -> Breakaway:
     highest = np.maximum.accumulate(smooth[begin:])
     drop = highest - smooth[begin:] > max(STANDS_OUT * noise, FALL * abs(level))
     if not drop.any():
-        return _breakaway_without_peak(force, level, noise)
+        return _find_bend(force, level, noise)
     fall_end = begin + int(np.argmax(drop))
     index = begin + int(np.argmax(force[begin : fall_end + 1]))
     return Breakaway(
         index=index,
-        sliding=_first_sliding_sample(travel, smooth, index, noise),
+        sliding=_find_first_sliding_sample(travel, smooth, index, noise),
         force=float(force[index]),
         distinct=True,
         noise=noise,
     )
 
 
-def _breakaway_without_peak(force: Array, level: float, noise: float) -> Breakaway:
+def _find_bend(force: Array, level: float, noise: float) -> Breakaway:
     """Return the breakaway of a record in which sliding begins without a first maximum."""
     sliding = np.flatnonzero(force >= level - 2 * noise)
     index = int(sliding[0]) if len(sliding) else len(force) - 1
     return Breakaway(index=index, sliding=index, force=level, distinct=False, noise=noise)
 
 
-def _first_sliding_sample(travel: Array, smooth: Array, index: int, noise: float) -> int:
+def _find_first_sliding_sample(travel: Array, smooth: Array, index: int, noise: float) -> int:
     """Return the index of the first sample after the maximum at the level of the later force."""
     after = travel - travel[index]
     later = (after >= 2e-3) & (after <= 30e-3)
@@ -108,17 +108,17 @@ def inertia_effect(
     past = np.flatnonzero(rise[start:] >= RISE[1] * breakaway.force)
     stop = start + int(past[0]) if len(past) else breakaway.index
     part = slice(start, stop + 1)
-    line = straight_line(travel[part], force[part]) if stop - start >= 3 else None
+    line = fit_line(travel[part], force[part]) if stop - start >= 3 else None
     if line is None or line.slope <= 0:
         return None
     return Inertia(
         stiffness=line.slope,
         bound=speed * (line.slope * mass) ** 0.5,
-        acceleration=_acceleration(force, time, breakaway, line.slope),
+        acceleration=_estimate_acceleration(force, time, breakaway, line.slope),
     )
 
 
-def _acceleration(
+def _estimate_acceleration(
     force: Array, time: Array | None, breakaway: Breakaway, stiffness: float
 ) -> float | None:
     """Return the sled's mean acceleration from the maximum to the steepest drop [m/s^2], or None.

@@ -18,11 +18,11 @@ from layerjam._version import __version__
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.device.mount import Site
 from layerjam.errors import FileError, FitError, count_noun
-from layerjam.identify.friction.agreement import friction_checks
+from layerjam.identify.friction.agreement import check_friction
 from layerjam.identify.friction.breakaway import Breakaway, Inertia, find_breakaway, inertia_effect
 from layerjam.identify.friction.envelope import StickSlip, find_envelope
 from layerjam.identify.friction.standards import PAPER, Standard
-from layerjam.identify.provenance import file_digests, mark_synthetic, sha256
+from layerjam.identify.provenance import digest_files, mark_synthetic, sha256
 from layerjam.identify.repeats import OverRepeats, summarise_repeats
 from layerjam.identify.stick_slip import CAUSE, SawTeeth, find_ripple, find_saw_teeth
 from layerjam.measure.trace import Array, Trace
@@ -93,7 +93,7 @@ class FrictionResult:
 
     def sources(self) -> dict[str, tuple[float, Source]]:
         """Return {path: (value, Source)} for a brake file; kinetic friction only if known."""
-        files = ", ".join(Path(r.path).name + _digest(r.path) for r in self.repeats)
+        files = ", ".join(Path(r.path).name + _hash_file(r.path) for r in self.repeats)
         start, end = (show(w, "m") for w in self.window)
         text = (
             f"friction test ({self.standard.title}), {files}; "
@@ -107,18 +107,18 @@ class FrictionResult:
         out = {}
         for name, coefficient in self.means.items():
             spread = f"SD {coefficient.sd:.4g}" if coefficient.sd is not None else ""
-            words = f"{text}; {rules[name]}; {coefficient.interval_words()}"
+            words = f"{text}; {rules[name]}; {coefficient.describe_interval()}"
             sd = None if coefficient.sd is None else round(coefficient.sd / coefficient.mean, 4)
             source = Source(kind="measured", text=words, spread=spread, sd=sd)
             out[f"film.{name}"] = (coefficient.mean, source)
         return out
 
 
-def _digest(path: str) -> str:
+def _hash_file(path: str) -> str:
     return f" (SHA-256 {sha256(path)[:16]})" if path and Path(path).is_file() else ""
 
 
-def _outward_part(trace: Trace) -> tuple[Array, Array, Array | None]:
+def _select_outward_part(trace: Trace) -> tuple[Array, Array, Array | None]:
     """Return travel [m] from the first sample, force [N] and time [s], up to the return stroke."""
     travel = trace.elongation - trace.elongation[0]
     if travel[-1] < 0:
@@ -152,9 +152,9 @@ def reduce_repeat(
     With `accept_stick_slip`, the middle of the stick–slip envelope is the kinetic friction. Raises
     FileError if the record does not cover the window.
     """
-    travel, force, time = _outward_part(trace)
+    travel, force, time = _select_outward_part(trace)
     breakaway = find_breakaway(travel, force) if standard.first_maximum else None
-    span, warnings = _mean_window(trace, travel, window, standard, breakaway)
+    span, warnings = _find_mean_window(trace, travel, window, standard, breakaway)
     inside = (travel >= span[0]) & (travel <= span[1])
     if inside.sum() < FEWEST:
         raise FileError(
@@ -199,7 +199,7 @@ def reduce_repeat(
     )
 
 
-def _mean_window(
+def _find_mean_window(
     trace: Trace,
     travel: Array,
     window: tuple[float, float] | None,
@@ -308,9 +308,9 @@ def pool(
     `span` is the plausible range of the kinetic friction [-], None if the film is unknown.
     """
     ripples = find_ripple([r.teeth for r in repeats])
-    repeats = [_without_ripple(r) if x else r for r, x in zip(repeats, ripples, strict=True)]
+    repeats = [_replace_by_mean(r) if x else r for r, x in zip(repeats, ripples, strict=True)]
     values = {n: [getattr(r, n) for r in repeats] for n in ("static", "kinetic", "speed")}
-    peaks = (w for r in repeats for w in _peak_warning(r))
+    peaks = (w for r in repeats for w in _warn_of_late_peak(r))
     warnings = [*file_warnings, *_group_warnings(repeats), *peaks]
     static = summarise_repeats(values["static"])
     kinetic = None if None in values["kinetic"] else summarise_repeats(values["kinetic"])
@@ -328,14 +328,14 @@ def pool(
         ),
         repeats=tuple(repeats),
         normal_force=normal_force,
-        window=window or _mean_span(repeats),
+        window=window or _average_span(repeats),
         warnings=tuple(dict.fromkeys(warnings)),
         standard=standard,
-        checks=friction_checks([r.path for r in repeats], values, means, span),
+        checks=check_friction([r.path for r in repeats], values, means, span),
     )
 
 
-def _without_ripple(repeat: FrictionRepeat) -> FrictionRepeat:
+def _replace_by_mean(repeat: FrictionRepeat) -> FrictionRepeat:
     """Return the repeat without stick–slip, which the machine causes, as other repeats show."""
     note = f"saw teeth of equal spacing at every force are not stick–slip; likely cause: {CAUSE}"
     return replace(
@@ -360,12 +360,12 @@ def _group_warnings(repeats: Sequence[FrictionRepeat]) -> list[str]:
     ]
 
 
-def _mean_span(repeats: Sequence[FrictionRepeat]) -> tuple[float, float]:
+def _average_span(repeats: Sequence[FrictionRepeat]) -> tuple[float, float]:
     start, end = np.mean([*dict.fromkeys(r.window for r in repeats)], axis=0)
     return float(start), float(end)
 
 
-def _peak_warning(repeat: FrictionRepeat) -> list[str]:
+def _warn_of_late_peak(repeat: FrictionRepeat) -> list[str]:
     if repeat.static_at <= repeat.window[0] or repeat.teeth is not None:
         return []
     return [
@@ -374,7 +374,7 @@ def _peak_warning(repeat: FrictionRepeat) -> list[str]:
     ]
 
 
-def with_friction(
+def add_friction(
     file: BrakeFile, result: FrictionResult, name: str, acceptances: Sequence[Acceptance] = ()
 ) -> tuple[str, list[str]]:
     """Return (TOML text, warnings) of the brake with measured friction and a scale factor of 1.
@@ -405,14 +405,14 @@ def with_friction(
         )
     if file.brake.amplification_held is not None:
         changes["amplification_held"] = (1.0, blank)
-    record = _made_by_table(result, synthetic := {r.path for r in result.repeats if r.synthetic})
+    record = _record_origin(result, synthetic := {r.path for r in result.repeats if r.synthetic})
     marked_changes = mark_synthetic(changes, bool(synthetic))
     return updated_text(file, name, marked_changes, record, acceptances), warnings
 
 
-def _made_by_table(result: FrictionResult, synthetic: Collection[str]) -> dict[str, Any]:
+def _record_origin(result: FrictionResult, synthetic: Collection[str]) -> dict[str, Any]:
     start, end = (show(w, "m") for w in result.window)
-    means = (f"{name} {o.mean:.4g}, {o.interval_words()}" for name, o in result.means.items())
+    means = (f"{name} {o.mean:.4g}, {o.describe_interval()}" for name, o in result.means.items())
     sticking, middle = 0, ""
     if result.stick_slip is not None:
         sticking = len(result.stick_slip.files)
@@ -423,5 +423,8 @@ def _made_by_table(result: FrictionResult, synthetic: Collection[str]) -> dict[s
         "window": f"{start} to {end} of travel",
         "interval": "; ".join(means),
         "stick_slip": f"in {sticking} of {len(result.repeats)} repeats{middle}",
-        "files": file_digests((r.path for r in result.repeats), synthetic),
+        "files": digest_files((r.path for r in result.repeats), synthetic),
     }
+
+
+with_friction = add_friction  # former name

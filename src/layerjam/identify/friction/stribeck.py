@@ -91,8 +91,8 @@ def speed_points(
         ) from None
     if len(forces) != len(speeds):
         raise FitError(f"points: {len(speeds)} speeds do not match {len(forces)} forces")
-    columns = {"speed": speeds, "force": forces, "slip": slips, "vacuum": vacuums}
-    for name, values in columns.items():
+    basis_columns = {"speed": speeds, "force": forces, "slip": slips, "vacuum": vacuums}
+    for name, values in basis_columns.items():
         bad = np.flatnonzero(~np.isfinite(values) | (values < 0))
         if len(bad):
             raise FitError(
@@ -116,12 +116,12 @@ def fit_dry(
         raise FitError("points: dry sheets without vacuum have no friction to fit")
     speed = points.speed
 
-    def columns(stribeck: float) -> Array:
-        parts = [coulomb, coulomb * _static_share(speed, stribeck, exponent)]
+    def basis_columns(stribeck: float) -> Array:
+        parts = [coulomb, coulomb * _compute_static_share(speed, stribeck, exponent)]
         return np.stack(parts + [coulomb * speed] * viscous, axis=1)
 
     names = ("kinetic", "drop", "viscous")[: 2 + viscous]
-    best = _Search(columns, points.force - enclosure, names, points).run()
+    best = _Search(basis_columns, points.force - enclosure, names, points).run()
     kinetic, drop = best.values[:2]
     law = Stribeck(
         static=kinetic + drop,
@@ -143,12 +143,12 @@ def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> Spee
     sheets = brake.sheets
     area = (sheets.count - 1) * sheets.width * (sheets.overlap - points.slip)
 
-    def columns(stribeck: float) -> Array:
-        left = _static_share(points.speed, stribeck, exponent)
+    def basis_columns(stribeck: float) -> Array:
+        left = _compute_static_share(points.speed, stribeck, exponent)
         return np.stack([coulomb, coulomb * left, area, area * points.speed], axis=1)
 
     names = ("kinetic", "drop", "adhesion", "viscosity")
-    best = _Search(columns, points.force - enclosure, names, points).run()
+    best = _Search(basis_columns, points.force - enclosure, names, points).run()
     kinetic, drop, adhesion, viscosity = best.values
     law = WetFilm(
         static=kinetic + drop,
@@ -171,7 +171,7 @@ def _friction_lever(points: SpeedPoints, brake: Brake) -> tuple[Array, Array]:
     )
 
 
-def _static_share(speed: Array, stribeck: float, exponent: float) -> Array:
+def _compute_static_share(speed: Array, stribeck: float, exponent: float) -> Array:
     return np.asarray(np.exp(-((speed / stribeck) ** exponent)))
 
 
@@ -180,12 +180,12 @@ class _Search:
 
     def __init__(
         self,
-        columns: Callable[[float], Array],
+        basis_columns: Callable[[float], Array],
         target: Array,
         names: Sequence[str],
         points: SpeedPoints,
     ) -> None:
-        self.columns, self.target, self.names, self.points = columns, target, names, points
+        self.columns, self.target, self.names, self.points = basis_columns, target, names, points
         self.values: list[float] = []
         self.speed = 0.0
         unknowns = len(names) + 1
@@ -210,13 +210,13 @@ class _Search:
         sums = np.array([self.solve_at(g)[1] for g in grid])
         self.freedom = len(self.target) - len(self.names) - 1
         size = float(np.abs(self.target).max(initial=0.0))
-        least = min(float(sums.min()), self._refine(grid, sums, 0.0))
+        least = min(float(sums.min()), self._refine_minimum(grid, sums, 0.0))
         self.variance = max(least / self.freedom, (1e-12 * size) ** 2, 1e-300)
         weight = self.variance / PRIOR[1] ** 2
-        self._refine(grid, sums + weight * (grid - PRIOR[0]) ** 2, weight)
+        self._refine_minimum(grid, sums + weight * (grid - PRIOR[0]) ** 2, weight)
         return self
 
-    def _refine(self, grid: Array, costs: Array, weight: float) -> float:
+    def _refine_minimum(self, grid: Array, costs: Array, weight: float) -> float:
         from scipy.optimize import minimize_scalar
 
         nearest = int(np.argmin(costs))
@@ -231,7 +231,7 @@ class _Search:
         self.values = [float(v) for v in self.solve_at(self.logarithm)[0]]
         return float(minimum.fun)
 
-    def _covariance(self) -> tuple[Array, list[bool], float]:
+    def _estimate_covariance(self) -> tuple[Array, list[bool], float]:
         """Return (covariance of values and ln v_s, free parameters, condition number)."""
         table = self.columns(self.speed)
         step = 1e-5
@@ -252,7 +252,7 @@ class _Search:
 
     def result(self, law: Stribeck | WetFilm) -> SpeedFit:
         """Return the fit with its errors and checks."""
-        cov, free, condition = self._covariance()
+        cov, free, condition = self._estimate_covariance()
         residuals = self.target - self.columns(self.speed) @ np.array(self.values)
         noise = float(np.sqrt((residuals**2).sum() / self.freedom))
         noisy = noise > 1e-9 * float(np.abs(self.target).max())

@@ -23,7 +23,7 @@ GAS_CHANGE, ROOM_CHANGE = 10.0, 0.5
 """Changes of gas and room temperature [K] whose effect the pressure change must exceed."""
 
 
-def leak_checks(leak: Leak, best: LeakFit, logged: bool) -> Iterator[Check]:
+def check_leak(leak: Leak, best: LeakFit, logged: bool) -> Iterator[Check]:
     """Yield the checks of a pressure hold; `logged` states whether its temperature was logged."""
     advice = "another effect is present (a valve, cooling, a compliant wall)"
     yield _check_law(best.series, best.curve(leak.time, leak.atmosphere), advice)
@@ -41,7 +41,7 @@ def leak_checks(leak: Leak, best: LeakFit, logged: bool) -> Iterator[Check]:
         )
 
 
-def pump_down_checks(
+def check_pump_downs(
     logs: Iterable[PumpDown], intervals: Mapping[str, tuple[float, float, float]]
 ) -> Iterator[Check]:
     """Yield the checks of pump-downs; `intervals` is {quantity: (value, low, high)}."""
@@ -56,7 +56,7 @@ def pump_down_checks(
         yield interval_check(name, value, low, high)
 
 
-def crash_checks(impact: Crash) -> Iterator[Check]:
+def check_crash(impact: Crash) -> Iterator[Check]:
     """Yield the checks of an impact: the sensor's range and the log contain the whole pulse."""
     sentence = "the sensor's range contains the peak"
     if impact.saturation is not None:

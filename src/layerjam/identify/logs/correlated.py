@@ -157,7 +157,7 @@ def _solve_bins(
 
 
 @lru_cache(maxsize=4)
-def _whitening(count: int) -> list[tuple[float, Array, float, float, Array]]:
+def _make_whitening(count: int) -> list[tuple[float, Array, float, float, Array]]:
     """Return (correlation, whitening matrix, log determinant, effective number, C) of a grid."""
     distance = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
     out = []
@@ -189,7 +189,7 @@ class _Noise:
         unit_jacobian = jacobian * scale
         project = np.linalg.pinv(unit_jacobian)
         scores, spreads, sizes = [], [], []
-        for _, whiten, log_size, _, spread in _whitening(count):
+        for _, whiten, log_size, _, spread in _make_whitening(count):
             columns, white_residuals = whiten @ unit_jacobian, whiten @ left
             move = np.linalg.lstsq(columns, white_residuals, rcond=None)[0]
             total = float(np.sum((white_residuals - columns @ move) ** 2)) + count * floor**2
@@ -201,7 +201,7 @@ class _Noise:
         weight = np.exp(np.array(scores) - max(scores))
         weight /= weight.sum()
         covariance = np.einsum("k,kij->ij", weight, np.array(spreads))
-        grid, best = _whitening(count), int(np.argmax(scores))
+        grid, best = _make_whitening(count), int(np.argmax(scores))
         return cls(
             covariance=covariance * np.outer(scale, scale),
             correlation=float(weight @ np.array([g[0] for g in grid])),

@@ -134,21 +134,21 @@ def reduce_crash(
     def smooth(values: Array) -> Array:
         return cfc_filter(values, rate, cfc) if cfc is not None else values
 
-    quiet, quiet_notes = _quiet_samples(time, smooth(acceleration), rate, before)
+    quiet, quiet_notes = _count_quiet_samples(time, smooth(acceleration), rate, before)
     still = acceleration[:quiet]
     offset, offset_se = float(still.mean()), _error_of_mean(still)
     signal = acceleration - offset
     filtered_signal = smooth(signal)
     top, high = (int(np.argmax(np.abs(values))) for values in (signal, filtered_signal))
-    first, last = _pulse_range(filtered_signal, high, SHARE)
-    start, end = _pulse_ends(filtered_signal, high, first, last)
+    first, last = _find_pulse_range(filtered_signal, high, SHARE)
+    start, end = _find_pulse_ends(filtered_signal, high, first, last)
     length = (end - start) / rate
     change = float(np.trapezoid(signal[start : end + 1], dx=1 / rate))
     change -= float(np.sign(filtered_signal[high])) * gravity * length * falling
     noise = float(np.std(still)) * np.sqrt(length / rate)
     saturation, unknown = _find_saturation(acceleration, quiet, limit)
-    warnings += quiet_notes + unknown + _drift_note(signal, last, rate, offset_se)
-    value, span = (None, None) if hic is None else head_injury(filtered_signal, rate, hic)
+    warnings += quiet_notes + unknown + _note_drift(signal, last, rate, offset_se)
+    value, span = (None, None) if hic is None else head_injury_criterion(filtered_signal, rate, hic)
     return Crash(
         time=time,
         acceleration=signal,
@@ -190,7 +190,7 @@ def _check_class(cfc: int | None, rate: float) -> None:
         )
 
 
-def _quiet_samples(
+def _count_quiet_samples(
     time: Array, acceleration: Array, rate: float, before: float | None
 ) -> tuple[int, list[str]]:
     """Return the number of samples before the event, and how it was determined."""
@@ -224,7 +224,7 @@ def _error_of_mean(values: Array) -> float:
     return float(np.std(runs, ddof=1) / np.sqrt(len(runs)))
 
 
-def _pulse_range(signal: Array, high: int, share: float) -> tuple[int, int]:
+def _find_pulse_range(signal: Array, high: int, share: float) -> tuple[int, int]:
     """Return the ends of the pulse: its samples have the peak's sign and exceed a `share` of it."""
     below_share = signal * np.sign(signal[high]) <= share * abs(signal[high])
     left, right = np.flatnonzero(below_share[:high]), np.flatnonzero(below_share[high:])
@@ -233,9 +233,9 @@ def _pulse_range(signal: Array, high: int, share: float) -> tuple[int, int]:
     return first, last
 
 
-def _pulse_ends(signal: Array, high: int, first: int, last: int) -> tuple[int, int]:
+def _find_pulse_ends(signal: Array, high: int, first: int, last: int) -> tuple[int, int]:
     """Return the pulse's zero crossings if they are near its 5 % points, otherwise those points."""
-    start, end = _pulse_range(signal, high, 0.0)
+    start, end = _find_pulse_range(signal, high, 0.0)
     length = last - first
     return (
         start if start > 0 and first - start <= length else first,
@@ -267,7 +267,7 @@ def _find_saturation(
     ]
 
 
-def _drift_note(signal: Array, last: int, rate: float, offset_se: float) -> list[str]:
+def _note_drift(signal: Array, last: int, rate: float, offset_se: float) -> list[str]:
     """Return a note about drift, from the levels at the end of the log and before the event."""
     tail = signal[last:][-max((len(signal) - last) // 2, 1) :]
     if len(tail) < 20:
@@ -282,7 +282,9 @@ def _drift_note(signal: Array, last: int, rate: float, offset_se: float) -> list
     ]
 
 
-def head_injury(signal: Array, rate: float, longest: float) -> tuple[float, tuple[int, int]]:
+def head_injury_criterion(
+    signal: Array, rate: float, longest: float
+) -> tuple[float, tuple[int, int]]:
     """Return HIC = max (t2 - t1) (mean |a|/g over t1 to t2)^2.5 for windows up to `longest` [s].
 
     Returns the value [s] and the window's end samples. It uses |a|, because a resultant is never
@@ -298,3 +300,6 @@ def head_injury(signal: Array, rate: float, longest: float) -> tuple[float, tupl
         if value > best:
             best, span = value, (best_start, best_start + width)
     return best, span
+
+
+head_injury = head_injury_criterion  # former name

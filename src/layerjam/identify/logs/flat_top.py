@@ -82,23 +82,23 @@ def find_flat_top(record: Array, quiet: int) -> FlatTop | None:
     best = None
     for level in (float(record.max()), float(record.min())):
         height = abs(level - zero)
-        first, last = _longest_run(np.abs(record - level) <= SAME * span)
+        first, last = _find_longest_run(np.abs(record - level) <= SAME * span)
         if last - first < LEAST or height < 0.5 * reach:
             continue
-        grain = grain or _resolution(record, still, span)
+        grain = grain or _estimate_grain(record, still, span)
         top = _judge_run(record, level, first, last, height, grain)
         if top is not None and (best is None or top.certain > best.certain):
             best = top
     return best
 
 
-def _longest_run(is_equal: np.ndarray) -> tuple[int, int]:
+def _find_longest_run(is_equal: np.ndarray) -> tuple[int, int]:
     ends = np.flatnonzero(np.diff(np.concatenate([[0], is_equal.astype(int), [0]])))
     longest = int(np.argmax(ends[1::2] - ends[::2]))
     return int(ends[2 * longest]), int(ends[2 * longest + 1])
 
 
-def _resolution(record: Array, still: Array, span: float) -> _Grain:
+def _estimate_grain(record: Array, still: Array, span: float) -> _Grain:
     """Return the smallest step between two values of the record, and the noise of the quiet part.
 
     Without noise, neighbouring codes may be missing; the result is then the step of which all
@@ -110,7 +110,7 @@ def _resolution(record: Array, still: Array, span: float) -> _Grain:
     # steps that are rounded to decimal digits differ in width
     similar_steps = steps[steps < 1.2 * least]
     quantum = float(similar_steps.mean()) if similar_steps.size else span
-    noise, is_computed = _noise_sd(still, quantum), False
+    noise, is_computed = _estimate_noise_sd(still, quantum), False
     if noise == 0:
         parts = steps[:, None] / least * np.arange(1, FEWER)
         is_multiple = np.all(np.abs(parts - np.round(parts)) < WHOLE_STEP, axis=0)
@@ -122,7 +122,7 @@ def _resolution(record: Array, still: Array, span: float) -> _Grain:
     return _Grain(quantum, noise, min(max(correlation, 0.0), 0.95), is_computed)
 
 
-def _noise_sd(still: Array, quantum: float) -> float:
+def _estimate_noise_sd(still: Array, quantum: float) -> float:
     """Return the standard deviation of the noise behind these codes, 0 if all are the same.
 
     For fine codes, Sheppard's correction is applied. For coarse codes it is the smallest value

@@ -43,8 +43,8 @@ def pressure(model: str, time: Array, start: float, rate: float, atmosphere: flo
         return atmosphere - left
     if model == "orifice":
         if y0 >= 1:
-            return atmosphere / _ratio_over(_clock_over(1 / y0) + rate * time)
-        return atmosphere * _ratio_under(_clock_under(y0) + rate * time)
+            return atmosphere / _overpressure_ratio(_overpressure_clock(1 / y0) + rate * time)
+        return atmosphere * _subatmospheric_ratio(_subatmospheric_clock(y0) + rate * time)
     raise UnknownNameError("leak model", model, MODELS)
 
 
@@ -62,12 +62,12 @@ def flow(model: str, p: float, rate: float, atmosphere: float) -> float:
 
 
 # the scaled time s of an orifice is ds = dt C/V, zero when the flow ceases to be choked
-def _clock_under(ratio: float) -> float:
+def _subatmospheric_clock(ratio: float) -> float:
     excess = (ratio - CRITICAL) / (1 - CRITICAL)
     return ratio - CRITICAL if excess <= 0 else (1 - CRITICAL) * float(np.arcsin(excess))
 
 
-def _ratio_under(clock: Array) -> Array:
+def _subatmospheric_ratio(clock: Array) -> Array:
     """Return the ratio of inside to outside pressure; 1 once the pressures are equal."""
     angle = np.minimum(clock / (1 - CRITICAL), np.pi / 2)
     return np.where(clock < 0, CRITICAL + clock, CRITICAL + (1 - CRITICAL) * np.sin(angle))
@@ -76,24 +76,24 @@ def _ratio_under(clock: Array) -> Array:
 _ROOT = float(np.sqrt(2 * CRITICAL - 1))
 
 
-def _turn_integral(tangent: Array | float) -> Array:
+def _tangent_integral(tangent: Array | float) -> Array:
     """Return ∫ dθ/(b + (1 - b) sin θ) up to tan(θ/2)."""
     return np.asarray(2 / _ROOT * np.arctan((CRITICAL * tangent + 1 - CRITICAL) / _ROOT))
 
 
-def _clock_over(ratio: float) -> float:
+def _overpressure_clock(ratio: float) -> float:
     excess = (ratio - CRITICAL) / (1 - CRITICAL)
     if excess <= 0:
         return float(np.log(ratio / CRITICAL))
     half = np.tan(np.arcsin(min(excess, 1.0)) / 2)
-    return float((1 - CRITICAL) * (_turn_integral(half) - _turn_integral(0.0)))
+    return float((1 - CRITICAL) * (_tangent_integral(half) - _tangent_integral(0.0)))
 
 
-def _ratio_over(clock: Array) -> Array:
+def _overpressure_ratio(clock: Array) -> Array:
     """Return the ratio of outside to inside pressure; 1 once the pressures are equal."""
-    end = (1 - CRITICAL) * (_turn_integral(1.0) - _turn_integral(0.0))
+    end = (1 - CRITICAL) * (_tangent_integral(1.0) - _tangent_integral(0.0))
     inside = np.clip(clock, 0.0, end)
-    angle = (inside / (1 - CRITICAL) + _turn_integral(0.0)) * _ROOT / 2
+    angle = (inside / (1 - CRITICAL) + _tangent_integral(0.0)) * _ROOT / 2
     tangent = (_ROOT * np.tan(angle) - (1 - CRITICAL)) / CRITICAL
     late = CRITICAL + (1 - CRITICAL) * np.sin(2 * np.arctan(tangent))
     return np.where(clock < 0, CRITICAL * np.exp(np.minimum(clock, 0.0)), np.minimum(late, 1.0))
@@ -181,11 +181,11 @@ def fit_leak(
         )
     middle = float(warm.mean())
     p = p * middle / warm
-    ends = _end_mean(p, len(p) // 20), _end_mean(p[::-1], len(p) // 20)
+    ends = _average_end(p, len(p) // 20), _average_end(p[::-1], len(p) // 20)
     difference = ends[0] - atmosphere
     _check_hold(p - atmosphere, difference, atmosphere)
     settled = abs(ends[1] - atmosphere) < 0.1 * abs(difference) and (
-        abs(_end_mean(p[len(p) // 2 :], len(p) // 20) - ends[1]) < 0.02 * abs(difference)
+        abs(_average_end(p[len(p) // 2 :], len(p) // 20) - ends[1]) < 0.02 * abs(difference)
     )
     fits = {m: _fit_model(m, t, p, atmosphere, ends, settled) for m in MODELS}
     order = sorted(fits, key=lambda m: fits[m].series.rmse)
@@ -221,7 +221,7 @@ def _check_hold(gauge: Array, difference: float, atmosphere: float) -> None:
         raise FitError("the log crosses atmospheric pressure: this is not a hold (check --reading)")
 
 
-def _end_mean(values: Array, count: int) -> float:
+def _average_end(values: Array, count: int) -> float:
     return float(np.mean(values[: max(count, 1)]))
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from layerjam.errors import FileError
 from layerjam.identify.stick_slip import noise_sd, running_mean
-from layerjam.identify.straight import StraightLine, straight_line
+from layerjam.identify.straight import StraightLine, fit_line
 from layerjam.measure.trace import Array, Trace, block_means
 from layerjam.units import show
 
@@ -74,7 +74,7 @@ class PullFeatures:
         )
 
 
-def loading_branch(trace: Trace) -> tuple[Array, Array]:
+def select_loading(trace: Trace) -> tuple[Array, Array]:
     """Return elongation [m] and force [N] up to the maximum elongation."""
     end = int(np.argmax(trace.elongation)) + 1
     return trace.elongation[:end], trace.force[:end]
@@ -85,7 +85,7 @@ def _running_mean(force: Array, limit: int) -> Array:
     return running_mean(force, 2 * min(len(force) // 200, limit // 2) + 1)
 
 
-def _rise_end(smooth: Array) -> int:
+def _find_rise_end(smooth: Array) -> int:
     """Return the index of the maximum force, or of the first peak after which the brake slips."""
     top = int(np.argmax(smooth))
     highest = np.maximum.accumulate(smooth[: top + 1])
@@ -115,16 +115,16 @@ def pull_features(trace: Trace) -> PullFeatures:
     until the force has dropped by 10 %. Raises FileError if the record has no rise, or neither a
     slope nor a peak.
     """
-    elongation, force = loading_branch(trace)
+    elongation, force = select_loading(trace)
     smooth = _running_mean(force, 9)  # one spike of noise is not a peak
-    top = _rise_end(smooth)
+    top = _find_rise_end(smooth)
     height = float(smooth[top])
     # use the last crossing of each level, to ignore slack and ripples before the rise
     steps = _smooth_rise(force[: top + 1], height)
     below = [np.flatnonzero(steps <= part * height) for part in LINEAR]
     low, high = (int(b[-1]) if len(b) else 0 for b in below)
     sparse = high - low < SLOPE
-    if sparse and not (len(below[0]) and _find_falls(force, _noise_sd(force, top))):
+    if sparse and not (len(below[0]) and _find_falls(force, _estimate_noise_sd(force, top))):
         raise FileError(
             trace.path,
             f"has {max(high - low, 0)} samples between {LINEAR[0]:.0%} and "
@@ -133,7 +133,7 @@ def pull_features(trace: Trace) -> PullFeatures:
             "factor cannot be determined either",
         )
     rise = slice(low, max(high, low + 1) + 1)
-    line = straight_line(elongation[rise], force[rise])
+    line = fit_line(elongation[rise], force[rise])
     if line is None or not np.ptp(elongation[rise]) > 1e-9:
         raise FileError(trace.path, "the crosshead does not move while the force rises")
     if line.slope <= 0:
@@ -144,7 +144,7 @@ def pull_features(trace: Trace) -> PullFeatures:
     if bent:
         origin = float(elongation[0])
     u = elongation - origin
-    seating = None if bent or sparse else _seating_bend(elongation[:top], force[:top], line, height)
+    seating = None if bent or sparse else _find_seating(elongation[:top], force[:top], line, height)
     return PullFeatures(
         stiffness=line.slope,
         stiffness_se=line.slope_se,
@@ -160,7 +160,7 @@ def pull_features(trace: Trace) -> PullFeatures:
     )
 
 
-def _seating_bend(
+def _find_seating(
     elongation: Array, force: Array, line: StraightLine, height: float
 ) -> tuple[float, float] | None:
     """Return the log of the slope ratio of the upper to the lower half, and its error.
@@ -172,7 +172,7 @@ def _seating_bend(
     slopes = []
     for start, end in ((first, half), (half, last)):
         part = (elongation >= start) & (elongation < end)
-        half_line = straight_line(elongation[part], force[part]) if part.sum() >= SLOPE else None
+        half_line = fit_line(elongation[part], force[part]) if part.sum() >= SLOPE else None
         if half_line is None or half_line.slope <= 0:
             return None
         slopes.append(half_line)
@@ -181,7 +181,7 @@ def _seating_bend(
     return float(np.log(upper.slope / lower.slope)), float(error)
 
 
-def _noise_sd(force: Array, top: int) -> float:
+def _estimate_noise_sd(force: Array, top: int) -> float:
     """Return the standard deviation of one sample around the peak [N]."""
     return float(np.std(np.diff(force[max(0, top - 20) : top + 20]))) / np.sqrt(2)
 
@@ -204,7 +204,7 @@ def _fit_peak(
     end = top + int(below_peak[0]) if len(below_peak) else len(force)
     before = np.flatnonzero(smooth[: top + 1] <= 0.97 * height)
     onset = int(before[-1]) if len(before) else 0
-    noise = _noise_sd(force, top)
+    noise = _estimate_noise_sd(force, top)
     index = np.arange(onset, end)
     index = index[slip[index] > 3 * noise / stiffness + 1e-9]
     falls = _find_falls(force, noise)
@@ -235,3 +235,6 @@ def _fit_peak(
         "peak_elongation": top_slip * scale + peak / stiffness,
         "noise": float(np.sqrt(variance)),
     }
+
+
+loading_branch = select_loading  # former name

@@ -51,7 +51,7 @@ class _Parts:
     few: int
 
     @classmethod
-    def divide(cls, elongation: Array, force: Array) -> "_Parts | None":
+    def divide_record(cls, elongation: Array, force: Array) -> "_Parts | None":
         top = int(np.argmax(force))
         travel = float(elongation[top] - elongation[0])
         count = min(BLOCKS, (top + 1) // 2)
@@ -73,7 +73,7 @@ def find_raised_lead(elongation: Array, force: Array) -> float | None:
 
     Stiffness is fitted above that level: such a section would count as the foot of the rise.
     """
-    parts = _Parts.divide(elongation, force)
+    parts = _Parts.divide_record(elongation, force)
     if parts is None:
         return None
     slope = np.diff(parts.mean)
@@ -89,7 +89,7 @@ def find_second_rise(elongation: Array, force: Array) -> SecondRise | None:
     A friction force has one rise, followed by sliding. Between two rises there is a section that is
     much flatter than the steepest parts before and after it.
     """
-    parts = _Parts.divide(elongation, force)
+    parts = _Parts.divide_record(elongation, force)
     if parts is None:
         return None
     mean, least = parts.mean, CLEAR * noise_sd(force) / parts.few**0.5

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from layerjam.errors import FileError
-from layerjam.identify.pull.features import LINEAR, PullFeatures, loading_branch, pull_features
+from layerjam.identify.pull.features import LINEAR, PullFeatures, pull_features, select_loading
 from layerjam.identify.pull.rises import SecondRise, find_raised_lead, find_second_rise
 from layerjam.identify.pull.unloading import Unloading, find_unloading
 from layerjam.identify.stick_slip import (
@@ -16,7 +16,7 @@ from layerjam.identify.stick_slip import (
     noise_sd,
     running_mean,
 )
-from layerjam.identify.straight import straight_line
+from layerjam.identify.straight import fit_line
 from layerjam.measure.trace import Array, Trace
 from layerjam.units import show
 
@@ -110,7 +110,7 @@ def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
     """
     tare_force = None
     if tare:
-        tare_force = find_raised_lead(*loading_branch(trace))
+        tare_force = find_raised_lead(*select_loading(trace))
         if tare_force is None:
             begin = _find_start(trace, pull_features(trace))
             if not begin.seen:
@@ -127,7 +127,7 @@ def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
     second_rise = find_second_rise(features.elongation, features.force)
 
     def summarise(teeth: SawTeeth | None, ripple: SawTeeth | None) -> PullSummary:
-        part = features if teeth is None else _peak_before_slip(features, teeth, noise)
+        part = features if teeth is None else _limit_peak(features, teeth, noise)
         return PullSummary(
             features=part,
             start=start,
@@ -140,7 +140,7 @@ def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
             tared=tare_force,
             notes=(
                 *_summary_notes(part, start, teeth, ripple, tare_force),
-                *_unused_notice(trace, unloading),
+                *_note_unused_samples(trace, unloading),
             ),
         )
 
@@ -156,10 +156,10 @@ def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
 
 
 def _find_start(trace: Trace, features: PullFeatures) -> Start:
-    elongation, force = loading_branch(trace)
+    elongation, force = select_loading(trace)
     first = float(elongation[0])
     if not features.straight:
-        return _start_of_bend(elongation, force)
+        return _find_bend_start(elongation, force)
     height, slope = float(features.peak_force), features.stiffness
     length = height / slope
     onset, baseline, error = features.origin, 0.0, 0.0
@@ -171,7 +171,7 @@ def _find_start(trace: Trace, features: PullFeatures) -> Start:
         if still[:FEWEST].all():  # the crosshead is at rest at first
             before |= still & (np.abs(force - baseline) < 0.1 * height)
         if before.sum() < FEWEST or _is_rising(elongation[before], force[before], slope):
-            return _start_on_rise(elongation, force, features)
+            return _find_start_on_rise(elongation, force, features)
         quiet_force = force[before]
         baseline = float(quiet_force.mean())
         error = float(quiet_force.std(ddof=1)) / len(quiet_force) ** 0.5
@@ -188,7 +188,7 @@ def _find_start(trace: Trace, features: PullFeatures) -> Start:
 
 def _is_rising(x: Array, y: Array, slope: float) -> bool:
     """Return whether the force already rises, by more than a tenth of the slope of the rise."""
-    line = straight_line(x, y)
+    line = fit_line(x, y)
     return line is not None and line.slope - 3 * line.slope_se > 0.1 * slope
 
 
@@ -204,7 +204,7 @@ def _line_error(elongation: Array, force: Array, features: PullFeatures, crossin
     return float(np.hypot(spread / len(x) ** 0.5, distance_error)) / features.stiffness
 
 
-def _start_on_rise(elongation: Array, force: Array, features: PullFeatures) -> Start:
+def _find_start_on_rise(elongation: Array, force: Array, features: PullFeatures) -> Start:
     """Return the start of a record that begins on its rise or at most a few samples before it.
 
     On the rise, the preload is the force of the line at the first samples or, if the measured force
@@ -243,7 +243,7 @@ def _start_on_rise(elongation: Array, force: Array, features: PullFeatures) -> S
     )
 
 
-def _start_of_bend(elongation: Array, force: Array) -> Start:
+def _find_bend_start(elongation: Array, force: Array) -> Start:
     """Return the start of a bent rise: where the force leaves the scatter of its first samples."""
     few = max(FEWEST, len(force) // 200)
     noise = noise_sd(force)
@@ -274,7 +274,7 @@ def _find_teeth(trace: Trace, features: PullFeatures) -> SawTeeth | None:
     return replace(teeth, peaks=teeth.peaks + begin, troughs=teeth.troughs + begin)
 
 
-def _peak_before_slip(features: PullFeatures, teeth: SawTeeth, noise: float) -> PullFeatures:
+def _limit_peak(features: PullFeatures, teeth: SawTeeth, noise: float) -> PullFeatures:
     """Return the features with the maximum force before the first slip as their peak.
 
     The smooth law around a peak cannot be fitted to teeth.
@@ -301,7 +301,7 @@ def _fit_plateau(features: PullFeatures) -> Steady | None:
         return None
     # use block means, so that a feature within a block (a tooth, a patch of film) counts once
     blocks = [[part.mean() for part in np.array_split(values, BLOCKS)] for values in (x, y)]
-    line = straight_line(np.array(blocks[0]), np.array(blocks[1]))
+    line = fit_line(np.array(blocks[0]), np.array(blocks[1]))
     if line is None:
         return None
     slope, error = line.slope, line.slope_se
@@ -351,7 +351,7 @@ def _summary_notes(
     return out
 
 
-def _unused_notice(trace: Trace, unloading: Unloading | None) -> list[str]:
+def _note_unused_samples(trace: Trace, unloading: Unloading | None) -> list[str]:
     """Return a notice about unused samples after the return or after the maximum elongation."""
     turn = len(trace) - 1 - int(np.argmax(trace.elongation[::-1]))
     used = turn + 1 if unloading is None else turn + int(np.argmin(trace.elongation[turn:])) + 1

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from layerjam.identify.straight import StraightLine, straight_line
+from layerjam.identify.straight import StraightLine, fit_line
 from layerjam.measure.trace import Array
 
 PART = (0.9, 0.2)
@@ -62,7 +62,7 @@ def find_unloading(
     top = float(np.median(force[max(first - few, 0) : turn + 1]))
     steep = _fit_return(return_path, fall, top, baseline)
     out, pull_force = elongation[: first + 1], force[: first + 1]
-    work, work_back = _loop_area(out, pull_force), -_loop_area(return_path, fall)
+    work, work_back = _compute_loop_area(out, pull_force), -_compute_loop_area(return_path, fall)
     end = max(1, len(fall) // 100)
     return Unloading(
         stiffness=steep and steep.slope,
@@ -88,13 +88,11 @@ def _fit_return(
     if top <= baseline or not len(below_low):
         return None
     part = slice(below_high[0], below_low[0])
-    line = (
-        straight_line(return_path[part], fall[part]) if below_low[0] - below_high[0] >= 4 else None
-    )
+    line = fit_line(return_path[part], fall[part]) if below_low[0] - below_high[0] >= 4 else None
     return line if line is not None and line.slope > 0 else None
 
 
-def _loop_area(x: Array, y: Array) -> float:
+def _compute_loop_area(x: Array, y: Array) -> float:
     return float(np.sum(np.diff(x) * (y[1:] + y[:-1])) / 2)
 
 

@@ -18,7 +18,7 @@ MEETS = 0.15
 """Largest error of the fitted model at 100 % strain that passes."""
 
 
-def specimen_checks(
+def check_specimens(
     rows: Mapping[str, Mapping[str, Any]], totals: Mapping[str, Any], writes_model: bool
 ) -> Iterator[Check]:
     """Yield the checks of specimens, {path: row}, and of the values `pooled` over them, SI.

@@ -107,11 +107,11 @@ def _energy_curvature(
 ) -> tuple[Array, Array, Array]:
     """Return W11, W12 and W22, the energy's second derivatives with respect to log strains."""
 
-    def powers(a: float) -> tuple[Array, Array, Array]:
+    def stretch_powers(a: float) -> tuple[Array, Array, Array]:
         return np.exp(a * h1), np.exp(a * h2), np.exp(-a * (h1 + h2))
 
     def term(weight: float | Array, a: float) -> tuple[Array, Array, Array]:
-        e1, e2, e3 = powers(a)
+        e1, e2, e3 = stretch_powers(a)
         return weight * a * a * (e1 + e3), weight * a * a * e3, weight * a * a * (e2 + e3)
 
     p = parameters
@@ -122,7 +122,7 @@ def _energy_curvature(
     elif model == "mooney-rivlin":
         parts = [term(p["C1"], 2.0), term(p["C2"], -2.0)]
     else:
-        e1, e2, e3 = powers(2.0)
+        e1, e2, e3 = stretch_powers(2.0)
         excess = e1 + e2 + e3 - 3
         c1, c2, c3 = p["C1"], p.get("C2", 0.0), p.get("C3", 0.0)
         bend = 2 * c2 + 6 * c3 * excess
@@ -176,7 +176,7 @@ def least_squares(
         columns = stress_basis(model, stretch, exponents)
         return columns @ _solve_positive(exponents, stretch, stress) - stress
 
-    starts = _start_exponents(stretch, stress, terms)
+    starts = _list_exponents(stretch, stress, terms)
     if guess is not None:
         starts = [np.array([guess[f"alpha{i + 1}"] for i in range(terms)])]
     close = {"xtol": 1e-10, "ftol": 1e-12, "gtol": 1e-14, "max_nfev": 60}
@@ -192,7 +192,7 @@ def least_squares(
     }
 
 
-def _start_exponents(stretch: Array, stress: Array, terms: int, count: int = 3) -> list[Array]:
+def _list_exponents(stretch: Array, stress: Array, terms: int, count: int = 3) -> list[Array]:
     """Return the best few grid points of exponents, with mu times alpha not negative."""
     columns = stress_basis("ogden-n", stretch, list(_EXPONENTS)) * np.sign(_EXPONENTS)
     columns = columns / np.linalg.norm(columns, axis=0)

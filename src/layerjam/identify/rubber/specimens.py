@@ -23,7 +23,7 @@ FEWEST = 20
 """Smallest number of samples for a model fit."""
 
 
-def data_sheets() -> dict[str, tuple[str, float]]:
+def load_sheets() -> dict[str, tuple[str, float]]:
     """Return {silicone in the catalogue: (maker's name, 100 % modulus [Pa] there)}."""
     out = {}
     for key, text in materials()["silicones"].items():
@@ -72,7 +72,7 @@ def find_silicone(
     return rubber.find_material(specimen, {k: name for k, (name, _) in sheets.items()})
 
 
-def fit_row(fit: hyperelastic.Fit) -> dict[str, Any]:
+def make_fit_row(fit: hyperelastic.Fit) -> dict[str, Any]:
     """Return one model as a table row, in SI units."""
     return {
         "parameters": dict(fit.parameters),
@@ -87,7 +87,7 @@ def fit_row(fit: hyperelastic.Fit) -> dict[str, Any]:
     }
 
 
-def row_of(specimen_read: Read, name: tuple[str, str] | None, sheets: Sheets) -> dict[str, Any]:
+def make_row(specimen_read: Read, name: tuple[str, str] | None, sheets: Sheets) -> dict[str, Any]:
     """Return one specimen as a table row, in SI units; `name` is from `find_silicone`."""
     specimen, moduli, models, model = specimen_read
     material, basis = name or (None, None)
@@ -105,7 +105,7 @@ def row_of(specimen_read: Read, name: tuple[str, str] | None, sheets: Sheets) ->
         "strength": moduli.strength,
         "strain_at_end": moduli.strain_at_end,
         "model": model,
-        **fit_row(models[model]),
+        **make_fit_row(models[model]),
         "sha256": sha256(specimen.path),
     }
 
@@ -135,5 +135,5 @@ def pool(
             if key in ("modulus_100", "initial_modulus") and len(column) > 1:
                 out[f"{key}_sd"] = float(np.std(column, ddof=1))
     out["difference"] = _relative_difference(out.get("modulus_100"), sheet)
-    models = {name: fit_row(fit) for name, fit in fits_by_name.items()}
+    models = {name: make_fit_row(fit) for name, fit in fits_by_name.items()}
     return {**models[model], **out, "models": models}

@@ -16,7 +16,7 @@ from layerjam.errors import FileError, FitError
 from layerjam.measure.log import TIME, Log, read_log
 from layerjam.measure.options import SKIP, ReadingOptions
 from layerjam.measure.readers.columns import Want
-from layerjam.measure.readers.unit_words import convert
+from layerjam.measure.readers.unit_words import convert_unit
 from layerjam.measure.readers.words import normalise_name
 from layerjam.measure.trace import Array
 from layerjam.units import show
@@ -177,7 +177,7 @@ def _find_size(log: Log, si: str, size: float | None) -> float:
         return size
     for key, values in log.head.items():
         match = re.fullmatch(r"(.*?)\s*[(\[](.+)[)\]]", key)
-        if match and re.search(words, match[1]) and (unit := convert(match[2], si)):
+        if match and re.search(words, match[1]) and (unit := convert_unit(match[2], si)):
             with contextlib.suppress(ValueError):
                 return float(values[0].replace(",", ".")) * float(unit[0])
     raise FileError(log.path, f"contains {holds}; state the specimen's {option}")

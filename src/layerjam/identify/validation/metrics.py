@@ -38,7 +38,7 @@ from layerjam.errors import FileError, FitError
 from layerjam.identify.curves import Curve, group_conditions, make_curve
 from layerjam.identify.pull.features import PullFeatures
 from layerjam.identify.single_pulls import SinglePull
-from layerjam.identify.speed import at_crosshead_speed
+from layerjam.identify.speed import fix_friction_speed
 from layerjam.mechanics.pull import force_at_elongation
 
 POINTS = 200
@@ -191,7 +191,7 @@ def _model_force(pull: PullFeatures, points: np.ndarray, vacuum: float, brake: B
     return model
 
 
-def _comparison_window(pull: PullFeatures, vacuum: float) -> tuple[float, float, str]:
+def _find_comparison_window(pull: PullFeatures, vacuum: float) -> tuple[float, float, str]:
     """Return the start and end of the window [m], and a note if it is unusual."""
     note = ""
     if pull.has_peak:
@@ -237,7 +237,7 @@ def compare_pull(
     `speed` [m/s] and `repeat` are stored for grouping. Raises FileError if the record ends at its
     peak, FitError if the brake would snap.
     """
-    start, end, note = _comparison_window(pull, vacuum)
+    start, end, note = _find_comparison_window(pull, vacuum)
     points = np.linspace(start, end, POINTS)
     forces = sample_force(pull, points)
     model = _model_force(pull, points, vacuum, brake)
@@ -270,7 +270,7 @@ def split_error(residuals: np.ndarray) -> tuple[float, float, float]:
     return float((residuals**2).mean()), float(model.mean()), float(scatter.mean())
 
 
-def _split_condition(curves: Sequence[CurveError], brake: Brake) -> Split | None:
+def _split_condition_error(curves: Sequence[CurveError], brake: Brake) -> Split | None:
     """Return the split of one condition over the elongations that its windows share, or None."""
     if len(curves) < 2:
         return None
@@ -281,7 +281,7 @@ def _split_condition(curves: Sequence[CurveError], brake: Brake) -> Split | None
     points = np.linspace(start, end, POINTS)
     residuals = np.stack(
         [
-            _model_force(c.pull, points, c.vacuum, at_crosshead_speed(brake, c.speed, c.path))
+            _model_force(c.pull, points, c.vacuum, fix_friction_speed(brake, c.speed, c.path))
             - sample_force(c.pull, points)
             for c in curves
         ]
@@ -293,12 +293,12 @@ def _pool_errors(curves: Sequence[CurveError]) -> dict[str, Any]:
     """Return the fields of `PooledErrors` except the split: point errors, and MAPE of files."""
     forces = np.concatenate([c.measured for c in curves])
     model = np.concatenate([c.model for c in curves])
-    mape, mape_sd = _mean_sd([c.mape for c in curves])
+    mape, mape_sd = _mean_and_sd([c.mape for c in curves])
     over_files = {"mape": mape, "mape_sd": mape_sd, "curves": tuple(curves)}
     return _error_fields(forces, model) | over_files
 
 
-def _mean_sd(values: Sequence[float]) -> tuple[float, float | None]:
+def _mean_and_sd(values: Sequence[float]) -> tuple[float, float | None]:
     return float(np.mean(values)), float(np.std(values, ddof=1)) if len(values) > 1 else None
 
 
@@ -307,14 +307,14 @@ def _condition_errors(curves: Sequence[CurveError], brake: Brake) -> ConditionEr
     return ConditionError(
         vacuum=float(np.mean([c.vacuum for c in curves])),
         speed=float(np.mean(speeds)) if speeds else None,
-        scatter=_split_condition(curves, brake),
+        scatter=_split_condition_error(curves, brake),
         **_pool_errors(curves),
     )
 
 
 def pool_curves(conditions: Sequence[ConditionError], curves: Sequence[CurveError]) -> Validation:
     """Return the errors of all pulls; files have equal weight, and in the split, conditions do."""
-    mape, mape_sd = _mean_sd([c.mape for c in conditions])
+    mape, mape_sd = _mean_and_sd([c.mape for c in conditions])
     splits = [c.scatter for c in conditions if c.scatter is not None]
     split = None
     if splits:
@@ -341,7 +341,7 @@ def validate_curves(curves: Sequence[Curve], brake: Brake) -> Validation:
         compare_pull(
             c.pull,
             c.vacuum,
-            at_crosshead_speed(brake, c.speed, c.path),
+            fix_friction_speed(brake, c.speed, c.path),
             speed=c.speed,
             repeat=c.repeat,
         )

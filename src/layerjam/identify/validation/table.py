@@ -8,8 +8,8 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
-from layerjam.identify.calibration.gross import gross_pulls
-from layerjam.identify.calibration.peaks import fit_curves, pull_table
+from layerjam.identify.calibration.gross import find_gross_pulls
+from layerjam.identify.calibration.peaks import fit_curves, make_pull_table
 from layerjam.identify.checks import (
     POSSIBLE,
     SMALL,
@@ -21,8 +21,8 @@ from layerjam.identify.checks import (
 )
 from layerjam.identify.curves import Curve
 from layerjam.identify.repeats import summarise_repeats
-from layerjam.identify.single_pulls import pull_checks
-from layerjam.identify.straight import straight_line
+from layerjam.identify.single_pulls import check_single_pulls
+from layerjam.identify.straight import fit_line
 from layerjam.identify.validation.metrics import CurveError, Errors, Split, Validation, pool_curves
 
 
@@ -42,9 +42,9 @@ def pool(results: Sequence[Validation]) -> Validation:
 
 def add_pull_table(result: Validation, curves: Sequence[Curve], brake: Brake) -> Validation:
     """Return the validation with the table of the single pulls of the same curves."""
-    gross = gross_pulls([(curve.pull, curve.vacuum) for curve in curves], brake)
+    gross = find_gross_pulls([(curve.pull, curve.vacuum) for curve in curves], brake)
     reasons = {curves[index].name: reason for index, reason in gross.items()}
-    table = pull_table(curves, fit_curves(curves, brake), brake)
+    table = make_pull_table(curves, fit_curves(curves, brake), brake)
     return replace(result, pulls=table, gross=reasons)
 
 
@@ -55,21 +55,21 @@ CONDITION = ("vacuum", "speed", "mape", "mape_sd", *_ERRORS, "repeats", "scatter
 ALL = ("mape", "mape_sd", "mape_conditions", "mape_conditions_sd", *_ERRORS, "scatter")
 
 
-def error_row(errors: Errors, names: Sequence[str]) -> dict[str, Any]:
+def make_error_row(errors: Errors, names: Sequence[str]) -> dict[str, Any]:
     """Return the errors of one pull (`FILE`), a condition (`CONDITION`) or `ALL`, in SI units."""
     values = ((name, getattr(errors, name)) for name in names)
     return {name: asdict(v) if isinstance(v, Split) else v for name, v in values}
 
 
-def error_rows(result: Validation) -> dict[str, Any]:
+def make_error_rows(result: Validation) -> dict[str, Any]:
     """Return the errors of all pulls and of each condition, in SI units."""
     return {
-        **error_row(result, ALL),
-        "conditions": [error_row(c, CONDITION) for c in result.conditions],
+        **make_error_row(result, ALL),
+        "conditions": [make_error_row(c, CONDITION) for c in result.conditions],
     }
 
 
-def validation_checks(result: Validation, calibrated_on: int) -> tuple[Check, ...]:
+def check_validation(result: Validation, calibrated_on: int) -> tuple[Check, ...]:
     """Return the checks of the residuals; `calibrated_on` pulls were also used for calibration.
 
     The unit is the pull, not the sample. Student's t tests the mean residual of each pull, relative
@@ -90,26 +90,26 @@ def validation_checks(result: Validation, calibrated_on: int) -> tuple[Check, ..
         check("independent", not calibrated_on, stale if calibrated_on else fresh),
         check("pulls", not result.gross, unlike or alike, advice, "failed"),
         check_span("model", ratio, POSSIBLE, "model over measured force", MODEL_ADVICE, "failed"),
-        _mean_check("bias", relative.tolist(), "the model deviates by {} from the measured force"),
-        _mean_check("trend over elongation", drifts, "along a pull the residual drifts by {}"),
+        _check_mean("bias", relative.tolist(), "the model deviates by {} from the measured force"),
+        _check_mean("trend over elongation", drifts, "along a pull the residual drifts by {}"),
         check_trend("trend over vacuum", "residual", relative, vacuums, "Pa", levels=2),
     ]
     if len(speeds) == count:
         checks.append(
             check_trend("trend over speed", "residual", relative, speeds, "m/s", levels=2)
         )
-    single = pull_checks(result.pulls) if result.pulls else ()
+    single = check_single_pulls(result.pulls) if result.pulls else ()
     return (*(c for c in checks if c is not None), *single)
 
 
 def _residual_drift(curve: CurveError) -> float:
     """Return the residual's linear change over the window, relative to the mean force."""
-    line = straight_line(curve.elongation, curve.model - curve.measured)
+    line = fit_line(curve.elongation, curve.model - curve.measured)
     slope = 0.0 if line is None else line.slope
     return slope * float(np.ptp(curve.elongation)) / float(curve.measured.mean())
 
 
-def _mean_check(name: str, values: Sequence[float], words: str) -> Check:
+def _check_mean(name: str, values: Sequence[float], words: str) -> Check:
     mean = summarise_repeats(values, positive=False)
     sentence, small = words.format(format_percent(mean.mean)), abs(mean.mean) < SMALL
     if mean.low is None or mean.high is None:

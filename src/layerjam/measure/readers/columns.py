@@ -16,7 +16,7 @@ from layerjam.measure.options import SKIP, ColumnEntry
 from layerjam.measure.readers import words
 from layerjam.measure.readers.unit_words import (
     common_unit,
-    convert,
+    convert_unit,
     is_other_unit,
     unit_role,
     weight_unit,
@@ -69,11 +69,11 @@ class MachineWant(Want):
 
     def named(self, name: str) -> bool:
         """Return whether the name alone identifies this quantity."""
-        return role_of_name(name) == self.role
+        return find_role(name) == self.role
 
     def rank(self, name: str) -> int | None:
         """Return the rank of a name, 0 for the best; None if it has a different meaning."""
-        return _rank(self.role, name)
+        return _rank_name(self.role, name)
 
 
 PULL = (
@@ -167,7 +167,7 @@ class Header:
             if entry is not None and normalise_name(name) != normalise_name(entry.name or ""):
                 continue
             unit = (entry.unit if entry else "") or file_unit or ""
-            scale, rank = convert(unit, want.si) if unit else None, want.rank(name)
+            scale, rank = convert_unit(unit, want.si) if unit else None, want.rank(name)
             if not unit and want.si == "1" and (entry is not None or want.named(name)):
                 scale = Fraction(1), 0.0
             if scale and (rank is not None or entry is not None):
@@ -176,7 +176,7 @@ class Header:
         return candidates
 
 
-def columns_by_order(
+def assign_by_order(
     header: Header, wants: Sequence[Want], entries: Mapping[str, ColumnEntry], count: int
 ) -> "Assignment":
     """Return the columns in the user's order; raises FileError if the file has more or fewer."""
@@ -188,7 +188,7 @@ def columns_by_order(
     columns = {}
     for want in wants:
         if (entry := entries.get(want.role)) is not None and entry.index is not None:
-            known = convert(entry.unit, want.si) or (Fraction(1), 0.0)
+            known = convert_unit(entry.unit, want.si) or (Fraction(1), 0.0)
             name = header.names[entry.index]
             columns[want.role] = Column(want.role, entry.index, name, entry.unit, *known, True)
         elif not want.optional:
@@ -217,8 +217,8 @@ def assign_columns(
         candidates = header.candidates(want, entries.get(want.role))
         if not candidates:
             if want.role in entries or not want.optional:
-                raise header.fail(*_missing_reason(header, want, entries.get(want.role)))
-            sentences += _unread_note(header, want)
+                raise header.fail(*_explain_missing(header, want, entries.get(want.role)))
+            sentences += _note_unread_column(header, want)
             continue
         best = min(rank for rank, _ in candidates)
         first = [c for rank, c in candidates if rank == best]
@@ -230,7 +230,7 @@ def assign_columns(
                 f" (--columns {want.role}=NAME)",
             )
         columns[want.role] = column = first[0]
-        if column.given and (conflict := _unit_conflict(header, column, want.si)):
+        if column.given and (conflict := _find_conflict(header, column, want.si)):
             raise header.fail(
                 f"{conflict}; give the unit that the file states",
                 ", or, if the file is wrong, list its columns in order "
@@ -255,7 +255,7 @@ def columns_hint(wants: Sequence[Want]) -> str:
     return f"write --columns {due} ({SKIP}: not used)"
 
 
-def _missing_reason(header: Header, want: Want, entry: ColumnEntry | None) -> tuple[str, str]:
+def _explain_missing(header: Header, want: Want, entry: ColumnEntry | None) -> tuple[str, str]:
     """Return the reason why a column is missing, and the option that names it."""
     for name, unit in header.columns:
         if (
@@ -263,12 +263,12 @@ def _missing_reason(header: Header, want: Want, entry: ColumnEntry | None) -> tu
             and normalise_name(name) == normalise_name(entry.name or "")
             and not unit
         ):
-            return _unit_reason(want, name, unit)
+            return _explain_unit(want, name, unit)
         if entry is None and want.named(name):
-            return _unit_reason(want, name, unit)
+            return _explain_unit(want, name, unit)
     mass_columns = [(n, u) for n, u in header.columns if u and weight_unit(u)]
     if entry is None and want.si == "N" and len(mass_columns) == 1:
-        return _unit_reason(want, *mass_columns[0])
+        return _explain_unit(want, *mass_columns[0])
     if entry is not None:
         name = shorten(entry.name or "")
         return f"has no column '{name}' with a unit of {want.role}; {header.describe()}", ""
@@ -278,7 +278,7 @@ def _missing_reason(header: Header, want: Want, entry: ColumnEntry | None) -> tu
     )
 
 
-def _unread_note(header: Header, want: Want) -> list[str]:
+def _note_unread_column(header: Header, want: Want) -> list[str]:
     """Return a note on an optional column that is ignored because its unit is unknown."""
     for name, unit in header.columns:
         if want.named(name):
@@ -291,7 +291,7 @@ def _unread_note(header: Header, want: Want) -> list[str]:
     return []
 
 
-def _unit_conflict(header: Header, column: Column, si: str) -> str | None:
+def _find_conflict(header: Header, column: Column, si: str) -> str | None:
     """Return the conflict between a column's unit in the file and the user's, or None."""
     file_unit = header.units[column.index]
     if not file_unit or not column.unit or not is_other_unit(file_unit, column.unit, si):
@@ -302,15 +302,15 @@ def _unit_conflict(header: Header, column: Column, si: str) -> str | None:
     return f"column '{name}' is in '{shorten(file_unit)}'{means}, not in '{column.unit}' as given"
 
 
-def unit_conflicts(
+def list_unit_conflicts(
     header: Header, columns: Mapping[str, Column], wants: Sequence[Want]
 ) -> list[str]:
     """Return the conflicts between the units in the file and those that the user lists."""
-    conflicts = [_unit_conflict(header, columns[w.role], w.si) for w in wants if w.role in columns]
+    conflicts = [_find_conflict(header, columns[w.role], w.si) for w in wants if w.role in columns]
     return [f"{conflict}; the given unit takes precedence" for conflict in conflicts if conflict]
 
 
-def _unit_reason(want: Want, name: str, unit: str | None) -> tuple[str, str]:
+def _explain_unit(want: Want, name: str, unit: str | None) -> tuple[str, str]:
     role, label = want.role, shorten(name)
     if not unit:
         say = f" (state it: --columns {role}:{want.units[0]}='{label}')"
@@ -355,7 +355,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
         return match[1].strip(), match[2]
     for mark in ("/", " in "):
         name, slash, unit = text.rpartition(mark)
-        if slash and (unit_role(unit) or (weight_unit(unit) and role_of_name(name) == "force")):
+        if slash and (unit_role(unit) or (weight_unit(unit) and find_role(name) == "force")):
             return name.strip(), unit.strip()
     return _split_bare_unit(text)
 
@@ -366,14 +366,14 @@ def _split_bare_unit(text: str) -> tuple[str, str | None]:
         return text, None
     match = _LAST_WORD.fullmatch(text)
     if match and (found_role := common_unit(match[2])):
-        name_role = role_of_name(match[1])
+        name_role = find_role(match[1])
         strong = re.search(r"[,:;_|]\s*$", text[: match.start(2)]) is not None
         if name_role == found_role[0] or (name_role is None and strong and match[1].strip()):
             return match[1].strip(), match[2]
-    if match and weight_unit(match[2]) and role_of_name(match[1]) == "force":
+    if match and weight_unit(match[2]) and find_role(match[1]) == "force":
         return match[1].strip(), match[2]  # Load, g: the unit is reported as a mass
     match = _CAMEL.fullmatch(text)
-    if match and (found_role := common_unit(match[2])) and role_of_name(match[1]) == found_role[0]:
+    if match and (found_role := common_unit(match[2])) and find_role(match[1]) == found_role[0]:
         return match[1].strip(), match[2]
     return text, None
 
@@ -383,7 +383,7 @@ def _strip_origin(text: str) -> str:
     return re.sub(r"\b(from|after|since|at|ab|bei) (pre-?load|vorkraft)\b", "", text)
 
 
-def role_of_name(name: str) -> str | None:
+def find_role(name: str) -> str | None:
     """Return the role that a column's name alone implies."""
     text = _strip_origin(normalise_name(name))
     if re.search(words.OTHER_QUANTITY, text):
@@ -397,7 +397,7 @@ def role_of_name(name: str) -> str | None:
     return None
 
 
-def _rank(role: str, name: str) -> int | None:
+def _rank_name(role: str, name: str) -> int | None:
     """Return the rank of a name for a role, 0 for the best; None if it has a different meaning."""
     text = _strip_origin(normalise_name(name))
     if role == "time":
@@ -405,12 +405,12 @@ def _rank(role: str, name: str) -> int | None:
             return 0
         return 1 if re.search(words.TIME, text) else 2
     if role == "force":
-        if re.search(words.TIME, text) or role_of_name(name) == "elongation":
+        if re.search(words.TIME, text) or find_role(name) == "elongation":
             return None
         if not re.search(words.FORCE, text):
             return 3
         return 1 if re.search(words.OTHER_FORCE, text) else 0
-    if re.search(words.NOT_TRAVEL, text) or role_of_name(name) in ("force", "time"):
+    if re.search(words.NOT_TRAVEL, text) or find_role(name) in ("force", "time"):
         return None
     if re.search("absol", text):
         return 3

@@ -5,7 +5,7 @@ import re
 
 from layerjam.errors import FileError
 from layerjam.measure.readers.unit_words import unit_role
-from layerjam.measure.readers.words import known_words
+from layerjam.measure.readers.words import count_known
 
 _MARKS = (
     (codecs.BOM_UTF32_LE, "utf-32"),
@@ -22,7 +22,7 @@ TYPOGRAPHY = {"\u2212": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "\u201
 _ALLOWED = b"\t\n\r\f\x1a"
 
 
-def decode(name: str, data: bytes) -> tuple[bytes, str]:
+def decode_file(name: str, data: bytes) -> tuple[bytes, str]:
     """Return the bytes in an encoding with digits and separators as single ASCII bytes.
 
     Typographic minus signs, non-breaking spaces and apostrophes become ASCII. Raises FileError for
@@ -43,7 +43,7 @@ def decode(name: str, data: bytes) -> tuple[bytes, str]:
     odd = next((c for c in data[:4096] if c < 32 and c not in _ALLOWED), None)
     if odd is not None or b"\0" in data:
         raise FileError(name, "is binary, not a text file of numbers")
-    encoding = _encoding(data)
+    encoding = _guess_encoding(data)
     if not data.isascii():
         for mark, plain in TYPOGRAPHY.items():
             data = _replace_sign(data, mark, plain, encoding)
@@ -74,7 +74,7 @@ def _guess_utf16(data: bytes) -> str | None:
     return None
 
 
-def _encoding(data: bytes) -> str:
+def _guess_encoding(data: bytes) -> str:
     if data.isascii():
         return "utf-8"
     try:
@@ -99,4 +99,4 @@ def _score_text(text: str) -> int:
     """Return the number of letters in known words and units if decoded with one code page."""
     units = [u for u in re.split(r"[\t;,|\"'()\[\]/\n]+", text) if u and not u.isascii()]
     unit_letters = sum(8 for u in set(units) if len(u) <= 12 and unit_role(u.strip()))
-    return known_words(text[:4000]) + unit_letters
+    return count_known(text[:4000]) + unit_letters

@@ -6,7 +6,7 @@ from typing import Any
 from layerjam.errors import FileError
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.content import Source
-from layerjam.measure.readers.specimens import specimens
+from layerjam.measure.readers.specimens import find_specimens
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
 from layerjam.toml_files.values import entries
@@ -28,7 +28,7 @@ def read_frame(frame: Any, options: ReadingOptions, number: int = 1) -> Trace:
     if frame.empty:
         raise FileError(path, "is empty")
     try:
-        specimens_read = specimens(Source(path, text.encode(), "utf-8", decimal="."), options)
+        specimens_read = find_specimens(Source(path, text.encode(), "utf-8", decimal="."), options)
     except FileError as error:
         if error.line or error.asks:
             raise

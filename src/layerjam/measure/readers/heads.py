@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 
 from layerjam.measure.readers import words
-from layerjam.measure.readers.columns import Header, role_of_name, split_unit
+from layerjam.measure.readers.columns import Header, find_role, split_unit
 from layerjam.measure.readers.lines import looks_numeric, split_line
 from layerjam.measure.readers.unit_words import unit_role, weight_unit
 from layerjam.measure.readers.words import normalise_name
@@ -39,7 +39,7 @@ def find_head(above: Sequence[tuple[int, str]], separator: str, width: int) -> H
 
 def _is_skippable(fields: Sequence[str]) -> bool:
     """Return whether a line can be skipped because none of its fields names a column."""
-    return not any(role_of_name(f) or unit_role(f) for f in fields if f)
+    return not any(find_role(f) or unit_role(f) for f in fields if f)
 
 
 def _read_head(rows: Sequence[tuple[int, list[str]]], width: int) -> Header | None:
@@ -47,15 +47,15 @@ def _read_head(rows: Sequence[tuple[int, list[str]]], width: int) -> Header | No
     number, last = rows[-1]
     if not 2 <= len(last) <= MOST_COLUMNS:
         return None
-    units = _unit_row(last)
+    units = _read_unit_row(last)
     if units is not None:
         for distance in (2, 3):
             if len(rows) < distance:
                 break
             above_number, above = rows[-distance]
-            if len(last) <= len(above) <= MOST_COLUMNS and not _count_numbers(above):
+            if len(last) <= len(above) <= MOST_COLUMNS and not _are_numbers(above):
                 return _make_head(above_number, above, units, last, rows[:-distance])
-            if len(above) >= 2 and not _count_numbers(above):
+            if len(above) >= 2 and not _are_numbers(above):
                 break
         if {r[0] for u in units if u and (r := unit_role(u))} >= {"force", "elongation"}:
             return Header(
@@ -66,7 +66,7 @@ def _read_head(rows: Sequence[tuple[int, list[str]]], width: int) -> Header | No
         style = "names"
     else:
         style = "names" if any(u is not None for _, u in pairs) else ""
-        upper = _unit_row(rows[-2][1]) if len(rows) > 1 else None
+        upper = _read_unit_row(rows[-2][1]) if len(rows) > 1 else None
         if upper is not None and len(upper) == len(last):
             return Header(tuple(last), upper, "units above", number)
     return Header(
@@ -90,14 +90,14 @@ def _make_head(
     in_brackets = all(_BRACKETED.fullmatch(f) for f in fields if f)
     return Header(
         tuple(p[0] if u is None or p[1] else n for n, p, u in columns),
-        tuple(_merge_units(p[1], u) for _, p, u in columns),
+        tuple(_choose_unit(p[1], u) for _, p, u in columns),
         "bracket row" if in_brackets else "plain row",
         number,
         _find_label(above),
     )
 
 
-def _merge_units(in_name: str | None, in_row: str | None) -> str | None:
+def _choose_unit(in_name: str | None, in_row: str | None) -> str | None:
     """Return the unit of a column, which may be in its name and in the row of units."""
     name_role, row_role = unit_role(in_name or ""), unit_role(in_row or "")
     if name_role and row_role and name_role != row_role:
@@ -105,7 +105,7 @@ def _merge_units(in_name: str | None, in_row: str | None) -> str | None:
     return in_row if in_row is not None else in_name
 
 
-def _count_numbers(fields: Sequence[str]) -> bool:
+def _are_numbers(fields: Sequence[str]) -> bool:
     return all(looks_numeric(f) for f in fields if f)
 
 
@@ -114,7 +114,7 @@ def _find_label(above: Sequence[tuple[int, list[str]]]) -> tuple[str, ...]:
     return tuple(above[-1][1]) if above else ()
 
 
-def _unit_row(fields: Sequence[str]) -> tuple[str | None, ...] | None:
+def _read_unit_row(fields: Sequence[str]) -> tuple[str | None, ...] | None:
     """Return the units in a line that contains nothing else; None for any other line."""
     start = re.match(r"[^:]{2,20}:\s*(?=\S)", fields[0])
     if start and re.search(words.UNIT, normalise_name(start[0])):
@@ -140,11 +140,11 @@ def _split_fields(text: str, separator: str, width: int) -> list[str]:
     """Return the fields of a header line, with any separator, without comment signs."""
     text = _COMMENT.sub("", text) if _COMMENT.match(text) else text
     if separator != " ":
-        fields = trim(split_line(text, separator))
+        fields = trim_fields(split_line(text, separator))
         if len(fields) > 1 or width < 2:
             return fields
         for mark in ("\t", ";", ",", "|"):
-            cells = trim(split_line(text, mark))
+            cells = trim_fields(split_line(text, mark))
             if mark != separator and len(cells) == width:
                 return cells
         return fields
@@ -156,7 +156,7 @@ def _split_fields(text: str, separator: str, width: int) -> list[str]:
 
 def _cut_at_blanks(text: str) -> list[list[str]]:
     """Return the ways to split a header line at blanks, commas or tabs, most likely first."""
-    ways = [trim(split_line(text, mark)) for mark in ("\t", ";", ",", "|") if mark in text]
+    ways = [trim_fields(split_line(text, mark)) for mark in ("\t", ";", ",", "|") if mark in text]
     ways.append([w.strip() for w in re.split(r"\s{2,}|\t", text.strip())])
     ways.append(text.split())
     if len(text) < 2000:
@@ -164,7 +164,7 @@ def _cut_at_blanks(text: str) -> list[list[str]]:
     return ways
 
 
-def trim(fields: list[str]) -> list[str]:
+def trim_fields(fields: list[str]) -> list[str]:
     """Return the fields without empty ones at the end, which are due to trailing separators."""
     count = len(fields)
     while count and not fields[count - 1]:
@@ -172,7 +172,7 @@ def trim(fields: list[str]) -> list[str]:
     return fields[:count]
 
 
-def stated_units(texts: Sequence[str]) -> dict[str, str]:
+def find_stated_units(texts: Sequence[str]) -> dict[str, str]:
     """Return units stated in lines above the table, such as `Force unit;kN`, `Einheit Weg: mm`."""
     units_of: dict[str, set[str]] = {"time": set(), "elongation": set(), "force": set()}
     for text in texts:
@@ -183,7 +183,7 @@ def stated_units(texts: Sequence[str]) -> dict[str, str]:
         )
         if not match or not re.search(words.UNIT, normalise_name(match[1])):
             continue
-        unit, role_named = unit_role(match[2]), role_of_name(match[1])
+        unit, role_named = unit_role(match[2]), find_role(match[1])
         if unit and role_named == unit[0]:
             units_of[unit[0]].add(match[2])
         elif role_named == "force" and weight_unit(match[2]):

@@ -26,7 +26,7 @@ Layout = tuple[bytes, tuple[str, ...]]
 """Lines of a file as a table, with notes about the conversion."""
 
 
-def plain_table(data: bytes) -> Layout:
+def clean_lines(data: bytes) -> Layout:
     """Return the lines of a file without the program's additions, and notes about the changes."""
     notes: list[str] = []
     for layout in _LAYOUTS:
@@ -89,11 +89,11 @@ def _read_labview(data: bytes) -> Layout:
     for end in ends[1:] or ends:
         above = {f[0]: f[1:] for f in (line.split(mark) for line in lines[first:end]) if f[0]}
         lines[first : end + 1] = [b""] * (end + 1 - first)
-        first = _rows_of_lvm(lines, end + 1, above, mark)
+        first = _prepare_lvm_rows(lines, end + 1, above, mark)
     return b"\n".join(lines), ()
 
 
-def _rows_of_lvm(
+def _prepare_lvm_rows(
     lines: list[bytes], head: int, above: dict[bytes, list[bytes]], mark: bytes
 ) -> int:
     """Join units to the names below a header, add missing times, and return the rows' end."""
@@ -106,7 +106,7 @@ def _rows_of_lvm(
         names.append((b"Time" if of_time else name) + (b" [" + unit + b"]" if unit else b""))
     if names:
         lines[head] = mark.join(names)
-    start, step = (_first_number(above.get(key, [])) for key in (b"X0", b"Delta_X"))
+    start, step = (_parse_first(above.get(key, [])) for key in (b"X0", b"Delta_X"))
     row, count = head + 1, 0
     while row < len(lines) and not lines[row].startswith(b"Channels"):
         if lines[row].startswith(mark) and step is not None:
@@ -124,13 +124,13 @@ def _read_mts(data: bytes) -> Layout:
     if b"MTS793" not in data[:200]:
         return data, ()
     lines = data.split(b"\n")
-    heads = [n for n in range(len(lines) - 1) if _is_head(lines[n], lines[n + 1])]
+    heads = [n for n in range(len(lines) - 1) if _is_header(lines[n], lines[n + 1])]
     same = [n for n in heads if lines[n : n + 2] == lines[heads[0] : heads[0] + 2]]
     if len(same) < 2 or len(same) < len(heads):
         return data, ()
     names = _find_words(lines[heads[0]], b"\t")
     times = [k for k, name in enumerate(names) if re.fullmatch(rb"(running )?time", name)]
-    rows = [_last_row(lines, n) for n in same[1:]]
+    rows = [_find_last_row(lines, n) for n in same[1:]]
     for head, row in zip(same[1:], rows, strict=True):
         before, after = (_read_number(lines, n, times) for n in (row, head + 2))
         if before is not None and after is not None and after < before:
@@ -140,19 +140,19 @@ def _read_mts(data: bytes) -> Layout:
     return b"\n".join(lines), (f"{len(same)} blocks of one test, read as one table",)
 
 
-def _is_head(names: bytes, units: bytes) -> bool:
+def _is_header(names: bytes, units: bytes) -> bool:
     """Return whether two lines are the names and units of the same number of columns."""
     name_words, unit_words = _find_words(names, b"\t"), _find_words(units, b"\t")
     texts = [*name_words, *unit_words]
     return len(name_words) == len(unit_words) >= 2 and all(
-        t and _first_number([t]) is None for t in texts
+        t and _parse_first([t]) is None for t in texts
     )
 
 
-def _last_row(lines: list[bytes], head: int) -> int:
+def _find_last_row(lines: list[bytes], head: int) -> int:
     """Return the index of the last line of numbers above a header."""
     return next(
-        (n for n in range(head - 1, -1, -1) if _first_number(lines[n].split(b"\t")) is not None),
+        (n for n in range(head - 1, -1, -1) if _parse_first(lines[n].split(b"\t")) is not None),
         head - 1,
     )
 
@@ -160,10 +160,10 @@ def _last_row(lines: list[bytes], head: int) -> int:
 def _read_number(lines: list[bytes], row: int, columns: list[int]) -> float | None:
     """Return the number in the first of a row's `columns`, or None."""
     fields = lines[row].split(b"\t") if 0 <= row < len(lines) else []
-    return _first_number(fields[columns[0] :]) if columns and columns[0] < len(fields) else None
+    return _parse_first(fields[columns[0] :]) if columns and columns[0] < len(fields) else None
 
 
-def _first_number(fields: list[bytes]) -> float | None:
+def _parse_first(fields: list[bytes]) -> float | None:
     try:
         return float(fields[0].replace(b",", b".")) if fields else None
     except ValueError:

@@ -65,11 +65,11 @@ def find_separator(lines: Iterable[str]) -> str:
     for mark in ("\t", ";", "|"):
         if sum(mark in line.strip(" ") for line in evidence) * 2 > len(evidence):
             return mark
-    blanks = sum(_only_words(line) for line in evidence)
+    blanks = sum(_is_row_of_numbers(line) for line in evidence)
     return " " if evidence and blanks * 2 > len(evidence) else ","
 
 
-def _only_words(line: str) -> bool:
+def _is_row_of_numbers(line: str) -> bool:
     """Return whether a line consists of at least two numbers separated by blanks."""
     fields = line.split()
     return len(fields) >= 2 and all(_WORD.fullmatch(f) for f in fields)

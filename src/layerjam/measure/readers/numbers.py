@@ -11,7 +11,7 @@ import numpy as np
 from layerjam.errors import FileError
 from layerjam.measure.readers.columns import Column, shorten
 from layerjam.measure.readers.lines import looks_numeric
-from layerjam.measure.readers.rows import Rows, no_row_of_numbers
+from layerjam.measure.readers.rows import Rows, make_no_numbers_error
 from layerjam.measure.trace import Array
 
 Style = tuple[str, str]
@@ -21,7 +21,7 @@ _GROUPED = ((".", ","), (",", "."), (".", " "), (",", " "), (".", "'"), (",", "'
 _STYLES = (*_PLAIN, *_GROUPED)
 
 
-def _pattern(decimal: str, thousands: str) -> str:
+def _make_pattern(decimal: str, thousands: str) -> str:
     integer = r"\d+"
     if thousands:
         integer = rf"(?:[1-9]\d{{0,2}}(?:{re.escape(thousands)}\d{{3}})+|\d+)"
@@ -29,9 +29,9 @@ def _pattern(decimal: str, thousands: str) -> str:
     return rf"[+-]?(?:{integer}(?:{d}\d*)?|{d}\d+)(?:[eE][+-]?\d+)?"
 
 
-_CELL = {style: re.compile(_pattern(*style), re.ASCII) for style in _STYLES}
+_CELL = {style: re.compile(_make_pattern(*style), re.ASCII) for style in _STYLES}
 _CLOCK = re.compile(r"(\d{1,4}):([0-5]\d):([0-5]\d(?:[.,]\d+)?)", re.ASCII)
-_CELLS = {style: re.compile(rf"(?:{_pattern(*style)}\n)*", re.ASCII) for style in _STYLES}
+_CELLS = {style: re.compile(rf"(?:{_make_pattern(*style)}\n)*", re.ASCII) for style in _STYLES}
 """The same pattern for many cells, one per line."""
 
 
@@ -42,12 +42,12 @@ def read_columns(rows: Rows, columns: Sequence[Column], decimal: str | None) -> 
     that is not a finite number, or if decimal sign and thousands separator are not distinguishable.
     """
     indices = [column.index for column in columns]
-    arrays, style = _read_written(rows, columns, _styles(rows, indices, decimal))
-    _check_last(rows, style[0])
+    arrays, style = _read_in_first_style(rows, columns, _list_styles(rows, indices, decimal))
+    _check_last_number(rows, style[0])
     return [column.si(values) for column, values in zip(columns, arrays, strict=True)]
 
 
-def _read_written(
+def _read_in_first_style(
     rows: Rows, columns: Sequence[Column], styles: Sequence[Style]
 ) -> tuple[list[Array], Style]:
     """Return the columns as written, and the first style in which all cells are numbers."""
@@ -73,8 +73,8 @@ def are_equal_columns(rows: Rows, columns: Sequence[Column], decimal: str | None
     return all(float(np.abs(v - first).max()) <= 1e-4 * float(np.ptp(first)) for v in others)
 
 
-def _styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> list[Style]:
-    def fit(styles: Iterable[Style], cells: Iterable[str]) -> list[Style]:
+def _list_styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> list[Style]:
+    def select_matching(styles: Iterable[Style], cells: Iterable[str]) -> list[Style]:
         column = "".join(f"{cell}\n" for cell in cells if cell)
         return [s for s in styles if _CELLS[s].fullmatch(column)]
 
@@ -84,11 +84,11 @@ def _styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> list[Sty
     if asked:
         candidates = [s for s in candidates if s[0] == "." and s[1] != ","]
     cells = (fields[i] for fields in rows.sample() for i in indices)
-    fits = fit(candidates, (cell for cell in cells if clock_seconds(cell) is None))
+    fits = select_matching(candidates, (cell for cell in cells if clock_seconds(cell) is None))
     if decimal is None and not asked and {(".", ","), (",", ".")} <= set(fits):
         # If the sample does not distinguish 1.234 from 1,234, check every cell.
         every = [fields[i] for _, fields in rows for i in indices]
-        fits = fit(fits, every) or fits
+        fits = select_matching(fits, every) or fits
         signs = {sign for sign in ",." if any(sign in cell for cell in every)}
         if signs and {(".", ","), (",", ".")} <= set(fits):
             raise FileError(
@@ -150,14 +150,14 @@ def _read_cells(rows: Rows, columns: Sequence[Column], style: Style) -> list[Arr
             gap = gap or (line, fields)
             continue
         if gap is not None:
-            raise _cell_error(rows, *gap, columns[0])
+            raise _make_cell_error(rows, *gap, columns[0])
         for column, numbers in zip(columns, arrays, strict=True):
             cell = fields[column.index]
             text = cell.replace(thousands, "") if thousands else cell
             fits = _CELL[style].fullmatch(cell)
             number = float(text.replace(decimal, ".")) if fits else clock_seconds(cell)
             if number is None or not isfinite(number):
-                raise _cell_error(rows, line, fields, column)
+                raise _make_cell_error(rows, line, fields, column)
             numbers.append(number)
     return [np.array(numbers) for numbers in arrays]
 
@@ -171,19 +171,19 @@ def clock_seconds(cell: str) -> float | None:
     return 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds.replace(",", "."))
 
 
-def _cell_error(rows: Rows, line: int, fields: list[str], column: Column) -> FileError:
+def _make_cell_error(rows: Rows, line: int, fields: list[str], column: Column) -> FileError:
     path, cell = rows.source.path, fields[column.index]
     # a row without a number is not damaged: it is a footer or begins the next table
     if not any(map(looks_numeric, fields)):
-        return no_row_of_numbers(path, fields, line)
+        return make_no_numbers_error(path, fields, line)
     fault = f"'{shorten(cell)}' in column '{column.name[:40]}' is not a finite number"
     if not cell:
         fault = f"column '{column.name[:40]}' is empty"
-    ending = "; the file is cut off there" if rows.broken_off(line) else ""
+    ending = "; the file is cut off there" if rows.is_broken_off(line) else ""
     return FileError(path, fault + ending, line)
 
 
-def _check_last(rows: Rows, decimal: str) -> None:
+def _check_last_number(rows: Rows, decimal: str) -> None:
     """Reject a last line without a line ending if its last number seems to be truncated.
 
     Many programs omit the last line ending, so this alone is not damage. A truncated number has

@@ -12,14 +12,14 @@ from functools import partial
 from pathlib import Path
 
 from layerjam.errors import FileError, LayerjamError, QuantityError, abbreviate, explain_arguments
-from layerjam.measure.options import ReadingOptions, read_options_of
+from layerjam.measure.options import ReadingOptions, load_reading_options
 from layerjam.measure.readers import words
 from layerjam.measure.readers.columns import PULL, Header, shorten, split_unit
 from layerjam.measure.readers.content import Source
 from layerjam.measure.readers.lines import split_line
 from layerjam.measure.readers.rows import Rows, Table
 from layerjam.measure.readers.source import load_sources
-from layerjam.measure.readers.specimens import Specimen, specimens
+from layerjam.measure.readers.specimens import Specimen, find_specimens
 from layerjam.measure.readers.unit_words import ROLES
 from layerjam.measure.readers.words import normalise_name
 from layerjam.measure.sidecar import READ
@@ -83,14 +83,14 @@ def open_traces(path: str | Path, options: ReadingOptions | None = None) -> list
     """
     if not isinstance(path, str | Path):
         raise QuantityError.of("path", f"{abbreviate(path)} is not text or a path")
-    sidecar = read_options_of(path)
+    sidecar = load_reading_options(path)
     every = (options or ReadingOptions()).over(sidecar)
     sources = load_sources(path, every.sheet)
     if sources[0].data.startswith(b"# layerjam"):
-        entries = [UnreadSpecimen("", partial(read_own, sources[0]), sidecar)]
+        entries = [UnreadSpecimen("", partial(read_layerjam_csv, sources[0]), sidecar)]
     else:
         several = len(sources) > 1
-        read = _read_sheets(sources, every) if several else specimens(sources[0], every)
+        read = _read_sheets(sources, every) if several else find_specimens(sources[0], every)
         entries = [UnreadSpecimen(specimen.label, specimen.read, sidecar) for specimen in read]
     if every.specimen is None:
         return entries
@@ -107,7 +107,7 @@ def _read_sheets(sources: list[Source], options: ReadingOptions) -> list[Specime
     reasons: list[FileError] = []
     for source in curves or sources:
         try:
-            by_sheet[source.sheet] = specimens(source, options)
+            by_sheet[source.sheet] = find_specimens(source, options)
         except FileError as err:
             reasons.append(err)
     if not by_sheet:
@@ -129,7 +129,7 @@ def _read_sheets(sources: list[Source], options: ReadingOptions) -> list[Specime
     ]
 
 
-def read_own(source: Source, options: ReadingOptions) -> Trace:
+def read_layerjam_csv(source: Source, options: ReadingOptions) -> Trace:
     """Return the measurement in a file that this program wrote, with exact names (`force`).
 
     Raises FileError if a column is missing or its unit has the wrong dimension.
@@ -149,10 +149,10 @@ def read_own(source: Source, options: ReadingOptions) -> Trace:
     trace = Specimen(Rows(source, table), table.header.select(indices), OWN_FORMAT).read(ours)
     if trace.facts.vacuum is not None:
         return trace
-    return replace(trace, facts=replace(trace.facts, vacuum=_header_vacuum(source)))
+    return replace(trace, facts=replace(trace.facts, vacuum=_read_header_vacuum(source)))
 
 
-def _header_vacuum(source: Source) -> float | None:
+def _read_header_vacuum(source: Source) -> float | None:
     """Return the vacuum in the header's procedure if this evacuates once and then only moves."""
     for _, text in source.lines():
         if not text.startswith("#"):

@@ -47,7 +47,7 @@ class Rows:
         if not self.body.strip():
             header = self.table.header
             raise header.fail("contains column names but no rows of numbers")
-        return self._rows(self.table.first)
+        return self._iterate_rows(self.table.first)
 
     @cached_property
     def body(self) -> bytes:
@@ -59,7 +59,7 @@ class Rows:
         """Return whether the last row has a line ending."""
         return self.body.endswith(b"\n")
 
-    def broken_off(self, line: int) -> bool:
+    def is_broken_off(self, line: int) -> bool:
         """Return whether a line is the last one in the text and has no line ending."""
         return not self.ended and line == self.source.line_number(len(self.source.data))
 
@@ -73,52 +73,52 @@ class Rows:
         start = max(end - _TAIL_BYTES, self.table.first)
         if start > self.table.first:
             start = self.source.data.find(b"\n", start, end) + 1 or end
-        return [fields for _, fields in self._rows(start)]
+        return [fields for _, fields in self._iterate_rows(start)]
 
     def sample(self) -> list[list[str]]:
         """Return some rows from the start and the end."""
         return [fields for _, fields in islice(self, _SAMPLE_ROWS)] + self.tail()
 
-    def _rows(self, start: int) -> Iterator[tuple[int, list[str]]]:
+    def _iterate_rows(self, start: int) -> Iterator[tuple[int, list[str]]]:
         last = self.table.last
         lines = self.source.lines(start)
         for line, (offset, text) in enumerate(lines, self.source.line_number(start)):
             if last is not None and offset >= last:
                 return
-            fields = self._fields(text, line)
+            fields = self._split_fields(text, line)
             if any(fields):
-                yield line, self._complete(fields, line)
+                yield line, self._complete_fields(fields, line)
 
-    def _fields(self, text: str, line: int) -> list[str]:
+    def _split_fields(self, text: str, line: int) -> list[str]:
         """Return the fields of a line, with typographic signs as ASCII."""
         mark = self.table.separator
         if not text.isascii():
             text = text.translate(_SIGNS)
         if '"' in text and '"' in re.sub(rf'(?<![^{mark} ])"[^"]*"(?![^{mark} ])', "", text):
-            cut_note = "the last line is cut off: " if self.broken_off(line) else ""
+            cut_note = "the last line is cut off: " if self.is_broken_off(line) else ""
             reason = f"{cut_note}a quote is not closed, or is within a field"
             raise FileError(self.source.path, reason, line)
         return split_line(text.rstrip("\x1a"), mark)
 
-    def _complete(self, fields: list[str], line: int) -> list[str]:
+    def _complete_fields(self, fields: list[str], line: int) -> list[str]:
         """Return one field per column; raises FileError if there are too few or too many."""
         path, width = self.source.path, len(self.table.header.names)
-        missing, cut_off = width - len(fields), self.broken_off
+        missing, cut_off = width - len(fields), self.is_broken_off
         if missing == 0 or (missing < 0 and not any(fields[width:])):
             return fields[:width]
         if missing > 0 and self.shared and not cut_off(line):
             return [*fields, *[""] * missing]
-        due = f"{count_of(len(fields))} instead of {width}"
+        due = f"{describe_count(len(fields))} instead of {width}"
         if cut_off(line):
             raise FileError(path, f"the last line is cut off: {due}; the file is incomplete", line)
         if not any(map(looks_numeric, fields)):
-            raise no_row_of_numbers(path, fields, line)
+            raise make_no_numbers_error(path, fields, line)
         if missing < 0 and line == self.source.line_number(self.table.first):
             due += "; decimal commas need a column separator other than a comma"
         raise FileError(path, f"has {due}", line)
 
 
-def no_row_of_numbers(path: str, parts: Sequence[str], line: int) -> FileError:
+def make_no_numbers_error(path: str, parts: Sequence[str], line: int) -> FileError:
     """Return the error for a line of text among the numbers."""
     return FileError(
         path,
@@ -128,6 +128,6 @@ def no_row_of_numbers(path: str, parts: Sequence[str], line: int) -> FileError:
     )
 
 
-def count_of(number: int) -> str:
+def describe_count(number: int) -> str:
     """Return a count of values as text."""
     return f"{number} value" if number == 1 else f"{number} values"

@@ -4,10 +4,10 @@ from pathlib import Path
 
 from layerjam.errors import FileError
 from layerjam.measure.readers.content import IN_CELL, Source
-from layerjam.measure.readers.encoding import decode
-from layerjam.measure.readers.layouts import plain_table
+from layerjam.measure.readers.encoding import decode_file
+from layerjam.measure.readers.layouts import clean_lines
 from layerjam.measure.readers.workbook import read_sheets
-from layerjam.measure.run_text import csv_text
+from layerjam.measure.run_text import format_run_csv
 from layerjam.measure.runs import ENDING, read_run
 from layerjam.system import report_failure
 from layerjam.toml_files.toml import suggest_nearby
@@ -42,7 +42,7 @@ def load_sources(path: str | Path, sheet: str | None = None) -> list[Source]:
     if not name:
         raise FileError("''", "is an empty name; specify a file")
     if Path(name).suffix == ENDING:
-        return [Source(name, csv_text(read_run(path)).encode(), "utf-8")]
+        return [Source(name, format_run_csv(read_run(path)).encode(), "utf-8")]
     data = _read_text(name, path)
     if not data or data.isspace():
         raise FileError(name, "is empty")
@@ -53,12 +53,12 @@ def load_sources(path: str | Path, sheet: str | None = None) -> list[Source]:
     for start, kind in _KINDS.items():
         if data[:99].lstrip()[: len(start)].lower() == start.lower():
             raise FileError(name, f"is {kind}, not text; export it as CSV")
-    data, encoding = decode(name, data)
+    data, encoding = decode_file(name, data)
     if not data or data.isspace():
         raise FileError(name, "is empty")
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    data, notes = plain_table(_cells_in_one_line(data))
+    data, notes = clean_lines(_join_cell_lines(data))
     return [Source(name, data, encoding, notes=notes)]
 
 
@@ -77,7 +77,7 @@ def _read_text(name: str, path: str | Path) -> bytes:
         return place.read_bytes()
 
 
-def _cells_in_one_line(data: bytes) -> bytes:
+def _join_cell_lines(data: bytes) -> bytes:
     """Join the two lines of a name in one quoted cell ("Load", line break, "(N)")."""
     head = data[:_HEAD]
     if b'"' not in head:

@@ -7,35 +7,35 @@ from functools import partial
 from itertools import pairwise
 
 from layerjam.errors import FileError
-from layerjam.measure.conditions import conditions
+from layerjam.measure.conditions import read_conditions
 from layerjam.measure.options import ColumnEntry, ReadingOptions
 from layerjam.measure.readers.columns import (
     PULL,
     TIMED,
     Header,
     Want,
+    assign_by_order,
     assign_columns,
-    columns_by_order,
+    find_role,
     has_all_columns,
-    role_of_name,
+    list_unit_conflicts,
     shorten,
-    unit_conflicts,
 )
 from layerjam.measure.readers.content import Source
-from layerjam.measure.readers.heads import stated_units
+from layerjam.measure.readers.heads import find_stated_units
 from layerjam.measure.readers.lines import Lines, read_lines
 from layerjam.measure.readers.numbers import are_equal_columns, clock_seconds, read_columns
-from layerjam.measure.readers.rows import Rows, Table, no_row_of_numbers
+from layerjam.measure.readers.rows import Rows, Table, make_no_numbers_error
 from layerjam.measure.readers.table import (
     Block,
-    bare_table,
     find_blocks,
-    find_headless,
-    share_heads,
+    find_headless_table,
+    make_bare_table,
+    share_headers,
 )
 from layerjam.measure.readers.unit_words import CLOCK, ROLES, unit_role
 from layerjam.measure.readers.words import normalise_name
-from layerjam.measure.synthetic import SYNTHETIC, says_synthetic
+from layerjam.measure.synthetic import SYNTHETIC, is_marked_synthetic
 from layerjam.measure.trace import FEWEST_ROWS, Trace, check_trace
 from layerjam.units import show
 
@@ -63,7 +63,7 @@ class Specimen:
         rows, source = self.rows, self.rows.source
         decimal, entries = options.decimal or source.decimal, options.entries(ROLES)
         if (order := options.by_order) is not None:
-            columns, sentences = columns_by_order(self.header, self.wants, entries, len(order))
+            columns, sentences = assign_by_order(self.header, self.wants, entries, len(order))
         else:
             alike = partial(are_equal_columns, rows, decimal=decimal)
             columns, sentences = assign_columns(self.header, self.wants, entries, alike)
@@ -71,7 +71,7 @@ class Specimen:
         values = dict(
             zip(columns, read_columns(rows, list(columns.values()), decimal), strict=True)
         )
-        facts = conditions(source.path, options)
+        facts = read_conditions(source.path, options)
         if "elongation" not in values and facts.speed is not None:
             values["elongation"] = facts.speed * (values["time"] - values["time"][0])
             speed = show(facts.speed, "m/s")
@@ -80,8 +80,8 @@ class Specimen:
             if role in options.negative:
                 values[role] = -values[role]
                 notes.append(f"the sign of the {role} was reversed")
-        warnings = unit_conflicts(self.written, columns, self.wants) if self.written else []
-        if facts.synthetic or says_synthetic(source.data[: rows.table.first]):
+        warnings = list_unit_conflicts(self.written, columns, self.wants) if self.written else []
+        if facts.synthetic or is_marked_synthetic(source.data[: rows.table.first]):
             facts = replace(facts, synthetic=True)
             warnings.append(SYNTHETIC)
         if not rows.ended:
@@ -102,36 +102,36 @@ class Specimen:
         return replace(trace, warnings=(*trace.warnings, *self.warnings))
 
 
-def specimens(source: Source, options: ReadingOptions) -> list[Specimen]:
+def find_specimens(source: Source, options: ReadingOptions) -> list[Specimen]:
     """Return the specimens in a text, in order; raises FileError if no table can be one."""
     lines, entries = read_lines(source), options.entries(ROLES)
-    blocks = list(share_heads(lines, find_blocks(lines)))
+    blocks = list(share_headers(lines, find_blocks(lines)))
     if (order := options.by_order) is not None:
-        wants = PULL if "elongation" in entries else _required_columns(source, options)
+        wants = PULL if "elongation" in entries else _list_required_columns(source, options)
         return [replace(s, wants=wants) for s in _select_by_order(lines, blocks, len(order))]
     blocks = [_add_clock_unit(lines, _add_stated_units(lines, b)) for b in blocks]
     wants = PULL
     if not any(_has_columns(b, entries, PULL) for b in blocks):
-        wants = _required_columns(source, options)
+        wants = _list_required_columns(source, options)
     fit = [b for b in blocks if _has_columns(b, entries, wants)]
     if not fit:
-        raise _explain_nothing(lines, blocks, entries)
+        raise _explain_unreadable(lines, blocks, entries)
     main = max(fit, key=lambda b: b.rows)
-    used = [b for b in fit if _is_alike(b, main)]
-    _check_orphans(lines, blocks, used, main)
+    used = [b for b in fit if _is_like_largest(b, main)]
+    _reject_orphan_rows(lines, blocks, used, main)
     result = [
         s for b in used for s in _split_side_by_side(source, b, entries, wants, len(used) > 1)
     ]
     labels = [s.label for s in result]
     if len(result) > 1 and len(set(labels)) < len(labels):
         result = [replace(s, label=f"{i} {s.label}".strip()) for i, s in enumerate(result, 1)]
-    warnings = _unread_note(lines, blocks, used)
+    warnings = _note_skipped_lines(lines, blocks, used)
     return [replace(s, warnings=warnings, wants=wants) for s in result]
 
 
-def _required_columns(source: Source, options: ReadingOptions) -> Sequence[Want]:
+def _list_required_columns(source: Source, options: ReadingOptions) -> Sequence[Want]:
     """Return the required quantities; without elongation, that is time if the speed is known."""
-    return PULL if conditions(source.path, options).speed is None else TIMED
+    return PULL if read_conditions(source.path, options).speed is None else TIMED
 
 
 def _has_columns(block: Block, entries: Mapping[str, ColumnEntry], wants: Sequence[Want]) -> bool:
@@ -139,16 +139,16 @@ def _has_columns(block: Block, entries: Mapping[str, ColumnEntry], wants: Sequen
         return False
     header = block.table.header
     return has_all_columns(header, entries, wants) and (
-        wants is PULL or _is_over_time(header, entries)
+        wants is PULL or _has_time_axis(header, entries)
     )
 
 
-def _is_over_time(header: Header, entries: Mapping[str, ColumnEntry]) -> bool:
+def _has_time_axis(header: Header, entries: Mapping[str, ColumnEntry]) -> bool:
     due = [replace(w, optional=False) for w in TIMED if w.role != "elongation"]
     return has_all_columns(header, entries, due)
 
 
-def _is_alike(block: Block, main: Block) -> bool:
+def _is_like_largest(block: Block, main: Block) -> bool:
     """Return whether a block is a specimen like the largest: same columns or same length."""
     table, main_table = block.table, main.table
     if table and main_table and table.header.columns == main_table.header.columns:
@@ -163,9 +163,9 @@ def _select_by_order(lines: Lines, blocks: list[Block], count: int) -> list[Spec
         raise FileError(lines.source.path, "contains no row of numbers")
     main = max(fit, key=lambda b: b.rows)
     used = [b for b in fit if b is main or (b.pure and b.rows >= FEWEST_ROWS)]
-    warnings, result = _unread_note(lines, blocks, used), []
+    warnings, result = _note_skipped_lines(lines, blocks, used), []
     for k, block in enumerate(used, 1):
-        table = bare_table(lines, block)
+        table = make_bare_table(lines, block)
         label = (block.title or str(k)) if len(used) > 1 else ""
         rows = Rows(lines.source, table)
         own_header = block.table.header if block.table else None
@@ -182,11 +182,11 @@ def _add_stated_units(lines: Lines, block: Block) -> Block:
     table = block.table
     if table is None or all(table.header.units):
         return block
-    units_stated = stated_units([lines.text(n) for n in range(min(block.first, 200))])
+    units_stated = find_stated_units([lines.text(n) for n in range(min(block.first, 200))])
     if not units_stated:
         return block
     head = table.header
-    units = tuple(u or units_stated.get(role_of_name(n) or "") for n, u in head.columns)
+    units = tuple(u or units_stated.get(find_role(n) or "") for n, u in head.columns)
     header = replace(head, units=units, style=head.style or "stated")
     return replace(block, table=replace(table, header=header))
 
@@ -208,7 +208,7 @@ def _add_clock_unit(lines: Lines, block: Block) -> Block:
     return replace(block, table=replace(table, header=header))
 
 
-def _explain_nothing(
+def _explain_unreadable(
     lines: Lines, blocks: list[Block], given_entries: Mapping[str, ColumnEntry]
 ) -> FileError:
     """Return the reason why no table of the file can be read."""
@@ -227,8 +227,8 @@ def _explain_nothing(
                 how=f", in order, such as --columns {entries}",
                 asks="columns",
             )
-        best = best or find_headless(lines, blocks)
-    if best is None or not (best.header.style or any(map(role_of_name, best.header.names))):
+        best = best or find_headless_table(lines, blocks)
+    if best is None or not (best.header.style or any(map(find_role, best.header.names))):
         return FileError(
             path,
             "is not in a known format; tried layerjam CSV (first line '# layerjam'), "
@@ -237,7 +237,7 @@ def _explain_nothing(
         )
     if best.rows == 0:
         return best.header.fail("contains column names but no rows of numbers")
-    if "elongation" not in given_entries and _is_over_time(best.header, given_entries):
+    if "elongation" not in given_entries and _has_time_axis(best.header, given_entries):
         return best.header.fail(
             f"contains force and time but no elongation; {best.header.describe()}; state "
             "the crosshead speed",
@@ -251,7 +251,7 @@ def _explain_nothing(
     return best.header.fail(f"cannot be read; {best.header.describe()}")
 
 
-def _check_orphans(lines: Lines, blocks: list[Block], used: list[Block], main: Block) -> None:
+def _reject_orphan_rows(lines: Lines, blocks: list[Block], used: list[Block], main: Block) -> None:
     """Reject headless rows as wide as the table: the file is damaged there."""
     for k, block in enumerate(blocks):
         if block in used or not block.pure or block.width != main.width:
@@ -261,7 +261,7 @@ def _check_orphans(lines: Lines, blocks: list[Block], used: list[Block], main: B
         before = next((b for b in reversed(blocks[:k]) if b in used), None)
         if before is not None:
             line = next(n for n in range(before.last + 1, block.first) if not lines.blank[n])
-            raise no_row_of_numbers(lines.source.path, [lines.text(line)], line + 1)
+            raise make_no_numbers_error(lines.source.path, [lines.text(line)], line + 1)
         if block.rows >= 2:
             raise FileError(
                 lines.source.path,
@@ -270,7 +270,7 @@ def _check_orphans(lines: Lines, blocks: list[Block], used: list[Block], main: B
             )
 
 
-def _unread_note(lines: Lines, blocks: list[Block], used: list[Block]) -> tuple[str, ...]:
+def _note_skipped_lines(lines: Lines, blocks: list[Block], used: list[Block]) -> tuple[str, ...]:
     """Return a note that text or numbers below the tables were skipped."""
     end = used[-1].last + 1
     below = [n for n in range(end, min(end + 50, len(lines.starts))) if not lines.blank[n]]

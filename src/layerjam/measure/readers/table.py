@@ -10,8 +10,8 @@ import numpy as np
 
 from layerjam.errors import FileError
 from layerjam.measure.readers import words
-from layerjam.measure.readers.columns import Header, role_of_name
-from layerjam.measure.readers.heads import find_head, trim
+from layerjam.measure.readers.columns import Header, find_role
+from layerjam.measure.readers.heads import find_head, trim_fields
 from layerjam.measure.readers.lines import Lines, looks_numeric, split_line
 from layerjam.measure.readers.rows import Table
 from layerjam.measure.readers.unit_words import unit_role
@@ -45,15 +45,15 @@ class Block:
         return self.table is not None and bool(self.table.header.style)
 
 
-def find_headless(lines: Lines, blocks: list[Block]) -> Table | None:
+def find_headless_table(lines: Lines, blocks: list[Block]) -> Table | None:
     """Return a header at the end of the file, without numbers below it."""
     after = blocks[-1].last + 1 if blocks else 0
-    above = _text_lines(lines, range(after, len(lines.starts)))
+    above = _select_text_lines(lines, range(after, len(lines.starts)))
     head = _find_head(lines, above[-_LINES_ABOVE:], 0)
     return Table(head, lines.separator, len(lines.source.data)) if head else None
 
 
-def bare_table(lines: Lines, block: Block) -> Table:
+def make_bare_table(lines: Lines, block: Block) -> Table:
     """Return the table of a block whose columns the user lists, ignoring the lines above."""
     names = tuple(f"column {i + 1}" for i in range(block.width))
     path = lines.source.path
@@ -108,7 +108,7 @@ def _mark_header_numbers(lines: Lines, rows: np.ndarray, number: np.ndarray, pla
         if lines.pure[rows[k]]:
             return
         fields = [f for f in lines.fields(int(rows[k])) if f]
-        spec = sum(bool(role_of_name(f) or unit_role(f)) for f in fields if not looks_numeric(f))
+        spec = sum(bool(find_role(f) or unit_role(f)) for f in fields if not looks_numeric(f))
         if spec * 2 < len(fields) or spec < 2:
             return
         number[k] = False
@@ -134,8 +134,8 @@ def _mark_statistics(lines: Lines, rows: np.ndarray, number: np.ndarray) -> None
 
 def _make_block(lines: Lines, inside: np.ndarray, above: tuple[int, ...]) -> Block:
     first, last = int(inside[0]), int(inside[-1])
-    width = len(trim(lines.fields(first)))
-    texts = _text_lines(lines, above)
+    width = len(trim_fields(lines.fields(first)))
+    texts = _select_text_lines(lines, above)
     head = _drop_empty_columns(_find_head(lines, texts, width), width)
     titles = [lines.text(n).strip(' \t;,"|#') for n in above if n not in {t[0] for t in texts}]
     title = titles[-1] if titles else ""
@@ -150,26 +150,26 @@ def _drop_empty_columns(head: Header | None, width: int) -> Header | None:
     return replace(head, names=head.names[:width], units=head.units[:width])
 
 
-def _text_lines(lines: Lines, above: tuple[int, ...] | range) -> list[tuple[int, str]]:
+def _select_text_lines(lines: Lines, above: tuple[int, ...] | range) -> list[tuple[int, str]]:
     """Return those of the lines above that have at least two fields."""
     texts = []
     for line in above:
         if lines.blank[line]:
             continue
         text = lines.text(line)
-        if sum(1 for f in _any_fields(text, lines.separator) if f) >= 2:
+        if sum(1 for f in _split_with_any(text, lines.separator) if f) >= 2:
             texts.append((line, text))
     return texts
 
 
 @lru_cache(maxsize=1024)
-def _any_fields(text: str, separator: str) -> list[str]:
+def _split_with_any(text: str, separator: str) -> list[str]:
     fields = split_line(text, separator)
     others = (split_line(text, mark) for mark in ("\t", ";", ",", "|") if mark in text)
     return fields if len(fields) > 1 else max(others, key=len, default=fields)
 
 
-def share_heads(lines: Lines, blocks: list[Block]) -> Iterator[Block]:
+def share_headers(lines: Lines, blocks: list[Block]) -> Iterator[Block]:
     """Yield the blocks; below a title such as "Specimen 2", the previous header is used."""
     before: Block | None = None
     for plain_block in blocks:

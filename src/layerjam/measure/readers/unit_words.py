@@ -92,7 +92,7 @@ PRESSURE = re.compile(
 
 
 @lru_cache(maxsize=4096)
-def convert(unit: str, si: str) -> tuple[Fraction, float] | None:
+def convert_unit(unit: str, si: str) -> tuple[Fraction, float] | None:
     """Return (factor, offset) with SI value = factor * value + offset, or None.
 
     Besides all units, it accepts machines' spellings of time, length and force, °C and °F, g as an
@@ -122,12 +122,12 @@ def is_other_unit(file_unit: str, unit: str, si: str) -> bool:
 
     It may differ in size or in dimension; for a force, g means gf. An unknown unit never differs.
     """
-    given_scale, file_scale = convert(unit, si), convert(file_unit, si)
+    given_scale, file_scale = convert_unit(unit, si), convert_unit(file_unit, si)
     if file_scale is None and si == "N" and (weight := weight_unit(file_unit)):
-        file_scale = convert(weight, si)
+        file_scale = convert_unit(weight, si)
     if file_scale is None:
         return any(
-            convert(file_unit, si_unit) for si_unit in (*ROLES.values(), "Pa") if si_unit != si
+            convert_unit(file_unit, si_unit) for si_unit in (*ROLES.values(), "Pa") if si_unit != si
         )
     return given_scale is not None and not (
         math.isclose(file_scale[0], given_scale[0], rel_tol=1e-6)

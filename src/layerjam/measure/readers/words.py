@@ -29,7 +29,7 @@ def normalise_name(name: str) -> str:
     return " ".join("".join(c for c in letters if not unicodedata.combining(c)).split())
 
 
-def _pattern(name: str) -> str:
+def _make_pattern(name: str) -> str:
     """Return one regular expression for entries that match the start, end or any part of a word."""
     entry = VOCABULARY["names"][name]
     begin, end, anywhere = (
@@ -41,23 +41,23 @@ def _pattern(name: str) -> str:
     return "|".join([*parts, *([entry["pattern"]] if "pattern" in entry else [])])
 
 
-TIME = _pattern("time")
-TRAVEL = _pattern("travel")
-CROSSHEAD = _pattern("crosshead")
-SENSOR = _pattern("sensor")
-NOT_TRAVEL = _pattern("not_travel")
-FORCE = _pattern("force")
+TIME = _make_pattern("time")
+TRAVEL = _make_pattern("travel")
+CROSSHEAD = _make_pattern("crosshead")
+SENSOR = _make_pattern("sensor")
+NOT_TRAVEL = _make_pattern("not_travel")
+FORCE = _make_pattern("force")
 OTHER_FORCE = r"\d|\b(peak|max|min|mean|filter|raw|true|error|command|demand|soll|aux|normal)"
-OTHER_QUANTITY = _pattern("else")
-SPECIMEN = _pattern("specimen")
-STATISTIC = _pattern("statistic")
-RESULTS = _pattern("results")
-UNIT = _pattern("unit")
+OTHER_QUANTITY = _make_pattern("else")
+SPECIMEN = _make_pattern("specimen")
+STATISTIC = _make_pattern("statistic")
+RESULTS = _make_pattern("results")
+UNIT = _make_pattern("unit")
 ROLE = {"time": TIME, "elongation": f"{TRAVEL}|{CROSSHEAD}", "force": FORCE}
 _ANY = re.compile("|".join([*ROLE.values(), SENSOR, SPECIMEN, UNIT, OTHER_QUANTITY]))
 
 
-def known_words(text: str) -> int:
+def count_known(text: str) -> int:
     """Return the number of characters in known words, which identifies the code page."""
     matches = [m[0] for m in _ANY.finditer(normalise_name(text))]
     return sum(len(word) * (1 if word.isascii() else 4) for word in matches)

@@ -71,7 +71,7 @@ def _check_size(path: str, data: bytes) -> None:
                 "read. Export it as CSV",
             )
         for part in book.infolist():
-            for cells, count in _cells_of(part.filename.lower(), book.read(part)):
+            for cells, count in _count_cells(part.filename.lower(), book.read(part)):
                 _check_cells(path, cells, count)
 
 
@@ -91,20 +91,20 @@ def _check_cells(path: str, cells: int, count: int) -> None:
         )
 
 
-def _cells_of(name: str, data: bytes) -> Iterator[tuple[int, int]]:
+def _count_cells(name: str, data: bytes) -> Iterator[tuple[int, int]]:
     """Yield (rows times columns, filled cells) for a part of a workbook.
 
     Any part may be a sheet, because the names of parts are arbitrary.
     """
     if name == "content.xml":
-        yield from _open_document_cells(data)
+        yield from _count_open_document(data)
     elif data.startswith(_BEGIN_SHEET) or (name.endswith(".bin") and "sheets/" in name):
-        yield _binary_cells(data)
+        yield _count_binary(data)
     else:
-        yield _xml_cells(data)
+        yield _count_xml(data)
 
 
-def _xml_cells(data: bytes) -> tuple[int, int]:
+def _count_xml(data: bytes) -> tuple[int, int]:
     """Return the same for an .xlsx sheet; a cell without a position follows the previous one.
 
     A self-closing cell is empty, and the reader skips it.
@@ -132,7 +132,7 @@ def _column_number(letters: bytes) -> int:
     return sum(26**i * (c - 64) for i, c in enumerate(reversed(letters.upper())))
 
 
-def _binary_cells(data: bytes) -> tuple[int, int]:
+def _count_binary(data: bytes) -> tuple[int, int]:
     """Return the same for an .xlsb sheet of records with a type, a length, and a row or column."""
     offset = rows = columns = count = 0
     while offset < len(data):
@@ -157,7 +157,7 @@ def _read_varint(data: bytes, offset: int) -> tuple[int, int]:
             return value, offset
 
 
-def _open_document_cells(data: bytes) -> Iterator[tuple[int, int]]:
+def _count_open_document(data: bytes) -> Iterator[tuple[int, int]]:
     """Yield the same for the sheets of an .ods, up to the last cell that is not empty.
 
     A self-closing cell may still have a value in an attribute.

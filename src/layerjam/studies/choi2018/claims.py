@@ -81,7 +81,7 @@ class Claim:
 
 
 @cache
-def paper() -> Mapping[str, Any]:
+def load_paper() -> Mapping[str, Any]:
     """Return the tables of paper.toml: `part` as a list, `claim` keyed by claim."""
     text = (files("layerjam.studies.choi2018") / "paper.toml").read_text(encoding="utf-8")
     return MappingProxyType(tomllib.loads(text))
@@ -100,7 +100,7 @@ def claim(
     `words` fill the placeholders in its sentences; `instead` replaces entries of the file.
     """
     return judge_claim(
-        PrintedClaim(**(paper()["claim"][key] | (instead or {}))), ours, holds, **words
+        PrintedClaim(**(load_paper()["claim"][key] | (instead or {}))), ours, holds, **words
     )
 
 
@@ -141,11 +141,11 @@ def judge_claim(
         verdict=VERDICTS[basis][0 if agrees else 1],
         because=row.because,
         why=reason,
-        again=paper()["claim"][row.again]["claim"] if row.again else "",
+        again=load_paper()["claim"][row.again]["claim"] if row.again else "",
     )
 
 
-def tally(claims: Iterable[Claim]) -> dict[Verdict, int]:
+def count_verdicts(claims: Iterable[Claim]) -> dict[Verdict, int]:
     """Return the number of claims for each verdict, without claims that repeat others."""
     verdicts = [claim.verdict for claim in claims if not claim.again]
     return {verdict: verdicts.count(verdict) for verdict in Verdict}

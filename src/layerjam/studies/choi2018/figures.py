@@ -30,7 +30,7 @@ STIFFNESSES = {"choi2018-kapton": (131e3, 107e3), "choi2018-ptfe": (55e3, 42e3)}
 """Stiffnesses from the paper's text and from the caption of its Fig. 8 [N/m]."""
 
 
-def _curve(vacuum: float, brake: Brake, end: float = TESTED) -> tuple[np.ndarray, np.ndarray]:
+def _run_pull(vacuum: float, brake: Brake, end: float = TESTED) -> tuple[np.ndarray, np.ndarray]:
     """Return elongation [m] and force [N] of a pull, densely sampled around the onset."""
     k = float(working_stiffness(brake))
     rise = 3 * float(peak(vacuum, end, brake).force) / k
@@ -43,18 +43,18 @@ def _frame_pull(
 ) -> None:
     """Draw the axes of a pull to 40 mm, as in the paper, with a label at each curve's end."""
     axes.set(xlim=(0, TESTED * MM), ylim=(0, None), xlabel="elongation [mm]", ylabel="force [N]")
-    style.labels_right(axes, TESTED * MM, ends)
+    style.add_end_labels(axes, TESTED * MM, ends)
     style.title(axes, name, detail)
 
 
 @style.in_style
-def fig4() -> style.Figure:
+def draw_fig4() -> style.Figure:
     """Draw pulls of all four films at four vacuums."""
     figure, panels = style.canvas(columns=2, rows=2, width=8.6, height=6.4)
     for axes, (name, film) in zip(panels, NAMES.items(), strict=True):
         file, ends = load(name), []
         for vacuum, color in zip(FIG4, VACUUMS, strict=True):
-            u, force = _curve(vacuum, file.brake)
+            u, force = _run_pull(vacuum, file.brake)
             axes.plot(u * MM, force, color=color)
             ends.append((float(force[-1]), f"{vacuum * KPA:.1f} kPa", color))
         guess = any(s.kind == "handbook" for p, s in file.sources.items() if "film.kin" in p)
@@ -64,14 +64,14 @@ def fig4() -> style.Figure:
 
 
 @style.in_style
-def fig7_9() -> style.Figure:
+def draw_fig7_9() -> style.Figure:
     """Draw the model before (Fig. 7) and after calibration (Fig. 9) at the three test vacuums."""
     figure, panels = style.canvas(columns=2, width=8.6, height=3.9)
     for axes, name in zip(panels, CALIBRATED, strict=True):
         brake, ends = load(name).brake, []
         for vacuum, color in zip(FIG7, VACUUMS, strict=False):
-            u, after = _curve(vacuum, brake)
-            before = np.interp(u, *_curve(vacuum, replace(brake, scale_factor=1.0)))
+            u, after = _run_pull(vacuum, brake)
+            before = np.interp(u, *_run_pull(vacuum, replace(brake, scale_factor=1.0)))
             style.band(axes, u * MM, before, after, color, 0.13)
             axes.plot(u * MM, before, color=color, lw=1.2, ls=style.DASHED)
             axes.plot(u * MM, after, color=color)
@@ -82,7 +82,7 @@ def fig7_9() -> style.Figure:
 
 
 @style.in_style
-def fig8(fits: Mapping[str, Calibration]) -> style.Figure:
+def draw_fig8(fits: Mapping[str, Calibration]) -> style.Figure:
     """Draw the calibration pulls near their peaks, with lines for the paper's two stiffnesses.
 
     `fits` contains the procedure's calibration for each film.
@@ -96,7 +96,7 @@ def fig8(fits: Mapping[str, Calibration]) -> style.Figure:
         )
         top = peak(FULL, TESTED, brake)
         end, high = 3.2 * float(top.elongation), float(top.force)
-        u, force = _curve(FULL, brake, end)
+        u, force = _run_pull(FULL, brake, end)
         axes.plot(u * MM, force, color=BLUE)
         for k, color, words in (
             (text, ORANGE, f"text: {text / 1e3:.0f} kN/m"),
@@ -115,7 +115,7 @@ def fig8(fits: Mapping[str, Calibration]) -> style.Figure:
 
 
 @style.in_style
-def eq5() -> style.Figure:
+def draw_eq5() -> style.Figure:
     """Draw eq. 5 as printed, and eq. 5 with x inside the root."""
     brake = load("choi2018-kapton").brake
     x = np.linspace(0, TESTED, 300)
@@ -141,7 +141,7 @@ def eq5() -> style.Figure:
 
 
 @style.in_style
-def sheets_and_mass() -> style.Figure:
+def draw_sheets_and_mass() -> style.Figure:
     """Draw force and mass versus the number of sheets, with the paper's 17.5 N and 0.4 g."""
     brake = load("choi2018-kapton").brake
     counts = np.arange(3, 32)
@@ -163,7 +163,7 @@ def sheets_and_mass() -> style.Figure:
 
 
 @style.in_style
-def closing() -> style.Figure:
+def draw_closing_vacuum() -> style.Figure:
     """Draw the vacuum below which the enclosure closes the unloaded brake."""
     x = np.linspace(0, 0.055, 300)
     figure, (axes,) = style.canvas(width=6.4, height=3.6)

@@ -28,16 +28,16 @@ PAPER_TUNED, PAPER_FULL, PAPER_BARE = 2.0, 10.0, 50.0
 """Peaks [g] that the paper states for Fig. 11."""
 
 
-def brake_and_rope() -> tuple[Brake, float]:
+def load_brake_and_rope() -> tuple[Brake, float]:
     """Return the paper's Kapton brake, and the rope stiffness [N/m] that its bare drop implies."""
     brake = load("choi2018-kapton").brake
     return brake, float(brake.rope.stiffness) if brake.rope is not None else np.inf
 
 
 @cache_threadsafe
-def stops() -> tuple[DropRecord, DropRecord]:
+def simulate_stops() -> tuple[DropRecord, DropRecord]:
     """Return the paper's stop of 1 kg at 2.5 m/s at full vacuum, and tuned to slip 40 mm."""
-    brake, rope = brake_and_rope()
+    brake, rope = load_brake_and_rope()
     vacuum = float(tuned_vacuum(MASS, SPEED, SLIP, series_spring(brake, rope), G, brake))
     file = load("choi2018-kapton")
     runs = [
@@ -51,7 +51,7 @@ def bare_peak(rope: Any, speed: float) -> Any:
     return 1 + np.sqrt(1 + rope * speed**2 / (MASS * G**2))
 
 
-def bare(rope: float, speed: float = FASTEST) -> tuple[np.ndarray, np.ndarray]:
+def simulate_rope(rope: float, speed: float = FASTEST) -> tuple[np.ndarray, np.ndarray]:
     """Return time [s] and specific force [m/s^2] of the mass on the rope alone, taut to slack."""
     omega = np.sqrt(rope / MASS)
     swing = (bare_peak(rope, speed) - 1) * G
@@ -70,13 +70,13 @@ def filtered_peak(signal: tuple[np.ndarray, np.ndarray], cutoff: float) -> float
 
 
 @cache_threadsafe
-def cutoffs() -> tuple[float, float]:
+def find_cutoffs() -> tuple[float, float]:
     """Return the cutoffs [Hz] at which the two stops peak at the paper's 10 g and 2 g."""
-    full, tuned_force = (specific_force_of(run) for run in stops())
-    return _cutoff_for(full, PAPER_FULL), _cutoff_for(tuned_force, PAPER_TUNED)
+    full, tuned_force = (specific_force_of(run) for run in simulate_stops())
+    return _find_cutoff(full, PAPER_FULL), _find_cutoff(tuned_force, PAPER_TUNED)
 
 
-def _cutoff_for(signal: tuple[np.ndarray, np.ndarray], peak: float) -> float:
+def _find_cutoff(signal: tuple[np.ndarray, np.ndarray], peak: float) -> float:
     """Return the cutoff [Hz] for a filtered peak of `peak` [g], which grows with the cutoff."""
     from scipy.optimize import brentq
 
@@ -84,7 +84,7 @@ def _cutoff_for(signal: tuple[np.ndarray, np.ndarray], peak: float) -> float:
     return float(np.exp(root))
 
 
-def most_without_brake(cutoff: float) -> float:
+def max_bare_reading(cutoff: float) -> float:
     """Return the largest filtered reading [g] of the mass at 3.7 m/s on any rope.
 
     An infinitely stiff rope reverses the mass instantly. The reading is then 2 v times the filter's
@@ -93,7 +93,7 @@ def most_without_brake(cutoff: float) -> float:
     """
     stiff = 2 * FASTEST * np.pi * cutoff / (np.sqrt(2) * (np.sqrt(2) - 1) ** 0.25) / G
     ropes = np.geomspace(1e3, 1e6, 13)
-    return max(stiff, *(filtered_peak(bare(float(k)), cutoff) for k in ropes))
+    return max(stiff, *(filtered_peak(simulate_rope(float(k)), cutoff) for k in ropes))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +101,7 @@ class RopeStudy:
     """Peaks [g] of the stop versus rope stiffness [N/m], shape (N,); NaN if none.
 
     `tuned` is at the vacuum for 40 mm of slip, if the brake slips at all, `full` is at 94.5 kPa,
-    and `bare` is without a brake. The speed is 2.5 m/s.
+    and `simulate_rope` is without a brake. The speed is 2.5 m/s.
     """
 
     rope: np.ndarray
@@ -111,9 +111,9 @@ class RopeStudy:
 
 
 @cache_threadsafe
-def rope_study(points: int = 400) -> RopeStudy:
+def study_ropes(points: int = 400) -> RopeStudy:
     """Compute the unfiltered peaks for ropes from 10 N/m to 1 MN/m."""
-    brake, _ = brake_and_rope()
+    brake, _ = load_brake_and_rope()
     rope = np.geomspace(10, 1e6, points)
     brake_spring = series_spring(brake, None)
     spring = 1 / (1 / brake_spring + 1 / rope)
@@ -135,13 +135,13 @@ def claims() -> list[Claim]:
     """Return the claims on the peaks in Fig. 11, and on the filter or rope that they require."""
     from scipy.optimize import brentq
 
-    (full, tuned_stop), study = stops(), rope_study()
+    (full, tuned_stop), study = simulate_stops(), study_ropes()
     peaks = [measure_acceleration(run, ADXL193).peak / G for run in (full, tuned_stop)]
     signals = [specific_force_of(run) for run in (full, tuned_stop)]
     largest_loss = max(
         measure_acceleration(run, ADXL193, c).loss for run in (full, tuned_stop) for c in CLASSES
     )
-    ten, two = cutoffs()
+    ten, two = find_cutoffs()
     # the rope for which `bare_peak` is 10 g at 2.5 m/s
     soft = ((PAPER_FULL - 1) ** 2 - 1) * MASS * G**2 / SPEED**2
     bare = {"soft": show(soft, "N/m", 2), "bare": bare_peak(soft, FASTEST)}
@@ -149,8 +149,8 @@ def claims() -> list[Claim]:
     rope = {"best": study.tuned[best], "rope": show(float(study.rope[best]), "N/m", 2)}
     stop_length = SPEED**2 / (2 * G * (PAPER_TUNED - 1)) * 1e3
     # test whether one filter could have shown all three peaks
-    reach = most_without_brake(ten)
-    least = float(brentq(lambda x: most_without_brake(x) - PAPER_BARE, 10, 60, rtol=1e-3))
+    reach = max_bare_reading(ten)
+    least = float(brentq(lambda x: max_bare_reading(x) - PAPER_BARE, 10, 60, rtol=1e-3))
     left = [filtered_peak(signal, least) for signal in signals]
     is_one_filter = reach >= PAPER_BARE and abs(ten / two - 1) < 0.1
     return [

@@ -55,7 +55,7 @@ class FilmRun:
     calibrated: Validation
 
 
-def friction_files(file: BrakeFile, folder: Path) -> list[Path]:
+def write_friction_files(file: BrakeFile, folder: Path) -> list[Path]:
     """Write friction tests of a film in the layout of Bluehill, with the scatter of table I."""
     static, kinetic = TABLE_SD[file.name]
     tests = FrictionTests(
@@ -76,7 +76,7 @@ def friction_files(file: BrakeFile, folder: Path) -> list[Path]:
     ]
 
 
-def pull_files(file: BrakeFile, folder: Path, pulls: Pulls, layout: str, stem: str) -> list[Path]:
+def write_pulls(file: BrakeFile, folder: Path, pulls: Pulls, layout: str, stem: str) -> list[Path]:
     """Write pulls of a brake as files in one layout, with names that begin with `stem`."""
     spec = Spec(brakes=(Truth(brake=file),), seed=7, pulls=pulls, machine=PULL_MACHINE)
     film, ending = NAMES[file.name].lower(), LAYOUTS[layout].ending
@@ -99,14 +99,14 @@ def read_pulls(paths: list[Path]) -> list[tuple[PullFeatures, float]]:
 
 
 @cache
-def run_film(name: str) -> FilmRun:
+def run_film_study(name: str) -> FilmRun:
     """Run the paper's whole procedure for one film on synthetic files; the result is cached."""
     file = load(name)
     with TemporaryDirectory() as place:
         folder = Path(place)
-        tests = [read_trace(p) for p in friction_files(file, folder)]
-        pull = read_pulls(pull_files(file, folder, CALIBRATED_ON, "testxpert", "calibration"))
-        pulls = read_pulls(pull_files(file, folder, VALIDATED_ON, "bluehill", "validation"))
+        tests = [read_trace(p) for p in write_friction_files(file, folder)]
+        pull = read_pulls(write_pulls(file, folder, CALIBRATED_ON, "testxpert", "calibration"))
+        pulls = read_pulls(write_pulls(file, folder, VALIDATED_ON, "bluehill", "validation"))
     calibration = calibrate(pull, replace(file.brake, scale_factor=1.0))
     fitted_brake = replace(
         file.brake, scale_factor=calibration.scale_factor, stiffness_measured=calibration.stiffness
@@ -120,20 +120,20 @@ def run_film(name: str) -> FilmRun:
     )
 
 
-def runs() -> dict[str, FilmRun]:
-    """Return `run_film` for both films that the paper calibrated."""
-    return {name: run_film(name) for name in CALIBRATED}
+def run_studies() -> dict[str, FilmRun]:
+    """Return `run_film_study` for both films that the paper calibrated."""
+    return {name: run_film_study(name) for name in CALIBRATED}
 
 
-def fig8() -> style.Figure:
+def draw_fig8() -> style.Figure:
     """Draw Fig. 8 with the procedure's calibrations."""
-    return figures.fig8({name: run.calibration for name, run in runs().items()})
+    return figures.draw_fig8({name: run.calibration for name, run in run_studies().items()})
 
 
 def friction_claims() -> list[Claim]:
     """Return the claims in section III-C: table I."""
     out = [claim("test-pressure", NORMAL_FORCE / CONTACT_AREA / 1e3)]
-    for name, run in runs().items():
+    for name, run in run_studies().items():
         for kind, sd in zip(("static", "kinetic"), TABLE_SD[name], strict=True):
             paper = getattr(run.file.brake.film, kind)
             table_value = {"paper": paper, "tolerance": sd * paper}
@@ -158,7 +158,7 @@ def _read_by_eq8_and_eq9(name: str) -> tuple[dict[str, Any], dict[str, Any]]:
 def calibration_claims() -> list[Claim]:
     """Return the claims in section III-D: Fig. 8 and 9, eq. 7 to 9."""
     out = []
-    for name, run in runs().items():
+    for name, run in run_studies().items():
         factor, result = run.file.brake.scale_factor, run.calibration
         a = {"paper": factor, "tolerance": 0.0005 if factor < 1 else 0.005}
         k = {"paper": (run.file.brake.stiffness_measured or np.nan) / 1e3}
@@ -176,9 +176,9 @@ def calibration_claims() -> list[Claim]:
 
 def validation_claims() -> list[Claim]:
     """Return the claims in sections III-C and III-D: MAPE before and after calibration."""
-    before = [c.mape for run in runs().values() for c in run.uncalibrated.curves]
-    after = [c.mape for run in runs().values() for c in run.calibrated.curves]
-    factor_errors = [abs(1 / run.file.brake.scale_factor - 1) for run in runs().values()]
+    before = [c.mape for run in run_studies().values() for c in run.uncalibrated.curves]
+    after = [c.mape for run in run_studies().values() for c in run.calibrated.curves]
+    factor_errors = [abs(1 / run.file.brake.scale_factor - 1) for run in run_studies().values()]
     explained_error = float(np.mean(factor_errors))
     unexplained_share = 1 - explained_error / PRINTED
     return [

@@ -29,19 +29,19 @@ from layerjam.units import show
 G = 9.80665
 
 
-def brakes() -> tuple[Brake, Brake]:
+def load_brakes() -> tuple[Brake, Brake]:
     """Return the paper's calibrated brakes: Kapton and PTFE."""
     return load("choi2018-kapton").brake, load("choi2018-ptfe").brake
 
 
-def _top(brake: Brake) -> float:
+def _compute_peak(brake: Brake) -> float:
     """Return the peak force of a pull to 40 mm at 94.5 kPa [N]."""
     return float(peak(FULL, TESTED, brake).force)
 
 
-def structure() -> list[Claim]:
+def claim_structure() -> list[Claim]:
     """Return the claims in section II-A: description of the brake."""
-    kapton, _ = brakes()
+    kapton, _ = load_brakes()
     sheets = kapton.sheets
     buckling = float(buckling_force(0.0, kapton))
     top = float(peak(FULL, sheets.usable_travel, kapton).force)
@@ -55,9 +55,9 @@ def structure() -> list[Claim]:
     ]
 
 
-def equations() -> list[Claim]:
+def claim_equations() -> list[Claim]:
     """Return the claims in section II-B: the model's equations."""
-    kapton, ptfe = brakes()
+    kapton, ptfe = load_brakes()
     right = float(enclosure_force(0.02, FULL, kapton))
     printed_force = right / 0.02**0.5 * 0.02
     # with lengths in mm, E and P per mm^2 and A in mm^2 increase the argument of the root 1000-fold
@@ -83,12 +83,12 @@ def equations() -> list[Claim]:
     ]
 
 
-def materials() -> list[Claim]:
+def claim_materials() -> list[Claim]:
     """Return the claims in section III-A, Fig. 4."""
     films = ("kapton", "polyester", "ptfe", "ptfe-fiberglass")
-    peaks = {name: _top(load(f"choi2018-{name}").brake) for name in films}
-    bounds = [float(peak_vacuum(b)) / 1e3 for b in brakes()]
-    slope = _slope_at(20e-3, 31e3, brakes()[0])
+    peaks = {name: _compute_peak(load(f"choi2018-{name}").brake) for name in films}
+    bounds = [float(peak_vacuum(b)) / 1e3 for b in load_brakes()]
+    slope = _slope_at(20e-3, 31e3, load_brakes()[0])
     words = ", ".join(f"{name} {force:.0f} N" for name, force in peaks.items())
     times = peaks["kapton"] / peaks["ptfe"]
     return [
@@ -104,7 +104,7 @@ def _slope_at(slip: float, vacuum: float, brake: Brake) -> float:
     return float(jax.grad(lambda x: brake_force(x, vacuum, brake))(slip))
 
 
-def fluids() -> list[Claim]:
+def claim_fluids() -> list[Claim]:
     """Return the claims in section III-B: air and water."""
     file, line = load("choi2018-kapton"), load_line("choi2018").line
     slow, fast = (
@@ -120,9 +120,9 @@ def fluids() -> list[Claim]:
     ]
 
 
-def stiffnesses() -> list[Claim]:
+def claim_stiffnesses() -> list[Claim]:
     """Return the claims in section III-D: measured stiffness, text compared with caption."""
-    kapton, ptfe = brakes()
+    kapton, ptfe = load_brakes()
     out = []
     for name in CALIBRATED:
         text, caption = (k / 1e3 for k in STIFFNESSES[name])
@@ -130,18 +130,18 @@ def stiffnesses() -> list[Claim]:
         eq9 = float(top.force / top.elongation) / 1e3
         words: dict[str, Any] = {"film": NAMES[name], "text": text, "caption": caption, "eq9": eq9}
         out.append(claim("caption", caption, instead={"paper": text}, **words))
-    out.append(_share_of_enclosure())
+    out.append(_claim_enclosure_share())
     mounts = [float(mount_stiffness(b)) / 1e3 for b in (kapton, ptfe)]
     alike = abs(mounts[0] / mounts[1] - 1) < 0.1
     out.append(claim("mounts", holds=alike, kapton=mounts[0], ptfe=mounts[1]))
-    static, greatest_force = float(holding_force(FULL, kapton)), _top(kapton)
+    static, greatest_force = float(holding_force(FULL, kapton)), _compute_peak(kapton)
     return [
         *out,
         claim("static", holds=static / greatest_force < 1.05, static=static, peak=greatest_force),
     ]
 
 
-def _share_of_enclosure() -> Claim:
+def _claim_enclosure_share() -> Claim:
     """Return the enclosure's share of the peak force, at the slip and at the elongation."""
     shares: dict[str, Any] = {}
     for name in CALIBRATED:
@@ -152,11 +152,11 @@ def _share_of_enclosure() -> Claim:
     return claim("minimal", holds=max(shares.values()) < 0.05, **shares)
 
 
-def damping() -> list[Claim]:
+def claim_damping() -> list[Claim]:
     """Return the claims in section III-E: energy and collisions of 1 kg on the implied rope."""
     from scipy.integrate import quad
 
-    kapton, _ = brakes()
+    kapton, _ = load_brakes()
     rope = kapton.rope.stiffness if kapton.rope is not None else np.inf
     spring = series_spring(kapton, rope)
     work = float(slip_work(TESTED, FULL, kapton))
@@ -181,14 +181,14 @@ def damping() -> list[Claim]:
     ]
 
 
-def force_density() -> list[Claim]:
+def claim_force_density() -> list[Claim]:
     """Return the claims in section III-F, Fig. 12."""
-    kapton, _ = brakes()
+    kapton, _ = load_brakes()
     thicker_stack = replace(kapton, sheets=replace(kapton.sheets, count=kapton.sheets.count + 1))
-    top = _top(kapton)
+    top = _compute_peak(kapton)
     best = max(published_devices().devices, key=lambda device: device.density)
     return [
-        claim("sheet-force", _top(thicker_stack) - top),
+        claim("sheet-force", _compute_peak(thicker_stack) - top),
         claim(
             "sheet-mass", sheet_mass(kapton) * 1e3, whole=(mass(thicker_stack) - mass(kapton)) * 1e3
         ),

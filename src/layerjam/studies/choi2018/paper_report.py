@@ -22,7 +22,7 @@ from layerjam.report import (
     stack_figures,
     style,
 )
-from layerjam.report.folder import check_folder, figures_of, json_text, write_folder
+from layerjam.report.folder import check_folder, figure_files, format_json, write_folder
 from layerjam.report.page import (
     NONE,
     Page,
@@ -31,13 +31,13 @@ from layerjam.report.page import (
     Table,
     Word,
     check_extras,
-    drawn_all,
+    draw_all,
     html,
 )
 from layerjam.studies.choi2018 import figures as paper_figures
 from layerjam.studies.choi2018 import impact, model, sensor_figures, speed, speed_figures
 from layerjam.studies.choi2018 import lab as laboratory
-from layerjam.studies.choi2018.claims import Claim, Verdict, claim, paper, tally
+from layerjam.studies.choi2018.claims import Claim, Verdict, claim, count_verdicts, load_paper
 from layerjam.studies.machines import page
 from layerjam.studies.machines.registry import load_scenario
 from layerjam.studies.machines.verdict import Result
@@ -74,60 +74,60 @@ LAB_SHARE = 0.2
 """Fraction of the total time that the procedures on synthetic files take."""
 Draw = Callable[[], "style.Figure"]
 MACHINES = {
-    "seat-belt": page.belt_over_displacement,
-    "neck-guard": page.neck_in_time,
-    "ankle-clutch": page.ankle_stride,
-    "rehabilitation": page.exercise_in_time,
+    "seat-belt": page.draw_belt_versus_displacement,
+    "neck-guard": page.draw_neck_versus_time,
+    "ankle-clutch": page.draw_ankle_stride,
+    "rehabilitation": page.draw_exercise_versus_time,
 }
 
 
 @cache_threadsafe
-def _machine(name: str) -> Result:
+def _analyse_machine(name: str) -> Result:
     return load_scenario(name).analyse()
 
 
 def machine_claims() -> list[Claim]:
     """Return the paper's proposals, with our verdicts."""
-    results = {name: _machine(name) for name in MACHINES}
+    results = {name: _analyse_machine(name) for name in MACHINES}
     words = {True: "feasible", False: "not as built"}
     return [claim(name, words[r.feasible], reason=r.reason) for name, r in results.items()]
 
 
-def machine_picture(name: str) -> style.Figure:
+def draw_machine(name: str) -> style.Figure:
     """Return the figure of a machine for the paper's page."""
-    return MACHINES[name](_machine(name))
+    return MACHINES[name](_analyse_machine(name))
 
 
 FIGURES: dict[str, Draw] = {
-    "eq5": paper_figures.eq5,
-    "closing": paper_figures.closing,
-    "fig4": paper_figures.fig4,
-    "fig4-judder": speed_figures.fig4_judder,
-    "judder-map": speed_figures.amplitude,
-    "fig5": fluid_figures.fig5,
-    "fig6": speed_figures.fig6,
-    "fig7-9": paper_figures.fig7_9,
-    "fig8": laboratory.fig8,
-    "stack-onset": stack_figures.onset,
-    "stack-spread": stack_figures.spread,
-    "fig11": impact_figures.fig11,
-    "accelerometer": sensor_figures.readings,
+    "eq5": paper_figures.draw_eq5,
+    "closing": paper_figures.draw_closing_vacuum,
+    "fig4": paper_figures.draw_fig4,
+    "fig4-judder": speed_figures.draw_fig4_stick_slip,
+    "judder-map": speed_figures.draw_amplitudes,
+    "fig5": fluid_figures.draw_fig5,
+    "fig6": speed_figures.draw_fig6,
+    "fig7-9": paper_figures.draw_fig7_9,
+    "fig8": laboratory.draw_fig8,
+    "stack-onset": stack_figures.draw_onset,
+    "stack-spread": stack_figures.draw_spread,
+    "fig11": impact_figures.draw_fig11,
+    "accelerometer": sensor_figures.draw_readings,
     "filter-and-rope": sensor_figures.draw_requirements,
-    "regulators": line_pictures.regulators,
-    "forces": line_pictures.forces,
-    "plan": line_pictures.warned,
-    "sheets": paper_figures.sheets_and_mass,
-    "fig12": density_figures.fig12,
-    **{f"machine-{name}": partial(machine_picture, name) for name in MACHINES},
+    "regulators": line_pictures.draw_regulators,
+    "forces": line_pictures.draw_forces,
+    "plan": line_pictures.draw_warned_plan,
+    "sheets": paper_figures.draw_sheets_and_mass,
+    "fig12": density_figures.draw_fig12,
+    **{f"machine-{name}": partial(draw_machine, name) for name in MACHINES},
 }
 """{picture in paper.toml: function that draws it}."""
 CLAIMS: dict[str, Sequence[Callable[[], list[Claim]]]] = {
-    "device": [model.structure, model.equations],
-    "materials": [model.materials, speed.judder_claims, model.fluids, speed.wet_claims],
+    "device": [model.claim_structure, model.claim_equations],
+    "materials": [model.claim_materials, speed.judder_claims, model.claim_fluids, speed.wet_claims],
     "friction": [laboratory.friction_claims, laboratory.validation_claims],
-    "calibration": [laboratory.calibration_claims, model.stiffnesses],
-    "damping": [model.damping, impact.claims],
-    "density": [model.force_density],
+    "calibration": [laboratory.calibration_claims, model.claim_stiffnesses],
+    "damping": [model.claim_damping, impact.claims],
+    "density": [model.claim_force_density],
     "machines": [machine_claims],
 }
 """{part in paper.toml: functions that compute its claims}."""
@@ -152,49 +152,49 @@ def write_report(
     tell("procedures of the paper on synthetic files", 0.01)
     for film in paper_figures.CALIBRATED:
         tell(f"{paper_figures.NAMES[film]}: {laboratory.TEST_COUNT}", LAB_SHARE / 2)
-        laboratory.run_film(film)
+        laboratory.run_film_study(film)
     tell("figures and claims", LAB_SHARE)
-    parts = [part["id"] for part in paper()["part"] if part["id"] != "main-job"]
+    parts = [part["id"] for part in load_paper()["part"] if part["id"] != "main-job"]
     pool = Workers(2)
     try:
         # the claims are computed while the figures are drawn
-        pool.submit(stack_figures.warm_up)
+        pool.submit(stack_figures.compile_loops)
         futures = {name: [pool.submit(work) for work in CLAIMS.get(name, ())] for name in parts}
-        every = [*extra, *(part_of(name, FIGURES) for name in parts)]
+        every = [*extra, *(make_part(name, FIGURES) for name in parts)]
         pictures = [picture for part in every for picture in part.pictures]
-        svgs = drawn_all(pictures, tell, LAB_SHARE, 0.9)
+        svgs = draw_all(pictures, tell, LAB_SHARE, 0.9)
         tell("claims", 0.9)
         claims = {n: [c for group in futures[n] for c in group.result()] for n in parts}
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
     rows = [claim for group in claims.values() for claim in group]
-    counts = tally(rows)
+    counts = count_verdicts(rows)
     page = Page(
         title=TITLE,
         lead=LEAD,
         navigation=True,
         numbers=numbers,
-        verdicts=[Word(f"{MARKS[v]} {v}: {count}", _kind(v)) for v, count in counts.items()],
+        verdicts=[Word(f"{MARKS[v]} {v}: {count}", _word_kind(v)) for v, count in counts.items()],
         banner=[BANNER, MEANING],
-        parts=[*extra, *(part_of(name, FIGURES, claims[name]) for name in parts)],
+        parts=[*extra, *(make_part(name, FIGURES, claims[name]) for name in parts)],
         footer=f"layerjam {__version__}, {datetime.now(UTC).date().isoformat()}. {FOOTER}",
     )
-    results = json_text([claim.row() for claim in rows])
+    results = format_json([claim.row() for claim in rows])
     content = {"report.html": html(page.template_data(), svgs), "results.json": results}
-    write_folder(out, content | figures_of(svgs))
+    write_folder(out, content | figure_files(svgs))
     tell(f"report {out / 'report.html'}", 1.0)
     return counts
 
 
-def part_of(name: str, draw: Mapping[str, Draw], claims: Sequence[Claim] = ()) -> Part:
+def make_part(name: str, draw: Mapping[str, Draw], claims: Sequence[Claim] = ()) -> Part:
     """Return a part in paper.toml, with its pictures and its computed claims."""
-    row = next(part for part in paper()["part"] if part["id"] == name)
+    row = next(part for part in load_paper()["part"] if part["id"] == name)
     pictures = [
         Picture(name=p["name"], figure=draw[p["name"]], caption=p["caption"])
         for p in row["picture"]
     ]
     head = ["claim", "section", "paper", "ours", "verdict", "because", "why"]
-    table = Table(id=f"claims-{name}", head=head, rows=[_row(claim) for claim in claims])
+    table = Table(id=f"claims-{name}", head=head, rows=[_format_claim(claim) for claim in claims])
     return Part(
         id=name,
         title=row["title"],
@@ -204,32 +204,32 @@ def part_of(name: str, draw: Mapping[str, Draw], claims: Sequence[Claim] = ()) -
     )
 
 
-def _row(claim: Claim) -> list[Word]:
+def _format_claim(claim: Claim) -> list[Word]:
     """Return a claim as a table row; brackets mark verdicts that are not counted."""
     verdict = f"{MARKS[claim.verdict]} {claim.verdict}"
     return [
         Word(claim.claim, "claim"),
         Word(claim.section),
-        _value(claim.paper, claim.unit),
-        _value(claim.ours, claim.unit),
-        Word(f"({verdict})" if claim.again else verdict, f"verdict {_kind(claim.verdict)}"),
+        _format_value(claim.paper, claim.unit),
+        _format_value(claim.ours, claim.unit),
+        Word(f"({verdict})" if claim.again else verdict, f"verdict {_word_kind(claim.verdict)}"),
         Word(claim.because, "because"),
         Word(claim.why, "why"),
     ]
 
 
-def _kind(verdict: Verdict) -> str:
+def _word_kind(verdict: Verdict) -> str:
     return verdict.replace(" ", "-")
 
 
-def _value(value: float | str | None, unit: str) -> Word:
+def _format_value(value: float | str | None, unit: str) -> Word:
     if value is None or isinstance(value, str):
         return Word(value or NONE, "words")
     text = f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
     return Word(text if unit in ("", "1") else f"{text} {unit}", "value")
 
 
-def main_job(
+def make_main_part(
     file: BrakeFile,
     traces: Sequence[Trace],
     friction: FrictionResult,
@@ -242,9 +242,9 @@ def main_job(
     `vacuum` is (slip [m], required force [N], vacuum [Pa]).
     """
     draw: dict[str, Draw] = {
-        "run-friction": partial(figures.friction, traces, friction),
+        "run-friction": partial(figures.draw_friction, traces, friction),
         "run-calibration": partial(figures.calibration, file, calibration, synthetic=True),
-        "run-validation": partial(figures.validation, file, validation, synthetic=True),
+        "run-validation": partial(figures.draw_validation, file, validation, synthetic=True),
         "run-vacuum": partial(figures.force_over_vacuum, file, *vacuum),
     }
-    return part_of("main-job", draw)
+    return make_part("main-job", draw)

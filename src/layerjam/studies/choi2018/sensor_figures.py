@@ -21,7 +21,7 @@ NAMES = ("ADXL193", *(f"CFC {c}" for c in CLASSES))
 COLORS = dict(zip(NAMES, (BLUE, RED, ORANGE, PURPLE, SKY), strict=True))
 
 
-def chains(record: DropRecord) -> dict[str, Reading]:
+def apply_filters(record: DropRecord) -> dict[str, Reading]:
     """Return {filter: reading} of one stop: the sensor alone, then each class alone."""
     read = [
         measure_acceleration(record, ADXL193),
@@ -31,21 +31,21 @@ def chains(record: DropRecord) -> dict[str, Reading]:
 
 
 @style.in_style
-def readings() -> style.Figure:
+def draw_readings() -> style.Figure:
     """Draw the paper's stop at full and tuned vacuum, ideal and filtered, with details below."""
     figure, panels = style.canvas(2, 2, width=10.4, height=7.2, height_ratios=(1, 1.15))
     for column, name in enumerate(("Full vacuum", "Tuned for 40 mm")):
-        record = impact.stops()[column]
-        by_chain = chains(record)
+        record = impact.simulate_stops()[column]
+        by_chain = apply_filters(record)
         time, value = specific_force(record)
         high, top = float(time[np.argmax(value)]) * MS, float(value.max()) / G
         overview, close = panels[column], panels[2 + column]
-        _lines(overview, record, by_chain, -6, float(time[-1]) * MS + 6)
+        _draw_lines(overview, record, by_chain, -6, float(time[-1]) * MS + 6)
         overview.set_ylim(0, top * 1.22)
         style.upright(overview, float(record.time[-1]) * MS, "stop, then rebound")
         detail = f"simulated; 1 kg, {show(record.speed, 'm/s')}, {show(record.vacuum, 'Pa')}"
         style.title(overview, name, detail)
-        _lines(close, record, by_chain, high - 3, high + 9)
+        _draw_lines(close, record, by_chain, high - 3, high + 9)
         close.set_ylim(0.82 * top, 1.07 * top)
         peaks = [(f"ideal  {top:.2f} g", INK)]
         for chain, reading in by_chain.items():
@@ -56,7 +56,7 @@ def readings() -> style.Figure:
     return figure
 
 
-def _lines(
+def _draw_lines(
     axes: style.Axes, record: DropRecord, by_chain: dict[str, Reading], first: float, last: float
 ) -> None:
     """Draw the signal and its readings between two times [ms]."""
@@ -74,23 +74,23 @@ def _lines(
 def draw_requirements() -> style.Figure:
     """Draw peaks versus filter cutoff and versus rope stiffness, with the paper's peaks."""
     figure, (filters, ropes) = style.canvas(columns=2, width=11.5, height=4.8)
-    _over_cutoff(filters)
-    _over_rope(ropes)
+    _draw_peak_versus_cutoff(filters)
+    _draw_peak_versus_rope(ropes)
     for axes in (filters, ropes):
-        style.plain(axes, "xy")
+        style.set_log_scale(axes, "xy")
         axes.set(ylabel="peak shown [g]", ylim=(1, 300), yticks=[1, 2, 5, 10, 20, 50, 100])
         axes.minorticks_off()
         style.key(axes, loc="upper left")
     return figure
 
 
-def _over_cutoff(axes: style.Axes) -> None:
-    full, tuned_force = (specific_force(run) for run in impact.stops())
-    _, rope = impact.brake_and_rope()
-    cutoff, (ten, two) = np.geomspace(1, 2000, 90), impact.cutoffs()
+def _draw_peak_versus_cutoff(axes: style.Axes) -> None:
+    full, tuned_force = (specific_force(run) for run in impact.simulate_stops())
+    _, rope = impact.load_brake_and_rope()
+    cutoff, (ten, two) = np.geomspace(1, 2000, 90), impact.find_cutoffs()
     axes.set(xscale="log", xlim=(1, 2000), yscale="log", ylim=(1, 300))
     for signal, color, name, shown_at in (
-        (impact.bare(rope), INK, "no brake, 3.7 m/s", None),
+        (impact.simulate_rope(rope), INK, "no brake, 3.7 m/s", None),
         (full, BLUE, "full vacuum, 2.5 m/s", (ten, PAPER_FULL)),
         (tuned_force, GREEN, "tuned, 2.5 m/s", (two, PAPER_TUNED)),
     ):
@@ -109,9 +109,9 @@ def _over_cutoff(axes: style.Axes) -> None:
     style.panel(axes, headline, detail, xlabel="−3 dB frequency of the filter [Hz]")
 
 
-def _over_rope(axes: style.Axes) -> None:
-    study = impact.rope_study()
-    _, rope = impact.brake_and_rope()
+def _draw_peak_versus_rope(axes: style.Axes) -> None:
+    study = impact.study_ropes()
+    _, rope = impact.load_brake_and_rope()
     stiffness, slips = study.rope / 1e3, study.full < study.bare * 0.995
     axes.plot(stiffness, study.bare, color=INK, label="no brake")
     words = f"full vacuum, {impact.FULL * KPA:.1f} kPa"

@@ -52,20 +52,20 @@ def _saw_share(static: float, kinetic: float, stiffness: float, mass: float) -> 
     return float(saw.force_high - saw.force_low) / 2 / kinetic, bool(saw.slack)
 
 
-def _least_damping(static: float, kinetic: float, stiffness: float, mass: float) -> float:
+def _find_damping_limit(static: float, kinetic: float, stiffness: float, mass: float) -> float:
     """Return the damping [N s/m] at which the critical speed is 1 mm/s."""
     from scipy.optimize import brentq
 
     limit = 2 * np.sqrt(stiffness * mass)
 
-    def above(share: float) -> float:
+    def excess_share(share: float) -> float:
         speed = critical_speed(static, kinetic, stiffness, mass, share * limit)
         return float(np.log(max(float(speed), 1e-300) / SLOW))
 
-    return float(limit * brentq(above, 1e-4, 0.999))
+    return float(limit * brentq(excess_share, 1e-4, 0.999))
 
 
-def _study(name: str) -> FilmJudder:
+def _study_film(name: str) -> FilmJudder:
     file = load(name)
     brake: Brake = file.brake
     static = float(holding_force(FULL, brake))
@@ -90,19 +90,19 @@ def _study(name: str) -> FilmJudder:
         stiffness=spring,
         mass=mass,
         judders=single_event(slide, swings=60).judders,
-        settles=_least_damping(staggered_force, kinetic, spring, mass),
+        settles=_find_damping_limit(staggered_force, kinetic, spring, mass),
     )
 
 
 @cache_threadsafe
-def fig4_study() -> dict[str, FilmJudder]:
+def study_fig4() -> dict[str, FilmJudder]:
     """Return both films of Table I at 94.5 kPa and 1 mm/s; cached because it takes seconds."""
-    return {film: _study(name) for film, name in FILMS.items()}
+    return {film: _study_film(name) for film, name in FILMS.items()}
 
 
 def judder_claims() -> list[Claim]:
     """Return the claims in section III-A: which film shows stick–slip."""
-    study = fig4_study()
+    study = study_fig4()
     kapton, ptfe = study["Kapton"], study["PTFE"]
     kapton_only = kapton.judders & ~ptfe.judders
     slow = STRIBECK[kapton_only.any(axis=0)]

@@ -26,14 +26,14 @@ from layerjam.simulate.stick_slip import (
     series_stiffness,
 )
 from layerjam.studies.choi2018.figures import FIG4, FULL
-from layerjam.studies.choi2018.speed import DAMPING, FAST, FILMS, SLOW, STRIBECK, fig4_study
+from layerjam.studies.choi2018.speed import DAMPING, FAST, FILMS, SLOW, STRIBECK, study_fig4
 
 RATIO = 0.05
 """Assumed damping ratio of the map."""
 
 
 @style.in_style
-def amplitude() -> style.Figure:
+def draw_amplitudes() -> style.Figure:
     """Draw stick–slip versus speed and vacuum for both films, and the mount that prevents it."""
     speeds, vacuums = np.geomspace(1e-3, 20, 44), np.linspace(2e3, 100e3, 22)
     figure, (*maps, design) = style.canvas(columns=3, width=12.4, height=4.0)
@@ -57,11 +57,11 @@ def amplitude() -> style.Figure:
         style.key(axes, loc="upper right")
         style.title(axes, film, f"model; jump law, damping ratio {RATIO:g} (assumed)")
     figure.colorbar(contours, ax=maps[1], label="half the force swing [N]", pad=0.02)
-    _mount(design)
+    _draw_mount(design)
     return figure
 
 
-def _mount(axes: style.Axes) -> None:
+def _draw_mount(axes: style.Axes) -> None:
     stiffness = np.geomspace(5e3, 2e6, 200)
     for name, color in zip(FILMS.values(), (BLUE, ORANGE), strict=True):
         brake = load(name).brake
@@ -82,11 +82,11 @@ def _mount(axes: style.Axes) -> None:
 
 
 @style.in_style
-def fig4_judder() -> style.Figure:
+def draw_fig4_stick_slip() -> style.Figure:
     """Draw table I, staggered sliding, and the range in which only Kapton shows stick–slip."""
     from matplotlib.colors import ListedColormap
 
-    study = fig4_study()
+    study = study_fig4()
     kapton, ptfe = study["Kapton"], study["PTFE"]
     figure, (bars, grid) = style.canvas(columns=2, width=10.4, height=4.1, width_ratios=(1, 1.35))
     for place, (film, color) in enumerate(zip((kapton, ptfe), (BLUE, ORANGE), strict=True)):
@@ -121,7 +121,7 @@ def fig4_judder() -> style.Figure:
 FilmStyles = Sequence[tuple[WetFilm | None, Any]]
 
 
-def _pull(axes: style.Axes, speed: float, films: FilmStyles) -> None:
+def _draw_pulls(axes: style.Axes, speed: float, films: FilmStyles) -> None:
     """Draw pulls of Kapton at one speed, dry (None) and wet, with a line style for each film."""
     brake = load("choi2018-kapton").brake
     slip = np.union1d(np.linspace(0, 1e-3, 60), np.linspace(1e-3, 0.04, 120))
@@ -137,7 +137,7 @@ def _pull(axes: style.Axes, speed: float, films: FilmStyles) -> None:
 
 
 @style.in_style
-def fig6() -> style.Figure:
+def draw_fig6() -> style.Figure:
     """Draw dry and wet Kapton at two speeds; the wet parameters are illustrative."""
     brake = load("choi2018-kapton").brake
     speed = np.geomspace(1e-4, 0.1, 200)
@@ -155,11 +155,11 @@ def fig6() -> style.Figure:
         style.upright(law, speed_ * MM, f"{speed_ * MM:g} mm/s", share=0.03)
     style.key(law, loc="upper left")
     style.title(law, "Stress of an interface, 94.5 kPa", "wet: ILLUSTRATIVE, not measured")
-    _pull(slow, SLOW, ((None, "-"), lower))
-    _pull(fast, FAST, ((None, "-"), lower, higher))
+    _draw_pulls(slow, SLOW, ((None, "-"), lower))
+    _draw_pulls(fast, FAST, ((None, "-"), lower, higher))
     end = [float(brake_force(0.04, p, brake)) for p in FIG4]
     ends = [(f, f"{p * KPA:.1f} kPa", c) for f, p, c in zip(end, FIG4, VACUUMS, strict=True)]
-    style.labels_right(fast, 40, ends)
+    style.add_end_labels(fast, 40, ends)
     style.title(slow, "Fig. 6: Kapton at 1 mm/s", "solid: dry; dashed: wet, ILLUSTRATIVE")
     detail = "solid: dry; dashed and dotted: the two readings"
     style.title(fast, "Kapton at 25 mm/s", detail)

@@ -24,7 +24,7 @@ from layerjam.mechanics.friction import holding_force
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.speed import drop_idle_speed_law
 from layerjam.studies.machines import restraint
-from layerjam.studies.machines.readiness import line_for
+from layerjam.studies.machines.readiness import scale_line
 from layerjam.studies.machines.restraint import Strap
 from layerjam.studies.machines.scenario import Array, declare_fields
 from layerjam.studies.machines.verdict import Machine, Result
@@ -92,7 +92,7 @@ class AnkleClutch(Machine):
         payout = np.where(np.arange(SAMPLES + 1) <= end, reach, 0.0)
         return part, angle, payout, (float(part[0]), float(part[end]))
 
-    def walk(self, rate: Any, line: Line | None) -> Stride:
+    def simulate_stride(self, rate: Any, line: Line | None) -> Stride:
         """Return a stride at rates [Hz]; without a line, the vacuum is present from the start."""
         part, _, payout, _ = self.stretch()
         brakes, time = self.brakes, np.divide.outer(part - part[0], rate)
@@ -100,7 +100,7 @@ class AnkleClutch(Machine):
         if line is not None:
             vacuum = vacuum_after(time, brakes.vacuum, line)
         brake = require_flat(drop_idle_speed_law(self.brake.brake), "the ankle clutch")
-        straps: Strap = restraint.strap_of(
+        straps: Strap = restraint.make_strap(
             brakes.parallel, brakes.series, vacuum, self.spring.stiffness, brake
         )
         wide = np.broadcast_to(payout, vacuum.T.shape).T
@@ -111,19 +111,19 @@ class AnkleClutch(Machine):
     def analyse(self) -> Result:
         """Analyse the holding force, readiness, energy return and speed of the clutch."""
         brakes, brake, rate = self.brakes, self.brake.brake, self.gait.stride_rate
-        line = line_for(self.line.line, brakes.count)
+        line = scale_line(self.line.line, brakes.count)
         part, angle, payout, window = self.stretch()
-        stride, ready = self.walk(rate, line), self.walk(rate, None)
-        slips = self.walk(RATES, line).slip.max(axis=0)
-        fastest = last_before(RATES, slips <= self.limits.slip)
+        stride, ready = self.simulate_stride(rate, line), self.simulate_stride(rate, None)
+        slips = self.simulate_stride(RATES, line).slip.max(axis=0)
+        fastest = last_acceptable(RATES, slips <= self.limits.slip)
         chain = brakes.series / (brakes.parallel * float(working_stiffness(brake)))
         largest_force = float(payout.max()) / (1 / self.spring.stiffness + chain)
         hold, top = float(ready.hold[0]), int(np.argmax(payout))
         brakes_needed = (
             math.ceil(self.limits.margin * largest_force / (hold / brakes.parallel)) * brakes.series
         )
-        put_in, returned_work, lost_work = energies(payout, stride)
-        full_in, full_given, _ = energies(payout, ready)
+        put_in, returned_work, lost_work = compute_energies(payout, stride)
+        full_in, full_given, _ = compute_energies(payout, ready)
         moment = np.interp(part % 1.0, self.gait.part, self.gait.moment) * self.gait.body_mass
         result = Result(scenario=self, record=Record(part, angle, stride, ready, slips, window))
         result.add("Hz", stride_rate=rate, fastest_stride_rate=fastest)
@@ -220,7 +220,7 @@ def vacuum_after(time: Array, limit: float, line: Line) -> Array:
     return np.interp(time, times, levels)
 
 
-def energies(payout: Array, stride: Stride) -> tuple[float, float, float]:
+def compute_energies(payout: Array, stride: Stride) -> tuple[float, float, float]:
     """Return a stride's (stored, returned, lost in slip) energy [J], by the trapezoidal rule."""
     mean = (stride.force[1:] + stride.force[:-1]) / 2
     travel = np.diff(payout)
@@ -237,7 +237,7 @@ def fall_time(vacuum: float, line: Line) -> float:
     return math.inf if time is None else time
 
 
-def last_before(values: Array, fine: Any) -> float:
+def last_acceptable(values: Array, fine: Any) -> float:
     """Return the largest of ascending values before the first that is not acceptable.
 
     It is 0 if none is acceptable.

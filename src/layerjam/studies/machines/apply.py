@@ -60,13 +60,13 @@ class MachineResult(Result):
 
     def pictures(self, progress: Progress) -> list[tuple[str, str]]:
         """Return (SVG text, caption) of each drawing on the machine's page, in order."""
-        from layerjam.report.style import svg_text
-        from layerjam.studies.machines.page import pictures
+        from layerjam.report.style import format_svg
+        from layerjam.studies.machines.page import draw_pictures
 
         drawings = []
-        for picture in pictures(self.record) if self.record else ():
+        for picture in draw_pictures(self.record) if self.record else ():
             progress(f"figure {picture.name}", 0.0)
-            drawings.append((svg_text(picture.figure(), words=True), picture.caption))
+            drawings.append((format_svg(picture.figure(), words=True), picture.caption))
         return drawings
 
     def lines(self) -> Iterator[str]:
@@ -135,7 +135,7 @@ def scenario(
     )
     if out is None:
         return summary
-    return replace(summary, page=str(page.write(analysis, summary.json(), Path(out), tell)))
+    return replace(summary, page=str(page.write_page(analysis, summary.json(), Path(out), tell)))
 
 
 def machines() -> list[str]:

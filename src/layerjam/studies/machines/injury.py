@@ -5,7 +5,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from layerjam.identify.logs.crash import head_injury
+from layerjam.identify.logs.crash import head_injury_criterion
 from layerjam.simulate.accelerometer import LEAST_RATE, cfc_filter
 
 Array = npt.NDArray[np.float64]
@@ -34,7 +34,7 @@ def hic15(acceleration: Array, dt: float) -> float:
     """Return HIC15 of the head's resultant acceleration [m/s^2] at equal steps [s], shape (N,)."""
     # ten samples per millisecond are enough, because windows are counted in samples
     stride = max(1, int(1e-4 / dt))
-    return head_injury(acceleration[::stride], 1 / (dt * stride), HIC_WINDOW)[0]
+    return head_injury_criterion(acceleration[::stride], 1 / (dt * stride), HIC_WINDOW)[0]
 
 
 def filter_signal(signal: Array, dt: float, cfc: float) -> Array:

@@ -16,8 +16,8 @@ import pandas
 
 from layerjam.mechanics.pull import peak
 from layerjam.studies.machines.injury import bric, concussion_risk, hic15
-from layerjam.studies.machines.pulse import drive
-from layerjam.studies.machines.readiness import VacuumSupply, readiness
+from layerjam.studies.machines.pulse import make_drive
+from layerjam.studies.machines.readiness import VacuumSupply, check_readiness
 from layerjam.studies.machines.restraint import (
     Body,
     Ride,
@@ -25,7 +25,7 @@ from layerjam.studies.machines.restraint import (
     Trial,
     best_row,
     least_stiffness,
-    limiter_of,
+    make_limiter,
     ride,
 )
 from layerjam.studies.machines.scenario import Array, declare_fields
@@ -83,7 +83,7 @@ class NeckGuard(Machine):
         # peak of a pulse with unit velocity change in unit time
         unit = {"half-sine": math.pi / 2, "haversine": 2.0, "trapezoid": 1.25}[blow.pulse]
         change, after = blow.peak * blow.duration / unit, 4 * blow.duration
-        free, dt, change = drive(blow.pulse, change, blow.duration, after, STEPS, Path())
+        free, dt, change = make_drive(blow.pulse, change, blow.duration, after, STEPS, Path())
         body = Body(self.inertia / r**2, 1.0, self.guard.slack)
         return Trial(self, body, self.guard.stiffness, free * r, dt), change
 
@@ -109,10 +109,10 @@ class NeckGuard(Machine):
         brakes, lever = self.brakes, self.guard.lever
         trial, change = self.trial()
         strap = trial.strap()
-        bare = self.turn("without brakes", trial, limiter_of(0.0, 1.0))
+        bare = self.turn("without brakes", trial, make_limiter(0.0, 1.0))
         with_brakes = self.turn("with brakes", trial, strap)
         table, best = self.search(trial)
-        ready = readiness(self, self.supply, brakes.vacuum)
+        ready = check_readiness(self, self.supply, brakes.vacuum)
         locked_torque = self.torque(brakes.parallel)
         force, end = float(with_brakes.ride.force.max()), float(strap.travel) * brakes.series
         slip = float(with_brakes.ride.slip[-1])
@@ -137,7 +137,7 @@ class NeckGuard(Machine):
             "source gives a limit for that",
             "only rotation is modelled: HIC15 ignores the linear acceleration of the blow",
         ]
-        result.warnings += self.slid(slip, with_brakes.ride.pace)
+        result.warnings += self.note_slip(slip, with_brakes.ride.pace)
         result.judge()
         result.limits += ready.limits
         result.brakes_needed = best.get("count")

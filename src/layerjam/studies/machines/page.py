@@ -15,13 +15,13 @@ from layerjam._version import __version__
 from layerjam.commands.declare import Progress
 from layerjam.commands.wording import format_words
 from layerjam.report import style
-from layerjam.report.folder import figures_of, write_folder
-from layerjam.report.page import NONE, Page, Part, Picture, Table, Word, drawn_all, html
+from layerjam.report.folder import figure_files, write_folder
+from layerjam.report.page import NONE, Page, Part, Picture, Table, Word, draw_all, html
 from layerjam.report.style import BLUE, FAINT, GREEN, GREY, INK, KN, KPA, MM, MS, ORANGE, RED
 from layerjam.studies.machines import ankle_clutch, neck_guard, rehabilitation, seat_belt
 from layerjam.studies.machines.ankle_clutch import RATES
 from layerjam.studies.machines.rehabilitation import SPEEDS
-from layerjam.studies.machines.scenario import kind_of
+from layerjam.studies.machines.scenario import load_kind
 from layerjam.studies.machines.verdict import Result
 from layerjam.units import get, show
 
@@ -31,16 +31,16 @@ _LINES = ((BLUE, 2.2), (GREY, 1.3), (GREEN, 1.6))
 """Line styles for brakes, webbing alone and limiter."""
 
 
-def pictures(result: Result) -> list[Picture]:
+def draw_pictures(result: Result) -> list[Picture]:
     """Return the pictures of a machine's page, in order."""
     return [
         Picture(name=name, figure=functools.partial(PICTURES[name], result), caption=caption)
-        for name, caption in kind_of(result.scenario.machine)["pictures"].items()
+        for name, caption in load_kind(result.scenario.machine)["pictures"].items()
     ]
 
 
 @style.in_style
-def belt_in_time(result: Result) -> style.Figure:
+def draw_belt_versus_time(result: Result) -> style.Figure:
     """Draw chest acceleration and displacement versus time for three kinds of restraint."""
     record: seat_belt.Record = result.record
     restraints, limits = record.held, get(result.scenario, "limits")
@@ -71,7 +71,7 @@ def belt_in_time(result: Result) -> style.Figure:
 
 
 @style.in_style
-def belt_over_displacement(result: Result) -> style.Figure:
+def draw_belt_versus_displacement(result: Result) -> style.Figure:
     """Draw the force in the belt versus the displacement of the chest."""
     record: seat_belt.Record = result.record
     figure, (axes,) = style.canvas(width=6.8, height=4.3)
@@ -93,7 +93,7 @@ def belt_over_displacement(result: Result) -> style.Figure:
 
 
 @style.in_style
-def neck_in_time(result: Result) -> style.Figure:
+def draw_neck_versus_time(result: Result) -> style.Figure:
     """Draw angular acceleration and velocity versus time."""
     record: neck_guard.Record = result.record
     bare, guard = record.turned
@@ -121,7 +121,7 @@ def neck_in_time(result: Result) -> style.Figure:
 
 
 @style.in_style
-def neck_over_count(result: Result) -> style.Figure:
+def draw_neck_versus_count(result: Result) -> style.Figure:
     """Draw the peak acceleration versus the number of brakes."""
     record: neck_guard.Record = result.record
     have, free = result.scenario.brakes.parallel, record.turned[0].acceleration / 1e3
@@ -129,7 +129,7 @@ def neck_over_count(result: Result) -> style.Figure:
     counts, turns = record.tried.parallel.to_numpy(), record.tried.turns.to_numpy() / 1e3
     figure, (axes,) = style.canvas(width=6.8, height=3.9)
     axes.plot(counts, turns, color=BLUE)
-    style.plain(axes)
+    style.set_log_scale(axes)
     axes.set(xlim=(1, float(counts[-1])), ylim=(0, 1.25 * max(free, limit)))
     axes.set(xlabel="number of brakes in parallel")
     axes.set_ylabel(f"maximum angular acceleration {RADIANS}")
@@ -141,7 +141,7 @@ def neck_over_count(result: Result) -> style.Figure:
 
 
 @style.in_style
-def ankle_stride(result: Result) -> style.Figure:
+def draw_ankle_stride(result: Result) -> style.Figure:
     """Draw angle, force and holding force along a stride."""
     record: ankle_clutch.Record = result.record
     stride, ready = record.stride, record.ready
@@ -164,13 +164,13 @@ def ankle_stride(result: Result) -> style.Figure:
 
 
 @style.in_style
-def ankle_rates(result: Result) -> style.Figure:
+def draw_ankle_rates(result: Result) -> style.Figure:
     """Draw the slip versus the stride rate."""
     record: ankle_clutch.Record = result.record
     rate, fastest = result.own["stride_rate"], result.own["fastest_stride_rate"]
     figure, (axes,) = style.canvas(width=6.8, height=3.9)
     axes.plot(RATES, record.slips * MM, color=BLUE)
-    style.plain(axes)
+    style.set_log_scale(axes)
     axes.set(xlabel="stride rate [Hz]", ylabel="slip per stride [mm]")
     axes.set(xlim=(RATES[0], RATES[-1]), ylim=(0, 1.2 * MM * record.slips.max()))
     style.level(axes, get(result.scenario, "limits.slip") * MM, "allowed")
@@ -185,7 +185,7 @@ def ankle_rates(result: Result) -> style.Figure:
 
 
 @style.in_style
-def exercise_in_time(result: Result) -> style.Figure:
+def draw_exercise_versus_time(result: Result) -> style.Figure:
     """Draw torque and vacuum versus time."""
     record: rehabilitation.Record = result.record
     session, vacuum = record.session, record.followed.loop
@@ -211,7 +211,7 @@ def exercise_in_time(result: Result) -> style.Figure:
 
 
 @style.in_style
-def exercise_over_angle(result: Result) -> style.Figure:
+def draw_exercise_versus_angle(result: Result) -> style.Figure:
     """Draw torque versus angle, and the fraction that can be followed versus speed."""
     record: rehabilitation.Record = result.record
     session, (grid, reach) = record.session, record.reachable
@@ -230,7 +230,7 @@ def exercise_over_angle(result: Result) -> style.Figure:
     style.title(left, "Torque versus angle", "first flexion; red: beyond full vacuum")
     speeds = np.degrees(SPEEDS)
     right.plot(speeds, record.shares * 100, color=BLUE)
-    style.plain(right)
+    style.set_log_scale(right)
     right.set(ylim=(0, 108), xlabel="mean speed of flexion [degrees/s]")
     right.set_ylabel("part followed [% of the flexion]")
     right.set_xlim(float(speeds[0]), float(speeds[-1]))
@@ -242,14 +242,14 @@ def exercise_over_angle(result: Result) -> style.Figure:
 
 
 PICTURES: dict[str, Callable[[Result], style.Figure]] = {
-    "seat-belt-time": belt_in_time,
-    "seat-belt-force": belt_over_displacement,
-    "neck-guard-time": neck_in_time,
-    "neck-guard-count": neck_over_count,
-    "ankle-clutch-stride": ankle_stride,
-    "ankle-clutch-rate": ankle_rates,
-    "rehabilitation-time": exercise_in_time,
-    "rehabilitation-angle": exercise_over_angle,
+    "seat-belt-time": draw_belt_versus_time,
+    "seat-belt-force": draw_belt_versus_displacement,
+    "neck-guard-time": draw_neck_versus_time,
+    "neck-guard-count": draw_neck_versus_count,
+    "ankle-clutch-stride": draw_ankle_stride,
+    "ankle-clutch-rate": draw_ankle_rates,
+    "rehabilitation-time": draw_exercise_versus_time,
+    "rehabilitation-angle": draw_exercise_versus_angle,
 }
 """{picture: function that draws it}; captions and page order are those of the kind of machine."""
 
@@ -258,16 +258,16 @@ MET = Word("✓ met", "verdict reproduced")
 MISSED = Word("≠ missed", "verdict differs")
 
 
-def write(result: Result, values: str, out: Path, progress: Progress) -> Path:
+def write_page(result: Result, values: str, out: Path, progress: Progress) -> Path:
     """Write the folder and return the path of the page. `values` is the text of results.json."""
-    page_made = page(result)
-    svgs = drawn_all(page_made.pictures(), progress)
+    page_made = make_page(result)
+    svgs = draw_all(page_made.pictures(), progress)
     content = {"report.html": html(page_made.template_data(), svgs), "results.json": values + "\n"}
-    write_folder(out, content | figures_of(svgs))
+    write_folder(out, content | figure_files(svgs))
     return out / "report.html"
 
 
-def page(result: Result) -> Page:
+def make_page(result: Result) -> Page:
     """Return the page of a machine."""
     scenario, met = result.scenario, sum(limit.met for limit in result.limits)
     feasible = Word("✓ feasible", "reproduced"), Word("≠ not feasible", "differs")
@@ -283,12 +283,12 @@ def page(result: Result) -> Page:
             (count, "brakes required"),
             (f"{met} of {len(result.limits)}", "limits met"),
         ],
-        parts=_parts(result),
+        parts=_make_parts(result),
         footer=f"layerjam {__version__}, {datetime.now(UTC).date().isoformat()}",
     )
 
 
-def _parts(result: Result) -> list[Part]:
+def _make_parts(result: Result) -> list[Part]:
     limits = [
         [
             Word(limit.name, "claim"),
@@ -319,7 +319,7 @@ def _parts(result: Result) -> list[Part]:
         Part(
             id="limits", title="Limits", tables=[Table(id="limits-table", head=head, rows=limits)]
         ),
-        Part(id="pictures", title="Pictures", pictures=pictures(result)),
+        Part(id="pictures", title="Pictures", pictures=draw_pictures(result)),
         Part(id="results", title="All results", tables=[every]),
         Part(id="notes", title="Notes", text=list(dict.fromkeys(notes))),
         Part(id="sources", title="Source of every number", tables=[sources]),

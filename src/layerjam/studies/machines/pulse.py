@@ -14,7 +14,7 @@ RAMP = 0.2
 """Fraction of a trapezoid's duration in which it rises; the fall is equally long (assumed)."""
 
 
-def pulse(shape: str, change: float, duration: float, time: Array) -> Array:
+def compute_pulse(shape: str, change: float, duration: float, time: Array) -> Array:
     """Return the acceleration [m/s^2] at times [s], (N,), whose integral is `change` [m/s]."""
     part = time / duration
     inside = (part >= 0) & (part <= 1)
@@ -42,7 +42,7 @@ def read_record(path: Path) -> tuple[Array, Array]:
     return time, value if np.trapezoid(value, time) >= 0 else -value
 
 
-def drive(
+def make_drive(
     shape: str, change: float, duration: float, after: float, steps: int, folder: Path
 ) -> tuple[Array, float, float]:
     """Return (acceleration [m/s^2] at equal steps, step [s], velocity change [m/s]).
@@ -60,6 +60,6 @@ def drive(
     dt = (duration + after) / steps
     time = np.asarray(np.arange(steps + 1) * dt, np.float64)
     if log is None:
-        return pulse(shape, change, duration, time), dt, change
+        return compute_pulse(shape, change, duration, time), dt, change
     acceleration = np.interp(time, *log, right=0.0)
     return acceleration, dt, float(np.trapezoid(acceleration, dx=dt))

@@ -29,7 +29,7 @@ class Ready(NamedTuple):
     notices: list[str]
 
 
-def line_for(line: Line, brakes: float) -> Line:
+def scale_line(line: Line, brakes: float) -> Line:
     """Return the vacuum line with the gas volume of several brakes; its file has that of one.
 
     Tubes between the brakes are ignored.
@@ -55,12 +55,12 @@ def vacuum_time(vacuum: float, line: Line) -> float:
     return math.inf if time is None else time
 
 
-def readiness(
+def check_readiness(
     scenario: Scenario, supply: VacuumSupply, vacuum: float, *, tuned: bool = False
 ) -> Ready:
     """Return the limit on the time to reach the vacuum, if it must be built up, and notes."""
     line, brakes = scenario.line, scenario.brakes.count
-    time = vacuum_time(vacuum, line_for(line.line, brakes))
+    time = vacuum_time(vacuum, scale_line(line.line, brakes))
     words = show(time, "s", 3) if math.isfinite(time) else "forever"
     note = f"{line.name} takes {words} to reach {show(vacuum, 'Pa')} in {brakes} brakes"
     if supply.mode == "standing" and not tuned:

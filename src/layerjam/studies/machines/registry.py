@@ -18,13 +18,13 @@ MACHINES: dict[str, type[Machine]] = {
 }
 
 
-def _texts() -> dict[str, str]:
+def _read_scenario_texts() -> dict[str, str]:
     return shipped_files("layerjam.studies.machines", "scenarios")
 
 
 def scenarios() -> list[str]:
     """Return the names of the scenarios supplied with the program."""
-    return list(_texts())
+    return list(_read_scenario_texts())
 
 
 def load_scenario(scenario: str | Path) -> Machine:
@@ -32,6 +32,6 @@ def load_scenario(scenario: str | Path) -> Machine:
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
-    text, name = load_text("scenario", scenario, _texts())
-    folder = None if name in _texts() else Path(name).parent
+    text, name = load_text("scenario", scenario, _read_scenario_texts())
+    folder = None if name in _read_scenario_texts() else Path(name).parent
     return read_scenario(text, name, MACHINES, folder)

@@ -21,8 +21,8 @@ from layerjam.fluid.line import Sensor
 from layerjam.mechanics.friction import fix_speed
 from layerjam.mechanics.limits import self_closing_vacuum
 from layerjam.mechanics.pull import force_limits
-from layerjam.studies.machines.ankle_clutch import fall_time, last_before
-from layerjam.studies.machines.readiness import line_for
+from layerjam.studies.machines.ankle_clutch import fall_time, last_acceptable
+from layerjam.studies.machines.readiness import scale_line
 from layerjam.studies.machines.scenario import Array, declare_fields
 from layerjam.studies.machines.verdict import Machine, Result
 from layerjam.units import show
@@ -120,7 +120,7 @@ class Rehabilitation(Machine):
 
         Raises QuantityError if the line cannot vent or there is no safe state.
         """
-        line = line_for(self.line.line, self.brakes.parallel)
+        line = scale_line(self.line.line, self.brakes.parallel)
         design_vacuum = 0.6 * min(self.brakes.vacuum, line.site.atmosphere)
         plant = linearise_line(line, vacuum=design_vacuum)
         return Regulator(
@@ -169,13 +169,13 @@ class Rehabilitation(Machine):
         error = (torque - session.torque)[session.flexing]
         share, reasons = self.followed_at(controller, exercise.speed)
         shares = np.array([self.followed_at(controller, float(s))[0] for s in SPEEDS])
-        left = _vacuum_left(session, run)
+        left = _find_lowest_vacuum(session, run)
         grid = np.linspace(exercise.start, exercise.end, 101)
         turning = fix_speed(r * exercise.speed, brake)
         high = np.asarray(force_limits(r * (grid - exercise.start), turning)[1]) * r
         target = self.target_at(grid, np.full_like(grid, exercise.speed))
         count = math.ceil(float(np.max(target / high)) - 1e-9)
-        line = line_for(self.line.line, brakes.parallel)
+        line = scale_line(self.line.line, brakes.parallel)
         loop, greatest = run.loop, float(session.torque.max())
         rms, release = float(np.sqrt(np.mean(error**2))), self.safe_state == "release"
         reach = np.stack([grid, high * brakes.parallel])
@@ -184,7 +184,7 @@ class Rehabilitation(Machine):
         result.add("N m", greatest_error=float(np.abs(error).max()))
         result.add("N m", reachable_torque=float(high.min()) * brakes.parallel)
         result.add("1", possible=share, reasons=reasons)
-        result.add("rad/s", fastest_speed=last_before(SPEEDS, shares >= self.limits.followed))
+        result.add("rad/s", fastest_speed=last_acceptable(SPEEDS, shares >= self.limits.followed))
         result.add("m", slip=float(slip.max()))
         result.add("Pa", vacuum_left=left, greatest_vacuum=float(loop.vacuum.max()))
         result.add("rad", lost_angle=self.lost_angle(left, float(slip.max())))
@@ -229,7 +229,7 @@ class Rehabilitation(Machine):
         return words
 
 
-def _vacuum_left(session: Session, run: Following) -> float:
+def _find_lowest_vacuum(session: Session, run: Following) -> float:
     """Return the lowest vacuum during the last extension [Pa]."""
     starts = np.flatnonzero(session.flexing)
     after = run.loop.vacuum[int(starts[-1]) + 1 :]

@@ -63,7 +63,7 @@ class Strap(NamedTuple):
 
 
 @law
-def strap_of(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Brake) -> Strap:
+def make_strap(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Brake) -> Strap:
     """Return `parallel` chains of `series` identical brakes at a vacuum [Pa] with webbing [N/m].
 
     The arguments broadcast. The strap is valid while its stiffness exceeds the fall of friction, k
@@ -87,7 +87,7 @@ def strap_of(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Brake
     return Strap(stiffness, onset, fall, sleeve, travel, series, law, overlap)
 
 
-def limiter_of(force: Any, stiffness: Any, travel: Any = jnp.inf) -> Strap:
+def make_limiter(force: Any, stiffness: Any, travel: Any = jnp.inf) -> Strap:
     """Return a load limiter: elastic up to a force [N], which is then constant over `travel` [m].
 
     With an infinite force, it is plain webbing.
@@ -227,14 +227,14 @@ class Extremes(NamedTuple):
     """Final slip [m]."""
 
 
-def _start(drive: Any, body: Body, strap: Strap) -> Ride:
+def _start_ride(drive: Any, body: Body, strap: Strap) -> Ride:
     lanes = jnp.broadcast_shapes(*(jnp.shape(a) for a in jax.tree.leaves((drive, body, strap))))
     zero = jnp.zeros(lanes)
     initial = jnp.zeros(()), zero, zero + body.speed, zero + drive, zero, zero, zero, zero
     return Ride(*initial, pace=None if strap.law is None else zero)
 
 
-def _next(ride_now: Ride, drive: Any, dt: Any, body: Body, strap: Strap) -> Ride:
+def _advance_ride(ride_now: Ride, drive: Any, dt: Any, body: Body, strap: Strap) -> Ride:
     """Return the state after a velocity Verlet step; without a speed law, the slip is exact."""
     half = ride_now.speed + ride_now.acceleration * dt / 2
     travel_ = ride_now.way + half * dt
@@ -255,26 +255,26 @@ def _next(ride_now: Ride, drive: Any, dt: Any, body: Body, strap: Strap) -> Ride
 
 
 @jax.jit
-def _ride(drive: Any, dt: Any, body: Body, strap: Strap) -> tuple[Ride, Ride]:
+def _scan_ride(drive: Any, dt: Any, body: Body, strap: Strap) -> tuple[Ride, Ride]:
     def advance(ride_now: Ride, push: Any) -> tuple[Ride, Ride]:
-        new = _next(ride_now, push, dt, body, strap)
+        new = _advance_ride(ride_now, push, dt, body, strap)
         return new, new
 
-    start = _start(drive[0], body, strap)
+    start = _start_ride(drive[0], body, strap)
     return start, jax.lax.scan(advance, start, drive[1:])[1]
 
 
 @jax.jit
-def _extremes(drive: Any, dt: Any, body: Body, strap: Strap) -> Extremes:
+def _scan_extremes(drive: Any, dt: Any, body: Body, strap: Strap) -> Extremes:
     def advance(state: tuple[Ride, Extremes], push: Any) -> tuple[tuple[Ride, Extremes], None]:
         ride_now, extremes_ = state
-        new = _next(ride_now, push, dt, body, strap)
+        new = _advance_ride(ride_now, push, dt, body, strap)
         restraint, push = body.ratio * new.force / body.mass, jnp.abs(new.acceleration)
         values = new.way, new.force, restraint, push
         extremes_ = Extremes._make([*map(jnp.maximum, extremes_[:4], values), new.speed, new.slip])
         return (new, extremes_), None
 
-    start = _start(drive[0], body, strap)
+    start = _start_ride(drive[0], body, strap)
     zero = jnp.zeros_like(start.way)
     first = Extremes(zero, zero, zero, jnp.abs(start.acceleration), start.speed, zero)
     return jax.lax.scan(advance, (start, first), drive[1:])[0][1]
@@ -287,25 +287,25 @@ def ride(drive: Any, dt: float, body: Body, strap: Strap) -> Ride:
 
     `drive` is the acceleration of the body relative to its mount if it is unrestrained.
     """
-    start, rows = _ride(np.asarray(drive, float), np.float64(dt), _doubles(body), strap)
+    start, rows = _scan_ride(np.asarray(drive, float), np.float64(dt), _to_doubles(body), strap)
     return jax.tree.map(lambda a, b: np.concatenate([np.asarray(a)[None], b]), start, rows)
 
 
 def extremes(drive: Any, dt: float, body: Body, strap: Strap) -> Extremes:
     """Return the maximum values of many rides; body and strap may have lanes, shape (B,)."""
-    leaves, tree = jax.tree.flatten((_doubles(body), strap))
+    leaves, tree = jax.tree.flatten((_to_doubles(body), strap))
     wide = np.broadcast_arrays(*(np.asarray(a) for a in leaves))
     shape, count = wide[0].shape, wide[0].size
     # use few array sizes, so that little is compiled
     room = next((size for size in ROOMS if count <= size), -(-count // ROOMS[-1]) * ROOMS[-1])
     lanes = [np.pad(a.ravel(), (0, room - count), mode="edge") for a in wide]
-    padded_extremes = _extremes(
+    padded_extremes = _scan_extremes(
         np.asarray(drive, float), np.float64(dt), *jax.tree.unflatten(tree, lanes)
     )
     return Extremes(*(np.asarray(a)[:count].reshape(shape) for a in padded_extremes))
 
 
-def _doubles(body: Body) -> Body:
+def _to_doubles(body: Body) -> Body:
     return Body(*(jnp.asarray(a, jnp.float64) for a in body))
 
 
@@ -327,7 +327,7 @@ class Trial(NamedTuple):
         brakes = self.scenario.brakes
         brake = require_flat(drop_idle_speed_law(self.scenario.brake.brake), "the restraint")
         settings = {"parallel": brakes.parallel, "series": brakes.series, "vacuum": brakes.vacuum}
-        strap: Strap = strap_of(**(settings | {"webbing": self.webbing} | instead), brake=brake)
+        strap: Strap = make_strap(**(settings | {"webbing": self.webbing} | instead), brake=brake)
         return strap
 
     def run_grid(self, **grid: Any) -> pandas.DataFrame:
@@ -362,3 +362,6 @@ def best_row(rows: pandas.DataFrame, *order: str) -> dict[str, Any]:
     """Return the row with the smallest values in columns `order`; IndexError for no rows."""
     row: dict[str, Any] = rows.sort_values(list(order)).to_dict("records")[0]
     return row
+
+
+strap_of, limiter_of = make_strap, make_limiter  # former names

@@ -137,7 +137,7 @@ class Scenario:
         """Return (path, value with unit, source) of every entry."""
         specs = dict(entries(type(self)))
         return [
-            (path, _in_words(get(self, path), specs[path].spec), source.sentence())
+            (path, _describe_value(get(self, path), specs[path].spec), source.sentence())
             for path, source in self.sources.items()
         ]
 
@@ -153,7 +153,7 @@ _KNOWN: dict[str, type] = {"Sensor": Sensor, "Regulator": Regulator}
 
 
 @cache
-def kind_of(machine: str) -> dict[str, Any]:
+def load_kind(machine: str) -> dict[str, Any]:
     """Return the declaration of a kind of machine, from kinds/NAME.toml."""
     return tomllib.loads(shipped_files("layerjam.studies.machines", "kinds")[machine])
 
@@ -161,8 +161,8 @@ def kind_of(machine: str) -> dict[str, Any]:
 def declare_fields(machine: str) -> Callable[[type[S]], type[S]]:
     """Return a decorator that adds to a scenario class the fields that its kind declares."""
 
-    def with_fields(cls: type[S]) -> type[S]:
-        for name, declaration in kind_of(machine)["scenario"].items():
+    def add_fields(cls: type[S]) -> type[S]:
+        for name, declaration in load_kind(machine)["scenario"].items():
             new_field = _declared_field(declaration)
             if new_field is None:
                 fields_ = {key: _declared_field(inner) for key, inner in declaration.items()}
@@ -174,7 +174,7 @@ def declare_fields(machine: str) -> Callable[[type[S]], type[S]]:
             setattr(cls, name, new_field)
         return record(cls)
 
-    return with_fields
+    return add_fields
 
 
 def _declared_field(declaration: Mapping[str, Any]) -> Any:
@@ -191,7 +191,7 @@ def _declared_field(declaration: Mapping[str, Any]) -> Any:
     return quantity(**declaration)
 
 
-def _in_words(value: Any, spec: Any) -> str:
+def _describe_value(value: Any, spec: Any) -> str:
     if isinstance(spec, Curve):
         return f"{len(value)} values"
     if isinstance(spec, QuantitySpec):
@@ -239,3 +239,6 @@ def _resolve_path(name: str, folder: Path) -> str:
     """Return the path next to the scenario file if it exists, otherwise the name unchanged."""
     local_file = folder / name
     return str(local_file) if name.endswith(".toml") and local_file.is_file() else name
+
+
+kind_of = load_kind  # former name

@@ -16,8 +16,8 @@ import pandas
 from layerjam.mechanics.ageing import aged_holding_force
 from layerjam.mechanics.energy import slip_work
 from layerjam.studies.machines.injury import filter_signal
-from layerjam.studies.machines.pulse import drive
-from layerjam.studies.machines.readiness import VacuumSupply, readiness
+from layerjam.studies.machines.pulse import make_drive
+from layerjam.studies.machines.readiness import VacuumSupply, check_readiness
 from layerjam.studies.machines.restraint import (
     Body,
     Ride,
@@ -25,7 +25,7 @@ from layerjam.studies.machines.restraint import (
     Trial,
     best_row,
     least_stiffness,
-    limiter_of,
+    make_limiter,
     ride,
     snaps,
 )
@@ -72,7 +72,7 @@ class SeatBelt(Machine):
         # at constant force the stop lasts twice the space divided by the speed; a rebound follows
         after = crash.duration + 4 * self.limits.space / crash.change
         pulse = crash.pulse, crash.change, crash.duration
-        push, dt, change = drive(*pulse, after, STEPS, self.folder)
+        push, dt, change = make_drive(*pulse, after, STEPS, self.folder)
         body = Body(self.occupant.mass * self.occupant.share, belt.payout, belt.slack)
         return Trial(self, body, belt.stiffness, push, dt), change
 
@@ -82,15 +82,15 @@ class SeatBelt(Machine):
         trial, change = self.trial()
         adjusts = brakes.mode == "tuned"
         vacuum = self.tune_vacuum(trial) if adjusts else brakes.vacuum
-        strap, force = trial.strap(vacuum=vacuum), self.least_limiter(trial)
+        strap, force = trial.strap(vacuum=vacuum), self.find_least_limiter(trial)
         restraints = (
             self.hold("with brakes", trial, strap),
-            self.hold("webbing alone", trial, limiter_of(math.inf, belt.stiffness)),
-            self.hold("limiter of constant force", trial, limiter_of(force, belt.stiffness)),
+            self.hold("webbing alone", trial, make_limiter(math.inf, belt.stiffness)),
+            self.hold("limiter of constant force", trial, make_limiter(force, belt.stiffness)),
         )
         brake_ride, end = restraints[0].ride, float(strap.travel) * brakes.series
         is_bottomed_out, soft = bool(brake_ride.slip[-1] >= end * (1 - 1e-9)), bool(snaps(strap))
-        ready = readiness(self, self.supply, vacuum, tuned=adjusts)
+        ready = check_readiness(self, self.supply, vacuum, tuned=adjusts)
         best, least = self.search(trial)
         result = Result(
             scenario=self, record=Record(trial.drive, restraints), warnings=ready.notices
@@ -128,7 +128,7 @@ class SeatBelt(Machine):
                 f"the brakes use up their travel, {show(end, 'm')}; then the belt is held "
                 "by end stops"
             )
-        result.warnings += self.slid(float(brake_ride.slip[-1]), brake_ride.pace)
+        result.warnings += self.note_slip(float(brake_ride.slip[-1]), brake_ride.pace)
         result.judge()
         result.limits += ready.limits
         result.brakes_needed = best.get("count")
@@ -145,7 +145,7 @@ class SeatBelt(Machine):
             name, motion, chest, *(float(array.max()) for array in (motion.way, chest, belt))
         )
 
-    def stopping(self, trial: Trial, **grid: Any) -> pandas.DataFrame:
+    def list_stopping_belts(self, trial: Trial, **grid: Any) -> pandas.DataFrame:
         """Return the belts in a grid that stop the occupant within the space, with travel left."""
         rows = trial.run_grid(**grid)
         names = {"way": "excursion", "held": "chest_acceleration", "force": "belt_force"}
@@ -160,24 +160,24 @@ class SeatBelt(Machine):
         It is `brakes.vacuum`, or a lower vacuum if that is sufficient.
         """
         levels = self.brakes.vacuum * np.arange(1, LEVELS + 1) / LEVELS
-        fine = self.stopping(trial, vacuum=levels).vacuum
+        fine = self.list_stopping_belts(trial, vacuum=levels).vacuum
         return float(fine.min()) if len(fine) else self.brakes.vacuum
 
-    def least_limiter(self, trial: Trial) -> float:
+    def find_least_limiter(self, trial: Trial) -> float:
         """Return the smallest constant force [N] that stops the occupant within the space.
 
         It is infinite if not even stiff webbing stops the occupant.
         """
         from scipy.optimize import brentq
 
-        def thrown(force: float) -> Ride:
-            strap = limiter_of(force, self.belt.stiffness)
+        def simulate_throw(force: float) -> Ride:
+            strap = make_limiter(force, self.belt.stiffness)
             return ride(trial.drive, trial.dt, trial.body, strap)
 
         def excess(force: float) -> float:
-            return float(thrown(force).way.max()) - self.limits.space
+            return float(simulate_throw(force).way.max()) - self.limits.space
 
-        webbing = float(thrown(math.inf).force.max())
+        webbing = float(simulate_throw(math.inf).force.max())
         return math.inf if excess(webbing) > 0 else float(brentq(excess, 0.0, webbing, rtol=1e-12))
 
     def search(self, trial: Trial) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -196,7 +196,7 @@ class SeatBelt(Machine):
         series = np.arange(1, min(max(longest, 2), MOST_SERIES) + 1)
         parallel = np.unique(np.round(np.geomspace(1, MOST_PARALLEL, 40))).astype(int)
         webbing = self.belt.stiffness * STIFFER
-        rows = self.stopping(trial, webbing=webbing, series=series, parallel=parallel)
+        rows = self.list_stopping_belts(trial, webbing=webbing, series=series, parallel=parallel)
         rows = rows[rows.sound]
         if rows.empty:
             return {}, {}
@@ -205,7 +205,7 @@ class SeatBelt(Machine):
         place = int(np.searchsorted(parallel, best["parallel"]))
         counts = np.arange(parallel[max(place - 1, 0)], best["parallel"] + 1)
         chain = {"webbing": best["webbing"], "series": best["series"], "parallel": counts}
-        rows, least = self.stopping(trial, **chain), best_row(rows, "belt_force")
+        rows, least = self.list_stopping_belts(trial, **chain), best_row(rows, "belt_force")
         return best_row(rows[rows.sound], *fewest), least | {"belt_force_count": least["count"]}
 
     def describe_need(self, best: dict[str, Any], least: dict[str, Any], force: float) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from layerjam.errors import Notice
 from layerjam.simulate.speed import speed_notices
 from layerjam.studies.machines.restraint import difference_growth
-from layerjam.studies.machines.scenario import Scenario, kind_of
+from layerjam.studies.machines.scenario import Scenario, load_kind
 from layerjam.units import get, record, show
 
 
@@ -58,7 +58,7 @@ class Limit:
         return f"{sentence} (missed by a factor of {self.factor:.3g})"
 
 
-def deciding(limits: Sequence[Limit]) -> Limit:
+def find_deciding_limit(limits: Sequence[Limit]) -> Limit:
     """Return the limit missed by the largest factor or, if all are met, the tightest one."""
     return max(limits, key=lambda limit: (not limit.met, limit.factor))
 
@@ -102,7 +102,7 @@ class Result:
 
     def take(self, group: str, values: Mapping[str, Any], prefix: str) -> None:
         """Add the results of a declared group, with a prefix; missing results are None."""
-        for key, unit in kind_of(self.scenario.machine)["results"][group].items():
+        for key, unit in load_kind(self.scenario.machine)["results"][group].items():
             self.add(unit, **{prefix + key: values.get(key)})
 
     def bound(self, unit: str, **values: Any) -> None:
@@ -122,7 +122,7 @@ class Result:
                 unit=self.units[bound["fact"]],
                 least=bound.get("least", False),
             )
-            for bound in kind_of(self.scenario.machine)["limits"]
+            for bound in load_kind(self.scenario.machine)["limits"]
         ]
 
     @property
@@ -133,7 +133,7 @@ class Result:
     @property
     def reason(self) -> str:
         """Decisive limit as a sentence."""
-        return deciding(self.limits).sentence()
+        return find_deciding_limit(self.limits).sentence()
 
     @property
     def verdict(self) -> str:
@@ -157,7 +157,7 @@ class Machine(Scenario):
         """Return the result; implemented by each machine."""
         raise NotImplementedError
 
-    def slid(self, slip: float, pace: Any) -> list[Notice]:
+    def note_slip(self, slip: float, pace: Any) -> list[Notice]:
         """Return notices about chains that slipped [m] at `pace` [m/s], None if there is no law."""
         law = self.brake.brake.speed_law
         if pace is None or law is None:
@@ -174,3 +174,6 @@ class Machine(Scenario):
             )
             notices.append(Notice(words, "speed-law-chain"))
         return notices
+
+
+deciding = find_deciding_limit  # former name

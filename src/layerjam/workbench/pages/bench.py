@@ -406,10 +406,10 @@ class Bench(Page):
 
 def circuit_diagram() -> str:
     """Return the SVG of the wiring of a Pico; raises MissingExtraError without schemdraw."""
-    from layerjam.report.wiring import drawing
+    from layerjam.report.wiring import draw_wiring
     from layerjam.rig.circuit import load_circuit
 
-    return drawing(load_circuit("pico"))
+    return draw_wiring(load_circuit("pico"))
 
 
 def _run_sentence(result: RunResult) -> str:

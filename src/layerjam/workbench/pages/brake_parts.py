@@ -48,10 +48,10 @@ def collect_parts(drawing: "Drawing", mould: bool) -> Parts:
     # import late, because the Brake page opens before the drawing code is loaded
     from layerjam.report import build_pictures, build_scene
 
-    world = build_scene.scene(drawing.build, drawing.lengths)
+    world = build_scene.make_scene(drawing.build, drawing.lengths)
     if mould:
-        return surfaces(build_pictures.mould_apart(world).values())
-    return surfaces(body for part in build_pictures.exploded_parts(world).values() for body in part)
+        return surfaces(build_pictures.separate_mould(world).values())
+    return surfaces(body for part in build_pictures.separate_parts(world).values() for body in part)
 
 
 def surfaces(bodies: "Iterable[Body]") -> Parts:

@@ -190,10 +190,10 @@ def limits_table(result: Any) -> str:
 
 def _figure(name: str, svg: str, caption: str) -> str:
     """Return a drawing in the page's colours, light or dark; its ids contain `name`."""
-    from layerjam.report.page import apply_theme, svg_of
+    from layerjam.report.page import apply_theme, read_inline_svg
 
     text = escape(caption)
-    image = apply_theme(svg_of(svg, name)).replace(
+    image = apply_theme(read_inline_svg(svg, name)).replace(
         "<svg", f'<svg role="img" aria-label="{text}"', 1
     )
     return f'<figure>{image}<figcaption class="text-sm opacity-80">{text}</figcaption></figure>'

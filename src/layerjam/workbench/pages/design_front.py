@@ -7,7 +7,7 @@ from typing import Any
 from layerjam.design.merit import MERITS, VARIABLES
 from layerjam.design.verdict import describe_design
 from layerjam.report.chart import Pane
-from layerjam.report.design_figures import Look, losing, marked_designs, scale
+from layerjam.report.design_figures import Look, choose_scale, marked_designs, worse_direction
 from layerjam.report.style import GREY
 from layerjam.units import show
 from layerjam.workbench.charts import ink_of, options
@@ -56,7 +56,7 @@ def find_axes(result: Any) -> dict[str, str]:
 
 def front_chart(result: Any, names: tuple[str, str], number: int, dark: bool) -> dict[str, Any]:
     """Return the chart of every design on the front; value[2] of a point is the design's index."""
-    scales = [scale(result, n) for n in names]
+    scales = [choose_scale(result, n) for n in names]
     ink = ink_of(dark)
     x, y = (f"{key_name(n)} [{unit}]" for n, (_, unit) in zip(names, scales, strict=True))
 
@@ -68,7 +68,7 @@ def front_chart(result: Any, names: tuple[str, str], number: int, dark: bool) ->
     points = [point(d) for d in result.front]
     look = dict(color=PALE if dark else GREY, symbolSize=8, z=2)
     series = [scatter("on the front", points, **look)]
-    aside, down = (losing(result, n) for n in names)
+    aside, down = (worse_direction(result, n) for n in names)
     # the uppermost mark gets the uppermost label, so that the lines do not cross
     marks = sorted(marked_designs(result, names), key=lambda m: down * m[0][names[1]])
     for rank, (design, word, mark) in enumerate(marks):

@@ -15,7 +15,7 @@ from layerjam.design.specification import example_texts, read_spec
 from layerjam.design.verdict import describe_design
 from layerjam.device.load import catalogue
 from layerjam.errors import FileError, LayerjamError
-from layerjam.report.design_figures import seen_over
+from layerjam.report.design_figures import find_front_axes
 from layerjam.units import exact_text, show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
@@ -320,7 +320,7 @@ class NeedPart(Part):
     def _on_axis(self, key: str, event: events.ValueChangeEventArguments[Any]) -> None:
         result = self._result()
         if event.value and result is not None:
-            usual = seen_over(result)[key == "y"]
+            usual = find_front_axes(result)[key == "y"]
             self.desk.put(PAGE, key, "" if event.value == usual else str(event.value))
 
     def take(self) -> None:
@@ -383,7 +383,7 @@ class NeedPart(Part):
         """Return the axes of the front, and update the menus."""
         names = front.find_axes(result)
         out = []
-        for key, usual in zip(("x", "y"), seen_over(result), strict=True):
+        for key, usual in zip(("x", "y"), find_front_axes(result), strict=True):
             setting = str(self.desk.get(PAGE, key, ""))
             name = setting if setting in names else usual
             out.append(name)

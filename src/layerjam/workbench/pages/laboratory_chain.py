@@ -14,8 +14,8 @@ from typing import Any
 from layerjam.commands.declare import Progress
 from layerjam.device.file import BrakeFile
 from layerjam.errors import LayerjamError
-from layerjam.report.page import apply_theme, svg_of
-from layerjam.report.style import svg_text
+from layerjam.report.page import apply_theme, read_inline_svg
+from layerjam.report.style import format_svg
 from layerjam.workbench.call import Call, DataFile, Options, Subject, parameters
 from layerjam.workbench.pages.laboratory_files import Row
 from layerjam.workbench.uploads import restore_names
@@ -209,7 +209,7 @@ def read_pages(folder: Path) -> dict[str, bytes]:
 def draw_picture(name: str, result: Any) -> str:
     """Return the figure of a result as SVG whose colours follow the page."""
     with _drawing:
-        return apply_theme(svg_of(svg_text(result.draw(), words=True), name))
+        return apply_theme(read_inline_svg(format_svg(result.draw(), words=True), name))
 
 
 def file_stem(brake: Subject) -> str:

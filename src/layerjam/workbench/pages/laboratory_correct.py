@@ -10,7 +10,7 @@ from nicegui import ui
 
 from layerjam.errors import LayerjamError
 from layerjam.identify.provenance import rename_files
-from layerjam.measure.preview import Preview, preview
+from layerjam.measure.preview import Preview, preview_file
 from layerjam.measure.sidecar import Facts
 from layerjam.report.chart import Curve, Pane
 from layerjam.report.style import CYCLE
@@ -179,7 +179,7 @@ class Correct:
         """Show the table of the first file, or the reason why there is none."""
         upload = self.rows[0].upload
         try:
-            return preview(upload.path)
+            return preview_file(upload.path)
         except LayerjamError as err:
             return str(rename_files(one_line(err), {upload.path.name: upload.shown}))
 
