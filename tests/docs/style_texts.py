@@ -146,5 +146,6 @@ def sentences(text: str) -> list[str]:
     for part in re.split(r"\n\s*\n", text):
         part = clean(part)
         part = ABBREVIATION.sub(lambda m: m[0].replace(". ", ".\u00a0"), part)
-        out += [s.strip() for s in re.split(r"(?<=[.!?])['\")]*\s+", part) if s.strip()]
+        pieces = re.split(r"(?<=[.!?])['\")]* +", part)
+        out += [s.strip().replace("\u00a0", " ") for s in pieces if s.strip()]
     return out

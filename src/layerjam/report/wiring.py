@@ -32,7 +32,7 @@ AIR = (
 
 
 def draw_wiring(circuit: Circuit) -> str:
-    """Return the SVG of a board's wiring; raises MissingExtraError without schemdraw."""
+    """Return the SVG of a board's wiring; raises MissingExtraError if schemdraw is missing."""
     with MissingExtraError.raise_if_missing("a circuit diagram (schemdraw)", "bench"):
         import schemdraw
         from schemdraw import elements

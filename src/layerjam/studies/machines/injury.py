@@ -11,7 +11,7 @@ from layerjam.simulate.accelerometer import LEAST_RATE, cfc_filter
 Array = npt.NDArray[np.float64]
 BRIC_CRITICAL = (66.25, 56.45, 42.87)
 """Critical angular velocities [rad/s] about x, y and z: averages of those based on CSDM and MPS in
-Takhounts et al. 2013 (Stapp 57), as stated at elemance.com, knowledge base, "BrIC"."""
+Takhounts et al. 2013 (Stapp 57), from elemance.com, knowledge base, "BrIC"."""
 HIC_WINDOW = 0.015
 """Longest window [s] of HIC15, whose limit is 700 (49 CFR 571.208, law.cornell.edu)."""
 _AIS2 = (0.602, 2.84)

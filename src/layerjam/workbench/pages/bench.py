@@ -405,7 +405,7 @@ class Bench(Page):
 
 
 def circuit_diagram() -> str:
-    """Return the SVG of the wiring of a Pico; raises MissingExtraError without schemdraw."""
+    """Return the SVG of the wiring of a Pico; raises MissingExtraError if schemdraw is missing."""
     from layerjam.report.wiring import draw_wiring
     from layerjam.rig.circuit import load_circuit
 
