@@ -171,7 +171,7 @@ def test_too_much_is_refused() -> None:
         check_spec(replace(SMALL, pulls=Pulls()))
     with pytest.raises(QuantityError, match="samples; 10 to 5000000"):
         campaign(made(SMALL, machine={"sampling_rate": 1e6}, pulls={"speeds": (1e-4,)}))
-    with pytest.raises(QuantityError, match="between zero and the atmosphere"):
+    with pytest.raises(QuantityError, match="between zero and atmospheric pressure"):
         campaign(made(SMALL, pulls={"vacuums": (110e3,)}))
     with pytest.raises(QuantityError, match="agree to five digits"):
         campaign(made(SMALL, pulls={"vacuums": (50e3, 50000.001)}))

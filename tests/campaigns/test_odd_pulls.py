@@ -99,7 +99,7 @@ def test_a_whole_vacuum_and_a_speed() -> None:
     [
         (Odd(how_many=9, friction_change=0.1), "only 8 are possible"),
         (Odd(how_many=3, per="vacuum", friction_change=0.1), "only 2 are possible"),
-        (Odd(how_many=8, vacuum_change=0.5), "cannot exceed the atmosphere"),
+        (Odd(how_many=8, vacuum_change=0.5), "cannot exceed atmospheric pressure"),
     ],
 )
 def test_what_cannot_be_is_refused(odd: Odd, words: str) -> None:

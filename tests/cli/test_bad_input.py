@@ -45,7 +45,7 @@ def force(slip: str = "20mm", vacuum: str = "94.5kPa", brake: str = KAPTON) -> t
         (("show", KAPTON, "--atmosphere", "101325"), ("atmosphere", "has no unit")),
         (("show", KAPTON, "--atmosphere", "1 kPa"), ("atmosphere", "at least 10 kPa")),
         (("show", KAPTON, "--atmosphere", "1 m"), ("atmosphere", "units of pressure")),
-        ((*force(), "--atmosphere", "90kPa"), ("94.5 kPa is more than the atmosphere, 90 kPa",)),
+        ((*force(), "--atmosphere", "90kPa"), ("94.5 kPa exceeds atmospheric pressure, 90 kPa",)),
     ],
 )  # fmt: skip
 def test_quantities(refuses: Refuses, words: tuple[str, ...], parts: tuple[str, ...]) -> None:

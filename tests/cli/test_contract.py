@@ -286,7 +286,7 @@ def test_atmosphere_for_calibrate_and_validate(run: Run, files: Files) -> None:
         fine = run(command, "choi2018-kapton", *files.pulls, "--atmosphere", "98kPa", "--json")
         assert fine.code == 0
         low = run(command, "choi2018-kapton", *files.pulls, "--atmosphere", "90kPa", "--json")
-        assert low.code == 2 and "94.5 kPa is more than the atmosphere, 90 kPa" in low.err
+        assert low.code == 2 and "94.5 kPa exceeds atmospheric pressure, 90 kPa" in low.err
 
 
 def test_of_several_files_the_good_are_used(run: Run, files: Files, tmp_path: Path) -> None:

@@ -71,7 +71,7 @@ def test_a_unit_that_is_typed_as_a_word_of_its_own(capsys: pytest.CaptureFixture
 
 def test_brake_and_file_in_the_wrong_order(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["calibrate", "pull.csv", "choi2018-kapton"]) == 2
-    assert "pull.csv is a measurement; the brake comes first" in capsys.readouterr().err
+    assert "pull.csv is a measurement; name the brake first" in capsys.readouterr().err
 
 
 def test_a_missing_option_shows_the_line_to_type(

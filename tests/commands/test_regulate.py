@@ -74,7 +74,7 @@ def test_a_profile_from_a_file(tmp_path):
     [
         ({"safe_state": None}, "safe_state: required"),
         ({"target": "101.325 kPa"}, "the pump reaches"),
-        ({"target": "110 kPa"}, "more than the atmosphere"),
+        ({"target": "110 kPa"}, "exceeds atmospheric pressure"),
         ({"sensor_range": None}, "sensor: choi2018 has no sensor"),
         ({"sensor_range": "40 kPa"}, "sensor.range: 40 kPa"),
         ({"sample_time": "1 s"}, "sample_time: 1 s"),

@@ -57,7 +57,7 @@ def advised(answer: TunedVacuum) -> dict[str, list[str]]:
     found["travel"] = re.findall(rf"{QUANTITY} of travel", said)
     found["sheets"] = re.findall(r"(\d+) sheets(?= or| would)", said)
     found["brakes"] = re.findall(r"(\d+) brakes in parallel would", said)
-    if "would be enough" in said and "none of" in said:
+    if "would suffice" in said and "none of" in said:
         found |= {"sheets": [], "brakes": []}
     ends = [e for pair in re.findall(rf"from {QUANTITY} to {QUANTITY} there", said) for e in pair]
     ends += re.findall(rf"stops up to {QUANTITY}", said)
@@ -157,4 +157,4 @@ def test_drop_and_plan_advise_as_tune_does():
     said = tune("choi2018-kapton", **case).reason
     assert drop("choi2018-kapton", vacuum="tuned", **case).reason == said
     planned = plan("choi2018", "choi2018-kapton", warning="3 s", **case)
-    assert planned.reason == f"no vacuum at the site is sufficient: {said}"
+    assert planned.reason == f"no vacuum available at the site is sufficient: {said}"

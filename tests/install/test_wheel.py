@@ -108,7 +108,7 @@ def test_every_extra_is_tried() -> None:
 
 def test_the_core_alone_answers(bare: Environment) -> None:
     for words, said in (
-        (("--help",), "Predict what a brake does"),
+        (("--help",), "Predict the behaviour of a brake"),
         (("show", BRAKE), "Kapton"),
         (("force", BRAKE, "--slip", "20mm", "--vacuum", "94.5kPa"), "133.9 N"),
         (("drop", BRAKE, "--mass", "1kg", "--speed", "2.5m/s", "--vacuum", "tuned", "--travel",

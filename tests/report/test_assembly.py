@@ -101,7 +101,7 @@ def test_every_picture_is_asked_for() -> None:
 
 def test_even_stacks_and_unlike_sides() -> None:
     text = read(typeset_assembly(made(KAPTON.with_(count=6, free_left="9 mm")), PICTURES)).text
-    assert "the highest a right one: mark the faces" in text
+    assert "the highest a right sheet: mark the faces" in text
     assert "20 mm behind the left cap's face and 18 mm behind the right cap's face" in text.replace(
         "’", "'"
     )
@@ -117,7 +117,7 @@ def test_who_cuts_decides_what_is_said() -> None:
     assert "Punch the 3 mm holes" in knife
     never = read(typeset_assembly(made(load("choi2018-ptfe")), PICTURES)).text
     assert "Never cut this film with a laser" in never
-    assert "tell the service: this film must never go into a laser" in never
+    assert "tell the service: never cut this film with a laser" in never
 
 
 def test_caps_lie_level_on_the_jig() -> None:
@@ -145,7 +145,7 @@ def test_each_casting_is_mixed_by_itself() -> None:
     one, four = (read(typeset_assembly(made(parallel=n), PICTURES)).text for n in (1, 4))
     assert "Mix 3.37 g of A with 3.37 g of B (1A:1B) and degas" in one
     assert "Mix 3.37 g of A with 3.37 g of B (1A:1B) for each casting and degas" in four
-    assert "silicone A Ecoflex 5, to mix, waste included 13.5 g" in four
+    assert "silicone A Ecoflex 5, to mix, including waste 13.5 g" in four
 
 
 @pytest.mark.parametrize("screws", [1, 3])

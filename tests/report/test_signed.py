@@ -40,8 +40,8 @@ def test_what_all_state_stands_once_and_what_differs_names_the_files() -> None:
     assert found["film lot"] == (
         "K17 (pull-1.csv and 1 more); K18 (pull-3.csv); not stated for 1 file"
     )
-    assert found["gauge, limit of error"].startswith("0.5 kPa (pull-1.csv and 2 more)")
-    assert found["load cell, limit of error"].startswith("0.5 % (pull-1.csv and 1 more)")
+    assert found["gauge, error limit"].startswith("0.5 kPa (pull-1.csv and 2 more)")
+    assert found["load cell, error limit"].startswith("0.5 % (pull-1.csv and 1 more)")
 
 
 def test_the_budgets_numbers_are_those_of_the_budget() -> None:

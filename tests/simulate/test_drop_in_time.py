@@ -158,7 +158,7 @@ def test_a_history_checks_itself(time, vacuum, words):
 
 
 def test_a_history_above_the_atmosphere_is_refused():
-    with pytest.raises(QuantityError, match="sample 2, 120 kPa, is more than the atmosphere"):
+    with pytest.raises(QuantityError, match="sample 2, 120 kPa, exceeds atmospheric pressure"):
         drop_in_time(FILE, vacuum=History([0, 1], [5e4, 1.2e5]), **CASE)
 
 

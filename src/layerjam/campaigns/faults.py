@@ -75,16 +75,14 @@ class Faults(LoadCell):
         "N", "load at which 1 - 1/e of that settling is reached", lo=0.1, hi=1e4, default=50.0
     )
     vacuum_error: float = fault("Pa", "vacuum in the brake minus the gauge reading", 2e4, lo=-2e4)
-    vacuum_loss: float = fault("Pa/s", "fall of the vacuum while the brake is pulled", 1e5)
-    warming: float = fault(
-        "K", "rise of the temperature from the first test to the last", 30, lo=-30
-    )
-    zero_per_kelvin: float = fault("N", "change of the load cell's zero per kelvin", 100, lo=-100)
+    vacuum_loss: float = fault("Pa/s", "drop in vacuum while the brake is pulled", 1e5)
+    warming: float = fault("K", "rise in temperature from the first test to the last", 30, lo=-30)
+    zero_per_kelvin: float = fault("N", "change in the load cell's zero per kelvin", 100, lo=-100)
     span_per_kelvin: float = fault(
-        "1", "relative change of the load cell's span per kelvin", 0.01, lo=-0.01
+        "1", "relative change in the load cell's span per kelvin", 0.01, lo=-0.01
     )
     friction_per_kelvin: float = fault(
-        "1", "relative change of the sheets' friction per kelvin", 0.02, lo=-0.02
+        "1", "relative change in the sheets' friction per kelvin", 0.02, lo=-0.02
     )
 
 

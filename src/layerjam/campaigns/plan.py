@@ -138,7 +138,7 @@ def _check_vacuum(subject: Subject, vacuum: float, machine: Faults) -> None:
         raise QuantityError.of(
             "pulls.vacuums",
             f"{show(vacuum, 'Pa', 6)} on the gauge is {show(true, 'Pa', 6)} in "
-            f"{subject.label}; it must be between zero and the atmosphere, "
+            f"{subject.label}; it must be between zero and atmospheric pressure, "
             f"{show(atmosphere, 'Pa', 6)}",
         )
 
@@ -258,7 +258,7 @@ def _make_outlier(spec: Spec, test: Trial) -> Trial:
         raise QuantityError.of(
             "odd.vacuum_change",
             f"{odd.vacuum_change:g} changes {show(test.vacuum or 0.0, 'Pa', 6)} to "
-            f"{show(vacuum, 'Pa', 6)}; a vacuum cannot exceed the atmosphere, "
+            f"{show(vacuum, 'Pa', 6)}; a vacuum cannot exceed atmospheric pressure, "
             f"{show(atmosphere, 'Pa', 6)}",
         )
     return replace(

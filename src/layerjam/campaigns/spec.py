@@ -67,7 +67,7 @@ class Truth:
         "1", "true growth of static friction per decade of hold time", lo=-1, hi=1, default=None
     )
     static_hold: float = quantity(
-        "s", "hold at which that growth is zero", lo=1e-3, hi=1e8, default=10.0
+        "s", "hold time at which that growth is zero", lo=1e-3, hi=1e8, default=10.0
     )
     pressure_exponent: float | None = quantity(
         "1", "true exponent of the friction's dependence on pressure", lo=-0.9, hi=2, default=None
@@ -77,7 +77,7 @@ class Truth:
     )
     speed_slope: float = quantity(
         "1",
-        "true change of ln(friction) per decade of speed",
+        "true change in ln(friction) per decade of speed",
         lo=-0.5,
         hi=0.5,
         default=0.0,
@@ -195,9 +195,7 @@ class Odd:
     stiffness_change: float = _outlier_field("stiffness above its true value")
     vacuum_change: float = _outlier_field("vacuum in the brake above the gauge reading")
     speed_change: float = _outlier_field("speed above the stated speed")
-    overshoot: float = fault(
-        "1", "excess of the sheets' static friction over the kinetic, relative", 1
-    )
+    overshoot: float = fault("1", "relative excess of the sheets' static over kinetic friction", 1)
     seating: float = fault("m", "settling of grips and caps under the first load", 0.01)
 
 

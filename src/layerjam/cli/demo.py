@@ -220,7 +220,7 @@ def _plan_commands(
             *("--out", calibrated_path),
         ),
         "validate: the model against 6 other pulls": ("validate", calibrated_path, *others),
-        "vacuum: the vacuum that holds 100 N at 20 mm of slip": (
+        "vacuum: the vacuum that holds 100 N at a slip of 20 mm": (
             *("vacuum", calibrated_path),
             *("--slip", show(SLIP, "m"), "--force", show(FORCE, "N")),
         ),
@@ -271,7 +271,7 @@ def _describe_main_job(
         (f"{calibration.scale_factor:.4f}", "scale factor with that friction"),
         (show(calibration.stiffness, "N/m"), "stiffness of the brake and rig (true: 131 kN/m)"),
         (f"{validation.mape:.2%}", "MAPE on pulls not used in the calibration"),
-        (show(needed_vacuum, "Pa"), "vacuum for 100 N at 20 mm of slip"),
+        (show(needed_vacuum, "Pa"), "vacuum for 100 N at a slip of 20 mm"),
     ]
     part = make_main_part(
         calibrated_brake, traces, friction, calibration, validation, (SLIP, FORCE, needed_vacuum)

@@ -33,7 +33,7 @@ class Ageing(FromFiles):
     record: "AgeingFit"
     static: float = number("1", "static friction after the hold", interval=True)
     ageing: float = number("1", "growth of static friction per decade of hold time", interval=True)
-    hold: float = number("s", "hold time of that static friction")
+    hold: float = number("s", "hold time to which it applies")
     scatter: float = number("1", "SD of the pulls about the fitted line")
     pulls: int = number("1", "pulls used")
     pulls_table: Sequence[Mapping[str, Any]] = fact("each pull", listed=False)
@@ -86,7 +86,7 @@ def ageing(
     def reduce_pull(trace: "Trace") -> "tuple[Trace, float, float]":
         pressed = test.normal_force or trace.facts.normal_force or by_rule
         if pressed is None:
-            raise FitError("the normal force of the films is unknown; give --normal-force")
+            raise FitError("the normal force on the films is unknown; give --normal-force")
         hold_time = trace.facts.hold
         if hold_time is None:
             raise FitError('its sidecar must state the hold before the pull, e.g. hold = "10 s"')
@@ -125,7 +125,7 @@ def _render_brake(
         text = f"{len(used)} pulls after holds; 95 % interval {low:.4g} to {high:.4g}"
         return Source(kind="measured", text=text)
 
-    hold = Source(kind="measured", text="hold time of film.static")
+    hold = Source(kind="measured", text="hold time to which film.static applies")
     changes = {
         "film.static": (fit.static, make_source(fit.static_interval)),
         "film.ageing": (fit.ageing, make_source(fit.ageing_interval)),

@@ -64,7 +64,7 @@ class BenchChecked(Result, Checked):
 
 VentRest = Annotated[
     Literal["open", "closed"] | None,
-    Help("Position of the vent valve without power. Required if the board has not stored it."),
+    Help("Position of the vent valve when unpowered. Required if the board has not stored it."),
 ]
 
 

@@ -187,7 +187,7 @@ def bench_run(
     regulator, notices = _tune_regulator(line, steps, settings)
     if vent_rest is None:
         raise QuantityError.of(
-            "vent rest", "required; write open or closed, the position of the valve without power"
+            "vent rest", "required; write open or closed, the position of the unpowered vent valve"
         )
     rig, verdict = drop.make_rig(brake), _judge_regulator(regulator, steps, accept, out)
     if verdict.failed:

@@ -55,7 +55,7 @@ class Bend(Result):
     slip_moment: float = number("N m", "additional friction moment once all interfaces slip")
     slip_angle: float = number(
         "rad",
-        "angle at which the initial slope reaches the moment of full slip",
+        "angle at which the initial slope would reach the moment of full slip",
         shown=lambda angle: f"{math.degrees(angle):.4g}°",
     )
     buckling_moment: float | None = number(

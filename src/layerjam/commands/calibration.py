@@ -110,7 +110,7 @@ class Sampling:
 
     draws: Annotated[int, DRAWS, Help("Draws per chain (depth bayesian).")] = 1000
     chains: Annotated[int, CHAINS, Help("Number of chains (depth bayesian).")] = 2
-    seed: Annotated[int, SEED, Help("Random seed of the draws (depth bayesian).")] = 1
+    seed: Annotated[int, SEED, Help("Random seed for the draws (depth bayesian).")] = 1
 
 
 @result
@@ -132,10 +132,10 @@ class BrakeCalibration(FromFiles, Judged):
     peak_force: float | None = number("N", "peak force, mean over the pulls")
     peak_elongation: float | None = number("m", "elongation at the peak, mean over the pulls")
     enclosure_factor: float | None = number("1", "factor on the enclosure's force")
-    pressure_exponent: float | None = number("1", "exponent of the pressure")
-    speed_slope: float | None = number("1", "change of friction with speed")
-    reference_pressure: float | None = number("Pa", "reference pressure of that exponent")
-    reference_speed: float | None = number("m/s", "reference speed of that change")
+    pressure_exponent: float | None = number("1", "pressure exponent of friction")
+    speed_slope: float | None = number("1", "change in friction with speed")
+    reference_pressure: float | None = number("Pa", "reference pressure for that exponent")
+    reference_speed: float | None = number("m/s", "reference speed for that change")
     standard_errors: Mapping[str, Any] = fact("standard errors and their basis", listed=False)
     intervals: Mapping[str, Any] = fact("95 % intervals", listed=False)
     covariance: Mapping[str, Any] = fact(
@@ -314,8 +314,8 @@ def _slope_notices(calibration: "Calibration") -> Iterator[Notice]:
         if entry.stiffness is None:
             samples = count_noun(entry.pull.rise_samples, "sample")
             yield Notice(
-                f"{Path(entry.pull.path).name}: {samples} on its rise are too few for a "
-                "stiffness; it is used only for the scale factor (pull more slowly, or "
+                f"{Path(entry.pull.path).name}: only {samples} on its rise, too few to determine "
+                "a stiffness; it is used only for the scale factor (pull more slowly, or "
                 "sample faster)",
                 "no-slope",
             )

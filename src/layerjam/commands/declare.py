@@ -44,7 +44,7 @@ R = TypeVar("R", bound=Result)
 T = TypeVar("T")
 
 GROUPS = {
-    "predict": "Predict what a brake does",
+    "predict": "Predict the behaviour of a brake",
     "test": "Read tests and calibrate",
     "vacuum": "Create and control the vacuum",
     "design": "Design a brake",

@@ -107,16 +107,16 @@ def enclosure(
     ],
     *,
     area: Annotated[
-        float | None, AREA, Help("Cross-section of the specimen, for files with force.")
+        float | None, AREA, Help("Cross-section of the specimen, for files with a force.")
     ] = None,
     gauge_length: Annotated[
-        float | None, GAUGE_LENGTH, Help("Gauge length, for files with elongation.")
+        float | None, GAUGE_LENGTH, Help("Gauge length, for files with an elongation.")
     ] = None,
     start: Annotated[
-        float, STRAIN, Help("Strain where the initial slope starts.", option="--from")
+        float, STRAIN, Help("Strain at the start of the initial slope.", option="--from")
     ] = 0.05,
     end: Annotated[
-        float, STRAIN, Help("Strain where the initial slope ends.", option="--to")
+        float, STRAIN, Help("Strain at the end of the initial slope.", option="--to")
     ] = 0.2,
     fit_to: Annotated[
         float | None, STRAIN, Help("Maximum strain to fit, e.g. 200%. Default: all.")

@@ -255,8 +255,8 @@ def _trace_notices(trace: Trace) -> Iterator[Notice]:
     if summary.teeth is not None:
         yield Notice(
             f"{name}: stick–slip of ±{show(summary.teeth.amplitude, 'N')} about its "
-            "middle: its peak shows static friction, whereas the law of a brake "
-            "describes the middle",
+            "midpoint: its peak shows static friction, whereas the law of a brake "
+            "describes the midpoint",
             "stick-slip",
         )
     if summary.second_rise is not None:
@@ -275,7 +275,7 @@ def _pull_vacuum(trace: Trace, default: float | None, brake: Brake) -> float:
         raise FitError(
             f"its vacuum is not stated. Give --vacuum, write "
             f'{Path(trace.path).name}.toml next to it with a line such as vacuum = "94.5 kPa", or '
-            f"one {LIST} for the folder, or give a pattern of its name (--names '*_{{vacuum}}_*')"
+            f"one {LIST} for the folder, or give a pattern for its name (--names '*_{{vacuum}}_*')"
         )
     return default
 

@@ -53,7 +53,7 @@ class FrictionTest:
     area: Annotated[float | None, AREA, Help("Area under the sled.")] = None
     accept_stick_slip: Annotated[
         bool,
-        Help("Use the middle of the stick–slip as kinetic friction.", old=("--accept-judder",)),
+        Help("Use the midpoint of the stick–slip as kinetic friction.", old=("--accept-judder",)),
     ] = False
 
     def kinetic_window(self, rule: Standard) -> tuple[float, float] | None:
@@ -103,7 +103,7 @@ class Friction(FromFiles, Judged):
             if teeth["period"] is not None:
                 every += f", {show(teeth['period'], 's', 3)}"
             yield f"stick–slip between {teeth['lower']:.4f} and {teeth['upper']:.4f}, every {every}"
-        yield "file: static, kinetic, displacement of the kinetic mean"
+        yield "file: static, kinetic, displacement range of the kinetic mean"
         for row in self.repeats_table:
             kinetic = "stick–slip" if row["kinetic"] is None else f"{row['kinetic']:.4f}"
             start, end = (show(w, "m") for w in row["window"])
@@ -259,9 +259,9 @@ def _stick_slip_notices(friction: FrictionResult) -> Iterator[Notice]:
     if envelope is None:
         return
     consequence = (
-        f"its middle, {envelope.middle:.4g}, is used as kinetic friction"
+        f"its midpoint, {envelope.middle:.4g}, is used as kinetic friction"
         if envelope.accepted
-        else "there is no steady kinetic friction to average (--accept-stick-slip uses the middle)"
+        else "no steady kinetic friction can be averaged (--accept-stick-slip uses the midpoint)"
     )
     yield Notice(
         f"{', '.join(envelope.files)}: the films stick and slip between "

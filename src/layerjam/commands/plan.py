@@ -77,18 +77,18 @@ class CollisionPlan(Judged):
         "Pa", "lowest vacuum that stops the estimated mass within the travel"
     )
     knife_edge: bool = fact(
-        "whether 1 ppm less vacuum would exceed the travel", shown=lambda edge: "yes" * edge
+        "whether a vacuum 1 ppm lower would exceed the travel", shown=lambda edge: "yes" * edge
     )
-    safe_vacuum: float | None = number("Pa", "vacuum with the margin required at a knife edge")
+    safe_vacuum: float | None = number("Pa", "vacuum with a safety margin, if one is required")
     outcome: str = fact("outcome of the stop")
     slip: float | None = number("m", "slip of the brake")
     peak_force: float | None = number("N", "maximum force on the mass")
     peak_g: float | None = number("1", "ratio of peak force to weight")
     end_speed: float | None = number("m/s", "speed at the end")
     dissipated_energy: float | None = number("J", "heat of the stop")
-    vacuum_change: float | None = number("Pa", "change of the vacuum as the enclosure stretches")
-    slip_change: float | None = number("m", "resulting change of the slip")
-    peak_change: float | None = number("N", "resulting change of the peak force")
+    vacuum_change: float | None = number("Pa", "change in vacuum during the stop")
+    slip_change: float | None = number("m", "resulting change in slip")
+    peak_change: float | None = number("N", "resulting change in peak force")
     coupling_matters: bool | None = fact("whether that change is significant")
     tuned_vacuum: float = number("Pa", "tuned vacuum")
     tuned_capped: bool = fact("whether the line limits the tuned vacuum")
@@ -97,8 +97,8 @@ class CollisionPlan(Judged):
     tuned_peak_force: float | None = number("N", "maximum force on the mass")
     tuned_peak_g: float | None = number("1", "ratio of peak force to weight")
     tuned_vacuum_change: float | None = number("Pa", "change in vacuum during the stop")
-    tuned_slip_change: float | None = number("m", "resulting change of the slip")
-    tuned_peak_change: float | None = number("N", "resulting change of the peak force")
+    tuned_slip_change: float | None = number("m", "resulting change in slip")
+    tuned_peak_change: float | None = number("N", "resulting change in peak force")
     tuned_coupling_matters: bool | None = fact("whether that change is significant")
     coupling_rounds: int | None = fact("iterations between line and stop")
     coupling_remaining: float | None = number("1", "relative change in the last iteration")
@@ -113,7 +113,7 @@ class CollisionPlan(Judged):
     expected_g_error: float | None = number("1", "standard error of the expected peaks")
     chance_error: float = number("1", "standard error of the probabilities")
     samples: int = fact("masses and speeds tried")
-    seed: int = fact("random seed of their shifts")
+    seed: int = fact("random seed for their shifts")
     warning_needed: float | None = number("s", "sufficient warning time")
     warning_needed_reason: str | None = fact("reason if there is none")
     reservoir_needed: float | None = number("m^3", "sufficient reservoir volume")
@@ -128,7 +128,7 @@ class CollisionPlan(Judged):
     standing_needed_power: float | None = number("W", "minimum pump power to hold that idle vacuum")
     standing_needed_electric: float | None = number("W", "electric power for it")
     standing_needed_force: float | None = number("N", "force of the brake at that idle vacuum")
-    jam_work: float = number("J", "work done on the gas by jamming once")
+    jam_work: float = number("J", "work done on the gas to jam the brake once")
     refill_work: float = number("J", "work to evacuate the reservoir again")
     pump_energy: float | None = number("J", "electric energy of the pump during the warning")
     standing_power: float | None = number("W", "minimum power to hold the idle vacuum")
@@ -206,7 +206,7 @@ def plan(
     vacuum_share: VacuumShare | None = None,
     leak_time: LeakTime | None = None,
     samples: Annotated[int, SAMPLES, Help("Minimum number of masses and speeds to try.")] = 40_000,
-    seed: Annotated[Seed, Help("Random seed of their shifts.")] = 1,
+    seed: Annotated[Seed, Help("Random seed for their shifts.")] = 1,
     accept: Accept = None,
     atmosphere: Atmosphere = None,
 ) -> CollisionPlan:
@@ -327,7 +327,7 @@ def _failure_reason(plan: Plan) -> str:
     if plan.needed is None:
         numbers = {k: getattr(case, k) for k in ("mass", "speed", "travel", "rope_stiffness")}
         tuning = tune(plan.brake, **numbers, horizontal=not case.gravity)
-        return f"no vacuum at the site is sufficient: {tuning.reason}"
+        return f"no vacuum available at the site is sufficient: {tuning.reason}"
     if plan.full.outcome is Outcome.SNAPS:
         return (
             f"at {show(plan.reached, 'Pa')} the brake snaps on such a soft rope; the tuned vacuum, "

@@ -73,7 +73,7 @@ class PumpFound(Judged):
     rmse: float = number("Pa", "root mean square error")
     identifiable: str = fact("quantities that the logs determine")
     reading: str = fact("pressure reference")
-    atmosphere: float = number("Pa", "atmosphere of the site")
+    atmosphere: float = number("Pa", "atmospheric pressure at the site")
     window: Sequence[float] = number("s", "part of the log used", shown=format_span)
     samples: int = number("1", "samples used", listed=False)
     understood: Sequence[str] = fact("how the file was read", listed=False)
@@ -102,7 +102,7 @@ def pump_down(
     compliance: Annotated[
         float | Literal["fit"] | None,
         COMPLIANCE,
-        Help("Volume lost per unit of vacuum, or 'fit' to fit it too."),
+        Help("Volume lost per unit vacuum, or 'fit' to fit it too."),
     ] = None,
     zero: Zero = None,
     start: Start = None,

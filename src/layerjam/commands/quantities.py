@@ -54,7 +54,7 @@ ROPE_DAMPING = replace(spec_of(Rope, "damping"), example="'20 N s/m'")
 SHARE = replace(spec_of(Brake, "vacuum_share"), example="80%")
 LOG_TIME = QuantitySpec("s", "time in the log", lo=-1e9, hi=1e9, example="2s")
 
-Atmosphere = Annotated[float | None, ATMOSPHERE, Help("Atmosphere of the site.")]
+Atmosphere = Annotated[float | None, ATMOSPHERE, Help("Atmospheric pressure at the site.")]
 Vacuum = Annotated[float, VACUUM]
 Target = Annotated[float, TARGET]
 Vacuums = Annotated[float | Array, VACUUM, ARRAY]
@@ -149,7 +149,7 @@ EXPORTS = (".csv", ".txt", ".tra", ".tsv", ".dat", ".xls", ".xlsx", ".ods")
 def _read_brake(value: AnyBrake, arguments: Mapping[str, Any]) -> BrakeFile:
     if isinstance(value, str | Path) and Path(value).suffix.lower() in EXPORTS:
         raise QuantityError.of(
-            "brake", f"{value} is a measurement; the brake comes first, then the files"
+            "brake", f"{value} is a measurement; name the brake first, then the files"
         )
     return convert_brake(value, arguments.get("atmosphere"))
 
@@ -190,7 +190,7 @@ def check_vacuum(value: Any, device: "Brake | Line", name: str = "vacuum") -> An
     greatest = float(np.max(value)) if np.size(value) else 0.0
     if greatest > device.site.atmosphere:
         raise QuantityError(
-            f"{name}: {show(greatest, 'Pa', 6)} is more than the atmosphere, "
+            f"{name}: {show(greatest, 'Pa', 6)} exceeds atmospheric pressure, "
             f"{show(device.site.atmosphere, 'Pa', 6)}; a vacuum cannot be higher"
         )
     return value

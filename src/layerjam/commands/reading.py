@@ -109,18 +109,18 @@ class FileOptions(TableOptions):
     column: Annotated[
         Sequence[str] | Mapping[str, str],
         Help(
-            "Column of a role (force, elongation or time), with its unit.",
+            "Column for a role (force, elongation or time), with its unit.",
             metavar="ROLE[:UNIT]=NAME",
         ),
     ] = ()
     specimen: Annotated[
         int | None, SPECIMEN, Help("Specimen to use from files that contain several.")
     ] = None
-    sheet: Annotated[str | None, Help("Sheet to use from workbooks.", metavar="NAME")] = None
+    sheet: Annotated[str | None, Help("Worksheet to read from workbooks.", metavar="NAME")] = None
     names: Annotated[
         str | None,
         Help(
-            "Pattern of the files' names, such as 'pull_{vacuum}_{speed:mm/s}_*'; for two "
+            "Pattern for the file names, such as 'pull_{vacuum}_{speed:mm/s}_*'; for two "
             "kinds of files, two patterns separated by |.",
             metavar="PATTERN",
         ),

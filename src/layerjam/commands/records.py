@@ -247,7 +247,7 @@ def records_verify(
 def records_withdraw(
     ident: RecordId,
     *,
-    why: Annotated[str, Help("Error in the entry.", metavar="TEXT")],
+    why: Annotated[str, Help("Reason: the error in the record.", metavar="TEXT")],
     db: RecordsDatabase = None,
 ) -> RecordWithdrawn:
     """Withdraw a record; it is kept, with the reason.

@@ -68,7 +68,7 @@ class Regulation(Judged):
     rise_time: float | None = number("s", "time from 10 to 90 % of the target")
     overshoot: float = number("Pa", "largest excess of the vacuum over the target")
     steady_error: float | None = number("Pa", "mean error at the end of the run")
-    ripple: float | None = number("Pa", "swing of the vacuum at the end of the run")
+    ripple: float | None = number("Pa", "peak-to-peak vacuum at the end of the run")
     pump_switches: int = fact("number of times the pump was switched")
     vent_switches: int = fact("number of times the vent was switched")
     pump_on: float = number("s", "run time of the pump")
@@ -96,8 +96,8 @@ class Regulation(Judged):
             low, high = self.identified["pole"]
             yield ""
             yield (
-                f"step: rate {self.identified['rate']:.4g} 1/s; its pole with the leak, at 95 %, "
-                f"{low:.4g} to {high:.4g} 1/s"
+                f"step: rate {self.identified['rate']:.4g} 1/s; its pole with the leak: "
+                f"95 % interval {low:.4g} to {high:.4g} 1/s"
             )
         yield from ("", "longest time until a fault is reported, at this vacuum")
         for name, time in self.detection.items():

@@ -66,13 +66,13 @@ class Sensing:
     """Measuring chain of a stop: accelerometer, low-pass, sampling rate, and filter."""
 
     accelerometer: Annotated[
-        str | Accelerometer, Help("Accelerometer of the stop: ideal or adxl193.", metavar="NAME")
+        str | Accelerometer, Help("Accelerometer on the mass: ideal or adxl193.", metavar="NAME")
     ] = "ideal"
     filter_class: Annotated[
         str | None,
         Help("SAE J211 filter: cfc60, 180, 600, 1000 or none.", metavar="CLASS", option="--filter"),
     ] = None
-    low_pass: Annotated[float | None, LOW_PASS, Help("Low-pass of the accelerometer.")] = None
+    low_pass: Annotated[float | None, LOW_PASS, Help("Low-pass filter of the sensor.")] = None
     sampling: Annotated[float | None, SAMPLING, Help("Sampling rate of the accelerometer.")] = None
 
     def is_plain(self) -> bool:
@@ -101,7 +101,7 @@ class Reading(Judged):
 
     record: "Seen | DropRecord | BareDrop | None" = None
     measured_peak: float | None = number("m/s^2", "peak measured by the sensor", default=None)
-    measured_peak_g: float | None = number("1", "measured peak in g of the site", default=None)
+    measured_peak_g: float | None = number("1", "measured peak, in local g", default=None)
     measured_peak_time: float | None = number("s", "time of the measured peak", default=None)
     peak_loss: float | None = number("1", "fraction of the true peak that is lost", default=None)
     measured_rate: float | None = number("Hz", "sampling rate", default=None)

@@ -173,7 +173,7 @@ def _check_travel(slip: float, travel: float | None, brake: Brake) -> None:
     if travel is not None and travel > room:
         raise QuantityError.of(
             "travel",
-            f"{show(travel, 'm')} from a slip of {show(slip, 'm')} is beyond the overlap "
+            f"{show(travel, 'm')} from a slip of {show(slip, 'm')} exceeds the overlap "
             f"of {show(brake.sheets.overlap, 'm')}",
         )
 

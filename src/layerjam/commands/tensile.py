@@ -54,7 +54,7 @@ class Tensile(Result):
     outcome: str = fact("outcome of the pull")
     procedure: str = fact("steps that were run")
     samples: int | None = number("1", "number of stacks pulled", default=None)
-    seed: int | None = number("1", "random seed of the scatter", default=None)
+    seed: int | None = number("1", "random seed for the scatter", default=None)
     scatter: float | None = number("1", "relative SD of the interfaces' friction", default=None)
     peak_mean: float | None = number("N", "mean of the stacks' peaks", default=None)
     peak_sd: float | None = number("N", "SD of the stacks' peaks", default=None)
@@ -94,7 +94,7 @@ def tensile(
         ),
     ] = None,
     model: Annotated[
-        Literal["lumped", "stack"], Help("A single friction force, or the stack sheet by sheet.")
+        Literal["lumped", "stack"], Help("A single friction force, or a sheet-by-sheet stack.")
     ] = "lumped",
     static: Annotated[bool, Help("Stack: use static friction until an interface slides.")] = False,
     one_by_one: Annotated[
@@ -104,7 +104,7 @@ def tensile(
     housing: "Housing | None" = None,
     scatter: Annotated[float | None, SCATTER, Help("Stack: relative SD of the friction.")] = None,
     samples: Annotated[int | None, SAMPLES, Help("Stack: number of stacks pulled (1000).")] = None,
-    seed: Annotated[int | None, SEED, Help("Stack: random seed of the scatter (1).")] = None,
+    seed: Annotated[int | None, SEED, Help("Stack: random seed for the scatter (1).")] = None,
     vacuum_share: VacuumShare | None = None,
     leak_time: LeakTime | None = None,
     progress: Progress | None = None,

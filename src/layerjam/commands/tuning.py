@@ -160,7 +160,7 @@ def _suggest_alternatives(case: "Case", reach: tuple[float, float] | None) -> di
     )
     return {
         **out,
-        "reason": f"{_failure_reason(case, reach)}; {' or '.join(ways) or none} would be enough",
+        "reason": f"{_failure_reason(case, reach)}; {' or '.join(ways) or none} would suffice",
     }
 
 
@@ -173,7 +173,7 @@ def _failure_reason(case: "Case", reach: tuple[float, float] | None) -> str:
     weight, travel = show(case.mass * case.gravity, "N"), show(case.travel, "m")
     low, high = balanced_speeds(case)
     if math.isnan(high):
-        return f"the brake cannot hold {weight} at {travel} of slip"
+        return f"the brake cannot hold {weight} at a slip of {travel}"
     if high < low:
         # even at full vacuum, the force minus the weight cannot absorb the energy of the fall
         return (

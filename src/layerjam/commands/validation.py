@@ -38,11 +38,11 @@ class ModelErrors(Judged):
     mape_conditions: float = number("1", "mean over the conditions", listed=False)
     mape_conditions_sd: float | None = number("1", "SD over the conditions", listed=False)
     rmse: float = number("N", "root mean square error")
-    bias: float = number("N", "mean difference of model and measured force")
+    bias: float = number("N", "mean of model minus measured force")
     r_squared: float | None = number(
         "1", "fraction of the variance explained", shown="{:.4f}".format
     )
-    scatter: Mapping[str, Any] | None = fact("fraction of the error due to repeats", listed=False)
+    scatter: Mapping[str, Any] | None = fact("fraction of the error due to scatter", listed=False)
     conditions: Sequence[Mapping[str, Any]] = fact("each vacuum and speed", listed=False)
     uncalibrated: Mapping[str, Any] | None = fact(
         "the same with a scale factor of 1 and the sheets' own stiffness", listed=False

@@ -47,7 +47,7 @@ def format_readme(
         f"Brake: {brake}. {_describe_counts(recipe)}.",
         *(f"Not used: `{name}`, {entry['why']}" for name, entry in recipe.unused.items()),
         "",
-        f"- `{RAW}/`: the files as they came from the machine, with their sidecars",
+        f"- `{RAW}/`: the files as the machine wrote them, with their sidecars",
         f"- `{BRAKE}`: the brake before the calibration, `{FITTED}`: after it",
         f"- `{REPORT}/report.html`: the page; `{RESULTS}`: every number",
         f"- `{RECIPE}`: use of each file, and the settings",

@@ -67,9 +67,9 @@ def read_recipe(folder: Path) -> Recipe:
         plain = json.loads(path.read_text(encoding="utf-8"))
         form = int(plain["format"])
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        raise FileError(path, "is not a recipe of `layerjam publish`") from None
+        raise FileError(path, "is not a recipe from `layerjam publish`") from None
     if form > FORMAT:
-        newer = f"has format {form}; this layerjam ({__version__}) reads up to {FORMAT}"
+        newer = f"has format {form}; this layerjam ({__version__}) reads formats up to {FORMAT}"
         raise FileError(path, f"{newer}: update layerjam")
     values = {f.name: plain[f.name] for f in fields(Recipe) if f.name in plain}
     lacking = [name for name in ("versions", "brake", "results") if name not in values]

@@ -46,7 +46,7 @@ def _find_root(folder: Path, source: Path) -> Path:
         return folder
     inner = [p for p in folder.iterdir() if p.is_dir() and (p / RECIPE).is_file()]
     if len(inner) != 1:
-        raise FileError(source, f"is not a dataset of `layerjam publish`: {RECIPE} is missing")
+        raise FileError(source, f"is not a dataset from `layerjam publish`: {RECIPE} is missing")
     return inner[0]
 
 

@@ -223,7 +223,7 @@ def _make_grid(request: DesignRequest, file: BrakeFile, films: "_Films") -> Grid
     if high > atmosphere * (1 + 1e-12):
         raise QuantityError.of(
             "vary.vacuum",
-            f"{show(high, 'Pa', 6)} is more than the atmosphere, {show(atmosphere, 'Pa', 6)}",
+            f"{show(high, 'Pa', 6)} exceeds atmospheric pressure, {show(atmosphere, 'Pa', 6)}",
         )
     return grid
 

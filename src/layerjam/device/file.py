@@ -144,7 +144,7 @@ class BrakeFile(RecordFile[Brake]):
         if self.brake.stiffness_measured is None and "stiffness_measured" not in without:
             out.append(
                 f"no stiffness was measured for {self.name}: the sheets' computed "
-                "stiffness is used; real rigs are several times softer"
+                "stiffness is used; real rigs are several times more compliant"
             )
         return out + list(self.spacer_notices())
 

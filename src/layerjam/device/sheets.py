@@ -45,7 +45,7 @@ class Film:
         "1", "coefficient of kinetic friction of the film on itself", lo=1e-4, hi=5, symbol="mu_k"
     )
     friction_on_silicone: Quantity[float] = quantity(
-        "1", "friction coefficient of the film on the enclosure", lo=1e-4, hi=5, symbol="mu_e"
+        "1", "friction coefficient between film and enclosure", lo=1e-4, hi=5, symbol="mu_e"
     )
     ageing: Quantity[float | None] = quantity(
         "1", "increase in static friction per decade of hold time", lo=-1, hi=1, default=None

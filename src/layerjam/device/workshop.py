@@ -105,7 +105,7 @@ def _length_field(text: str, default: float | None, lo: float = 0.0, hi: float =
 class Build:
     """[build]: choices of the builder; for a missing value, fabrication uses its default."""
 
-    cutter: str = value(TextSpec(text="who cuts the film", choices=CUTTERS), "service")
+    cutter: str = value(TextSpec(text="how the film is cut", choices=CUTTERS), "service")
     kerf: float = _length_field("full width of the cut", 0.0, hi=1e-3)
     stock_length: float | None = _length_field("length of the film stock", None, 1e-3, 100)
     stock_width: float | None = _length_field("width of the film stock", None, 1e-3, 100)

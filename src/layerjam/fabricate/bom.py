@@ -87,7 +87,7 @@ def _cast_items(plan: Drawing) -> list[Item]:
     for word, mass in zip(words, halves or [plan.silicone_mass], strict=True):
         name = f"silicone {word}".strip()
         text = f"{product}, " if product else ""
-        text += "to mix, waste included"
+        text += "to mix, including waste"
         rows.append(Item(name, text, f"{mass * 1e3:.1f}", "g", "", "drawn"))
     return rows
 

@@ -13,7 +13,7 @@ PUNCHED_BELOW = 5.0
 OWN_KINDS = ("measured", "assumed", "unstated")
 """Kinds of source that are not published."""
 ADVICE = {
-    "never": "this film must never go into a laser; a blade, shears or a die cuts it",
+    "never": "never cut this film with a laser; use a blade, shears or a die",
     "with care": "a laser may cut this film only with care: extract the fumes and clean the edge",
     "yes": "a laser may cut this film; extract the fumes",
 }

@@ -206,7 +206,7 @@ def _build_notices(plan: Drawing) -> list[Notice]:
         warnings.append(
             Notice(
                 f"each yoke bears a moment of {show(plan.yoke_moment, 'N m', 3)}: its section "
-                "modulus must be at least this moment divided by the allowed stress. Brakes "
+                "modulus must be at least this moment divided by the allowable stress. Brakes "
                 "in parallel have the same elongation only if the yoke does not tilt",
                 "yoke",
             )

@@ -204,8 +204,8 @@ def _read_table_version(db: Connection, place: str) -> int | None:
         )
     if current > VERSION:
         raise RecordsError(
-            f"{place}: its tables have version {current}, and this layerjam ({__version__}) knows "
-            f"versions up to {VERSION}; update layerjam"
+            f"{place}: its tables have version {current}, and this layerjam ({__version__}) "
+            f"supports versions up to {VERSION}; update layerjam"
         )
     missing = [version for version in range(current, VERSION) if version not in STEPS]
     if missing:

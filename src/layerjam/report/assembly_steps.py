@@ -75,7 +75,7 @@ def film_steps(drawing: Drawing, coupons: bool, files: Collection[str] | None = 
         Step(f"Cut {made_of}. {cutter}"),
         Step(
             "Align every part with the film's direction, as drawn: the film "
-            f"differs along and across it.{by_hand}"
+            f"has different properties along and across it.{by_hand}"
         ),
     ]
     if lengths.hole < PUNCHED_BELOW and build.cutter == "knife":
@@ -112,9 +112,9 @@ def cap_steps(drawing: Drawing) -> list[Step]:
             f"it is sealed.{sides}"
         ),
         Step(
-            "Uncured resin and solvent harm skin, eyes and lungs: work in a ventilated "
-            "place, preferably under extraction, away from flames, with safety glasses "
-            "and nitrile gloves. Wash and cure the parts, then clear the bores: blow "
+            "Uncured resin and solvent harm skin, eyes and lungs: work in a well-"
+            "ventilated area, preferably under extraction, away from flames, with safety "
+            "glasses and nitrile gloves. Wash and cure the parts, then clear the bores: blow "
             "through each cap from the port to the tray."
         ),
         Step(f"{port} Do it now: later, chips would fall into the stack."),
@@ -184,12 +184,12 @@ def sleeve_steps(drawing: Drawing) -> list[Step]:
         ),
         Step(
             f"{cure}, open the mould, and work the core out with soapy water. Trim "
-            f"{_m(mm(build.trim))} off each end, with sprue and vents: {_m(lengths.sleeve)} "
+            f"{_m(mm(build.trim))} off each end, including sprue and vents: {_m(lengths.sleeve)} "
             f"remain. Rinse it and let it dry.{castings}"
         ),
         Step(
             f"Measure the wall in eight places: {_m(lengths.wall)} is drawn. Hold the enclosure "
-            "against the light: a bubble is a leak."
+            "up to the light: a bubble is a leak."
         ),
     ]
 
@@ -202,7 +202,7 @@ def stack_steps(drawing: Drawing) -> list[Step]:
     faces = (
         "Both outer faces are left sheets."
         if lengths.count % 2
-        else "The lowest layer is a left sheet, the highest a right one: mark the faces."
+        else "The lowest layer is a left sheet, the highest a right sheet: mark the faces."
     )
     nuts = "the nut" if lengths.screws == 1 else f"the {lengths.screws} nuts"
     screw = "the screw" if lengths.screws == 1 else "the screws in turn"
@@ -266,10 +266,10 @@ def close_steps(drawing: Drawing) -> list[Step]:
     )
     return [
         Step(
-            "Take the brake off the jig and pull out the dowels. In a ventilated place, "
-            "with safety glasses and away from flames, wet the enclosure inside with "
+            "Take the brake off the jig and pull out the dowels. In a well-ventilated area, "
+            "wearing safety glasses and away from flames, wet the inside of the enclosure with "
             "isopropyl alcohol. Widen it with your fingers, and pull it over one head "
-            "and cap and along the stack until it covers both necks. No talc and no oil: "
+            "and cap and along the stack until it covers both necks. Use no talc or oil: "
             "the sheets work by friction. Let the alcohol dry."
         ),
         Step(
@@ -304,9 +304,9 @@ def array_steps(drawing: Drawing) -> list[Step]:
             Step(
                 f"Set {drawing.parallel} side by side between two yokes at each end "
                 f"(cut/yoke.dxf). Bending moment: {show(drawing.yoke_moment, 'N m', 3)}. The "
-                "section modulus of each yoke must be at least this moment divided by the stress "
-                "that your material bears. The load hangs from the eye; the brakes share their "
-                "elongation only while the yoke does not tilt."
+                "section modulus of each yoke must be at least this moment divided by the "
+                "allowable stress of your material. The load hangs from the eye; the brakes elongate "
+                "equally only while the yoke does not tilt."
             )
         )
     return out

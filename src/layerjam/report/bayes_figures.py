@@ -172,10 +172,10 @@ def vacuum_for_force(
     style.level(axes, atmosphere * KPA, "full vacuum at the site")
     if target is not None:
         _mark_quantile(axes, fit, target, place)
-    detail = "median, 50 and 95 % of the next pull"
+    detail = "next pull: median, 50 and 95 % bands"
     style.panel(axes, "Vacuum for a force", detail, ylabel="required vacuum [kPa]")
     style.band(chance, force, 0, 100 * band.chances["too strong"], RED, 0.35)
-    chance.set(xlabel=f"required force at {show(place, 'm')} of slip [N]", xlim=(0, span))
+    chance.set(xlabel=f"required force at a slip of {show(place, 'm')} [N]", xlim=(0, span))
     chance.set(ylabel="no vacuum\nsuffices [%]", ylim=(0, 100), yticks=[0, 50, 100])
     return figure
 

@@ -126,7 +126,7 @@ def make_page(report: BrakeReport) -> Page:
         notes=[
             f"Brake: {report.file.name}, SHA-256 {report.brake_sha256}",
             f"Command: {report.command}",
-            "Every number of this report is in numbers.csv (SI units); results.json has the rest.",
+            "Every number in this report is in numbers.csv (SI units); results.json has the rest.",
         ],
     )
     facts, identity = report.stated, report.identity
@@ -352,7 +352,7 @@ def list_headlines(report: BrakeReport, parts: Sequence[Part]) -> list[tuple[str
 def _add_uncertainty(number: Number, words: str, uncertainty: Budget) -> tuple[str, str]:
     if uncertainty.headline is None:
         digits = replace(number, standard_error=None).text()
-        return digits, f"{words}\nuncertainty not stated: the budget lists what to state"
+        return digits, f"{words}\nuncertainty not stated: the budget lists the missing entries"
     if (uncertainty.expanded_uncertainty or 0.0) >= 1:
         reach = f"± {uncertainty.headline[1]} includes zero"
         return number.text(), f"{words}\nnot determined: expanded uncertainty {reach}"

@@ -121,9 +121,9 @@ def friction_table(result: FrictionResult) -> Table:
         head=["repeat", "static", "kinetic", "file"],
         rows=rows,
         total=3,
-        note=f"Evaluated as {result.standard.title}. Static: {first}; kinetic: mean from {start} "
-        f"to {end} of slip; both divided by the normal force, {show(result.normal_force, 'N')}. "
-        "The interval is Student's t interval of the repeats.",
+        note=f"Evaluated according to {result.standard.title}. Static: {first}; kinetic: mean over "
+        f"slips of {start} to {end}; both divided by the normal force, "
+        f"{show(result.normal_force, 'N')}. The interval is Student's t interval of the repeats.",
         extra=[
             Column("normal force", "normal_force", "N").of(result, "friction"),
             *(Number(quantity=f"friction: window {edge}", value=w, unit="m") for edge, w in window),
@@ -345,7 +345,7 @@ def validation_table(result: Validation, before: Validation | None) -> Table:
         row([column.of(case, stem) for column in CONDITION], stem, case, earlier)
     row(["all", ""], "validation, all", result, before)
     names = ["MAPE [%]", "RMSE [N]", "bias [N]", "R²"]
-    head, groups = names, [("", 3), ("brake as it is", 4)]
+    head, groups = names, [("", 3), ("brake as given", 4)]
     if before is not None:
         head, groups = ["before", "after"] * 4, [("", 3), *((name, 2) for name in names)]
     split = ["own [N]", "scatter [N]", "share [%]"]
@@ -371,15 +371,15 @@ def _make_note(result: Validation, before: Validation | None) -> str:
         text = f"{v.mape_conditions:.1%}"
         return text + (f" ± {v.mape_conditions_sd:.1%}" if v.mape_conditions_sd else "")
 
-    text = f"Mean MAPE of {count_noun(len(result.conditions), 'condition')} ± SD between them: "
+    text = f"MAPE of {count_noun(len(result.conditions), 'condition')}, mean ± SD: "
     text += words(result)
     if before is not None:
         text += f" (before calibration {words(before)})"
     text += (
         ". Before: scale factor 1 and the stiffness of eq. 1. Bias: model minus measured. Own: "
         "error of the calibrated model against the mean of the repeats. Scatter: the repeats' SD "
-        "at one elongation. Both are root mean squares. Share: the scatter's fraction of the mean "
-        "squared error, which no model can remove."
+        "at one elongation. Both are root mean squares. Share: fraction of the mean squared error "
+        "due to scatter, which no model can remove."
     )
     if any(c.scatter is not None and c.scatter.model_mse <= 0 for c in result.conditions):
         text += (

@@ -68,7 +68,7 @@ def _list_numbers(drawing: Drawing) -> list[tuple[str, str]]:
         (str(drawing.brakes), "brake" if drawing.brakes == 1 else "brakes"),
         (show(mass, "kg", 3), "each as drawn, without fittings"),
         (show(lengths.pin_to_pin * 1e-3, "m"), "pin to pin at rest"),
-        (show(lengths.strap * 1e-3, "m"), "pin to pin, pulled out"),
+        (show(lengths.strap * 1e-3, "m"), "pin to pin, extended"),
         (show(drawing.torque, "N m", 2), "on each clamp screw"),
     ]
 

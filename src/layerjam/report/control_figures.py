@@ -68,9 +68,7 @@ def draw_run(
     """Return the figure of `bench_panes`."""
     detail = f"over {show(max(float(time[-1]), 1e-3), 's', 3)}"
     detail = "a virtual board: computed, not measured" if simulated else detail
-    return draw_panes(
-        bench_panes(time, vacuum, target, headline="Vacuum of the bench", detail=detail)
-    )
+    return draw_panes(bench_panes(time, vacuum, target, headline="Bench vacuum", detail=detail))
 
 
 @style.in_style
@@ -86,7 +84,7 @@ def draw_following(run: Following, sweep: Bode | None) -> style.Figure:
             "above the tested range" if sweep.bandwidth is None else show(sweep.bandwidth, "Hz", 3)
         )
         draw_frequency_response(size[0], [(sweep, INK, "")], turn=(-180, 45))
-        style.title(size[0], "Response to a sine", f"down to 71 % at {wide}; phase dashed")
+        style.title(size[0], "Frequency response", f"down to 71 % at {wide}; phase dashed")
     return figure
 
 
@@ -154,7 +152,7 @@ def _draw_rise(axes: style.Axes, plan: Plan) -> None:
     axes.set(xlim=(0, end * 1.02), ylim=(0, top * 1.22))
     axes.set(xlabel="time since the warning [s]", ylabel="vacuum [kPa]")
     style.spot(axes, time[-1], vacuum[-1], color=BLUE, clip_on=False)
-    words = [(f"{show(plan.reached, 'Pa', 3)} in time", BLUE)]
+    words = [(f"{show(plan.reached, 'Pa', 3)} reached in time", BLUE)]
     headline, detail = (
         "Vacuum available in time",
         "no vacuum available at the site stops it within the travel",
@@ -165,8 +163,8 @@ def _draw_rise(axes: style.Axes, plan: Plan) -> None:
         axes.axhline(limit * KPA, color=color, lw=1.2, ls=style.DASHED)
         words.append((f"{show(limit, 'Pa', 3)} needed", color))
         headline = f"{'Enough' if enough else 'Too little'} vacuum in time"
-        detail = f"{show(case.mass, 'kg')} at {show(case.speed, 'm/s')} within "
-        detail += f"{show(case.travel, 'm')} of slip"
+        detail = f"{show(case.mass, 'kg')} at {show(case.speed, 'm/s')}, to stop within "
+        detail += f"a slip of {show(case.travel, 'm')}"
     style.key(axes, *words, loc="lower right")
     style.title(axes, headline, detail)
 
@@ -183,13 +181,13 @@ def _draw_failure_probability(peaks: style.Axes, chances: style.Axes, plan: Plan
     x = np.array([energy_sd(c) for c in cases]) * 100
     modes = [("full", INK, plan.reached), ("tuned", ORANGE, plan.tuned.vacuum)]
     if plan.capped:
-        modes = [("full (tuned is capped to it)", INK, plan.reached)]
+        modes = [("full (tuned is capped at it)", INK, plan.reached)]
     highest = 0.0
     for name, color, vacuum in modes:
         runs = [predict_spread(vacuum, brake, c) for c in cases]
         g = np.array([r.peak_g for r in runs])
         words = f"{name}: {show(vacuum, 'Pa', 3)}" + (
-            "" if np.isfinite(g).any() else ", none stops"
+            "" if np.isfinite(g).any() else ", no case stops"
         )
         peaks.plot(x, g, color=color, label=words)
         chances.plot(x, np.array([r.out for r in runs]) * 100, color=color, label=words)
@@ -205,4 +203,4 @@ def _draw_failure_probability(peaks: style.Axes, chances: style.Axes, plan: Plan
             style.upright(axes, energy_sd(plan.case) * 100, "as specified", share=0.03)
         style.key(axes, loc="upper left")
     style.title(peaks, "Deceleration of the mass", "expected peak of the stops that succeed")
-    style.title(chances, "Risk of insufficient travel", f"slip beyond the brake's {usable}")
+    style.title(chances, "Risk of insufficient travel", f"slip beyond the brake's travel, {usable}")

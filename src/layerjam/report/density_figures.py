@@ -49,7 +49,7 @@ def draw_density(
     detail = f"one more sheet in {sheet['brake']} at {show(sheet['vacuum'], 'Pa', 4)}: "
     detail += f"{forces[0]} and {masses[0]} (the paper: {forces[1]}, {masses[1]})"
     vacuum = show(first.vacuum, "Pa", 4)
-    style.title(axes, f"Force versus mass, ours computed at {vacuum} unless stated", detail)
+    style.title(axes, f"Force versus mass; our brakes computed at {vacuum} unless stated", detail)
     return figure
 
 

@@ -53,7 +53,7 @@ def force_over_vacuum(file: BrakeFile, slip: float, target: float, vacuum: float
     if np.isfinite(vacuum):
         style.upright(axes, vacuum * KPA, show(vacuum, "Pa"), RED, share=0.03)
         style.spot(axes, vacuum * KPA, target)
-    style.title(axes, f"{file.name} at {show(slip, 'm')} of slip", "computed")
+    style.title(axes, f"{file.name} at a slip of {show(slip, 'm')}", "computed")
     return figure
 
 
@@ -79,7 +79,7 @@ def draw_friction(traces: Sequence[Trace], result: FrictionResult) -> style.Figu
     axes.axhline(result.static, color=INK, lw=1, ls=style.DASHED)
     ends = [(result.static, f"static {result.static:.4f}{_pm(result.static_sd)}", INK)]
     if result.kinetic is not None:
-        word = "middle" if events else "kinetic"
+        word = "midpoint" if events else "kinetic"
         axes.plot([start, end], [result.kinetic] * 2, color=RED, lw=2)
         ends.append((result.kinetic, f"{word} {result.kinetic:.4f}{_pm(result.kinetic_sd)}", RED))
     detail = result.standard.title

@@ -78,7 +78,7 @@ def _draw_last_slip(axes: style.Axes, record: StickSlipRecord) -> None:
     else:
         moving = np.flatnonzero(record.sliding)
         start = float(record.time[moving[0]]) if len(moving) else 0.0
-        end, headline = float(record.time[-1]), "From the first slip on"
+        end, headline = float(record.time[-1]), "From the first slip onwards"
         detail = "the oscillation decays"
     # the curve is straight while stuck, and has dense samples while sliding
     grid = np.linspace(start, end, 500)

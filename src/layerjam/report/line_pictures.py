@@ -59,7 +59,7 @@ def draw_regulators() -> style.Figure:
     zoom.axhline(HELD * KPA, color=GREEN, lw=1.0, ls=style.DASHED, label="target")
     zoom.set(xlim=(3, 25), ylim=(78.8, 81.4), xlabel="time [s]", ylabel="vacuum [kPa]")
     style.key(zoom, loc="upper right")
-    detail = "the true vacuum; the pump's switchings in all"
+    detail = "true vacuum; in the legend: total pump switchings"
     style.title(zoom, "Three regulators hold 80 kPa", detail)
     fault.set(xlim=(0, 6), ylim=(0, 80), xlabel="time [s]", ylabel="vacuum [kPa]")
     for state, color in (("release", RED), ("hold", BLUE)):
@@ -91,7 +91,7 @@ def draw_forces() -> style.Figure:
     runs = [follow(loop, brake, f, slip, brake=true, slip_noise=0.1 / MM) for f in (waves, square)]
     for axes, run in zip((smooth, steps), runs, strict=True):
         draw_profile(axes, run, 150)
-    error = f"error {runs[0].rms:.1f} N RMS, including 3 % model error"
+    error = f"RMS error {runs[0].rms:.1f} N, including 3 % model error"
     style.title(smooth, "A profile", error)
     force, swing = runs[1].force, HIGH - LOW
     up = time[(time >= PERIOD) & (force > LOW + 0.9 * swing)][0] - PERIOD
@@ -105,7 +105,7 @@ def draw_forces() -> style.Figure:
         )
         sweeps.append((sweep, color, f"±{size:g} N"))
     draw_frequency_response(sine, sweeps, turn=(-270, 45))
-    style.title(sine, "Sines around 60 N", "larger swings are limited by pump and valve")
+    style.title(sine, "Sine waves about 60 N", "larger swings are limited by pump and valve")
     return figure
 
 
@@ -128,7 +128,7 @@ def draw_coupling(starts: Sequence[float] = STARTS) -> style.Figure:
     for area, color in ((10e-6, BLUE), (WIDER, RED)):
         shut = replace(line, chamber=replace(line.chamber, volume_per_slip=area))
         runs = [coupled_drop(brake, shut, mass=1.0, speed=2.0, start=p) for p in starts]
-        name = f"{area * 1e6:g} mm² of volume per slip"
+        name = f"{area * 1e6:g} mm² volume per unit slip"
         gains, slips = ([m.vacuum_change for m in runs], [m.timed.slip for m in runs])
         gain.plot(start_kpa, np.array(gains) * KPA, "o-", color=color, ms=3.5, label=name)
         slip.plot(start_kpa, np.array(slips) * MM, "o-", color=color, ms=3.5, label=name)

@@ -112,7 +112,7 @@ def draw_leak(log: Leak) -> style.Figure:
     detail = "best-fitting law" if log.distinct else "best-fitting law; others fit equally well"
     detail = f"points: log; thick line: {detail}; time constants"
     style.panel(above, f"Pressure hold: {log.best}", detail, ylabel="pressure, absolute [kPa]")
-    style.panel(below, xlabel="time [s]", ylabel="log − law [kPa]")
+    style.panel(below, xlabel="time [s]", ylabel="measured − law [kPa]")
     return figure
 
 
@@ -126,10 +126,10 @@ def draw_ageing(fit: AgeingFit) -> style.Figure:
     axes.plot(hold, fit.static_at(hold), color=BLUE)
     low, high = float(fit.values.min()), float(fit.values.max())
     room = 0.3 * (high - low) or 0.1 * high
-    style.panel(axes, xlabel="hold [s]", ylabel="static friction [-]")
+    style.panel(axes, xlabel="hold time [s]", ylabel="static friction [-]")
     axes.set(xlim=ends, ylim=(low - room, high + room))
     style.set_log_scale(axes)
-    style.title(axes, f"{fit.ageing:+.4f} for a tenfold hold", "points: pulls; line: fit")
+    style.title(axes, f"{fit.ageing:+.4f} per tenfold hold time", "points: pulls; line: fit")
     return figure
 
 

@@ -86,7 +86,7 @@ def make_circumstances(facts: FileFacts) -> Part:
     """Return person, object and apparatus of the tests, one row each; and the certificates."""
     rows: list[list[str | Word]] = []
     for name in STATED:
-        words = name.replace("_limit", ", limit of error").replace("_", " ")
+        words = name.replace("_limit", ", error limit").replace("_", " ")
         rows.append([words, Word(_join_statements(facts, name), "stated")])
     return Part(
         id="circumstances",
@@ -216,7 +216,7 @@ def budget_table(budget: Budget, product: Budget | None = None) -> Table:
         _add_totals(rows, extra, product, "a × kinetic friction", first)
     _add_totals(rows, extra, budget, "the scale factor", "all lines")
     note = (
-        "Each relative to the value. Limits of error count as rectangular, divided by √3. k "
+        "Each relative to the value. Error limits: rectangular distribution, divided by √3. k "
         "is Student's 95 % quantile for the effective degrees of freedom ν (GUM, annex G.4), or "
         "larger if the sum would otherwise be below the expanded uncertainty of a single line."
     )

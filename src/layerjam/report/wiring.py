@@ -25,8 +25,8 @@ LINE = 0.62
 """Distance between lines of text."""
 AIR = (
     "AIR: brake – T-piece (pressure sensor) – common port of the 3/2 valve – pump inlet.",
-    "Safe state RELEASE: the port that is open without power (NO) leads to the atmosphere.",
-    "Safe state HOLD: the port that is closed without power (NC) leads to the atmosphere, "
+    "Safe state RELEASE: the port that is open when unpowered (NO) leads to the atmosphere.",
+    "Safe state HOLD: the port that is closed when unpowered (NC) leads to the atmosphere, "
     "and the pump has a non-return valve.",
 )
 
@@ -41,7 +41,9 @@ def draw_wiring(circuit: Circuit) -> str:
     pen = _Pen(sheet, elements, circuit)
     pen.text(0, 3.4, f"Wiring of {circuit.board}", size=18)
     pen.text(
-        0, 2.6, "Board from above, USB at the top. Equal framed labels, and all GND, are connected."
+        0,
+        2.6,
+        "Board from above, USB at the top. Identical framed labels, and all GND, are connected.",
     )
     pen.board()
     pen.power(14.0, 1.0)
@@ -240,10 +242,10 @@ def _list_lines(circuit: Circuit) -> Iterator[str]:
     rules = (
         "Solder the pull-downs R2 and R4 first: while the board is in reset its pins "
         "float, and a gate without a pull-down may switch on the pump.",
-        "Without power the vent must go to your safe state by itself. Test this with the "
+        "When unpowered, the vent must go to your safe state by itself. Test this with the "
         "board unplugged: RELEASE opens, HOLD stays shut. No program can compensate for "
         "a wrong valve.",
-        "Mount D1 and D2 with the bar towards plus. Without D1 and D2, the transistors fail.",
+        "Mount D1 and D2 with the bar towards the positive supply; without them, Q1 and Q2 fail.",
         "A single sensor cannot detect its own drift: do not hang a person on this bench.",
         *(f"CONFLICT: {text}" for text in find_conflicts(circuit)),
     )

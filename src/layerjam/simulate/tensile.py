@@ -158,7 +158,8 @@ def tensile(
     highest, atmosphere = procedure.highest_vacuum(), brake.site.atmosphere
     if highest > atmosphere:
         raise QuantityError.of(
-            "vacuum", f"{show(highest, 'Pa')} is more than the atmosphere, {show(atmosphere, 'Pa')}"
+            "vacuum",
+            f"{show(highest, 'Pa')} exceeds atmospheric pressure, {show(atmosphere, 'Pa')}",
         )
     check_given({"leak time": leak_time}, {"leak time": LEAK_TIME})
     time, elongation, vacuum, speed = _sample_path(procedure, brake, leak_time)

@@ -78,7 +78,7 @@ class History:
         if len(excess):
             raise QuantityError(
                 f"history: vacuum of sample {excess[0] + 1}, "
-                f"{show(float(self.vacuum[excess[0]]), 'Pa', 6)}, is more than the atmosphere, "
+                f"{show(float(self.vacuum[excess[0]]), 'Pa', 6)}, exceeds atmospheric pressure, "
                 f"{show(atmosphere, 'Pa', 6)}; reduce it"
             )
 

@@ -30,7 +30,7 @@ PHRASES = (
     (r"tensile --model stack", "'sheet by sheet' model of a pull"),
     (r"; 'layerjam pull --tare' shows its effect, and depth curves can", "; whole curves can"),
     (r" \(--tare subtracts it\)", ""),
-    (r", or give a pattern of its name \(--names '[^']*'\)", ""),
+    (r", or give a pattern for its name \(--names '[^']*'\)", ""),
     (r"--standard d1894", "'Evaluate friction tests as', ASTM D1894,"),
     (rf"--free ({'|'.join(filter(None, FREE))})\b", lambda m: f"'Also fit': {FREE[m[1]]}"),
     (r"--from, --to", "'From' and 'To'"),
