@@ -286,7 +286,7 @@ def _add_friction(work: _Work, files: Sequence[Measured]) -> None:
     verdict = work.judge("friction", fit.checks, [f"film.{kind}" for kind in fit.means])
     name = work.report.file.name
     if fit.kinetic is None:
-        stands = f"the kinetic friction in the file of {name} is kept: these tests do not yield any"
+        stands = f"the kinetic friction in the file {name} is kept: these tests yield none"
         work.report.warnings["friction"].append(Notice(stands, "kinetic-stands"))
     else:
         text, _ = add_friction(work.report.file, fit, name, verdict.decisions)

@@ -104,7 +104,7 @@ def licence_notices(licence: str | None, authors: Sequence[Author]) -> list[Noti
     """
     notices = []
     if licence is None:
-        text = "no licence is stated, so others may not use the data; add one: --licence CC-BY-4.0"
+        text = "no licence is stated: others have no right to use the data; add --licence CC-BY-4.0"
         notices.append(Notice(text, "no-licence"))
     elif not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.+-]{1,60}", licence):
         usual = ", ".join(USUAL[:4])

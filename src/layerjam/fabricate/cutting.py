@@ -33,8 +33,8 @@ def laser_check(file: BrakeFile, cutter: str) -> Check:
     if word is None:
         raise QuantityError.of(
             "film.laser",
-            "is not given, and some films poison who cuts them (PTFE: carbonyl fluoride, PVC and "
-            "vinyl: chlorine); find out what the film is and write laser = { value = "
+            "is not given, and some films release poisons when cut (PTFE: carbonyl fluoride, PVC "
+            "and vinyl: chlorine); identify the film and write laser = { value = "
             '"never", "with care" or "yes", source = "..." } into [film], or use another cutter',
         )
     if word != "never" and not source.text:

@@ -305,8 +305,8 @@ def array_steps(drawing: Drawing) -> list[Step]:
                 f"Set {drawing.parallel} side by side between two yokes at each end "
                 f"(cut/yoke.dxf). Bending moment: {show(drawing.yoke_moment, 'N m', 3)}. The "
                 "section modulus of each yoke must be at least this moment divided by the "
-                "allowable stress of your material. The load hangs from the eye; the brakes elongate "
-                "equally only while the yoke does not tilt."
+                "allowable stress of your material. The load hangs from the eye; the brakes "
+                "elongate equally only while the yoke does not tilt."
             )
         )
     return out
