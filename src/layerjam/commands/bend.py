@@ -26,7 +26,7 @@ LIMB = QuantitySpec("1", "friction of the enclosure on the limb", lo=0, hi=5, ex
 
 FAN_WHEN_BENT = Notice(
     "to first order, bending does not amplify the friction of sheets without spacers: the pressure "
-    "added on one side of the middle is lost on the other; the fan makes the free lengths softer",
+    "added on one side of the middle is lost on the other; fanning makes the free lengths softer",
     "fan-when-bent",
 )
 LEAST_OVER_JOINT = Notice(

@@ -151,7 +151,7 @@ def friction(
     def reduce_trace(trace: Trace) -> tuple[Trace, FrictionRepeat, float]:
         load = test.normal_force or trace.facts.normal_force or by_rule
         if load is None:
-            raise FitError("the normal force of the films is unknown; give --normal-force")
+            raise FitError("the normal force on the films is unknown; give --normal-force")
         repeat = reduce_repeat(trace, load, span, rule, accept_envelope)
         return trace.thinned(PICTURE), repeat, float(load)
 

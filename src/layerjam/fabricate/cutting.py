@@ -35,7 +35,7 @@ def laser_check(file: BrakeFile, cutter: str) -> Check:
             "film.laser",
             "is not given, and some films release poisons when cut (PTFE: carbonyl fluoride, PVC "
             "and vinyl: chlorine); identify the film and write laser = { value = "
-            '"never", "with care" or "yes", source = "..." } into [film], or use another cutter',
+            '"never", "with care" or "yes", source = "..." } in [film], or use a different cutter',
         )
     if word != "never" and not source.text:
         raise QuantityError.of(

@@ -57,7 +57,7 @@ def _validate_folder(path: Path, overwrite: bool) -> Path:
                 path,
                 (
                     f"contains {strange[0]}{others}, which `build` did not write; move it or "
-                    "choose another folder"
+                    "choose a different folder"
                 ),
             )
     return path

@@ -200,7 +200,7 @@ def _read_table_version(db: Connection, place: str) -> int | None:
         names = ", ".join(sorted(tables)[:3])
         raise RecordsError(
             f"{place}: contains other tables ({names}) but no records of layerjam; choose "
-            "another database"
+            "a different database"
         )
     if current > VERSION:
         raise RecordsError(
