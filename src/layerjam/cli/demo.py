@@ -266,7 +266,7 @@ def _describe_main_job(
     numbers = [
         (
             f"{friction.kinetic:.4f}",
-            f"kinetic friction, ± {friction.kinetic_sd:.4f} SD over three repeats (true: 0.24)",
+            f"kinetic friction, ± {friction.kinetic_sd:.4f} SD between three repeats (true: 0.24)",
         ),
         (f"{calibration.scale_factor:.4f}", "scale factor with that friction"),
         (show(calibration.stiffness, "N/m"), "stiffness of the brake and rig (true: 131 kN/m)"),

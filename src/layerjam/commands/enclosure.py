@@ -55,13 +55,13 @@ class SiliconeFit(FromFiles, Judged):
     material: str | None = fact("silicone from the catalogue")
     specimens: int | None = number("1", "specimens used")
     modulus_100: float | None = number("Pa", "engineering stress at 100 % strain")
-    modulus_100_sd: float | None = number("Pa", "SD over the specimens")
+    modulus_100_sd: float | None = number("Pa", "SD between the specimens")
     data_sheet: float | None = number("Pa", "100 % modulus from the manufacturer's data sheet")
     difference: float | None = number(
         "1", ("relative difference from the data sheet"), shown=_format_percent
     )
     initial_modulus: float | None = number("Pa", "slope over the strain window")
-    initial_modulus_sd: float | None = number("Pa", "SD over the specimens")
+    initial_modulus_sd: float | None = number("Pa", "SD between the specimens")
     modulus_300: float | None = number("Pa", "engineering stress at 300 % strain")
     strength: float | None = number("Pa", "maximum engineering stress")
     strain_at_end: float | None = number("1", "strain where the record ends", shown="{:.0%}".format)

@@ -78,8 +78,8 @@ class Friction(FromFiles, Judged):
     record: tuple[list[Trace], FrictionResult]
     static: float = number("1", "static friction, mean over the repeats")
     kinetic: float | None = number("1", "kinetic friction; null if the films stick and slip")
-    static_sd: float | None = number("1", "SD over the repeats")
-    kinetic_sd: float | None = number("1", "SD over the repeats")
+    static_sd: float | None = number("1", "SD between the repeats")
+    kinetic_sd: float | None = number("1", "SD between the repeats")
     repeats: int = number("1", "repeats used")
     standard: str = fact("evaluation standard", listed=False)
     window: list[float] = number("m", "displacement range of the kinetic mean", listed=False)
@@ -95,7 +95,7 @@ class Friction(FromFiles, Judged):
             if interval is not None and interval["low"] is not None:
                 yield (
                     f"{name} {interval['mean']:.4f}, 95 % interval {interval['low']:.4f} to "
-                    f"{interval['high']:.4f} (t over {interval['repeats']} repeats)"
+                    f"{interval['high']:.4f} (Student's t, {interval['repeats']} repeats)"
                 )
         teeth = self.stick_slip
         if teeth is not None:

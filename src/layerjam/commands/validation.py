@@ -34,9 +34,9 @@ class ModelErrors(Judged):
 
     record: "tuple[BrakeFile, Validation]"
     mape: float = number("1", "relative mean absolute error of the force", shown=_format_percent)
-    mape_sd: float | None = number("1", "SD over the pulls", shown=_format_percent)
+    mape_sd: float | None = number("1", "SD between the pulls", shown=_format_percent)
     mape_conditions: float = number("1", "mean over the conditions", listed=False)
-    mape_conditions_sd: float | None = number("1", "SD over the conditions", listed=False)
+    mape_conditions_sd: float | None = number("1", "SD between the conditions", listed=False)
     rmse: float = number("N", "root mean square error")
     bias: float = number("N", "mean of model minus measured force")
     r_squared: float | None = number(
