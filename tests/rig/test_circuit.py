@@ -57,7 +57,7 @@ def test_every_wire_and_component_is_drawn(made: Circuit) -> None:
         assert str(number) in said
     for part in made.parts:
         assert part.number in text
-    assert "pull-downs" in text and "When unpowered, the vent" in text and "H-bridge" in text
+    assert "pull-downs" in text and "Unpowered, the vent" in text and "H-bridge" in text
 
 
 def test_every_drawn_part_is_of_the_declaration(made: Circuit) -> None:

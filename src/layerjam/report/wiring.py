@@ -242,7 +242,7 @@ def _list_lines(circuit: Circuit) -> Iterator[str]:
     rules = (
         "Solder the pull-downs R2 and R4 first: while the board is in reset its pins "
         "float, and a gate without a pull-down may switch on the pump.",
-        "When unpowered, the vent must go to your safe state by itself. Test this with the "
+        "Unpowered, the vent must go to your safe state by itself. Test this with the "
         "board unplugged: RELEASE opens, HOLD stays shut. No program can compensate for "
         "a wrong valve.",
         "Mount D1 and D2 with the bar towards the positive supply; without them, Q1 and Q2 fail.",
