@@ -155,7 +155,7 @@ def bench_run(
     line: LineInput,
     vent_rest: Annotated[
         Literal["open", "closed"] | None,
-        Help("Position of the vent valve without power. Required."),
+        Help("Position of the vent valve when unpowered. Required."),
     ] = None,
     settings: RegulatorSettings = RegulatorSettings(),
     crosshead: Annotated[
