@@ -107,10 +107,10 @@ def enclosure(
     ],
     *,
     area: Annotated[
-        float | None, AREA, Help("Cross-section of the specimen, for files with a force.")
+        float | None, AREA, Help("Cross-section of the specimen, for files with force data.")
     ] = None,
     gauge_length: Annotated[
-        float | None, GAUGE_LENGTH, Help("Gauge length, for files with an elongation.")
+        float | None, GAUGE_LENGTH, Help("Gauge length, for files with elongation data.")
     ] = None,
     start: Annotated[
         float, STRAIN, Help("Strain at the start of the initial slope.", option="--from")
