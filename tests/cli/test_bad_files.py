@@ -141,7 +141,7 @@ def test_without_any_vacuum(refuses: Refuses, files: Files, command: str) -> Non
 @pytest.mark.parametrize("command", ["calibrate", "validate"])
 @pytest.mark.parametrize(
     ("vacuum", "why"),
-    [("94.5", "has no unit"), ("110kPa", "atmosphere"), ("-1kPa", "zero or")],
+    [("94.5", "has no unit"), ("110kPa", "atmospheric"), ("-1kPa", "zero or")],
 )
 def test_a_bad_vacuum_for_files(
     refuses: Refuses, files: Files, command: str, vacuum: str, why: str

@@ -49,7 +49,7 @@ def test_a_pull_that_ends_before_the_travel():
 @pytest.mark.parametrize(
     ("how", "words"),
     [({"parallel": 0}, "at least 1"), ({"series": 1.5}, "an integer"),
-     ({"parallel": 100, "series": 100}, "at most 1000"), ({"vacuum": "200 kPa"}, "atmosphere"),
+     ({"parallel": 100, "series": 100}, "at most 1000"), ({"vacuum": "200 kPa"}, "atmospheric"),
      ({"parallel": "two"}, "parallel"), ({"until": "0 mm"}, "until")],
 )  # fmt: skip
 def test_refusals(how, words):

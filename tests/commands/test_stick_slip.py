@@ -80,7 +80,7 @@ def test_stuck() -> None:
 @pytest.mark.parametrize(
     ("given", "word"),
     [
-        ({"vacuum": "200kPa"}, "atmosphere"),
+        ({"vacuum": "200kPa"}, "atmospheric"),
         ({"speed": "1"}, "no unit"),
         ({"speed": 0.0}, "speed of the crosshead"),
         ({"mass": "0 kg"}, "moving mass"),

@@ -269,7 +269,7 @@ def test_a_sweep_without_a_find_names_the_constraint(monkeypatch):
         ("step = 2 ", "step = 1.5 ", 9, "an integer"),
         ('"22 mm", step', '"8 mm", step', 10, "is empty"),
         ('["50 kPa", "90 kPa"]', '["50 kPa", "190 kPa"]', 12, "not allowed"),
-        ('["50 kPa", "90 kPa"]', '["50 kPa", "110 kPa"]', 12, "atmosphere"),
+        ('["50 kPa", "90 kPa"]', '["50 kPa", "110 kPa"]', 12, "atmospheric"),
         ('["50 kPa", "90 kPa"]', '["50 kPa", "50 kPa"]', 12, "twice"),
         ("[vary]", "[varied]", 8, "unknown key"),
         ('line = "choi2018"', 'line = "choi2019"', 4, "did you mean"),
