@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from layerjam.rig.address import VIRTUAL
-from layerjam.rig.campaign import Bed, accelerate, run_trial
+from layerjam.rig.campaign import Bed, run_trial, set_full_speed
 from layerjam.rig.kinds import DRIFTS
 from layerjam.rig.observer import draw_plan
 from layerjam.units import show
@@ -92,7 +92,7 @@ def drifts(runs: int) -> list[str]:
         "| drift | a tenth of the vacuum lost | QUES bit 10 | named | with a second sensor |",
         "|---|---|---|---|---|",
     ]
-    with Bed(accelerate(VIRTUAL)) as one, Bed(accelerate(VIRTUAL + "&second=1")) as two:
+    with Bed(set_full_speed(VIRTUAL)) as one, Bed(set_full_speed(VIRTUAL + "&second=1")) as two:
         for rate in DRIFTS:
             lost, doubted, named, second = [], [], 0, []
             for n in range(runs):

@@ -26,7 +26,7 @@ from campaigns.bench import pull as virtual_pull  # noqa: E402
 from layerjam.commands.pull import pull  # noqa: E402
 from layerjam.control.checks import regulation_checks, step_check  # noqa: E402
 from layerjam.control.closed_loop import simulate_run  # noqa: E402
-from layerjam.control.plan import Arrival, plan_checks, plan_stop, predict_stop  # noqa: E402
+from layerjam.control.plan import Arrival, checks_of_plan, plan_stop, predict_stop  # noqa: E402
 from layerjam.control.plant import linearise_line  # noqa: E402
 from layerjam.control.settings import Regulator  # noqa: E402
 from layerjam.design.verdict import design_checks  # noqa: E402
@@ -250,7 +250,7 @@ def collisions(random: Random, fault: str) -> Iterator[Check]:
         )
         if jumps == (fault == "edge"):
             break
-    yield from plan_checks(made, 0.0)
+    yield from checks_of_plan(made, 0.0)
 
 
 def designs(random: Random, fault: str) -> Iterator[Check]:

@@ -43,7 +43,7 @@ def run_file(path: Path, *, lost: int = 0, **said: str) -> Path:
         for seq in range(10)
         if boot == 9 or not 2 < seq <= 2 + lost
     ]
-    file.add(rows)
+    file.add_samples(rows)
     file.close(outcome)
     return path
 

@@ -27,7 +27,7 @@ class Shaken(Hal):
         self.capture_ring = array.array("h", bytes(2 * ROOM))
         self.rate, self.begun, self.count = 0, 0, 0
 
-    def capture_start(self, rate: int) -> None:
+    def start_capture(self, rate: int) -> None:
         self.rate, self.begun, self.count = rate, self.now, 0
 
     def capture_count(self) -> int:
@@ -41,7 +41,7 @@ class Shaken(Hal):
     def capture_part(self, first: int, last: int) -> array.array[int]:
         return self.capture_ring[first:last]
 
-    def capture_stop(self) -> None:
+    def stop_capture(self) -> None:
         self.rate = 0
 
     def capture_scale(self) -> tuple[float, ...]:

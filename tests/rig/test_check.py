@@ -18,7 +18,7 @@ from layerjam.control.closed_loop import FaultInjection
 from layerjam.control.plant import Plant
 from layerjam.control.plant import linearise_line as linear_plant
 from layerjam.errors import QuantityError
-from layerjam.rig.check import LockedError, check_bench, decay
+from layerjam.rig.check import LockedError, check_bench, delayed_decay
 from layerjam.rig.driver import Bench, InstrumentError
 from layerjam.rig.plant import VirtualPlant
 from printed import split_command
@@ -87,7 +87,7 @@ def test_a_decay_behind_a_lag_is_that_of_small_steps(rate: float, lag: float) ->
         now = math.exp(-rate * step * n)
         shown = shown + step / lag * (now - shown) if lag else math.exp(-rate * step * (n + 1))
     times = np.arange(100) * 1e-2
-    assert decay(times, rate, lag) == pytest.approx(seen, abs=1e-4)
+    assert delayed_decay(times, rate, lag) == pytest.approx(seen, abs=1e-4)
 
 
 def test_a_bench_outside_the_tolerances_is_named_and_tuned(

@@ -117,7 +117,7 @@ def test_the_record_is_the_accelerometers_and_the_rest_is_read_beside_it(chip: M
     made = hal()
     others = [2, 0] if made.other else [2]
     assert {27, 28} <= chip.analogue
-    made.capture_start(8000)
+    made.start_capture(8000)
     turn = 1 + len(others)
     assert made.capture_scale()[3] == pytest.approx(8000, rel=1e-5)
     assert 48e6 / (1 + chip.mem32.get(0x4004C010) / 256) == pytest.approx(8000 * turn, rel=1e-5)
@@ -140,7 +140,7 @@ def test_the_record_is_the_accelerometers_and_the_rest_is_read_beside_it(chip: M
         if made.other:
             assert made.other.read()[1] == int((1000 + looks) * 65535 / 4095)
     assert total > ROOM
-    made.capture_stop()
+    made.stop_capture()
     assert not any(channel.open for channel in chip.rp2.channels)
     assert chip.mem32.get(0x4004C000) == 1 and made.volts.mean(1) == 50000
     assert made.capture_count() == total
@@ -148,7 +148,7 @@ def test_the_record_is_the_accelerometers_and_the_rest_is_read_beside_it(chip: M
 
 def test_numbers_that_were_lost_end_the_record(chip: Machine) -> None:
     made = hal()
-    made.capture_start(500)
+    made.start_capture(500)
     assert made.capture_scale()[3] == pytest.approx(500, rel=1e-5)
     chip.mem32.spilt = True
     assert made.capture_count() == -1
@@ -166,4 +166,4 @@ def test_another_image_has_no_room_for_a_record(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     made_chip(monkeypatch, tmp_path)
-    assert not hasattr(hal(), "capture_start")
+    assert not hasattr(hal(), "start_capture")

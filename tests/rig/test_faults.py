@@ -17,7 +17,7 @@ from layerjam.rig import board as boards
 from layerjam.rig import campaign as campaign_module
 from layerjam.rig import observer as observer_module
 from layerjam.rig.address import VIRTUAL, address_of
-from layerjam.rig.campaign import Bed, accelerate, campaign, run_trial, select_faults
+from layerjam.rig.campaign import Bed, campaign, run_trial, select_faults, set_full_speed
 from layerjam.rig.kinds import DRIFTS, KINDS, NOT_HERE, NOTHING, SENSOR_GAP, SUPPLY_SAMPLES
 from layerjam.rig.observer import Observer, draw_plan
 from layerjam.rig.plant import VirtualPlant, read_hardware
@@ -89,7 +89,7 @@ def test_a_drift_is_doubted_by_the_board_when_the_plant_says_so(
 ) -> None:
     """Three openings in the plant's log are the board's bit 10; a slow drift has neither."""
     monkeypatch.setattr(observer_module, "LONGEST", 60.0)
-    with Bed(accelerate(VIRTUAL)) as bed:
+    with Bed(set_full_speed(VIRTUAL)) as bed:
         for size, doubted in ((200.0, True), (5.0, False)):
             trial = run_trial(bed, draw_plan(bed.behind, "sensor-drift", 0, 0, size=size))
             bit = int(bed.bench()[0].ask("STAT:QUES?")) & 1024
@@ -171,9 +171,9 @@ def test_what_nobody_knows_is_refused() -> None:
         select_faults(["pump-ded"])
     assert select_faults(["core-locked"]) == [] and set(select_faults([])) == set(KINDS)
     with pytest.raises(LayerjamError, match="not a virtual board"):
-        accelerate("tcp:127.0.0.1:5025")
-    assert accelerate("sim:choi2018").options["speed"] == "0"
-    assert accelerate("sim:choi2018?speed=5").options["speed"] == "5"
+        set_full_speed("tcp:127.0.0.1:5025")
+    assert set_full_speed("sim:choi2018").options["speed"] == "0"
+    assert set_full_speed("sim:choi2018?speed=5").options["speed"] == "5"
 
 
 def test_the_firmware_keeps_what_is_promised_for_it() -> None:
@@ -279,7 +279,7 @@ def test_two_sensors_that_disagree_are_a_fault() -> None:
 
 def test_a_second_sensor_sees_a_drift_that_one_does_not() -> None:
     name = "sensor-drift"
-    with Bed(accelerate(f"{CPYTHON}&second=1")) as bed:
+    with Bed(set_full_speed(f"{CPYTHON}&second=1")) as bed:
         trial = run_trial(bed, draw_plan(bed.behind, name, 0, 0, size=200.0))
     assert trial.named == "SENSORS_DISAGREE" and trial.is_met
     assert trial.safe_after == pytest.approx(0.05 * 103421 / 200, rel=0.05)

@@ -92,7 +92,7 @@ def test_nothing_is_acknowledged_before_it_is_on_disk(
 ) -> None:
     board = Board()
     made = opened(tmp_path / "a.ljrun", board)
-    add = made.file.add
+    add = made.file.add_samples
 
     def noted(*given: Any) -> None:
         add(*given)
@@ -100,7 +100,7 @@ def test_nothing_is_acknowledged_before_it_is_on_disk(
             seen = stranger.execute("SELECT max(seq) FROM samples").fetchone()[0]
         board.acts.append(f"on disk to {seen}")
 
-    monkeypatch.setattr(made.file, "add", noted)
+    monkeypatch.setattr(made.file, "add_samples", noted)
     for _ in range(2):
         board.run(30)
         made.record_block()
@@ -129,7 +129,7 @@ def test_killed_anywhere_it_misses_nothing_and_doubles_nothing(
         board.run(samples)
         target: Any = made.file if dies_after == "add" else board
         if dies_after:
-            name = {"fetch": "stream"}.get(dies_after, dies_after)
+            name = {"fetch": "stream", "add": "add_samples"}.get(dies_after, dies_after)
             act = getattr(target, name)
 
             def dying(*given: Any, act: Any = act) -> None:

@@ -46,38 +46,40 @@ def until(session, what, seconds=20.0):
 
 
 def on(session):
-    session.ask(lambda b: hold_target(b, session.regulator, "open", TARGET)).result(10)
+    session.request_action(lambda b: hold_target(b, session.regulator, "open", TARGET)).result(10)
 
 
 def test_it_holds_names_a_fault_and_records(session, tmp_path):
-    session.ask(lambda b: setattr(b, "lease", 60.0)).result(10)
+    session.request_action(lambda b: setattr(b, "lease", 60.0)).result(10)
     on(session)
     held = until(session, lambda look: look.vacuum and look.vacuum > 0.98 * TARGET)
     assert (held.state, held.fault, held.target) == ("RUN", None, TARGET)
-    session.ask(lambda b: inject_fault(b, "sensor-nan", session.regulator, TARGET)).result(10)
+    session.request_action(
+        lambda b: inject_fault(b, "sensor-nan", session.regulator, TARGET)
+    ).result(10)
     broken = until(session, lambda look: look.state == "FAULT")
     assert broken.fault == "NOT_A_NUMBER"
-    session.ask(lambda b: inject_fault(b, "none", session.regulator, TARGET)).result(10)
-    session.ask(lambda b: b.clear()).result(10)
+    session.request_action(lambda b: inject_fault(b, "none", session.regulator, TARGET)).result(10)
+    session.request_action(lambda b: b.clear()).result(10)
     done = session.record("evacuate to 30 kPa; vent", tmp_path / "run.ljrun", {}).result(60)
     assert done.outcome == "FINISHED" and done.gaps == 0 and done.simulated
 
 
 def test_a_refusal_is_told_and_the_session_goes_on(session):
-    refused = session.ask(lambda b: setattr(b, "output", True))
+    refused = session.request_action(lambda b: setattr(b, "output", True))
     with pytest.raises(LayerjamError, match="OUTP:SAFE"):
         refused.result(10)
     # nor does a mistake of ours leave the bench alone, or who asked without an answer
     with pytest.raises(ZeroDivisionError):
-        session.ask(lambda b: 1 / 0).result(10)
-    assert session.ask(lambda b: b.state).result(10) == "SAFE"
+        session.request_action(lambda b: 1 / 0).result(10)
+    assert session.request_action(lambda b: b.state).result(10) == "SAFE"
     with pytest.raises(QuantityError, match="target"):
         bench_regulator(ADDRESS, load_line("choi2018"), 103e3, "release", "pi", 103e3)
 
 
 def test_a_page_that_is_gone_ends_its_procedure(session, there, tmp_path):
     on(session)
-    session.ask(lambda b: b.off()).result(10)
+    session.request_action(lambda b: b.off()).result(10)
     running = session.record("evacuate to 30 kPa and hold 1000 s", tmp_path / "run.ljrun", {})
     until(session, lambda look: look.vacuum and look.vacuum > 25e3)
     there[0] = False
@@ -89,7 +91,7 @@ def test_presence_ends_soon_after_the_last_sign():
     present = Presence(lambda: now[0])
     now[0] = 0.9 * PRESENT
     assert present()
-    present.beat()
+    present.record_heartbeat()
     now[0] += 0.9 * PRESENT
     assert present()
     now[0] += 0.2 * PRESENT

@@ -25,8 +25,8 @@ from layerjam.workbench.scene import (
     UNIT,
     StackView,
     build_stack,
+    describe_stack,
     exaggeration,
-    stack_words,
 )
 from layerjam.workbench.state import from_link, to_link
 from strategies import one, random_brakes, seeds
@@ -74,7 +74,7 @@ def test_a_move_tells_the_picture_once_and_a_rest_nothing(monkeypatch):
         [view] = views
         for slip, share in moves:
             stack = build_stack(brake, slip, share)
-            words = stack_words(brake, stack, slip)
+            words = describe_stack(brake, stack, slip)
             view.show(stack, words)
         return stack, words, live._waiting.pop(view.scene.client, {})
 
@@ -125,11 +125,13 @@ def test_what_is_not_to_scale_is_said():
     many = replace(KAPTON, sheets=replace(KAPTON.sheets, count=100))
     stack = build_stack(many, 0.01, 1.0)
     assert stack.drawn == MAX_SHEETS
-    words = stack_words(many, stack, 0.01)
+    words = describe_stack(many, stack, 0.01)
     assert "100 sheets, 24 of them drawn, 50 held on the left" in words
     assert "overlap by 58 mm of 68 mm" in words
     assert f"{stack.scale} times larger" in words
-    assert "6 held on the left (blue) and 5 on" in stack_words(KAPTON, build_stack(KAPTON, 0, 1), 0)
+    assert "6 held on the left (blue) and 5 on" in describe_stack(
+        KAPTON, build_stack(KAPTON, 0, 1), 0
+    )
 
 
 def test_every_number_of_a_brake_has_a_field():
@@ -173,10 +175,10 @@ def test_the_comparison_says_which_is_better_in_words():
 
 def test_an_edited_brake_is_undone_and_comes_back_by_its_link():
     page = Brake(Desk())
-    assert page.editor.change({"sheets.width": "26 mm"}) == ""
+    assert page.editor.change_values({"sheets.width": "26 mm"}) == ""
     assert page.desk.brake.name == "choi2018-kapton-edited"
-    assert "is shorter than" in page.editor.change({"sheets.overlap": "600 mm"})
-    assert page.editor.change({"sheets.count": "21"}) == ""
+    assert "is shorter than" in page.editor.change_values({"sheets.overlap": "600 mm"})
+    assert page.editor.change_values({"sheets.count": "21"}) == ""
     assert page.desk.brake.name == "choi2018-kapton-edited"
     again = Desk(from_link(to_link(page.desk.state)))
     assert again.brake.brake == page.desk.brake.brake

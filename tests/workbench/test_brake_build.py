@@ -199,16 +199,16 @@ def test_the_brakes_page_loads_nothing_that_draws_or_builds():
 
 def test_a_build_is_stopped(monkeypatch):
     maker = (part := page_of().making).maker
-    tell, heard = maker.tell, []
+    tell, heard = maker.report_progress, []
 
     def stopped_at_once(what: str, share: float) -> None:
         heard.append(what)
         maker.stop()
         tell(what, share)
 
-    monkeypatch.setattr(maker, "tell", stopped_at_once)
+    monkeypatch.setattr(maker, "report_progress", stopped_at_once)
     monkeypatch.setattr(maker, "_elsewhere", asyncio.to_thread)
-    asyncio.run(maker.ask())
+    asyncio.run(maker.request_result())
     assert heard == [""]  # before it began to draw
     assert not multiprocessing.active_children()
     assert part.folder is None
@@ -220,10 +220,10 @@ def test_the_part_is_opened_and_refuses_in_words():
         async with standing(Brake) as (user, pages):
             await user.should_see("Peak force of a pull at the site", retries=100)
             assert not pages[0].making.built
-            pages[0].desk.put("brake", "part", "build")
+            pages[0].desk.put_setting("brake", "part", "build")
             await user.should_see("It can be built as drawn", retries=100)
             pages[0].desk.put_brake("choi2018-ptfe")
-            pages[0].desk.put("brake", "cutter", "laser")
+            pages[0].desk.put_setting("brake", "cutter", "laser")
             await user.should_see("It cannot be built as drawn", retries=100)
             await user.should_see("C15: ")
             await pages[0].wait_until_idle()

@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from layerjam.report.chart import Curve, Pane
-from layerjam.workbench.charts import FONT, options
+from layerjam.workbench.charts import FONT, chart_options
 from layerjam.workbench.pages.all import TABS
 from layerjam.workbench.session import to_session
 from layerjam.workbench.state import State
@@ -318,7 +318,7 @@ ENDS = """([id, made]) => {
 def test_names_at_the_ends_of_many_curves_do_not_overprint(page):
     opened(page, page.place, "pull")
     curves = [Curve([0, 1], [0, 100 + 0.4 * k], name=f"curve {k}") for k in range(9)]
-    made = options([Pane(curves, "x", "y")])
+    made = chart_options([Pane(curves, "x", "y")])
     chart = int(page.locator(at("pull-chart")).get_attribute("id")[1:])
     boxes = page.evaluate(ENDS, [chart, made])
     assert len(boxes) == len(curves)

@@ -99,7 +99,7 @@ def of_the_laboratory(practice, folder) -> list[tuple[str, Result]]:
     wanted = ("friction_choi2018-kapton_1", "94.5kPa_7mms_1", "40kPa_7mms_1")
     for name, data in practice.items():
         if any(w in name for w in wanted):
-            page.uploads.take(name, data)
+            page.uploads.store_file(name, data)
             (folder / name).write_bytes(data)
     rows = page.compute()
     put_edits(page.desk, {r.upload.key: {"role": "validate"} for r in rows if r.vacuum == 40e3})

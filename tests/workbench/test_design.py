@@ -133,7 +133,7 @@ def test_every_point_of_the_picture_bears_its_design(small):
 
 
 def test_walking_along_the_front_meets_every_design(small):
-    numbers = front.front_numbers(small)
+    numbers = front.front_indices(small)
     assert sorted(numbers) == sorted(d["number"] for d in small.front)
     masses = [front.all_designs(small)[n]["mass"] for n in numbers]
     assert masses == sorted(masses)
@@ -197,17 +197,17 @@ def test_the_page_stands(monkeypatch):
             need = pages[-1].parts["need"]
             desk = pages[-1].desk
             first = need._found[1].result
-            numbers = front.front_numbers(first)
-            need.pick(numbers[0])
-            need.walk(1)
+            numbers = front.front_indices(first)
+            need.select_design(numbers[0])
+            need.select_neighbour(1)
             assert need.selection() == numbers[1]
-            need.take()
+            need.take_design()
             assert desk.brake.name == f"small-b-{numbers[1]}"
             await user.should_see("is now the current brake")
             assert f'brake = "{desk.brake.name}.toml"' in need.editor.value
-            need.search()
+            need.start_search()
             assert desk.get("design", "begin", "") == desk.state.brake
-            desk.put("design", "hold_length", 0.03)
+            desk.put_setting("design", "hold_length", 0.03)
             assert "too short" in need.form.refused.text
             desk.undo()
             # what is typed as TOML moves the form, and stays as it was typed
@@ -217,14 +217,14 @@ def test_the_page_stands(monkeypatch):
             assert desk.get("design", "hold_force", 0) == 220
             assert desk.get("design", "when", "") == "sliding" and need.editor.value == typed
             assert need.empty.visible, "it is not searched yet"
-            desk.put("design", "hold_force", 230.0)
+            desk.put_setting("design", "hold_force", 230.0)
             assert "max_force >= 230 N" in need.editor.value
             # another front is asked for: from then on no button acts on the one before
             before, name = first, desk.brake.name
-            desk.put("design", "spec", SMALL.replace("300 N", "250 N"))
+            desk.put_setting("design", "spec", SMALL.replace("300 N", "250 N"))
             picked = need.selection()
-            need.take()
-            need.walk(1)
+            need.take_design()
+            need.select_neighbour(1)
             assert need.panel.shown is None and need.answers() == []
             assert desk.brake.name == name and need.selection() == picked
             assert not need.results.visible and need.sentence.text == "Searching"
@@ -232,17 +232,17 @@ def test_the_page_stands(monkeypatch):
             need.draw(SearchResult(Answer(need.calls()[0], before)))
             assert not need.results.visible
             await until(lambda: need.results.visible)
-            assert need._result() is need._found[1].result is not before
-            need.pick(front.front_numbers(need._result())[-1])
-            need.take()
-            assert desk.brake.text == brake_of(need._result(), need.selection()).text
+            assert need._displayed_result() is need._found[1].result is not before
+            need.select_design(front.front_indices(need._displayed_result())[-1])
+            need.take_design()
+            assert desk.brake.text == brake_of(need._displayed_result(), need.selection()).text
             need.editor.set_value(IMPOSSIBLE)
-            need.search()
+            need.start_search()
             await user.should_see("Not possible: holding force", retries=300)
             need.editor.set_value("")
-            need.search()
+            need.start_search()
             await user.should_see("brake (name or path of the brake to start from", retries=100)
-            desk.put("design", "part", "arrays")
+            desk.put_setting("design", "part", "arrays")
             await user.should_see("share the load evenly", retries=100)
 
     asyncio.run(use())

@@ -16,7 +16,14 @@ from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.drop import KEYS, NO_ROPE, Drop
-from layerjam.workbench.pages.drop_outcome import SLOW, drop_table, notes, series, slowness, verdict
+from layerjam.workbench.pages.drop_outcome import (
+    SLOW,
+    drop_table,
+    notes,
+    series,
+    slow_motion_factor,
+    verdict,
+)
 from layerjam.workbench.state import State, from_link, to_link
 from layerjam.workbench.uploads import Upload
 from workbench.standing import standing
@@ -131,7 +138,7 @@ def test_what_is_sent_is_the_record():
     assert not bare["brake"] and bare["slip"] == []
     assert max(bare["travel"]) == pytest.approx(max(bare["force"]) / 16.8, rel=1e-3)
     for lasts in (1e-6, 0.01, 0.3, 60.0):
-        assert slowness(lasts) in SLOW
+        assert slow_motion_factor(lasts) in SLOW
 
 
 def press(user, ident):
@@ -144,14 +151,14 @@ def test_the_page_stands_and_follows_its_controls():
         async with standing(Drop) as (user, pages):
             await user.should_see("25.1 kPa stops 1 kg from 1.5 m/s within 40 mm", retries=300)
             page = pages[-1]
-            page.desk.put("drop", "shown", "full")
+            page.desk.put_setting("drop", "shown", "full")
             await user.should_see("101 kPa stops 1 kg from 1.5 m/s", retries=50)
-            page.desk.put("drop", "direction", "horizontal")
+            page.desk.put_setting("drop", "direction", "horizontal")
             await user.should_see("v²/2gd, for a constant force", retries=50)
             page.desk.undo()
             page.desk.undo()
             await user.should_see("25.1 kPa stops 1 kg from 1.5 m/s within 40 mm", retries=50)
-            page.desk.put("drop", "speed", 5.0)
+            page.desk.put_setting("drop", "speed", 5.0)
             await user.should_see("Cannot: 5 m/s is too fast for 40 mm", retries=50)
             # full vacuum is shown, it crashes, and the page says what would stop it
             await user.should_see("it hits the end stop, with up to", retries=50)
@@ -171,7 +178,7 @@ def test_the_page_stands_and_follows_its_controls():
             page.desk.undo()
             assert page.desk.state == before
             # the same button for another mass sets a third of that one
-            page.desk.put("drop", "mass", 0.98)
+            page.desk.put_setting("drop", "mass", 0.98)
             await asyncio.sleep(0)
             await page.wait_until_idle()
             press(user, "drop-advice-brakes")

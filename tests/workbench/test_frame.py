@@ -20,8 +20,8 @@ from layerjam.units import QuantitySpec
 from layerjam.workbench import live
 from layerjam.workbench.answer import try_call
 from layerjam.workbench.call import Call, Subject
-from layerjam.workbench.charts import POINTS, thin
-from layerjam.workbench.controls import Control, number
+from layerjam.workbench.charts import POINTS, thin_points
+from layerjam.workbench.controls import Control, read_number
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.all import TABS
 from layerjam.workbench.runner import ComputationStopped, Runner
@@ -81,12 +81,12 @@ def test_undo_takes_back_one_step_and_redo_brings_it_again(monkeypatch):
     now = [0.0]
     monkeypatch.setattr("layerjam.workbench.desk.time.monotonic", lambda: now[0])
     desk, told = Desk(), []
-    desk.watch(told.append)
+    desk.add_watcher(told.append)
     for value in (1.0, 2.0, 3.0):  # one drag
         now[0] += 0.1
-        desk.put("pull", "vacuum", value)
+        desk.put_setting("pull", "vacuum", value)
     now[0] += 10
-    desk.put("pull", "vacuum", 9.0)
+    desk.put_setting("pull", "vacuum", 9.0)
     desk.put_brake("choi2018-ptfe")
     assert (desk.brake.name, desk.get("pull", "vacuum", 0)) == ("choi2018-ptfe", 9.0)
     assert desk.undo() and desk.brake.name == "choi2018-kapton"
@@ -106,8 +106,8 @@ def test_a_value_of_a_link_that_is_out_of_bounds_does_not_count():
     control = Control("vacuum", QuantitySpec("Pa", "vacuum", 0.0, 1e5), 5e4, 0.0, 1e5)
     for bad in (-1.0, 2e5, "x", True):
         desk = Desk(State(settings={"pull": {"vacuum": bad}}))
-        assert number(desk, "pull", control) == 5e4
-    assert number(Desk(State(settings={"pull": {"vacuum": 7e4}})), "pull", control) == 7e4
+        assert read_number(desk, "pull", control) == 5e4
+    assert read_number(Desk(State(settings={"pull": {"vacuum": 7e4}})), "pull", control) == 7e4
 
 
 @pytest.mark.slow
@@ -140,7 +140,7 @@ def test_thin_keeps_extremes():
     x = np.linspace(0, 1, 20_000)
     y = np.sin(40 * x)
     y[7777], y[12345] = 5.0, np.nan
-    made = thin(x, y)
+    made = thin_points(x, y)
     assert len(made) <= POINTS + 2
     assert max(b for _, b in made if b is not None) == 5.0
     assert made[0][0] == 0 and made[-1][0] == 1
@@ -183,7 +183,9 @@ def test_a_chart_is_sent_only_what_changed(monkeypatch):
             self.whole += 1
 
     sent, chart = [], Chart()
-    monkeypatch.setattr(live, "_tell", lambda element, kind, value: sent.append((kind, value)))
+    monkeypatch.setattr(
+        live, "_queue_change", lambda element, kind, value: sent.append((kind, value))
+    )
 
     def made(high, tooltip="a", curves=1):
         return {"xAxis": {"max": 4}, "tooltip": tooltip, "series": [{"data": [[0, high]]}] * curves}
@@ -284,11 +286,11 @@ def test_the_latest_inputs_win():
 
     async def scene():
         runner = Runner(compute, lambda result, problem: shown.append(result), elsewhere)
-        first = asyncio.create_task(runner.ask())
+        first = asyncio.create_task(runner.request_result())
         for i in range(10):
             value[0] = i
             await asyncio.sleep(0)
-            await runner.ask()
+            await runner.request_result()
         await first
 
     asyncio.run(scene())
@@ -303,7 +305,7 @@ def test_problems_are_words_and_a_stopped_run_says_so():
 
     def scene(compute):
         runner = Runner(compute, lambda result, problem: shown.append((result, problem)), elsewhere)
-        asyncio.run(runner.ask())
+        asyncio.run(runner.request_result())
 
     def refused():
         raise QuantityError("slip: 80 mm is beyond\nthe overlap")
@@ -315,10 +317,10 @@ def test_problems_are_words_and_a_stopped_run_says_so():
     scene(stopped)
     assert shown == [(None, "slip: 80 mm is beyond the overlap"), (None, "stopped")]
     runner = Runner(lambda: None, lambda *_: None, elsewhere)
-    runner.tell("fit", 0.5)
+    runner.report_progress("fit", 0.5)
     runner.stop()
     with pytest.raises(ComputationStopped):
-        runner.tell("fit", 0.6)
+        runner.report_progress("fit", 0.6)
 
 
 def test_an_error_stands_at_the_field_of_its_quantity():

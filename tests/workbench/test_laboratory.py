@@ -73,7 +73,7 @@ def rows_of(tab: Uploads, desk: Desk) -> list:
                                   "ev\0il\n\x1b[31m.csv", "", ".", "/", "con.csv", "x.toml/..",
                                   "\u202egpj.csv"])  # fmt: skip
 def test_a_name_never_becomes_a_path(tab, name):
-    made = tab.take(name, PULL)
+    made = tab.store_file(name, PULL)
     assert made is not None
     assert made.path.parent == tab.folder
     assert made.path.name.startswith("layerjam-file-0001.")
@@ -96,33 +96,33 @@ def test_bounds_in_size_and_number_are_said(tab, monkeypatch):
     with pytest.raises(UploadError, match=r"huge.csv: 954 MB is too large for the page"):
         tab.check_room("huge.csv", 10**9)
     with pytest.raises(UploadError, match="is too large for a sidecar"):
-        tab.take("a.csv.toml", b"x" * (up.SIDECAR + 1))
+        tab.store_file("a.csv.toml", b"x" * (up.SIDECAR + 1))
     monkeypatch.setattr(up, "MAX_FILES", 2)
-    tab.take("a.csv", b"1")
-    tab.take("b.csv", b"2")
+    tab.store_file("a.csv", b"1")
+    tab.store_file("b.csv", b"2")
     with pytest.raises(UploadError, match="at most 2 measurements"):
-        tab.take("c.csv", b"3")
+        tab.store_file("c.csv", b"3")
     monkeypatch.setattr(up, "MAX_FILES", 5)
     monkeypatch.setattr(up, "ALL_TOGETHER", 2)
     with pytest.raises(UploadError, match="all files together"):
-        tab.take("c.csv", b"3")
+        tab.store_file("c.csv", b"3")
     assert up.LARGEST < 64 * 2**20, "a request body is bounded at 64 MB"
 
 
 def test_the_same_content_counts_once_and_the_same_name_is_numbered(tab):
-    tab.take("a.csv", b"1")
+    tab.store_file("a.csv", b"1")
     with pytest.raises(UploadError, match=r"b.csv: a.csv already has this content"):
-        tab.take("b.csv", b"1")
-    assert tab.take("a.csv", b"2").shown == "a (2).csv"
+        tab.store_file("b.csv", b"1")
+    assert tab.store_file("a.csv", b"2").shown == "a (2).csv"
 
 
 def test_the_folder_goes_with_the_tab_and_nothing_comes_after(tab):
-    tab.take("a.csv", PULL)
+    tab.store_file("a.csv", PULL)
     folder = tab.folder
     tab.close()
     assert not folder.exists() and not folder.parent.exists()
     with pytest.raises(UploadError, match="closed"):
-        tab.take("b.csv", b"2")
+        tab.store_file("b.csv", b"2")
 
 
 @pytest.mark.parametrize(("name", "data", "why"), [
@@ -132,7 +132,7 @@ def test_the_folder_goes_with_the_tab_and_nothing_comes_after(tab):
     ("page.xml", b"<?xml version='1.0'?><a/>", "is XML"),
 ])  # fmt: skip
 def test_rubbish_is_refused_in_words_with_the_users_name(tab, name, data, why):
-    tab.take(name, data)
+    tab.store_file(name, data)
     (row,) = rows_of(tab, Desk())
     assert why in row.refused
     assert "layerjam-file" not in row.refused and str(tab.folder) not in row.refused
@@ -144,29 +144,29 @@ def test_a_workbook_that_unpacks_beyond_memory_is_refused(tab):
         for number in range(9):
             book.writestr(f"xl/worksheets/sheet{number}.xml", bytes(MAX_UNPACKED // 8))
     assert len(out.getvalue()) < 1e6
-    tab.take("bomb.xlsx", out.getvalue())
+    tab.store_file("bomb.xlsx", out.getvalue())
     (row,) = rows_of(tab, Desk())
     assert "unpacks to 281 MB" in row.refused
 
 
 def test_a_vacuum_set_on_the_page_stands_in_the_sidecar_and_can_be_undone(tab):
-    tab.take("pull.csv", PULL)
+    tab.store_file("pull.csv", PULL)
     desk = Desk()
     (row,) = rows_of(tab, desk)
-    assert row.asks == "vacuum?" and not row.good
+    assert row.asks == "vacuum?" and not row.is_usable
     put_edits(desk, {row.upload.key: {"vacuum": "80 kPa"}})
     (row,) = rows_of(tab, desk)
-    assert row.good and row.vacuum == 80e3 and row.upload.edited
+    assert row.is_usable and row.vacuum == 80e3 and row.upload.edited
     assert up.sidecar_of(row.upload.path).read_text() == 'vacuum = "80 kPa"\n'
     desk.undo()
     (row,) = rows_of(tab, desk)
-    assert not row.good and not up.sidecar_of(row.upload.path).exists()
+    assert not row.is_usable and not up.sidecar_of(row.upload.path).exists()
 
 
 def test_columns_signs_and_units_are_corrected_per_file(tab):
     lines = (b"%d;%.3f;%.2f\n" % (i, -f, i / 10) for i, f in enumerate(FORCE))
-    tab.take("plain.csv", b"".join(lines))
-    tab.take("pull.csv", PULL)
+    tab.store_file("plain.csv", b"".join(lines))
+    tab.store_file("pull.csv", PULL)
     desk = Desk()
     first, second = rows_of(tab, desk)
     assert "Click the headers of the force" in first.refused
@@ -174,7 +174,7 @@ def test_columns_signs_and_units_are_corrected_per_file(tab):
     said = {"vacuum": "50 kPa", "columns": "skip,force:N,elongation:mm", "negative": "force"}
     put_edits(desk, {first.upload.key: said})
     first, second = rows_of(tab, desk)
-    assert not first.refused and first.good, first.refused
+    assert not first.refused and first.is_usable, first.refused
     assert first.traces[0].force.max() == pytest.approx(max(FORCE))
     assert any("[read] of its sidecar" in s for s in first.understood)
     assert not second.upload.edited
@@ -201,13 +201,13 @@ def test_what_is_no_fact_or_answer_is_refused_before_it_is_kept(changes):
                                      "[" * 5000])  # fmt: skip
 def test_rubbish_of_a_link_is_left_out(rubbish):
     desk = Desk()
-    desk.put("laboratory", "files", rubbish)
+    desk.put_setting("laboratory", "files", rubbish)
     assert get_edits(desk) in ({}, {"a": {}})
 
 
 def test_a_broken_sidecar_is_said_with_the_users_name(tab):
-    tab.take("con.csv.toml", b"vacuum = [[")
-    tab.take("con.csv", PULL)
+    tab.store_file("con.csv.toml", b"vacuum = [[")
+    tab.store_file("con.csv", PULL)
     (row,) = rows_of(tab, Desk())
     assert "con.csv.toml" in row.refused and "layerjam-file" not in row.refused
 
@@ -217,7 +217,7 @@ def campaign(practice):
     """A tab with some practice files, divided, and its steps computed."""
     tab, desk, chain = Uploads(), Desk(), Chain()
     for name, data in few(practice).items():
-        tab.take(name, data)
+        tab.store_file(name, data)
     put_edits(desk, split_roles(rows_of(tab, desk)))
     rows = rows_of(tab, desk)
     chain.run(campaign_of(rows, tab))
@@ -227,7 +227,7 @@ def campaign(practice):
 
 def test_practice_files_calibrate_the_brake_they_were_made_with(campaign):
     _, rows, chain = campaign
-    assert all(r.synthetic and r.good for r in rows)
+    assert all(r.is_synthetic and r.is_usable for r in rows)
     truth = lab_example()
     assert "scale_factor = 0.92" in truth and 'stiffness = "120 kN/m"' in truth
     fitted = chain.done["calibrate"].result

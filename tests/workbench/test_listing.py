@@ -29,7 +29,7 @@ def tab():
 
 
 def dropped(tab, *names):
-    return [tab.take(n, ROWS + b"# %d\n" % k, waits=True) for k, n in enumerate(names)]
+    return [tab.store_file(n, ROWS + b"# %d\n" % k, waits=True) for k, n in enumerate(names)]
 
 
 def test_the_page_reads_what_the_commands_read(tab, tmp_path):
@@ -64,7 +64,7 @@ def test_a_proposal_says_that_it_comes_from_the_list(tab):
 def test_files_that_come_later_are_known_and_a_sidecar_counts_over_the_list(tab):
     tab.listed = read_list(TEXT.encode(), "conditions.csv")
     assert attach_list(tab) == ([], [])
-    tab.take("later.csv.toml", b'vacuum = "30 kPa"\nspeed = "1 mm/s"\n')
+    tab.store_file("later.csv.toml", b'vacuum = "30 kPa"\nspeed = "1 mm/s"\n')
     dropped(tab, "later.csv")
     taken, told = attach_list(tab)
     assert taken == ["later.csv"]

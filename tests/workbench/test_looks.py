@@ -8,7 +8,7 @@ from importlib.resources import files
 import pytest
 
 from layerjam.report.chart import Curve, Pane
-from layerjam.workbench.charts import MOST_ROOM, options
+from layerjam.workbench.charts import MOST_ROOM, chart_options
 from layerjam.workbench.tables import html, typeset
 from layerjam.workbench.widgets import read_asset
 
@@ -38,7 +38,7 @@ def test_only_columns_of_numbers_are_printed_so():
 
 
 def test_an_axis_ends_with_a_number_only_where_that_is_round():
-    made = options([Pane([Curve([0, 38.6153674], [0, 47.2])], "x", "y", (0, 38.6153674))])
+    made = chart_options([Pane([Curve([0, 38.6153674], [0, 47.2])], "x", "y", (0, 38.6153674))])
     assert made["xAxis"][0]["axisLabel"]["showMaxLabel"] is False
     assert made["xAxis"][0]["axisLabel"]["showMinLabel"] is True
     assert made["yAxis"][0]["axisLabel"]["showMaxLabel"] is None  # the browser chooses its own
@@ -47,7 +47,7 @@ def test_an_axis_ends_with_a_number_only_where_that_is_round():
 def test_names_have_their_room_and_no_more():
     def room(*names):
         curves = [Curve([0, 1], [0, 1], name=name) for name in names]
-        return options([Pane(curves, "x", "y")])["grid"][0]["right"]
+        return chart_options([Pane(curves, "x", "y")])["grid"][0]["right"]
 
     assert room("") < room("mass") < room("mass", "a longer name") < room("x" * 80) == MOST_ROOM
 

@@ -92,9 +92,9 @@ def test_of_a_large_file_a_page_keeps_what_it_draws(kind):
     page, large = kind(Desk()), pull(200_000)
     try:
         for name, data in (("small.csv", pull(2_000)), ("large.csv", large)):
-            page.uploads.take(f"{name}.toml", b'vacuum = "94.5 kPa"\n')
+            page.uploads.store_file(f"{name}.toml", b'vacuum = "94.5 kPa"\n')
             tracemalloc.start()  # once more: what the first file loads is not the file's
-            page.uploads.take(name, data)
+            page.uploads.store_file(name, data)
             found = page.compute()
             gc.collect()
             kept = tracemalloc.get_traced_memory()[0]

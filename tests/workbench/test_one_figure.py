@@ -13,7 +13,7 @@ from layerjam.commands.tensile import tensile
 from layerjam.commands.vacuum_line import rise
 from layerjam.report.chart import Curve, Pane, add_comparisons, draw_panes
 from layerjam.report.style import GREY
-from layerjam.workbench.charts import options
+from layerjam.workbench.charts import chart_options
 
 KAPTON = "choi2018-kapton"
 RESULTS = {
@@ -28,7 +28,7 @@ RESULTS = {
 @pytest.mark.parametrize("name", RESULTS)
 def test_figure_and_page_show_the_same_curves_axes_and_ends(name):
     result = RESULTS[name]()
-    figure, chart = result.draw(), options(result.panes())
+    figure, chart = result.draw(), chart_options(result.panes())
     json.dumps(chart, allow_nan=False)
     for place, axes in enumerate(figure.axes[: len(chart["grid"])]):
         series = [one for one in chart["series"] if one["yAxisIndex"] == place]
@@ -72,7 +72,7 @@ def test_curves_beside_are_quiet_named_once_and_widen_the_axes():
 def test_names_at_ends_on_each_other_are_set_apart_in_every_pane():
     curves = [Curve([0, 1], [0, 60], name=name) for name in ("vacuum", "sensor", "target")]
     panes = [Pane(curves, "time [s]", y, (0, 1), (0, 69)) for y in ("a [kPa]", "b [kPa]")]
-    series = options(panes)["series"]
+    series = chart_options(panes)["series"]
     for pane in (series[:3], series[3:]):
         shifts = sorted(one["endLabel"]["offset"][1] for one in pane)
         assert np.diff(shifts).min() >= 12  # the size of the words [pixels]

@@ -26,30 +26,30 @@ def peak(vacuum, brake=KAPTON):
 
 
 def test_the_vacuum_found_gives_the_peak_of_the_command(page):
-    found = page.peak.search(150.0, by_sheets=False)
+    found = page.peak.search_setting(150.0, by_sheets=False)
     assert peak(found.value) == pytest.approx(150.0, rel=1e-7)
     assert sentence(found, 150.0, False).endswith("gives a peak of 150 N.")
-    beyond = page.peak.search(900.0, by_sheets=False)
+    beyond = page.peak.search_setting(900.0, by_sheets=False)
     assert beyond.value is None
     assert beyond.force == peak(page.controls()["vacuum"].high)
     assert "the highest possible peak is" in sentence(beyond, 900.0, False)
 
 
 def test_the_sheets_found_are_the_nearest_at_this_vacuum(page):
-    found = page.peak.search(300.0, by_sheets=True)
+    found = page.peak.search_setting(300.0, by_sheets=True)
     file = page.desk.brake
     about = {n: abs(peak(60e3, resize_stack(file, n)) - 300.0) for n in range(2, 60)}
     assert found.value == min(about, key=about.__getitem__)
     assert f"{int(found.value)} sheets" in sentence(found, 300.0, True)
-    beyond = sentence(page.peak.search(1e6, by_sheets=True), 1e6, True)
+    beyond = sentence(page.peak.search_setting(1e6, by_sheets=True), 1e6, True)
     assert beyond.startswith(f"No number of sheets up to {MAX_SHEETS} sheets gives")
 
 
 def test_a_dragged_peak_is_one_step_of_undo_and_the_slider_follows():
     desk, seen = Desk(), []
-    desk.watch(seen.append)
+    desk.add_watcher(seen.append)
     for vacuum in (50e3, 51e3, 52e3):
-        desk.put("pull", "vacuum", vacuum, follow=True)
+        desk.put_setting("pull", "vacuum", vacuum, follow=True)
     assert seen == ["moved"] * 3
     desk.undo()
     assert desk.state == Desk().state

@@ -21,7 +21,7 @@ from layerjam.workbench.answer import notebook
 from layerjam.workbench.charts import MARKS, mark_points
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages import pull_files
-from layerjam.workbench.pages.pull import Pull, chart_of
+from layerjam.workbench.pages.pull import Pull, choose_chart
 from layerjam.workbench.pages.pull_files import Reading
 from layerjam.workbench.pins import MAX_PINS, toggle_file
 from layerjam.workbench.session import KIND, KeptFile, from_session, kept_files, to_session
@@ -41,8 +41,8 @@ def page_with(**sidecars: bytes) -> Pull:
     """The page of pulls with a file of each name, no two alike, and its sidecar."""
     page = Pull(Desk(State(page="pull", settings={"pull": {"vacuum": 60e3, "travel": 0.03}})))
     for count, (name, sidecar) in enumerate(sidecars.items()):
-        page.uploads.take(f"{name}.csv.toml", sidecar)
-        page.uploads.take(f"{name}.csv", CSV + b"\n" * count)
+        page.uploads.store_file(f"{name}.csv.toml", sidecar)
+        page.uploads.store_file(f"{name}.csv", CSV + b"\n" * count)
     return page
 
 
@@ -62,7 +62,7 @@ def pinned(page) -> list[str]:
 
 
 def test_a_pinned_file_is_drawn_as_the_file_has_it_and_called_measured(page):
-    chart = chart_of(*page.result, False)
+    chart = choose_chart(*page.result, False)
     (own,) = [s for s in chart["series"] if s["name"] == "measured, 60 kPa, mine.csv"]
     pairs = [p["value"] if isinstance(p, dict) else p for p in own["data"]]
     x, y = np.array([p for p in pairs if p[1] is not None]).T
@@ -98,7 +98,7 @@ def test_of_many_files_the_pinned_one_is_named():
     page = page_with(**{f"pull{k}": NAMES["60 kPa"] for k in range(7)})
     key = page.uploads.files[4].key
     toggle_file(page.desk, key)
-    chart = chart_of(*page.compute(), False)
+    chart = choose_chart(*page.compute(), False)
     named = [s["name"] for s in chart["series"] if s["endLabel"]["show"]]
     page.uploads.close()
     assert named == ["computed", "measured, 60 kPa, pull4.csv"]
@@ -106,7 +106,7 @@ def test_of_many_files_the_pinned_one_is_named():
 
 def test_nothing_is_read_again_under_a_slider_and_nothing_of_it_is_in_the_link(page):
     reading = page.result[2]
-    page.desk.put("pull", "vacuum", 50e3)
+    page.desk.put_setting("pull", "vacuum", 50e3)
     assert page.compute()[2] is reading
     assert from_link(to_link(page.desk.state)).pins == ()
     key = page.uploads.files[0].key
@@ -118,18 +118,18 @@ def test_nothing_is_read_again_under_a_slider_and_nothing_of_it_is_in_the_link(p
 
 def test_a_session_carries_it_into_another_tab(page):
     state = page.desk.state
-    page.uploads.take("waits.csv", b"x", waits=True)
+    page.uploads.store_file("waits.csv", b"x", waits=True)
     text = to_session(state, kept_files(page.uploads))
     opened = from_session(text.encode(), "a.json")
     assert opened.state == state
     assert opened.files == (KeptFile("mine.csv", CSV, NAMES["60 kPa"].decode()),)
     other = Pull(Desk())
-    other.uploads.take("mine.csv", b"another of that name")
+    other.uploads.store_file("mine.csv", b"another of that name")
     for one in opened.files:
-        other.uploads.take_kept_file(one.name, one.data, one.sidecar)
-        other.uploads.take_kept_file(one.name, one.data, one.sidecar)  # twice is once
+        other.uploads.restore_file(one.name, one.data, one.sidecar)
+        other.uploads.restore_file(one.name, one.data, one.sidecar)  # twice is once
     assert len(other.uploads.files) == 2
-    other.desk.put_state(opened.state)
+    other.desk.restore_state(opened.state)
     other.desk.files_changed()
     labels = pinned(other)
     other.uploads.close()
@@ -172,9 +172,9 @@ def test_figure_and_python_hold_it(page, tmp_path, monkeypatch):
     assert (tmp_path / "tensile.svg").read_bytes() == taken.figure("svg")
     assert b"measured, 60 kPa" in taken.figure("svg")
     assert "- `mine.csv`" in notebook("a", [taken.call], taken.pinned_calls)
-    page.desk.put("pull", "model", "judder")  # over time there is nothing to compare
+    page.desk.put_setting("pull", "model", "judder")  # over time there is nothing to compare
     assert pinned(page) == []
-    assert list(page.copies()[1]) == list(taken.pinned_answers), (
+    assert list(page.calls_to_copy()[1]) == list(taken.pinned_answers), (
         "the page shows what was computed last"
     )
     assert 'result.plot("tensile.svg", overwrite=True, beside=pinned)' in taken.python()
@@ -262,14 +262,14 @@ def test_a_click_pins_the_one_file_that_is_there_and_a_second_takes_it_away():
             await user.should_see("Pulled to 40 mm", retries=300)
             page = pages[-1]
             await user.should_not_see(pull_files.TITLE)
-            page.uploads.take("mine.csv.toml", NAMES["60 kPa"])
-            page.uploads.take("mine.csv", CSV)
+            page.uploads.store_file("mine.csv.toml", NAMES["60 kPa"])
+            page.uploads.store_file("mine.csv", CSV)
             page.desk.files_changed()
             await user.should_see(pull_files.TITLE, retries=300)
             user.find(pull_files.TITLE).click()
             await user.should_see("measured, 60 kPa, mine.csv", retries=100)
             await user.should_not_see(pull_files.TITLE, retries=100)
-            page.panel.unpin(page.desk.state.pins[0])
+            page.panel.remove_pin(page.desk.state.pins[0])
             await user.should_see(pull_files.TITLE, retries=100)
 
     asyncio.run(use())
@@ -298,7 +298,7 @@ def test_a_reload_keeps_files_and_pins_and_a_duplicated_tab_does_not_take_them(p
     desks.forget_desk(old)
     again = Pull(new)
     assert pinned(again) == ["measured, 60 kPa, mine.csv"]
-    new.files.take("more.csv", b"1")
+    new.files.store_file("more.csv", b"1")
     assert len(set(path.parent.iterdir())) == 3  # two files and a sidecar
     desks.forget_desk(new)
     assert not any(desk in (old, twin, new) for _, desk in desks._desks.values())

@@ -16,7 +16,7 @@ from layerjam.workbench.call import Call, DataFile, Subject
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.drop import Drop
 from layerjam.workbench.pages.drop_outcome import drop_chart, series
-from layerjam.workbench.pages.pull import STICK_SLIP, Pull, chart_of
+from layerjam.workbench.pages.pull import STICK_SLIP, Pull, choose_chart
 from layerjam.workbench.pages.pull_chart import stick_slip_chart
 from layerjam.workbench.pages.vacuum import Vacuum
 from layerjam.workbench.pins import MAX_PINS, make_pin, pin_call, pin_labels
@@ -42,12 +42,12 @@ def test_a_pin_goes_with_the_link_and_gives_the_numbers_of_the_command():
     assert kept.answer.result.values == own.values
     # not computed twice
     assert page.compute()[0].pins[0].answer is kept.answer
-    chart = chart_of(answer, whole, reading, band, False)
+    chart = choose_chart(answer, whole, reading, band, False)
     quiet = chart["series"][-1]
     assert quiet["name"] == kept.label
     assert max(y for _, y in quiet["data"]) == pytest.approx(own.peak_force, rel=1e-5)
     assert "beside=pinned" in answer.python()
-    assert list(page.copies()[1].values()) == [call("40 kPa")]
+    assert list(page.calls_to_copy()[1].values()) == [call("40 kPa")]
     page.uploads.close()
 
 
@@ -146,21 +146,21 @@ def test_pin_drag_unpin_and_undo_on_the_page():
             page = pages[-1]
             user.find("Pin").click()
             await user.should_see("as shown", retries=100)
-            page.desk.put("pull", "vacuum", 50e3)
+            page.desk.put_setting("pull", "vacuum", 50e3)
             await user.should_see("94.5 kPa", retries=100)
             assert len(page.panel.chart.options["series"]) == 2
             first = np.array(page.panel.chart.options["series"][0]["data"])[:, 1].max()
             assert np.array(page.panel.chart.options["series"][1]["data"])[:, 1].max() > first
-            page.panel.unpin(page.desk.state.pins[0])
+            page.panel.remove_pin(page.desk.state.pins[0])
             assert page.desk.state.pins == ()
             page.desk.undo()
             assert len(page.desk.state.pins) == 1
             await page.wait_until_idle()
             for k in range(MAX_PINS + 2):
-                page.desk.put("pull", "vacuum", 20e3 + 1e3 * k)
+                page.desk.put_setting("pull", "vacuum", 20e3 + 1e3 * k)
                 await asyncio.sleep(0)
                 await page.wait_until_idle()
-                page.panel.pin()
+                page.panel.pin_answer()
             assert len(page.desk.state.pins) == MAX_PINS
 
     asyncio.run(use())

@@ -132,8 +132,8 @@ def test_a_toml_goes_where_its_keys_belong(text, kind):
 
 def test_what_waits_is_used_by_nobody_and_may_come_again():
     tab = Uploads()
-    first = tab.take("a.csv", b"1", waits=True)
-    assert tab.used == [] and tab.take("b.csv", b"1", waits=True) == first
+    first = tab.store_file("a.csv", b"1", waits=True)
+    assert tab.used == [] and tab.store_file("b.csv", b"1", waits=True) == first
     tab.waiting.clear()
     assert tab.used == [first]
     tab.close()

@@ -16,7 +16,7 @@ from layerjam.simulate.record import Outcome
 from layerjam.workbench.answer import file_bytes
 from layerjam.workbench.charts import round_up
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.outcomes import PULLS, pull_words, slide_words
+from layerjam.workbench.outcomes import PULLS, describe_pull, describe_slide
 from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.pages.pull_chart import pull_chart
 from layerjam.workbench.pages.pull_files import Reading, find_pulls, read_pulls
@@ -71,8 +71,8 @@ def test_the_saw_is_that_of_stick_slip_and_its_copy(page_of):
 
 def test_files_are_held_against_the_model_and_what_is_left_over_is_drawn(page_of):
     page = page_of(vacuum=20e3)
-    page.uploads.take("../../a pull.csv.toml", b'vacuum = "60 kPa"\n')
-    page.uploads.take("../../a pull.csv", measured(1.1))
+    page.uploads.store_file("../../a pull.csv.toml", b'vacuum = "60 kPa"\n')
+    page.uploads.store_file("../../a pull.csv", measured(1.1))
     page.result = answer, whole, reading, _ = page.compute()
     assert [c.call.name for c in page.answers()] == ["tensile", "pull", "validate"]
     assert not reading.lacking
@@ -97,19 +97,19 @@ def test_files_are_held_against_the_model_and_what_is_left_over_is_drawn(page_of
 
 def test_a_file_without_a_vacuum_takes_the_one_given_for_it(page_of):
     page = page_of(vacuum=20e3, files_vacuum=60e3)
-    page.uploads.take("pull.csv", measured())
+    page.uploads.store_file("pull.csv", measured())
     reading = page.compute()[2]
     assert reading.lacking
     assert reading.curves[0].vacuum == 60e3
     assert reading.curves[0].mape < 0.01
-    page.desk.put("pull", "files_vacuum", 30e3)
+    page.desk.put_setting("pull", "files_vacuum", 30e3)
     assert page.compute()[2].curves[0].vacuum == 30e3
 
 
 @pytest.mark.parametrize("rubbish", [b"", b"\x00\xff" * 500, b"no numbers here\n", b"a,b\n1,2\n"])
 def test_rubbish_is_refused_in_words_and_the_pull_stays(page_of, rubbish):
     page = page_of()
-    page.uploads.take("rubbish.csv", rubbish)
+    page.uploads.store_file("rubbish.csv", rubbish)
     answer, _, reading, _ = page.compute()
     assert answer.result.peak_force > 0
     (problem,) = (one.refusal for one in reading.answers)
@@ -166,13 +166,13 @@ def test_the_record_taken_away_reads_back(tmp_path):
     ],
 )
 def test_every_pull_ends_in_a_sentence(procedure, words):
-    assert words in pull_words(tensile(KAPTON, procedure=procedure))
+    assert words in describe_pull(tensile(KAPTON, procedure=procedure))
 
 
 def test_a_sentence_for_every_outcome_that_a_pull_can_have():
     for outcome in Outcome:
         record = SimpleNamespace(elongation=np.array([0.0, 0.01]), speed=0.001)
         found = SimpleNamespace(outcome=str(outcome), record=record, events=3)
-        for said in (pull_words(found), slide_words(found)):
+        for said in (describe_pull(found), describe_slide(found)):
             assert said.endswith(".") and said[0].isupper()
-        assert (outcome in pull_words(found)) == (outcome not in PULLS)
+        assert (outcome in describe_pull(found)) == (outcome not in PULLS)

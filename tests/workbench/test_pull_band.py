@@ -18,7 +18,7 @@ from layerjam.report.chart import Curve
 from layerjam.workbench import answer as answers
 from layerjam.workbench.charts import band
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pages.pull import PIN_BAND, Pull, chart_of
+from layerjam.workbench.pages.pull import PIN_BAND, Pull, choose_chart
 from layerjam.workbench.pages.pull_band import law_error
 from layerjam.workbench.pins import BAND, pin_call
 from layerjam.workbench.state import Pin, State, from_link, to_link
@@ -44,7 +44,7 @@ def page():
 def drawn(page):
     """The chart of what the page computes now."""
     answer, whole, reading, shown = page.result = page.compute()
-    return answer.result, shown, chart_of(answer, whole, reading, shown, False)
+    return answer.result, shown, choose_chart(answer, whole, reading, shown, False)
 
 
 def test_past_the_peak_the_band_is_that_of_the_friction(page):
@@ -84,7 +84,7 @@ def test_the_ground_is_enclosed_by_both_edges():
 def test_only_a_brake_calibrated_here_and_only_its_own_law_has_a_band(page):
     assert law_error(page.desk, page.calls()[0]) is not None
     for value in ("stack", "judder", "lumped"):
-        page.desk.put("pull", "model", value)
+        page.desk.put_setting("pull", "model", value)
         assert (law_error(page.desk, page.calls()[0]) is None) == (value != "lumped")
     page.desk.put_brake(CALIBRATED + "# edited\n")
     assert law_error(page.desk, page.calls()[0]) is None
@@ -137,7 +137,7 @@ def test_the_button_is_there_with_the_band_and_pins_it():
             await user.should_see("as shown", retries=100)
             (pin,) = page.desk.state.pins
             assert BAND in pin.options
-            page.desk.put("pull", "vacuum", 50e3)
+            page.desk.put_setting("pull", "vacuum", 50e3)
             await user.should_see("94.5 kPa", retries=100)
             await page.wait_until_idle()
             assert sum("areaStyle" in s for s in page.panel.chart.options["series"]) == 2

@@ -28,7 +28,9 @@ WORD = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
 VALUE = st.one_of(WORD, st.booleans(), st.floats(allow_nan=False, allow_infinity=False))
 PIN = Pin("pull", "tensile", PTFE, {"vacuum": "60 kPa", "speed": "1 mm/s", "travel": "20 mm"})
 EDITED = load(KAPTON).text + "\n# µ, edited\n"
-STATE = State(page="pull", brake=EDITED, beside=PTFE, pins=(PIN,)).put("pull", "vacuum", 50e3)
+STATE = State(page="pull", brake=EDITED, beside=PTFE, pins=(PIN,)).put_setting(
+    "pull", "vacuum", 50e3
+)
 
 
 @given(st.dictionaries(WORD, st.dictionaries(WORD, VALUE, max_size=3), max_size=3))
@@ -80,12 +82,12 @@ def test_a_session_is_one_step_of_undo_and_a_brake_that_cannot_be_read_changes_n
     before = desk.state
     for wrong in ("/etc/passwd", "a = 1\n"):
         with pytest.raises(LayerjamError):
-            desk.put_state(replace(STATE, brake=wrong))
+            desk.restore_state(replace(STATE, brake=wrong))
     with pytest.raises(LayerjamError):
-        desk.put_state(replace(STATE, line="none"))
+        desk.restore_state(replace(STATE, line="none"))
     assert desk.state is before
     assert desk.brake.text == load(KAPTON).text
-    desk.put_state(STATE)
+    desk.restore_state(STATE)
     assert desk.state == replace(STATE, page="drop")
     assert desk.brake.text == EDITED
     assert desk.undo()

@@ -33,7 +33,7 @@ def test_one_vacuum_on_every_page(mover, vacuum, other, old):
     state = State(settings={other[0]: {other[1]: old, "kept": 3.0}})
     # a link of before there was one vacuum: its page shows what it showed
     assert from_link(to_link(state)).get(*other, 1.0) == old
-    moved = from_link(to_link(state.put(*mover, vacuum)))
+    moved = from_link(to_link(state.put_setting(*mover, vacuum)))
     assert {moved.get(page, key, -1.0) for page, key in CONTROLS} == {vacuum}
     assert moved.get(other[0], "kept", 0.0) == 3.0
     assert moved.get("pull", "speed", 7.0) == 7.0
@@ -46,7 +46,7 @@ def test_an_old_link_with_one_vacuum_sets_it_for_every_page():
 
 def test_undo_brings_the_vacuum_of_every_page_back():
     desk = Desk(State(settings={"drop": {"vacuum": 30e3}}))
-    desk.put("start", "vacuum", 80e3)
+    desk.put_setting("start", "vacuum", 80e3)
     assert desk.get("drop", "vacuum", 0.0) == 80e3
     assert desk.undo()
     assert desk.get("drop", "vacuum", 0.0) == 30e3

@@ -83,7 +83,9 @@ def test_figure_python_and_pin_are_one(
             page = pages[-1]
             await page.wait_until_idle()
             shown, drawn = page.panel.shown, page.panel.chart.options["series"]
-            await stop_during(user, page, held, lambda: page.desk.put(kind.name, key, value))
+            await stop_during(
+                user, page, held, lambda: page.desk.put_setting(kind.name, key, value)
+            )
             await user.should_see("stopped", retries=100)
             await user.should_see(seen)
             assert page.value(key) == value, "the control has moved on"
@@ -93,12 +95,12 @@ def test_figure_python_and_pin_are_one(
             assert space["result"].values == shown.result.values
             (figure,) = tmp_path.glob("*.svg")
             assert figure.read_bytes() == shown.figure("svg")
-            calls, _ = page.copies()
+            calls, _ = page.calls_to_copy()
             assert as_python(calls) and shown.call in calls
             for call in calls:
                 assert call.options.items() & before.items() or call.name not in ("drop", "tensile")
             # the pin
-            page.panel.pin()
+            page.panel.pin_answer()
             (pin,) = page.desk.state.pins
             assert pin.options.items() >= before.items()
             assert pin_call(pin) == shown.call
@@ -128,9 +130,11 @@ def test_a_machine_stays_with_its_copy(held):
                     break
                 await asyncio.sleep(0.05)
             verdict = machine.verdict.text
-            await stop_during(user, page, held, lambda: page.desk.put("design", key, "neck-guard"))
+            await stop_during(
+                user, page, held, lambda: page.desk.put_setting("design", key, "neck-guard")
+            )
             assert machine.verdict.text == verdict
-            (call,) = page.copies()[0]
+            (call,) = page.calls_to_copy()[0]
             assert call.subjects[0].name == "slow-stop"
 
     asyncio.run(use())
@@ -159,10 +163,12 @@ width = { from = "10 mm", to = "30 mm", step = "10 mm" }
             (answer,) = page.answers()
             assert need.panel.shown is answer and answer.result.values["name"] == "small"
             other = small.replace("300 N", "250 N")
-            await stop_during(user, page, held, lambda: page.desk.put("design", "spec", other))
+            await stop_during(
+                user, page, held, lambda: page.desk.put_setting("design", "spec", other)
+            )
             assert need.panel.shown is None and page.answers() == []
             assert not need.results.visible and not need.panel.chart.visible
-            (call,) = page.copies()[0]
+            (call,) = page.calls_to_copy()[0]
             assert "250 N" in call.subjects[0].file.text
 
     asyncio.run(use())

@@ -18,7 +18,7 @@ from layerjam.errors import LayerjamError
 from layerjam.report.chart import Curve, Pane
 from layerjam.workbench.answer import Answer, Pinned, notebook
 from layerjam.workbench.call import Call, Subject, as_python
-from layerjam.workbench.charts import options
+from layerjam.workbench.charts import chart_options
 from layerjam.workbench.takeaway import curves_csv
 
 KAPTON = "choi2018-kapton"
@@ -66,7 +66,7 @@ def test_the_curves_of_a_chart_read_back_and_hold_no_formula():
         for r, name in ((low, "=cmd|' /C calc'!A0"), (high, "90 kPa"))
     ]
     below = Pane(curves[1:], "elongation [mm]", "residual [N]")
-    chart = options([Pane(curves, "elongation [mm]", "force [N]"), below])
+    chart = chart_options([Pane(curves, "elongation [mm]", "force [N]"), below])
     head, *rest = curves_csv(chart).splitlines()
     assert head.startswith("# layerjam")
     rows = list(csv.DictReader(io.StringIO("\n".join(rest))))

@@ -26,7 +26,7 @@ def page_of(line: str = "choi2018", **settings) -> Vacuum:
 def test_nothing_is_regulated_until_a_safe_state_is_chosen():
     page = page_of(fault="leak")
     assert [call.name for call in page.calls()] == ["rise"]
-    page.desk.put("vacuum", "safe_state", "hold")
+    page.desk.put_setting("vacuum", "safe_state", "hold")
     assert [call.name for call in page.calls()] == ["rise", "regulate"]
     # a link cannot choose one that is none
     assert [c.name for c in page_of(safe_state="whatever").calls()] == ["rise"]
@@ -84,7 +84,7 @@ def test_the_page_stands_and_the_line_can_be_changed():
             await user.should_see("10 to 90 % in 3.9 s", retries=300)
             await user.should_see("The regulator does not run until you choose a safe state")
             page = pages[-1]
-            page.desk.put("vacuum", "safe_state", "release")
+            page.desk.put_setting("vacuum", "safe_state", "release")
             await user.should_see("No fault was reported. The rise to 94.5 kPa", retries=100)
             line = page.line
             for path in FIELDS:
@@ -106,7 +106,7 @@ def test_the_page_stands_and_the_line_can_be_changed():
             line.row("tube.bore").field.set_value("3 mm")
             line.row("tube.bore").on_type()
             assert page.desk.line.line.tube.length == 1.0
-            line.take("valve", "smc-vt307v")
+            line.take_part("valve", "smc-vt307v")
             assert page.desk.line.parts["valve"] == "smc-vt307v"
             for _ in range(3):
                 page.desk.undo()

@@ -216,7 +216,7 @@ def plan(
     leak balance. The fraction `vacuum_share` of the gauge's reading presses the sheets. `leak_time`
     is a laminar leak of the chamber, which continues during the stop.
     """
-    from layerjam.control.plan import Arrival, plan_checks
+    from layerjam.control.plan import Arrival, checks_of_plan
     from layerjam.control.plan import plan_stop as make_plan
 
     water = fluid == "water"
@@ -242,7 +242,7 @@ def plan(
     return CollisionPlan.create(
         case,
         plan_record,
-        judge(plan_checks(plan_record, full.beyond), accept),
+        judge(checks_of_plan(plan_record, full.beyond), accept),
         *_stop_results(plan_record),
         {**_stop_probabilities(full, later), "seed": seed},
         _suggest_sizes(plan_record, build),

@@ -55,7 +55,7 @@ def step_check(regulator: Regulator, target: float) -> Check:
     sentence = f"{cause} moves the vacuum by {show(move, 'Pa')} at {show(target, 'Pa')}"
     advice = f", more than {show(limit, 'Pa')}, {RIPPLE:g} times the regulator's band"
     return check(
-        "ripple", move <= limit, sentence, advice + _remedy(regulator, move, target), "failed"
+        "ripple", move <= limit, sentence, advice + _find_fix(regulator, move, target), "failed"
     )
 
 
@@ -93,13 +93,13 @@ def _check_ripple(regulator: Regulator, target: float, ripple: float) -> Check:
     cause, move = next(iter(shortest_moves(regulator, target).items()))
     advice = "; the gains, or the lag of sensor and tube, cause the oscillation"
     if move > 0.25 * ripple:
-        advice = f": {cause} moves the vacuum by {show(move, 'Pa')}" + _remedy(
+        advice = f": {cause} moves the vacuum by {show(move, 'Pa')}" + _find_fix(
             regulator, move, target
         )
     return check("ripple", False, sentence, advice, "failed")
 
 
-def _remedy(regulator: Regulator, move: float, target: float) -> str:
+def _find_fix(regulator: Regulator, move: float, target: float) -> str:
     """Return the changes of settings that reduce a step of the vacuum [Pa] to the allowed size."""
     sample, limit = regulator.sample_time, min(idle_band(regulator), 0.5 * SWING * target)
     changes = "pi instead of bang-bang, " if regulator.kind == "bang-bang" else ""

@@ -94,7 +94,7 @@ def needed_vacuum(brake: Brake, case: Arrival) -> float | None:
     This is the tuned vacuum if there is one, or the vacuum that holds the mass if that is higher.
     """
     spring = series_spring(brake, case.rope_stiffness)
-    return _least_vacuum(
+    return _find_least_vacuum(
         lambda vacuums: _stops_within(vacuums, case, spring, brake), brake.site.atmosphere
     )
 
@@ -106,7 +106,7 @@ def safe_vacuum(brake: Brake, case: Arrival) -> float | None:
     """
     spring = series_spring(brake, case.rope_stiffness)
     worst = replace(case, mass=case.mass * (1 + MARGIN), speed=case.speed * (1 + MARGIN))
-    return _least_vacuum(
+    return _find_least_vacuum(
         lambda vacuums: _stops_within(vacuums * (1 - MARGIN), worst, spring, brake),
         brake.site.atmosphere,
     )
@@ -124,7 +124,7 @@ def _stops_within(vacuums: Array, case: Arrival, spring: float, brake: Brake) ->
     return good
 
 
-def _least_vacuum(stops: Callable[[Array], Any], atmosphere: float) -> float | None:
+def _find_least_vacuum(stops: Callable[[Array], Any], atmosphere: float) -> float | None:
     low, high = 0.0, atmosphere
     for _ in range(LEVELS):
         vacuums = np.linspace(low, high, GRID)
@@ -255,7 +255,7 @@ MAX_CHANCE = 0.05
 """Highest probability of needing more slip than the travel for which no notice is given."""
 
 
-def plan_checks(plan: Plan, chance: float) -> Iterator[Check]:
+def checks_of_plan(plan: Plan, chance: float) -> Iterator[Check]:
     """Return the checks of a plan; `chance` is the probability of exceeding the travel."""
     if plan.needed is not None:
         yield _check_knife_edge(plan, plan.needed)

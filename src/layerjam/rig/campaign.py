@@ -92,7 +92,7 @@ def select_faults(names_wanted: Sequence[str]) -> list[str]:
     return [name for name in KINDS if name in names_wanted or not names_wanted]
 
 
-def accelerate(text: str | Address) -> Address:
+def set_full_speed(text: str | Address) -> Address:
     """Return the address of a virtual board, at full speed unless the text states a speed."""
     target = address_of(text)
     if not target.simulated:
@@ -169,7 +169,7 @@ def run_trial(bed: Bed, plan: Plan) -> Trial:
         seq = _inject_fault(bench, board, observer)
         fault = bench.fault
         if seq is not None and plan.kind.host == "releases":
-            named_after = _naming_time(board, observer, seq)
+            named_after = _time_to_name_fault(board, observer, seq)
         if observer.struck is None:
             trouble = "the time of the fault was not reached"
     except LineError as error:
@@ -186,7 +186,7 @@ def run_trial(bed: Bed, plan: Plan) -> Trial:
         named_after=named_after,
         deadline=deadline if math.isfinite(deadline) else None,
         vacuum_after=observer.vacuum if observer else math.nan,
-        doubted_after=observer.openings(VENTS, VENT_WINDOW) if observer else None,
+        doubted_after=observer.last_opening_time(VENTS, VENT_WINDOW) if observer else None,
         lost_after=_elapsed_time(observer.lost, observer.event) if observer else None,
         trouble=trouble,
     )
@@ -213,7 +213,7 @@ def _inject_fault(bench: Bench, board: VirtualBoard, observer: Observer) -> int 
             lease = "" if count else f"SYST:LEAS {case.lease};:"
             line.send(SESSION, f"{lease}FETC:ALL?".encode())
         plant.pace = 0.0
-        _until_done(observer)
+        _wait_until_done(observer)
         ran = [response for response in line.waiting_responses() if b",RUN," in response]
         last = ran[-1] if ran else b""
     else:
@@ -225,11 +225,11 @@ def _inject_fault(bench: Bench, board: VirtualBoard, observer: Observer) -> int 
         return None
     seq = int(last.split(b",")[0])
     observer.event = observer.time_of(seq)
-    _until_done(observer)
+    _wait_until_done(observer)
     return seq
 
 
-def _until_done(observer: Observer) -> None:
+def _wait_until_done(observer: Observer) -> None:
     """Wait until the observer is done; the plant continues while the board takes samples."""
     count = -1
     while not observer.done.wait(5.0):
@@ -238,7 +238,7 @@ def _until_done(observer: Observer) -> None:
         count = observer.plant.asked
 
 
-def _naming_time(board: VirtualBoard, observer: Observer, seq: int) -> float:
+def _time_to_name_fault(board: VirtualBoard, observer: Observer, seq: int) -> float:
     """Return the time [s] from the event to the first record that names a fault, or infinity."""
     line, event = board.line, observer.event
     line.ask(SESSION, b"STR:ACK %d" % max(seq - 1, 0))
@@ -274,7 +274,7 @@ def campaign(
     names = [*select_faults(only), *([NOTHING] * HEALTHY_RUNS if mismatch else [])]
     trials: list[Trial] = []
     is_stopped, board = False, ""
-    with Bed(accelerate(address)) as bed:
+    with Bed(set_full_speed(address)) as bed:
         board = bed.bench()[1].name
         try:
             for number in range(runs):

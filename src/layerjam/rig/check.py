@@ -268,7 +268,7 @@ def _measure_vented_rise(bench: Bench, zero: float) -> float:
     return float(np.max(readings)) - zero
 
 
-def decay(time: Array, rate: float, lag: float) -> Array:
+def delayed_decay(time: Array, rate: float, lag: float) -> Array:
     """Return exp(-rate time), which begins at 1, as seen through a first-order lag [s]."""
     x = rate * lag
     if x < 1e-9:
@@ -290,7 +290,7 @@ def _fit_pump(rise: tuple[Array, Array], after: tuple[Array, Array]) -> dict[str
     out: dict[str, float | None] = {"leak": leak, "rate": None, "top": None, "lag": None}
 
     def curve(t: Array, end: float, pole: float, lag: float) -> Array:
-        return end * (1.0 - decay(t, pole, lag))
+        return end * (1.0 - delayed_decay(t, pole, lag))
 
     guess = (1.3 * float(rise[1].max()), 1.0 / PUMPED, 0.01)
     fit = _fit_curve(curve, *rise, guess)
@@ -327,7 +327,7 @@ def _fit_vent(
     """Return the decay rate [1/s] that the open vent adds; None if too fast for the samples."""
     shows = int(np.argmax(fall < LEFT * level)) or len(fall)
     fit = _fit_curve(
-        lambda t, size, pole: size * decay(t, pole, lag or 0.0),
+        lambda t, size, pole: size * delayed_decay(t, pole, lag or 0.0),
         times[:shows], fall[:shows], (level, 1.0 / max(times[shows // 2], 1e-3)),
     )  # fmt: skip
     return None if fit is None else max(fit[0][1] - (leak or 0.0), 0.0)

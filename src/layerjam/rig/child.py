@@ -68,12 +68,12 @@ def _use_pipes(command: Sequence[str], words: Sequence[str], closing: Callable[[
         (line_out[0], line_in[1]),
         lambda size: os.read(from_board[0], size),
         lambda data: os.write(to_board[1], data),
-        lambda: _close(from_board[0], to_board[1]),
-        lambda: _close(line_out[0], line_in[1]),
+        lambda: _close_descriptors(from_board[0], to_board[1]),
+        lambda: _close_descriptors(line_out[0], line_in[1]),
     )
 
 
-def _close(*descriptors: int) -> None:
+def _close_descriptors(*descriptors: int) -> None:
     for descriptor in descriptors:
         os.close(descriptor)
 

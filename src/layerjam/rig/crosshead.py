@@ -72,7 +72,7 @@ class Manual:
     def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
         """Ask the operator to start the crosshead."""
         self._step, self._bench, self._note, self._moves = step, bench, note, False
-        self._ask(f"Ready to {step.text()}: press Enter and start the machine.")
+        self._prompt_operator(f"Ready to {step.text()}: press Enter and start the machine.")
 
     def is_done(self, elapsed_time: float) -> bool:
         """Return whether Enter has been pressed a second time."""
@@ -85,7 +85,7 @@ class Manual:
             return True
         self._moves = True
         self._bench.tell("OUTP:SYNC ON")
-        self._ask(f"Press Enter when the crosshead is at {self._step.end * 1e3:g} mm.")
+        self._prompt_operator(f"Press Enter when the crosshead is at {self._step.end * 1e3:g} mm.")
         return False
 
     def end(self, bench: Bench) -> None:
@@ -98,7 +98,7 @@ class Manual:
         """Return an empty list: the machine stores the positions."""
         return []
 
-    def _ask(self, text: str) -> None:
+    def _prompt_operator(self, text: str) -> None:
         self._note("prompt", text)
         self._say(text)
 

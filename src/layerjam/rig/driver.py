@@ -322,10 +322,10 @@ def open_bench(address: str | Address) -> Bench:
 
     Raises FileError, LineError, QuantityError, UnknownNameError or MissingExtraError.
     """
-    return open_as(address, Bench)
+    return open_bench_as(address, Bench)
 
 
-def open_as(address: str | Address, kind: type[B]) -> B:
+def open_bench_as(address: str | Address, kind: type[B]) -> B:
     """Return the bench at an address as an object of the given class.
 
     Raises FileError, LineError, QuantityError, UnknownNameError or MissingExtraError.

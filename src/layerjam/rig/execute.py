@@ -17,7 +17,7 @@ from layerjam.device.load import accept_force
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.rig.address import Address
 from layerjam.rig.crosshead import Crosshead, CrossheadLostError
-from layerjam.rig.driver import Bench, open_as
+from layerjam.rig.driver import Bench, open_bench_as
 from layerjam.rig.line import LineError
 from layerjam.rig.recorder import (
     DISK_FULL,
@@ -150,33 +150,33 @@ class Execution:
         self.first_us = self.recorder.now
         readings: list[np.ndarray[Any, Any]] = []
 
-        def keep(block: Block) -> bool:
+        def store_vacuum(block: Block) -> bool:
             readings.append(block.rows["vacuum"])
             return False
 
-        self._run_until(keep, AT_REST)
+        self._run_until(store_vacuum, AT_REST)
         self._noise = measure_scatter(np.concatenate(readings)) if readings else 0.0
         self.bench.output = True
         self._run_until(lambda block: bool((block.rows["state"] == STATES["RUN"]).any()), 1.0)
 
     def _run_step(self, place: int, step: Step) -> None:
         text, start = self.step_results[place].text, self._elapsed_time
-        self.file.note("step", text, self.recorder.now)
+        self.file.add_note("step", text, self.recorder.now)
         self.step_results[place] = StepResult(text=text, started=start)
         try:
             if isinstance(step, Evacuate):
-                self._evacuate(step)
+                self._evacuate_chamber(step)
             elif isinstance(step, Vent):
-                self._vent()
+                self._vent_chamber()
             elif isinstance(step, Hold):
-                self._hold(step.duration)
+                self._hold_target(step.duration)
             else:
                 self._move_crosshead(step)
         finally:
             self.step_results[place] = replace(self.step_results[place], ended=self._elapsed_time)
         self.step_results[place] = replace(self.step_results[place], reached=True)
 
-    def _evacuate(self, step: Evacuate) -> None:
+    def _evacuate_chamber(self, step: Evacuate) -> None:
         """Wait until the vacuum has been near its target for half a second, then hold it."""
         close = max(CLOSE * step.to, self.watch.regulator[3])
         limit = TIMES * self.watch.rise_time(self._vacuum, step.to - close) + EXTRA
@@ -188,9 +188,9 @@ class Execution:
                 f"{show(step.to, 'Pa')} was not reached within {limit:.3g} s; the vacuum is "
                 f"{show(self._vacuum, 'Pa', 4)}",
             )
-        self._hold(step.hold)
+        self._hold_target(step.hold)
 
-    def _vent(self) -> None:
+    def _vent_chamber(self) -> None:
         """Wait until the reading is accepted as zero vacuum."""
         limit = 2 * self.watch.settle_time
         self.bench.target = 0.0
@@ -204,7 +204,7 @@ class Execution:
                 f"expected less than {show(self.watch.zero, 'Pa', 4)}",
             )
 
-    def _hold(self, duration: float) -> None:
+    def _hold_target(self, duration: float) -> None:
         if duration <= 0:
             return
         if self.shots is not None:
@@ -220,7 +220,7 @@ class Execution:
         crosshead = self.crosshead
         if crosshead is None:
             raise CrossheadLostError("the procedure moves a crosshead, but none is given")
-        crosshead.begin(step, self.bench, self.file.note)
+        crosshead.begin(step, self.bench, self.file.add_note)
         try:
             start = self.recorder.now
             while not crosshead.is_done((self.recorder.now - start) * 1e-6):
@@ -278,7 +278,7 @@ class Execution:
             self.fault_us = int(block.us[faults[0]])
             code = int(block.rows["fault"][faults[0]])
             self.fault = FAULTS.get(code) or self.bench.fault or f"{code}"
-            self.file.note("fault", self.fault, self.fault_us)
+            self.file.add_note("fault", self.fault, self.fault_us)
             raise EndedError(
                 f"{FAULT}:{self.fault}",
                 f"the bench went to its safe state: {self.fault}; to clear it, run "
@@ -388,7 +388,7 @@ def _run_and_close(bench: Bench, file: RunFile, running: Execution) -> RunResult
             file.discard()  # rejected before anything has been done
         raise
     if reason is not None:
-        file.note("note", reason, running.recorder.now)
+        file.add_note("note", reason, running.recorder.now)
     samples, gaps, _ = file.counts()
     meta = file.meta
     first, fault = running.first_us, running.fault_us
@@ -424,4 +424,4 @@ class ProcedureBench(Bench):
 
 def open_procedure_bench(address: str | Address) -> ProcedureBench:
     """Return the bench at an address; see `layerjam.rig.driver.open_bench`."""
-    return open_as(address, ProcedureBench)
+    return open_bench_as(address, ProcedureBench)

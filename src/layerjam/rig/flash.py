@@ -54,16 +54,16 @@ class Prompt:
         data, _, self._buffer = self._buffer.partition(end)
         return data
 
-    def send(self, program: str) -> None:
+    def start_program(self, program: str) -> None:
         """Start a program that does not return."""
         data = program.encode("utf-8")
         for start in range(0, len(data), CHUNK):
             self._ends.write(data[start : start + CHUNK])
         self._ends.write(RUN)
 
-    def run(self, program: str) -> str:
+    def run_program(self, program: str) -> str:
         """Return the output of a program."""
-        self.send(program)
+        self.start_program(program)
         self._read_until(b"OK", WAIT)
         output = self._read_until(RUN, WAIT)
         wrong = self._read_until(RUN + b">", WAIT)
@@ -72,13 +72,13 @@ class Prompt:
             raise LineError(f"{self._name}: the board reports {last[:200]}")
         return output.decode("utf-8", "replace")
 
-    def put(self, name: str, data: bytes) -> None:
+    def write_file(self, name: str, data: bytes) -> None:
         """Write a file and read it back; LineError if the board's file differs."""
-        self.run(f"f=open({name!r},'wb')")
+        self.run_program(f"f=open({name!r},'wb')")
         for start in range(0, len(data), PIECE):
-            self.run(f"f.write({data[start : start + PIECE]!r})")
-        self.run("f.close()")
-        content = self.run(
+            self.run_program(f"f.write({data[start : start + PIECE]!r})")
+        self.run_program("f.close()")
+        content = self.run_program(
             f"import binascii\nwith open({name!r},'rb') as f:\n"
             f" while True:\n  b=f.read({PIECE})\n"
             "  if not b: break\n  print(binascii.hexlify(b).decode())\n"
@@ -158,13 +158,13 @@ def write_files(port: str, board: str, image: bytes | None, wiring: bytes | None
         enter_prompt(port)
     prompt, ends = retry_call(lambda: open_prompt(port))
     try:
-        installed_hash = prompt.run(HELD).strip()
+        installed_hash = prompt.run_program(HELD).strip()
         files = {} if wiring is None else {"wired.json": wiring}
         if image is None and installed_hash != firmware_hash(board):
             files.update((name, text.encode()) for name, text in firmware_files(board).items())
         for name, data in files.items():
-            prompt.put(name, data)
-        prompt.send(
+            prompt.write_file(name, data)
+        prompt.start_program(
             "import machine\n" + ("machine.bootloader()" if image else "machine.reset()") + "\n"
         )
         return list(files)

@@ -86,9 +86,9 @@ class SocketLink:
         self._buffer = b""
         self._name = str(address)
         if "token" in address.options:
-            self._authorise(read_token(address.options["token"]))
+            self._send_token(read_token(address.options["token"]))
 
-    def _authorise(self, token: str) -> None:
+    def _send_token(self, token: str) -> None:
         """Send the gateway's token; raises FileError if the gateway has a different one."""
         self._socket.sendall(f'SYST:PASS:CEN "{token}"\nSYST:PASS:CEN:STAT?\n'.encode("ascii"))
         if self._read_answer() != b"1":

@@ -107,7 +107,7 @@ class VirtualMachine:
         absolute = (self._atmosphere - vacuum) * (was / self.volume_ratio) ** self._exponent
         return self._atmosphere - absolute if self.volume_ratio != was else vacuum
 
-    def sample(self, number: int) -> None:
+    def store_sample(self, number: int) -> None:
         """Store the readings at the board's sample with this number."""
         self._shown[number] = (self.elongation, self.force)
 

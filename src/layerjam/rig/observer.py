@@ -98,14 +98,14 @@ def draw_plan(
     """
     draw = random.Random(f"{seed} {name} {number}")
 
-    def around() -> float:
+    def _random_factor() -> float:
         return math.exp(draw.uniform(-1, 1) * math.log(SPREAD))
 
     plant = replace(
         hardware.plant,
-        rate=hardware.plant.rate * around(),
-        leak=hardware.plant.leak * around(),
-        vent=hardware.plant.vent * around(),
+        rate=hardware.plant.rate * _random_factor(),
+        leak=hardware.plant.leak * _random_factor(),
+        vent=hardware.plant.vent * _random_factor(),
     )
     regulator = Regulator(
         plant=plant,
@@ -216,7 +216,7 @@ class Observer:
             if self._is_moment(time):
                 self._armed = True
                 moment = time + plan.phase * plan.case.regulator.sample_time
-                self.plant.schedule(moment, self._start_fault)
+                self.plant.schedule(moment, self._begin_fault)
             elif time - self.began > PATIENCE:
                 self._end_run()
 
@@ -230,7 +230,7 @@ class Observer:
             return False
         return time - self._held >= plan.wait
 
-    def _start_fault(self) -> None:
+    def _begin_fault(self) -> None:
         plant = self.plant
         self.struck = plant.time
         self._first = plant.asked + 1
@@ -290,7 +290,7 @@ class Observer:
             return None
         return max(self.since - self.event, 0.0)
 
-    def openings(self, count: int, window: float) -> float | None:
+    def last_opening_time(self, count: int, window: float) -> float | None:
         """Return the time [s] of the last of `count` vent openings within `window` [s], or None."""
         if self.struck is None or self.plant.trace is None:
             return None

@@ -231,7 +231,7 @@ class VirtualPlant:
             dt -= first
         self._move_vacuum(dt)
 
-    def _rates(self) -> Rates:
+    def _current_rates(self) -> Rates:
         cache, hardware = self._broken, self.behind
         if cache is None or cache[0] is not self.injected or cache[1] is not hardware:
             rates = self.injected.break_plant(hardware.plant)
@@ -243,7 +243,7 @@ class VirtualPlant:
 
     def _move_vacuum(self, dt: float) -> None:
         """Advance by `dt` [s]; uneven flows are treated as constant for up to 2 ms."""
-        rates, uneven = self._rates(), self.behind.uneven
+        rates, uneven = self._current_rates(), self.behind.uneven
         if uneven is None:
             self._move_evenly(dt, rates)
             return
@@ -321,7 +321,7 @@ class VirtualPlant:
         if self.recorded is not None:
             self.recorded()
         if self.machine is not None:
-            self.machine.sample(self.asked - 1)
+            self.machine.store_sample(self.asked - 1)
         if self.watch is not None:
             self.watch()
         if self.pace:

@@ -99,7 +99,7 @@ class Recorder:
         rows, boot = self._fetch_block()
         mono, calendar = self._clocks()
         for text in self.bench.events[self._heard :]:
-            self.file.note("error", text, self.now)
+            self.file.add_note("error", text, self.now)
         self._heard = len(self.bench.events)
         with self._hold_board():
             if boot != self.boot:
@@ -108,7 +108,7 @@ class Recorder:
             us = unwrap_clock(rows["board_us"], rows["seq"], self._last)
             block = Block(rows, us)
             if len(rows):
-                self._commit(block, moves, mono, calendar)
+                self._commit_block(block, moves, mono, calendar)
         if len(rows):
             try:
                 self.bench.acknowledge(self.seq)
@@ -116,7 +116,7 @@ class Recorder:
                 if error.code != -222:
                     raise
                 text = "the board has lost the samples: it was reset, or another recorder read them"
-                self.file.note("link", text, self.now)
+                self.file.add_note("link", text, self.now)
         return block
 
     def _fetch_block(self) -> tuple[np.ndarray[Any, Any], int]:
@@ -144,17 +144,17 @@ class Recorder:
             self.pause(block)
             block = self.record_block(moves)
         if not self.file.meta.get("begun"):
-            self.file.state({"begun": max(self.seq, 0)})
+            self.file.set_meta({"begun": max(self.seq, 0)})
         self.recorded = 0
 
-    def _commit(self, block: Block, moves: Any, mono: int, calendar: int) -> None:
+    def _commit_block(self, block: Block, moves: Any, mono: int, calendar: int) -> None:
         rows, us = block.rows, block.us
         first, last = int(rows["seq"][0]), int(rows["seq"][-1])
         before = first - 1 if self._last is None else self._last[0]
         if first > before + 1:
-            self.file.note("link", f"{first - before - 1} samples are missing", int(us[0]))
-        rows_ = [[self.boot, seq, us_, *columns] for seq, us_, columns in _rows(rows, us)]
-        self.file.add(
+            self.file.add_note("link", f"{first - before - 1} samples are missing", int(us[0]))
+        rows_ = [[self.boot, seq, us_, *columns] for seq, us_, columns in _sql_rows(rows, us)]
+        self.file.add_samples(
             rows_,
             (self.boot or 0, last, int(us[-1]), mono, calendar),
             moves(block) if moves is not None else (),
@@ -165,11 +165,11 @@ class Recorder:
     def _begin_series(self, boot: int) -> None:
         """Start a new series after a restart of the board."""
         if self.boot is not None:
-            self.file.note("link", f"the board restarted: {boot:08X}")
+            self.file.add_note("link", f"the board restarted: {boot:08X}")
         boots = self.file.meta.get("boots", "").split()
         if f"{boot:08X}" not in boots:
-            self.file.state({"boots": " ".join([*boots, f"{boot:08X}"])})
-        self.boot, self._last = boot, self.file.last(boot)
+            self.file.set_meta({"boots": " ".join([*boots, f"{boot:08X}"])})
+        self.boot, self._last = boot, self.file.last_sample(boot)
 
     def _watch_calendar(self, offset: int) -> None:
         """Note a change of the host's calendar time, on which the samples' times do not depend."""
@@ -177,7 +177,7 @@ class Recorder:
         if was is not None and abs(offset - was) > JUMP:
             direction = "back" if offset < was else "forward"
             seconds = abs(offset - was) / 1e9
-            self.file.note(
+            self.file.add_note(
                 "note", f"the host's clock was set {direction} by {seconds:.0f} s", self.now
             )
 
@@ -232,7 +232,9 @@ def _make_throttle(bench: Bench) -> Throttle | None:
     return throttle
 
 
-def _rows(rows: np.ndarray[Any, Any], us: np.ndarray[Any, Any]) -> Iterator[tuple[int, int, Any]]:
+def _sql_rows(
+    rows: np.ndarray[Any, Any], us: np.ndarray[Any, Any]
+) -> Iterator[tuple[int, int, Any]]:
     """Yield (seq, us without overflow, other columns) for SQLite, with None for NaN."""
     for record, us_ in zip(rows.tolist(), us.tolist(), strict=True):
         seq, _, *columns = record
@@ -342,7 +344,7 @@ def _open_file(bench: Bench, out: Path, resume: bool, overwrite: bool) -> RunFil
         check_board(bench, file)
         if file.meta.get("kind") != "log":
             raise FileError(out, "contains a run of a procedure; only a log can be resumed")
-        file.note("link", "recording continues")
+        file.add_note("link", "recording continues")
     except BaseException:
         file.close()
         raise
@@ -372,7 +374,9 @@ class _Log:
                     self.recorder.begin()
                     begun = True
                 if self._stop.asked:
-                    self.recorder.file.note("note", "stopped by the operator", self.recorder.now)
+                    self.recorder.file.add_note(
+                        "note", "stopped by the operator", self.recorder.now
+                    )
                     return STOPPED, None
                 if self._left is not None and self.recorder.recorded >= self._left:
                     return FINISHED, None
@@ -380,15 +384,15 @@ class _Log:
             except RecordingError as error:
                 return DISK_FULL, str(error)
             except LineError as error:
-                failure = self._reconnect(str(error))
+                failure = self._reconnect_board(str(error))
                 if failure is not None:
                     return failure
 
-    def _reconnect(self, reason: str) -> tuple[str, str | None] | None:
+    def _reconnect_board(self, reason: str) -> tuple[str, str | None] | None:
         """Try to restore the connection; return None once it works again."""
         recorder = self.recorder
         bench, end = recorder.bench, time.monotonic() + self._patience
-        recorder.file.note("link", f"connection lost: {reason}", recorder.now)
+        recorder.file.add_note("link", f"connection lost: {reason}", recorder.now)
         self._say(f"{reason}; trying to reconnect for {self._patience:g} s")
         with contextlib.suppress(LayerjamError):
             bench.close()
@@ -406,7 +410,7 @@ class _Log:
                 bench_.close()
                 raise
             recorder.bench, recorder._heard = bench_, 0
-            recorder.file.note("link", "the connection is restored", recorder.now)
+            recorder.file.add_note("link", "the connection is restored", recorder.now)
             self._say("the connection is restored")
             return None
         return LINE_LOST, reason

@@ -106,7 +106,7 @@ class RunFile:
             base.execute(f"PRAGMA application_id = {APPLICATION_ID}")
             base.execute(f"PRAGMA user_version = {FORMAT}")
             base.executescript("BEGIN;" + SCHEMA + "COMMIT;")
-            run.state({"format": FORMAT, **meta})
+            run.set_meta({"format": FORMAT, **meta})
         except (LayerjamError, sqlite3.Error) as error:
             os.close(lock)
             _remove_files(path)
@@ -126,7 +126,7 @@ class RunFile:
             lock = os.open(path, os.O_RDWR)
         try:
             run = cls._open_database(path, lock)
-            run.state({"outcome": "", "ended_utc": ""})
+            run.set_meta({"outcome": "", "ended_utc": ""})
         except (LayerjamError, sqlite3.Error) as error:
             os.close(lock)
             if isinstance(error, FileError):
@@ -150,7 +150,7 @@ class RunFile:
         rows = self._base.execute("SELECT key, value FROM meta")
         return {key: value or "" for key, value in rows}
 
-    def last(self, boot: int) -> tuple[int, int] | None:
+    def last_sample(self, boot: int) -> tuple[int, int] | None:
         """Return (seq, board_us) of the last sample since a start of the board, or None."""
         row = self._base.execute(
             "SELECT seq, board_us FROM samples WHERE boot = ? ORDER BY seq DESC LIMIT 1", (boot,)
@@ -165,11 +165,11 @@ class RunFile:
         total = sum(row[0] for row in rows)
         return total, sum(row[1] for row in rows) - total, len(rows)
 
-    def note(self, kind: str, text: str, board_us: int | None = None) -> None:
+    def add_note(self, kind: str, text: str, board_us: int | None = None) -> None:
         """Add one event, which is written with the next block."""
         self._pending.append((time.time_ns(), board_us, kind, text))
 
-    def add(
+    def add_samples(
         self,
         rows: Sequence[Sequence[Any]] = (),
         clock: Sequence[int] | None = None,
@@ -200,7 +200,7 @@ class RunFile:
             row = (shot, first, len(data) // 2, data)
             base.execute("INSERT INTO shot_data VALUES (?, ?, ?, ?)", row)
 
-    def state(self, meta: Mapping[str, object]) -> None:
+    def set_meta(self, meta: Mapping[str, object]) -> None:
         """Set entries in the meta table of the file."""
         pairs = [(key, str(value)) for key, value in meta.items()]
         with self._transaction() as base:
@@ -228,9 +228,9 @@ class RunFile:
         try:
             if outcome:
                 with contextlib.suppress(RecordingError):
-                    self.add()
+                    self.add_samples()
                 with contextlib.suppress(RecordingError):
-                    self.state({"outcome": outcome, "ended_utc": format_utc()})
+                    self.set_meta({"outcome": outcome, "ended_utc": format_utc()})
                 # another program has the file open, or the disk is full
                 with contextlib.suppress(sqlite3.Error):
                     self._base.execute("PRAGMA wal_checkpoint(TRUNCATE)")

@@ -256,7 +256,7 @@ class Gateway:
                     for line in lines:
                         answer = await self.execute(session, line, lines, more_lines)
                         if answer:
-                            await _write_all(loop, master, answer + b"\n")
+                            await _write_fully(loop, master, answer + b"\n")
         finally:
             loop.remove_reader(master)
 
@@ -272,7 +272,7 @@ class Gateway:
         self._thread.shutdown()
 
 
-async def _write_all(loop: asyncio.AbstractEventLoop, descriptor: int, data: bytes) -> None:
+async def _write_fully(loop: asyncio.AbstractEventLoop, descriptor: int, data: bytes) -> None:
     """Write all data to a terminal that may be full."""
     while data:
         try:

@@ -143,7 +143,7 @@ class Shots:
         if self._bench.plant is None:
             if not self._said:
                 self._said = True
-                self._file.note("prompt", READY)
+                self._file.add_note("prompt", READY)
                 rig.say(READY)
             return
         if rig.file is None or rig.mass is None or rig.speed is None:
@@ -155,7 +155,7 @@ class Shots:
             speed=rig.speed,
             rope_stiffness=rig.rope_stiffness,
         )
-        self._file.note("note", f"a virtual mass falls; computed outcome: {stop.outcome.name}")
+        self._file.add_note("note", f"a virtual mass falls; computed outcome: {stop.outcome.name}")
 
     def look(self, recorder: Recorder) -> None:
         """Query the accelerometer once per block of samples; fetch and store a complete record."""
@@ -192,7 +192,7 @@ class Shots:
             counts = np.concatenate([shot.counts, np.frombuffer(data, "<i2")])
             shot = self._taken[-1] = replace(shot, counts=counts)
         text = f"shot {shot.number}: {shot.size} samples at {show(shot.rate, 'Hz')}"
-        self._file.note("note", text, shot.trigger_us)
+        self._file.add_note("note", text, shot.trigger_us)
 
     def last(self, recorder: Recorder) -> None:
         """Finish when no more drops are expected and the outputs are off.

@@ -11,7 +11,7 @@ from layerjam.control.settings import Regulator, validate
 from layerjam.errors import QuantityError
 from layerjam.rig.address import VIRTUAL, Address
 from layerjam.rig.board import VirtualBoard, connect
-from layerjam.rig.campaign import LONG_LEASE, accelerate
+from layerjam.rig.campaign import LONG_LEASE, set_full_speed
 from layerjam.rig.driver import Bench
 from layerjam.rig.link import SESSION, BoardLink
 from layerjam.rig.observer import highest_target
@@ -98,7 +98,7 @@ def soak(
     After a keyboard interrupt, return the results so far. Raises QuantityError for an address that
     is not a virtual board, FileError and LineError.
     """
-    target = accelerate(address)
+    target = set_full_speed(address)
     line, board = connect(target)
     if board is None:
         raise QuantityError.of("address", f"{target} is not a virtual board")

@@ -17,14 +17,14 @@ class Stop:
         self.asked = False
         self._before: dict[signal.Signals, Any] = {}
 
-    def ask(self, *_: object) -> None:
+    def request_stop(self, *_: object) -> None:
         """Request a stop."""
         self.asked = True
 
     def __enter__(self) -> Self:
         # only the main thread receives signals
         if threading.current_thread() is threading.main_thread():
-            self._before = {number: signal.signal(number, self.ask) for number in SIGNALS}
+            self._before = {number: signal.signal(number, self.request_stop) for number in SIGNALS}
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -20,7 +20,7 @@ FIRST_ADC, LAST_ADC = 26, 29
 """GP numbers of the first and the last pin of the RP2040's converter."""
 
 
-def gp(text: str) -> Any:
+def gp_field(text: str) -> Any:
     """Return the field for a pin's GP number."""
     return quantity("1", f"GP number of {text}", hi=LAST_ADC, whole=True)
 
@@ -29,20 +29,22 @@ def gp(text: str) -> Any:
 class Pins:
     """GP numbers, which differ from the pin numbers of the socket."""
 
-    pump_gate: int = gp("the pump's transistor")
-    pump_back_gate: int = gp("the second side of an H-bridge, for a reversible pump")
-    vent_gate: int = gp("the vent valve's transistor")
-    estop_sense: int = gp("the sense line of the emergency stop, high while the stop passes power")
-    sync_out: int = gp("the marker output to a test machine")
-    trigger_in: int = gp("the contact that starts a capture")
-    led_out: int = gp("the indicator lamp")
-    supply_adc: int = gp("the divided supply voltage of the pump and the valve")
-    spi_miso: int = gp("the sensor's data line")
-    spi_cs: int = gp("the sensor's chip select")
-    spi_sck: int = gp("the sensor's clock")
-    spi_mosi: int = gp("the data output, which the sensor ignores")
-    sensor_adc: int = gp("the analogue output of a sensor")
-    accelerometer_adc: int = gp("the accelerometer")
+    pump_gate: int = gp_field("the pump's transistor")
+    pump_back_gate: int = gp_field("the second side of an H-bridge, for a reversible pump")
+    vent_gate: int = gp_field("the vent valve's transistor")
+    estop_sense: int = gp_field(
+        "the sense line of the emergency stop, high while the stop passes power"
+    )
+    sync_out: int = gp_field("the marker output to a test machine")
+    trigger_in: int = gp_field("the contact that starts a capture")
+    led_out: int = gp_field("the indicator lamp")
+    supply_adc: int = gp_field("the divided supply voltage of the pump and the valve")
+    spi_miso: int = gp_field("the sensor's data line")
+    spi_cs: int = gp_field("the sensor's chip select")
+    spi_sck: int = gp_field("the sensor's clock")
+    spi_mosi: int = gp_field("the data output, which the sensor ignores")
+    sensor_adc: int = gp_field("the analogue output of a sensor")
+    accelerometer_adc: int = gp_field("the accelerometer")
 
 
 @record

@@ -37,7 +37,7 @@ def run_in_subprocess(work: Callable[..., T], *args: Any, tell: Tell) -> T:
     context = multiprocessing.get_context("spawn")
     receiver, sender = context.Pipe(duplex=False)
     with receiver, tempfile.TemporaryDirectory(prefix="layerjam-") as room:
-        job = (sender, room, _settings(), work, args)
+        job = (sender, room, _subprocess_settings(), work, args)
         process = context.Process(target=_run_subprocess, args=job, daemon=True)
         process.start()
         sender.close()
@@ -56,7 +56,7 @@ def run_in_subprocess(work: Callable[..., T], *args: Any, tell: Tell) -> T:
             process.close()
 
 
-def _settings() -> dict[str, Any]:
+def _subprocess_settings() -> dict[str, Any]:
     config = getattr(sys.modules.get("jax"), "config", None)  # None while a thread imports JAX
     return {} if config is None else {name: getattr(config, name) for name in ENGINE}
 

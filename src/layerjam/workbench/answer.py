@@ -177,11 +177,11 @@ def _notebook_json(cells: list[dict[str, Any]]) -> str:
 def _write_statements(texts: Mapping[str, str]) -> Iterator[str]:
     """Return code that writes files, so that the notebook needs no other files."""
     for name, text in texts.items():
-        lines = "".join(f"    {_literal(line)}\n" for line in text.splitlines(keepends=True))
-        yield f'text = (\n{lines})\nPath({_literal(name)}).write_text(text, encoding="utf-8")\n'
+        lines = "".join(f"    {_py_literal(line)}\n" for line in text.splitlines(keepends=True))
+        yield f'text = (\n{lines})\nPath({_py_literal(name)}).write_text(text, encoding="utf-8")\n'
 
 
-def _literal(text: str) -> str:
+def _py_literal(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
@@ -197,14 +197,14 @@ def _introduction(title: str, calls: Sequence[Call], files: Sequence[str]) -> st
 
 
 def _markdown_cell(text: str) -> dict[str, Any]:
-    return {"cell_type": "markdown", "metadata": {}, "source": _lines(text)}
+    return {"cell_type": "markdown", "metadata": {}, "source": _cell_lines(text)}
 
 
 def _code_cell(text: str) -> dict[str, Any]:
     empty: dict[str, Any] = {"metadata": {}, "execution_count": None, "outputs": []}
-    return {"cell_type": "code", **empty, "source": _lines(text)}
+    return {"cell_type": "code", **empty, "source": _cell_lines(text)}
 
 
-def _lines(text: str) -> list[str]:
+def _cell_lines(text: str) -> list[str]:
     """Return the lines of a cell in the notebook's format, without an empty last line."""
     return text.rstrip("\n").splitlines(keepends=True)

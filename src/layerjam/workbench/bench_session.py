@@ -96,7 +96,7 @@ class Session:
             bench.close()
             raise
 
-    def ask(self, act: Callable[[ProcedureBench], T]) -> Future[T]:
+    def request_action(self, act: Callable[[ProcedureBench], T]) -> Future[T]:
         """Run `act` in the thread, after all earlier requests."""
         answer: Future[T] = Future()
         if self._over.is_set() or self.lost:
@@ -108,7 +108,7 @@ class Session:
     def close(self) -> None:
         """End any running procedure, switch the outputs off and close the connection."""
         if self.running is not None:
-            self.running.ask()
+            self.running.request_stop()
         self._over.set()
 
     def has_ended(self, seconds: float) -> bool:
@@ -158,7 +158,7 @@ class Session:
     def record(self, procedure: str, out: Path, meta: dict[str, object]) -> Future[RunResult]:
         """Carry out a procedure; it ends if the page is closed."""
 
-        def act(bench: ProcedureBench) -> RunResult:
+        def carry_out(bench: ProcedureBench) -> RunResult:
             stop = self.running = Stop()
             try:
                 return bench.run(
@@ -168,11 +168,11 @@ class Session:
                 self.running = None
                 bench.lock()
 
-        return self.ask(act)
+        return self.request_action(carry_out)
 
     def _on_block(self, block: Block) -> None:
         if not self.alive() and self.running is not None:
-            self.running.ask()
+            self.running.request_stop()
         states = {0: "SAFE", 1: "RUN", 2: "FAULT"}
         for row in block.rows[::RECORDED_EVERY]:
             vacuum = float(row["vacuum"])
@@ -196,7 +196,7 @@ class Presence:
         self._clock = clock
         self._heard = clock()
 
-    def beat(self) -> None:
+    def record_heartbeat(self) -> None:
         """Record a report from the browser."""
         self._heard = self._clock()
 
@@ -277,13 +277,13 @@ class BenchRecord:
     def python(self) -> str:
         """Return code that contains the readings and draws them."""
         saving = f'style.save(figure, Path("{self.name}.svg"), overwrite=True)'
-        return f"from pathlib import Path\n{self._lines()}{saving}\n"
+        return f"from pathlib import Path\n{self._python_source()}{saving}\n"
 
     def notebook(self) -> str:
         """Return a Jupyter notebook that contains the readings and draws them."""
-        return figure_notebook("Run notes", self._lines())
+        return figure_notebook("Run notes", self._python_source())
 
-    def _lines(self) -> str:
+    def _python_source(self) -> str:
         lists = (f"{k} = [{', '.join(map(repr, v))}]\n" for k, v in self.columns.items())
         return (
             "from math import nan\n\nfrom layerjam.report import style\n"

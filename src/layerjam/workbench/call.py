@@ -98,8 +98,8 @@ class Call:
         """
         try:
             result = (function or load_entry(self.name))(
-                *(_value(v) for v in self._positional()),
-                **{key: _value(v) for key, v in self.options.items()},
+                *(_python_value(v) for v in self._positional_values()),
+                **{key: _python_value(v) for key, v in self.options.items()},
                 **more,
             )
         except LayerjamError as error:
@@ -109,7 +109,7 @@ class Call:
         names = self.names | ({self.out: self.out} if self.out else {})
         return _rename_in_result(result, names) if names else result
 
-    def _positional(self) -> Iterator[Value]:
+    def _positional_values(self) -> Iterator[Value]:
         yield from self.subjects
         if self.files:
             yield self.files
@@ -120,9 +120,9 @@ class Call:
 
     def python_expression(self) -> str:
         """Return the call as a Python expression, without its subject."""
-        parts = [_literal(_plain_value(v)) for v in self._positional()]
-        parts += [f"{key}={_literal(_plain_value(v))}" for key, v in self.options.items()]
-        parts += [f"out={_literal(self.out)}", "overwrite=True"] if self.out else []
+        parts = [_python_literal(_plain_value(v)) for v in self._positional_values()]
+        parts += [f"{key}={_python_literal(_plain_value(v))}" for key, v in self.options.items()]
+        parts += [f"out={_python_literal(self.out)}", "overwrite=True"] if self.out else []
         return f"lj.{load_entry(self.name).python_name}({', '.join(parts)})"
 
     def _python_block(self, file: str, others: "Mapping[str, Call]", display: bool) -> str:
@@ -135,7 +135,8 @@ class Call:
         if others:
             options += ", beside=pinned"
             pins = "".join(
-                f"    {_literal(k)}: {call.python_expression()},\n" for k, call in others.items()
+                f"    {_python_literal(k)}: {call.python_expression()},\n"
+                for k, call in others.items()
             )
             text += f"pinned = {{\n{pins}}}\n"
         draws = [f'result.plot("{file}.svg", {options})']
@@ -147,18 +148,20 @@ class Call:
     def command(self) -> str:
         """Return the call as a command line."""
         words = ["layerjam", load_entry(self.name).name]
-        for value in self._positional():
-            words += _words(_plain_value(value))
+        for value in self._positional_values():
+            words += _cli_words(_plain_value(value))
         for key, value in self.options.items():
             spec = parameters(self.name)[key]
             if value is True:
                 words.append(spec.option)
             elif spec.help.greedy:
-                words += [spec.option, *_words(_plain_value(value))]
+                words += [spec.option, *_cli_words(_plain_value(value))]
             elif value is not False:
-                words += [w for text in _words(_plain_value(value)) for w in (spec.option, text)]
+                words += [
+                    w for text in _cli_words(_plain_value(value)) for w in (spec.option, text)
+                ]
         words += ["--out", self.out, "--overwrite"] if self.out else []
-        return _note([self]) + typed_line(words)
+        return _file_note([self]) + typed_line(words)
 
 
 def as_python(
@@ -183,7 +186,7 @@ def python_parts(
     """
     names = [load_entry(call.name).name for call in calls]
     every = [*calls, *pinned_calls.values()]
-    parts, left = [f"{_note(every)}import layerjam as lj\n"], dict(pinned_calls)
+    parts, left = [f"{_file_note(every)}import layerjam as lj\n"], dict(pinned_calls)
     for place, call in enumerate(calls):
         lone = names.count(names[place]) == 1
         file = names[place] if lone else f"{names[place]}-{names[: place + 1].count(names[place])}"
@@ -194,7 +197,7 @@ def python_parts(
     return parts
 
 
-def _note(calls: Sequence[Call]) -> str:
+def _file_note(calls: Sequence[Call]) -> str:
     is_edited = any(file.edited for call in calls for file in call.data)
     return f"# {NOTE}\n" if is_edited else ""
 
@@ -217,13 +220,13 @@ def warning_key(warning: str) -> str:
     return warning.key if isinstance(warning, Notice) else ""
 
 
-def _value(value: Value) -> Any:
+def _python_value(value: Value) -> Any:
     if isinstance(value, Subject):
         return value.name if value.file is None else value.file
     if isinstance(value, DataFile):
         return value.path
     if isinstance(value, tuple):
-        return [_value(item) for item in value]
+        return [_python_value(item) for item in value]
     return value
 
 
@@ -237,14 +240,14 @@ def _plain_value(value: Value) -> str | float | bool | Sequence[str]:
     return value
 
 
-def _words(value: str | float | bool | Sequence[str]) -> list[str]:
+def _cli_words(value: str | float | bool | Sequence[str]) -> list[str]:
     """Return a value as command-line arguments; a leading dash of a file name is protected."""
     if isinstance(value, str | float | int):
         return [str(value)]
     return [f"./{word}" if word.startswith("-") else word for word in value]
 
 
-def _literal(value: object) -> str:
+def _python_literal(value: object) -> str:
     return repr(value) if isinstance(value, bool) else json.dumps(value, ensure_ascii=False)
 
 
@@ -293,7 +296,7 @@ def disambiguate(
 
 
 def _rename_files(call: Call, texts: dict[str, str]) -> Call:
-    def unique(subject: Subject) -> Subject:
+    def make_unique(subject: Subject) -> Subject:
         if subject.file is None or call.made:
             return subject
         texts.update(subject.needs)
@@ -303,5 +306,5 @@ def _rename_files(call: Call, texts: dict[str, str]) -> Call:
             name = f"{stem}-{count}.toml"
         return replace(subject, name=name)
 
-    options = {k: unique(v) if isinstance(v, Subject) else v for k, v in call.options.items()}
-    return replace(call, subjects=tuple(map(unique, call.subjects)), options=options)
+    options = {k: make_unique(v) if isinstance(v, Subject) else v for k, v in call.options.items()}
+    return replace(call, subjects=tuple(map(make_unique, call.subjects)), options=options)

@@ -28,7 +28,7 @@ LETTERS = 31
 """Largest number of characters of a name next to a chart."""
 
 
-def thin(x: Any, y: Any, points: int = POINTS) -> list[list[float | None]]:
+def thin_points(x: Any, y: Any, points: int = POINTS) -> list[list[float | None]]:
     """Return pairs for the browser: all, or the lowest and the highest value of each interval."""
     x, y = np.asarray(x, float), np.asarray(y, float)
     if len(x) > points:
@@ -40,10 +40,10 @@ def thin(x: Any, y: Any, points: int = POINTS) -> list[list[float | None]]:
         lowest, highest = part[rows, height.argmin(1)], part[rows, height.argmax(1)]
         pick = np.unique(np.concatenate(([0, last], lowest, highest)))
         x, y = x[pick], y[pick]
-    return [list(pair) for pair in zip(_short(x), _short(y), strict=True)]
+    return [list(pair) for pair in zip(_round_values(x), _round_values(y), strict=True)]
 
 
-def _short(values: Any) -> list[float | None]:
+def _round_values(values: Any) -> list[float | None]:
     """Round to six digits, to send fewer bytes to the browser; None for NaN and infinity."""
     fine = np.isfinite(values) & (values != 0)
     size = np.floor(np.log10(np.abs(np.where(fine, values, 1.0))))
@@ -52,11 +52,11 @@ def _short(values: Any) -> list[float | None]:
     return [v if math.isfinite(v) else None for v in rounded_values]
 
 
-def options(panes: Sequence[Pane], dark: bool = False) -> dict[str, Any]:
+def chart_options(panes: Sequence[Pane], dark: bool = False) -> dict[str, Any]:
     """Return the chart of panes that share their x axis, one below the other."""
     chart: dict[str, Any] = dict(animation=False, grid=[], xAxis=[], yAxis=[], series=[])
-    lone, ink = len(panes) == 1, ink_of(dark)
-    right = max(_room(pane.lines) for pane in panes)
+    lone, ink = len(panes) == 1, text_colour(dark)
+    right = max(_label_width(pane.lines) for pane in panes)
     top, room = 3.0, 88.0 - 4.0 * (len(panes) - 1)
     firsts = []
     for i, pane in enumerate(panes):
@@ -81,7 +81,7 @@ def options(panes: Sequence[Pane], dark: bool = False) -> dict[str, Any]:
     chart["tooltip"] = {
         **dict(trigger="axis", confine=True, order="valueDesc"),
         "axisPointer": {"type": "cross" if lone else "line"},
-        ":formatter": _readout(panes, firsts),
+        ":formatter": _cursor_text(panes, firsts),
     }
     return chart
 
@@ -91,22 +91,22 @@ def _pane_series(pane: Pane, ink: str, pixels: float) -> list[dict[str, Any]]:
 
     Names at the ends of curves are separated in a pane with a height of `pixels`.
     """
-    series = [_series(curve, ink) for curve in pane.lines]
+    series = [_curve_series(curve, ink) for curve in pane.lines]
     if series:
         middle = max(float(np.nanmax(c.x)) for c in pane.curves) / 2
         series[0] |= {
             "z": 4,
             "markPoint": {
                 **dict(symbol="circle", symbolSize=9, animation=False),
-                "data": [_mark(*mark, ink, mark[0] < middle) for mark in pane.marks],
+                "data": [_point_mark(*mark, ink, mark[0] < middle) for mark in pane.marks],
             },
         }
-        series[0]["markArea"] = {"silent": True, "data": [_span(*span) for span in pane.spans]}
-    _set_apart(pane, series, pixels)
+        series[0]["markArea"] = {"silent": True, "data": [_span_area(*span) for span in pane.spans]}
+    _separate_end_labels(pane, series, pixels)
     return series + [band(*edges) for edges in pane.bands]
 
 
-def _set_apart(pane: Pane, series: Sequence[dict[str, Any]], pixels: float) -> None:
+def _separate_end_labels(pane: Pane, series: Sequence[dict[str, Any]], pixels: float) -> None:
     """Move the names at the ends of curves down where they would overlap."""
     lines = zip((curve.end[1] for curve in pane.lines), series, strict=True)
     ends = [(y, item["endLabel"]) for y, item in lines if item["endLabel"]["show"] and y == y]
@@ -123,49 +123,49 @@ def round_up(value: float) -> float:
     return math.ceil(1.05 * value / step) * step
 
 
-def ink_of(dark: bool) -> str:
+def text_colour(dark: bool) -> str:
     """Return the colour of text and lines on the page's background."""
     return "#dfe5ea" if dark else INK
 
 
-def _room(curves: Sequence[Curve]) -> int:
+def _label_width(curves: Sequence[Curve]) -> int:
     """Return the width [pixels] of the names at the right of a chart."""
     longest = max((len(f"{c.name}  {c.note}".strip()) for c in curves if c.labelled), default=0)
     return min(max(28, 14 + 7 * longest), MOST_ROOM)
 
 
-def _mark(x: float, y: float, text: str, color: str, ink: str, left: bool) -> dict[str, Any]:
+def _point_mark(x: float, y: float, text: str, color: str, ink: str, left: bool) -> dict[str, Any]:
     """Return a dot with text above it; if `left`, the text starts at the dot, clear of the axis."""
     label = dict(show=True, position="top", distance=13, formatter=text, color=ink)
     label |= dict(align="left", offset=[-4, 0]) if left else {}
     return dict(coord=[x, y], itemStyle={"color": color}, label=label)
 
 
-def _span(start: float, end: float, color: str) -> list[dict[str, Any]]:
+def _span_area(start: float, end: float, color: str) -> list[dict[str, Any]]:
     ground = dict(color=color, opacity=0.12)
     return [dict(xAxis=start, itemStyle=ground), {"xAxis": end}]
 
 
 def _axis(name: str, limits: Ends, gap: int, dark: bool) -> dict[str, Any]:
-    ink = ink_of(dark)
+    ink = text_colour(dark)
     ends = zip(("showMinLabel", "showMaxLabel"), limits, strict=True)
     return {
         **dict(type="value", name=name, nameLocation="middle", nameGap=gap),
         **dict(min=limits[0], max=limits[1]),
         "nameTextStyle": dict(color=ink, fontSize=13),
         # a limit that is not a round number is the end of a curve and needs no label
-        "axisLabel": dict(color=ink, hideOverlap=True, **{end: _round(v) for end, v in ends}),
+        "axisLabel": dict(color=ink, hideOverlap=True, **{end: _is_round(v) for end, v in ends}),
         "axisLine": {"show": True, "lineStyle": {"color": GREY}},
         "splitLine": {"lineStyle": {"color": "#3a444d" if dark else "#e3e8ec"}},
     }
 
 
-def _round(value: float | None) -> bool | None:
+def _is_round(value: float | None) -> bool | None:
     """Return whether a number has few enough digits to label an axis limit; None for None."""
     return None if value is None else float(f"{value:.2g}") == value
 
 
-def _readout(panes: Sequence[Pane], firsts: Sequence[int]) -> str:
+def _cursor_text(panes: Sequence[Pane], firsts: Sequence[int]) -> str:
     """Return the cursor's text for all named curves, and for the unnamed ones in `firsts`."""
     axes = [_name_and_unit(pane.y) for pane in panes]
     name, unit = _name_and_unit(panes[-1].x)
@@ -194,7 +194,7 @@ def band(low: Curve, high: Curve) -> dict[str, Any]:
     reduces to the enclosed part.
     """
     fine = np.isfinite(np.asarray(low.y, float)) & np.isfinite(np.asarray(high.y, float))
-    edges = [thin(np.asarray(c.x)[fine], np.asarray(c.y)[fine]) for c in (high, low)]
+    edges = [thin_points(np.asarray(c.x)[fine], np.asarray(c.y)[fine]) for c in (high, low)]
     return {
         **dict(type="line", name="", data=[*edges[0], *reversed(edges[1])]),
         **dict(showSymbol=False, silent=True, z=1, color=high.color),
@@ -206,7 +206,7 @@ def band(low: Curve, high: Curve) -> dict[str, Any]:
 
 
 def mark_points(pairs: Sequence[Sequence[float | None]], count: int = MARKS) -> list[Any]:
-    """Return the pairs of `thin`, with about `count` of them visible as equidistant points.
+    """Return the pairs of `thin_points`, with about `count` of them visible as equidistant points.
 
     Distances are relative to the curve's extent on each axis.
     """
@@ -224,12 +224,12 @@ def mark_points(pairs: Sequence[Sequence[float | None]], count: int = MARKS) -> 
     return result
 
 
-def _series(curve: Curve, ink: str) -> dict[str, Any]:
-    data = thin(curve.x, curve.y)
+def _curve_series(curve: Curve, ink: str) -> dict[str, Any]:
+    data = thin_points(curve.x, curve.y)
     # a line's own colour is too faint for text
-    end: dict[str, Any] = dict(color=ink, distance=4, fontSize=12, formatter=_end_of(curve))
+    end: dict[str, Any] = dict(color=ink, distance=4, fontSize=12, formatter=_end_label(curve))
     end["show"] = bool(curve.name) and curve.labelled
-    if _room([curve]) == MOST_ROOM:
+    if _label_width([curve]) == MOST_ROOM:
         end |= dict(width=MOST_ROOM - 10, overflow="truncate")
     return {
         **dict(type="line", name=curve.name, color=ink if curve.color == INK else curve.color),
@@ -242,7 +242,7 @@ def _series(curve: Curve, ink: str) -> dict[str, Any]:
     }
 
 
-def _end_of(curve: Curve) -> str:
+def _end_label(curve: Curve) -> str:
     """Return the label at a curve's end: its name, shortened if it is long, and its note."""
     if len(curve.name) <= LETTERS:
         return f"{{a}}, {curve.note}" if curve.note else "{a}"

@@ -67,9 +67,9 @@ class ColumnTable:
             dress(head, aria_label=f"{text}: {means}. What is this column?")
             with head:
                 menu = ui.menu().props("auto-close no-parent-event")
-            head.on_click(partial(self._fill, menu, index, role))
+            head.on_click(partial(self._fill_menu, menu, index, role))
 
-    def _fill(self, menu: ui.menu, index: int, role: str) -> None:
+    def _fill_menu(self, menu: ui.menu, index: int, role: str) -> None:
         menu.clear()
         with menu, ui.column().classes("gap-1 q-pa-sm"):
             for role_name, units in UNITS.items():

@@ -134,7 +134,7 @@ def word_choice(command: str, name: str, words: Mapping[str, str], **more: str) 
     return Choice(name, labels, default, help=more.pop("help", "") or parameter.sentence, **more)
 
 
-def number(desk: Desk, page: str, control: Control) -> float:
+def read_number(desk: Desk, page: str, control: Control) -> float:
     """Return the control's value [SI]; an invalid value from a link is replaced by the default."""
     value = desk.get(page, control.key, control.default)
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -171,20 +171,20 @@ class Slider:
                 dress(self.field, f"{ident}-number", suffix=control.display_unit)
             bar = Bar(min=0, max=1)
             self.bar = dress(bar, ident, look="dense", aria_label=control.name)
-        self.bar.mirror(self.field)
+        self.bar.mirror_value(self.field)
         self.bar.on_value_change(self._on_move)
         on_typed(self.field, self._on_type)
-        desk.watch(self._on_change)
+        desk.add_watcher(self._on_change)
         self._update_range()
-        self._fill()
+        self._fill_field()
 
     def _update_range(self) -> None:
         c = self.control
         low, high = c.low / c.factor, c.high / c.factor
-        self.bar.span(low, high, (high - low) / c.steps, c.digits)
+        self.bar.set_range(low, high, (high - low) / c.steps, c.digits)
 
-    def _fill(self) -> None:
-        c, value = self.control, number(self.desk, self.page, self.control)
+    def _fill_field(self) -> None:
+        c, value = self.control, read_number(self.desk, self.page, self.control)
         self._filling = True
         self.bar.set_value(min(max(value, c.low), c.high) / c.factor)
         self.field.set_value(f"{value / c.factor:.6g}")
@@ -204,19 +204,19 @@ class Slider:
                 f"Use {show(nearest_value, self.control.spec.unit, 6)}",
                 self.field.props["data-testid"],
             )
-            act = partial(self._put, nearest_value)
+            act = partial(self._put_value, nearest_value)
             self._remedy = button(text, act, f"{ident}-remedy").classes("self-end")
 
-    def _put(self, value: float) -> None:
-        self.desk.put(self.page, self.control.key, value)
-        self._fill()
+    def _put_value(self, value: float) -> None:
+        self.desk.put_setting(self.page, self.control.key, value)
+        self._fill_field()
 
     def _on_move(self, event: Any) -> None:
         if self._filling:
             return
         self._show_refusal("")
         value = self.control.round_to_step(float(event.value) * self.control.factor)
-        self.desk.put(self.page, self.control.key, value)
+        self.desk.put_setting(self.page, self.control.key, value)
 
     def _on_type(self) -> None:
         text = add_unit(str(self.field.value or ""), self.control.display_unit)
@@ -226,22 +226,22 @@ class Slider:
             self._show_refusal(str(err), self.control.nearest_value(text))
             return
         # leaving a field unchanged is not an undo step
-        if value != number(self.desk, self.page, self.control):
-            self._put(value)
-        self._fill()
+        if value != read_number(self.desk, self.page, self.control):
+            self._put_value(value)
+        self._fill_field()
 
     def _on_change(self, change: str) -> None:
         if change == "page":
             # shared values may have been changed on a different page
             if self.page == self.desk.state.page and shared_setting(self.page, self.control.key):
-                self._fill()
+                self._fill_field()
             return
         if change not in ("undo", "brake", "line", "moved"):
             return
         if change != "moved" and self._renew is not None:
             self.control = self._renew()
             self._update_range()
-        self._fill()
+        self._fill_field()
 
 
 def number_field(label: str, width: str) -> ui.input:
@@ -273,7 +273,7 @@ def choice(desk: Desk, page: str, item: Choice) -> None:
         toggle = ui.toggle(dict(item.words), value=read_word(desk, page, item))
         look = "dense no-caps unelevated"
         dress(toggle, f"{page}-{item.key}", "toggle", look, role="group", aria_label=item.name)
-    _bind(desk, page, item, toggle)
+    _bind_box(desk, page, item, toggle)
 
 
 def tabs(desk: Desk, page: str, item: Choice) -> None:
@@ -281,23 +281,23 @@ def tabs(desk: Desk, page: str, item: Choice) -> None:
     toggle = ui.toggle(dict(item.words), value=read_word(desk, page, item))
     look = "dense no-caps flat"
     dress(toggle, f"{page}-{item.key}", "page-tabs", look, role="group", aria_label=item.help)
-    _bind(desk, page, item, toggle)
+    _bind_box(desk, page, item, toggle)
 
 
 def menu(desk: Desk, page: str, item: Choice) -> None:
     """Show a drop-down list, for more words than fit in a row."""
     ident, selected_word = f"{page}-{item.key}", read_word(desk, page, item)
-    _bind(
+    _bind_box(
         desk, page, item, select(item.words, item.name, ident, value=selected_word, tip=item.help)
     )
 
 
-def _bind(desk: Desk, page: str, item: Choice, box: ui.toggle | ui.select) -> None:
+def _bind_box(desk: Desk, page: str, item: Choice, box: ui.toggle | ui.select) -> None:
     """Store the choice that is made in a box, and update the box after an undo."""
 
-    def fill(change: str) -> None:
+    def fill_box(change: str) -> None:
         if change == "undo" and box.value != read_word(desk, page, item):
             box.set_value(read_word(desk, page, item))
 
-    box.on_value_change(lambda event: desk.put(page, item.key, str(event.value)))
-    desk.watch(fill)
+    box.on_value_change(lambda event: desk.put_setting(page, item.key, str(event.value)))
+    desk.add_watcher(fill_box)

@@ -48,13 +48,13 @@ class Desk:
 
     def _load_records(self) -> None:
         state = self.state
-        brake, line = read_any("brake", state.brake), read_any("line", state.line)
-        second = read_any("brake", state.beside) if state.beside else None
+        brake, line = (read_device("brake", state.brake), read_device("line", state.line))
+        second = read_device("brake", state.beside) if state.beside else None
         self.brake: BrakeFile = brake
         self.line: LineFile = line
         self.beside: BrakeFile | None = second
 
-    def watch(self, callback: Callable[[str], None]) -> None:
+    def add_watcher(self, callback: Callable[[str], None]) -> None:
         """Call `callback(what)` after each change.
 
         `what` is "brake", "line", "settings", "moved", "undo", "page" or "files".
@@ -94,7 +94,7 @@ class Desk:
         """Return a control's value."""
         return self.state.get(page, key, default)
 
-    def put(
+    def put_setting(
         self, page: str, key: str, value: Value, *, single: bool = False, follow: bool = False
     ) -> None:
         """Set a control; successive moves of one control are one undo step, unless `single`.
@@ -107,18 +107,20 @@ class Desk:
         same = self._moved == (page, key) and time_now - self._when < PAUSE and not single
         self._moved, self._when = (page, key), time_now
         self._set_state(
-            self.state.put(page, key, value), "moved" if follow else "settings", keep=not same
+            self.state.put_setting(page, key, value),
+            "moved" if follow else "settings",
+            keep=not same,
         )
 
-    def put_all(self, page: str, settings: Mapping[str, Value]) -> None:
+    def put_settings(self, page: str, settings: Mapping[str, Value]) -> None:
         """Set several controls as one undo step; the page's controls follow."""
         state = self.state
         for key, value in settings.items():
-            state = state.put(page, key, value)
+            state = state.put_setting(page, key, value)
         if state != self.state:
             self._set_state(state, "undo")
 
-    def put_state(self, state: State) -> None:
+    def restore_state(self, state: State) -> None:
         """Adopt a different state, except for its page, as one undo step.
 
         Raises LayerjamError, without any change, if its brake or line cannot be read.
@@ -142,7 +144,7 @@ class Desk:
 
         An empty text removes the second brake. Raises LayerjamError.
         """
-        file = read_any("line" if kind == "line" else "brake", text) if text else None
+        file = read_device("line" if kind == "line" else "brake", text) if text else None
         setattr(self, kind, file)
         update: dict[str, Any] = {kind: text}
         self._set_state(replace(self.state, **update), "line" if kind == "line" else "brake")
@@ -215,7 +217,7 @@ SHELVES: Mapping[str, Shelf] = MappingProxyType(
 )
 
 
-def read_any(kind: str, text: str) -> Any:
+def read_device(kind: str, text: str) -> Any:
     """Return a brake or line by catalogue name or from TOML text, never from a path."""
     shelf = SHELVES[kind]
     if text in shelf.names():

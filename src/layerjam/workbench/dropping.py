@@ -54,7 +54,7 @@ class Dropping:
         self.zone.on("rejected", self._on_reject, js_handler="(e) => emit(layerjamRejected(e))")
         self.zone.on("failed", self._on_failure, js_handler="(e) => emit(layerjamFailed(e))")
         self.zone.on("finish", lambda: self.zone.run_method("removeUploadedFiles"))
-        desk.watch(self._on_change)
+        desk.add_watcher(self._on_change)
 
     def _on_change(self, change: str) -> None:
         if change == "waiting":
@@ -73,11 +73,11 @@ class Dropping:
         else:
             problem = await self._store_measurement(event.file)
         if problem:
-            self.sorting.tell(problem)
+            self.sorting.add_sentence(problem)
         self._schedule_dialog()
 
     async def _store_measurement(self, file: FileUpload) -> str:
-        return await self.uploads.receive(file, waits=True)
+        return await self.uploads.receive_file(file, waits=True)
 
     async def _store_list(self, name: str, file: FileUpload) -> str:
         """Keep a list of conditions of many files; return the reason if it is not one."""
@@ -100,10 +100,10 @@ class Dropping:
             state, files = session
             for entry in files:
                 try:
-                    self.uploads.take_kept_file(entry.name, entry.data, entry.sidecar)
+                    self.uploads.restore_file(entry.name, entry.data, entry.sidecar)
                 except UploadError as err:
-                    self.sorting.tell(str(err))
-            self.desk.put_state(state)
+                    self.sorting.add_sentence(str(err))
+            self.desk.restore_state(state)
         except LayerjamError as err:
             return one_line(err)
         self.desk.files_changed()
@@ -126,7 +126,7 @@ class Dropping:
             return self._put_on_desk(kind, name, text)
         if is_sidecar(name):
             try:
-                self.uploads.take(name, data)
+                self.uploads.store_file(name, data)
             except UploadError as err:
                 return str(err)
             self.desk.files_changed()
@@ -188,14 +188,14 @@ class Dropping:
                     self.uploads.sidecars.get(file.shown, ""), text
                 )
             if not targets:
-                self.sorting.tell(
+                self.sorting.add_sentence(
                     f"{stem}.toml: describes a test, but no file here is named "
                     f"{stem}; rename it NAME.csv.toml, after the file NAME.csv"
                 )
         self._facts.clear()
         names, contradictions = attach_list(self.uploads)
         for sentence in contradictions:
-            self.sorting.tell(sentence)
+            self.sorting.add_sentence(sentence)
         if self._came_list:
             self._came_list = False
             lacking = len(self.uploads.listed) - len(names)
@@ -211,18 +211,18 @@ class Dropping:
                 try:
                     self.uploads.check_room(str(name), int(size))
                 except UploadError as err:
-                    self.sorting.tell(str(err))
+                    self.sorting.add_sentence(str(err))
             elif cause == "max-files":
-                self.sorting.tell(
+                self.sorting.add_sentence(
                     f"{clean(str(name))}: not used, because at most {AT_ONCE} files can be "
                     "dropped at once"
                 )
             else:
-                self.sorting.tell(
+                self.sorting.add_sentence(
                     f"{clean(str(name))}: not used, because it is already being uploaded"
                 )
         if int(last[2]) > len(entries):
-            self.sorting.tell(f"{int(last[2]) - len(entries)} more files were not used")
+            self.sorting.add_sentence(f"{int(last[2]) - len(entries)} more files were not used")
         self._schedule_dialog()
 
     def _on_failure(self, event: events.GenericEventArguments) -> None:
@@ -233,7 +233,7 @@ class Dropping:
             413: f"is too large: at most {LARGEST // 2**20} MB are allowed",
         }.get(int(status), "could not be uploaded; drop it again")
         for name in names:
-            self.sorting.tell(f"{clean(str(name))}: {cause}")
+            self.sorting.add_sentence(f"{clean(str(name))}: {cause}")
         self.zone.reset()
         self._schedule_dialog()
 
@@ -258,10 +258,12 @@ class FilesHere:
             self._waiting = button(
                 "", desk.request_files, f"{page}-waiting", "help_outline", look=look
             )
-        desk.watch(lambda what: self.fill() if what in ("files", "settings", "undo") else None)
-        self.fill()
+        desk.add_watcher(
+            lambda what: self.fill_dialog() if what in ("files", "settings", "undo") else None
+        )
+        self.fill_dialog()
 
-    def fill(self) -> None:
+    def fill_dialog(self) -> None:
         """Show the number of files that are waiting to be accepted."""
         count = len(self.desk.files.waiting)
         text = "1 file to sort" if count == 1 else f"{count} files to sort"
@@ -306,7 +308,7 @@ def attach_list(uploads: Uploads) -> tuple[list[str], list[str]]:
             if list_values[key] != values[key]:
                 notes.append(
                     f"{file.shown}: its sidecar states {key.replace('_', ' ')} "
-                    f"{_format(key, values[key])}, {LIST} {_format(key, list_values[key])}; "
+                    f"{_fact_text(key, values[key])}, {LIST} {_fact_text(key, list_values[key])}; "
                     "the sidecar takes precedence"
                 )
         uploads.from_list[file.shown] = frozenset(list_values.keys() - values.keys())
@@ -334,6 +336,6 @@ def _sidecar_values(text: str) -> dict[str, Any]:
         return {}
 
 
-def _format(key: str, value: Any) -> str:
+def _fact_text(key: str, value: Any) -> str:
     spec = spec_of(Facts, key)
     return show(value, spec.unit) if isinstance(spec, QuantitySpec) else f"'{value}'"

@@ -30,14 +30,14 @@ class Folder:
         if lock_file(lock):
             with contextlib.suppress(PermissionError):  # Windows cannot rename an open file
                 making.replace(root / LOCK)  # a lock with this name is never unlocked
-        self._end = weakref.finalize(self, _remove, root, lock)
+        self._end = weakref.finalize(self, _remove_folder, root, lock)
 
     def remove(self) -> None:
         """Delete the folder and its content."""
         self._end()
 
 
-def _remove(path: Path, lock: int) -> None:
+def _remove_folder(path: Path, lock: int) -> None:
     with contextlib.suppress(OSError):
         os.close(lock)
     shutil.rmtree(path, ignore_errors=True)

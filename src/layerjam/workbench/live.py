@@ -44,19 +44,19 @@ KINDS = ("texts", "contents", "charts", "spoken", "spaces")
 _waiting: WeakKeyDictionary[Client, dict[str, dict[int, Any]]] = WeakKeyDictionary()
 
 
-def _tell(element: ui.element, kind: str, value: Any) -> None:
+def _queue_change(element: ui.element, kind: str, value: Any) -> None:
     """Send a change after the current task of the event loop, together with other changes."""
     client = element.client
     if client not in _waiting:
         try:
-            asyncio.get_running_loop().call_soon(_send, client)
+            asyncio.get_running_loop().call_soon(_send_changes, client)
         except RuntimeError:  # without an event loop there is no browser
             return
         _waiting[client] = defaultdict(dict)
     _waiting[client][kind][element.id] = value
 
 
-def _send(client: Client) -> None:
+def _send_changes(client: Client) -> None:
     messages = _waiting.pop(client, None)
     if messages and not client.is_deleted:
         parts = (json.dumps(messages[kind]) for kind in KINDS)
@@ -72,7 +72,7 @@ class Words(ui.label):
 
     def _handle_text_change(self, text: str) -> None:
         self._text_to_model_text(text)
-        _tell(self, "texts", text)
+        _queue_change(self, "texts", text)
 
 
 class Table(ui.html):
@@ -84,7 +84,7 @@ class Table(ui.html):
     def _handle_content_change(self, content: str) -> None:
         with self.props.suspend_updates():
             super()._handle_content_change(content)
-        _tell(self, "contents", content)
+        _queue_change(self, "contents", content)
 
 
 class Space(ui.scene):
@@ -94,7 +94,7 @@ class Space(ui.scene):
     """
 
     @contextmanager
-    def changes(self) -> "Iterator[Space]":
+    def batch_changes(self) -> "Iterator[Space]":
         """Send all creations, moves and deletions inside the `with` block together."""
         with self:
             self._batched_calls = []
@@ -104,15 +104,15 @@ class Space(ui.scene):
                 calls, self._batched_calls = self._batched_calls, None
         if calls:
             before = _waiting.get(self.client, {}).get("spaces", {}).get(self.id, [])
-            _tell(self, "spaces", [*before, *calls])
+            _queue_change(self, "spaces", [*before, *calls])
 
-    def speak(self, words: str) -> None:
+    def describe_scene(self, words: str) -> None:
         """Set the description for screen readers."""
         if self.props.get("aria-label") == words:
             return
         with self.props.suspend_updates():
             self.props["aria-label"] = words
-        _tell(self, "spoken", words)
+        _queue_change(self, "spoken", words)
 
 
 class Bar(ui.slider):
@@ -123,14 +123,14 @@ class Bar(ui.slider):
 
     LOOPBACK = None
 
-    def mirror(self, field: ui.input) -> None:
+    def mirror_value(self, field: ui.input) -> None:
         """Write a dragged value into a field, in the browser."""
         self.on(
             "update:model-value",
             js_handler=f"(value) => layerjamSlid({self.id}, {field.id}, value)",
         )
 
-    def span(self, low: float, high: float, step: float, digits: int) -> None:
+    def set_range(self, low: float, high: float, step: float, digits: int) -> None:
         """Set both ends; `digits` is the number of decimals that distinguish the steps."""
         self.props.update({"min": low, "max": high, "step": step, "data-digits": digits})
         self.update()
@@ -144,6 +144,6 @@ def draw(chart: ui.echart, options: dict[str, Any]) -> None:
     changes = {key: value for key, value in options.items() if old.get(key) != value}
     alike = old.keys() == options.keys() and "tooltip" not in changes
     if alike and len(old["series"]) == len(options["series"]):
-        _tell(chart, "charts", changes)
+        _queue_change(chart, "charts", changes)
     else:
         chart.update()

@@ -85,7 +85,7 @@ class OtherInputs:
         if p.name in self.files:
             self._build_upload(p, ident, label)
             return
-        put = partial(self._put, p)
+        put = partial(self._put_option, p)
         box: Any
         if p.type is bool:
             box = dress(ui.switch(label, value=bool(value), on_change=put), ident)
@@ -97,14 +97,14 @@ class OtherInputs:
             box = self._build_text_field(p, ident, label)
         empty: Any = False if p.type is bool else ""
 
-        def fill(change: str) -> None:
+        def fill_fields(change: str) -> None:
             if change == "undo":
                 box.set_value(self.desk.get(self.page.name, p.name, empty))
 
-        self.desk.watch(fill)
+        self.desk.add_watcher(fill_fields)
 
-    def _put(self, p: Parameter, event: events.ValueChangeEventArguments[Any]) -> None:
-        self.desk.put(self.page.name, p.name, event.value or "")
+    def _put_option(self, p: Parameter, event: events.ValueChangeEventArguments[Any]) -> None:
+        self.desk.put_setting(self.page.name, p.name, event.value or "")
 
     def _build_text_field(self, p: Parameter, ident: str, label: str) -> ui.input:
         current = str(self.desk.get(self.page.name, p.name, ""))
@@ -119,7 +119,7 @@ class OtherInputs:
             problem = find_refusal(p, text) if text else ""
             box.error = problem or None
             if not problem and text != self.desk.get(self.page.name, p.name, ""):
-                self.desk.put(self.page.name, p.name, text)
+                self.desk.put_setting(self.page.name, p.name, text)
                 box.set_value(text)
 
         on_typed(box, on_type)
@@ -132,12 +132,12 @@ class OtherInputs:
 
         async def on_file(event: events.UploadEventArguments) -> None:
             area.reset()
-            alert.say(await uploads.receive(event.file))
+            alert.show_error(await uploads.receive_file(event.file))
             show_file()
 
         def remove_files() -> None:
             uploads.remove(f.key for f in uploads.files)
-            alert.say("")
+            alert.show_error("")
             show_file()
 
         def show_file() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from layerjam.units import show
 
 
-def pull_words(result: Any) -> str:
+def describe_pull(result: Any) -> str:
     """Return the outcome of a pull, from a result with a record of elongation and force."""
     words = PULLS.get(result.outcome)
     if words is None:
@@ -34,7 +34,7 @@ PULLS: Mapping[str, Callable[[str], str]] = MappingProxyType(
 """{outcome: function that returns its sentence, given the travel}."""
 
 
-def slide_words(slid: Any) -> str:
+def describe_slide(slid: Any) -> str:
     """Return the outcome of a pull in time, which may show stick–slip."""
     pace = show(slid.record.speed, "m/s")
     if slid.outcome == "JUDDERS":

@@ -13,7 +13,7 @@ from layerjam.errors import quantity_of
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, collect_answers
 from layerjam.workbench.call import Call, Options, result_fields
-from layerjam.workbench.controls import Choice, Control, Slider, number, read_word
+from layerjam.workbench.controls import Choice, Control, Slider, read_number, read_word
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Words
 from layerjam.workbench.memory import freeze_later
@@ -39,12 +39,12 @@ class Asking:
 
     def value(self, key: str) -> float:
         """Return a control's value [SI]."""
-        return number(self.desk, self.name, self.controls()[key])
+        return read_number(self.desk, self.name, self.controls()[key])
 
     def text(self, key: str) -> str:
         """Return a control's value as text for a command."""
         control = self.controls()[key]
-        return control.text(number(self.desk, self.name, control))
+        return control.text(read_number(self.desk, self.name, control))
 
     def texts(self, *keys: str) -> Options:
         """Return {control: its value as text for a command}."""
@@ -66,14 +66,14 @@ class Asking:
         """Add a column whose controls can be used only while `is_enabled()`."""
         box = ui.column().classes("w-full gap-2")
 
-        def look(_: str = "") -> None:
+        def update_box(_: str = "") -> None:
             if is_enabled():
                 box.props(remove="inert")
             else:
                 box.props("inert")
 
-        self.desk.watch(look)
-        look()
+        self.desk.add_watcher(update_box)
+        update_box()
         return box
 
     def show_while(self, is_shown: Callable[[], bool] | None) -> ui.column:
@@ -81,11 +81,11 @@ class Asking:
         box = ui.column().classes("w-full gap-2")
         if is_shown is not None:
 
-            def look(_: str = "") -> None:
+            def update_box(_: str = "") -> None:
                 box.set_visibility(is_shown())
 
-            self.desk.watch(look)
-            look()
+            self.desk.add_watcher(update_box)
+            update_box()
         return box
 
 
@@ -116,7 +116,7 @@ class View(Asking):
         """Return the displayed answers, in order; may be empty."""
         return collect_answers(self.result)
 
-    def copies(self) -> tuple[Sequence[Call], Mapping[str, Call]]:
+    def calls_to_copy(self) -> tuple[Sequence[Call], Mapping[str, Call]]:
         """Return the calls of the displayed or requested answers, and those of the pins."""
         answers, pins = self.answers(), dict[str, Call]()
         for answer in answers:
@@ -144,10 +144,10 @@ class Page(View):
         self.place: ui.element | None = None
         """Element that contains the page, in which tasks show notices and start downloads."""
         self.prepare: Callable[[], None] = lambda: None
-        self.runner = Runner(self._answer, self._show, run.io_bound)
-        desk.watch(self._on_change)
+        self.runner = Runner(self._compute_answer, self._show, run.io_bound)
+        desk.add_watcher(self._on_change)
 
-    def _answer(self) -> Any:
+    def _compute_answer(self) -> Any:
         self.prepare()
         return self.compute()
 
@@ -172,7 +172,7 @@ class Page(View):
     def refresh(self) -> None:
         """Compute again with the latest inputs."""
         if self.built and self.desk.state.page == self.name:
-            background_tasks.create(self.runner.ask(), name=f"layerjam {self.name}")
+            background_tasks.create(self.runner.request_result(), name=f"layerjam {self.name}")
 
     def _on_change(self, change: str) -> None:
         if change not in ("page", "waiting", "choosing"):
@@ -184,7 +184,7 @@ class Page(View):
         refusals = [] if problem else [(a.quantity, a.refusal) for a in collect_answers(result)]
         self._show_problems([*refusals, (quantity_of(self.runner.error), problem)])
         if self.problem is not None:
-            self.problem.say(problem)
+            self.problem.show_error(problem)
         if not problem:
             self.result = result
             with self.place or contextlib.nullcontext():

@@ -13,7 +13,7 @@ from layerjam.report.chart import add_comparisons
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call
-from layerjam.workbench.charts import options
+from layerjam.workbench.charts import chart_options
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pins import make_pin, pin_call, pin_labels, put_pin, toggle_file
 from layerjam.workbench.state import MEASURED, Pin
@@ -55,7 +55,9 @@ class Panel:
         """Build the button to pin, and the list of pins."""
         with ui.row().classes("items-center gap-2"):
             tip = "Keep this curve in grey for comparison with the next one"
-            self._acts.append(button("Pin", self.pin, f"{self._ident}-pin", "push_pin", tip=tip))
+            self._acts.append(
+                button("Pin", self.pin_answer, f"{self._ident}-pin", "push_pin", tip=tip)
+            )
             self._enable_actions()
             self._chips = dress(ui.row().classes("items-center gap-2"), f"{self._ident}-pins")
         self._alert = Alert(f"{self._ident}-pin-problem", "text-sm")
@@ -71,7 +73,7 @@ class Panel:
         if chart:
             live.draw(self.chart, dict(chart))
         if self._chips is not None:
-            self._fill(self._chips, () if answer is None else answer.pins)
+            self._fill_pins(self._chips, () if answer is None else answer.pins)
 
     def _enable_actions(self) -> None:
         """Disable pins and downloads while no result is displayed."""
@@ -84,12 +86,12 @@ class Panel:
     def show(self, answer: Answer, dark: bool) -> None:
         """Show the figure of an answer's result, together with the pinned ones."""
         quiet = {label: pin.result.overlay_curves() for label, pin in answer.pinned_answers.items()}
-        self.draw(answer, options(add_comparisons(answer.result.panes(), quiet), dark))
+        self.draw(answer, chart_options(add_comparisons(answer.result.panes(), quiet), dark))
 
-    def _fill(self, chips: ui.row, pins: tuple[Pinned, ...]) -> None:
+    def _fill_pins(self, chips: ui.row, pins: tuple[Pinned, ...]) -> None:
         """Show the pins; unchanged ones are not rebuilt."""
         if self.problem:
-            self._alert.say(self.problem)
+            self._alert.show_error(self.problem)
         items = tuple((pin.pin, pin.label) for pin in pins if pin.pin is not None)
         if items == self._drawn:
             return
@@ -99,7 +101,7 @@ class Panel:
             for place, (pin, label) in enumerate(items):
                 with ui.row().classes("items-center gap-0 no-wrap"):
                     ui.label(label).classes("text-sm")
-                    act, look = partial(self.unpin, pin), "flat round dense size=sm"
+                    act, look = partial(self.remove_pin, pin), "flat round dense size=sm"
                     close = button("", act, f"{self._ident}-unpin-{place}", "close", look=look)
                     dress(close, aria_label=f"Unpin {label}")
 
@@ -115,7 +117,7 @@ class Panel:
                 continue
             key = json.dumps(asdict(pin), sort_keys=True)
             try:
-                computed_pins[key] = self._known.get(key) or self._compute(pin)
+                computed_pins[key] = self._known.get(key) or self._compute_pin(pin)
             except LayerjamError as err:
                 trouble.append(one_line(err))
                 continue
@@ -126,16 +128,16 @@ class Panel:
         names = pin_labels([answer.call for answer, *_ in pins], call)
         return tuple(Pinned(name, *pin) for name, pin in zip(names, pins, strict=True))
 
-    def _compute(self, pin: Pin) -> tuple[Answer, Any]:
+    def _compute_pin(self, pin: Pin) -> tuple[Answer, Any]:
         call = pin_call(pin)
         result = call.run()
         return Answer(call, result), self.besides(pin, result)
 
-    def pin(self, **more: str) -> None:
+    def pin_answer(self, **more: str) -> None:
         """Pin the displayed answer; `more` holds additional options of the pin."""
-        self._try_action(partial(self._pin_shown, more))
+        self._try_action(partial(self._pin_current_answer, more))
 
-    def _pin_shown(self, extra: Mapping[str, str]) -> None:
+    def _pin_current_answer(self, extra: Mapping[str, str]) -> None:
         if self.shown is None:
             raise QuantityError("pin: no curve is shown")
         pin = make_pin(self._page, self.shown.call)
@@ -149,10 +151,10 @@ class Panel:
         try:
             act()
         except LayerjamError as err:
-            self._alert.say(one_line(err))
+            self._alert.show_error(one_line(err))
         else:
-            self._alert.say("")
+            self._alert.show_error("")
 
-    def unpin(self, pin: Pin) -> None:
+    def remove_pin(self, pin: Pin) -> None:
         """Remove a pin."""
         self._desk.put_pins(tuple(p for p in self._desk.state.pins if p != pin))

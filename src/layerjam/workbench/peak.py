@@ -50,9 +50,9 @@ class PeakSetting:
             with ui.row().classes("items-center"):
                 choice(self._desk, self._page, FOLLOWS)
         self.said = status("pull-peak-said", "text-sm")
-        self._desk.watch(self._on_change)
+        self._desk.add_watcher(self._on_change)
 
-    def attach(self, chart: ui.echart) -> None:
+    def attach_chart(self, chart: ui.echart) -> None:
         """Make the first mark of a chart draggable."""
         chart.on("vnodeMounted", js_handler="(node) => layerjamPeaks(node)")
         chart.on("peak", self._on_drag)
@@ -75,15 +75,15 @@ class PeakSetting:
             self.field.error = one_line(err)
             return
         self.field.error = None
-        self.ask(force, done=True)
+        self.request_peak(force, done=True)
 
     def _on_drag(self, event: Any) -> None:
         force, is_done = event.args.get("force"), bool(event.args.get("done"))
         if isinstance(force, int | float) and math.isfinite(force) and force >= 0:
             # round to the digits shown on the page
-            self.ask(float(f"{force:.4g}"), is_done)
+            self.request_peak(float(f"{force:.4g}"), is_done)
 
-    def ask(self, force: float, done: bool) -> None:
+    def request_peak(self, force: float, done: bool) -> None:
         """Adjust the chosen quantity to a peak [N].
 
         The latest request wins; the number of sheets changes only when the marker is released.
@@ -101,7 +101,7 @@ class PeakSetting:
                 force, self._asked = self._asked, None
                 by_sheets = read_word(self._desk, self._page, FOLLOWS) == "sheets"
                 try:
-                    result = await run.io_bound(self.search, force, by_sheets)
+                    result = await run.io_bound(self.search_setting, force, by_sheets)
                     if result is None:  # the program is stopping
                         return
                     self._apply_result(result, force, by_sheets)
@@ -114,7 +114,7 @@ class PeakSetting:
         """Return the highest vacuum [Pa] that the site and the line allow."""
         return min(self._most(), float(reachable_vacuum(self._desk.line.line)))
 
-    def search(self, force: float, by_sheets: bool) -> ToPeak:
+    def search_setting(self, force: float, by_sheets: bool) -> ToPeak:
         """Return the setting for a peak force; runs in a thread and raises the command's errors."""
         call, file = self._now(), self._desk.brake
         if by_sheets:
@@ -138,7 +138,7 @@ class PeakSetting:
             set_sheets(self._desk, int(result.value))
         else:
             # use whole pascals, so that the value is readable
-            self._desk.put(self._page, "vacuum", float(round(result.value)), follow=True)
+            self._desk.put_setting(self._page, "vacuum", float(round(result.value)), follow=True)
         self.said.set_text(sentence(result, force, by_sheets))
 
     def _on_change(self, change: str) -> None:

@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 from layerjam.errors import QuantityError
 from layerjam.workbench.call import Call, Subject
-from layerjam.workbench.desk import SHELVES, Desk, read_any
+from layerjam.workbench.desk import SHELVES, Desk, read_device
 from layerjam.workbench.more import find_other_inputs, is_file
 from layerjam.workbench.state import MEASURED, Pin
 
@@ -49,7 +49,7 @@ def pin_call(pin: Pin) -> Call:
     if strange:
         raise QuantityError(f"pin: '{strange[0][:40]}' is not an option of a pinned curve")
     shelf = "line" if pin.command in LINES else "brake"
-    file = read_any(shelf, pin.subject)
+    file = read_device(shelf, pin.subject)
     in_catalogue = pin.subject in SHELVES[shelf].names()
     subject = Subject(pin.subject) if in_catalogue else Subject(f"{file.name}.toml", file)
     return Call(pin.command, (subject,), options)
@@ -58,18 +58,19 @@ def pin_call(pin: Pin) -> Call:
 def pin_labels(calls: Sequence[Call], current: Call) -> list[str]:
     """Return labels that distinguish calls from the current one and, if needed, from each other."""
     names = [
-        _difference(call, [current]) or _difference(call, calls) or "as shown" for call in calls
+        _describe_difference(call, [current]) or _describe_difference(call, calls) or "as shown"
+        for call in calls
     ]
     for place, label in enumerate(names):
         if names.count(label) > 1:
-            names[place] = _difference(calls[place], [current, *calls]) or label
+            names[place] = _describe_difference(calls[place], [current, *calls]) or label
     return [
         label if names.count(label) == 1 else f"{label} ({names[: place + 1].count(label)})"
         for place, label in enumerate(names)
     ]
 
 
-def _difference(call: Call, from_these: Sequence[Call]) -> str:
+def _describe_difference(call: Call, from_these: Sequence[Call]) -> str:
     """Return, as text, how a call differs from others: its brake or line, and its options."""
     name, words = call.subjects[0].name.removesuffix(".toml"), []
     if any(theirs.subjects != call.subjects for theirs in from_these):

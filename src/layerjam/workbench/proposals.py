@@ -106,7 +106,7 @@ def read_name(name: str) -> dict[str, SourcedValue]:
         values["role"] = SourcedValue(FRICTION, _source_name(friction[0]))
     elif pull:
         values["role"] = SourcedValue(CALIBRATE, _source_name(pull[0]))
-    for fact, text, written_as in _quantities(stem, bool(friction)):
+    for fact, text, written_as in _find_quantities(stem, bool(friction)):
         try:
             spec_of(Facts, fact).read(text, fact)
         except LayerjamError:
@@ -115,7 +115,7 @@ def read_name(name: str) -> dict[str, SourcedValue]:
     return values
 
 
-def _quantities(stem: str, friction: bool) -> Iterator[tuple[str, str, str]]:
+def _find_quantities(stem: str, friction: bool) -> Iterator[tuple[str, str, str]]:
     """Return (key, its text, its spelling in the name) of each quantity in a name."""
     pressures = {(_digits(m[1]), _UNITS[m[2].lower()]): m for m in _PRESSURE.finditer(stem)}
     if len(pressures) == 1 and not friction:
@@ -128,7 +128,7 @@ def _quantities(stem: str, friction: bool) -> Iterator[tuple[str, str, str]]:
         yield "normal_force", f"{_digits(forces[0][1])} {forces[0][2]}", forces[0][0]
     elif friction and not forces and len(weights) == 1:
         unit = {"g": "gf", "kg": "kgf"}[weights[0][2]]
-        yield "normal_force", f"{_digits(weights[0][1])} {unit}", f"{weights[0][0]}, its weight"
+        yield ("normal_force", f"{_digits(weights[0][1])} {unit}", f"{weights[0][0]}, its weight")
     speeds = list(_SPEED.finditer(stem))
     if len(speeds) == 1:
         per = "min" if speeds[0][2].lower() == "min" else "s"
@@ -168,7 +168,7 @@ def propose(key: str, name: str, path: Path) -> Proposal:
     try:
         traces = [trace.read(ReadingOptions()) for trace in open_traces(path)]
     except LayerjamError as err:
-        role, facts_found = _conditions(name, path, facts, ())
+        role, facts_found = _find_conditions(name, path, facts, ())
         return _unread_proposal(replace(draft, role=role, facts=facts_found), path, err)
     longest = max(traces, key=len)
     force, travel = float(longest.force.max()), float(np.ptp(longest.elongation))
@@ -176,7 +176,7 @@ def propose(key: str, name: str, path: Path) -> Proposal:
     if len(traces) > 1:
         summary = f"{len(traces)} specimens; the longest has {summary}"
     synthetic = any(t.synthetic for t in traces)
-    role, facts_found = _conditions(name, path, facts, traces)
+    role, facts_found = _find_conditions(name, path, facts, traces)
     return replace(draft, about=summary, synthetic=synthetic, role=role, facts=facts_found)
 
 
@@ -194,7 +194,7 @@ def _unread_proposal(draft: Proposal, path: Path, error: LayerjamError) -> Propo
     return replace(draft, kind="unknown", about=reason)
 
 
-def _conditions(
+def _find_conditions(
     name: str, path: Path, facts: Facts, traces: Sequence[Trace]
 ) -> tuple[SourcedValue, dict[str, SourcedValue]]:
     """Return role and metadata, from the sidecar or otherwise from the file's content or name."""
@@ -208,14 +208,14 @@ def _conditions(
     }
     if "speed" in facts_found and facts_found["speed"].source.startswith("its name") and traces:
         del facts_found["speed"]  # ask for it only if the file has no elongation
-    return _role(path, facts, values, facts_found), facts_found
+    return _find_role(path, facts, values, facts_found), facts_found
 
 
 def _quantity_text(fact: str, value: float) -> str:
     return show(value, spec_of(Facts, fact).unit)
 
 
-def _role(
+def _find_role(
     path: Path,
     facts: Facts,
     from_file_name: Mapping[str, SourcedValue],
@@ -291,7 +291,7 @@ def assign_roles(proposals: Iterable[Proposal]) -> list[Proposal]:
     This applies only if the pulls differ in the vacuum alone; a given role is kept.
     """
     files = list(proposals)
-    level = {p.key: _vacuum(p) for p in files if p.role.text == CALIBRATE}
+    level = {p.key: _stated_vacuum(p) for p in files if p.role.text == CALIBRATE}
     highest = max((v for v in level.values() if v is not None), default=None)
     if highest is None:
         return files
@@ -307,7 +307,7 @@ def assign_roles(proposals: Iterable[Proposal]) -> list[Proposal]:
     return result
 
 
-def _vacuum(item: Proposal) -> float | None:
+def _stated_vacuum(item: Proposal) -> float | None:
     value = item.facts.get("vacuum")
     if value is None or not value.text:
         return None

@@ -41,7 +41,7 @@ class Runner:
         self.error: LayerjamError | None = None
         """Error of the last computation."""
 
-    async def ask(self) -> None:
+    async def request_result(self) -> None:
         """Compute with the current inputs; return when the result is displayed or outdated."""
         if self.running:
             self._again = True
@@ -71,7 +71,7 @@ class Runner:
         """Stop a computation that reports its progress."""
         self.stopping.set()
 
-    def tell(self, phase: str, share: float) -> None:
+    def report_progress(self, phase: str, share: float) -> None:
         """A command's progress callback, in its thread; raises Stopped if the user requested it."""
         if self.stopping.is_set():
             raise ComputationStopped
@@ -89,7 +89,7 @@ def waiting_line(page: str, runner: Runner) -> None:
     row.set_visibility(False)
     start: float | None = None
 
-    def look() -> None:
+    def update_line() -> None:
         nonlocal start
         time_now = time.monotonic()
         start = (start or time_now) if runner.running else None
@@ -100,4 +100,4 @@ def waiting_line(page: str, runner: Runner) -> None:
             bar.set_value(round(share, 3))
         row.set_visibility(start is not None and time_now - start > PATIENCE)
 
-    ui.timer(LOOK, look)
+    ui.timer(LOOK, update_line)

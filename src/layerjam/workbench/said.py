@@ -65,7 +65,7 @@ def put_edits(desk: Desk, changes: Mapping[str, Mapping[str, str]]) -> None:
         edit = {**edits.get(key, {}), **change}
         edits[key] = {k: v for k, v in edit.items() if v}
     text = json.dumps({k: v for k, v in edits.items() if v}, separators=(",", ":"))
-    desk.put(PAGE, FILES, text, single=True)
+    desk.put_setting(PAGE, FILES, text, single=True)
 
 
 def check_edit(changes: Mapping[str, str]) -> None:

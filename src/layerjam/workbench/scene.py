@@ -103,7 +103,7 @@ def build_stack(brake: Brake, slip: float, share: float) -> Stack:
     for name, inner, side in (("left cap", start, -1), ("right cap", end, 1)):
         middle = inner + side * cap / 2
         boxes.append(_box(name, (middle, 0, 0), (cap, 1.25 * sheets.width, tall), GREY))
-        boxes += _screws(name, middle, tall / 2, brake)
+        boxes += _screw_boxes(name, middle, tall / 2, brake)
     room = (0.25 + 1.5 * (1 - share)) * thick
     around = (end - start, sheets.width + 2 * room, height + 2 * room)
     boxes.append(_box("enclosure", ((start + end) / 2, 0, 0), around, "#9fb4c4", 0.28))
@@ -112,7 +112,7 @@ def build_stack(brake: Brake, slip: float, share: float) -> Stack:
     overlap_mark = ((left + right) / 2, -sheets.width / 2, low)
     boxes.append(_box("overlap", overlap_mark, (max(right - left, 1e-5), 0.0006, 0.0012), INK))
     tip = start + free + lap + free_right + sheets.usable_travel
-    boxes += _ghost(end + cap, tip, cap, (1.25 * sheets.width, tall, height))
+    boxes += _ghost_boxes(end + cap, tip, cap, (1.25 * sheets.width, tall, height))
     labels = (
         ("overlap", f"overlap {show(lap - slip, 'm', 3)}", _to_units(*overlap_mark)),
         ("left", "left end", _to_units(start - cap / 2, 0, tall / 2)),
@@ -128,7 +128,7 @@ def build_stack(brake: Brake, slip: float, share: float) -> Stack:
     return Stack(tuple(boxes), labels, scale, count, *corners)
 
 
-def _ghost(start: float, end: float, cap: float, size: Point) -> Iterator[Box]:
+def _ghost_boxes(start: float, end: float, cap: float, size: Point) -> Iterator[Box]:
     """Yield the boxes of the pulled half at full travel: its cap at `end` and its sheets."""
     wide, tall, height = size
     yield _box("ghost cap", (end + cap / 2, 0, 0), (cap, wide, tall), GREY, 0.22)
@@ -150,7 +150,7 @@ def _sheet(number: int, thick: float, z: float, brake: Brake, span: tuple[float,
     return _box(f"sheet {number}", (sum(ends) / 2, 0, z), size, color)
 
 
-def _screws(name: str, x: float, z: float, brake: Brake) -> Iterator[Box]:
+def _screw_boxes(name: str, x: float, z: float, brake: Brake) -> Iterator[Box]:
     """Return the screws of a cap, in a row at the holes of the sheets."""
     width, hole = brake.sheets.width, max(brake.mount.screw_hole, 0.001)
     row = clamp_holes(0.0, width, int(brake.mount.screws_across(width)), hole)
@@ -167,7 +167,7 @@ def _box(name: str, centre: Point, size: Point, color: str, opacity: float = 1.0
     return Box(name, _to_units(*centre), _to_units(*size), color, opacity)
 
 
-def stack_words(brake: Brake, stack: Stack, slip: float) -> str:
+def describe_stack(brake: Brake, stack: Stack, slip: float) -> str:
     """Return a description of the picture for screen readers, with the parts not to scale."""
     sheets = brake.sheets
     left = (sheets.count + 1) // 2
@@ -203,16 +203,18 @@ class CameraView:
         self.scene = self.space(width=640, height=height, camera=camera, click_events=[], **look)
         dress(self.scene, ident, classes, role="img", aria_label=words["label"])
         self.scene.on("init", js_handler=f"() => layerjamStill(getElement({self.scene.id}))")
-        self.scene.on("init", lambda: self._fit(0.0))
+        self.scene.on("init", lambda: self._fit_camera(0.0))
         with ui.row().classes("gap-1 items-center") as self.row:
             ui.label("Seen").classes("text-sm")
             for name, place in views.items():
                 key = f"{ident}-{name.replace(' ', '-')}"
-                view = button(name, partial(self._look, place), key, look="flat dense no-caps")
+                view = button(
+                    name, partial(self._turn_camera, place), key, look="flat dense no-caps"
+                )
                 dress(view, aria_label=f"{words['button']}: {name}")
             hint("drag to rotate, scroll to zoom")
 
-    def darken(self, dark: bool) -> None:
+    def set_ground_colour(self, dark: bool) -> None:
         """Set the colour of the ground."""
         if dark != self._dark:
             self._dark = dark
@@ -222,17 +224,17 @@ class CameraView:
                 "view.renderer.setClearColor(view.ground)"
             )
 
-    def enclose(self, low: Point, high: Point) -> None:
+    def enclose_box(self, low: Point, high: Point) -> None:
         """Move the camera so that it shows a whole box from the chosen direction."""
         if self._corners != (low, high):
             self._corners = (low, high)
-            self._fit(0.3)
+            self._fit_camera(0.3)
 
-    def _look(self, place: Point) -> None:
+    def _turn_camera(self, place: Point) -> None:
         self._view = place
-        self._fit(0.3)
+        self._fit_camera(0.3)
 
-    def _fit(self, duration: float) -> None:
+    def _fit_camera(self, duration: float) -> None:
         """Move the camera as close as the view of the whole brake allows, within `duration` [s]."""
         if self._corners is not None:
             args = json.dumps([*self._corners, self._view, duration])
@@ -258,24 +260,24 @@ class StackView(CameraView):
 
     def show(self, stack: Stack, words: str, dark: bool = False) -> None:
         """Update the scene."""
-        self.darken(dark)
-        self.scene.speak(words)
-        with self.scene.changes():
+        self.set_ground_colour(dark)
+        self.scene.describe_scene(words)
+        with self.scene.batch_changes():
             for box in stack.boxes:
-                self._place(box)
+                self._place_box(box)
             for name, text, place in stack.labels:
-                self._write(name, text, place)
+                self._write_label(name, text, place)
             for name in {*self._boxes} - {box.name for box in stack.boxes}:
                 self._boxes.pop(name).delete()
-        self.enclose(stack.low, stack.high)
+        self.enclose_box(stack.low, stack.high)
 
-    def _place(self, box: Box) -> None:
+    def _place_box(self, box: Box) -> None:
         thing = self._boxes.get(box.name)
         if thing is None:
             thing = self._boxes[box.name] = Slab(box.color, box.opacity)
         thing.scale(*box.size).move(*box.centre)
 
-    def _write(self, name: str, text: str, place: Point) -> None:
+    def _write_label(self, name: str, text: str, place: Point) -> None:
         old = self._labels.get(name)
         if old is not None and old[0] != text:
             old[1].delete()

@@ -58,22 +58,22 @@ class RequestGuard:
             await self.app(scope, receive, send)
             return
         request = HTTPConnection(scope)
-        refusal = self._why_not(request)
+        refusal = self._find_refusal(request)
         if scope["type"] == "websocket":
             await (self.app if refusal is None else WebSocketClose(1008))(scope, receive, send)
             return
-        send = _with_headers(send)
+        send = _add_headers(send)
         if refusal is not None:
             await _plain_response(*refusal)(scope, receive, send)
-        elif self._holds(request.query_params.get("token")):
-            await self._without_token(request)(scope, receive, send)
+        elif self._is_token(request.query_params.get("token")):
+            await self._redirect_without_token(request)(scope, receive, send)
         else:
             try:
                 await self.app(scope, self._limit_body(receive), send)
             except _TooLarge:
-                await _plain_response(*self._too_large())(scope, receive, send)
+                await _plain_response(*self._size_refusal())(scope, receive, send)
 
-    def _why_not(self, request: HTTPConnection) -> tuple[int, str] | None:
+    def _find_refusal(self, request: HTTPConnection) -> tuple[int, str] | None:
         host = request.headers.get("host", "")
         name = host.rsplit(":", 1)[0] if not host.endswith("]") else host
         if self.names is not None and name not in self.names:
@@ -82,17 +82,17 @@ class RequestGuard:
         if origin and origin.split("://", 1)[-1] != host:
             return 403, "requests from other sites are rejected"
         tokens = (request.query_params.get("token"), request.cookies.get("layerjam"))
-        if self.token and not any(map(self._holds, tokens)):
+        if self.token and not any(map(self._is_token, tokens)):
             return 401, "open the address that was printed when the workbench started"
         length = request.headers.get("content-length", "0")
         if length.isdigit() and int(length) > self.largest:
-            return self._too_large()
+            return self._size_refusal()
         return None
 
-    def _too_large(self) -> tuple[int, str]:
+    def _size_refusal(self) -> tuple[int, str]:
         return 413, f"at most {self.largest // 2**20} MB are accepted at once"
 
-    def _holds(self, token: str | None) -> bool:
+    def _is_token(self, token: str | None) -> bool:
         """Return whether a text equals the token; False if the server has none."""
         mine = (self.token or "").encode()
         return bool(self.token) and hmac.compare_digest((token or "").encode(), mine)
@@ -111,7 +111,7 @@ class RequestGuard:
 
         return receive_limited
 
-    def _without_token(self, request: HTTPConnection) -> RedirectResponse:
+    def _redirect_without_token(self, request: HTTPConnection) -> RedirectResponse:
         """Redirect to the same page without the token, which the browser then stores."""
         query = [(k, v) for k, v in request.query_params.multi_items() if k != "token"]
         # use one slash, because two would name another host
@@ -125,7 +125,7 @@ def _plain_response(status: int, reason: str) -> PlainTextResponse:
     return PlainTextResponse(f"layerjam: {reason}\n", status)
 
 
-def _with_headers(send: Any) -> Any:
+def _add_headers(send: Any) -> Any:
     extra = [(name.encode(), text.encode()) for name, text in HEADERS.items()]
 
     async def send_with_headers(message: Any) -> None:
@@ -191,7 +191,7 @@ def serve(
     from layerjam.workbench.folders import remove_stale_folders
     from layerjam.workbench.pages.all import TABS
     from layerjam.workbench.shell import frame
-    from layerjam.workbench.uploads import close_all
+    from layerjam.workbench.uploads import delete_folders
 
     live.check_version()
 
@@ -208,7 +208,7 @@ def serve(
     # the server is idle while the browser opens and loads the page
     app.on_startup(threading.Thread(target=prepare, args=(engine,)).start)
     app.on_startup(lambda: run.io_bound(remove_stale_folders))
-    app.on_shutdown(close_all)
+    app.on_shutdown(delete_folders)
     with contextlib.suppress(KeyboardInterrupt):
         ui.run(
             host=host,

@@ -118,8 +118,11 @@ def drawing(view: PullView, index: int) -> str:
     rows = np.unique(np.linspace(0, len(motion.moving) - 1, MAX_SHEETS).round().astype(int))
     height = min(max(200.0 / len(rows), TALL[0]), TALL[1])
     high = len(rows) * (height + GAP) - GAP
-    body = [_cap(EDGE, high, "sheets-cap"), _cap(left + length * per_metre, high, "sheets-ghost")]
-    body.append(_cap(left + (length + shift) * per_metre, high, "sheets-cap"))
+    body = [
+        _cap_svg(EDGE, high, "sheets-cap"),
+        _cap_svg(left + length * per_metre, high, "sheets-ghost"),
+    ]
+    body.append(_cap_svg(left + (length + shift) * per_metre, high, "sheets-cap"))
     slides, spans = motion.sliding[index], []
     for row, k in enumerate(rows):
         displacement = factor * float(motion.sheets[index, k])
@@ -128,12 +131,12 @@ def drawing(view: PullView, index: int) -> str:
             left_end, right_end = sheets.free_left + displacement, length + shift
         spans.append((left + left_end * per_metre, left + right_end * per_metre))
         kind = "slides" if slides[max(k - 1, 0) : k + 1].any() else "holds"
-        body.append(_sheet(*spans[-1], EDGE + row * (height + GAP), height, kind))
+        body.append(_sheet_svg(*spans[-1], EDGE + row * (height + GAP), height, kind))
     for row, (k, (upper, lower)) in enumerate(zip(rows, pairwise(spans), strict=False)):
         begin, end = max(upper[0], lower[0]), min(upper[1], lower[1])
         if end > begin:
             middle = EDGE + (row + 1) * (height + GAP) - GAP / 2
-            body.append(_interface(begin, end, middle, bool(slides[k])))
+            body.append(_interface_svg(begin, end, middle, bool(slides[k])))
     words = f"{slip_sentence(view, index)} {describe_scale(view, index)}"
     return (
         f'<svg class="sheets" viewBox="0 0 {WIDE:.0f} {high + 2 * EDGE:.0f}" role="img" '
@@ -149,27 +152,27 @@ HATCH = (
 
 def key(kind: str) -> str:
     """Return the legend's symbol for a sheet that "holds" or "slides"."""
-    return f'<svg class="sheets-key">{_sheet(0.0, 26.0, 0.0, 12.0, kind)}</svg>'
+    return f'<svg class="sheets-key">{_sheet_svg(0.0, 26.0, 0.0, 12.0, kind)}</svg>'
 
 
-def _sheet(x: float, end: float, y: float, high: float, kind: str) -> str:
+def _sheet_svg(x: float, end: float, y: float, high: float, kind: str) -> str:
     """Return a sheet; a sliding one has hatching as well as a colour."""
-    hatch = _rect(x, end, y, high, "sheet-hatch") if kind == "slides" else ""
-    return _rect(x, end, y, high, f"sheet-{kind}") + hatch
+    hatch = _rectangle_svg(x, end, y, high, "sheet-hatch") if kind == "slides" else ""
+    return _rectangle_svg(x, end, y, high, f"sheet-{kind}") + hatch
 
 
-def _rect(x: float, end: float, y: float, high: float, kind: str) -> str:
+def _rectangle_svg(x: float, end: float, y: float, high: float, kind: str) -> str:
     return (
         f'<rect class="{kind}" x="{x:.2f}" y="{y:.2f}" width="{max(end - x, 0):.2f}" '
         f'height="{high:.2f}"/>'
     )
 
 
-def _cap(x: float, high: float, kind: str) -> str:
-    return _rect(x, x + CAP, EDGE - 4, high + 8, kind)
+def _cap_svg(x: float, high: float, kind: str) -> str:
+    return _rectangle_svg(x, x + CAP, EDGE - 4, high + 8, kind)
 
 
-def _interface(begin: float, end: float, y: float, slides: bool) -> str:
+def _interface_svg(begin: float, end: float, y: float, slides: bool) -> str:
     """Return the line where two sheets touch: dashed with an arrow if they slide."""
     if not slides:
         return f'<path class="touch-holds" d="M{begin:.2f} {y:.2f}H{end:.2f}"/>'

@@ -66,7 +66,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
         ui.add_body_html(f"<script>{read_asset(script)}</script>")
     ui.colors(primary="#0B5C8E", negative="#B3261E", positive="#1E7A37")
     dark = ui.dark_mode(None)
-    heads = _header(desk, tabs, pages, dark)
+    heads = _build_header(desk, tabs, pages, dark)
     with (
         ui.tab_panels(heads, value=desk.state.page, animated=False)
         .classes("w-full")
@@ -77,11 +77,11 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
     client.on_delete(forget_tab)
     client.on_delete(lambda: forget_desk(desk))
 
-    def turn(name: str) -> None:
+    def show_page(name: str) -> None:
         if name in kinds:  # a session may name a page of a different version
             panels.set_value(name)
 
-    desk.turn = turn
+    desk.turn = show_page
 
     def load_page(tab: Tab) -> type[Page]:
         if not tab.light:
@@ -103,14 +103,14 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
             pages[name].open()
 
     panels.on_value_change(lambda e: open_tab(str(e.value)))
-    Dropping(desk, turn)
+    Dropping(desk, show_page)
     _follow_address(desk)
     ui.on("layerjam_undo", desk.undo)
     ui.on("layerjam_redo", desk.redo)
     if trouble:
         ui.notify(trouble, type="warning", timeout=8000, close_button=True)
 
-    async def begin() -> None:
+    async def start_tab() -> None:
         try:
             system = bool(await ui.run_javascript(DARK, timeout=2.0))
         except TimeoutError:
@@ -119,10 +119,12 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
         take_over(client, desk)
         await open_tab(desk.state.page)
 
-    ui.timer(0.01, begin, once=True)
+    ui.timer(0.01, start_tab, once=True)
 
 
-def _header(desk: Desk, tabs: Sequence[Tab], pages: dict[str, Page], dark: ui.dark_mode) -> ui.tabs:
+def _build_header(
+    desk: Desk, tabs: Sequence[Tab], pages: dict[str, Page], dark: ui.dark_mode
+) -> ui.tabs:
     with ui.header().classes("frame-head"):
         ui.label("layerjam").classes("frame-name")
         _build_brake_choice(desk)
@@ -130,20 +132,20 @@ def _header(desk: Desk, tabs: Sequence[Tab], pages: dict[str, Page], dark: ui.da
             for tab in tabs:
                 dress(ui.tab(tab.name, label=tab.title), f"tab-{tab.name}")
         with ui.row().classes("items-center gap-0 no-wrap frame-acts"):
-            _button("undo", "Undo (Ctrl Z)", desk.undo)
-            _button("redo", "Redo (Ctrl Shift Z)", desk.redo)
-            _button("link", "Copy a link to all settings", lambda: _copy_link(desk))
+            _add_button("undo", "Undo (Ctrl Z)", desk.undo)
+            _add_button("redo", "Redo (Ctrl Shift Z)", desk.redo)
+            _add_button("link", "Copy a link to all settings", lambda: _copy_link(desk))
             _build_session_buttons(desk)
-            _button("terminal", "Copy as command", lambda: _copy(desk, pages, "command"))
-            _button("code", "Copy as Python", lambda: _copy(desk, pages, "python"))
+            _add_button("terminal", "Copy as command", lambda: _copy_code(desk, pages, "command"))
+            _add_button("code", "Copy as Python", lambda: _copy_code(desk, pages, "python"))
 
-            def turn() -> None:
+            def toggle_dark() -> None:
                 dark.set_value(not dark.value)
                 for page in pages.values():
                     page.dark = bool(dark.value)
                     page.refresh()
 
-            _button("contrast", "Light or dark", turn)
+            _add_button("contrast", "Light or dark", toggle_dark)
     return heads
 
 
@@ -161,7 +163,7 @@ def _build_brake_choice(desk: Desk) -> None:
         verdict = dress(ui.label(), "brake-here-verdict", "brake-here-origin")
         tip = ui.tooltip("")
 
-    def fill(change: str) -> None:
+    def show_brake(change: str) -> None:
         if change in ("brake", "undo"):
             file, is_listed = desk.brake, desk.brake_subject().file is None
             came = describe_origin(file)
@@ -178,11 +180,11 @@ def _build_brake_choice(desk: Desk) -> None:
             else:
                 verdict.classes(remove="brake-here-failed")
 
-    desk.watch(fill)
-    fill("brake")
+    desk.add_watcher(show_brake)
+    show_brake("brake")
 
 
-def _button(icon: str, label: str, act: Callable[[], object]) -> None:
+def _add_button(icon: str, label: str, act: Callable[[], object]) -> None:
     name = re.split(r" \(|:", label, maxsplit=1)[0].lower().replace(" ", "-")
     dress(button("", act, name, icon, look=ICON, tip=label), aria_label=label)
 
@@ -190,7 +192,7 @@ def _button(icon: str, label: str, act: Callable[[], object]) -> None:
 def _build_session_buttons(desk: Desk) -> None:
     """Show buttons to save all settings as one file, and to open it again."""
 
-    async def save() -> None:
+    async def save_session() -> None:
         try:
             text = await run.io_bound(session_text, desk)
         except LayerjamError as err:
@@ -200,15 +202,15 @@ def _build_session_buttons(desk: Desk) -> None:
             name = f"{desk.brake.name}-session{ENDING}"
             ui.download.content(text.encode(), name, "application/json")
 
-    _button("save", "Save the session: all settings in one file", save)
+    _add_button("save", "Save the session: all settings in one file", save_session)
     choose = button("", None, "open-a-session", "folder_open", look=ICON, tip="Open a session")
     dress(choose, aria_label="Open a session").on("click", js_handler="() => layerjamPick()")
 
 
-async def _copy(desk: Desk, pages: dict[str, Page], language: str) -> None:
+async def _copy_code(desk: Desk, pages: dict[str, Page], language: str) -> None:
     page = pages.get(desk.state.page)
     try:
-        calls, pinned_calls = ([], {}) if page is None else page.copies()
+        calls, pinned_calls = ([], {}) if page is None else page.calls_to_copy()
         export = disambiguate(calls, pinned_calls if language == "python" else {})
         text = "\n".join(c.command() for c in export.calls)
         if language == "python":
@@ -249,7 +251,7 @@ def _follow_address(desk: Desk) -> None:
     ui.on("layerjam_page", lambda e: desk.turn(str(e.args)))
     last_link = last = desk.state
 
-    def follow() -> None:
+    def follow_state() -> None:
         nonlocal last_link, last
         rests, last = desk.state is last, desk.state
         if not rests or last is last_link:
@@ -261,4 +263,4 @@ def _follow_address(desk: Desk) -> None:
                 f"'{link}'); history.replaceState(history.state, '', u)"
             )
 
-    ui.timer(0.5, follow)
+    ui.timer(0.5, follow_state)

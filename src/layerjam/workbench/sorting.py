@@ -80,7 +80,7 @@ class Sorting:
             self.box = dress(ui.column(), "dropped", "w-full gap-3")
         self.dialog.on_value_change(lambda e: None if e.value else self._on_close())
 
-    def tell(self, sentence: str) -> None:
+    def add_sentence(self, sentence: str) -> None:
         """Add a sentence about a file that is not used here."""
         self.told.append(page_text(sentence))
 
@@ -91,7 +91,7 @@ class Sorting:
         """
         # files may arrive one after another: each is read once, and the last refresh shows all
         async with self._turn:
-            proposals = await run.io_bound(self._propose)
+            proposals = await run.io_bound(self._propose_uses)
         if proposals is None or self.uploads.closed:
             return
         # leave out files that were accepted in the meantime
@@ -103,13 +103,13 @@ class Sorting:
         self.uploads.refused |= {p.name: p.about for p in others if p.kind == "unknown"}
         self.uploads.remove(p.key for p in others)
         self.proposals = assign_roles(p for p in proposals if p.kind == "measurement")
-        self._fill()
+        self._fill_rows()
         if self.proposals or self.told or empty:
             self.dialog.open()
         else:
             self.dialog.close()  # no file needs an answer, and none was rejected
 
-    def _propose(self) -> list[Proposal]:
+    def _propose_uses(self) -> list[Proposal]:
         """Return a proposal for each waiting file; runs in a thread."""
         edits, result = get_edits(self.desk), []
         for upload in [f for f in list(self.uploads.files) if f.key in self.uploads.waiting]:
@@ -128,7 +128,7 @@ class Sorting:
 
     # layout
 
-    def _fill(self) -> None:
+    def _fill_rows(self) -> None:
         self.box.clear()
         usable = sum(not p.asks for p in self.proposals)
         rows = sorted(self.proposals, key=lambda p: not self._missing_entry(p))
@@ -178,7 +178,7 @@ class Sorting:
         self._go("laboratory")
 
     def _build_row(self, item: Proposal) -> None:
-        role = self._role(item)
+        role = self._chosen_role(item)
         with dress(ui.column(), "dropped-file", "w-full gap-1 dropped-file"):
             with ui.row().classes("w-full items-baseline gap-2"):
                 ui.label(item.name).classes("font-medium break-all")
@@ -194,7 +194,7 @@ class Sorting:
                 for fact in FACTS:
                     if fact == NEEDED.get(role) or (fact == "speed" and fact in facts):
                         self._build_fact(item, fact)
-                toggle = partial(self._toggle, item.key)
+                toggle = partial(self._toggle_file, item.key)
                 look = "flat dense no-caps icon-right=table_chart"
                 button("Columns", toggle, "dropped-columns", look=look)
             if problem := self._problems.get(item.key, ""):
@@ -204,8 +204,8 @@ class Sorting:
 
     def _build_role_choice(self, item: Proposal, role: str) -> None:
         def on_choose(event: Any) -> None:
-            self._set(item.key, "role", str(event.value))
-            self._fill()
+            self._set_entry(item.key, "role", str(event.value))
+            self._fill_rows()
 
         with ui.column().classes("gap-0"):
             box = select(ROLES, "Used as", "dropped-role", on_choose, value=role, classes="w-56")
@@ -219,7 +219,7 @@ class Sorting:
         with ui.column().classes("gap-0"):
             box = field(WORDS[fact], f"dropped-{fact}", text, classes="w-44")
             dress(box, aria_label=f"{WORDS[fact]} of {item.name}")
-            box.on_value_change(lambda e: self._set(item.key, fact, str(e.value or "")))
+            box.on_value_change(lambda e: self._set_entry(item.key, fact, str(e.value or "")))
             box.on("keydown.enter", self.accept)
             if value.source:
                 ui.label(value.source).classes(f"text-xs opacity-80 {SOURCE}")
@@ -230,7 +230,7 @@ class Sorting:
         """Build the table of the files without individual fields."""
         names: dict[tuple[str, ...], list[str]] = {}
         for item in files:
-            role = self._role(item)
+            role = self._chosen_role(item)
             value = item.facts.get(NEEDED.get(role, ""), SourcedValue("–", ""))
             sources = "; ".join(dict.fromkeys(filter(None, (item.role.source, value.source))))
             names.setdefault((ROLES[role], value.text, sources), []).append(item.name)
@@ -240,7 +240,7 @@ class Sorting:
         hint("Change them in the laboratory, one by one or many at once.")
 
     def _build_columns(self, item: Proposal) -> None:
-        upload, edit = self._upload(item.key), get_edits(self.desk).get(item.key, {})
+        upload, edit = self._find_upload(item.key), get_edits(self.desk).get(item.key, {})
         if upload is None:
             return
         try:
@@ -256,33 +256,33 @@ class Sorting:
     async def _on_click(
         self, item: Proposal, table: Preview, index: int, role: str, unit: str
     ) -> None:
-        upload = self._upload(item.key)
+        upload = self._find_upload(item.key)
         if upload is None:
             return
         try:
             change = column_edit(upload.path, table, index, role, unit)
             check_edit(change)
         except LayerjamError as err:
-            self._trouble.say(rename_files(one_line(err), {upload.path.name: upload.shown}))
+            self._trouble.show_error(rename_files(one_line(err), {upload.path.name: upload.shown}))
             return
-        await self._change(item.key, change)
+        await self._change_edit(item.key, change)
 
     async def _on_turn(self, item: Proposal, role: str) -> None:
         edit = get_edits(self.desk).get(item.key, {})
-        await self._change(item.key, reverse_sign(edit, role))
+        await self._change_edit(item.key, reverse_sign(edit, role))
 
-    async def _change(self, key: str, change: Mapping[str, str]) -> None:
+    async def _change_edit(self, key: str, change: Mapping[str, str]) -> None:
         if "vacuum" in change:
             self.said.get(key, {}).pop("vacuum", None)
         self._open_columns.add(key)
         put_edits(self.desk, {key: change})
         await self.show()
 
-    def _toggle(self, key: str) -> None:
+    def _toggle_file(self, key: str) -> None:
         self._open_columns ^= {key}
-        self._fill()
+        self._fill_rows()
 
-    def _set(self, key: str, key_of: str, text: str) -> None:
+    def _set_entry(self, key: str, key_of: str, text: str) -> None:
         self.said.setdefault(key, {})[key_of] = text
 
     async def accept(self) -> None:
@@ -290,7 +290,7 @@ class Sorting:
         self._problems.clear()
         edits: dict[str, dict[str, str]] = {}
         for item in self.proposals:
-            edit = self._edit_of(item)
+            edit = self._combined_edit(item)
             lacking = self._missing_entry(item)
             if not lacking:
                 try:
@@ -309,14 +309,14 @@ class Sorting:
             put_edits(self.desk, edits)
             self.desk.files_changed()
         if self.proposals:
-            self._fill()
+            self._fill_rows()
             return
         self.dialog.close()
         if edits and self.desk.state.page != "pull":
             self._go("laboratory")
 
-    def _edit_of(self, item: Proposal) -> dict[str, str]:
-        role, typed_values = self._role(item), self.said.get(item.key, {})
+    def _combined_edit(self, item: Proposal) -> dict[str, str]:
+        role, typed_values = self._chosen_role(item), self.said.get(item.key, {})
         edit = {"role": role}
         for fact in (NEEDED.get(role, ""), "speed"):
             value = item.facts.get(fact, SourcedValue())
@@ -325,12 +325,12 @@ class Sorting:
                 edit[fact] = add_unit(text, UNITS[fact])
         return edit
 
-    def _role(self, item: Proposal) -> str:
+    def _chosen_role(self, item: Proposal) -> str:
         return self.said.get(item.key, {}).get("role", item.role.text)
 
     def _missing_entry(self, item: Proposal) -> str:
         """Return, as text, the entry that a file lacks for its use; empty if it is complete."""
-        role, typed_values = self._role(item), self.said.get(item.key, {})
+        role, typed_values = self._chosen_role(item), self.said.get(item.key, {})
         texts = {
             fact: typed_values.get(fact, item.facts.get(fact, SourcedValue()).text)
             for fact in FACTS
@@ -343,7 +343,7 @@ class Sorting:
             return ""  # that page asks for the vacuum of all files that do not state it
         return ASKED.get(item.missing_entry(role, texts), "")
 
-    def _upload(self, key: str) -> Upload | None:
+    def _find_upload(self, key: str) -> Upload | None:
         return next((f for f in self.uploads.files if f.key == key), None)
 
     def _on_close(self) -> None:

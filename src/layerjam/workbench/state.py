@@ -41,7 +41,7 @@ def shared_setting(page: str, key: str) -> str:
     return next((name for name, places in SAME.items() if (page, key) in places), "")
 
 
-def _places(page: str, key: str) -> Iterator[tuple[str, str]]:
+def _find_places(page: str, key: str) -> Iterator[tuple[str, str]]:
     """Yield the places where a control's value may be stored; the first that exists counts.
 
     Older links contain one vacuum for each page.
@@ -100,14 +100,14 @@ class State:
 
     def find_setting(self, page: str, key: str) -> Value | None:
         """Return a setting, or None."""
-        for place, name in _places(page, key):
+        for place, name in _find_places(page, key):
             if name in self.settings.get(place, {}):
                 return self.settings[place][name]
         return None
 
-    def put(self, page: str, key: str, value: Value) -> "State":
+    def put_setting(self, page: str, key: str, value: Value) -> "State":
         """Return a state with one setting changed; shared settings change for all pages."""
-        place, name = next(_places(page, key))
+        place, name = next(_find_places(page, key))
         settings = dict(self.settings)
         for shared_page, control in SAME.get(name, ()) if place == SHARED else ():
             if control in settings.get(shared_page, {}):

@@ -31,17 +31,17 @@ def html(
             name = "th" if tag == "th" and text else "td"
             scope = ' scope="col"' if name == "th" else ""
             markup += (
-                f"<{name}{scope}{_attribute('class', kind)}>{escape(page_text(text))}</{name}>"
+                f"<{name}{scope}{_attribute_text('class', kind)}>{escape(page_text(text))}</{name}>"
             )
         return f"<tr>{markup}</tr>"
 
     body = "".join(cells(row, "td") for row in rows)
-    attributes = _attribute("aria-label", caption) + _attribute("data-testid", ident)
+    attributes = _attribute_text("aria-label", caption) + _attribute_text("data-testid", ident)
     return (
         f'<div class="plain-scroll" tabindex="0"><table class="plain-table"{attributes}>'
         f"<thead>{cells(heads, 'th')}</thead><tbody>{body}</tbody></table></div>"
     )
 
 
-def _attribute(name: str, value: str) -> str:
+def _attribute_text(name: str, value: str) -> str:
     return f' {name}="{escape(value)}"' if value else ""

@@ -103,7 +103,7 @@ def curves_csv(options: Mapping[str, Any], failures: Sequence[str] = ()) -> str:
     Comments above it state the `failures`. A name that a spreadsheet would interpret as a formula
     gets a leading apostrophe.
     """
-    rows = list(_points(options))
+    rows = list(_chart_points(options))
     if not rows:
         return ""
     title = "layerjam: curves of a chart, thinned to about 500 points each"
@@ -111,7 +111,7 @@ def curves_csv(options: Mapping[str, Any], failures: Sequence[str] = ()) -> str:
     return head + format_rows([("y axis", "curve", "x axis", "x", "y"), *rows])
 
 
-def _points(options: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Any, Any]]:
+def _chart_points(options: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Any, Any]]:
     below = options["xAxis"][-1]["name"] if options else ""
     for number, series in enumerate(options.get("series", ()), 1):
         y_name = options["yAxis"][series.get("yAxisIndex", 0)]["name"]

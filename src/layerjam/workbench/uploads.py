@@ -124,7 +124,7 @@ class Uploads:
         if sum(f.size for f in self.files) + size > ALL_TOGETHER:
             raise UploadError(f"{label}: not used, because all files together would exceed 500 MB")
 
-    def take(self, name: str, data: bytes, waits: bool = False) -> Upload | None:
+    def store_file(self, name: str, data: bytes, waits: bool = False) -> Upload | None:
         """Store a file, or return None for a sidecar. Raises UploadError.
 
         No page uses the file while it `waits`, and it may be dropped again.
@@ -154,7 +154,7 @@ class Uploads:
             self.files.append(upload)
             return upload
 
-    def take_kept_file(self, name: str, data: bytes, sidecar: str) -> None:
+    def restore_file(self, name: str, data: bytes, sidecar: str) -> None:
         """Store a file of a session with its sidecar, for immediate use; raises UploadError.
 
         If the same content is already stored, the stored file is used.
@@ -163,7 +163,7 @@ class Uploads:
             raise UploadError(f"{clean(name)}: its sidecar is larger than {SIDECAR // 1024} kB")
         digest = hashlib.sha256(data).hexdigest()
         existing = next((f for f in list(self.files) if f.digest == digest), None)
-        upload = existing or self.take(name, data)
+        upload = existing or self.store_file(name, data)
         if upload is None:
             raise UploadError(f"{clean(name)}: is named like a sidecar, not like a measurement")
         self.waiting.discard(upload.key)
@@ -176,11 +176,11 @@ class Uploads:
         candidates = (f"{plain.stem} ({n}){plain.suffix}" for n in itertools.count(2))
         return next(n for n in itertools.chain([name], candidates) if n not in names)
 
-    async def receive(self, file: FileUpload, waits: bool = False) -> str:
+    async def receive_file(self, file: FileUpload, waits: bool = False) -> str:
         """Store a file from the browser; return the reason if it is rejected."""
         try:
             self.check_room(file.name, file.size())
-            await run.io_bound(self.take, file.name, await file.read(), waits)
+            await run.io_bound(self.store_file, file.name, await file.read(), waits)
         except UploadError as err:
             return str(err)
         except OSError as err:
@@ -242,7 +242,7 @@ _OPEN: weakref.WeakSet[Uploads] = weakref.WeakSet()
 _DOOR = threading.Lock()
 
 
-def close_all() -> None:
+def delete_folders() -> None:
     """Delete every tab's folder, because a terminated server may skip Python's normal exit."""
     with _DOOR:
         tabs = list(_OPEN)

@@ -65,7 +65,7 @@ class Alert(ui.label):
         dress(self, ident, f"text-negative {classes}", role="alert")
         self.set_visibility(False)
 
-    def say(self, problem: str) -> None:
+    def show_error(self, problem: str) -> None:
         """Show an error, or hide the line if it is empty."""
         self.set_text(typeset_text(problem))
         self.set_visibility(bool(problem))

@@ -10,14 +10,14 @@ from scpi import Choice, Number, Rule
 def capture_setting(header: str, number: Number, name: str, flags: str) -> tuple:
     """Return the header of a numeric capture setting, which cannot be set while a capture runs."""
 
-    def put(bench, session, value) -> None:
+    def set_value(bench, session, value) -> None:
         bench.capture.require_idle()
         setattr(bench.capture, name, value)
 
     def read_value(bench):
         return getattr(bench.capture, name)
 
-    return make_setting(header, number, put, read_value, flags)
+    return make_setting(header, number, set_value, read_value, flags)
 
 
 def set_source(bench, session, place: int) -> None:

@@ -1,6 +1,6 @@
 """The accelerometer's record: the HAL samples it into a ring, and a trigger selects the record.
 
-A HAL with an accelerometer has `capture_start(rate)`, `capture_scale()`, `capture_stop()`, and
+A HAL with an accelerometer has `start_capture(rate)`, `capture_scale()`, `stop_capture()`, and
 `external()` for the contact. `capture_count()` returns the number of samples since the start, or -1
 if some were lost. `capture_part(first, last)` returns int16 counts of its ring of length ROOM,
 sample n at n % ROOM.
@@ -52,7 +52,7 @@ class Capture:
     def stop(self) -> None:
         """Stop a capture that is waiting or running; a complete record is kept."""
         if self.is_busy():
-            self.hal.capture_stop()
+            self.hal.stop_capture()
             self.state = IDLE
 
     def require_idle(self) -> None:
@@ -64,11 +64,11 @@ class Capture:
         """Start sampling and wait for the trigger."""
         if self.is_busy():
             raise ScpiError(-213, "a capture is waiting or running")
-        if not hasattr(self.hal, "capture_start"):
+        if not hasattr(self.hal, "start_capture"):
             raise ScpiError(-241, "no accelerometer")
         if self.rate * (self.before + self.after + SPARE) > ROOM:
             raise ScpiError(-221, "rate, PRE and POST need more than %d samples" % ROOM)
-        self.hal.capture_start(self.rate)
+        self.hal.start_capture(self.rate)
         self.scale = self.hal.capture_scale()
         self.state = WAITING
         self.asked = self.armed = False
@@ -103,7 +103,7 @@ class Capture:
                 self.end = trigger + int(self.rate * self.after + 0.5)
                 self.micros = (micros - int((count - trigger) * 1e6 / self.scale[3])) & 0xFFFFFFFF
         elif count >= self.end:
-            self.hal.capture_stop()
+            self.hal.stop_capture()
             self.state = DONE
         return False
 

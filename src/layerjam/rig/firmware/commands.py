@@ -142,7 +142,7 @@ def measure(bench, session) -> str:
     return format_number(bench.reading)
 
 
-def fetch_all(bench, session) -> str:
+def fetch_all_values(bench, session) -> str:
     return "%d,%s,%s,%s,%d,%s,%d" % (
         bench.ring.next - 1, format_number(bench.reading), format_number(bench.target),
         format_number(bench.pump), bench.vent, STATES[bench.state], bench.fault,
@@ -208,7 +208,7 @@ TABLE = [
         Rule(read_calibration),
     ),
     ("MEASure[:VACuum]", None, Rule(measure)),
-    ("FETCh:ALL", None, Rule(fetch_all)),
+    ("FETCh:ALL", None, Rule(fetch_all_values)),
     (
         "FETCh:STReam",
         None,

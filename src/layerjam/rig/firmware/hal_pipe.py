@@ -245,7 +245,7 @@ class Hal:
         """Return whether the trigger contact was closed at the last sample."""
         return self.contact
 
-    def capture_start(self, rate: int) -> None:
+    def start_capture(self, rate: int) -> None:
         """Make the plant sample its accelerometer from now on."""
         self.capture_ring = array.array("h", bytes(2 * ROOM))
         data = self.query_plant(STARTED, struct.calcsize(SCALE), rate)
@@ -273,7 +273,7 @@ class Hal:
         """Return a part of the ring."""
         return memoryview(self.capture_ring)[first:last]
 
-    def capture_stop(self) -> None:
+    def stop_capture(self) -> None:
         """Stop sampling; the ring keeps its content."""
         self.captures = False
 

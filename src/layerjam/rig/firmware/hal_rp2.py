@@ -83,8 +83,8 @@ class Hal:
             self.part, self.other = self.other, None
         if self.converter.records:
             source = self.converter
-            self.capture_start, self.capture_count = source.start, source.count
-            self.capture_part, self.capture_stop = source.part, source.stop
+            self.start_capture, self.capture_count = source.start, source.count
+            self.capture_part, self.stop_capture = source.part, source.stop
             self.capture_scale = source.scale
         self.shown = 0
         self.stdin: object = sys.stdin.buffer

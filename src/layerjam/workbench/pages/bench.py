@@ -32,7 +32,7 @@ from layerjam.workbench.bench_session import (
     hold_target,
     inject_fault,
 )
-from layerjam.workbench.charts import options
+from layerjam.workbench.charts import chart_options
 from layerjam.workbench.controls import Choice, Control, choice, entry, map_keys, menu
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
@@ -154,7 +154,7 @@ class Bench(Page):
                 self.number = status("bench-vacuum", "text-4xl font-medium tabular-nums")
                 self.words = status("bench-state", "text-lg", NOT_YET)
             with ui.row().classes("w-full no-wrap beside items-start gap-6") as self.steps:
-                self._first_steps()
+                self._build_first_steps()
             label = "Vacuum and target over the last minute"
             self.curve = chart("bench-chart", label, "width: 100%; height: max(280px, 42vh)")
             self.watched = takeaway.add_row(self.name, self.curve, lambda: self.taken)
@@ -165,14 +165,14 @@ class Bench(Page):
                 button("CSV", partial(self._download_run, ".csv"), "bench-csv", "download")
             self.keep.set_visibility(False)
             hint(GONE)
-        ui.on("layerjam_beat", lambda _: self.present.beat())
+        ui.on("layerjam_beat", lambda _: self.present.record_heartbeat())
         ui.run_javascript(f"setInterval(() => emitEvent('layerjam_beat'), {BEAT})")
         self.timer = ui.timer(DRAWN, self._draw_live)
         if self.client is not None:
             self.client.on_delete(self._release_bench)
         self._update_controls()
 
-    def _first_steps(self) -> None:
+    def _build_first_steps(self) -> None:
         """Instructions, and a picture of the wiring."""
         with ui.column().classes("gap-2 items-start").style("flex: 1"):
             with dress(ui.element("ol"), "bench-steps", "list-decimal pl-6"):
@@ -181,7 +181,7 @@ class Bench(Page):
                         ui.label(step)
             with ui.row().classes("gap-2"):
                 text, look = "Connect the virtual board", "no-caps"
-                button(text, self._connect, "bench-first", "link", look=look)
+                button(text, self._connect_bench, "bench-first", "link", look=look)
                 tip = "Wiring of a Raspberry Pi Pico with every part, as SVG"
                 act = partial(takeaway.download, circuit_diagram, "wiring.svg", "image/svg+xml")
                 button("Circuit diagram", act, "bench-circuit", "download", tip=tip)
@@ -195,8 +195,10 @@ class Bench(Page):
             tip="sim:LINE is a virtual board; serial:PORT a board; tcp:HOST:5025 a gateway",
         )  # fmt: skip
         with ui.row().classes("gap-2"):
-            self.link = button("Connect", self._connect, "bench-connect", "link")
-            self.unlink = button("Disconnect", self._disconnect, "bench-disconnect", "link_off")
+            self.link = button("Connect", self._connect_bench, "bench-connect", "link")
+            self.unlink = button(
+                "Disconnect", self._disconnect_bench, "bench-disconnect", "link_off"
+            )
         hint("sim:LINE is a virtual board with a line from the catalogue; it needs no hardware.")
 
     def _build_procedure(self) -> None:
@@ -226,7 +228,7 @@ class Bench(Page):
             x_range=ages,
             x="time before now [s]",
         )
-        live.draw(self.curve, options(panes, self.dark))
+        live.draw(self.curve, chart_options(panes, self.dark))
 
     def compute(self) -> Any:
         """Send changed settings: a new target while one is held, and the injected fault."""
@@ -234,13 +236,15 @@ class Bench(Page):
         if session is None or not session.looks or session.running is not None:
             return None
         if session.looks[-1].state == "RUN":
-            session.ask(partial(hold_target, **self._settings())).result(10)
+            session.request_action(partial(hold_target, **self._bench_settings())).result(10)
         if session.bench.plant is not None:
-            settings = self._settings(with_rest=False)
-            session.ask(partial(inject_fault, fault=self.word(self.broken), **settings)).result(10)
+            settings = self._bench_settings(with_rest=False)
+            session.request_action(
+                partial(inject_fault, fault=self.word(self.broken), **settings)
+            ).result(10)
         return None
 
-    def _settings(self, *, with_rest: bool = True) -> dict[str, Any]:
+    def _bench_settings(self, *, with_rest: bool = True) -> dict[str, Any]:
         target = self.value("target")
         safe = self.word(self.safe) or ("release" if not with_rest else "")
         regulator = bench_regulator(
@@ -254,24 +258,24 @@ class Bench(Page):
         """Draw the target before the first reading; the readings are drawn as they arrive."""
         for item, _, alert in self.required:
             if self.word(item):
-                alert.say("")
+                alert.show_error("")
         if self.session is None and self.taken is None:
             self._draw_target()
 
     async def _try_call(self, act: Callable[[], Any]) -> Any:
         """Return the result, computed in a thread; None if rejected, with the reason shown."""
         if self.problem is not None:
-            self.problem.say("")
+            self.problem.show_error("")
         try:
             result = await run.io_bound(act)
             return await asyncio.wrap_future(result) if isinstance(result, Future) else result
         except LayerjamError as error:
             if self.problem is not None:
-                self.problem.say(one_line(error))
+                self.problem.show_error(one_line(error))
             return None
 
-    async def _connect(self) -> None:
-        self.present.beat()
+    async def _connect_bench(self) -> None:
+        self.present.record_heartbeat()
         address, target = str(self.address.value).strip(), self.value("target")
         self.link.set_enabled(False)
         self.session = await self._try_call(partial(Session.connect, address, self.present, target))
@@ -280,7 +284,7 @@ class Bench(Page):
             self._release_bench()
         self._update_controls()
 
-    def _disconnect(self) -> None:
+    def _disconnect_bench(self) -> None:
         if self.session is not None:
             self.session.close()
         self.session = None
@@ -296,23 +300,23 @@ class Bench(Page):
         session = self.session
         if session is None:
             if self.problem is not None:
-                self.problem.say("Nothing is connected")
+                self.problem.show_error("Nothing is connected")
             return None
-        return await self._try_call(lambda: session.ask(act))
+        return await self._try_call(lambda: session.request_action(act))
 
-    async def _begin(self) -> dict[str, Any] | None:
+    async def _connected_settings(self) -> dict[str, Any] | None:
         """Return the settings and connect the bench; None, with a message, if one is missing."""
         for item, words, alert in self.required:
-            alert.say("" if self.word(item) else words)
+            alert.show_error("" if self.word(item) else words)
         if not all(self.word(item) for item, *_ in self.required):
             return None
-        settings: dict[str, Any] | None = await self._try_call(self._settings)
+        settings: dict[str, Any] | None = await self._try_call(self._bench_settings)
         if settings is not None and self.session is None:
-            await self._connect()
+            await self._connect_bench()
         return settings
 
     async def _hold_target(self) -> None:
-        settings = await self._begin()
+        settings = await self._connected_settings()
         if settings is not None and self.session is not None:
             await self._ask_bench(partial(hold_target, **settings))
 
@@ -326,10 +330,10 @@ class Bench(Page):
     def _stop_run(self) -> None:
         session = self.session
         if session is not None and session.running is not None:
-            session.running.ask()
+            session.running.request_stop()
 
     async def _run_procedure(self) -> None:
-        settings, session = await self._begin(), self.session
+        settings, session = await self._connected_settings(), self.session
         if session is None or settings is None:
             return
         if self.folder is None:
@@ -350,12 +354,12 @@ class Bench(Page):
         }
         out = self.folder / "run.ljrun"
 
-        def record() -> Future[RunResult]:
-            session.ask(declare_settings).result(10)
+        def start_recording() -> Future[RunResult]:
+            session.request_action(declare_settings).result(10)
             return session.record(str(self.procedure.value), out, meta)
 
         self.outcome.set_text("Running …")
-        self.done = await self._try_call(record)
+        self.done = await self._try_call(start_recording)
         self.outcome.set_text(_run_sentence(self.done) if self.done is not None else "")
         self.keep.set_visibility(self.done is not None)
 
@@ -380,22 +384,22 @@ class Bench(Page):
             return
         if session.lost:
             self.words.set_text(f"Connection lost: {session.lost}")
-            self._disconnect()
+            self._disconnect_bench()
             return
         looks = list(session.looks)
         if not looks or looks[-1] is self._drawn:
             return
         self._drawn = looks[-1]
         self.banner.set_text(SIMULATED if session.bench.simulated else "")
-        self._say(looks[-1])
+        self._show_message(looks[-1])
         end = looks[-1].time
         window = [look for look in looks if look.time >= end - WINDOW]
         self.taken = BenchRecord(window, session.bench.simulated)
         ages = [look.time - end for look in window]
         series = {**self.taken.columns, "time": ages, "x": "time before now [s]"}
-        live.draw(self.curve, options(bench_panes(**series, x_range=(-WINDOW, 0)), self.dark))
+        live.draw(self.curve, chart_options(bench_panes(**series, x_range=(-WINDOW, 0)), self.dark))
 
-    def _say(self, look: Look) -> None:
+    def _show_message(self, look: Look) -> None:
         vacuum = "no reading" if look.vacuum is None else f"{look.vacuum / KPA:.1f} kPa"
         self.number.set_text(vacuum)
         state = STATES.get(look.state, look.state)

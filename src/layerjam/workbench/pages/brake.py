@@ -20,7 +20,7 @@ from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Figures, Notes, Page
 from layerjam.workbench.pages.brake_build import BuildPart
 from layerjam.workbench.pages.records import CUSTOM, Editor, Kind
-from layerjam.workbench.scene import StackView, build_stack, stack_words
+from layerjam.workbench.scene import StackView, build_stack, describe_stack
 from layerjam.workbench.tables import Cell, html
 from layerjam.workbench.widgets import Hero, Heroes, as_title, button, columns, fold, select, status
 
@@ -75,14 +75,14 @@ class Brake(Page):
             with self.numbers:
                 self._show_numbers()
             self.workshop = ui.column().classes("w-full gap-3")
-        self.desk.watch(lambda _: self._open_part())
+        self.desk.add_watcher(lambda _: self._open_part())
         self._open_part()
 
-    def _is_build(self) -> bool:
+    def _has_build(self) -> bool:
         return self.word(PART) == "build"
 
     def _open_part(self) -> None:
-        builds = self._is_build()
+        builds = self._has_build()
         self.numbers.set_visibility(not builds)
         self.workshop.set_visibility(builds)
         if builds and not self.making.built:
@@ -113,31 +113,33 @@ class Brake(Page):
             self.sources = live.Table()
 
     def _build_comparison(self) -> None:
-        def put(event: Any) -> None:
-            self._put_beside(str(event.value or ""))
+        def choose_other(event: Any) -> None:
+            self._put_other(str(event.value or ""))
 
         with ui.row().classes("w-full items-center gap-2"):
-            self.other = select({}, "Compare with", "brake-beside", put, classes="w-64")
+            self.other = select({}, "Compare with", "brake-beside", choose_other, classes="w-64")
             text, look = "Keep a copy for comparison", "flat dense no-caps"
-            keep = lambda: self._put_beside(self.desk.state.brake)  # noqa: E731
+            keep = lambda: self._put_other(self.desk.state.brake)  # noqa: E731
             button(text, keep, "brake-keep", "push_pin", look=look)
-        self.desk.watch(lambda what: self._fill_beside() if what in ("brake", "undo") else None)
-        self._fill_beside()
+        self.desk.add_watcher(
+            lambda what: self._fill_other() if what in ("brake", "undo") else None
+        )
+        self._fill_other()
 
-    def _fill_beside(self) -> None:
+    def _fill_other(self) -> None:
         text, second = self.desk.state.beside, self.desk.beside
         choices = {"": "nothing"} | {name: load(name).title or name for name in catalogue()}
         if second is not None and text not in choices:
             choices[CUSTOM] = f"{second.name} (kept)"
         self.other.set_options(choices, value=text if text in choices else CUSTOM)
 
-    def _put_beside(self, text: str) -> None:
+    def _put_other(self, text: str) -> None:
         if text not in (CUSTOM, self.desk.state.beside):
             self.desk.put_file("beside", text)
 
     def calls(self) -> Sequence[Call]:
         """Return the calls for the brake, its force and the second brake, or for its build."""
-        if self._is_build():
+        if self._has_build():
             return self.making.calls()
         brake = self.desk.brake_subject()
         options = self.more.options()
@@ -150,11 +152,11 @@ class Brake(Page):
 
     def compute(self) -> Any:
         """Return (whether the result is a build, the result)."""
-        return (True, self.making.compute()) if self._is_build() else (False, super().compute())
+        return (True, self.making.compute()) if self._has_build() else (False, super().compute())
 
     def answers(self) -> Sequence[Answer]:
         """Return the displayed answers: the brake and its force, or the build."""
-        if self.result is None or self.result[0] != self._is_build():
+        if self.result is None or self.result[0] != self._has_build():
             return []
         builds, result = self.result
         return [result.answer] if builds else result
@@ -169,7 +171,7 @@ class Brake(Page):
         brake, place = self.desk.brake.brake, parts[1].call.options
         slip, vacuum = (parse(place[key], u, key) for key, u in (("slip", "m"), ("vacuum", "Pa")))
         stack = build_stack(brake, slip, vacuum / brake.site.atmosphere)
-        words = stack_words(brake, stack, slip)
+        words = describe_stack(brake, stack, slip)
         self.view.show(stack, words, self.dark)
         self.words.set_text(words)
         self.figures.fill(force)
@@ -236,13 +238,13 @@ def verdict(mine: float | None, theirs: float | None, better: int) -> str:
         return ""
     if mine == theirs or (theirs and abs(mine / theirs - 1) < ALIKE):
         return "same"
-    much = _percent(mine / theirs - 1) if theirs else "more than zero"
+    much = _format_percent(mine / theirs - 1) if theirs else "more than zero"
     if not better:
         return much
     return f"▲ {much}, better" if (mine - theirs) * better > 0 else f"▼ {much}, worse"
 
 
-def _percent(part: float) -> str:
+def _format_percent(part: float) -> str:
     text = f"{part:+.1%}" if abs(part) >= 0.001 else f"{part:+.2%}"
     return text.replace("-", "−")
 
@@ -265,12 +267,12 @@ def comparison_html(first: Any, second: Any | None, even: bool = True) -> str:
             theirs = second.values[key]
             judged = even or key not in WITH_FACTOR
             words = verdict(mine, theirs, better if judged else 0)
-            row += [show(theirs, unit), (words, _classes(words))]
+            row += [show(theirs, unit), (words, _class_names(words))]
         rows.append(row)
     return html(heads, rows, (1, 2, 3), "The brake", "brake-numbers")
 
 
-def _classes(words: str) -> str:
+def _class_names(words: str) -> str:
     if words.endswith("better"):
         return "font-bold verdict-better"
     return "verdict-worse" if words.endswith("worse") else "opacity-80"

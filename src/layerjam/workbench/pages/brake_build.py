@@ -98,7 +98,7 @@ class BuildPart(View):
         super().__init__(page.desk)
         self.page = page
         self.more = OtherInputs(page, "build", CONTROLS)
-        self.maker = Runner(self.write_folder, self._on_made, run.io_bound)
+        self.maker = Runner(self.write_folder, self._on_folder_ready, run.io_bound)
         self.folder: Folder | None = None
         self._trouble = ""
 
@@ -168,11 +168,11 @@ class BuildPart(View):
         self.button.set_enabled(result is not None and result.feasible)
         if result is None:
             self.verdict.set_text("")
-            self.reason.say(build.answer.refusal)
+            self.reason.show_error(build.answer.refusal)
             return
         can = "It can be built as drawn" if result.feasible else "It cannot be built as drawn"
         self.verdict.set_text(can)
-        self.reason.say(result.reason or "")
+        self.reason.show_error(result.reason or "")
         self.figures.fill(result)
         self.table.set_content(checks_table(result))
         keys = {check["key"] for check in result.checks}
@@ -185,19 +185,19 @@ class BuildPart(View):
         if self.maker.running:
             return
         self.folder, self._trouble = None, ""
-        self.trouble.say("")
+        self.trouble.show_error("")
         self.after.set_text("")
-        await self.maker.ask()
+        await self.maker.request_result()
         if self.page.client is None or self.page.client.is_deleted:
             return
-        self.trouble.say(self._trouble)
+        self.trouble.show_error(self._trouble)
         folder = self.folder
         if folder is not None and folder.content:
             ui.download.content(folder.content, f"{folder.name}.zip", "application/zip")
             size = f"{len(folder.content) / 1e6:.1f} MB"
             self.after.set_text(f"{len(folder.result.files)} files in {folder.name}.zip, {size}")
         elif folder is not None:
-            self.trouble.say(folder.result.reason or "")
+            self.trouble.show_error(folder.result.reason or "")
 
     def write_folder(self) -> Folder:
         """Return the folder as written by the command.
@@ -208,9 +208,9 @@ class BuildPart(View):
         result = call.run(function=build_verdict)
         if not result.feasible:
             return Folder(call.out, result)
-        return run_in_subprocess(make_folder, call, tell=self.maker.tell)
+        return run_in_subprocess(make_folder, call, tell=self.maker.report_progress)
 
-    def _on_made(self, folder: Folder | None, problem: str) -> None:
+    def _on_folder_ready(self, folder: Folder | None, problem: str) -> None:
         self.folder, self._trouble = folder, problem
 
 

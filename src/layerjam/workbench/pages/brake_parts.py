@@ -91,7 +91,7 @@ class PartsView(CameraView):
 
     def show(self, parts: Parts, dark: bool) -> None:
         """Update the scene."""
-        self.darken(dark)
+        self.set_ground_colour(dark)
         current = {surface.colour: surface for surface in parts.surfaces}
         for colour, (surface, solid) in [*self._shown.items()]:
             if current.get(colour) != surface:
@@ -102,4 +102,4 @@ class PartsView(CameraView):
                 if colour not in self._shown:
                     self._shown[colour] = (surface, Solid(surface))
         x, y, z = (side / 2 for side in parts.size)
-        self.enclose((-x, -y, -z), (x, y, z))
+        self.enclose_box((-x, -y, -z), (x, y, z))

@@ -12,11 +12,11 @@ from layerjam.report.style import ORANGE
 from layerjam.units import show
 from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call, Subject
-from layerjam.workbench.charts import options
+from layerjam.workbench.charts import chart_options
 from layerjam.workbench.controls import Choice, Control, entry, map_keys, menu, tabs, vacuum_entry
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.more import OtherInputs
-from layerjam.workbench.outcomes import pull_words
+from layerjam.workbench.outcomes import describe_pull
 from layerjam.workbench.page import Figures, Notes, Page
 from layerjam.workbench.pages.design_density import Density
 from layerjam.workbench.pages.design_need import NeedPart
@@ -92,7 +92,7 @@ class Arrays(Part):
         chart = array_chart(array, single.result, self.page.dark)
         self.panel.draw(replace(answer, pins=pins), chart)
         self.figures.fill(array)
-        self.outcome.set_text(pull_words(array))
+        self.outcome.set_text(describe_pull(array))
         self.notes.fill(array.warnings)
 
 
@@ -103,7 +103,7 @@ def array_chart(array: Any, single: Any, dark: bool) -> dict[str, Any]:
     curves = [replace(pane.curves[0], name=label, width=2.5)]
     if array.brakes > 1:
         curves.append(replace(single.panes()[0].curves[0], color=ORANGE, name="one brake"))
-    return options([replace(pane, curves=curves)], dark)
+    return chart_options([replace(pane, curves=curves)], dark)
 
 
 class MachineResult(NamedTuple):
@@ -153,8 +153,8 @@ class Machines(Part):
         name = self.word(self.choice)
         if name not in self._known:
             (call,) = self.calls()
-            result = call.run(progress=self.page.runner.tell)
-            pictures = result.pictures(self.page.runner.tell)
+            result = call.run(progress=self.page.runner.report_progress)
+            pictures = result.pictures(self.page.runner.report_progress)
             self._known[name] = MachineResult(Answer(call, result), pictures)
         return self._known[name]
 
@@ -164,7 +164,9 @@ class Machines(Part):
         self.verdict.set_text(result.conclusion)
         self.limits.set_content(limits_table(result))
         drawings = enumerate(machine.pictures)
-        self.pictures.set_content("".join(_figure(f"machine{n}", *item) for n, item in drawings))
+        self.pictures.set_content(
+            "".join(_svg_figure(f"machine{n}", *item) for n, item in drawings)
+        )
         rows = [
             (key_name(k), cell_text(v, result.units.get(k, ""))) for k, v in result.results.items()
         ]
@@ -188,7 +190,7 @@ def limits_table(result: Any) -> str:
     return html(("Limit", "Value", "Allowed", ""), rows, (1, 2), "Limits")
 
 
-def _figure(name: str, svg: str, caption: str) -> str:
+def _svg_figure(name: str, svg: str, caption: str) -> str:
     """Return a drawing in the page's colours, light or dark; its ids contain `name`."""
     from layerjam.report.page import apply_theme, read_inline_svg
 
@@ -228,7 +230,7 @@ class Design(Page):
             for key in self.parts:
                 self.boxes[key] = ui.column().classes("w-full gap-3")
                 self.boxes[key].set_visibility(False)
-        self.desk.watch(lambda _: self._open_part())
+        self.desk.add_watcher(lambda _: self._open_part())
         self._open_part()
 
     def part(self) -> Part:

@@ -12,7 +12,7 @@ from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
-from layerjam.workbench.charts import ink_of
+from layerjam.workbench.charts import text_colour
 from layerjam.workbench.controls import Control, map_keys, vacuum_entry
 from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Notes, Page
@@ -100,7 +100,7 @@ class Density(Part):
 def density_chart(result: Any, dark: bool) -> dict[str, Any]:
     """Return the chart: devices by kind, a line for more sheets, lines of force per unit mass."""
     rows, lines, _ = result.record
-    first, ink = lines[0], ink_of(dark)
+    first, ink = lines[0], text_colour(dark)
     masses = [r["mass"] * GRAMS for r in rows] + [m * GRAMS for m in first.masses]
     forces = [r["max_force"] for r in rows] + list(first.forces)
     x, y = _decade_limits(min(masses), max(masses)), _decade_limits(min(forces), max(forces))
@@ -108,10 +108,10 @@ def density_chart(result: Any, dark: bool) -> dict[str, Any]:
     for r in rows:
         kinds.setdefault("" if r["computed"] else r["kind"], []).append(r)
     ours = kinds.pop("")
-    series = [*_isolines(x, y, PALE if dark else GREY), _more_sheets(first, ink)]
-    series.append(_points(ours, BLUE, "circle", ink))
+    series = [*_isolines(x, y, PALE if dark else GREY), _sheet_count_line(first, ink)]
+    series.append(_device_series(ours, BLUE, "circle", ink))
     for look, (kind, rows) in zip(itertools.cycle(SYMBOLS), kinds.items(), strict=False):
-        series.append(_points(rows, *look, ink, kind))
+        series.append(_device_series(rows, *look, ink, kind))
     axes = {"x": "mass [g]", "y": "maximum force [N]"}
     chart = points_chart(series, dark=dark, right=60, **axes)
     for axis, (low, high) in (("xAxis", x), ("yAxis", y)):
@@ -119,17 +119,17 @@ def density_chart(result: Any, dark: bool) -> dict[str, Any]:
     return chart
 
 
-def _more_sheets(line: Any, ink: str) -> dict[str, Any]:
+def _sheet_count_line(line: Any, ink: str) -> dict[str, Any]:
     data = []
     for place, (count, m, f) in enumerate(zip(line.sheets, line.masses, line.forces, strict=True)):
         label = dict(show=place > 0, formatter=f"{count} sheets", position="left")
-        data.append({"value": _pair(m, f), "label": dict(label, color=ink, fontSize=11)})
+        data.append({"value": _chart_point(m, f), "label": dict(label, color=ink, fontSize=11)})
     line_style = dict(type="dashed", width=1.3)
     look = dict(silent=True, symbol="circle", symbolSize=4, lineStyle=line_style)
     return dict(type="line", name="more sheets", color=BLUE, data=data, **look)
 
 
-def _points(
+def _device_series(
     rows: Sequence[dict[str, Any]], color: str, symbol: str, ink: str, kind: str = ""
 ) -> dict[str, Any]:
     """Return the points of a kind of device; only jamming brakes are all named.
@@ -149,7 +149,7 @@ def _points(
         label |= free | dict(width=130, overflow="break") if kind else dict(position="right")
         label |= dict(fontWeight="bold" if first else "normal")
         name = f"{r['name']}: {', '.join(_cells(r))}"
-        value, size = _pair(r["mass"], r["max_force"]), 16 if first else 9
+        value, size = _chart_point(r["mass"], r["max_force"]), 16 if first else 9
         data.append(dict(name=name, value=value, symbolSize=size, label=label))
     look = dict(color=color, symbol=symbol, labelLayout={"moveOverlap": "shiftY"})
     return scatter(kind or "ours", data, itemStyle={"opacity": 1}, **look)
@@ -171,7 +171,7 @@ def _isolines(x: tuple[float, float], y: tuple[float, float], color: str) -> lis
         words = show(density, "N/kg", 4)
         end = dict(show=True, formatter=words, color=color, fontSize=11, distance=3)
         look = dict(color=color, lineStyle=dict(width=0.6, opacity=0.7), endLabel=end)
-        data = [_pair(m / GRAMS, m / GRAMS * density) for m in (left, right)]
+        data = [_chart_point(m / GRAMS, m / GRAMS * density) for m in (left, right)]
         out.append(dict(type="line", name="", silent=True, showSymbol=False, data=data, **look))
     return out
 
@@ -182,7 +182,7 @@ def _decade_limits(low: float, high: float) -> tuple[float, float]:
     return max(m for m in marks if m <= low / 1.2), min(m for m in marks if m >= high * 1.2)
 
 
-def _pair(mass: float, force: float) -> list[float]:
+def _chart_point(mass: float, force: float) -> list[float]:
     """Return a point of the chart, rounded for the browser; mass [kg], force [N]."""
     return [float(f"{value:.5g}") for value in (mass * GRAMS, force)]
 

@@ -34,7 +34,7 @@ PREFER = Choice(
 MAKERS: Mapping[str, Callable[..., DesignRequest]] = {"hold": hold, "stop": stop}
 
 
-def _control(
+def _make_control(
     kind: str, name: str, default: float, span: tuple[float, float], label: str, **more: Any
 ) -> Control:
     spec = (HOLD if kind == "hold" else STOP)[name]
@@ -44,31 +44,31 @@ def _control(
 
 ASKED = {
     "hold": (
-        _control("hold", "force", 150.0, (10.0, 1000.0), "Force", unit="N"),
-        _control("hold", "travel", 0.03, (0.0, 0.1), "Travel", unit="mm"),
+        _make_control("hold", "force", 150.0, (10.0, 1000.0), "Force", unit="N"),
+        _make_control("hold", "travel", 0.03, (0.0, 0.1), "Travel", unit="mm"),
     ),
     "stop": (
-        _control("stop", "mass", 75.0, (0.5, 150.0), "Mass to stop", unit="kg"),
-        _control("stop", "speed", 2.0, (0.1, 10.0), "Speed"),
-        _control("stop", "travel", 0.3, (0.01, 1.0), "Maximum travel", unit="mm"),
-        _control("stop", "force", 4000.0, (50.0, 10_000.0), "Maximum force", unit="N"),
+        _make_control("stop", "mass", 75.0, (0.5, 150.0), "Mass to stop", unit="kg"),
+        _make_control("stop", "speed", 2.0, (0.1, 10.0), "Speed"),
+        _make_control("stop", "travel", 0.3, (0.01, 1.0), "Maximum travel", unit="mm"),
+        _make_control("stop", "force", 4000.0, (50.0, 10_000.0), "Maximum force", unit="N"),
     ),
 }
 """{kind of requirement: controls of its duty}."""
 LIMITS = {
     "hold": (
-        _control("hold", "vacuum", 94e3, (20e3, 101e3), "Available vacuum"),
-        _control("hold", "mass", 0.025, (0.005, 0.2), "Maximum mass as drawn", unit="g"),
-        _control("hold", "width", 0.025, (0.005, 0.1), "Maximum width", unit="mm"),
-        _control("hold", "length", 0.15, (0.06, 0.4), "Maximum length", unit="mm"),
-        _control("hold", "stress_margin", 2.0, (0.0, 5.0), "Stress safety factor"),
+        _make_control("hold", "vacuum", 94e3, (20e3, 101e3), "Available vacuum"),
+        _make_control("hold", "mass", 0.025, (0.005, 0.2), "Maximum mass as drawn", unit="g"),
+        _make_control("hold", "width", 0.025, (0.005, 0.1), "Maximum width", unit="mm"),
+        _make_control("hold", "length", 0.15, (0.06, 0.4), "Maximum length", unit="mm"),
+        _make_control("hold", "stress_margin", 2.0, (0.0, 5.0), "Stress safety factor"),
     ),
     "stop": (
-        _control("stop", "vacuum", 94e3, (20e3, 101e3), "Available vacuum"),
-        _control("stop", "own_mass", 20.0, (0.01, 20.0), "Maximum mass as drawn", unit="kg"),
-        _control("stop", "width", 0.04, (0.005, 0.1), "Maximum width", unit="mm"),
-        _control("stop", "length", 2.0, (0.1, 5.0), "Maximum length", unit="mm"),
-        _control("stop", "stress_margin", 1.5, (0.0, 5.0), "Stress safety factor"),
+        _make_control("stop", "vacuum", 94e3, (20e3, 101e3), "Available vacuum"),
+        _make_control("stop", "own_mass", 20.0, (0.01, 20.0), "Maximum mass as drawn", unit="kg"),
+        _make_control("stop", "width", 0.04, (0.005, 0.1), "Maximum width", unit="mm"),
+        _make_control("stop", "length", 2.0, (0.1, 5.0), "Maximum length", unit="mm"),
+        _make_control("stop", "stress_margin", 1.5, (0.0, 5.0), "Stress safety factor"),
     ),
 }
 """{kind of requirement: controls of its limits}."""
@@ -95,26 +95,26 @@ class Form(Asking):
         choice(self.desk, PAGE, KIND)
         for kind in MAKERS:
             with self.show_while(lambda kind=kind: self.word(KIND) == kind):  # type: ignore[misc]
-                self._sliders(ASKED[kind][:1])
+                self._build_sliders(ASKED[kind][:1])
                 if kind == "hold":
                     choice(self.desk, PAGE, FORCE_MOMENT)
                     drawing = ui.html(read_asset("pages/force_moment.html"), sanitize=False)
                     dress(drawing, classes="figure", role="img", aria_label=FORCE_MOMENT.help)
-                self._sliders(ASKED[kind][1:])
+                self._build_sliders(ASKED[kind][1:])
                 heading("Limits")
-                self._sliders(LIMITS[kind])
+                self._build_sliders(LIMITS[kind])
         choice(self.desk, PAGE, PREFER)
         self.refused = Alert(f"{PAGE}-form-problem", "text-sm")
         hint("The search starts from the current brake and its film.")
-        self.desk.watch(lambda change: self.write() if change != "page" else None)
+        self.desk.add_watcher(lambda change: self.write() if change != "page" else None)
         with suppress(LayerjamError):
-            self.text_written = self.text_of_now()
+            self.text_written = self.current_text()
 
-    def _sliders(self, controls: tuple[Control, ...]) -> None:
+    def _build_sliders(self, controls: tuple[Control, ...]) -> None:
         for control in controls:
             self.slider(control.key)
 
-    def text_of_now(self) -> str:
+    def current_text(self) -> str:
         """Return the TOML text of the current numbers; raises LayerjamError."""
         file, kind = self.desk.brake, self.word(KIND)
         is_own = self.desk.state.brake not in catalogue()
@@ -134,11 +134,11 @@ class Form(Asking):
     def write(self) -> None:
         """Pass on the text if the numbers have changed."""
         try:
-            text = self.text_of_now()
+            text = self.current_text()
         except LayerjamError as err:
-            self.refused.say(one_line(err))
+            self.refused.show_error(one_line(err))
             return
-        self.refused.say("")
+        self.refused.show_error("")
         if text != self.text_written:
             self.text_written = text
             if not self._follows:
@@ -154,7 +154,7 @@ class Form(Asking):
         values = form_settings(request)
         usable = {k: v for k, v in values.items() if k not in known or _is_within(known[k], v)}
         self._follows = True
-        self.desk.put_all(PAGE, usable)
+        self.desk.put_settings(PAGE, usable)
         self._follows = False
 
 

@@ -10,7 +10,7 @@ from layerjam.report.chart import Pane
 from layerjam.report.design_figures import Look, choose_scale, marked_designs, worse_direction
 from layerjam.report.style import GREY
 from layerjam.units import show
-from layerjam.workbench.charts import ink_of, options
+from layerjam.workbench.charts import chart_options, text_colour
 from layerjam.workbench.pages.design_part import cell_text, key_name
 from layerjam.workbench.spoken import typeset_text
 from layerjam.workbench.tables import html
@@ -32,7 +32,7 @@ def all_designs(result: Any) -> dict[int, Row]:
     return rows_by_number if result.refined is None else {**rows_by_number, REFINED: result.refined}
 
 
-def front_numbers(result: Any) -> list[int]:
+def front_indices(result: Any) -> list[int]:
     """Return the indices of the designs on the front, sorted by the first objective."""
     return list(all_designs(result))[: len(result.front)]
 
@@ -57,7 +57,7 @@ def find_axes(result: Any) -> dict[str, str]:
 def front_chart(result: Any, names: tuple[str, str], number: int, dark: bool) -> dict[str, Any]:
     """Return the chart of every design on the front; value[2] of a point is the design's index."""
     scales = [choose_scale(result, n) for n in names]
-    ink = ink_of(dark)
+    ink = text_colour(dark)
     x, y = (f"{key_name(n)} [{unit}]" for n, (_, unit) in zip(names, scales, strict=True))
 
     def point(design: Row, word: str = "") -> dict[str, Any]:
@@ -74,7 +74,9 @@ def front_chart(result: Any, names: tuple[str, str], number: int, dark: bool) ->
     for rank, (design, word, mark) in enumerate(marks):
         shift = (34 * aside, -down * (16 + 19 * rank))
         label = key_name(word)
-        series.append(scatter(label, [point(design, label)], **_mark_look(mark, label, ink, shift)))
+        series.append(
+            scatter(label, [point(design, label)], **_marker_style(mark, label, ink, shift))
+        )
     ring = dict(color="transparent", borderColor=ink, borderWidth=2.2)
     ring_look = dict(silent=True, symbol="circle", symbolSize=26, z=5, itemStyle=ring)
     looked_at = point(pick_design(result, number)[1])["value"]
@@ -89,7 +91,7 @@ def points_chart(
     series: Sequence[dict[str, Any]], *, right: int, dark: bool, **axes: Any
 ) -> dict[str, Any]:
     """Return a chart of named points."""
-    chart = options([Pane([], **axes, x_range=(None, None), y_range=(None, None))], dark)
+    chart = chart_options([Pane([], **axes, x_range=(None, None), y_range=(None, None))], dark)
     chart["grid"][0] |= {"right": right, "left": 70, "top": 44}
     chart["tooltip"] = {"trigger": "item", "confine": True, "formatter": "{b}"}
     return {**chart, "series": list(series)}
@@ -100,7 +102,7 @@ def scatter(name: str, data: Sequence[Any], **look: Any) -> dict[str, Any]:
     return dict(type="scatter", name=name, data=list(data), **look)
 
 
-def _mark_look(mark: Look, word: str, ink: str, shift: tuple[float, float]) -> dict[str, Any]:
+def _marker_style(mark: Look, word: str, ink: str, shift: tuple[float, float]) -> dict[str, Any]:
     """Return the style of a mark whose label is next to it, connected by a line."""
     side = "right" if shift[0] > 0 else "left"
     return {
@@ -169,7 +171,7 @@ def comparison(result: Any, number: int, is_main: bool = True) -> str:
             cells = [f"{c}, too heavy" if min(bounds, default=m) < m else c for c, m in pairs]
         rows.append((key_name(name), ", ".join(limits.get(name, [])), *cells))
     none = "" if is_main else "All rows are shown above."
-    return _table("Comparison of designs", ("", "required", *columns), rows, 2, none)
+    return _format_table("Comparison of designs", ("", "required", *columns), rows, 2, none)
 
 
 def forbidden(result: Any) -> str:
@@ -187,7 +189,7 @@ def forbidden(result: Any) -> str:
     ]
     heads = ("Constraint", "Excluded design", "Its value", "Violated by", "Better by")
     none = "No single constraint excludes a better design."
-    return _table("Designs excluded by one constraint", heads, rows, 2, none)
+    return _format_table("Designs excluded by one constraint", heads, rows, 2, none)
 
 
 def chances(result: Any) -> str:
@@ -200,7 +202,7 @@ def chances(result: Any) -> str:
         rows.append(("all constraints" if name == "all" else name, *shares, *span))
     heads = ("Constraint", "holds", "±", "5 % below", "5 % above")
     none = "The brake file states no scatter in friction, so scatter is ignored."
-    return _table("Robustness of the selected design", heads, rows, 1, none)
+    return _format_table("Robustness of the selected design", heads, rows, 1, none)
 
 
 def slopes(result: Any) -> str:
@@ -212,14 +214,14 @@ def slopes(result: Any) -> str:
         if any(abs(c) > 0.005 for c in changes):
             rows.append((key_name(n), *(f"{c:+.2f}" if abs(c) > 0.005 else "–" for c in changes)))
     heads = ("1 % increase in", *(f"{key_name(m)} [%]" for m in table))
-    return _table("Sensitivities of the selected design", heads, rows, 1)
+    return _format_table("Sensitivities of the selected design", heads, rows, 1)
 
 
 def _constraint_units(result: Any) -> dict[str, str]:
     return {str(c): c.unit for c in result.record.spec.constraints}
 
 
-def _table(
+def _format_table(
     caption: str, heads: Sequence[str], rows: Sequence[Iterable[str]], words: int, none: str = ""
 ) -> str:
     """Return a table whose first columns are words, or the sentence `none` if it is empty."""

@@ -20,7 +20,7 @@ from layerjam.units import exact_text, show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
-from layerjam.workbench.desk import read_any
+from layerjam.workbench.desk import read_device
 from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages import design_front as front
 from layerjam.workbench.pages.design_form import Form
@@ -86,7 +86,7 @@ def read_specification(text: str, begin: str = "") -> DesignSpecification:
     brakes = {}
     if begin:
         with suppress(LayerjamError):
-            file = read_any("brake", begin)
+            file = read_device("brake", begin)
             brakes = {f"{file.name}.toml": file}
     return read_spec(text, "specification", brakes)
 
@@ -96,7 +96,7 @@ class NeedPart(Part):
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
-        self.form = Form(self.desk, self._write)
+        self.form = Form(self.desk, self._store_text)
         self._found: tuple[object, SearchResult] = (None, SearchResult())
         self._drawn: tuple[object, ...] = ()
         self._spec_seen = ""
@@ -135,10 +135,10 @@ class NeedPart(Part):
         needs = ((file, begin),) if begin and f'"{file}"' in spec.text else ()
         return [Call("design", (Subject(f"{plain_name(spec.name)}.toml", spec, needs),))]
 
-    def _key(self) -> object:
+    def _request_key(self) -> object:
         return self.spec_text(), self.start_brake()
 
-    def _result(self) -> Any:
+    def _displayed_result(self) -> Any:
         """Return the result whose front is displayed; None during a search."""
         return None if self.panel.shown is None else self.panel.shown.result
 
@@ -147,17 +147,17 @@ class NeedPart(Part):
 
         Nothing is computed twice, and stopped searches are not restarted.
         """
-        key = self._key()
+        key = self._request_key()
         if self._found[0] != key:
-            self._found = (key, self._search())
+            self._found = (key, self._run_search())
         return self._found[1]
 
-    def _search(self) -> SearchResult:
+    def _run_search(self) -> SearchResult:
         if not self.is_asked:
             return SearchResult()
         try:
             (call,) = self.calls()
-            result = call.run(progress=self.page.runner.tell)
+            result = call.run(progress=self.page.runner.report_progress)
             answer = Answer(call, result, title=f"{plain_name(result.name)}-design")
             return SearchResult(answer, pull=pull_forces(result) if result.feasible else None)
         except FileError as err:
@@ -175,39 +175,39 @@ class NeedPart(Part):
         with side:
             self.form.build()
             with ui.row().classes("items-center gap-2"):
-                button("Search", self.search, f"{PAGE}-search", "search", look="no-caps")
+                button("Search", self.start_search, f"{PAGE}-search", "search", look="no-caps")
             self.trouble = ui.html("", sanitize=False)
             dress(self.trouble, f"{PAGE}-spec-problem", "text-negative text-sm", role="alert")
             with fold("Requirement as TOML", f"{PAGE}-form-open"):
-                self._specification()
+                self._build_specification()
         with main:
             with ui.column().classes("w-full items-start gap-3") as self.empty:
                 self.advice = status(f"{PAGE}-advice", "text-lg", EMPTY)
-                button("Search", self.search, f"{PAGE}-first", "search", look="no-caps")
+                button("Search", self.start_search, f"{PAGE}-first", "search", look="no-caps")
             self.heroes = Heroes(PAGE)
             self.sentence = status(f"{PAGE}-sentence", "text-lg")
             self.verdict = dress(ui.label(""), f"{PAGE}-outcome", "text-sm", role="status")
             self.verdict.style("white-space: pre-line")
             with ui.column().classes("w-full gap-3") as self.results:
-                self._results()
+                self._build_results()
             self.results.set_visibility(False)
             self.notes_fold = fold("Notes", f"{PAGE}-notes")
             with self.notes_fold:
                 self.notes = Notes()
-        self.desk.watch(self._on_change)
+        self.desk.add_watcher(self._on_change)
         if self.is_asked:
             self.form.follow(self.spec_text()[0])
 
-    def _specification(self) -> None:
+    def _build_specification(self) -> None:
         text = self.spec_text()[0] if self.is_asked else self.form.text_written
         area = ui.textarea("Requirement (TOML)", value=text)
         label, look = "Specification as TOML", "outlined spellcheck=false wrap=off"
         self.editor = dress(area, f"{PAGE}-spec", "w-full design-spec", look, aria_label=label)
-        dress(self.editor, maxlength=LONGEST).on("keydown.ctrl.enter", self.search)
-        self.editor.on_value_change(lambda _: self._mark())
+        dress(self.editor, maxlength=LONGEST).on("keydown.ctrl.enter", self.start_search)
+        self.editor.on_value_change(lambda _: self._mark_outdated())
         self.editor.on("blur", lambda: self.form.follow(str(self.editor.value or "")))
         with ui.row().classes("items-center gap-2"):
-            button("Save TOML", self.save, f"{PAGE}-save", "download")
+            button("Save TOML", self.save_text, f"{PAGE}-save", "download")
             for name, text in example_texts().items():
                 button(f"example {name}", partial(self.use_text, text), f"{PAGE}-example-{name}")
         hint(
@@ -215,7 +215,7 @@ class NeedPart(Part):
             "to the current brake as NAME.toml. Other files are not read. Ctrl Enter searches."
         )
 
-    def _results(self) -> None:
+    def _build_results(self) -> None:
         with ui.row().classes("w-full items-center gap-2"):
             self.over = {}
             for key, label in (("x", "Across"), ("y", "Up")):
@@ -223,11 +223,11 @@ class NeedPart(Part):
                 self.over[key] = select({}, label, f"{PAGE}-{key}", on_select, classes="w-44")
             for arrow, direction, step in (("left", "previous", -1), ("right", "next", 1)):
                 caption, look = f"{direction.capitalize()} design on the front", "flat round dense"
-                act, icon = partial(self.walk, step), f"chevron_{arrow}"
+                act, icon = partial(self.select_neighbour, step), f"chevron_{arrow}"
                 walker = button("", act, f"{PAGE}-{direction}", icon, look=look, tip=caption)
                 dress(walker, aria_label=caption)
             text, look = "Use this brake on all pages", "no-caps dense"
-            button(text, self.take, f"{PAGE}-take", "move_down", look=look)
+            button(text, self.take_design, f"{PAGE}-take", "move_down", look=look)
         caption = "The Pareto front; use the buttons above to move along it"
         size = "width: 100%; height: max(400px, 50vh)"
         self.panel.build(f"{PAGE}-front", caption, size, self._on_click)
@@ -242,18 +242,18 @@ class NeedPart(Part):
         if change == "undo" and self._spec_seen != self.spec_text()[0]:
             self._spec_seen = self.spec_text()[0]
             self.editor.set_value(self._spec_seen or self.form.text_written)
-        if self.panel.shown is not None and self._found[0] != self._key():
-            self._wait()
+        if self.panel.shown is not None and self._found[0] != self._request_key():
+            self._hide_front()
 
-    def _write(self, text: str) -> None:
+    def _store_text(self, text: str) -> None:
         self.editor.set_value(text)
 
-    def _mark(self) -> None:
+    def _mark_outdated(self) -> None:
         """Offer the search if there was no search, or if the requirement has changed."""
         self.advice.set_text(CHANGED if self.is_asked else EMPTY)
         self.empty.set_visibility(not self.is_asked or self.editor.value != self.spec_text()[0])
 
-    def _wait(self) -> None:
+    def _hide_front(self) -> None:
         """Hide the previous front and its buttons during a search."""
         self.panel.draw(None, None)
         self.result = None
@@ -269,48 +269,48 @@ class NeedPart(Part):
         """Search with the text of an example."""
         self.editor.set_value(text)
         self.form.follow(text)
-        self.search()
+        self.start_search()
 
-    def search(self, _: object = None) -> None:
+    def start_search(self, _: object = None) -> None:
         """Search for the requirement in the editor; earlier results are discarded."""
         text = str(self.editor.value or "")
         same = next((n for n, example in example_texts().items() if example == text), text)
         file = self.desk.brake
         is_own = self.desk.state.brake not in catalogue() and f'"{file.name}.toml"' in text
         self._found = (None, SearchResult())
-        self._wait()
-        self.desk.put(PAGE, "picked", float(front.CHOSEN))
+        self._hide_front()
+        self.desk.put_setting(PAGE, "picked", float(front.CHOSEN))
         if is_own:
-            self.desk.put(PAGE, "begin", self.desk.state.brake)
-        self.desk.put(PAGE, "spec", same)
+            self.desk.put_setting(PAGE, "begin", self.desk.state.brake)
+        self.desk.put_setting(PAGE, "spec", same)
         self._spec_seen = self.spec_text()[0]
         self.page.refresh()
 
-    def save(self) -> None:
+    def save_text(self) -> None:
         """Save the text in the editor as a file."""
         text, name = str(self.editor.value or ""), "specification"
         with suppress(LayerjamError):
             name = plain_name(read_specification(text, self.start_brake()).name)
         ui.download.content(text.encode(), f"{name}.toml", "application/toml")
 
-    def pick(self, number: int) -> None:
+    def select_design(self, number: int) -> None:
         """Select a different design."""
-        self.desk.put(PAGE, "picked", float(number))
+        self.desk.put_setting(PAGE, "picked", float(number))
 
     def _on_click(self, event: events.EChartPointClickEventArguments) -> None:
         value = event.value
-        if isinstance(value, list) and len(value) > 2 and self._result() is not None:
-            self.pick(int(value[2]))
+        if isinstance(value, list) and len(value) > 2 and self._displayed_result() is not None:
+            self.select_design(int(value[2]))
 
-    def walk(self, step: int) -> None:
+    def select_neighbour(self, step: int) -> None:
         """Select the next design along the front."""
-        result = self._result()
+        result = self._displayed_result()
         if result is None:
             return
-        numbers = front.front_numbers(result)
+        numbers = front.front_indices(result)
         number, _ = front.pick_design(result, self.selection())
         place = numbers.index(number) if number in numbers else 0
-        self.pick(numbers[(place + step) % len(numbers)])
+        self.select_design(numbers[(place + step) % len(numbers)])
 
     def selection(self) -> int:
         """Return the stored index of the selected design."""
@@ -318,14 +318,14 @@ class NeedPart(Part):
         return int(value) if isinstance(value, int | float) else front.CHOSEN
 
     def _on_axis(self, key: str, event: events.ValueChangeEventArguments[Any]) -> None:
-        result = self._result()
+        result = self._displayed_result()
         if event.value and result is not None:
             usual = find_front_axes(result)[key == "y"]
-            self.desk.put(PAGE, key, "" if event.value == usual else str(event.value))
+            self.desk.put_setting(PAGE, key, "" if event.value == usual else str(event.value))
 
-    def take(self) -> None:
+    def take_design(self) -> None:
         """Put the selected design on the desk."""
-        result = self._result()
+        result = self._displayed_result()
         if result is None:
             return
         number, design = front.pick_design(result, self.selection())
@@ -346,11 +346,11 @@ class NeedPart(Part):
     def draw(self, outcome: SearchResult) -> None:
         """Show the outcome; unchanged parts are kept, outdated results are not shown."""
         key, of_now = self._found
-        if of_now is not outcome or key != self._key():
+        if of_now is not outcome or key != self._request_key():
             return
         self.trouble.set_content(problem(outcome, self.spec_text()[0]))
         result = outcome.result
-        self._mark()
+        self._mark_outdated()
         self.results.set_visibility(outcome.design is not None)
         self.verdict.set_text("" if result is None else typeset_text(front.verdict(result)))
         warnings = [] if result is None else result.warnings

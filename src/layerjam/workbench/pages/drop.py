@@ -12,7 +12,7 @@ from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, try_call
 from layerjam.workbench.call import Call, Options
 from layerjam.workbench.controls import Choice, Control, choice, entry, map_keys, menu, vacuum_entry
-from layerjam.workbench.desk import Desk, read_any
+from layerjam.workbench.desk import Desk, read_device
 from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages.drop_outcome import (
@@ -109,8 +109,8 @@ class Drop(Page):
             choice(desk, name, DIRECTION)
             with self.show_while(lambda: not self._is_horizontal()):
                 choice(desk, name, ARRIVES)
-            self.slider("speed", lambda: self._arrival() == "speed")
-            self.slider("height", lambda: self._arrival() == "height")
+            self.slider("speed", lambda: self._arrival_option() == "speed")
+            self.slider("height", lambda: self._arrival_option() == "height")
             choice(desk, name, ON_ROPE)
             self.slider("rope_stiffness", self._has_rope)
             self.slider("travel")
@@ -147,7 +147,7 @@ class Drop(Page):
     def _has_rope(self) -> bool:
         return self.word(ON_ROPE) == "rope"
 
-    def _arrival(self) -> str:
+    def _arrival_option(self) -> str:
         """Return how the arrival is specified: a horizontal stop has a speed but no height."""
         return "speed" if self._is_horizontal() else self.word(ARRIVES)
 
@@ -169,14 +169,14 @@ class Drop(Page):
             modes["value"] = {"vacuum": self.text("vacuum"), **extra}
         if "vacuum_history" in history:
             modes["history"] = {**history, **extra}
-        subject, common = self.desk.brake_subject(), self._common()
+        subject, common = self.desk.brake_subject(), self._common_options()
         return {
             mode: Call("drop", (subject,), {**common, **mode_options})
             for mode, mode_options in modes.items()
         }
 
-    def _common(self) -> Options:
-        arrives = self._arrival()
+    def _common_options(self) -> Options:
+        arrives = self._arrival_option()
         inputs = self.texts("mass", arrives)
         if self._has_rope():
             inputs["rope_stiffness"] = self.text("rope_stiffness")
@@ -186,16 +186,16 @@ class Drop(Page):
 
     def calls(self) -> Sequence[Call]:
         """Return the drops of the table, and the tuning, which includes the bound."""
-        return [*self.columns().values(), self._tuning()]
+        return [*self.columns().values(), self._tuning_call()]
 
-    def _tuning(self) -> Call:
-        inputs = {**self._common(), "travel": self.text("travel")}
+    def _tuning_call(self) -> Call:
+        inputs = {**self._common_options(), "travel": self.text("travel")}
         site = {k: v for k, v in self.more.options().items() if k == "atmosphere"}
         return Call("tune", (self.desk.brake_subject(),), {**inputs, **site})
 
     def compute(self) -> Any:
         """Compute every drop separately: an error in one does not affect the others."""
-        drops, tuning = self.columns(), try_call(self._tuning())
+        drops, tuning = self.columns(), try_call(self._tuning_call())
         view = "history" if "history" in drops else self.word(SHOWN)
         pins = self.panel.pinned_answers(drops.get(view, drops["full"]))
         answers: dict[str, Answer] = {}
@@ -204,7 +204,7 @@ class Drop(Page):
                 # alternatives take long to find, so they are not searched twice
                 answers[mode] = Answer(call, refusal(tuning.result))
             else:
-                answers[mode] = try_call(call, progress=self.runner.tell)
+                answers[mode] = try_call(call, progress=self.runner.report_progress)
         answers.setdefault("none", Answer(drops["full"], refusal=NO_ROPE))
         return view, answers, tuning, pins
 
@@ -237,7 +237,7 @@ class Drop(Page):
         answer, chart = replace(drops[mode], pins=pins, title=title), None
         if data is not None:
             quiet = {label: pin.result for label, pin in answer.pinned_answers.items()}
-            brake: Any = read_any("brake", tuning.call.subjects[0].text)
+            brake: Any = read_device("brake", tuning.call.subjects[0].text)
             g = brake.brake.site.gravity
             least = None if floor is None else floor * g - (0.0 if texts.get("horizontal") else g)
             chart = drop_chart(data, least, quiet, self.dark)

@@ -19,7 +19,7 @@ from layerjam.units import parse, show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import result_fields
-from layerjam.workbench.charts import options
+from layerjam.workbench.charts import chart_options
 from layerjam.workbench.desk import Desk, set_sheets
 from layerjam.workbench.widgets import Hero, button, dress, read_asset, three_digits
 
@@ -34,7 +34,7 @@ LASTS = 4.0
 """Shortest duration of an animation with an automatic factor [s]."""
 
 
-def slowness(lasts: float) -> float:
+def slow_motion_factor(lasts: float) -> float:
     """Return the factor of slow motion with which `lasts` [s] take at least `LASTS`."""
     return next((factor for factor in SLOW if factor * lasts >= LASTS), SLOW[-1])
 
@@ -78,7 +78,7 @@ def series(
         "mass": show(record.mass, "kg", 3),
         "brake": brake,
         "horizontal": (record.gravity if isinstance(record, DropRecord) else record.along) == 0,
-        "slow": slowness(float(time[-1])) if slow is None else slow,
+        "slow": slow_motion_factor(float(time[-1])) if slow is None else slow,
         "crash": float(time[-1] * 1e3) if crashed else None,
     }
 
@@ -124,7 +124,7 @@ def verdict(stop: Any | None, refusal: str, inputs: Mapping[str, Any]) -> str:
     if stop.outcome == "BOTTOMED_OUT":
         return _crash_sentence(stop)
     if stop.outcome is None:
-        return _sentence(str(stop.reason))
+        return _join_sentence(str(stop.reason))
     if stop.stopping_time is None:
         return "The mass is still moving at the end of the simulation."
     after = f"in {three_digits(show(stop.stopping_time, 's'))}"
@@ -153,7 +153,7 @@ def _crash_sentence(stop: Any) -> str:
     return f"{used}, with up to {hard}{in_g} if the end stop is rigid."
 
 
-def _sentence(words: str) -> str:
+def _join_sentence(words: str) -> str:
     """Return words as a sentence, with a capital and a full stop."""
     return f"{words[:1].upper()}{words[1:].rstrip('.')}."
 
@@ -205,7 +205,7 @@ class Advice:
         with dress(ui.row(), "drop-advice", "items-center gap-2") as self._row:
             ui.label("Ways to stop it").classes("text-sm")
             for key, tip in WAYS.items():
-                item = button("", partial(self._apply, key), f"drop-advice-{key}", tip=tip)
+                item = button("", partial(self._apply_tuning, key), f"drop-advice-{key}", tip=tip)
                 with item:
                     self._texts[key] = item, live.Words("")
         self._row.set_visibility(False)
@@ -220,11 +220,11 @@ class Advice:
         for key, (item, _) in self._texts.items():
             item.set_visibility(key in self._acts)
 
-    def _apply(self, key: str) -> None:
+    def _apply_tuning(self, key: str) -> None:
         self._acts[key]()
 
     def _find_ways(self, tuning: Answer) -> Iterator[tuple[str, str, partial[None]]]:
-        put, result, texts = self._put, tuning.result, tuning.call.options
+        put, result, texts = self._put_tuning, tuning.result, tuning.call.options
         if result.feasible:
             label = f"vacuum of {show(result.vacuum, 'Pa')}"
             yield "vacuum", label, partial(put, shown="tuned")
@@ -240,8 +240,8 @@ class Advice:
             label = f"travel of {show(travel, 'm')}"
             yield "travel", label, partial(put, shown="tuned", travel=travel)
 
-    def _put(self, **settings: Any) -> None:
-        self._desk.put_all("drop", settings)
+    def _put_tuning(self, **settings: Any) -> None:
+        self._desk.put_settings("drop", settings)
 
 
 MODES = MappingProxyType(
@@ -305,7 +305,7 @@ def drop_table(drops: Drops, mode_shown: str, is_main: bool = True) -> str:
             if mode in fine:
                 ident = f'data-testid="drop-{mode}-{key}"'
                 text = _cell(key, fine[mode].get(name, "–"))
-                cells.append(f"<td{_mark(mode, mode_shown)} {ident}>{escape(text)}</td>")
+                cells.append(f"<td{_mode_mark(mode, mode_shown)} {ident}>{escape(text)}</td>")
             elif i == 0:
                 reason = drops[mode].refusal if stop is None else str(stop.reason)
                 ident = f'data-testid="drop-{mode}-outcome"'
@@ -313,7 +313,7 @@ def drop_table(drops: Drops, mode_shown: str, is_main: bool = True) -> str:
                 ident = ident if is_main else ""
                 cells.append(f'<td rowspan="{len(names)}" class="cannot" {ident}>{text_cell}</td>')
         rows.append(f"<tr>{''.join(cells)}</tr>")
-    heads = [f'<th scope="col"{_mark(m, mode_shown)}>{escape(MODES[m])}</th>' for m in drops]
+    heads = [f'<th scope="col"{_mode_mark(m, mode_shown)}>{escape(MODES[m])}</th>' for m in drops]
     return (
         '<table class="drop-table"><caption class="sr-only">The same drop with no brake, at full '
         f"vacuum and tuned</caption><thead><tr><td></td>{''.join(heads)}</tr></thead>"
@@ -321,7 +321,7 @@ def drop_table(drops: Drops, mode_shown: str, is_main: bool = True) -> str:
     )
 
 
-def _mark(mode: str, mode_shown: str) -> str:
+def _mode_mark(mode: str, mode_shown: str) -> str:
     return ' class="shown"' if mode == mode_shown else ""
 
 
@@ -364,4 +364,4 @@ def drop_chart(
         Pane(travel, y="distance [mm]", **common),
         Pane(deceleration, y="deceleration [m/s²]", y_range=(None, None), levels=least, **common),
     ]
-    return options(add_comparisons(panes, quiet), dark)
+    return chart_options(add_comparisons(panes, quiet), dark)

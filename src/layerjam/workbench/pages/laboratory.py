@@ -125,18 +125,18 @@ class Laboratory(Page):
                 Card(self.desk, "validate", show_step),
                 Card(self.desk, "report", self._show_report, self._add_report),
             ]
-        self._fill()
+        self._fill_tables()
         ui.timer(LOOK, self._update_results)
 
     def _add_buttons(self) -> None:
         sample = partial(self._request_action, "sample")
-        self.sample = _button("Sample", "casino", sample, "sample")
-        self.take = _button("Use this brake on all pages", "move_up", self._use_brake, "take")
-        self.toml = _button("TOML", "download", self._download_brake, "toml")
+        self.sample = _add_button("Sample", "casino", sample, "sample")
+        self.take = _add_button("Use this brake on all pages", "move_up", self._use_brake, "take")
+        self.toml = _add_button("TOML", "download", self._download_brake, "toml")
 
     def _add_report(self) -> None:
         begin = partial(self._request_action, "report")
-        self.make = _button("Create the report", "description", begin, "make-report")
+        self.make = _add_button("Create the report", "description", begin, "make-report")
 
     def _show_report(self, step: StepResult) -> None:
         size = sum(map(len, step.pages.values()))
@@ -148,17 +148,17 @@ class Laboratory(Page):
             words.append("No PDF: the optional part 'pdf' is not installed.")
         dress(ui.label(spoken.page_text(" ".join(words))), "laboratory-report-words", "opacity-80")
 
-        def download_all() -> None:
+        def download_pages() -> None:
             ui.download.content(zip_files(step.pages), f"{step.call.out}.zip", "application/zip")
 
         if not step.pages:
             return
         with ui.row().classes("gap-2"):
             for name in (n for n in KINDS if n in step.pages):
-                _button(
+                _add_button(
                     name, "download", partial(_download_page, step, name), name.replace(".", "-")
                 )
-            _button("Everything (ZIP)", "folder_zip", download_all, "report-zip")
+            _add_button("Everything (ZIP)", "folder_zip", download_pages, "report-zip")
 
     # ---- computation
 
@@ -174,7 +174,7 @@ class Laboratory(Page):
         for inputs in self.more.values():
             options |= inputs.options()
         brake, folder = self.desk.brake_subject(), self.uploads.folder
-        return Campaign(self.rows, brake, options, folder, self.runner.tell)
+        return Campaign(self.rows, brake, options, folder, self.runner.report_progress)
 
     def answers(self) -> Sequence[Answer]:
         """Return the displayed steps, in order, and the report if there is one."""
@@ -184,33 +184,35 @@ class Laboratory(Page):
     def compute(self) -> list[Row]:
         """Read new files, then compute friction, calibration and validation as far as possible."""
         actions, self._wanted = self._wanted, set()
-        self._begun = self._inputs()
+        self._begun = self._request_inputs()
         if "practice" in actions:
-            self._practise()
+            self._load_practice_files()
         edits, standard = get_edits(self.desk), self.word(self.standard)
-        self.rows = read_rows(self.uploads, edits, standard, self._read, self.runner.tell)
+        self.rows = read_rows(
+            self.uploads, edits, standard, self._read, self.runner.report_progress
+        )
         if not self.rows:
             self.chain = Chain()
         elif not self._divides:
             self.chain.run(self.campaign(), *actions)
         return self.rows
 
-    def _practise(self) -> None:
-        for name, data in practice_files(self.uploads.folder, self.runner.tell).items():
+    def _load_practice_files(self) -> None:
+        for name, data in practice_files(self.uploads.folder, self.runner.report_progress).items():
             try:
-                self.uploads.take(name, data)
+                self.uploads.store_file(name, data)
             except UploadError as err:
                 self._not_taken.append(str(err))
         self._divides = True
 
-    def _inputs(self) -> object:
+    def _request_inputs(self) -> object:
         """Return everything that the computation depends on."""
         state, files = self.desk.state, self.uploads
         return state.settings.get(self.name), state.brake, files.used, dict(files.sidecars)
 
     def refresh(self) -> None:
         """Request a new computation, and cancel the one with outdated inputs."""
-        if self.runner.running and self._inputs() != self._begun:
+        if self.runner.running and self._request_inputs() != self._begun:
             self.runner.stop()
         super().refresh()
 
@@ -219,7 +221,7 @@ class Laboratory(Page):
         if not self.uploads.closed and (problem or result is not None):
             super()._show(result, problem)
             if self.desk.state.page == self.name:  # a hidden page is filled when opened
-                self._fill()
+                self._fill_tables()
 
     def draw(self, result: list[Row]) -> None:
         """Report rejected practice files, and assign the others; save a report."""
@@ -239,21 +241,21 @@ class Laboratory(Page):
     def _update_results(self) -> None:
         """Show intermediate results during the computation."""
         if self.runner.running and self.desk.state.page == self.name:
-            self._fill()
+            self._fill_tables()
 
-    def _fill(self) -> None:
-        self.banner.set_visibility(any(r.synthetic for r in self.rows))
+    def _fill_tables(self) -> None:
+        self.banner.set_visibility(any(r.is_synthetic for r in self.rows))
         self.table.fill(self.rows)
         self._on_choose(self.table.chosen)
         self.heroes.fill(headlines(self.chain))
         for card in self.cards:
             card.fill(self.chain)
         for control in (self.take, self.toml):
-            control.set_visibility(self._calibration() is not None)
+            control.set_visibility(self._calibration_step() is not None)
         self.sample.set_visibility(self.chain.instead.get("calibrate") == SAMPLE)
-        self.make.set_enabled(any(r.good for r in self.rows))
+        self.make.set_enabled(any(r.is_usable for r in self.rows))
 
-    def _calibration(self) -> StepResult | None:
+    def _calibration_step(self) -> StepResult | None:
         step = self.chain.done.get("calibrate")
         return None if step is None or step.brake is None else step
 
@@ -284,7 +286,7 @@ class Laboratory(Page):
             ui.notify("none of these files has a sidecar")
 
     def _use_brake(self) -> None:
-        calibration = self._calibration()
+        calibration = self._calibration_step()
         if calibration is None or calibration.brake is None:
             return
         # import late: it is slow, and the fit has already imported it
@@ -301,7 +303,7 @@ class Laboratory(Page):
         ui.notify("The calibrated brake is now the current brake; use Undo to go back")
 
     def _download_brake(self) -> None:
-        calibration = self._calibration()
+        calibration = self._calibration_step()
         if calibration is not None and calibration.brake is not None:
             text = calibration.brake.text.encode()
             ui.download.content(text, calibration.call.out, "application/toml")
@@ -316,5 +318,5 @@ def _download_page(report: StepResult, name: str) -> None:
     ui.download.content(report.pages[name], f"{stem}-{name}", KINDS[name])
 
 
-def _button(text: str, icon: str, act: Any, key: str) -> ui.button:
+def _add_button(text: str, icon: str, act: Any, key: str) -> ui.button:
     return button(text, act, f"laboratory-{key}", icon)

@@ -58,7 +58,7 @@ class Campaign:
 
     def used(self, role: str) -> tuple[DataFile, ...]:
         """Return the input files of a step."""
-        return tuple(r.upload for r in self.rows if r.good and r.role == role)
+        return tuple(r.upload for r in self.rows if r.is_usable and r.role == role)
 
     def options(self, command: str) -> Options:
         """Return the options of a command that differ from its defaults."""
@@ -119,9 +119,9 @@ class Chain:
         self.instead = {"validate": WAITS} if has_files["validate"] else {}
         brake, calibrated_brake = campaign.brake, None
         if has_files["friction"]:
-            brake = self._friction(campaign) or brake
+            brake = self._run_friction(campaign) or brake
         if has_files["calibrate"]:
-            calibrated_brake = self._calibration(campaign, brake, "sample" in wanted)
+            calibrated_brake = self._run_calibration(campaign, brake, "sample" in wanted)
         if has_files["calibrate"] and calibrated_brake is None:
             self.done.pop("validate", None)
         elif has_files["validate"]:
@@ -132,14 +132,14 @@ class Chain:
         else:
             self.done.pop("report", None)
 
-    def _friction(self, campaign: Campaign) -> Subject | None:
+    def _run_friction(self, campaign: Campaign) -> Subject | None:
         for call in campaign.friction():
             step = self._run_step(campaign, call)
             if step.result is not None:
                 break
         return _written_brake(step)
 
-    def _calibration(self, campaign: Campaign, brake: Subject, sample: bool) -> Subject | None:
+    def _run_calibration(self, campaign: Campaign, brake: Subject, sample: bool) -> Subject | None:
         call = campaign.calibration(brake)
         if call.options.get("depth") == "bayesian" and not (sample or self._cached_step(call)):
             self.done.pop("calibrate", None)

@@ -17,7 +17,7 @@ from layerjam.report.style import CYCLE
 from layerjam.units import show, spec_of
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, parameters
-from layerjam.workbench.charts import options
+from layerjam.workbench.charts import chart_options
 from layerjam.workbench.columns import ColumnTable
 from layerjam.workbench.controls import add_unit
 from layerjam.workbench.desk import Desk
@@ -67,7 +67,7 @@ class Correct:
         self.box.set_visibility(False)
 
     @property
-    def _keys(self) -> list[str]:
+    def _row_keys(self) -> list[str]:
         return [r.upload.key for r in self.rows]
 
     def fill(self, rows: Sequence[Row], dark: bool) -> None:
@@ -84,7 +84,7 @@ class Correct:
         self._words.clear()
         with self._words:
             self._show_readings(is_single)
-        self._draw(is_single, dark)
+        self._draw_readings(is_single, dark)
         self._below.clear()
         with self._below:
             self._build_form()
@@ -103,7 +103,7 @@ class Correct:
         if len(self.rows) > SHOWN:
             ui.label(f"and {len(self.rows) - SHOWN} more")
 
-    def _draw(self, is_single: bool, dark: bool) -> None:
+    def _draw_readings(self, is_single: bool, dark: bool) -> None:
         traces = [(r, t) for r in self.rows[:SHOWN] for t in r.traces][:SHOWN]
         curves = []
         for color, (row, trace) in zip(CYCLE, traces, strict=False):
@@ -112,7 +112,7 @@ class Correct:
             curves.append(Curve(trace.travel * 1e3, trace.force, color, name, width=1.5))
         self._curve.set_visibility(bool(curves))
         ends = (None, None), (None, None)
-        chart = options([Pane(curves, "elongation [mm]", "force [N]", *ends)], dark)
+        chart = chart_options([Pane(curves, "elongation [mm]", "force [N]", *ends)], dark)
         # the `pull` command draws these files when its figure is requested
         files = tuple(r.upload for r in self.rows[:SHOWN] if r.traces)
         name = Path(files[0].shown).stem if len(files) == 1 else "records"
@@ -120,7 +120,7 @@ class Correct:
         self._panel.draw(answer, chart)
 
     def _build_form(self) -> None:
-        edits = get_edits(self.desk).get(self._keys[0], {})
+        edits = get_edits(self.desk).get(self._row_keys[0], {})
         roles = {r.role for r in self.rows}
         self._said = {**edits, "role": roles.pop() if len(roles) == 1 else ""}
         self._fields, self._pins = {}, None
@@ -129,7 +129,7 @@ class Correct:
             for name in FACTS:
                 tip = f"{spec_of(Facts, name).text}, with its unit; leave empty to use the sidecar"
                 self._add_text(name, name.replace("_", " ").capitalize(), self._example(name), tip)
-        table = self._preview()
+        table = self._show_preview()
         is_refused = any(r.refused for r in self.rows)
         with (
             fold("Columns, units, signs", "laboratory-correct", is_refused),
@@ -140,9 +140,9 @@ class Correct:
         suffix = "" if len(self.rows) == 1 else f" to {len(self.rows)} files"
         with ui.row().classes("gap-2"):
             for text, icon, act, key, look in (
-                (f"Apply{suffix}", "check", self._apply, "apply", "unelevated"),
+                (f"Apply{suffix}", "check", self._apply_edits, "apply", "unelevated"),
                 ("Discard corrections", "restart_alt", self._discard_edits, "forget", "flat"),
-                ("Remove", "delete", partial(self._remove, self._keys), "remove", "flat"),
+                ("Remove", "delete", partial(self._remove, self._row_keys), "remove", "flat"),
             ):
                 button(text, act, f"laboratory-{key}", icon, look=f"{look} dense no-caps")
             if all(r.traces and r.role in (CALIBRATE, VALIDATE) for r in self.rows):
@@ -151,7 +151,7 @@ class Correct:
                 self._fill_pin()
 
     def _free_keys(self) -> list[str]:
-        return [key for key in self._keys if key not in self.desk.state.files]
+        return [key for key in self._row_keys if key not in self.desk.state.files]
 
     def _fill_pin(self) -> None:
         if self._pins is not None:
@@ -162,20 +162,20 @@ class Correct:
         """Show the files on the Pull page, or remove them if all are already there."""
         free = self._free_keys()
         try:
-            for key in free or self._keys:
+            for key in free or self._row_keys:
                 toggle_file(self.desk, key)
         except LayerjamError as err:
-            self._trouble.say(one_line(err))
+            self._trouble.show_error(one_line(err))
             return
-        self._trouble.say("")
+        self._trouble.show_error("")
         if free:
             subject = "It is" if len(free) == 1 else f"{len(free)} files are"
             ui.notify(f"{subject} on the Pull page, next to the computed curve")
         else:
-            subject = "It was" if len(self._keys) == 1 else f"{len(self._keys)} files were"
+            subject = "It was" if len(self._row_keys) == 1 else f"{len(self._row_keys)} files were"
             ui.notify(f"{subject} removed from the Pull page")
 
-    def _preview(self) -> Preview | str:
+    def _show_preview(self) -> Preview | str:
         """Show the table of the first file, or the reason why there is none."""
         upload = self.rows[0].upload
         try:
@@ -206,12 +206,14 @@ class Correct:
             change = column_edit(upload.path, table, index, role, unit)
             check_edit(change)
         except LayerjamError as err:
-            self._trouble.say(str(rename_files(one_line(err), {upload.path.name: upload.shown})))
+            self._trouble.show_error(
+                str(rename_files(one_line(err), {upload.path.name: upload.shown}))
+            )
             return
-        put_edits(self.desk, dict.fromkeys(self._keys, change))
+        put_edits(self.desk, dict.fromkeys(self._row_keys, change))
 
     def _on_turn(self, role: str) -> None:
-        put_edits(self.desk, dict.fromkeys(self._keys, reverse_sign(self._said, role)))
+        put_edits(self.desk, dict.fromkeys(self._row_keys, reverse_sign(self._said, role)))
 
     def _add_text(
         self, key: str, label: str, example: str = "", tip: str = "", width: str = "w-44"
@@ -238,7 +240,7 @@ class Correct:
             return f"stated: {show(value, spec_of(Facts, name).unit)}"
         return f"such as {EXAMPLES[name]}"
 
-    def _apply(self) -> None:
+    def _apply_edits(self) -> None:
         changes = {k: str(f.value or "").strip() for k, f in self._fields.items()}
         changes |= {name: add_unit(changes[name], UNITS[name]) for name in FACTS}
         if not changes["role"]:
@@ -246,14 +248,14 @@ class Correct:
         try:
             check_edit(changes)
         except LayerjamError as err:
-            self._trouble.say(one_line(err))
+            self._trouble.show_error(one_line(err))
             return
-        self._trouble.say("")
-        put_edits(self.desk, dict.fromkeys(self._keys, changes))
+        self._trouble.show_error("")
+        put_edits(self.desk, dict.fromkeys(self._row_keys, changes))
 
     def _discard_edits(self) -> None:
         edits = get_edits(self.desk)
-        changes = {k: dict.fromkeys(set(edits.get(k, {})) - {"role"}, "") for k in self._keys}
+        changes = {k: dict.fromkeys(set(edits.get(k, {})) - {"role"}, "") for k in self._row_keys}
         put_edits(self.desk, changes)
         self._shown = ()
 

@@ -48,7 +48,7 @@ class Row:
         return ""
 
     @property
-    def good(self) -> bool:
+    def is_usable(self) -> bool:
         """Whether a step can use it."""
         return not self.refused and not self.asks and self.role != "aside"
 
@@ -58,7 +58,7 @@ class Row:
         return self.traces[0].facts.vacuum if self.traces else self.facts.vacuum
 
     @property
-    def synthetic(self) -> bool:
+    def is_synthetic(self) -> bool:
         """Whether a program generated it."""
         return any(t.facts.synthetic for t in self.traces) or self.facts.synthetic
 

@@ -107,11 +107,11 @@ class Table:
         if rows is self._shown:
             return
         self._shown = rows
-        good = sum(r.good for r in rows)
+        usable = sum(r.is_usable for r in rows)
         reasons = {row.upload.shown: row.refused for row in rows if row.refused}
         count = len(rows) + len(self._refused)
         reasons |= {name: f"{name}: {reason}" for name, reason in self._refused.items()}
-        text = f"{count} {'file' if count == 1 else 'files'}, {good} of them usable"
+        text = f"{count} {'file' if count == 1 else 'files'}, {usable} of them usable"
         if reasons:
             causes = dict.fromkeys(reason.partition(";")[0] for reason in reasons.values())
             text += f", {len(reasons)} refused: {'; '.join(causes)}"
@@ -173,7 +173,7 @@ class Card:
         keys = {content.notice, *(getattr(warning, "key", "") for warning in warnings)}
         for key, (text, settings) in REMEDIES.items():
             if key in keys:
-                act = partial(self.desk.put_all, "laboratory", settings)
+                act = partial(self.desk.put_settings, "laboratory", settings)
                 button(text, act, f"{ident}-remedy", "build")
 
 

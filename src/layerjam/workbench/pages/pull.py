@@ -17,7 +17,7 @@ from layerjam.workbench.call import Call
 from layerjam.workbench.controls import Choice, Control, choice, entry, map_keys, vacuum_entry
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.more import OtherInputs
-from layerjam.workbench.outcomes import pull_words, slide_words
+from layerjam.workbench.outcomes import describe_pull, describe_slide
 from layerjam.workbench.page import Box, Figures, Notes, Page
 from layerjam.workbench.pages import pull_band
 from layerjam.workbench.pages.pull_chart import pull_chart, stick_slip_chart
@@ -218,7 +218,7 @@ class Pull(Page):
                 self.peak.build()
             self.panel.build("pull-chart", "Force versus elongation")
             self.by_sheet = SheetBySheet(self.panel.chart)
-            self.peak.attach(self.panel.chart)
+            self.peak.attach_chart(self.panel.chart)
             with self.panel.build_row():
                 record = partial(self._download_result, f"tensile {STICK_SLIP}", "csv")
                 button("record as CSV", record, "pull-record", look=takeaway.QUIET)
@@ -261,7 +261,7 @@ class Pull(Page):
         """Return the pull, the brake's largest force for the axis, the files, and the band."""
         (call,) = self.calls()
         saws = call.name == STICK_SLIP
-        result = call.run(**({} if saws else {"progress": self.runner.tell}))
+        result = call.run(**({} if saws else {"progress": self.runner.report_progress}))
         if self._whole[0] != call.subjects[0].text:
             self._whole = (call.subjects[0].text, Call("show", call.subjects).run())
         pins, reading = self.panel.pinned_answers(call), self._read_files()
@@ -282,7 +282,7 @@ class Pull(Page):
         answer = self.panel.shown
         error = None if answer is None else pull_band.law_error(self.desk, answer.call)
         if error is not None:
-            self.panel.pin(**{BAND: error.text()})
+            self.panel.pin_answer(**{BAND: error.text()})
 
     def _read_files(self) -> Reading:
         """Return the interpreted files; read them again if files, brake or vacuum have changed."""
@@ -291,7 +291,9 @@ class Pull(Page):
         sidecars = tuple(self.uploads.sidecars)
         key = (files, sidecars, self.desk.state.brake, vacuum if reading.lacking else "")
         if last_key != key:
-            reading = read_pulls(files, self.desk.brake_subject(), vacuum, self.runner.tell)
+            reading = read_pulls(
+                files, self.desk.brake_subject(), vacuum, self.runner.report_progress
+            )
             self._read = ((*key[:3], vacuum if reading.lacking else ""), reading)
         return reading
 
@@ -304,13 +306,13 @@ class Pull(Page):
         self.of_files.set_visibility(reading.lacking)
         self.compared.set_visibility(bool(reading.curves) and not saws)
         self.errors.set_visibility(not saws)
-        self.panel.draw(answer, chart_of(answer, brake_facts, reading, band, self.dark))
+        self.panel.draw(answer, choose_chart(answer, brake_facts, reading, band, self.dark))
         if not saws:
             self.peak.fill(pull.peak_force)
         (self.saw if saws else self.pulled).fill(pull)
         self.by_sheet.fill(None if saws else pull.motion, pull.record.brake.brake.sheets)
         self.heroes.fill(headlines(pull))
-        self.outcome.set_text(slide_words(pull) if saws else pull_words(pull))
+        self.outcome.set_text(describe_slide(pull) if saws else describe_pull(pull))
         self.measured.fill(reading)
         self.errors.fill(reading)
         self.notes.fill(pull.warnings)
@@ -322,7 +324,7 @@ class Pull(Page):
                 await takeaway.download(make, f"{answer.name}.{ending}")
 
 
-def chart_of(
+def choose_chart(
     answer: Answer, brake_facts: Any, reading: Reading, band: pull_band.Band | None, dark: bool
 ) -> dict[str, Any]:
     """Return the chart of a pull with pinned curves, or of one with stick–slip."""

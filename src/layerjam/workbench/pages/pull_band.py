@@ -49,7 +49,7 @@ def law_error(desk: Desk, call: Call) -> "LawError | None":
     spread = desk.laws.get(call.subjects[0].text)
     if spread is None or call.name != "tensile" or call.options.keys() != ASKED:
         return None
-    vacuum, speed = _condition(call)
+    vacuum, speed = _pull_condition(call)
     return spread.error_at(vacuum, speed) if vacuum > 0 else None
 
 
@@ -61,7 +61,7 @@ def compute_band(error: "LawError", record: TensileRecord, call: Call) -> Band |
     ends = 0.0, top, min(2 * top, (top + u[-1]) / 2), u[-1]
     stretches = [np.linspace(a, b, POINTS, endpoint=False) for a, b in pairwise(ends)]
     elongation = np.concatenate((*stretches, u[-1:]))
-    half = error.half_width(record.brake.brake, elongation, *_condition(call))
+    half = error.half_width(record.brake.brake, elongation, *_pull_condition(call))
     return Band(elongation, half, error.pulls) if np.isfinite(half).all() else None
 
 
@@ -97,7 +97,7 @@ def draw_bands(figure: "Figure", bands: Sequence[tuple[Band, TensileRecord, str]
         style.label(axes, x_end, y, f"band: {name}", ha="right", va="bottom")
 
 
-def _condition(call: Call) -> tuple[float, float]:
+def _pull_condition(call: Call) -> tuple[float, float]:
     """Return the vacuum [Pa] and the speed [m/s] of a pull."""
     vacuum, speed = call.options["vacuum"], call.options["speed"]
     return parse(vacuum, "Pa", "vacuum"), parse(speed, "m/s", "speed")

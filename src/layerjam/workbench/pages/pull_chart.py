@@ -10,7 +10,7 @@ import numpy as np
 from layerjam.report.chart import Curve, Pane, add_comparisons
 from layerjam.report.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, SKY
 from layerjam.units import show
-from layerjam.workbench.charts import options, round_up
+from layerjam.workbench.charts import chart_options, round_up
 from layerjam.workbench.pages.pull_band import Band
 from layerjam.workbench.pages.pull_files import Reading
 
@@ -68,14 +68,14 @@ def pull_chart(
     top = round_up(max(brake_facts.max_force, *(float(c.y.max()) for c in curves[1:]), 0.0))
     if residuals:
         grid = np.linspace(0.0, end, SHARED)
-        curves, residuals = _resample(curves, grid), _resample(residuals, grid)
+        curves, residuals = _resample_curves(curves, grid), _resample_curves(residuals, grid)
     pull, ends = result.panes()[0], (0.0, end if residuals else None)
     edges = list(zip(curves[first_edge::2], curves[first_edge + 1 :: 2], strict=True))
     panes = [replace(pull, curves=curves, bands=edges, x_range=ends, y_range=(0, top), share=3.0)]
     if residuals:
         limit = round_up(max(*(float(np.nanmax(abs(c.y))) for c in residuals), 1e-6))
         panes.append(Pane(residuals, pull.x, "residual [N]", ends, (-limit, limit)))
-    return options(panes, dark)
+    return chart_options(panes, dark)
 
 
 def _computed_curve(result: Any, label: str, notes: Mapping[str, str]) -> Curve:
@@ -96,7 +96,7 @@ def _band_edges(result: Any, band: Band, label: str) -> list[Curve]:
     ]
 
 
-def _resample(curves: Sequence[Curve], grid: np.ndarray) -> list[Curve]:
+def _resample_curves(curves: Sequence[Curve], grid: np.ndarray) -> list[Curve]:
     """Return the curves on one grid; the cursor reads only curves with a point at its position."""
     result = []
     for curve in curves:
@@ -114,4 +114,4 @@ def stick_slip_chart(
     quiet = {label: pin_result.overlay_curves() for label, pin_result in pins.items()}
     (pane,) = add_comparisons(result.panes(), quiet)
     top = round_up(max(brake_facts.holding_force, pane.y_range[1]))
-    return options([replace(pane, y_range=(0, top))], dark)
+    return chart_options([replace(pane, y_range=(0, top))], dark)

@@ -138,22 +138,22 @@ class MeasuredFiles:
         self.desk = desk
         FilesHere(desk, "pull")
         self._trouble = Alert("pull-file-problem", "text-sm")
-        self.list = dress(Box(self._show), "pull-files")
+        self.list = dress(Box(self._show_reading), "pull-files")
 
-    def _remove(self, key: str) -> None:
+    def _remove_file(self, key: str) -> None:
         self.desk.files.remove([key])
         self.desk.files_changed()
 
     def fill(self, reading: Reading) -> None:
         """Show the results of the files."""
         if self.list.fill(reading):
-            self._trouble.say("".join(answer.refusal for answer in reading.answers))
+            self._trouble.show_error("".join(answer.refusal for answer in reading.answers))
 
-    def _show(self, reading: Reading) -> None:
+    def _show_reading(self, reading: Reading) -> None:
         for file in reading.files:
             with ui.row().classes("w-full items-center justify-between no-wrap gap-1"):
                 ui.label(file.shown).classes("text-sm font-medium").style("overflow-wrap: anywhere")
-                look, remove = "flat round dense size=sm", partial(self._remove, file.key)
+                look, remove = "flat round dense size=sm", partial(self._remove_file, file.key)
                 remove_button = button("", remove, "pull-file-remove", "close", look=look)
                 dress(remove_button, aria_label=f"Remove {file.shown}")
             for sentence in reading.sentences(file.shown):

@@ -86,10 +86,12 @@ class Editor:
         self._chosen = select({}, kind.capitalize(), self.kind.ident, self._on_choose)
         with ui.row().classes("w-full gap-2 no-wrap"):
             build_opener(self.desk, kind, page, self.problem)
-            button("Save TOML", self._save, f"{page}-save", "download")
+            button("Save TOML", self._save_toml, f"{page}-save", "download")
         self._named = field("Name", f"{page}-name", longest=80)
         on_typed(self._named, self._on_rename)
-        self.desk.watch(lambda kind: self.fill() if kind in (self.kind.what, "undo") else None)
+        self.desk.add_watcher(
+            lambda kind: self.fill() if kind in (self.kind.what, "undo") else None
+        )
         self.fill()
 
     def fill(self) -> None:
@@ -102,7 +104,7 @@ class Editor:
         self._chosen.set_options(choices, value=CUSTOM if is_own else self.text)
         self._named.set_value(self.file.name)
         self._named.error = None
-        self.problem.say("")
+        self.problem.show_error("")
         self.waiting.clear()
         for row in self.rows.values():
             row.fill()
@@ -112,7 +114,7 @@ class Editor:
         if event.value in self.catalogue_names and event.value != self.text:
             self.desk.put_file(self.kind.what, str(event.value))
 
-    def _save(self) -> None:
+    def _save_toml(self) -> None:
         """Return the unchanged TOML text, with its comments and sources."""
         ui.download.content(self.file.text.encode(), f"{self.file.name}.toml", "application/toml")
 
@@ -128,7 +130,7 @@ class Editor:
 
     # ---- numbers of the record
 
-    def change(
+    def change_values(
         self, changes: Mapping[str, str | None], takes: Mapping[str, str | None] | None = None
     ) -> str:
         """Change numbers, or the parts of whole tables.
@@ -172,7 +174,7 @@ class Editor:
             if table in FAMILIES and self.kind.what == "line":
                 self._build_part_choice(table)
             elif table in self.kind.optional:
-                drop = partial(self.take, table, NONE)
+                drop = partial(self.take_part, table, NONE)
                 title, ident = self.kind.groups[table].lower(), f"{self.kind.page}-without-{table}"
                 button(f"No {title}", drop, ident, "close", look="flat dense no-caps")
             for path in self.kind.paths(table):
@@ -183,7 +185,7 @@ class Editor:
         parts = {CUSTOM: "custom values", **none, **self.kind.parts(table)}
 
         def on_select(event: events.ValueChangeEventArguments[Any]) -> None:
-            self.take(table, str(event.value))
+            self.take_part(table, str(event.value))
 
         box = select(parts, "Part", f"{self.kind.page}-part-{table}", on_select)
         self._parts[table] = dress(box, aria_label=f"Catalogue part for the {table}")
@@ -199,43 +201,45 @@ class Editor:
             part = self.current_part(table)
             box.set_value(part if part in (box.options or ()) else CUSTOM)
 
-    def take(self, table: str, part: str) -> None:
+    def take_part(self, table: str, part: str) -> None:
         """Choose a different part of the catalogue for a table, or none."""
         if part in (CUSTOM, self.current_part(table)):
             return
-        problem = self.change({}, {table: None if part == NONE else part})
+        problem = self.change_values({}, {table: None if part == NONE else part})
         if problem:
             self.fill()
-            self.problem.say(problem)
+            self.problem.show_error(problem)
 
     # ---- source of new numbers
 
     def origin(self) -> tuple[str, str]:
         """Return the kind and the source of numbers typed from now on."""
-        return read_word(self.desk, self.kind.page, self._kinds), self._source()
+        return read_word(self.desk, self.kind.page, self._kind_choice), self._source_text()
 
     @property
-    def _kinds(self) -> Choice:
+    def _kind_choice(self) -> Choice:
         words = {kind: f"{kind}: {KINDS[kind]}" for kind in NEW_KINDS}
         return Choice(self.kind.origin[0], words, "assumed", label="Kind")
 
-    def _source(self) -> str:
+    def _source_text(self) -> str:
         return str(self.desk.get(self.kind.page, self.kind.origin[1], ""))[:200]
 
     def build_origin(self) -> None:
         """Build the fields for the source of all numbers that are typed from now on."""
         page, key = self.kind.page, self.kind.origin[1]
         with fold("Source of new numbers"):
-            menu(self.desk, page, self._kinds)
+            menu(self.desk, page, self._kind_choice)
             example = "caliper, 3 readings"
-            box = field("Source", f"{page}-{key}", self._source(), example=example, longest=200)
-        box.on_value_change(lambda event: self.desk.put(page, key, str(event.value or "")))
+            box = field(
+                "Source", f"{page}-{key}", self._source_text(), example=example, longest=200
+            )
+        box.on_value_change(lambda event: self.desk.put_setting(page, key, str(event.value or "")))
 
-        def fill(change: str) -> None:
+        def show_kind(change: str) -> None:
             if change == "undo":
-                box.set_value(self._source())
+                box.set_value(self._source_text())
 
-        self.desk.watch(fill)
+        self.desk.add_watcher(show_kind)
 
 
 def build_opener(desk: Desk, kind: str, page: str, problem: Alert) -> None:
@@ -246,9 +250,9 @@ def build_opener(desk: Desk, kind: str, page: str, problem: Alert) -> None:
         try:
             text = decode_toml(await event.file.read(), event.file.name)
             desk.put_file(kind, text if "\n" in text else f"{text}\n")
-            problem.say("")
+            problem.show_error("")
         except LayerjamError as err:
-            problem.say(one_line(err))
+            problem.show_error(one_line(err))
 
     too_large = f"the {kind} file is too large; the limit is {MAX_BYTES // 1000} kB"
     upload = ui.upload(
@@ -256,7 +260,7 @@ def build_opener(desk: Desk, kind: str, page: str, problem: Alert) -> None:
         max_files=1,
         auto_upload=True,
         on_upload=on_upload,
-        on_rejected=lambda: problem.say(too_large),
+        on_rejected=lambda: problem.show_error(too_large),
     )
     dress(upload, f"{page}-open-file", "hidden", accept=".toml")
     pick = partial(upload.run_method, "pickFiles")
@@ -315,7 +319,7 @@ class FieldRow:
         text = add_unit(text, "" if self.spec.unit == "1" else bare_unit(current, self.spec))
         table = self.path.rpartition(".")[0]
         waiting = {p: t for p, t in self.editor.waiting.items() if p.rpartition(".")[0] == table}
-        problem = self.editor.change({**waiting, self.path: text or None})
+        problem = self.editor.change_values({**waiting, self.path: text or None})
         self.field.error = problem or None
         if problem and text and table and self.editor.value(table) is None:
             self.editor.waiting[self.path] = text

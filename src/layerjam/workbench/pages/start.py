@@ -15,13 +15,13 @@ from layerjam.units import parse, show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, try_call
 from layerjam.workbench.call import Call
-from layerjam.workbench.charts import options, round_up
+from layerjam.workbench.charts import chart_options, round_up
 from layerjam.workbench.controls import Control, map_keys, vacuum_entry
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.drop_outcome import Animation, series
 from layerjam.workbench.pages.records import build_opener
-from layerjam.workbench.scene import StackView, build_stack, stack_words
+from layerjam.workbench.scene import StackView, build_stack, describe_stack
 from layerjam.workbench.widgets import (
     Alert,
     button,
@@ -70,7 +70,7 @@ class Start(Page):
         with side:
             with ui.column().classes("w-full gap-3 start-set"):
                 self.slider("vacuum")
-                button("Drop a kilogram", self._drop_mass, "start-drop", "south", look="no-caps")
+                button("Drop a kilogram", self._mass_to_drop, "start-drop", "south", look="no-caps")
                 self.problem_line()
             self._build_cards()
         with main:
@@ -110,7 +110,9 @@ class Start(Page):
             with self._build_card("My files", "Friction tests and pulls from a test machine:"):
                 choose = self.desk.choose_files
                 button("Drop or choose files", choose, "start-files", "upload_file")
-        self.desk.watch(lambda what: self._mark_current() if what in ("brake", "undo") else None)
+        self.desk.add_watcher(
+            lambda what: self._mark_current() if what in ("brake", "undo") else None
+        )
         self._mark_current()
 
     @staticmethod
@@ -124,7 +126,7 @@ class Start(Page):
         for name, button_ in self.tried.items():
             dress(button_, aria_pressed=str(name == self.desk.state.brake).lower())
 
-    def _drop_mass(self) -> None:
+    def _mass_to_drop(self) -> None:
         self.dropped = self._play = True
         self.stage.set_visibility(self.dropped)
         self.refresh()
@@ -132,10 +134,10 @@ class Start(Page):
     def calls(self) -> Sequence[Call]:
         """Return the pull, and the drop once it was requested."""
         subject, vacuum = (self.desk.brake_subject(),), self.texts("vacuum")
-        pull = Call("tensile", subject, {**vacuum, **PULL, "travel": self._travel()})
+        pull = Call("tensile", subject, {**vacuum, **PULL, "travel": self._travel_text()})
         return [pull, Call("drop", subject, {**FALL, **vacuum})] if self.dropped else [pull]
 
-    def _travel(self) -> str:
+    def _travel_text(self) -> str:
         return show(min(HELD, self.desk.brake.brake.sheets.usable_travel), "m", 15)
 
     def compute(self) -> Any:
@@ -158,7 +160,7 @@ class Start(Page):
         self.words.set_text(holding_sentence(pull, brake.site.gravity))
         live.draw(self.chart, force_chart(pull, full, self.dark))
         stack = build_stack(brake, 0.0, vacuum / brake.site.atmosphere)
-        self.view.show(stack, stack_words(brake, stack, 0.0), self.dark)
+        self.view.show(stack, describe_stack(brake, stack, 0.0), self.dark)
         if not fall:
             return
         stop = fall[0].result
@@ -216,4 +218,4 @@ def force_chart(pull: Any, full: Any, dark: bool) -> dict[str, Any]:
     ends, top = (0.0, float(full_curve.x[-1])), (0.0, round_up(full.peak_force))
     marks = [(x, y, "", color) for x, y, _, color in pane.marks]  # the page shows the number
     pane = replace(pane, curves=curves, marks=marks, x_range=ends, y_range=top)
-    return options([pane], dark)
+    return chart_options([pane], dark)

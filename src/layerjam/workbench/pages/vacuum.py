@@ -164,12 +164,12 @@ class Vacuum(Page):
             heading("Regulator")
             side, main = columns()
             with side:
-                self._loop_controls()
+                self._build_loop_controls()
             with main:
                 self._build_regulator()
             self.notes = Notes()
 
-    def _loop_controls(self) -> None:
+    def _build_loop_controls(self) -> None:
         choice(self.desk, self.name, self.safe)
         with self.show_while(lambda: not self.word(self.safe)):
             hint("Law, fault and sampling take effect once a safe state is chosen.")

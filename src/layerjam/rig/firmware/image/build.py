@@ -77,7 +77,7 @@ def recipe_hash() -> str:
     return hashlib.sha256(b"".join(path.read_bytes() for path in paths)).hexdigest()
 
 
-def sources() -> dict[str, str]:
+def source_hashes() -> dict[str, str]:
     """Return the sources of an image; an image with the same hashes is up to date."""
     return {
         "law_sha256": law_hash(),
@@ -86,21 +86,21 @@ def sources() -> dict[str, str]:
     }
 
 
-def current(out: Path) -> bool:
+def is_current(out: Path) -> bool:
     """Return whether a folder contains the image built from these sources."""
     image, facts = out / "layerjam-pico.uf2", out / "layerjam-pico.json"
     if not image.exists() or not facts.exists():
         return False
     earlier = json.loads(facts.read_text("utf-8"))
     digest = hashlib.sha256(image.read_bytes()).hexdigest()
-    return {**sources(), "image_sha256": digest}.items() <= earlier.items()
+    return {**source_hashes(), "image_sha256": digest}.items() <= earlier.items()
 
 
 class BuildError(Exception):
     """Raised if the image cannot be built; the message is one sentence."""
 
 
-def run(command: Sequence[str], folder: Path, log: Path, **more: str) -> str:
+def run_command(command: Sequence[str], folder: Path, log: Path, **more: str) -> str:
     """Return the output of a command; BuildError with the last lines of output if it fails."""
     process = subprocess.run(
         command, cwd=folder, capture_output=True, text=True, check=False, env={**os.environ, **more}
@@ -115,9 +115,9 @@ def run(command: Sequence[str], folder: Path, log: Path, **more: str) -> str:
     return process.stdout
 
 
-def mirrors(log: Path) -> list[str]:
+def find_mirrors(log: Path) -> list[str]:
     """Return the addresses from which this machine's apt fetches Debian's main packages."""
-    output = run(
+    output = run_command(
         ["apt-get", "indextargets", "--format", "$(REPO_URI)", "Created-By: Packages",
          "Component: main", "Origin: Debian", "Label: Debian"],
         Path("/"), log,
@@ -128,7 +128,7 @@ def mirrors(log: Path) -> list[str]:
     return addresses
 
 
-def fetch(work: Path, log: Path) -> Path:
+def fetch_packages(work: Path, log: Path) -> Path:
     """Return a folder with Debian 13's packages, fetched once; this machine's apt is unchanged."""
     versions = {**SOURCES, **BINARIES}
     packages, marker = work / "debian", work / "debian" / "fetched.json"
@@ -138,7 +138,7 @@ def fetch(work: Path, log: Path) -> Path:
     for name in ("lists/partial", "archives/partial"):
         (packages / name).mkdir(parents=True)
     (packages / "debian.sources").write_text(
-        f"Types: deb deb-src\nURIs: {' '.join(mirrors(log))}\nSuites: {SUITE}\n"
+        f"Types: deb deb-src\nURIs: {' '.join(find_mirrors(log))}\nSuites: {SUITE}\n"
         f"Components: main\nSigned-By: {KEYS}\n",
         encoding="utf-8",
     )
@@ -152,24 +152,24 @@ def fetch(work: Path, log: Path) -> Path:
     apt = ["apt-get", "-q"]
     for name, value in options.items():
         apt += ["-o", f"{name}={value}"]
-    run([*apt, "update"], packages, log)
+    run_command([*apt, "update"], packages, log)
     source = [f"{name}={version}" for name, version in SOURCES.items()]
-    run([*apt, "source", "--download-only", *source], packages, log)
-    run([*apt, "download", *(f"{n}={v}" for n, v in BINARIES.items())], packages, log)
+    run_command([*apt, "source", "--download-only", *source], packages, log)
+    run_command([*apt, "download", *(f"{n}={v}" for n, v in BINARIES.items())], packages, log)
     marker.write_text(json.dumps(versions), encoding="utf-8")
     return packages
 
 
-def unpack(packages: Path, work: Path, log: Path) -> tuple[Path, Path]:
+def unpack_sources(packages: Path, work: Path, log: Path) -> tuple[Path, Path]:
     """Return the folders of MicroPython and the maker's library, changed only by CHANGES."""
     tree, library = work / "micropython", work / "library"
     for folder in (tree, library):
         shutil.rmtree(folder, ignore_errors=True)
     library.mkdir()
     (description,) = packages.glob("micropython_*.dsc")
-    run(["dpkg-source", "--no-check", "-x", str(description), str(tree)], work, log)
+    run_command(["dpkg-source", "--no-check", "-x", str(description), str(tree)], work, log)
     for package in sorted(packages.glob("*.deb")):
-        run(["dpkg-deb", "-x", str(package), str(library)], work, log)
+        run_command(["dpkg-deb", "-x", str(package), str(library)], work, log)
     for name, changes in CHANGES.items():
         text = (work / name).read_text(encoding="utf-8")
         for old, new in changes:
@@ -198,21 +198,21 @@ def compile_program(tree: Path, library: Path, work: Path, log: Path, jobs: int)
     shutil.rmtree(tree / "lib" / "tinyusb", ignore_errors=True)
     (tree / "lib" / "tinyusb").symlink_to(usb)
     # the same sources must produce the same image at any time and in any folder
-    epoch = run(
+    epoch = run_command(
         ["dpkg-parsechangelog", "-l", str(tree / "debian/changelog"), "-STimestamp"], work, log
     )
     same = {"SOURCE_DATE_EPOCH": epoch.strip(), "GIT_DIR": "/nonexistent"}
-    run(["make", "-C", str(tree / "mpy-cross"), f"-j{jobs}"], work, log, **same)
+    run_command(["make", "-C", str(tree / "mpy-cross"), f"-j{jobs}"], work, log, **same)
     build = work / "build"
     shutil.rmtree(build, ignore_errors=True)
-    run(
+    run_command(
         ["cmake", "-S", str(tree / "ports" / "rp2"), "-B", str(build), "-DPICO_NO_PICOTOOL=1",
          f"-DMICROPY_BOARD={BOARD}", f"-DMICROPY_BOARD_DIR={board}", "-DPICO_BUILD_DOCS=0",
          f"-DMICROPY_LIB_DIR={tree}",
          f"-DMICROPY_FROZEN_MANIFEST={manifest}", f"-DPICO_SDK_PATH_OVERRIDE={sdk}"],
         work, log, **same,
     )  # fmt: skip
-    run(["cmake", "--build", str(build), f"-j{jobs}"], work, log, **same)
+    run_command(["cmake", "--build", str(build), f"-j{jobs}"], work, log, **same)
     return build / "firmware.bin"
 
 
@@ -233,19 +233,19 @@ def main() -> int:
         "--if-changed", action="store_true", help="build only if the sources have changed"
     )
     args = words.parse_args()
-    if args.if_changed and current(args.out):
+    if args.if_changed and is_current(args.out):
         return 0
     work = args.out.resolve() / "work"
     work.mkdir(parents=True, exist_ok=True)
     log, start = work / "build.log", time.monotonic()
     log.unlink(missing_ok=True)
-    made_of = sources()
+    made_of = source_hashes()
     missing = [tool for tool in TOOLS if shutil.which(tool) is None]
     try:
         if missing:
             raise BuildError(f"not here: {' '.join(missing)}; apt-get install {NEEDED}")
-        packages = fetch(work, log)
-        program = compile_program(*unpack(packages, work, log), work, log, args.jobs)
+        packages = fetch_packages(work, log)
+        program = compile_program(*unpack_sources(packages, work, log), work, log, args.jobs)
     except BuildError as error:
         print(error, file=sys.stderr)
         return 1
