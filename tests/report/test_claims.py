@@ -15,7 +15,7 @@ from layerjam.studies.choi2018.claims import (
     claim,
     count_verdicts,
     judge_claim,
-    paper,
+    load_paper,
 )
 
 numbers = st.floats(-1e6, 1e6, allow_nan=False)
@@ -106,9 +106,11 @@ def test_a_claim_looked_at_again_is_not_counted() -> None:
 
 
 def test_every_claim_of_the_file_is_one() -> None:
-    for key, row in paper()["claim"].items():
+    for key, row in load_paper()["claim"].items():
         printed = PrintedClaim(**row)
         assert printed.section.startswith("I") and len(printed.because) > 10, key
-        assert Basis(printed.against) and (not printed.again or printed.again in paper()["claim"])
+        assert Basis(printed.against) and (
+            not printed.again or printed.again in load_paper()["claim"]
+        )
     with pytest.raises(KeyError):
         claim("no such claim")

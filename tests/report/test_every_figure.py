@@ -338,7 +338,7 @@ def test_figures_of_specimens(tmp_path: Path, count: int) -> None:
 
 @pytest.mark.parametrize("name", scenarios())
 def test_figures_of_a_machine(name: str) -> None:
-    for picture in machine_figures.pictures(load_scenario(name).analyse()):
+    for picture in machine_figures.draw_pictures(load_scenario(name).analyse()):
         assert faults(picture.figure()) == [], picture.name
 
 
