@@ -26,7 +26,8 @@ def draw(name: str, path: Path) -> Path:
     from layerjam.report import fluid_figures, line_pictures, style
 
     here = {"device": device, "kapton": kapton, "engines": engines, "rise": fluid_figures.draw_fig5}
-    figure = here[name]() if name in here else getattr(line_pictures, name)()
+    drawn = {"warned": "draw_warned_plan"}.get(name, f"draw_{name}")
+    figure = here[name]() if name in here else getattr(line_pictures, drawn)()
     return style.save(figure, path, overwrite=True)
 
 
