@@ -93,10 +93,10 @@ def unit_factor(unit: str, si: str) -> Fraction | None:
     if unit == si:
         return Fraction(1)
     factor = FACTORS.get(si, {}).get(unit)
-    return Fraction(factor) if factor is not None else factor_by_pint(unit, si)
+    return Fraction(factor) if factor is not None else pint_factor(unit, si)
 
 
-def factor_by_pint(unit: str, si: str) -> Fraction | None:
+def pint_factor(unit: str, si: str) -> Fraction | None:
     """Return the factor from pint, which knows far more units but takes half a second to load."""
     text = unit.strip().replace("−", "-").replace("μ", "µ").replace('"', "inch")
     if not text or not _UNIT.fullmatch(text) or re.search(r"\d{2}|\*\*|\^\s*\(", text):

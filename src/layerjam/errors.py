@@ -52,7 +52,7 @@ class QuantityError(LayerjamError, ValueError):
         return cls(f"{quantity}: {reason}", quantity=quantity)
 
 
-def quantity_of(error: LayerjamError | None) -> str | None:
+def find_error_quantity(error: LayerjamError | None) -> str | None:
     """Return the name of the quantity that an error is about, or None."""
     return error.quantity if isinstance(error, QuantityError) else None
 
@@ -219,7 +219,7 @@ class CompilerError(LayerjamError):
     key = "compiler"
 
 
-def abbreviate(value: object) -> str:
+def short_text(value: object) -> str:
     """Return a value as text on one short line, for an error message."""
     if shape := getattr(value, "shape", None):
         return f"{type(value).__name__} of shape {shape}"
@@ -231,6 +231,6 @@ def abbreviate(value: object) -> str:
     return f"'{text}'" if isinstance(value, str) else text
 
 
-def count_noun(number: int, noun: str) -> str:
+def count_text(number: int, noun: str) -> str:
     """Return a number with its noun, such as "1 pull" or "3 pulls"."""
     return f"{number} {noun}{'s' * (number != 1)}"

@@ -30,7 +30,7 @@ def is_windows() -> bool:
     return WINDOWS
 
 
-def check_name(path: PurePath) -> None:
+def check_file_name(path: PurePath) -> None:
     """Raise FileError for a path with a file or folder name that Windows rejects.
 
     Call this first, because on Windows the name of a device counts as an existing file.
@@ -106,7 +106,7 @@ def lock_file(file: int, wait: bool = False) -> bool:
     return True
 
 
-def typed_line(words: Iterable[str]) -> str:
+def format_command_line(words: Iterable[str]) -> str:
     """Return a command as a user types it, with its words quoted for the system's command line."""
     return " ".join(map(quote_word, words))
 

@@ -17,7 +17,7 @@ from numbers import Real
 from typing import Any, TypeVar, dataclass_transform
 
 from layerjam.conversion import shown_units, strip_unit, unit_factor
-from layerjam.errors import QuantityError, abbreviate, explain_arguments
+from layerjam.errors import QuantityError, explain_arguments, short_text
 
 T = TypeVar("T")
 
@@ -58,17 +58,17 @@ def parse(text: object, si: str, name: str) -> float:
     if not isinstance(text, str):
         if isinstance(text, int | float) and not isinstance(text, bool):
             raise QuantityError.of(
-                name, f"{abbreviate(text)} has no unit; write {examples(si, abbreviate(text))}"
+                name, f"{short_text(text)} has no unit; write {examples(si, short_text(text))}"
             )
         raise QuantityError.of(
-            name, f"{abbreviate(text)} is not a quantity such as {examples(si, '1')}"
+            name, f"{short_text(text)} is not a quantity such as {examples(si, '1')}"
         )
     match = _QUANTITY.fullmatch(text.strip()) if len(text) <= _LONGEST else None
     if re.match(r"\s*[+-]?[0-9]+,[0-9]", text[:60]):
-        raise QuantityError.of(name, f"{abbreviate(text)} has a decimal comma; use a decimal point")
+        raise QuantityError.of(name, f"{short_text(text)} has a decimal comma; use a decimal point")
     if not match:
         kind = "a pure number" if si == "1" else f"a number with a unit such as {examples(si)}"
-        raise QuantityError.of(name, f"{abbreviate(text)} is not {kind}")
+        raise QuantityError.of(name, f"{short_text(text)} is not {kind}")
     number, unit = match.group(1), (match.group(2) or "").strip()
     if not unit and si != "1":
         raise QuantityError.of(name, f"'{number}' has no unit; write {examples(si, number)}")
@@ -76,20 +76,20 @@ def parse(text: object, si: str, name: str) -> float:
     if factor is None:
         hint = "no unit or %" if si == "1" else f"a unit such as {examples(si)}"
         dimension = _dimension(si)
-        raise QuantityError.of(name, f"{abbreviate(text)} is not {dimension}; give {hint}")
+        raise QuantityError.of(name, f"{short_text(text)} is not {dimension}; give {hint}")
     exact = Fraction(number) * factor
     try:
         value = float(exact)
     except OverflowError:
         value = math.inf
     if exact and not value:
-        raise QuantityError.of(name, f"{abbreviate(text)} is too small a number")
+        raise QuantityError.of(name, f"{short_text(text)} is too small a number")
     return _check_finite(value, text, name)
 
 
 def _check_finite(value: float, text: object, name: str) -> float:
     if not math.isfinite(value):
-        raise QuantityError.of(name, f"{abbreviate(text)} is not a finite number")
+        raise QuantityError.of(name, f"{short_text(text)} is not a finite number")
     return value
 
 
@@ -232,7 +232,7 @@ class QuantitySpec:
         if isinstance(value, bool) or not isinstance(value, Real):
             kind = "a pure number" if self.unit == "1" else "a number or a text with a unit"
             example = f", such as {examples(self.unit, '1')}" if self.unit != "1" else ""
-            raise QuantityError.of(name, f"{abbreviate(value)} is not {kind}{example}")
+            raise QuantityError.of(name, f"{short_text(value)} is not {kind}{example}")
         huge = abs(value) > 1e300  # type: ignore[operator]
         number = self.check(math.inf if huge else float(value), name)
         return int(number) if self.whole else number
@@ -284,7 +284,7 @@ class FlagSpec(QuantitySpec):
     def check(self, value: Any, name: str) -> bool:
         """Return `value` as a bool; raises QuantityError for a number other than 1 and 0."""
         if value not in (0, 1):
-            raise QuantityError.of(name, f"{abbreviate(value)} is not allowed; write true or false")
+            raise QuantityError.of(name, f"{short_text(value)} is not allowed; write true or false")
         return bool(value)
 
     def read(self, text: object, name: str) -> bool:
@@ -363,7 +363,7 @@ def _convert_quantities(rec: Any) -> None:
             continue
         if spec is None:
             if not isinstance(value, kind):
-                raise QuantityError.of(name, f"{abbreviate(value)} is not {kind.__name__}")
+                raise QuantityError.of(name, f"{short_text(value)} is not {kind.__name__}")
         elif isinstance(value, Real):
             spec.check(value, name)  # type: ignore[arg-type]
         elif hasattr(value := strip_unit(value, spec.unit, name), "dtype"):
@@ -391,7 +391,7 @@ def _fields_to_check(cls: type) -> list[tuple[str, QuantitySpec | None, type, bo
     ]
 
 
-def spec_of(cls: type, name: str) -> QuantitySpec:
+def get_spec(cls: type, name: str) -> QuantitySpec:
     """Return the QuantitySpec of a field of a record class."""
     return next(f.metadata["quantity"] for f in fields(cls) if f.name == name)  # type: ignore[arg-type]
 

@@ -149,8 +149,8 @@ class Verdict:
     @property
     def failed(self) -> tuple[Check, ...]:
         """Failed checks that were not accepted."""
-        exempt = {key_of(entry.check) for entry in self.decisions}
-        return tuple(c for c in self.checks if c.level == "failed" and key_of(c.name) not in exempt)
+        exempt = {to_key(entry.check) for entry in self.decisions}
+        return tuple(c for c in self.checks if c.level == "failed" and to_key(c.name) not in exempt)
 
     @property
     def verdict(self) -> str:
@@ -191,17 +191,17 @@ def judge(
     for a name that is not among the checks, and QuantityError for a check that has not failed.
     """
     results = tuple(c for c in checks if c is not None)
-    names = {key_of(c.name): c.name for c in results}
+    names = {to_key(c.name): c.name for c in results}
     decisions = []
     for name, reason in (accept or {}).items():
-        if key_of(name) not in names:
+        if to_key(name) not in names:
             raise UnknownNameError("check", name, names.values(), quantity="accept")
-        failures = [c for c in results if key_of(c.name) == key_of(name) and c.level == "failed"]
+        failures = [c for c in results if to_key(c.name) == to_key(name) and c.level == "failed"]
         if not failures:
             failing = sorted({c.name for c in results if c.level == "failed"})
             detail = f"failed: {', '.join(failing)}" if failing else "no check failed"
             raise QuantityError.of(
-                "accept", f"check '{names[key_of(name)]}' has not failed; {detail}"
+                "accept", f"check '{names[to_key(name)]}' has not failed; {detail}"
             )
         decisions.append(
             Acceptance(
@@ -233,7 +233,7 @@ def read_acceptances(source: Any) -> dict[str, str]:
                 "accept",
                 f"'{name[:60]}' needs a check and a reason: --accept \"CHECK=REASON\"",
             )
-        if key_of(name) in map(key_of, reasons):
+        if to_key(name) in map(to_key, reasons):
             raise QuantityError.of("accept", f"check '{name.strip()}' is named twice")
         reasons[name.strip()] = reason.strip()
     return reasons
@@ -244,7 +244,7 @@ def accepted_rows(decisions: Iterable[Acceptance]) -> list[dict[str, Any]]:
     return [{**asdict(entry), "numbers": list(entry.numbers)} for entry in decisions]
 
 
-def failures_of(*results: Any) -> list[str]:
+def list_failures(*results: Any) -> list[str]:
     """Return a sentence for each failed check of some results, accepted or not, for exports."""
     texts = []
     for result in results:
@@ -253,6 +253,6 @@ def failures_of(*results: Any) -> list[str]:
     return list(dict.fromkeys(texts))
 
 
-def key_of(name: str) -> str:
+def to_key(name: str) -> str:
     """Return a check's name as used for comparison: without case, hyphens and underscores."""
     return " ".join(name.lower().replace("-", " ").replace("_", " ").split())

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import layerjam as lj
-from layerjam.commands.build import _judge_build
+from layerjam.commands.build import _judge_drawing
 from layerjam.commands.design import brake_of
 from layerjam.design.blocks import encode_block, fingerprint
 from layerjam.design.merit import DRAWN_MERITS
@@ -54,7 +54,7 @@ def test_a_designs_bill_is_the_builds_own(found) -> None:
     assert {row["count"] % 2 for row in rows} == {0, 1}
     for row in rows:
         file, parallel = brake_of(found, row["number"]), int(row["parallel"])
-        said = _judge_build(file, resolve_choices(file), parallel, int(row["series"]))
+        said = _judge_drawing(file, resolve_choices(file), parallel, int(row["series"]))
         assert said.film_area == pytest.approx(row["film_area"], rel=1e-9)
         assert said.printed_volume == pytest.approx(row["print_volume"], rel=1e-9)
         assert said.mass == pytest.approx(row["drawn_mass"], rel=1e-9)
@@ -62,7 +62,7 @@ def test_a_designs_bill_is_the_builds_own(found) -> None:
 
 def test_between_the_steps_too(found) -> None:
     file = brake_of(found)
-    said = _judge_build(file, resolve_choices(file), int(found.refined["parallel"]), 1)
+    said = _judge_drawing(file, resolve_choices(file), int(found.refined["parallel"]), 1)
     for own, key in (("film_area", "film_area"), ("drawn_mass", "mass")):
         assert found.refined[own] == pytest.approx(getattr(said, key), rel=1e-9)
 

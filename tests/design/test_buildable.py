@@ -9,7 +9,7 @@ import pytest
 
 import layerjam as lj
 from counts import cases
-from layerjam.commands.build import build_verdict
+from layerjam.commands.build import judge_build
 from layerjam.commands.design import brake_of
 from layerjam.design.few_numbers import hold, stop
 from layerjam.design.request import DesignRequest
@@ -65,14 +65,14 @@ def test_both_defaults_are_off_by_name() -> None:
     assert rules('without = ["buildable", "drawn_mass"]') == ["mass <= 30 g"]
     with pytest.raises(FileError, match="without"):
         rules('without = ["everything"]')
-    assert BUILDABLE.holds(1.0) and not BUILDABLE.holds(0.999) and not BUILDABLE.holds(math.nan)
+    assert BUILDABLE.is_met(1.0) and not BUILDABLE.is_met(0.999) and not BUILDABLE.is_met(math.nan)
 
 
 def refused(made, number: int | None) -> str | None:
     """Why `build` refuses one design; it may also be an error about the file."""
     try:
         file = brake_of(made, number)
-        found = build_verdict(file)
+        found = judge_build(file)
     except LayerjamError as error:
         return str(error)
     return found.reason
@@ -154,5 +154,5 @@ def test_the_request_whose_proposals_were_refused() -> None:
         assert row["drawn_mass"] <= 0.025 * (1 + 1e-9)
     for number in (made.chosen["number"], made.runner_up["number"], None):
         file = brake_of(made, number)
-        found = build_verdict(file)
+        found = judge_build(file)
         assert found.feasible and found.mass <= 0.025 * (1 + 1e-9)

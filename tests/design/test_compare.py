@@ -11,7 +11,12 @@ from tests.strategies import KAPTON
 
 from layerjam.commands.compare import compare
 from layerjam.commands.predict import show
-from layerjam.design.force_density import one_more_sheet, peak_force, sheet_line, with_sheets
+from layerjam.design.force_density import (
+    added_sheet_effect,
+    make_sheet_line,
+    peak_force,
+    with_sheets,
+)
 from layerjam.design.published import published_devices, read_published_devices
 from layerjam.device.brake import mass, sheet_mass
 from layerjam.device.load import load
@@ -73,7 +78,7 @@ def test_stacked_brakes_keep_their_density_and_less_vacuum_loses_it() -> None:
 
 def test_one_more_sheet_against_the_paper() -> None:
     """Section III-F: 17.5 N and 0.4 g. An interface is 17.543 N; the sleeve grows by 2 wall t L."""
-    force, weight = one_more_sheet(KAPTON, 94.5e3)
+    force, weight = added_sheet_effect(KAPTON, 94.5e3)
     interface = 0.875 * 0.24 * 0.013 * 0.068 * 94.5e3
     # the sleeve's e^2/4c part of the peak is a root coefficient squared over n - 1 interfaces
     c = 0.875 * 0.24 * 0.013 * 94.5e3
@@ -91,12 +96,12 @@ def test_one_more_sheet_against_the_paper() -> None:
 
 
 def test_more_sheets_approach_the_density_of_a_sheet() -> None:
-    line = sheet_line("kapton", KAPTON, 94.5e3)
+    line = make_sheet_line("kapton", KAPTON, 94.5e3)
     density = np.array(line.forces) / np.array(line.masses)
     assert np.all(np.diff(density) > 0)
     many = with_sheets(KAPTON, 10_000)
     interface = 0.875 * 0.24 * 0.013 * 0.068 * 94.5e3
-    _, weight = one_more_sheet(KAPTON, 94.5e3)
+    _, weight = added_sheet_effect(KAPTON, 94.5e3)
     assert peak_force(many, 94.5e3) / mass(many) == pytest.approx(interface / weight, rel=5e-3)
     assert line.sheets[0] == 11 and line.forces[0] == peak_force(KAPTON, 94.5e3)
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 
 from layerjam.device.file import BrakeFile, updated_text
-from layerjam.device.load import catalogue, load, write_whole
+from layerjam.device.load import catalogue, load, store_file
 from layerjam.errors import FileError, LayerjamError
 from layerjam.toml_files.source import Source
 from layerjam.toml_files.toml import find_line, parse_toml
@@ -175,20 +175,20 @@ def test_a_file_with_a_byte_order_mark_is_read(tmp_path):
 
 def test_written_whole_or_not_at_all(tmp_path):
     place = tmp_path / "out.txt"
-    assert write_whole(place, lambda p: p.write_text("a")) == place and place.read_text() == "a"
+    assert store_file(place, lambda p: p.write_text("a")) == place and place.read_text() == "a"
     with pytest.raises(FileError, match="--overwrite"):
-        write_whole(place, lambda p: p.write_text("b"))
-    write_whole(place, lambda p: p.write_text("b"), overwrite=True)
+        store_file(place, lambda p: p.write_text("b"))
+    store_file(place, lambda p: p.write_text("b"), overwrite=True)
 
     def broken(path):
         path.write_text("half")
         raise RuntimeError("stop")
 
     with pytest.raises(RuntimeError):
-        write_whole(place, broken, overwrite=True)
+        store_file(place, broken, overwrite=True)
     assert place.read_text() == "b" and [p.name for p in tmp_path.iterdir()] == ["out.txt"]
     with pytest.raises(FileError, match="cannot be written"):
-        write_whole(tmp_path / "no" / "x", lambda p: None)
+        store_file(tmp_path / "no" / "x", lambda p: None)
 
 
 def test_a_line_of_blanks_after_a_bracket_is_not_slow():

@@ -100,12 +100,12 @@ def test_a_record_changed_behind_the_back_is_refused_where_it_is_wrapped():
 
 
 def test_a_brake_has_many_doors_and_is_the_same():
-    file = BrakeFile.of(KAPTON.brake, "mine")
+    file = BrakeFile.from_record(KAPTON.brake, "mine")
     for door in ("choi2018-kapton", KAPTON, KAPTON.brake, file):
         assert resolve_brake(door) == KAPTON.brake
     assert BrakeFile.read(file.text, "x") == file and file.name == "mine"
-    assert BrakeFile.of(KAPTON.brake).name == "unnamed"
-    assert LineFile.of(PAPER.line).line == PAPER.line
+    assert BrakeFile.from_record(KAPTON.brake).name == "unnamed"
+    assert LineFile.from_record(PAPER.line).line == PAPER.line
 
 
 def test_a_changed_file_keeps_sources_and_comments_and_its_text_in_step():

@@ -102,7 +102,7 @@ REMEDIES = {
 
 @pytest.mark.parametrize("name", sorted(REMEDIES))
 def test_what_does_not_pass_says_what_to_change(name: str) -> None:
-    from layerjam.commands.build import build_verdict
+    from layerjam.commands.build import judge_build
 
     changes, row, code, remedy = REMEDIES[name]
     text = KAPTON.with_(**changes).text if changes else KAPTON.text
@@ -112,7 +112,7 @@ def test_what_does_not_pass_says_what_to_change(name: str) -> None:
         text = text.replace('use = "ecoflex-5"', 'use = "dragon-skin-10"')
     elif row:
         text += f"\n[build]\n{row}\n"
-    failed = [c for c in build_verdict(BrakeFile.read(text, "b")).checks if c["ok"] is False]
+    failed = [c for c in judge_build(BrakeFile.read(text, "b")).checks if c["ok"] is False]
     (said,) = (c["text"] for c in failed if c["code"] == code and remedy in c["text"])
     assert f"{code}: " not in said
 

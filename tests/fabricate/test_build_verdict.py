@@ -14,7 +14,7 @@ import pytest
 import layerjam as lj
 from built_parts import KAPTON, some_brakes
 from layerjam.cli.main import main
-from layerjam.commands.build import build_verdict
+from layerjam.commands.build import judge_build
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.device.workshop import Build
@@ -57,7 +57,7 @@ def test_what_breaks_or_leaks_is_not_written(name: str, tmp_path: Path) -> None:
 
 def test_the_stress_that_tears_thin_sheets_is_force_over_section() -> None:
     """Five sheets of one side, 13 mm wide less a hole of 3 mm."""
-    found = build_verdict(THIN)
+    found = judge_build(THIN)
     net, force = row(found, "sheet-net"), found.record.force
     assert net["value"] == pytest.approx(force / (5 * 10e-3 * 25.4e-6), rel=1e-9)
     assert net["value"] > 2.5 * net["limit"] and net["limit"] == 69e6
@@ -126,7 +126,7 @@ def test_the_command_line_has_the_exit_codes(tmp_path: Path, capsys) -> None:
 
 def test_the_load_path_decides_what_of_c7_applies() -> None:
     """Friction carries the paper's brake; with 20 times the force the screws must."""
-    weak = build_verdict(KAPTON)
+    weak = judge_build(KAPTON)
     for key in ("sheet-bearing", "sheet-tearing"):
         found = row(weak, key)
         assert found["ok"] is None and found["level"] == "note"
@@ -135,7 +135,7 @@ def test_the_load_path_decides_what_of_c7_applies() -> None:
     assert tearing["value"] == pytest.approx(65.83e6, rel=1e-3)
     assert tearing["limit"] == pytest.approx(69e6 / math.sqrt(3))
     assert row(weak, "clamp-preload")["ok"] is True and weak.feasible
-    strong = build_verdict(KAPTON.with_(scale_factor=20.0))
+    strong = judge_build(KAPTON.with_(scale_factor=20.0))
     clamp, bearing = row(strong, "clamp-preload"), row(strong, "sheet-bearing")
     assert (clamp["ok"], clamp["level"]) == (False, "warning")
     assert (bearing["ok"], bearing["level"]) == (False, "failed")
@@ -145,7 +145,9 @@ def test_the_load_path_decides_what_of_c7_applies() -> None:
 
 def test_a_film_of_unknown_strength_must_be_held_by_friction() -> None:
     brake = KAPTON.brake.with_(scale_factor=20.0)
-    found = build_verdict(BrakeFile.of(replace(brake, film=replace(brake.film, strength=None))))
+    found = judge_build(
+        BrakeFile.from_record(replace(brake, film=replace(brake.film, strength=None)))
+    )
     assert row(found, "sheet-bearing")["ok"] is None
     assert row(found, "clamp-preload")["level"] == "failed"
 
@@ -181,7 +183,7 @@ BLAMED = {
 def test_the_error_names_what_was_typed_and_its_line(name: str) -> None:
     rows = BLAMED[name]
     with pytest.raises(FileError, match=rf"build\.{name}: ") as caught:
-        build_verdict(with_rows(rows))
+        judge_build(with_rows(rows))
     text = [*KAPTON.text.split("\n"), "[build]", *rows.split("\n")]
     *_, line = (k for k, words in enumerate(text, 1) if words.startswith(f"{name} = "))
     assert caught.value.line == line

@@ -71,7 +71,10 @@ def test_the_stress_is_that_of_the_drawn_sheet_cut_through(changes: dict[str, st
 def test_screws_that_nobody_states_are_one_for_every_20_mm() -> None:
     for width, screws in ((5, 1), (13, 1), (29, 1), (31, 2), (60, 3), (100, 5), (500, 25)):
         brake = KAPTON.brake.with_(width=f"{width} mm")
-        assert compute_lengths(brake, resolve_choices(BrakeFile.of(brake)).build).screws == screws
+        assert (
+            compute_lengths(brake, resolve_choices(BrakeFile.from_record(brake)).build).screws
+            == screws
+        )
         assert float(clamp_stress(FORCE, brake)) == pytest.approx(
             FORCE / (5 * (width - 3 * screws) * 1e-3 * 0.254e-3), rel=1e-12
         )

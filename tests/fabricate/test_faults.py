@@ -22,7 +22,7 @@ import pytest
 import trimesh
 
 from built_parts import KAPTON
-from layerjam.commands.build import _build_numbers
+from layerjam.commands.build import _drawing_quantities
 from layerjam.device.brake import enclosure_mass
 from layerjam.fabricate import bom, drawing, film, folder, masses, outline, package, parts
 from layerjam.fabricate.choices import resolve_choices
@@ -36,7 +36,7 @@ Content = dict[str, Any]
 def made() -> tuple[Content, dict[str, Any]]:
     chosen = resolve_choices(KAPTON, None, {"kerf": KERF * 1e-3, "cutter": "laser"})
     found = drawing.draw_build(KAPTON, chosen, FORCE)
-    return folder.build_files(found, with_step=False, coupons=False), _build_numbers(found)
+    return folder.make_files(found, with_step=False, coupons=False), _drawing_quantities(found)
 
 
 def cap_volume() -> float:

@@ -14,7 +14,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.device.workshop import Build
 from layerjam.errors import FileError, QuantityError
-from layerjam.fabricate.checks import check_drawable
+from layerjam.fabricate.checks import check_drawability
 from layerjam.fabricate.choices import resolve_choices
 from layerjam.fabricate.film import Film, auxiliary_files, lay_out_film
 from layerjam.fabricate.lengths import CannotBuildError, compute_lengths
@@ -26,7 +26,7 @@ KAPTON, PTFE = load("choi2018-kapton"), load("choi2018-ptfe")
 def made(file: BrakeFile = KAPTON, copies: int = 1, **build: object) -> Film:
     chosen = resolve_choices(file, overrides=build).build
     found = compute_lengths(file.brake, chosen)
-    check_drawable(file.brake, chosen, found)
+    check_drawability(file.brake, chosen, found)
     return lay_out_film(file, chosen, found, copies)
 
 

@@ -45,7 +45,7 @@ def test_unequal_free_lengths_give_unequal_caps() -> None:
     brake = KAPTON.brake.with_(free_left="9 mm")
     found = compute_lengths(brake, Build())
     assert found.left.clamped == pytest.approx(8) and found.right.clamped == pytest.approx(6)
-    assert not found.same_caps
+    assert not found.has_same_caps
     assert found.sleeve == pytest.approx(found.free + found.left.reach + found.right.reach)
 
 

@@ -7,7 +7,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from layerjam.fabricate.nest import CutPart, Piece, find_too_large, nest_parts, nest_smallest
+from layerjam.fabricate.nest import CutPart, Piece, find_too_large, nest_parts, nest_tightly
 from layerjam.fabricate.outline import Outline, make_sheet, make_spacer
 
 
@@ -54,7 +54,7 @@ def test_on_a_given_stock(parts: list[CutPart], margin: float, gap: float) -> No
 @settings(max_examples=25)
 @given(wanted(), st.floats(1, 10), st.floats(1, 8))
 def test_on_the_least_rectangle(parts: list[CutPart], margin: float, gap: float) -> None:
-    pieces = nest_smallest(parts, margin=margin, gap=gap, bounds=(1169, 797))
+    pieces = nest_tightly(parts, margin=margin, gap=gap, bounds=(1169, 797))
     _judge(pieces, parts, margin, gap)
     for piece in pieces:
         assert piece.length <= 1169 + 1e-6 and piece.width <= 797 + 1e-6
@@ -78,7 +78,7 @@ def test_the_paper_s_brake_fits_a_sheet_of_office_paper() -> None:
         CutPart("sheet", make_sheet(85, 13, clamp_length=6, hole=3), 11),
         CutPart("spacer", make_spacer(6, 13, hole=3), 11),
     ]
-    (piece,) = nest_smallest(parts, margin=5, gap=3, bounds=(1169, 797))
+    (piece,) = nest_tightly(parts, margin=5, gap=3, bounds=(1169, 797))
     assert piece.length < 210 and piece.width < 297
     assert dict(piece.counts) == {"sheet": 11, "spacer": 11}
     lined = sum(p.outline.area() * p.count for p in parts) / (piece.length * piece.width)
@@ -93,7 +93,7 @@ def test_a_part_that_no_stock_holds_is_named() -> None:
     with pytest.raises(ValueError, match="larger than the stock"):
         nest_parts([part], stock=(90, 23), margin=5, gap=3)
     # without a stock it gets what it needs
-    (long,) = nest_smallest([part], margin=5, gap=3, bounds=(50, 50))
+    (long,) = nest_tightly([part], margin=5, gap=3, bounds=(50, 50))
     assert (long.length, long.width) == pytest.approx((95, 39))
 
 

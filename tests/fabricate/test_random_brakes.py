@@ -22,11 +22,11 @@ def drawn(brake: Brake) -> tuple[Lengths, list[Part]] | None:
     """Lengths and parts; None where it is refused, with a sentence."""
     try:
         found = compute_lengths(brake, BUILD)
-        checks.check_drawable(brake, BUILD, found)
+        checks.check_drawability(brake, BUILD, found)
     except LayerjamError as error:
         assert len(str(error)) > 20
         return None
-    refused = [c for c in checks.clamp_checks(BUILD, found) if not c.ok]
+    refused = [c for c in checks.clamping_checks(BUILD, found) if not c.ok]
     refused += [c for c in [checks.wall_check(BUILD, found)] if not c.ok]
     if refused:
         assert all(len(c.text) > 20 for c in refused)

@@ -85,11 +85,11 @@ def compare(brake: Brake, build: Build, rng: np.random.Generator) -> str | None:
     """Compare C10 with the mesh; the name of the wall, None for a brake that is not drawn."""
     try:
         found = compute_lengths(brake, build)
-        checks.check_drawable(brake, build, found)
+        checks.check_drawability(brake, build, found)
     except LayerjamError:
         return None
     check = checks.wall_check(build, found)
-    if not check.ok or not all(c.ok for c in checks.clamp_checks(build, found)):
+    if not check.ok or not all(c.ok for c in checks.clamping_checks(build, found)):
         return None
     # facets lie up to 0.01 mm within bores and necks
     assert measured(brake, build, rng) == pytest.approx(check.value * 1e3, abs=0.025), check.text

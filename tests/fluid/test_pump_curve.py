@@ -18,7 +18,7 @@ from layerjam.fluid.curve import STANDARD, check_curve, free_flow
 from layerjam.fluid.file import LineFile
 from layerjam.fluid.line import Chamber, Leak, Line, Pump, Tube, validate
 from layerjam.fluid.network import respond
-from layerjam.fluid.pump import displacement_at, lowest_pressure, pump_throughput
+from layerjam.fluid.pump import displacement_at_pressure, lowest_pressure, pump_throughput
 from layerjam.fluid.timing import air_fall_time, air_rise_time
 from layerjam.units import get
 
@@ -127,7 +127,7 @@ def test_the_regulators_plant_takes_in_as_much_at_its_vacuum(vacuum):
     assert plant.top == pytest.approx(70e3)
     last = STANDARD * 12e-6 / 25e3
     if vacuum >= 69e3:
-        assert displacement_at(p, line.pump, STANDARD) == pytest.approx(last, rel=1e-9)
+        assert displacement_at_pressure(p, line.pump, STANDARD) == pytest.approx(last, rel=1e-9)
 
 
 def test_release_needs_something_that_lets_in():

@@ -22,7 +22,7 @@ from layerjam.commands.export import export_fmu
 from layerjam.device.brake import Brake
 from layerjam.errors import FileError, QuantityError
 from layerjam.interop import fmi
-from layerjam.interop.fmi_variables import FILE, list_variables, make_token, print_header
+from layerjam.interop.fmi_variables import FILE, format_header, list_variables, make_token
 from layerjam.kernel.kernel import Kernel
 from layerjam.units import quantities
 from strategies import KAPTON, PTFE, one, random_brakes
@@ -39,7 +39,7 @@ def made(tmp_path):
     """An instance of a brake, of Kapton by default."""
 
     def make(version, brake=KAPTON, rope=None, **options):
-        values = fmi.start_values(brake, rope)
+        values = fmi.brake_values(brake, rope)
         own = {"linux": fmi.build_binary(version, "linux")}
         path = tmp_path / f"{version}.fmu"
         path.write_bytes(fmi.build_fmu(version, "one", values, own))
@@ -51,12 +51,12 @@ def made(tmp_path):
 
 def test_the_list_of_variables_is_that_of_the_c_code():
     """python -m layerjam.interop.fmi_variables writes it anew."""
-    assert FILE.read_text("utf-8") == print_header()
+    assert FILE.read_text("utf-8") == format_header()
 
 
 @BOTH
 def test_parameters_carry_names_units_and_bounds_of_a_brake_file(version):
-    text = fmi.model_description(version, 'a "brake" & <more>', fmi.start_values(KAPTON), ())
+    text = fmi.model_description(version, 'a "brake" & <more>', fmi.brake_values(KAPTON), ())
     root = ElementTree.fromstring(text)
     assert root.attrib["modelName"] == 'a "brake" & <more>'
     known = {path: spec for path, spec, _ in quantities(Brake)}
@@ -69,7 +69,7 @@ def test_parameters_carry_names_units_and_bounds_of_a_brake_file(version):
         assert typed.attrib.get("unit", "1") == spec.unit
         assert float(typed.attrib["max"]) == spec.hi
         assert float(typed.attrib["min"]) in (spec.lo, 0)
-        assert float(typed.attrib["start"]) == fmi.start_values(KAPTON)[row.attrib["name"]]
+        assert float(typed.attrib["start"]) == fmi.brake_values(KAPTON)[row.attrib["name"]]
 
 
 @CC
@@ -243,7 +243,7 @@ def test_what_is_not_allowed_is_named(made, version, tmp_path):
 @BOTH
 @pytest.mark.parametrize("harm", ["cut", "longer", "lost", "other"])
 def test_damaged_start_values_make_no_instance(tmp_path, version, harm):
-    values = fmi.start_values(KAPTON)
+    values = fmi.brake_values(KAPTON)
     whole = fmi.build_fmu(version, "one", values, {"linux": fmi.build_binary(version, "linux")})
     (tmp_path / "whole").write_bytes(whole)
     with (

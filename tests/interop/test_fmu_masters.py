@@ -71,7 +71,7 @@ def test_the_sources_build_without_a_warning(tmp_path, version):
     command += ["--all-warnings", "--warning-as-error"]
     subprocess.run(command, check=True, capture_output=True)
     rows = fmpy.simulate_fmu(
-        str(path), start_values={"elongation": 1e-3, "vacuum": 94.5e3}, stop_time=0.1
+        str(path), brake_values={"elongation": 1e-3, "vacuum": 94.5e3}, stop_time=0.1
     )
     assert rows["force"][-1] == pytest.approx(131.0, abs=1e-6)
 

@@ -112,7 +112,7 @@ def test_a_garbled_state_of_a_mock_up_unit(version, tmp_path, capfd):
     target, headers = tmp_path / "unit.so", f"-I{fmi.UNIT / 'headers'}"
     code = (fmi.UNIT / f"fmi{version}.c", fmi.UNIT / "model.c", SOURCES / "layerjam.c")
     run_compiler([*SANITIZED, headers, f"-I{fmi.UNIT}", *map(str, code)], target, libraries=["-lm"])
-    made = fmi.build_fmu(version, "one", fmi.start_values(KAPTON), {"linux": target.read_bytes()})
+    made = fmi.build_fmu(version, "one", fmi.brake_values(KAPTON), {"linux": target.read_bytes()})
     (tmp_path / "one.fmu").write_bytes(made)
     unit = Unit(tmp_path / "one.fmu", tmp_path / "unit", version)
     path, vacuum = history(KAPTON, 14, 200)

@@ -13,7 +13,7 @@ from layerjam.cli.main import main
 from layerjam.device.load import load
 from layerjam.errors import QuantityError
 from layerjam.interop import mjcf
-from layerjam.interop.fmi import start_values
+from layerjam.interop.fmi import brake_values
 from layerjam.kernel.kernel import OVERFLOW, REFUSED, Kernel
 from strategies import KAPTON, change
 
@@ -47,7 +47,7 @@ def test_every_door_refuses_a_law_that_is_in_no_export(law, tmp_path, monkeypatc
         assert main(["export", kind, "own.toml", *words]) == 2
         assert law in capsys.readouterr().err
     brake = load("own.toml")
-    for door in (Kernel, start_values, mjcf.mjcf):
+    for door in (Kernel, brake_values, mjcf.mjcf):
         with pytest.raises(QuantityError) as caught:
             door(brake)
         assert caught.value.quantity == law
@@ -169,4 +169,4 @@ def test_every_number_that_is_none_is_refused_by_each_argument(place, bad):
 
 
 def test_a_spacer_that_changes_nothing_is_no_obstacle():
-    assert start_values(change(KAPTON, mount__spacers=True))["sheets.count"] > 1
+    assert brake_values(change(KAPTON, mount__spacers=True))["sheets.count"] > 1

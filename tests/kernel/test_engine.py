@@ -22,7 +22,7 @@ from layerjam.device.load import load
 from layerjam.device.speed_law import SpeedLaw
 from layerjam.errors import CompilerError, ProcedureError, QuantityError
 from layerjam.kernel import engine
-from layerjam.kernel.compiler import build_library, find_built, find_on_path
+from layerjam.kernel.compiler import build_library, built_copy, find_on_path
 from layerjam.kernel.kernel import CODE, DEPTH, Kernel
 from layerjam.mechanics.pull import least_stiffness
 from layerjam.rig.machine import SteppedBrake
@@ -184,9 +184,9 @@ def test_a_law_that_is_not_in_the_kernel_is_followed_by_the_law(name: str) -> No
 
 def test_the_kernel_is_for_brakes_that_it_knows() -> None:
     for brake in OTHERS.values():
-        assert engine.quick_kernel(brake, FULL) is None
-    assert engine.quick_kernel(change(KAPTON, film__kinetic=0.0), FULL) is None
-    assert engine.quick_kernel(KAPTON, FULL) is not None
+        assert engine.make_quick_kernel(brake, FULL) is None
+    assert engine.make_quick_kernel(change(KAPTON, film__kinetic=0.0), FULL) is None
+    assert engine.make_quick_kernel(KAPTON, FULL) is not None
 
 
 def test_a_speed_law_that_changes_nothing_is_no_hindrance() -> None:
@@ -232,13 +232,13 @@ def test_without_a_compiler_a_library_that_was_built_serves(
     path = build_library(CODE)
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(elsewhere))
-    assert find_built(CODE) == path and is_there()
+    assert built_copy(CODE) == path and is_there()
     path.write_bytes(b"damaged")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(engine, "load_library", engine.load_library.__wrapped__)
         assert not is_there()
     path.unlink()
-    assert find_built(CODE) is None and not is_there()
+    assert built_copy(CODE) is None and not is_there()
 
 
 @pytest.mark.parametrize("compiler", ["exit 1", "exec sleep 30", None], ids=str)

@@ -12,7 +12,7 @@ from kernel.histories import history, most
 from layerjam.device.load import load
 from layerjam.errors import QuantityError
 from layerjam.kernel import kernel as kernels
-from layerjam.kernel.formulas import FOLDER, LAWS, print_file
+from layerjam.kernel.formulas import FOLDER, LAWS, format_file
 from layerjam.kernel.kernel import Kernel
 from layerjam.kernel.parameters import parameters
 from layerjam.mechanics.friction import sheet_friction
@@ -44,7 +44,7 @@ def gap(brake, seed, kernel=None):
 def test_the_formulas_are_those_of_the_laws():
     """python -m layerjam.kernel.formulas writes them anew."""
     for name in LAWS:
-        assert (FOLDER / name).read_text("utf-8") == print_file(name)
+        assert (FOLDER / name).read_text("utf-8") == format_file(name)
 
 
 @CC

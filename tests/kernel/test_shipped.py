@@ -10,7 +10,7 @@ import pytest
 
 from layerjam.cli.main import main
 from layerjam.kernel import compiler, engine, kernel
-from layerjam.kernel.compiler import KERNEL, TARGETS, find_on_path, find_shipped
+from layerjam.kernel.compiler import KERNEL, TARGETS, find_on_path, shipped_engine
 
 MACHINE = (sys.platform, compiler.platform.machine())
 pytestmark = pytest.mark.skipif(find_on_path() is None, reason="there is no C compiler here")
@@ -21,7 +21,7 @@ def shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A kernel as a wheel has it, on a machine without compiler and with an empty cache."""
     folder = tmp_path / "built"
     folder.mkdir()
-    path = folder / compiler._shipped_name(KERNEL, (), MACHINE)
+    path = folder / compiler._engine_name(KERNEL, (), MACHINE)
     command = [*(find_on_path() or ()), *compiler.FLAGS, "-shared", "-fPIC"]
     subprocess.run([*command, "-o", str(path), *map(str, KERNEL), "-lm"], check=True)
     for module in (compiler, engine):
@@ -41,7 +41,7 @@ def shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_the_kernel_that_came_is_loaded_without_a_compiler(
     shipped: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert find_shipped(KERNEL) == shipped
+    assert shipped_engine(KERNEL) == shipped
     library, _ = kernel.load_library("double")
     assert library._name == str(shipped)
     assert main(("--version", "--verbose")) == 0
@@ -51,9 +51,9 @@ def test_the_kernel_that_came_is_loaded_without_a_compiler(
 
 
 def test_other_sources_do_not_use_it(shipped: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert find_shipped(KERNEL, ("LJ_SINGLE",)) is None
+    assert shipped_engine(KERNEL, ("LJ_SINGLE",)) is None
     monkeypatch.setattr(compiler, "FLAGS", (*compiler.FLAGS, "-O3"))
-    assert find_shipped(KERNEL) is None
+    assert shipped_engine(KERNEL) is None
     assert engine.describe_engine().startswith("law (no compiled kernel")
 
 
@@ -73,7 +73,7 @@ def test_version_alone_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_every_platform_has_a_file_of_its_own() -> None:
-    names = [compiler._shipped_name(KERNEL, (), machine) for machine in TARGETS]
+    names = [compiler._engine_name(KERNEL, (), machine) for machine in TARGETS]
     assert len(set(names)) == 5
     assert sorted(Path(n).suffix for n in names) == [".dll", ".dylib", ".dylib", ".so", ".so"]
     assert {target.split("-")[0] for target in TARGETS.values()} == {"x86_64", "aarch64"}

@@ -9,7 +9,7 @@ import pypdfium2
 import pypdfium2.raw as pdfium
 import pytest
 
-from layerjam.fabricate.nest import CutPart, Piece, nest_smallest
+from layerjam.fabricate.nest import CutPart, Piece, nest_tightly
 from layerjam.fabricate.outline import Outline, make_sheet, make_spacer
 from layerjam.report import build_files as drawn
 from layerjam.report.build_files import FORMATS, find_paper, typeset_pattern
@@ -33,7 +33,7 @@ def _pieces(count: int, kerf: float, length: float = 85, width: float = 13) -> l
         CutPart("sheet", make_sheet(length, width, clamp_length=6, hole=3).add_kerf(kerf), count),
         CutPart("spacer", make_spacer(6, width, hole=3).add_kerf(kerf), count),
     ]
-    return nest_smallest(parts, margin=5, gap=3, bounds=(1169, 777))
+    return nest_tightly(parts, margin=5, gap=3, bounds=(1169, 777))
 
 
 def _boxes(page: pypdfium2.PdfPage) -> list[list[float]]:

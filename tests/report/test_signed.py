@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from scipy import stats
 
-from layerjam.errors import count_noun
+from layerjam.errors import count_text
 from layerjam.identify.calibration.budget import Budget, Contribution
 from layerjam.measure.certificate import Certificate
 from layerjam.measure.sidecar import Facts
@@ -154,5 +154,5 @@ def test_a_page_prints_minus_signs_and_a_space_before_percent() -> None:
 
 
 def test_one_is_counted_as_one() -> None:
-    found = [count_noun(n, "calibration pull") for n in (0, 1, 2)]
+    found = [count_text(n, "calibration pull") for n in (0, 1, 2)]
     assert found == ["0 calibration pulls", "1 calibration pull", "2 calibration pulls"]

@@ -204,7 +204,7 @@ def test_a_snap_in_a_rising_history_says_what_it_takes_there():
     timed, record = drop_in_time(FILE, vacuum=rising, **soft)
     assert timed.outcome is Outcome.SNAPS
     assert "the brake snaps" in timed.reason
-    there = float(rising.at(timed.time))
+    there = float(rising.interpolate(timed.time))
     assert 80e3 < there < 94e3
     assert timed.least_stiffness == pytest.approx(2.5798e3 * there / 94.5e3, rel=1e-3)
     assert timed.reason in record.warnings
@@ -217,7 +217,7 @@ def test_a_history_that_begins_late_says_so():
     assert any("until then its first vacuum" in words for words in record.warnings)
     early = History([-1.0, 0.05], [10e3, 94.5e3])
     _, record = drop_in_time(FILE, vacuum=early, **CASE)
-    assert record.vacuum_in_time[0] == pytest.approx(float(early.at(0.0)))
+    assert record.vacuum_in_time[0] == pytest.approx(float(early.interpolate(0.0)))
     assert record.vacuum == record.vacuum_in_time[0]
 
 

@@ -71,7 +71,7 @@ def test_a_leaking_history_says_how_exact_it_is(start, leak_time, held):
     time = np.linspace(0, 14 * leak_time, 3001) - held
     exact = held_vacuum(time + held, start, 1 / leak_time, A)
     late = time > history.time[-1]
-    assert np.abs(history.at(time) - exact)[~late].max() <= 1.3e-7 * start
+    assert np.abs(history.interpolate(time) - exact)[~late].max() <= 1.3e-7 * start
     assert exact[late].max(initial=0.0) <= 2.4e-7 * start
     assert history.time[0] == -held
 

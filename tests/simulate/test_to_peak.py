@@ -10,7 +10,7 @@ import pytest
 from layerjam.device.load import load
 from layerjam.errors import QuantityError
 from layerjam.mechanics.pull import peak
-from layerjam.simulate.to_peak import sheets_to_peak, vacuum_to_peak
+from layerjam.simulate.to_peak import find_sheet_count_for_peak, find_vacuum_for_peak
 
 BRAKES = ("choi2018-kapton", "choi2018-ptfe")
 
@@ -29,7 +29,7 @@ def test_the_vacuum_is_the_one_that_trying_all_finds(name):
     tried = np.asarray(peaks(name, grid))
     for share in (0.03, 0.2, 0.7, 0.999):
         force = float(share * tried[-1])
-        found = vacuum_to_peak(lambda p: float(peaks(name, p)), force, full)
+        found = find_vacuum_for_peak(lambda p: float(peaks(name, p)), force, full)
         best = grid[np.abs(tried - force).argmin()]
         assert found.value == pytest.approx(best, abs=grid[1])
         assert found.force == pytest.approx(force, rel=1e-6)
@@ -37,12 +37,12 @@ def test_the_vacuum_is_the_one_that_trying_all_finds(name):
 
 
 def test_a_force_that_no_vacuum_gives_says_what_the_greatest_is():
-    found = vacuum_to_peak(lambda p: 1.0 + 2e-3 * p, 400.0, 1e5)
+    found = find_vacuum_for_peak(lambda p: 1.0 + 2e-3 * p, 400.0, 1e5)
     assert (found.value, found.force, found.at) == (None, 201.0, 1e5)
-    below = vacuum_to_peak(lambda p: 1.0 + 2e-3 * p, 0.5, 1e5)
+    below = find_vacuum_for_peak(lambda p: 1.0 + 2e-3 * p, 0.5, 1e5)
     assert (below.value, below.force, below.at) == (None, 1.0, 0.0)
-    assert vacuum_to_peak(lambda p: 1.0 + 2e-3 * p, 201.0, 1e5).value == 1e5
-    assert vacuum_to_peak(lambda p: 1.0 + 2e-3 * p, 1.0, 1e5).value == 0.0
+    assert find_vacuum_for_peak(lambda p: 1.0 + 2e-3 * p, 201.0, 1e5).value == 1e5
+    assert find_vacuum_for_peak(lambda p: 1.0 + 2e-3 * p, 1.0, 1e5).value == 0.0
 
 
 def test_the_number_of_sheets_is_the_nearest_of_all():
@@ -50,16 +50,16 @@ def test_the_number_of_sheets_is_the_nearest_of_all():
     tried = np.array([float(peaks(BRAKES[0], 80e3, float(n))) for n in counts])
     known = dict(zip(counts.tolist(), tried.tolist(), strict=True))
     for force in (tried[0], 0.9 * tried[1], 77.0, 300.0, tried[-1]):
-        found = sheets_to_peak(known.__getitem__, float(force), 60)
+        found = find_sheet_count_for_peak(known.__getitem__, float(force), 60)
         assert found.value == counts[np.abs(tried - force).argmin()]
         assert found.force == known[int(found.value)]
-    above = sheets_to_peak(known.__getitem__, float(tried[-1]) + 1, 60)
+    above = find_sheet_count_for_peak(known.__getitem__, float(tried[-1]) + 1, 60)
     assert (above.value, above.force, above.at) == (None, tried[-1], 60)
-    assert sheets_to_peak(known.__getitem__, float(tried[0]) / 9, 60).value is None
+    assert find_sheet_count_for_peak(known.__getitem__, float(tried[0]) / 9, 60).value is None
 
 
 @pytest.mark.parametrize("force", [-1.0, float("nan"), float("inf")])
 def test_what_is_no_force_is_refused(force):
-    for ask in (vacuum_to_peak, sheets_to_peak):
+    for ask in (find_vacuum_for_peak, find_sheet_count_for_peak):
         with pytest.raises(QuantityError, match="force"):
             ask(float, force, 60)

@@ -13,14 +13,14 @@ import pytest
 from layerjam.fabricate.folder import write_folder as write_build
 from layerjam.report.folder import write_folder as write_report
 from layerjam.toml_files import folders
-from layerjam.toml_files.folders import hidden_folder, replace_folder, write_files
+from layerjam.toml_files.folders import make_hidden_folder, replace_folder, write_files
 from links import link
 
 RUN = """
 import sys, time
 from pathlib import Path
-from layerjam.toml_files.folders import hidden_folder
-with hidden_folder(Path(sys.argv[1])) as made:
+from layerjam.toml_files.folders import make_hidden_folder
+with make_hidden_folder(Path(sys.argv[1])) as made:
     (made / "half").write_text("written")
     print(made.name, flush=True)
     time.sleep(60)
@@ -74,7 +74,7 @@ def test_a_folder_that_a_killed_run_moved_away_comes_back(tmp_path: Path) -> Non
     left = tmp_path / ".layerjam-0123456789abcdef"
     write_files(left, {"old/data.csv": "1", folders.TARGET: str(tmp_path / "mine")})
     leave_for_a_day(left)
-    with hidden_folder(tmp_path):
+    with make_hidden_folder(tmp_path):
         assert (tmp_path / "mine" / "data.csv").read_text() == "1"
     assert os.listdir(tmp_path) == ["mine"]
 
@@ -84,10 +84,10 @@ def test_a_folder_changes_places(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, in_one_step: bool
 ) -> None:
     if not in_one_step:
-        monkeypatch.setattr(folders, "_exchange", lambda *_: False)
+        monkeypatch.setattr(folders, "_exchange_folders", lambda *_: False)
     out = tmp_path / "out"
     for text in ("first", "second"):
-        with hidden_folder(tmp_path) as hidden:
+        with make_hidden_folder(tmp_path) as hidden:
             write_files(hidden / "made", {"deep/a.txt": text, "b.bin": b"\0"})
             replace_folder(hidden / "made", out)
         assert (out / "deep" / "a.txt").read_text() == text
@@ -95,6 +95,6 @@ def test_a_folder_changes_places(
 
 
 def test_a_second_run_waits_for_nobody(tmp_path: Path) -> None:
-    with hidden_folder(tmp_path) as one, hidden_folder(tmp_path) as other:
+    with make_hidden_folder(tmp_path) as one, make_hidden_folder(tmp_path) as other:
         assert one != other and one.is_dir() and other.is_dir()
     assert os.listdir(tmp_path) == []

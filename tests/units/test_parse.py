@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from layerjam.conversion import FACTORS, factor_by_pint, unit_factor
+from layerjam.conversion import FACTORS, pint_factor, unit_factor
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.units import exact_text, examples, parse, quantities, show
 
@@ -256,11 +256,11 @@ def test_every_field_of_the_brake_round_trips_its_bounds():
 def test_the_table_of_factors_is_what_pint_says(si):
     assert FACTORS[si]
     for unit in FACTORS[si]:
-        assert unit_factor(unit, si) == factor_by_pint(unit, si), unit
+        assert unit_factor(unit, si) == pint_factor(unit, si), unit
 
 
 def test_what_is_not_in_the_table_is_asked_of_pint():
-    assert unit_factor("km/h", "m/s") == factor_by_pint("km/h", "m/s") is not None
+    assert unit_factor("km/h", "m/s") == pint_factor("km/h", "m/s") is not None
     assert unit_factor("kPa", "m") is None
 
 

@@ -14,11 +14,11 @@ from layerjam.units import (
     build,
     check,
     get,
+    get_spec,
     nested,
     quantities,
     quantity,
     record,
-    spec_of,
 )
 
 
@@ -40,7 +40,7 @@ def test_paths_meanings_and_required():
     found = {path: (m.unit, due) for path, m, due in quantities(Outer)}
     assert found["count"] == ("1", True) and found["rate"] == ("m/s", False)
     assert found["inner.size"] == ("m", True) and found["spare.note"] == ("1", False)
-    assert spec_of(Outer, "rate").symbol == "v"
+    assert get_spec(Outer, "rate").symbol == "v"
 
 
 def test_build_get_and_absent_records():
@@ -84,7 +84,7 @@ def test_count_bounds_and_whole(bad):
 
 
 def test_whole_numbers_are_read_as_int():
-    value = spec_of(Outer, "count").read(7.0, "count")
+    value = get_spec(Outer, "count").read(7.0, "count")
     assert value == 7 and isinstance(value, int)
 
 

@@ -24,7 +24,7 @@ from layerjam.design import cluster
 from layerjam.design.blocks import Store
 from layerjam.design.search import Search
 from layerjam.design.specification import read_spec
-from layerjam.device.load import load, write_whole
+from layerjam.device.load import load, store_file
 from layerjam.errors import CompilerError, FileError
 from layerjam.fabricate.folder import LIST
 from layerjam.fabricate.folder import write_folder as write_build
@@ -36,7 +36,7 @@ from layerjam.report.folder import check_folder
 from layerjam.rig.address import address_of
 from layerjam.rig.plant import read_hardware
 from layerjam.rig.run_file import RunFile
-from layerjam.system import lock_file, typed_line
+from layerjam.system import format_command_line, lock_file
 from layerjam.toml_files.writer import update_text
 from layerjam.workbench import server
 from layerjam.workbench.dropping import merge_sidecars
@@ -102,20 +102,20 @@ def test_a_lock_ends_with_its_file_and_waits_for_another(here: Path) -> None:
 def test_a_printed_command_is_what_was_typed(words: list[str]) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(system, "WINDOWS", True)
-        line = typed_line(words)
+        line = format_command_line(words)
     assert split_as_microsoft_c(line) == words
     # nothing that cmd.exe acts on is outside of quotes, if no word contains a quote itself
     if not any('"' in word for word in words):
         outside = "".join(line.split('"')[::2])
         assert not set(outside) & set("&|<>^;'()")
-    assert shlex.split(typed_line(words)) == words
+    assert shlex.split(format_command_line(words)) == words
 
 
 def test_cmd_gets_double_quotes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(system, "WINDOWS", True)
     words = ("layerjam", "show", r"practice\my brake.toml", "--out", r"C:\lab\a.toml", "--x=-2mm")
     line = r'layerjam show "practice\my brake.toml" --out C:\lab\a.toml --x=-2mm'
-    assert typed_line(words) == line
+    assert format_command_line(words) == line
     pattern = system.quote_pattern(PureWindowsPath(r"C:\my lab"), "pull_*.csv")  # type: ignore[arg-type]
     assert pattern == r'"C:\my lab\pull_*.csv"'
     assert system.quote_pattern(PureWindowsPath("lab"), "p_*.csv") == r"lab\p_*.csv"  # type: ignore[arg-type]
@@ -169,7 +169,7 @@ def test_an_example_written_by_the_shell_is_read(encoding: str, tmp_path: Path) 
 
 @pytest.mark.parametrize("mark", ["utf-16-le", "utf-16-be"])
 def test_a_brake_in_utf_16_is_read_and_cp1252_is_named(mark: str, tmp_path: Path) -> None:
-    plain = write_whole(tmp_path / "b.toml", load(BRAKE).render("mine µ"))
+    plain = store_file(tmp_path / "b.toml", load(BRAKE).render("mine µ"))
     text = plain.read_text(encoding="utf-8")
     (tmp_path / "w.toml").write_bytes(("\ufeff" + text).encode(mark))
     assert load(tmp_path / "w.toml").brake == load(plain).brake
@@ -232,7 +232,7 @@ def test_a_busy_port_is_named_as_busy(here: Path, monkeypatch: pytest.MonkeyPatc
 def test_a_devices_name_is_refused_although_it_exists(name: str, here: Path) -> None:
     """On Windows `NUL` exists in every folder."""
     os.mkfifo(here / name)
-    for act in (write_whole, lambda path, _: check_folder(path, False)):
+    for act in (store_file, lambda path, _: check_folder(path, False)):
         with pytest.raises(FileError, match="is a device name on Windows"):
             act(here / name, "text")
     if name != "NUL":
@@ -273,7 +273,7 @@ def test_without_a_library_of_the_process_folders_are_replaced(here: Path) -> No
     for text in ("first", "second"):
         write_build(here / "made", {LIST: '{"files": ["a", "build.json"]}', "a": text}, True)
         assert (here / "made" / "a").read_text(encoding="utf-8") == text
-    cluster._keep_memory()
+    cluster._reuse_freed_memory()
 
 
 def test_a_pipe_without_a_reader_is_an_invalid_argument(
@@ -294,7 +294,7 @@ def ends(text: str) -> set[str]:
 def test_a_changed_file_keeps_its_line_ends(end: str, tmp_path: Path) -> None:
     file = load(BRAKE)
     text = file.render("mine").replace("\n", end)
-    made = write_whole(tmp_path / "mine.toml", text)
+    made = store_file(tmp_path / "mine.toml", text)
     assert ends(load(made).with_(width="14 mm").text) == {end}
     width = {"sheets.width": (0.014, file.sources["sheets.width"])}
     after = update_text(text, file.fields, width, name="other", tables={"made_by": {"a": 1}})

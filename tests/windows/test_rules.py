@@ -13,7 +13,7 @@ import pytest
 from layerjam import system
 from layerjam.cli import main as command_line
 from layerjam.cli.main import main
-from layerjam.device.load import load, write_whole
+from layerjam.device.load import load, store_file
 from layerjam.errors import FileError, QuantityError
 from layerjam.kernel import compiler
 from layerjam.measure.readers.read import read_trace
@@ -86,30 +86,30 @@ NAMES = {
 @pytest.mark.parametrize("name", NAMES)
 def test_a_name_that_windows_does_not_take_is_refused(name: str, here: Path) -> None:
     with pytest.raises(FileError, match=NAMES[name]):
-        write_whole(here / name, "text")
+        store_file(here / name, "text")
     assert not list(here.iterdir())
 
 
 @pytest.mark.parametrize("name", ["console.toml", "com10.toml", "a.b.toml", "κ µ–.toml", ".x"])
 def test_other_names_are_taken(name: str, here: Path) -> None:
-    assert write_whole(here / name, "text").read_bytes() == b"text"
+    assert store_file(here / name, "text").read_bytes() == b"text"
 
 
 def test_names_are_no_trouble_elsewhere(tmp_path: Path) -> None:
-    assert write_whole(tmp_path / "con.toml", "text").is_file()
+    assert store_file(tmp_path / "con.toml", "text").is_file()
 
 
 def test_a_path_that_is_too_long_says_so(here: Path) -> None:
     with pytest.raises(FileError, match="exceeds the 259 characters"):
-        write_whole(here / ("x" * 150) / ("y" * 150), "text")
+        store_file(here / ("x" * 150) / ("y" * 150), "text")
 
 
 def test_a_file_that_another_program_has_open_stays(here: Path) -> None:
-    path = write_whole(here / "mine.toml", "before")
+    path = store_file(here / "mine.toml", "before")
     with path.open("rb"), pytest.raises(FileError, match=r"Access is denied; .*spreadsheet"):
-        write_whole(path, "after", overwrite=True)
+        store_file(path, "after", overwrite=True)
     assert [p.name for p in here.iterdir()] == ["mine.toml"] and path.read_bytes() == b"before"
-    write_whole(path, "after", overwrite=True)
+    store_file(path, "after", overwrite=True)
     assert path.read_bytes() == b"after"
 
 

@@ -14,7 +14,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from layerjam.commands.build import build, build_verdict
+from layerjam.commands.build import build, judge_build
 from layerjam.device.load import load
 from layerjam.report.build_scene import CORE, LEFT, PLATE, PRINTED, RIGHT, SILICONE
 from layerjam.workbench.call import parameters
@@ -60,7 +60,7 @@ def test_the_verdict_is_the_commands(tmp_path):
 def test_a_refusal_is_the_commands_and_makes_nothing(tmp_path):
     thin = load("choi2018-kapton").with_(width="7 mm")
     told = build(thin, out=tmp_path / "x")
-    found = build_verdict(thin)
+    found = judge_build(thin)
     assert not found.feasible
     assert found.reason == told.reason
     page = page_of("choi2018-ptfe", cutter="laser")

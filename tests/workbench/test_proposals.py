@@ -28,7 +28,7 @@ def written(place: Path, name: str, *rows: str, head: str = "") -> Path:
     return path
 
 
-def pull_rows(mark: str = ",", sign: float = 1.0) -> list[str]:
+def make_pull_rows(mark: str = ",", sign: float = 1.0) -> list[str]:
     return [f"{i / 10:.2f}{mark}{sign * f:.3f}" for i, f in enumerate(FORCE)]
 
 
@@ -65,7 +65,7 @@ def test_a_vacuum_in_a_name_is_the_number_that_stands_there(tenths, unit, mark):
 
 
 def test_the_sidecar_counts_before_content_and_content_before_the_name(tmp_path):
-    rows = [f"{row},{60.0 + (i % 3) / 10}" for i, row in enumerate(pull_rows())]
+    rows = [f"{row},{60.0 + (i % 3) / 10}" for i, row in enumerate(make_pull_rows())]
     head = "Extension (mm),Load (N),Vacuum (kPa)"
     path = written(tmp_path, "pull_94.5kPa.csv", *rows, head=head)
     found = propose("k", path.name, path)
@@ -79,7 +79,7 @@ def test_the_sidecar_counts_before_content_and_content_before_the_name(tmp_path)
 
 def test_of_pulls_at_several_vacuums_the_highest_calibrate(tmp_path):
     names = ["pull_94.5kPa_1.csv", "pull_94kPa_2.csv", "pull_40kPa.csv", "pull.csv"]
-    found = [propose(n, n, written(tmp_path, n, *pull_rows(), head="mm,N")) for n in names]
+    found = [propose(n, n, written(tmp_path, n, *make_pull_rows(), head="mm,N")) for n in names]
     roles = {one.key: one.role.text for one in assign_roles(found)}
     assert roles == dict(zip(names, ["calibrate", "calibrate", "validate", "calibrate"],
                              strict=True))  # fmt: skip
@@ -87,7 +87,7 @@ def test_of_pulls_at_several_vacuums_the_highest_calibrate(tmp_path):
 
 
 def test_two_clicks_make_a_table_without_names_a_measurement(tmp_path):
-    rows = [f"{i};{row}" for i, row in enumerate(pull_rows(";", sign=-1.0))]
+    rows = [f"{i};{row}" for i, row in enumerate(make_pull_rows(";", sign=-1.0))]
     path = written(tmp_path, "friction.dat", *rows)
     assert propose("k", path.name, path).asks == "columns"
     assert CLICKS["columns"] in find_refusal(path) and "--" not in find_refusal(path)
@@ -107,7 +107,7 @@ def test_two_clicks_make_a_table_without_names_a_measurement(tmp_path):
 
 
 def test_another_unit_outranks_the_one_in_the_head(tmp_path):
-    path = written(tmp_path, "pull.csv", *pull_rows(), head="Extension (mm),Load (N)")
+    path = written(tmp_path, "pull.csv", *make_pull_rows(), head="Extension (mm),Load (N)")
     shown = preview_file(path)
     assert shown.taken == {0: ("elongation", "mm"), 1: ("force", "N")}
     said = column_edit(path, shown, 1, "force", "lbf")

@@ -15,11 +15,11 @@ from layerjam.campaigns.plan import Subject, Trial
 from layerjam.campaigns.records import check_pulls
 from layerjam.campaigns.spec import Spec
 from layerjam.campaigns.text import format_spec
-from layerjam.device.load import write_whole
-from layerjam.errors import FileError, count_noun
+from layerjam.device.load import store_file
+from layerjam.errors import FileError, count_text
 from layerjam.measure.sidecar import sidecar_path
 from layerjam.measure.trace import Trace
-from layerjam.system import check_name, quote_pattern, quote_word, report_failure
+from layerjam.system import check_file_name, quote_pattern, quote_word, report_failure
 from layerjam.toml_files.writer import literal
 from layerjam.units import exact_text
 
@@ -78,7 +78,7 @@ def write_campaign(
     samples, was_interrupted = 0, False
     try:
         for name, text in texts.items():
-            write_whole(folder / name, text, overwrite)
+            store_file(folder / name, text, overwrite)
         for test, trace in campaign.records():
             paths[test.number] = _write_test(campaign, test, trace, folder, overwrite)
             samples += len(trace)
@@ -95,7 +95,7 @@ def write_campaign(
 
 
 def _prepare_folder(folder: Path, overwrite: bool) -> None:
-    check_name(folder)
+    check_file_name(folder)
     with report_failure(folder, "cannot be written"):
         if folder.exists() and not folder.is_dir():
             raise FileError(folder, "is a file, not a folder")
@@ -261,7 +261,7 @@ def format_readme(campaign: Campaign, folder: Path) -> str:
         "SYNTHETIC. Nothing here was measured.",
         f"Written by the virtual laboratory of layerjam {__version__}, seed {spec.seed}.",
         "",
-        f"{count_noun(sleds, 'friction test')} and {count_noun(len(tests) - sleds, 'pull')}, in "
+        f"{count_text(sleds, 'friction test')} and {count_text(len(tests) - sleds, 'pull')}, in "
         f"these layouts: {', '.join(spec.files.layouts)}.",
         "Each file NAME has a NAME.toml with metadata that the file lacks: vacuum, speed,",
         "repeat, brake.",

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from layerjam._version import __version__
-from layerjam.device.load import write_whole
+from layerjam.device.load import store_file
 from layerjam.errors import FileError, QuantityError
 from layerjam.measure.sidecar import Facts, sidecar_path, write_facts
 from layerjam.measure.trace import Array, Trace
@@ -189,7 +189,7 @@ def write_pair(
     # write the sidecar first, so that a data file is never without metadata
     if sidecar:
         write_facts(path, replace(trace.facts, synthetic=True), overwrite)
-    return write_whole(path, data, overwrite)
+    return store_file(path, data, overwrite)
 
 
 file_bytes = encode_file  # former name

@@ -20,7 +20,7 @@ from layerjam.cli.main import main as layerjam
 from layerjam.commands.declare import Help, PythonOnly, command
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import FileError, LayerjamError, MissingExtraError
-from layerjam.system import check_name, quote_word, report_failure, typed_line
+from layerjam.system import check_file_name, format_command_line, quote_word, report_failure
 from layerjam.units import show
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def _prepare_folder(out: Path) -> None:
     Removes the files of an earlier demo. Raises FileError, and changes nothing, if a different
     folder or file is there.
     """
-    check_name(out)
+    check_file_name(out)
     if out.is_symlink() or (out.exists() and not out.is_dir()):
         raise FileError(out, "is not a folder; choose a path that does not exist")
     if out.is_dir() and any(out.iterdir()):
@@ -105,7 +105,7 @@ class _Steps:
 
     def run_step(self, content: str, *words: str) -> None:
         """Run a command as one step. Raises LayerjamError if its exit code is not 0."""
-        line = typed_line(("layerjam", *words))
+        line = format_command_line(("layerjam", *words))
         with self.log_step(content):
             print(f"\n$ {line}", flush=True)
             if code := layerjam(words):
@@ -281,7 +281,7 @@ def _describe_main_job(
 
 def _draw_glance(brake: "BrakeFile") -> "Part":
     """Return five pictures: the brake, its parts, a pull, a stop, and the pumps."""
-    from layerjam.commands.build import build_verdict
+    from layerjam.commands.build import judge_build
     from layerjam.commands.impact import drop
     from layerjam.commands.tensile import tensile
     from layerjam.commands.vacuum_line import rise
@@ -291,7 +291,7 @@ def _draw_glance(brake: "BrakeFile") -> "Part":
     from layerjam.report.device_drawing import draw_device
     from layerjam.report.page import Part, Picture
 
-    if (drawing := build_verdict(brake).record) is None:
+    if (drawing := judge_build(brake).record) is None:
         raise LayerjamError(f"{brake.name}: the brake cannot be drawn")
     stop = drop(
         brake, mass=1.0, speed=2.5, vacuum="tuned", travel=0.04, rope_stiffness=ROPE_STIFFNESS

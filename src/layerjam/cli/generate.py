@@ -26,7 +26,7 @@ from layerjam.commands.declare import (
 )
 from layerjam.commands.quantities import Overwrite
 from layerjam.errors import FileError, QuantityError
-from layerjam.system import check_name, is_reader_gone, report_failure, typed_line
+from layerjam.system import check_file_name, format_command_line, is_reader_gone, report_failure
 
 TYPED: ContextVar[tuple[str, ...]] = ContextVar("TYPED", default=())
 """The typed words, set by `main`, because a program may call it with a different `sys.argv`."""
@@ -86,7 +86,7 @@ def check_target(path: Path | None, overwrite: bool, endings: tuple[str, ...]) -
     if path.suffix.lower() not in endings:
         choices = f"{', '.join(endings[:-1])} or {endings[-1]}" if len(endings) > 1 else endings[0]
         raise FileError(path, f"extension '{path.suffix}' is unknown; use {choices}")
-    check_name(path)
+    check_file_name(path)
     with report_failure(path, "cannot be written"):
         exists = os.path.lexists(path)
         if exists and not path.is_file():
@@ -253,7 +253,7 @@ def _run_command(entry: Command, options: list[Parameter], values: dict[str, Any
         if p.type is Progress:
             arguments[p.name] = ticker
         elif isinstance(p.help, PythonOnly) and p.help.typed:
-            arguments[p.name] = typed_line(["layerjam", *TYPED.get()])
+            arguments[p.name] = format_command_line(["layerjam", *TYPED.get()])
     result = entry(**arguments)
     if result.record is not None and not result.failed_checks:
         if record is not None:

@@ -18,7 +18,7 @@ from layerjam.commands.declare import GROUPS, Command, Parameter
 from layerjam.commands.index import Entry, commands, family_names, find_entry, load_entry
 from layerjam.conversion import FACTORS
 from layerjam.errors import LayerjamError, UnknownNameError
-from layerjam.system import is_reader_gone, is_windows, typed_line
+from layerjam.system import format_command_line, is_reader_gone, is_windows
 
 MOST_USED = (
     *("new", "show", "force", "vacuum", "tensile", "drop", "tune"),
@@ -248,7 +248,7 @@ def _describe_missing(error: Any) -> str:
             if p.option not in options
             for w in (p.option, _sample_value(entry, p))
         ]
-        lines = [typed_line(["layerjam", *TYPED.get(), *words])]
+        lines = [format_command_line(["layerjam", *TYPED.get(), *words])]
     return f"{option} is missing ({error.param.help.rstrip('.')}); type, for example: {lines[0]}"
 
 

@@ -14,13 +14,13 @@ from layerjam.commands.results import Figure, bounds, fact, number, result
 from layerjam.device.sheets import Film
 from layerjam.errors import FitError, QuantityError
 from layerjam.measure.synthetic import SYNTHETIC
-from layerjam.units import show, spec_of
+from layerjam.units import get_spec, show
 
 if TYPE_CHECKING:
     from layerjam.identify.friction.ageing import AgeingFit
     from layerjam.measure.trace import Trace
 
-HOLD = replace(spec_of(Film, "static_hold"), text="hold time under load", example="10s")
+HOLD = replace(get_spec(Film, "static_hold"), text="hold time under load", example="10s")
 
 
 @result

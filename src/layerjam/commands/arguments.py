@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from pathlib import Path
 from typing import Any, get_args, get_origin
 
-from layerjam.errors import ArgumentError, QuantityError, UnknownNameError, abbreviate
+from layerjam.errors import ArgumentError, QuantityError, UnknownNameError, short_text
 
 
 def bind_arguments(
@@ -73,7 +73,7 @@ def gather_options(
     if loose:
         raise ArgumentError(f"give {name} or {', '.join(loose)}, not both")
     if not all(hasattr(record, key) for key in options):
-        raise QuantityError.of(name, f"{abbreviate(record)} is not a {cls.__name__} or a mapping")
+        raise QuantityError.of(name, f"{short_text(record)} is not a {cls.__name__} or a mapping")
     return {key: getattr(record, key) for key in options}
 
 
@@ -87,7 +87,7 @@ def make_list(value: Any, kind: Any) -> Any:
 def check_kind(value: Any, kind: Any, name: str) -> None:
     """Raise QuantityError if an argument is not of its declared type."""
     if not is_of_kind(value, kind):
-        raise QuantityError.of(name, f"{abbreviate(value)} is not {describe_type(kind)}")
+        raise QuantityError.of(name, f"{short_text(value)} is not {describe_type(kind)}")
 
 
 def is_of_kind(value: Any, kind: Any) -> bool:

@@ -11,7 +11,7 @@ from layerjam.commands.declare import Help, command
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import FileError
 from layerjam.rig.outcomes import BenchStatus, Flashed
-from layerjam.system import check_name
+from layerjam.system import check_file_name
 from layerjam.units import QuantitySpec
 
 if TYPE_CHECKING:
@@ -162,7 +162,7 @@ def bench_wiring(
         from layerjam.report.wiring import draw_wiring
 
         path, svg = Path(out), draw_wiring(circuit)
-        check_name(path)
+        check_file_name(path)
         try:
             with path.open("x", encoding="utf-8") as file:
                 file.write(svg)

@@ -13,12 +13,12 @@ from layerjam.commands.lines import convert_line
 from layerjam.commands.quantities import Overwrite
 from layerjam.commands.regulator import SENSOR_RANGE, make_sensor
 from layerjam.commands.results import Result, fact, result
-from layerjam.device.load import write_whole
+from layerjam.device.load import store_file
 from layerjam.errors import QuantityError
 from layerjam.fluid.file import LineFile
 from layerjam.fluid.line import Line, Sensor
 from layerjam.rig.outcomes import Checked, Zero
-from layerjam.system import typed_line
+from layerjam.system import format_command_line
 from layerjam.toml_files.changes import collect_values
 from layerjam.toml_files.source import Source
 from layerjam.units import build, show
@@ -141,15 +141,15 @@ def bench_check(
         words += [] if line.line.sensor else ["--sensor-range", "103kPa"]
         words = ["check", str(address), *words, "--tune", "measured.toml"]
     else:
-        measured_line = _replace_measured(line, data, sensor, str(address))
-        write_whole(tune, measured_line.render(Path(tune).stem), overwrite)
+        measured_line = _set_measured_values(line, data, sensor, str(address))
+        store_file(tune, measured_line.render(Path(tune).stem), overwrite)
         safe_state = "hold" if vent_position == "closed" else "release"
         words = ["run", str(address), *words, str(tune), "--safe-state", safe_state, *FIRST_RUN]
-    next_step = typed_line(["layerjam", "bench", *words])
+    next_step = format_command_line(["layerjam", "bench", *words])
     return BenchChecked.create(data, tuned=None if tune is None else str(tune), next_step=next_step)
 
 
-def _replace_measured(line: LineFile, checks: Checked, sensor: Sensor, address: str) -> LineFile:
+def _set_measured_values(line: LineFile, checks: Checked, sensor: Sensor, address: str) -> LineFile:
     """Return a line with the measured values and their source; a missing value is an error."""
     from layerjam.control.plant import Plant, match_line
     from layerjam.rig.plant import LINEAR_AT

@@ -191,7 +191,7 @@ def bench_run(
         )
     rig, verdict = drop.make_rig(brake), _judge_regulator(regulator, steps, accept, out)
     if verdict.failed:
-        return _refused_run(steps, verdict, str(address), notices)
+        return _make_refused_run(steps, verdict, str(address), notices)
     with open_procedure_bench(_resolve_address(str(address), steps)) as bench:
         bench.safe_state, bench.vent_rest = regulator.safe_state, vent_rest
         bench.regulator = regulator
@@ -202,7 +202,7 @@ def bench_run(
         record = bench.run(
             steps, out=out, crosshead=drive, meta=meta, overwrite=overwrite, rig=rig, say=_report
         )
-    notices += simulated_notice(record.simulated) + companion_notice(record.file)
+    notices += simulation_notice(record.simulated) + companion_notice(record.file)
     if record.shots is not None and not record.shots:
         notices.append(Notice("no fall was detected: the accelerometer did not trigger", "no-shot"))
     return RunRecorded.create(
@@ -226,7 +226,7 @@ def _judge_regulator(
     return judge([step_check(regulator, highest)] if highest else [], accept, file=out)
 
 
-def _refused_run(
+def _make_refused_run(
     steps: Procedure, verdict: Verdict, address: str, notices: list[str]
 ) -> RunRecorded:
     """Return the result of a run that was not started because a check failed."""
@@ -309,7 +309,7 @@ def companion_notice(file: Path) -> list[str]:
     ]
 
 
-def simulated_notice(simulated: bool) -> list[str]:
+def simulation_notice(simulated: bool) -> list[str]:
     """Return the notice that the numbers are from a virtual bench."""
     text = "simulated: computed by a virtual bench, not measured"
     return [Notice(text, "simulated")] if simulated else []
@@ -342,7 +342,7 @@ def bench_log(
         overwrite=overwrite,
         say=_report,
     )
-    notices = simulated_notice(record.simulated) + companion_notice(Path(record.file))
+    notices = simulation_notice(record.simulated) + companion_notice(Path(record.file))
     return RunLogged.create(record, warnings=notices, record=record)
 
 
@@ -375,5 +375,5 @@ def bench_export(
         file=str(exports.file),
         sidecar=None if exports.sidecar is None else str(exports.sidecar),
         shots=[str(file) for file in exports.shots],
-        warnings=simulated_notice(exports.run.simulated),
+        warnings=simulation_notice(exports.run.simulated),
     )

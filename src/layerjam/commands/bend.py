@@ -117,7 +117,7 @@ def bend(
         raise QuantityError("limb friction: it acts on a joint; give --radius too")
     if device.mount.spacers is False:
         notices.append(FAN_WHEN_BENT)
-    numbers = _turning_results(device, vacuum, angle, slip)
+    numbers = _bending_results(device, vacuum, angle, slip)
     notices += _buckling_notices(numbers["moment"], numbers["buckling_moment"])
     joint = {}
     if radius is not None:
@@ -138,7 +138,7 @@ def bend(
     )
 
 
-def _turning_results(device: Brake, vacuum: float, angle: float, slip: float) -> dict[str, float]:
+def _bending_results(device: Brake, vacuum: float, angle: float, slip: float) -> dict[str, float]:
     from layerjam.mechanics import bending
     from layerjam.mechanics.friction import sheet_friction
 
@@ -185,17 +185,17 @@ def _joint_results(
     from layerjam.mechanics.joint import joint_friction, joint_sheet_force
     from layerjam.mechanics.stiffness import sheet_section
 
-    def stress_at(pressure: float) -> float:
+    def stress_at_pressure(pressure: float) -> float:
         return float(enclosure_force(slip, pressure, device)) / 2
 
-    case = (slip, vacuum, angle, radius, stress_at(vacuum), device)
+    case = (slip, vacuum, angle, radius, stress_at_pressure(vacuum), device)
     force = float(joint_friction(*case))
     # self-amplification at a joint is unknown, so both values ignore it
     straight = float(sheet_friction(slip, vacuum, remove_fan(device)))
     numbers = {
         "joint_friction": force,
         "joint_friction_off": float(
-            joint_friction(slip, 0.0, angle, radius, stress_at(0.0), device)
+            joint_friction(slip, 0.0, angle, radius, stress_at_pressure(0.0), device)
         ),
         "sheet_stress": float(joint_sheet_force(*case)) / sheet_section(device),
     }

@@ -16,8 +16,8 @@ from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.file import BrakeFile
 from layerjam.device.workshop import CUTTERS, Build, SizeSpec
 from layerjam.errors import Notice, QuantityError
-from layerjam.units import show, spec_of
-from layerjam.verdict import judge, key_of
+from layerjam.units import get_spec, show
+from layerjam.verdict import judge, to_key
 
 if TYPE_CHECKING:
     from layerjam.fabricate.choices import Choices
@@ -44,7 +44,7 @@ Size = tuple[float, ...] | None
 """
 
 
-def _amounts(masses: Mapping[str, float] | None) -> str:
+def _mass_list(masses: Mapping[str, float] | None) -> str:
     return "" if not masses else ", ".join(f"{k} {show(v, 'kg')}" for k, v in masses.items())
 
 
@@ -75,7 +75,7 @@ class Built(Result):
     cut_length: float | None = number("m", "length of all cuts")
     silicone_volume: float | None = number("m^3", "silicone in the mould, over all castings")
     silicone_mass: float | None = number("kg", "silicone to mix, including waste")
-    silicone_parts: Mapping[str, float] | None = fact("components A and B [kg]", shown=_amounts)
+    silicone_parts: Mapping[str, float] | None = fact("components A and B [kg]", shown=_mass_list)
     printed_volume: float | None = number("m^3", "plastic to print, including mould and core")
     screw: str | None = fact("clamp screw")
     preload: float | None = number("N", "preload per screw that holds the sheets by friction")
@@ -116,7 +116,7 @@ def build(
     cutter: Annotated[
         str | None, Help("How the film is cut: service, laser or knife.", metavar="|".join(CUTTERS))
     ] = None,
-    kerf: Annotated[float | None, spec_of(Build, "kerf")] = None,
+    kerf: Annotated[float | None, get_spec(Build, "kerf")] = None,
     stock: Annotated[
         Size, Input("Size of the film, length by width.", metavar="QxQ", convert=_size(2, "stock"))
     ] = None,
@@ -152,7 +152,7 @@ def build(
     require_extra()
     with_step = not no_step and _can_write_step()
     progress("drawing", 0.1)
-    verdict_result = _judge_build(brake, workshop_choice, rows, row, accept)
+    verdict_result = _judge_drawing(brake, workshop_choice, rows, row, accept)
     if verdict_result.record is None or not verdict_result.feasible:
         return verdict_result
     drawing, notices = verdict_result.record, list(verdict_result.warnings)
@@ -160,7 +160,7 @@ def build(
         notices.append(
             Notice('no STEP files: run pip install "layerjam[step]" to enable them', "no-step")
         )
-    content = _build_content(drawing, with_step, coupons, notices, progress)
+    content = _collect_files(drawing, with_step, coupons, notices, progress)
     names = sorted([*content, LIST])
     complete = replace(verdict_result, files=names, warnings=notices)
     content[LIST] = _render_result(complete, brake)
@@ -172,7 +172,7 @@ CHOICES = ("workshop", "cutter", "kerf", "stock", "laser_bed", "print_bed")
 """Inputs that affect how the brake is built."""
 
 
-def build_verdict(brake: Any, **options: Any) -> Built:
+def judge_build(brake: Any, **options: Any) -> Built:
     """Return the numbers and checks of `build`, which writes no file.
 
     `options` are those of `build`; file options have no effect. Raises the errors of `build`.
@@ -185,7 +185,7 @@ def build_verdict(brake: Any, **options: Any) -> Built:
         bindings = REGISTRY["build"].convert_arguments((brake,), {**options, "out": ""}, notices)
         choice = _combine_choices(bindings["brake"], *(bindings.get(name) for name in CHOICES))
         counts = _array_counts(bindings["parallel"], bindings["series"])
-        return _judge_build(bindings["brake"], choice, *counts, bindings.get("accept"))
+        return _judge_drawing(bindings["brake"], choice, *counts, bindings.get("accept"))
 
 
 def _combine_choices(
@@ -206,7 +206,7 @@ def _combine_choices(
     return resolve_choices(brake, workshop, settings)
 
 
-def _judge_build(
+def _judge_drawing(
     file: BrakeFile,
     choices: Choices,
     parallel: int,
@@ -224,11 +224,11 @@ def _judge_build(
     try:
         drawing = _draw_brake(file, choices, parallel, series)
     except CannotBuildError as error:
-        return _refused_build(error, file, parallel * series)
+        return _make_refused_build(error, file, parallel * series)
     verdict = None
     if stops := refusals(drawing.checks):
         for check in stops:
-            if key_of(check.code) in map(key_of, accept or ()):
+            if to_key(check.code) in map(to_key, accept or ()):
                 raise QuantityError.of(
                     "accept", f"{check.code}: the brake cannot be drawn, {check.text}"
                 )
@@ -238,7 +238,7 @@ def _judge_build(
         failed_names = {check.name for check in verdict.failed}
         stops = [c for c in drawing.checks if c.level == "failed" and c.code in failed_names]
     return Built.create(
-        _build_numbers(drawing),
+        _drawing_quantities(drawing),
         verdict,
         feasible=not stops,
         reason=refusal_reason(stops),
@@ -248,19 +248,19 @@ def _judge_build(
     )
 
 
-def _build_content(
+def _collect_files(
     drawing: Drawing, with_step: bool, coupons: bool, notices: list[str], progress: Progress
 ) -> dict[str, str | bytes]:
     """Return {path: content} of all files except the list.
 
     For a file that cannot be created, a notice is added to `notices`.
     """
-    from layerjam.fabricate.folder import build_files
+    from layerjam.fabricate.folder import make_files
     from layerjam.report.assembly_steps import PATTERN
     from layerjam.report.build_files import make_papers
 
     progress("patterns and parts", 0.3)
-    content = build_files(drawing, with_step=with_step, coupons=coupons)
+    content = make_files(drawing, with_step=with_step, coupons=coupons)
     progress("pictures and instructions", 0.5)
     content |= make_papers(drawing, coupons, content)
     if PATTERN not in content:
@@ -296,7 +296,7 @@ def _draw_brake(file: BrakeFile, choices: Choices, parallel: int, series: int) -
         return draw_build(file, choices, float(greatest_force(file.brake)), parallel, series)
 
 
-def _refused_build(error: Any, file: BrakeFile, brakes: int) -> Built:
+def _make_refused_build(error: Any, file: BrakeFile, brakes: int) -> Built:
     """Return the result for a brake of unknown lengths, of which nothing can be checked."""
     check = {
         "code": "C4",
@@ -319,7 +319,7 @@ def _refused_build(error: Any, file: BrakeFile, brakes: int) -> Built:
     )
 
 
-def _build_numbers(drawing: Drawing) -> dict[str, Any]:
+def _drawing_quantities(drawing: Drawing) -> dict[str, Any]:
     """Return {key of the result: value}; masses, film and silicone are for all brakes."""
     from layerjam.fabricate.masses import UNWEIGHED, screw_name
     from layerjam.fabricate.silicone import cavity_volume

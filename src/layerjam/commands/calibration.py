@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command, options
 from layerjam.commands.files import FromFiles, describe_readings, read_pulls, write_brake
-from layerjam.commands.left_out import LeftOut, excluded_lines, exclusion_row
-from layerjam.commands.pull_by_pull import condition_notices, pull_lines, pull_rows
+from layerjam.commands.left_out import LeftOut, exclusion_lines, exclusion_row
+from layerjam.commands.pull_by_pull import condition_notices, format_pull_table, make_pull_rows
 from layerjam.commands.quantities import Accept, Atmosphere, BrakeInput, OutBrake, Overwrite
 from layerjam.commands.reading import FileOptions, Files, FileVacuum, Partial
 from layerjam.commands.results import Figure, Judged, fact, number, result
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.errors import FitError, Notice, count_noun
+from layerjam.errors import FitError, Notice, count_text
 from layerjam.measure.trace import Trace
 from layerjam.report.folder import to_json
 from layerjam.simulate.quantities import SEED
@@ -171,12 +171,12 @@ class BrakeCalibration(FromFiles, Judged):
 
         number = getattr(self, name)
 
-        def in_unit(value: float) -> str:
+        def add_unit(value: float) -> str:
             return f"{value:.4f}" if unit == "1" else show(value, unit, like=number)
 
-        value = in_unit(number)
+        value = add_unit(number)
         if interval is not None:
-            return f"{value} (95 %: {in_unit(interval['low'])} to {in_unit(interval['high'])})"
+            return f"{value} (95 %: {add_unit(interval['low'])} to {add_unit(interval['high'])})"
         return value if error is None else f"{value} ± {show(error, unit, 2)} standard error"
 
     def lines(self) -> Iterator[str]:
@@ -187,9 +187,9 @@ class BrakeCalibration(FromFiles, Judged):
         if file_name:
             change = found["files"][file_name]
             yield f"excluding {file_name} changes the scale factor most, by {change:+.2g}"
-        yield from pull_lines(self.pulls)
+        yield from format_pull_table(self.pulls)
         yield from format_more_pulls(self.more_pulls or {})
-        yield from excluded_lines(self.excluded)
+        yield from exclusion_lines(self.excluded)
 
     def draw(self) -> Figure:
         """Return the figure of the pulls, the fitted law and the residuals."""
@@ -242,7 +242,7 @@ def calibrate(
     test = fit_pull if exact else lambda pull, pressure, _brake: require_usable_pull(pull, pressure)
     files, specimens_out, exclusions = left_out.split_excluded(files, options)
     used, refusals, odd = read_pulls(files, brake, vacuum, options, test, progress, specimens_out)
-    used, outliers = _leave_out_outliers(used, brake.brake)
+    used, outliers = _exclude_outliers(used, brake.brake)
     exclusions += outliers
     fit = _fit_brake(depth, used, brake.brake, free, sampling, progress or (lambda *_: None))
     traces = [t for t, _, _ in used]
@@ -258,7 +258,7 @@ def calibrate(
         **{name: to_json(getattr(fit, name)) for name in TABLES},
         depth=depth,
         standard_errors={**fit.standard_errors, "rests_on": fit.errors_rest_on},
-        pulls=pull_rows(fit.pulls),
+        pulls=make_pull_rows(fit.pulls),
         more_pulls=predict_more_pulls(fit, within),
         understood=describe_readings(traces),
         made_from=source,
@@ -271,7 +271,7 @@ def calibrate(
     )
 
 
-def _leave_out_outliers(
+def _exclude_outliers(
     used: Sequence[Used], brake: Brake
 ) -> tuple[list[Used], list[dict[str, Any]]]:
     """Return the pulls to fit, and rows that list the excluded ones.
@@ -312,7 +312,7 @@ def _slope_notices(calibration: "Calibration") -> Iterator[Notice]:
     yield from speed_notices(calibration)
     for entry in calibration.fits if calibration.fit is None else ():
         if entry.stiffness is None:
-            samples = count_noun(entry.pull.rise_samples, "sample")
+            samples = count_text(entry.pull.rise_samples, "sample")
             yield Notice(
                 f"{Path(entry.pull.path).name}: only {samples} on its rise, too few to determine "
                 "a stiffness; it is used only for the scale factor (pull more slowly, or "
@@ -339,9 +339,9 @@ def _fit_brake(
     if depth == "curves":
         return calibrate_curves(curves, brake, free, tell)
     from layerjam.identify.bayes.fit import calibrate_bayesian
-    from layerjam.simulate.speed import follows_speed
+    from layerjam.simulate.speed import is_speed_dependent
 
-    if follows_speed(brake):
+    if is_speed_dependent(brake):
         raise FitError(
             "speed_law: depth 'bayesian' does not support speed-dependent friction; use "
             "'curves', or the brake without that table"

@@ -19,13 +19,13 @@ from layerjam.measure.log import ACCELERATION, TIME, Log, read_log
 from layerjam.measure.runs import ENDING, read_run
 from layerjam.measure.shots import Shot, find_shot
 from layerjam.simulate.accelerometer import STANDARD_GRAVITY, Accelerometer
-from layerjam.units import QuantitySpec, spec_of
+from layerjam.units import QuantitySpec, get_spec
 from layerjam.verdict import judge
 
 if TYPE_CHECKING:
     from layerjam.identify.logs.crash import Crash
 
-RANGE = replace(spec_of(Accelerometer, "range"), text="range of the sensor", example="'250 g'")
+RANGE = replace(get_spec(Accelerometer, "range"), text="range of the sensor", example="'250 g'")
 BEFORE = QuantitySpec("s", "time before the event", open_lo=True, hi=1e6, example="50ms")
 SHOT = QuantitySpec("1", "number of the drop in a run", lo=1, hi=1e6, whole=True)
 LEAST = 20

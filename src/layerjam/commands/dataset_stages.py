@@ -60,7 +60,7 @@ def derive_results(
         names={str(root / name): name for names in files.values() for name in names},
     )
     brake_files.write_report(content, out / crate.REPORT, say=lambda what: tell(what, 0.8))
-    (friction, pulls, tests), unused = _split_uses(root, files, content)
+    (friction, pulls, tests), unused = _group_used_files(root, files, content)
     used_names = {name for names in files.values() for name in names}
     for name in read_campaign(root / crate.RAW, settings.options).measurements:
         if f"{crate.RAW}/{name}" not in used_names:
@@ -85,7 +85,7 @@ def describe_dataset(
     return format_json(crate.make_crate_metadata(root, files, recipe, details, brake, synthetic))
 
 
-def _split_uses(
+def _group_used_files(
     root: Path, files: Mapping[str, Sequence[str]], content: "BrakeReport"
 ) -> tuple[list[tuple[str, ...]], dict[str, dict[str, str]]]:
     """Return the files used for each of USES, and {path: use and reason} of rejected ones."""

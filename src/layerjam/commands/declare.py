@@ -269,7 +269,7 @@ def declare_parameter(name: str, kind: Any, default: Any, **more: Any) -> Parame
     )
 
 
-def record_parameters(group: Any, record: str = "") -> Iterator[Parameter]:
+def list_record_parameters(group: Any, record: str = "") -> Iterator[Parameter]:
     """Return the annotated fields of an `options` record."""
     hints = typing.get_type_hints(group, include_extras=True)
     for f in fields(group):
@@ -349,7 +349,7 @@ class Command:
                     declare_parameter(name, kind, default, positional=positional, several=several)
                 )
                 continue
-            parameters += record_parameters(group, name)
+            parameters += list_record_parameters(group, name)
         return tuple(parameters)
 
     @functools.cached_property

@@ -197,7 +197,7 @@ def brake_of(result: DesignResult, number: int | None = None) -> BrakeFile:
     measured on the base brake of the design are labelled as belonging to it. Raises QuantityError
     if no design has the number, and for a brake whose checks fail unless `design` accepted them.
     """
-    from layerjam.design.design_file import design_file, plain_name
+    from layerjam.design.design_file import make_design_file, plain_name
     from layerjam.design.refine import replace_values
     from layerjam.design.verdict import design_checks
 
@@ -218,7 +218,7 @@ def brake_of(result: DesignResult, number: int | None = None) -> BrakeFile:
     name = f"{plain_name(spec.name)}-{number}{'-refined' if refinement is not None else ''}"
     acceptances = [Acceptance.of_row(acceptance) for acceptance in result.accepted]
     with precision():
-        file = design_file(spec, point, grid.values(int(number)), name, acceptances)
+        file = make_design_file(spec, point, grid.values(int(number)), name, acceptances)
         verdict = judge(design_checks(file, row["vacuum"], {}))
     accepted_names = {acceptance.check for acceptance in acceptances}
     for failed_row in verdict.failed_checks:
@@ -252,7 +252,7 @@ def best_result(
     make: Callable[..., R], search: Search, sweep: SweepResult, accept: Mapping[str, str] | None
 ) -> R:
     """Return the result of a search; `accept` is {check: reason}."""
-    from layerjam.design.design_file import design_file
+    from layerjam.design.design_file import make_design_file
     from layerjam.design.merit import MERITS
     from layerjam.design.refine import refine, sensitivities
     from layerjam.design.robust import robustness
@@ -279,7 +279,7 @@ def best_result(
     chances = robustness(spec, point)
     number = int(numbers[0])
     with precision():
-        file = design_file(spec, point, spec.grid.values(number), "the design")
+        file = make_design_file(spec, point, spec.grid.values(number), "the design")
         checks = [*design_checks(file, best_design["vacuum"], chances)]
     return make(
         judge(checks, accept),
@@ -303,7 +303,7 @@ def best_result(
         warnings=[
             *_spec_notices(spec),
             *_chosen_brake_notices(spec, file),
-            *_design_notices(spec, len(front), runner is None, bool(chances)),
+            *_list_design_notices(spec, len(front), runner is None, bool(chances)),
         ],
         record=Designed(spec, search, refinement),
     )
@@ -318,7 +318,7 @@ def _chosen_brake_notices(spec: DesignSpecification, file: BrakeFile) -> Iterato
     yield from gauge_notices(file)
 
 
-def _design_notices(
+def _list_design_notices(
     spec: DesignSpecification, on_front: int, is_local: bool, scattered: bool
 ) -> Iterator[Notice]:
     if is_local:

@@ -143,13 +143,13 @@ def export_fmu(
     `overwrite`, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure, or
     an unknown platform; CompilerError if no compiler is found.
     """
-    from layerjam.device.load import write_whole
+    from layerjam.device.load import store_file
     from layerjam.interop import fmi as units
     from layerjam.interop.fmi_variables import list_variables, make_token
     from layerjam.kernel.compiler import find_compiler, find_version
     from layerjam.kernel.parameters import parameters
 
-    numbers, values = parameters(brake, rope_stiffness), units.start_values(brake, rope_stiffness)
+    numbers, values = parameters(brake, rope_stiffness), units.brake_values(brake, rope_stiffness)
     if sources_only and platforms is not None:
         raise QuantityError.of(
             "platforms", ("sources are not built for a platform; omit the platforms")
@@ -160,7 +160,7 @@ def export_fmu(
     if facts["feasible"]:
         binaries = {o: units.build_binary(fmi, o) for o in platform_choice}
         unit = units.build_fmu(fmi, brake.name, values, binaries, brake.mark())
-        write_whole(out, unit, overwrite)
+        store_file(out, unit, overwrite)
         size = len(unit)
     is_own = units.own_platform() in platform_choice
     return ExportedFmu(

@@ -13,14 +13,14 @@ from layerjam.commands.reading import Measured, list_files
 from layerjam.commands.results import Result, fact, result
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.device.load import catalogue, load, write_whole
+from layerjam.device.load import catalogue, load, store_file
 from layerjam.device.sheets import Sheets
 from layerjam.errors import FileError, FitError, LayerjamError, Notice
 from layerjam.measure.conditions import LIST
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.sidecar import FOLDER
 from layerjam.measure.trace import Trace
-from layerjam.units import show, spec_of
+from layerjam.units import get_spec, show
 from layerjam.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def map_files(
     def store_result(name: str, source: S) -> None:
         try:
             traces = open_source(source)
-            digest = _digest(source)
+            digest = _content_digest(source)
             if digest in known_files:
                 raise FitError(
                     f"contains the same measurement as {known_files[digest]}; it is counted once"
@@ -172,7 +172,7 @@ def _specimen_name(source: Measured, number: int) -> str:
     return (source.path or f"trace {number}") if isinstance(source, Trace) else str(source) or "''"
 
 
-def _digest(source: Measured) -> str:
+def _content_digest(source: Measured) -> str:
     """Return a key that is identical for sources with the same content."""
     from layerjam.identify.provenance import sha256
 
@@ -235,12 +235,12 @@ def _describe_sheet_difference(file_sheets: Sheets, brake_sheets: Sheets) -> str
     for field in fields(Sheets):
         was, has = getattr(file_sheets, field.name), getattr(brake_sheets, field.name)
         if abs(was - has) > 0.01 * was:
-            spec = spec_of(Sheets, field.name)
+            spec = get_spec(Sheets, field.name)
             return f", whose {spec.text} is {show(has, spec.unit)}, not {show(was, spec.unit)}"
     return ""
 
 
-def _trace_notices(trace: Trace) -> Iterator[Notice]:
+def _list_trace_notices(trace: Trace) -> Iterator[Notice]:
     """Yield notices about features of a pull that the law of a brake does not describe."""
     from layerjam.identify.pull.summary import is_off_zero, pull_summary
 
@@ -268,7 +268,7 @@ def _trace_notices(trace: Trace) -> Iterator[Notice]:
         )
 
 
-def _pull_vacuum(trace: Trace, default: float | None, brake: Brake) -> float:
+def _find_pull_vacuum(trace: Trace, default: float | None, brake: Brake) -> float:
     if trace.facts.vacuum is not None:
         return float(check_vacuum(trace.facts.vacuum, brake, "vacuum in its sidecar"))
     if default is None:
@@ -299,7 +299,7 @@ def read_pulls(
     odd: list[str] = []
 
     def reduce_pull(trace: Trace) -> "tuple[Trace, PullFeatures, float]":
-        pressure = _pull_vacuum(trace, vacuum, file.brake)
+        pressure = _find_pull_vacuum(trace, vacuum, file.brake)
         pull = pull_features(trace)
         end, overlap = float(pull.elongation[-1]), file.brake.sheets.overlap
         if end > 2 * overlap:
@@ -309,7 +309,7 @@ def read_pulls(
             )
         test(pull, pressure, file.brake)
         odd.extend(trace.warnings)
-        odd.extend(_trace_notices(trace))
+        odd.extend(_list_trace_notices(trace))
         return trace.thinned(PICTURE), pull.thinned(CURVE), pressure
 
     used, refusals = read_each(files, reduce_pull, options, progress, specimens_out)
@@ -338,5 +338,5 @@ def write_brake(
         return None, [Notice(sentence, "not-written")]
     content = text(Path(out).stem)
     BrakeFile.read(content, out)
-    write_whole(out, content, overwrite)
+    store_file(out, content, overwrite)
     return str(out), []

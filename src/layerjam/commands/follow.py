@@ -117,7 +117,7 @@ def follow(
     """
     from layerjam.control.follow import bode_response
     from layerjam.control.follow import follow as run
-    from layerjam.simulate.speed import pull_notices
+    from layerjam.simulate.speed import list_pull_notices
 
     regulator, notices = make_regulator(line, HELD_AT * line.line.site.atmosphere, settings)
     if str(profile) in PROFILES:
@@ -153,7 +153,7 @@ def follow(
         feasible=bool(record.possible.all()),
         greatest_vacuum=float(record.loop.vacuum.max()),
         bode=None if frequencies is None else _bode_rows(frequencies),
-        warnings=[*brake.warnings(), *notices, *pull_notices(brake, float(paces.max()))],
+        warnings=[*brake.warnings(), *notices, *list_pull_notices(brake, float(paces.max()))],
         record=(record, frequencies),
     )
 

@@ -180,7 +180,7 @@ def friction(
         intervals={name: values and values.as_dict() for name, values in result.over.items()},
         stick_slip=to_json(result.stick_slip),
         pressure=pressure,
-        repeats_table=[_repeat_row(r, normal) for r in result.repeats],
+        repeats_table=[_make_repeat_row(r, normal) for r in result.repeats],
         understood=describe_readings(traces),
         refused=refusals,
         file=path,
@@ -278,7 +278,7 @@ def _stick_slip_notices(friction: FrictionResult) -> Iterator[Notice]:
         )
 
 
-def _repeat_row(repeat: FrictionRepeat, load: float) -> dict[str, Any]:
+def _make_repeat_row(repeat: FrictionRepeat, load: float) -> dict[str, Any]:
     teeth, inertia = repeat.teeth, repeat.inertia
     return {
         "file": repeat.path,

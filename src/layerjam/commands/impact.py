@@ -171,26 +171,26 @@ def drop(
     elif travel is not None:
         level = tuning_vacuum(tuning_case(brake, mass, arrives, travel, rope_stiffness, horizontal))
         if level is None:
-            return refusal(tune(brake, travel=travel, horizontal=horizontal, **numbers), arrives)
+            return failed_run(tune(brake, travel=travel, horizontal=horizontal, **numbers), arrives)
         pressure = level
     else:
         pressure = check_vacuum(vacuum, brake.brake)
     at_start = None
     if leak_time is not None and not isinstance(pressure, History):
         pressure = History.leaking(pressure, leak_time, site.atmosphere, held or 0.0)
-        at_start = float(pressure.at(0.0))
+        at_start = float(pressure.interpolate(0.0))
     stop = _stop_with_brake(brake, case, pressure, damping, duration, progress)
     leaks = at_start is not None
     stop = observed(replace(stop, vacuum=at_start) if leaks else stop, sensing, warmth, accept)
-    return _note_ignored_effects(bool(damping), leaks, stop, travel) if travel is not None else stop
+    return _add_neglect_notices(bool(damping), leaks, stop, travel) if travel is not None else stop
 
 
-def refusal(tuning: TunedVacuum, speed: float | None = None) -> Stop:
+def failed_run(tuning: TunedVacuum, speed: float | None = None) -> Stop:
     """Return the result if no tuned vacuum exists: only the reason."""
     return Stop(speed=speed, feasible=False, reason=tuning.reason, warnings=tuning.warnings)
 
 
-def _note_ignored_effects(damping: bool, leak: bool, stop: Stop, travel: float) -> Stop:
+def _add_neglect_notices(damping: bool, leak: bool, stop: Stop, travel: float) -> Stop:
     """Return the stop with a notice of the effects that its tuned vacuum neglects."""
     for is_there, key, words in (
         (damping, "damping", "for a rope without damping"),
@@ -257,7 +257,7 @@ def _stop_with_brake(
 ) -> Stop:
     """Return the stop in closed form, or integrated in time if damped or if the vacuum changes."""
     from layerjam.mechanics.pull import least_stiffness
-    from layerjam.simulate.speed import follows_speed
+    from layerjam.simulate.speed import is_speed_dependent
 
     changes = isinstance(vacuum, History)
     if isinstance(vacuum, History) or damping or until is not None:
@@ -294,7 +294,7 @@ def _stop_with_brake(
         )
     if until is not None:
         numbers |= {"slip_at_end": end.slip_at_end, "outcome_at_end": str(end.outcome_at_end)}
-    crashing, damping_options, notices = _crash(record, brake.brake.site.gravity)
+    crashing, damping_options, notices = _find_crash(record, brake.brake.site.gravity)
     return Stop(
         slip=end.slip,
         **_peak_results(end.peak_force, record.mass, record.gravity, brake.brake.site.gravity),
@@ -303,7 +303,7 @@ def _stop_with_brake(
         stopping_time=None if end.outcome is Outcome.FINISHED else end.time,
         # if friction grows with speed, sliding is stable on any spring
         least_stiffness=None
-        if follows_speed(brake.brake)
+        if is_speed_dependent(brake.brake)
         else float(least_stiffness(record.vacuum, brake.brake)),
         warnings=[*record.warnings, *notices],
         crash=crashing,
@@ -312,7 +312,7 @@ def _stop_with_brake(
     )
 
 
-def _crash(record: DropRecord, g: float) -> tuple[Crash | None, dict[str, Any], list[Notice]]:
+def _find_crash(record: DropRecord, g: float) -> tuple[Crash | None, dict[str, Any], list[Notice]]:
     """Return the impact at the end of the travel, its results, and notices about it."""
     if record.outcome is not Outcome.BOTTOMED_OUT:
         return None, {}, []

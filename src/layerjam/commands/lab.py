@@ -9,7 +9,7 @@ from layerjam.campaigns.spec import Spec
 from layerjam.commands.declare import Help, Progress, command
 from layerjam.commands.quantities import Overwrite
 from layerjam.commands.results import Result, fact, number, result
-from layerjam.device.load import accept_force, write_whole
+from layerjam.device.load import accept_force_option, store_file
 from layerjam.errors import Notice, QuantityError
 from layerjam.simulate.quantities import SEED
 from layerjam.system import quote_word
@@ -64,7 +64,7 @@ class PracticeFiles(Result):
         return json.dumps({"example": self.text, "units": {}, "warnings": []}, indent=2)
 
 
-@accept_force
+@accept_force_option
 def lab_example(out: str | Path | None = None, *, overwrite: bool = False) -> str:
     """Write the built-in campaign as commented TOML to edit, into the file `out` if it is given.
 
@@ -77,7 +77,7 @@ def lab_example(out: str | Path | None = None, *, overwrite: bool = False) -> st
     if out is not None:
         if Path(out).suffix != ".toml":
             raise QuantityError(f"out: '{out}' does not end in .toml")
-        write_whole(out, text, overwrite)
+        store_file(out, text, overwrite)
     return text
 
 

@@ -105,10 +105,10 @@ def leak(
     slow, fast = best.rate_interval()
     gas = float(np.mean(warm))
 
-    def flow_interval_at(rate: float) -> float | None:
+    def flow_at_rate(rate: float) -> float | None:
         return None if volume is None else volume * rate
 
-    leaks = flow_interval_at(lean)
+    leaks = flow_at_rate(lean)
     unsure = _leak_notices(fit, volume is None, logged, temperature is not None)
     return LeakFound.create(
         best,
@@ -116,9 +116,9 @@ def leak(
         read,
         judge(check_leak(fit, best, logged), accept),
         **bounds(rate=(slow, fast), time_constant=(_time_constant(fast), _time_constant(slow))),
-        **bounds(leak_rate=(flow_interval_at(low), flow_interval_at(high))),
+        **bounds(leak_rate=(flow_at_rate(low), flow_at_rate(high))),
         time_constant=_time_constant(best.rate),
-        conductance=flow_interval_at(best.rate),
+        conductance=flow_at_rate(best.rate),
         leak_rate=leaks,
         leak_rate_sccm=None if leaks is None else to_sccm(leaks, gas),
         pressure_change_rate=-lean,

@@ -10,7 +10,7 @@ from typing import Annotated, Any, TypeVar
 
 from layerjam.commands.declare import Help, options
 from layerjam.commands.reading import Measured, list_files
-from layerjam.errors import QuantityError, count_noun
+from layerjam.errors import QuantityError, count_text
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.trace import Trace
 
@@ -44,11 +44,11 @@ class LeftOut:
                 raise QuantityError.of("because", "the reasons are already stored with the files")
             names, reasons = list(self.exclude), list(self.exclude.values())
         else:
-            names, reasons = _format_texts(self.exclude), _format_texts(self.because)
+            names, reasons = _make_list(self.exclude), _make_list(self.because)
         if len(names) != len(reasons):
             raise QuantityError.of(
                 "exclude",
-                f"{len(names)} excluded, {count_noun(len(reasons), 'reason')} given; give a "
+                f"{len(names)} excluded, {count_text(len(reasons), 'reason')} given; give a "
                 "reason for each: --exclude FILE --because TEXT",
             )
         for name, reason in zip(names, reasons, strict=True):
@@ -75,7 +75,7 @@ class LeftOut:
             if label:
                 labels_of[path].add(label)
         in_file = {
-            path: _named_specimens(by_name[path], labels, options)
+            path: _pick_specimens(by_name[path], labels, options)
             for path, labels in labels_of.items()
         }
         paths = {path for path, label in meanings if not label}
@@ -114,7 +114,7 @@ def exclusion_row(source: Measured, reason: str) -> dict[str, Any]:
     return {"file": _source_name(source), "because": reason, "sha256": _digest(source)}
 
 
-def excluded_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+def exclusion_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Yield the files left out, with reasons, as lines of text."""
     if rows:
         yield from ("", "left out")
@@ -122,7 +122,7 @@ def excluded_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         yield f"  {row['file']}: {row['because']}"
 
 
-def _format_texts(texts: Sequence[str]) -> list[str]:
+def _make_list(texts: Sequence[str]) -> list[str]:
     return [texts] if isinstance(texts, str) else list(texts)
 
 
@@ -166,7 +166,7 @@ def _match_path(name: str, files: Sequence[Measured]) -> str | None:
     return _source_name(same[0]) if same else None
 
 
-def _named_specimens(
+def _pick_specimens(
     source: Measured, labels_out: Collection[str], options: ReadingOptions
 ) -> set[str]:
     """Return the named specimens of a file; raises QuantityError if it lacks one of them."""

@@ -93,7 +93,7 @@ def _split_holdout(
         facts = asdict(replace(trace.facts, speed=crosshead_speed(trace)))
         if facts["vacuum"] is not None:
             levels.add(facts["vacuum"])
-        is_held = any(_matches(facts[quantity], value, quantity) for quantity, value in conditions)
+        is_held = any(_is_close(facts[quantity], value, quantity) for quantity, value in conditions)
         (held_pulls if is_held else kept_pulls).append(source)
     for side, word in ((kept_pulls, "to calibrate on"), (held_pulls, "reserved")):
         if not side:
@@ -105,7 +105,7 @@ def _split_holdout(
     return kept_pulls, held_pulls
 
 
-def _matches(value: float | None, reference: float, quantity: str) -> bool:
+def _is_close(value: float | None, reference: float, quantity: str) -> bool:
     tolerance = 0.0 if quantity == "repeat" else SAME_SHARE * reference
     return value is not None and abs(value - reference) <= tolerance
 

@@ -42,7 +42,7 @@ class PartList(Result):
         """Yield a line or two for each part; a single part is listed with all of its sources."""
         if self.full:
             for part in self.record:
-                yield from _number_lines(part)
+                yield from _detail_lines(part)
             return
         family = ""
         for part in self.record:
@@ -93,14 +93,14 @@ def _part_row(part: Part) -> dict[str, Any]:
 
 def _summary_lines(part: Part) -> Iterator[str]:
     yield f"  {part.name}: {part.title}"
-    numbers, assumed_numbers = _part_numbers(part, False), _part_numbers(part, True)
+    numbers, assumed_numbers = _format_part_values(part, False), _format_part_values(part, True)
     missing_number = [] if part.missing is None else [f"{part.missing} not published"]
     yield f"    {', '.join(numbers + missing_number)}"
     if assumed_numbers:
         yield f"    assumed: {', '.join(assumed_numbers)}"
 
 
-def _part_numbers(part: Part, guessed: bool) -> list[str]:
+def _format_part_values(part: Part, guessed: bool) -> list[str]:
     out = [
         f"{key.replace('_', ' ')} {_format_number(key, value)}"
         for key, value in part.values.items()
@@ -116,7 +116,7 @@ def _part_numbers(part: Part, guessed: bool) -> list[str]:
     return [f"{k.replace('_', ' ')} {_format_number(k, part.printed[k])}" for k in ends] + out
 
 
-def _number_lines(part: Part) -> Iterator[str]:
+def _detail_lines(part: Part) -> Iterator[str]:
     yield f"{part.title} ({part.name}, {part.kind})"
     for key, value in {**part.values, **part.printed}.items():
         yield f"  {key.replace('_', ' ')}: {_format_number(key, value)}"

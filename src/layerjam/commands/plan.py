@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.lines import Fluid, LineInput
-from layerjam.commands.plan_notices import plan_notices
+from layerjam.commands.plan_notices import list_plan_notices
 from layerjam.commands.quantities import (
     Accept,
     ArrivalSpeed,
@@ -150,12 +150,12 @@ class CollisionPlan(Judged):
             left_out |= _UNCERTAIN
         names = {name.replace("_", " ") for name in left_out}
         return [
-            (name, self._format_rounded_up(name) or text)
+            (name, self._format_rounded_up_value(name) or text)
             for name, text in super().rows()
             if name not in names
         ]
 
-    def _format_rounded_up(self, name: str) -> str | None:
+    def _format_rounded_up_value(self, name: str) -> str | None:
         """Return the text of a quantity that must not be rounded down; None for any other."""
         key = name.replace(" ", "_")
         if key not in LEAST_SIZES or (key == "tuned_vacuum" and self.tuned_capped):
@@ -232,32 +232,32 @@ def plan(
         rope_stiffness=rope_stiffness,
         gravity=0.0 if horizontal else brake.brake.site.gravity,
     )
-    highest = _check_case(case, line, brake, water)
+    highest = _check_arrival(case, line, brake, water)
     reservoir = None if stored is None else _reservoir_pressure(stored, line.line)
     plan_record = make_plan(
         brake, line.line, case, stored=reservoir, water=water, leaks=leak_time is not None
     )
-    full, later = _plan_spreads(plan_record, samples, seed)
+    full, later = _predict_spreads(plan_record, samples, seed)
     fine, build = plan_record.full.stops_within(travel), _suggest_build(plan_record)
     return CollisionPlan.create(
         case,
         plan_record,
         judge(checks_of_plan(plan_record, full.beyond), accept),
-        *_stop_results(plan_record),
-        {**_stop_probabilities(full, later), "seed": seed},
+        *_collect_stop_records(plan_record),
+        {**_collision_probabilities(full, later), "seed": seed},
         _suggest_sizes(plan_record, build),
-        _plan_energies(plan_record),
+        _compute_energies(plan_record),
         feasible=fine,
         reason=None if fine else _failure_reason(plan_record),
         reachable=highest,
         tuned_capped=plan_record.capped,
         certain=not (mass_sd or speed_sd),
-        warnings=[*line.warnings(), *brake.warnings(), *plan_notices(plan_record, build)],
+        warnings=[*line.warnings(), *brake.warnings(), *list_plan_notices(plan_record, build)],
         record=plan_record,
     )
 
 
-def _stop_results(plan: Plan) -> tuple[Any, ...]:
+def _collect_stop_records(plan: Plan) -> tuple[Any, ...]:
     """Return both stops, and the iteration of each with the vacuum line."""
     full, tuned_coupling = plan.full.coupled, plan.tuned.coupled
     later_stop = add_prefix(
@@ -289,7 +289,7 @@ def _reservoir_pressure(vacuum: float, line: Line) -> float:
     return line.site.atmosphere - vacuum
 
 
-def _check_case(case: Arrival, line: LineFile, brake: BrakeFile, water: bool) -> float:
+def _check_arrival(case: Arrival, line: LineFile, brake: BrakeFile, water: bool) -> float:
     """Return the line's highest vacuum [Pa]; raises QuantityError for contradictory options."""
     from layerjam.fluid.closed_forms import reachable_vacuum
 
@@ -351,7 +351,7 @@ def _suggest_build(plan: Plan) -> Build | None:
     return suggest_sizes(plan.standby, plan.needed, plan.case.warning)
 
 
-def _plan_spreads(plan: Plan, samples: int, seed: int) -> tuple[Spread, Spread]:
+def _predict_spreads(plan: Plan, samples: int, seed: int) -> tuple[Spread, Spread]:
     """Return the spread of collisions at the full vacuum reached in time, and at the tuned one."""
     from layerjam.control.plan_spread import predict_spread
 
@@ -361,7 +361,7 @@ def _plan_spreads(plan: Plan, samples: int, seed: int) -> tuple[Spread, Spread]:
     return full, predict_spread(plan.tuned.vacuum, plan.brake.brake, plan.case, samples, seed)
 
 
-def _stop_probabilities(full: Spread, later: Spread) -> dict[str, float]:
+def _collision_probabilities(full: Spread, later: Spread) -> dict[str, float]:
     """Return the expected peaks and probabilities of both stops, and the larger error."""
     out: dict[str, float] = {
         "samples": full.tried,
@@ -407,7 +407,7 @@ def _standby_power(head: str, vacuum: float, standby: Standby) -> dict[str, floa
     return {f"{head}_power": record.least_power, f"{head}_electric": record.electric_power}
 
 
-def _plan_energies(plan: Plan) -> dict[str, Any]:
+def _compute_energies(plan: Plan) -> dict[str, Any]:
     """Return the heat of the stop, the work of this evacuation and the power while waiting."""
     from layerjam.fluid import energy
     from layerjam.fluid.network import RESERVOIR

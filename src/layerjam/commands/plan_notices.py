@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from layerjam.commands.lines import ONLY_COMPLIANCE
 from layerjam.errors import Notice
-from layerjam.simulate.speed import stop_notices
+from layerjam.simulate.speed import list_stop_notices
 from layerjam.units import show
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from layerjam.control.plan_build import Build
 
 
-def plan_notices(plan: "Plan", build: "Build | None") -> Iterator[Notice]:
+def list_plan_notices(plan: "Plan", build: "Build | None") -> Iterator[Notice]:
     """Yield the assumptions of a plan and the effects that it neglects."""
     from layerjam.control.plan_spread import SHIFTS
     from layerjam.fluid.closed_forms import final_pressure
@@ -21,7 +21,7 @@ def plan_notices(plan: "Plan", build: "Build | None") -> Iterator[Notice]:
 
     case, standby = plan.case, plan.standby
     line, tank = standby.line, standby.line.reservoir
-    yield from stop_notices(plan.brake)
+    yield from list_stop_notices(plan.brake)
     if case.mass_sd or case.speed_sd:
         yield Notice(
             "mass and speed: log-normal, independent; probabilities and peak by exact stops at "

@@ -21,7 +21,7 @@ from layerjam.commands.quantities import (
 )
 from layerjam.commands.results import Figure, Result, fact, number, result
 from layerjam.device.file import BrakeFile
-from layerjam.device.load import load, write_whole
+from layerjam.device.load import load, store_file
 from layerjam.errors import Notice, QuantityError
 from layerjam.system import quote_word
 from layerjam.units import QuantitySpec
@@ -74,7 +74,7 @@ def new(
     file = replace(load(start), title="")
     text = file.render(name)
     BrakeFile.read(text, f"brake named '{name[:80]}'")
-    write_whole(out, text, overwrite)
+    store_file(out, text, overwrite)
     return NewBrake(name=name, file=str(out)).with_verdicts([file])
 
 
@@ -226,22 +226,22 @@ def force(
     """
     from layerjam.mechanics.enclosure import enclosure_force
     from layerjam.mechanics.friction import sheet_friction, sheet_friction_at
-    from layerjam.simulate.speed import force_notices
+    from layerjam.simulate.speed import list_force_notices
 
     check_vacuum(vacuum, brake.brake)
     notices = slip_notices(slip, brake.brake)
-    sheets = _as_numbers(
+    sheets = _convert_to_numbers(
         sheet_friction(slip, vacuum, brake.brake)
         if sliding_speed is None
         else sheet_friction_at(slip, sliding_speed, vacuum, brake.brake)
     )
-    enclosure = _as_numbers(enclosure_force(slip, vacuum, brake.brake))
+    enclosure = _convert_to_numbers(enclosure_force(slip, vacuum, brake.brake))
     _check_fitted_strain(enclosure, vacuum, brake.brake)
     return BrakeForce(
         sheet_friction=sheets,
         enclosure_force=enclosure,
         force=sheets + enclosure,
-        warnings=[*brake.warnings(), *notices, *force_notices(brake, sliding_speed)],
+        warnings=[*brake.warnings(), *notices, *list_force_notices(brake, sliding_speed)],
         record=(brake, vacuum, slip),
     )
 
@@ -262,7 +262,7 @@ def _check_fitted_strain(enclosure: Any, vacuum: Any, device: Any) -> None:
     )
 
 
-def _as_numbers(value: Any) -> Any:
+def _convert_to_numbers(value: Any) -> Any:
     import numpy as np
 
     array = np.asarray(value)
@@ -311,12 +311,12 @@ def vacuum(
     import numpy as np
 
     from layerjam.mechanics.pull import force_limits, vacuum_for_force
-    from layerjam.simulate.speed import force_notices
+    from layerjam.simulate.speed import list_force_notices
 
-    notices = [*slip_notices(slip, brake.brake), *force_notices(brake, sliding_speed)]
+    notices = [*slip_notices(slip, brake.brake), *list_force_notices(brake, sliding_speed)]
     brake = _apply_sliding_speed(brake, sliding_speed)
-    pressure = _as_numbers(vacuum_for_force(force, slip, brake.brake))
-    low, high = (_as_numbers(edge) for edge in force_limits(slip, brake.brake))
+    pressure = _convert_to_numbers(vacuum_for_force(force, slip, brake.brake))
+    low, high = (_convert_to_numbers(edge) for edge in force_limits(slip, brake.brake))
     feasible = np.isfinite(pressure)
     none = np.ndim(pressure) == 0 and not feasible
     return VacuumForForce(

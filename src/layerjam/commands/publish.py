@@ -14,7 +14,7 @@ from layerjam.commands.reading import FileOptions, FileVacuum
 from layerjam.commands.report import HowTested
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import MissingExtraError, Notice
-from layerjam.system import typed_line
+from layerjam.system import format_command_line
 from layerjam.units import show
 from layerjam.verdict import Verdict
 
@@ -55,7 +55,7 @@ class Published(Result):
     def lines(self) -> Iterator[str]:
         """Yield the command with which others can check the dataset."""
         if self.folder is not None:
-            line = typed_line(("layerjam", "recompute", self.folder))
+            line = format_command_line(("layerjam", "recompute", self.folder))
             yield from ("", "anyone can check it:", f"  {line}")
 
 

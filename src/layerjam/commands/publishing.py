@@ -22,8 +22,8 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import FileError, Notice
 from layerjam.fluid.file import load_line
 from layerjam.identify.provenance import sha256
-from layerjam.system import check_name, report_failure
-from layerjam.toml_files.folders import hidden_folder, replace_folder, write_files
+from layerjam.system import check_file_name, report_failure
+from layerjam.toml_files.folders import make_hidden_folder, replace_folder, write_files
 
 if TYPE_CHECKING:
     from layerjam.report.brake_report import BrakeReport
@@ -56,7 +56,7 @@ def write_dataset(
     line_text = None if line is None else load_line(line).text
     with (
         report_failure(out, "cannot be written"),
-        hidden_folder(out.absolute().parent) as hidden,
+        make_hidden_folder(out.absolute().parent) as hidden,
     ):
         staging = hidden / "dataset"
         _copy_files(campaign, staging)
@@ -121,7 +121,7 @@ def _write_results(
     if "exclude" in options:
         exclusions = options["exclude"].items()
         options["exclude"] = {_dataset_path(campaign, name): reason for name, reason in exclusions}
-    friction, calibration_pulls, test_pulls = _split_uses(staging, uses, methods, tell)
+    friction, calibration_pulls, test_pulls = _find_used_files(staging, uses, methods, tell)
     recipe = Recipe(
         versions=list_program_versions(),
         brake=BRAKE,
@@ -152,7 +152,7 @@ def _dataset_path(campaign: campaigns.Campaign, name: str) -> str:
 
 def _check_writable(folder: Path, out: Path, overwrite: bool) -> None:
     """Raise FileError if the dataset cannot be written to `out`."""
-    check_name(out)
+    check_file_name(out)
     if os.path.lexists(out):
         if not out.is_dir():
             raise FileError(out, "is a file, not a folder")
@@ -207,19 +207,19 @@ def _copy_files(campaign: campaigns.Campaign, staging: Path) -> None:
         shutil.copyfile(campaign.folder / name, target)
 
 
-def _split_uses(
+def _find_used_files(
     staging: Path, uses: Measurements, methods: HowTested, tell: Progress
 ) -> list[tuple[str, ...]]:
     """Return the paths inside the dataset for each of USES."""
 
-    def staged_names(names: Any) -> list[str]:
+    def staged_paths(names: Any) -> list[str]:
         return [str(staging / RAW / name) for name in names]
 
     request = Measurements(
-        friction=staged_names(uses.friction),
-        pulls=staged_names(uses.pulls),
-        validate=staged_names(uses.validate),
-        calibrate_on=staged_names(uses.calibrate_on),
+        friction=staged_paths(uses.friction),
+        pulls=staged_paths(uses.pulls),
+        validate=staged_paths(uses.validate),
+        calibrate_on=staged_paths(uses.calibrate_on),
         holdout=uses.holdout,
     )
     calibration_pulls, test_pulls = request.split_pulls(methods.options, tell)

@@ -119,7 +119,7 @@ def pull(
     ]
     return Pulls.create(
         judge([_check_rises(used)], accept),
-        pulls=[_pull_row(trace, summary) for trace, summary in used],
+        pulls=[_make_pull_row(trace, summary) for trace, summary in used],
         tare=tare,
         understood=describe_readings(t for t, _ in used),
         refused=refusals,
@@ -171,7 +171,7 @@ def _trace_name(trace: Trace) -> str:
     return f"{trace.path}, specimen {trace.specimen}" if trace.specimen else trace.path
 
 
-def _pull_row(trace: Trace, summary: PullSummary) -> dict[str, Any]:
+def _make_pull_row(trace: Trace, summary: PullSummary) -> dict[str, Any]:
     """Return the row of one pull with every key; a value that the record does not show is None."""
     from layerjam.identify.stick_slip import CAUSE
 
@@ -225,37 +225,37 @@ def _pull_row(trace: Trace, summary: PullSummary) -> dict[str, Any]:
 
 
 def _format_pull(row: Mapping[str, Any]) -> Iterator[str]:
-    def show_key(key: str) -> str:
+    def format_key(key: str) -> str:
         unit, error = UNITS_OF_A_PULL[key], row.get(f"{key}_se")
         value = show(row[key], unit)
         return value if error is None else f"{value} ± {show(error, unit, 2)}"
 
     specimen = f", specimen {row['specimen']}" if row["specimen"] else ""
     yield Path(row["file"]).name + specimen
-    slack, preload, onset = (show_key(key) for key in ("slack", "preload", "onset"))
+    slack, preload, onset = (format_key(key) for key in ("slack", "preload", "onset"))
     yield f"  slack {slack}, preload {preload}, onset at {onset}"
     peak = "no peak"
     if row["peak_force"] is not None:
-        peak = f"peak {show_key('peak_force')} at {show_key('peak_elongation')}"
-    yield f"  stiffness {show_key('stiffness')}, {peak}"
+        peak = f"peak {format_key('peak_force')} at {format_key('peak_elongation')}"
+    yield f"  stiffness {format_key('stiffness')}, {peak}"
     if row["steady_slope"] is not None:
         yield (
-            f"  after the peak {show_key('steady_slope')}, {show_key('steady_force')} between "
-            f"{show_key('steady_from')} and {show_key('steady_to')}"
+            f"  after the peak {format_key('steady_slope')}, {format_key('steady_force')} between "
+            f"{format_key('steady_from')} and {format_key('steady_to')}"
         )
     if row["stick_slip"]:
         yield (
-            f"  stick–slip ± {show_key('stick_slip_amplitude')}, {row['teeth']} slips, every "
-            f"{show_key('stick_slip_spacing')}, {show_key('stick_slip_period')}"
+            f"  stick–slip ± {format_key('stick_slip_amplitude')}, {row['teeth']} slips, every "
+            f"{format_key('stick_slip_spacing')}, {format_key('stick_slip_period')}"
         )
     if row["ripple"]:
         yield (
-            f"  ripple ± {show_key('ripple_amplitude')} every {show_key('ripple_spacing')}, "
-            f"{show_key('ripple_period')}: {row['ripple_cause']}"
+            f"  ripple ± {format_key('ripple_amplitude')} every {format_key('ripple_spacing')}, "
+            f"{format_key('ripple_period')}: {row['ripple_cause']}"
         )
     if row["unloading_stiffness"] is not None:
         yield (
-            f"  unloading {show_key('unloading_stiffness')}, residual "
-            f"{show_key('residual_elongation')} and {show_key('residual_force')}; dissipated "
-            f"{show_key('loop_energy')} of {show_key('work')}"
+            f"  unloading {format_key('unloading_stiffness')}, residual "
+            f"{format_key('residual_elongation')} and {format_key('residual_force')}; dissipated "
+            f"{format_key('loop_energy')} of {format_key('work')}"
         )

@@ -15,7 +15,7 @@ TITLE = "pull by pull"
 NONE = "-"
 
 
-def pull_rows(pulls: "Sequence[SinglePull]") -> list[dict[str, Any]]:
+def make_pull_rows(pulls: "Sequence[SinglePull]") -> list[dict[str, Any]]:
     """Return the rows in the form of the `pulls` key, in SI units."""
     return [{**asdict(pull), "odd": pull.is_outlier} for pull in pulls]
 
@@ -40,7 +40,7 @@ def format_cells(row: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def pull_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+def format_pull_table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Yield the lines of the table; none for a single pull, which has no others to compare with."""
     if len(rows) < 2:
         return

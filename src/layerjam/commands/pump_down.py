@@ -24,13 +24,13 @@ from layerjam.commands.reading import LogOptions
 from layerjam.commands.results import Figure, Judged, bounds, fact, number, result
 from layerjam.errors import Notice, QuantityError
 from layerjam.fluid.line import Pump
-from layerjam.units import QuantitySpec, spec_of
+from layerjam.units import QuantitySpec, get_spec
 from layerjam.verdict import judge
 
 if TYPE_CHECKING:
     from layerjam.identify.logs.pump_down import DerivedValue, PumpDown
 
-FLOW = replace(spec_of(Pump, "flow"), text="flow of the pump", example="20mL/s")
+FLOW = replace(get_spec(Pump, "flow"), text="flow of the pump", example="20mL/s")
 COMPLIANCE = QuantitySpec(
     "m^3/Pa", "compliance of the pumped volume", lo=-1e-3, hi=1e-3, example="0.01mL/kPa"
 )
@@ -146,7 +146,7 @@ def pump_down(
         warnings += alternative.notices
     if not names_given:
         warnings.append(Notice(PROPORTION, "flow-over-volume"))
-    numbers = _pump_results(single, second, volume, flow, added_volume)
+    numbers = _compute_pump_results(single, second, volume, flow, added_volume)
     logs = [log for log in (single, second) if log is not None]
     checks = check_pump_downs(logs, dict(_list_intervals({**numbers, "rate": single.rate})))
     return PumpFound.create(
@@ -193,7 +193,7 @@ def _fit_compliance(
     return fit
 
 
-def _pump_results(
+def _compute_pump_results(
     first: PumpDown,
     second: PumpDown | None,
     volume: float | None,

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
-from layerjam.commands.declare import ARRAY, Help, Input, OutFile, record_parameters
+from layerjam.commands.declare import ARRAY, Help, Input, OutFile, list_record_parameters
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
@@ -27,7 +27,7 @@ from layerjam.simulate.quantities import (
 )
 from layerjam.toml_files.changes import RecordFile
 from layerjam.toml_files.source import Source
-from layerjam.units import QuantitySpec, show, spec_of
+from layerjam.units import QuantitySpec, get_spec, show
 from layerjam.verdict import read_acceptances
 
 if TYPE_CHECKING:
@@ -44,14 +44,14 @@ T = TypeVar("T")
 F = TypeVar("F", bound=RecordFile[Any])
 AnyBrake = str | Path | BrakeFile | Brake
 
-ATMOSPHERE = replace(spec_of(Site, "atmosphere"), example="95kPa")
+ATMOSPHERE = replace(get_spec(Site, "atmosphere"), example="95kPa")
 TARGET = replace(VACUUM, text="target vacuum", symbol="", open_lo=True)
 HEIGHT = QuantitySpec("m", "fall height", open_lo=True, hi=1e5, example="30cm")
 ROPE_STIFFNESS = replace(
-    spec_of(Rope, "stiffness"), text="stiffness of the rope", example="16.8kN/m"
+    get_spec(Rope, "stiffness"), text="stiffness of the rope", example="16.8kN/m"
 )
-ROPE_DAMPING = replace(spec_of(Rope, "damping"), example="'20 N s/m'")
-SHARE = replace(spec_of(Brake, "vacuum_share"), example="80%")
+ROPE_DAMPING = replace(get_spec(Rope, "damping"), example="'20 N s/m'")
+SHARE = replace(get_spec(Brake, "vacuum_share"), example="80%")
 LOG_TIME = QuantitySpec("s", "time in the log", lo=-1e9, hi=1e9, example="2s")
 
 Atmosphere = Annotated[float | None, ATMOSPHERE, Help("Atmospheric pressure at the site.")]
@@ -125,7 +125,7 @@ def load_record_file(
         file = source
     elif isinstance(source, kind.kind):
         kind.check(source)
-        file = kind.of(source)
+        file = kind.from_record(source)
     else:
         raise QuantityError(
             f"{kind.holds}: {type(source).__name__} is not a {kind.holds}; give a catalogue "
@@ -175,7 +175,7 @@ def apply_share(file: BrakeFile, share: Any) -> BrakeFile:
 
 def parse_options(cls: type[T], values: Mapping[str, Any]) -> T:
     """Return a checked record of `options`, for other functions, from text or SI numbers."""
-    by_name = {p.name: p for p in record_parameters(cls)}
+    by_name = {p.name: p for p in list_record_parameters(cls)}
     unknown = [name for name in values if name not in by_name]
     if unknown:
         raise UnknownNameError(f"field of {cls.__name__}", unknown[0], by_name)

@@ -10,7 +10,7 @@ from layerjam.measure.options import ReadingOptions
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
 from layerjam.simulate.quantities import CROSSHEAD_SPEED, VACUUM
-from layerjam.units import spec_of
+from layerjam.units import get_spec
 
 
 @runtime_checkable
@@ -24,8 +24,8 @@ class DataFrame(Protocol):
 
 Measured = str | Path | Trace
 """A file of a test machine, or a trace that was read (and perhaps cut) in Python."""
-SPECIMEN = spec_of(ReadingOptions, "specimen")
-NORMAL_FORCE = replace(spec_of(Facts, "normal_force"), example="2.45N")
+SPECIMEN = get_spec(ReadingOptions, "specimen")
+NORMAL_FORCE = replace(get_spec(Facts, "normal_force"), example="2.45N")
 AnyFiles = Sequence[Measured | DataFrame] | Measured | DataFrame
 
 

@@ -114,7 +114,7 @@ def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
         try:
             files_again, content = derive_results(root, recipe, Path(folder), tell)
         except LayerjamError as error:
-            work.found.append(_recompute_failure(error, root))
+            work.found.append(_recomputation_failure(error, root))
         else:
             acceptances = content.accepted
             names = sorted(checksums.list_files(Path(folder)), key=lambda name: name != RESULTS)
@@ -144,7 +144,7 @@ def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
         )
 
 
-def _recompute_failure(error: LayerjamError, root: Path) -> Difference:
+def _recomputation_failure(error: LayerjamError, root: Path) -> Difference:
     """Return the difference for a dataset whose files yield no results."""
     path = Path(error.path) if isinstance(error, FileError) else root / RECIPE
     inside = path.is_relative_to(root)

@@ -16,12 +16,12 @@ from layerjam.errors import FitError, Notice, QuantityError
 from layerjam.fluid.file import LineFile
 from layerjam.fluid.line import Sensor
 from layerjam.fluid.tube import wave_delay
-from layerjam.units import show, spec_of
+from layerjam.units import get_spec, show
 
-SAMPLE_TIME = replace(spec_of(Regulator, "sample_time"), example="20ms")
-SENSOR_RANGE = replace(spec_of(Sensor, "range"), example="103kPa")
-NOISE = replace(spec_of(Sensor, "noise"), example="50Pa")
-LEAST_RUN = replace(spec_of(Regulator, "minimum_on"), example="0.2s")
+SAMPLE_TIME = replace(get_spec(Regulator, "sample_time"), example="20ms")
+SENSOR_RANGE = replace(get_spec(Sensor, "range"), example="103kPa")
+NOISE = replace(get_spec(Sensor, "noise"), example="50Pa")
+LEAST_RUN = replace(get_spec(Regulator, "minimum_on"), example="0.2s")
 FAR_OFF = 1.2
 """Ratio of identified to expected rate above which a notice is given."""
 FELT = 1.05

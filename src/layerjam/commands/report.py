@@ -10,17 +10,17 @@ from layerjam.commands.calibration import calibrate as run_calibration
 from layerjam.commands.declare import Help, Progress, PythonOnly, command, options
 from layerjam.commands.friction import FrictionTest
 from layerjam.commands.friction import friction as run_friction
-from layerjam.commands.left_out import LeftOut, excluded_lines
+from layerjam.commands.left_out import LeftOut, exclusion_lines
 from layerjam.commands.measurements import Measurements
 from layerjam.commands.quantities import Accept, Atmosphere, BrakeInput, Overwrite, convert_brake
 from layerjam.commands.reading import FileOptions, FileVacuum, Measured, list_files
 from layerjam.commands.results import Result, fact, result
 from layerjam.commands.validation import validate as run_validation
 from layerjam.device.file import BrakeFile
-from layerjam.errors import FitError, Notice, count_noun
+from layerjam.errors import FitError, Notice, count_text
 from layerjam.measure.trace import Trace
 from layerjam.report.folder import to_json
-from layerjam.verdict import Check, Verdict, judge, key_of, remaining
+from layerjam.verdict import Check, Verdict, judge, remaining, to_key
 
 if TYPE_CHECKING:
     from layerjam.report.brake_files import ReportFiles
@@ -67,7 +67,7 @@ class Report(Result):
 
     def lines(self) -> Iterator[str]:
         """Yield the files left out by the user."""
-        yield from excluded_lines(self.excluded)
+        yield from exclusion_lines(self.excluded)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,11 +80,11 @@ class _Work:
 
     def judge(self, stage: str, checks: Sequence[Check], numbers: Sequence[str] = ()) -> Verdict:
         """Return the verdict of a stage with checks on `numbers`, and add it to the report."""
-        failed_keys = {key_of(c.name) for c in checks if c.level == "failed"}
+        failed_keys = {to_key(c.name) for c in checks if c.level == "failed"}
         accepted_here = {
             name: reason
             for name, reason in (self.how.accept or {}).items()
-            if key_of(name) in failed_keys
+            if to_key(name) in failed_keys
         }
         verdict = judge(checks, accepted_here, numbers, date=self.report.date)
         before = self.report.verdict
@@ -189,7 +189,7 @@ def report(
     content.number, content.customer = issued.report_number, issued.customer
     failed_checks = content.verdict.failed
     files = None if failed_checks else write_report(content, out, overwrite, lambda w: tell(w, 0.9))
-    return _report_result(content, files)
+    return _make_report_result(content, files)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -249,7 +249,7 @@ def compute_stages(
     return content
 
 
-def _report_result(content: "BrakeReport", files: "ReportFiles | None") -> Report:
+def _make_report_result(content: "BrakeReport", files: "ReportFiles | None") -> Report:
     """Return the paths of the files, and the keys of each stage (None if it was omitted)."""
     warnings: list[str] = [w for notices in content.warnings.values() for w in notices]
     if content.synthetic:
@@ -279,7 +279,7 @@ def _report_result(content: "BrakeReport", files: "ReportFiles | None") -> Repor
 def _add_friction(work: _Work, files: Sequence[Measured]) -> None:
     from layerjam.identify.friction.reduction import add_friction
 
-    work.tell(f"friction: {count_noun(len(files), 'file')}", 0.1)
+    work.tell(f"friction: {count_text(len(files), 'file')}", 0.1)
     stage = run_friction(files, test=work.how.test, options=work.how.options, progress=work.tell)
     traces, fit = work.report.friction = stage.record
     work.add_result("friction", stage, traces)
@@ -296,7 +296,7 @@ def _add_friction(work: _Work, files: Sequence[Measured]) -> None:
 def _add_calibration(work: _Work, files: Sequence[Measured], exclusions: LeftOut) -> None:
     from layerjam.identify.provenance import format_brake
 
-    work.tell(f"calibration: {count_noun(len(files), 'pull')}", 0.3)
+    work.tell(f"calibration: {count_text(len(files), 'pull')}", 0.3)
     stage = run_calibration(
         work.report.file,
         files,
@@ -327,7 +327,7 @@ def _add_validation(work: _Work, files: Sequence[Measured], exclusions: LeftOut)
     """Add the validation before and after calibration to the report, and the files used twice."""
     from layerjam.identify.validation.table import check_validation
 
-    work.tell(f"validation: {count_noun(len(files), 'pull')}", 0.6)
+    work.tell(f"validation: {count_text(len(files), 'pull')}", 0.6)
     report = work.report
     stage = run_validation(
         report.file,

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transf
 from layerjam.commands.arguments import check_kind
 from layerjam.commands.known import KnownResult
 from layerjam.commands.lookup import add_prefix, look_up
-from layerjam.commands.wording import format_words, raise_powers, strip_controls, wrap_text
-from layerjam.device.load import accept_force, write_whole
+from layerjam.commands.wording import format_words, raise_powers, strip_control_codes, wrap_text
+from layerjam.device.load import accept_force_option, store_file
 from layerjam.errors import FileError, LayerjamError, MissingExtraError, Notice, UnknownNameError
 from layerjam.outputs import ENDS, Figure, declare, fact, number
 from layerjam.report.folder import to_json
 from layerjam.units import show
-from layerjam.verdict import Acceptance, Verdict, accepted_rows, failures_of, remaining
+from layerjam.verdict import Acceptance, Verdict, accepted_rows, list_failures, remaining
 
 if TYPE_CHECKING:
     import pandas
@@ -193,7 +193,7 @@ class Result:
         """Return whether curves of a different kind of result can be added to those of this one."""
         return kind is cls
 
-    @accept_force
+    @accept_force_option
     def plot(
         self,
         path: str | Path | None = None,
@@ -223,7 +223,7 @@ class Result:
             panes = chart.add_comparisons(self.panes(), quiet) if quiet else None
             figure = self.draw() if panes is None else self.draw_panes(panes)
         if ax is None:
-            state_failures(figure, failures_of(self, *(beside or {}).values()))
+            state_failures(figure, list_failures(self, *(beside or {}).values()))
         if path is not None:
             save(figure, Path(path), overwrite)
         return figure
@@ -235,7 +235,7 @@ class Result:
             return data_frame
         import pandas
 
-        numbers = self._numbers()
+        numbers = self._numeric_values()
         if self.grid is not None:
             frame, units = self.grid.to_frame(numbers), {**self.grid.units, **self.units}
         else:
@@ -244,7 +244,7 @@ class Result:
         frame.attrs["units"] = units
         return frame
 
-    def _numbers(self) -> dict[str, Any]:
+    def _numeric_values(self) -> dict[str, Any]:
         """Return the quantities of the result and, for an array result, its flags."""
         return {
             f.name: value
@@ -260,7 +260,7 @@ class Result:
             dataset: xarray.Dataset = self.record.to_xarray()
             return dataset
         if self.grid is not None:
-            return self.grid.to_xarray(self._numbers(), self.units)
+            return self.grid.to_xarray(self._numeric_values(), self.units)
         with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
             import xarray
         data = xarray.Dataset.from_dataframe(self.to_frame())
@@ -268,7 +268,7 @@ class Result:
             data[name].attrs["units"] = self.units[str(name)]
         return data
 
-    @accept_force
+    @accept_force_option
     def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write the result: .json, a figure (.svg, .png, .pdf), or the record (.csv, .nc).
 
@@ -278,7 +278,7 @@ class Result:
         path = Path(path)
         ending = path.suffix.lower()
         if ending == ".json":
-            return write_whole(path, self.json() + "\n", overwrite)
+            return store_file(path, self.json() + "\n", overwrite)
         if ending in PICTURES and self.is_drawable():
             self.plot(path, overwrite=overwrite)
             return path
@@ -326,7 +326,7 @@ class Result:
         """Return the result with the grid of its array arguments, labelled if they are."""
         if grid is None:
             return self
-        labels = grid.label_values(self._numbers(), self.units) if grid.labelled else {}
+        labels = grid.label_values(self._numeric_values(), self.units) if grid.labelled else {}
         return replace(self, grid=grid, **labels)
 
     def with_verdicts(self, files: Iterable[RecordFile[Any]]) -> Self:
@@ -374,7 +374,7 @@ class Result:
         for name, text in rows:
             out += wrap_text(text, f"{name:<{wide}}  ", width)
         if self.grid is not None:
-            out += [*([""] if rows else []), *self.grid.lines(self._numbers(), self.units)]
+            out += [*([""] if rows else []), *self.grid.lines(self._numeric_values(), self.units)]
         for line in (*self.lines(), *self.check_lines()):
             # a command stays on one line, because a line break would end it when pasted
             is_whole = not line or line.startswith("  layerjam ")
@@ -394,7 +394,7 @@ class Result:
             out += wrap_text(advice, "", width)
         for warning in dict.fromkeys(map(str, self.warnings)):
             out += wrap_text(warning, "note: ", width)
-        return "\n".join(strip_controls(line) for line in out)
+        return "\n".join(strip_control_codes(line) for line in out)
 
     def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and self.json() == other.json()  # type: ignore[attr-defined]
@@ -417,7 +417,7 @@ class Result:
         notes = "".join(f"<p>note: {escape(w)}</p>" for w in dict.fromkeys(map(str, self.warnings)))
         table = ""
         if self.grid is not None:
-            lines = self.grid.lines(self._numbers(), self.units)
+            lines = self.grid.lines(self._numeric_values(), self.units)
             table = f"<pre>{escape(chr(10).join(lines))}</pre>"
         return f"<table>{rows}</table>{table}{notes}"
 

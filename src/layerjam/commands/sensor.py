@@ -22,7 +22,7 @@ from layerjam.simulate.accelerometer import (
 )
 from layerjam.simulate.accelerometer import Reading as Seen
 from layerjam.simulate.record import DropRecord
-from layerjam.units import QuantitySpec, show, spec_of
+from layerjam.units import QuantitySpec, get_spec, show
 from layerjam.verdict import Check, check, judge
 
 if TYPE_CHECKING:
@@ -49,8 +49,8 @@ DEFAULT_RISE = 20.0
 DEFAULT_FILM_COEFFICIENT = 10.0
 """Still air, assumed: free convection, 2 to 25 W/(m^2 K) in gases (Incropera, table 1.1), and
 radiation, 4 ε σ T³ = 5.8 at 300 K and ε = 0.95."""
-LOW_PASS = replace(spec_of(Accelerometer, "bandwidth"), example="400Hz")
-SAMPLING = replace(spec_of(Accelerometer, "sampling"), example="10kHz")
+LOW_PASS = replace(get_spec(Accelerometer, "bandwidth"), example="400Hz")
+SAMPLING = replace(get_spec(Accelerometer, "sampling"), example="10kHz")
 
 
 def _read_rise(value: float | str, arguments: Mapping[str, Any]) -> float:

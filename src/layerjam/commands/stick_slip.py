@@ -26,7 +26,7 @@ from layerjam.device.sheets import Film
 from layerjam.errors import Notice, QuantityError
 from layerjam.mechanics.stick_slip.curve import Stribeck
 from layerjam.simulate.record import Outcome
-from layerjam.units import QuantitySpec, show, spec_of
+from layerjam.units import QuantitySpec, get_spec, show
 
 if TYPE_CHECKING:
     from layerjam.mechanics.stick_slip.slide_step import Slide
@@ -35,10 +35,10 @@ if TYPE_CHECKING:
 
 MOUNT = QuantitySpec("N/m", "stiffness of the mount", lo=100, hi=1e9, example="200kN/m")
 DAMPING = replace(
-    spec_of(Rope, "damping"), text="damping parallel to the spring", example="'5 N s/m'", symbol=""
+    get_spec(Rope, "damping"), text="damping parallel to the spring", example="'5 N s/m'", symbol=""
 )
-STRIBECK_SPEED = replace(spec_of(Stribeck, "speed"), example="1mm/s")
-STATIC = replace(spec_of(Film, "static"), text="static friction", example="0.3")
+STRIBECK_SPEED = replace(get_spec(Stribeck, "speed"), example="1mm/s")
+STATIC = replace(get_spec(Film, "static"), text="static friction", example="0.3")
 
 
 @result
@@ -222,7 +222,7 @@ def _stick_slip_limits(slide: Slide, bounds: Bounds, ratio: float) -> dict[str, 
 
 def _assumption_notices(record: StickSlipRecord, assumed: bool) -> list[Notice]:
     """Return notices about the assumptions; `assumed` is the mass if none was given."""
-    from layerjam.simulate.speed import slide_notices
+    from layerjam.simulate.speed import list_slide_notices
 
     out, count = [], len(record.events)
     if record.outcome is Outcome.STEADY_SLIDING and count:
@@ -256,5 +256,5 @@ def _assumption_notices(record: StickSlipRecord, assumed: bool) -> list[Notice]:
     else:
         sentence = "the Stribeck speed is an input: it was not measured for the catalogue's films"
     fastest = float(record.speed_of_mass.max())
-    notices = slide_notices(record.brake, record.speed, fastest)
+    notices = list_slide_notices(record.brake, record.speed, fastest)
     return [*out, Notice(sentence, "stribeck-speed"), *notices]

@@ -84,7 +84,7 @@ def tune(
     from layerjam.mechanics.stop.exact import stop
     from layerjam.mechanics.stop.tune import vacuum_eq10
     from layerjam.simulate.drop import series_spring
-    from layerjam.simulate.speed import follows_speed, stop_notices
+    from layerjam.simulate.speed import is_speed_dependent, list_stop_notices
     from layerjam.simulate.tuned import find_tunable_speeds, tuning_vacuum
 
     device, g = brake.brake, brake.brake.site.gravity
@@ -94,7 +94,7 @@ def tune(
     eq10 = float(vacuum_eq10(mass, arrives, travel, device))
     vacuum_at = pressure or device.site.atmosphere
     top = float(peak(vacuum_at, device.sheets.usable_travel, device).force)
-    if follows_speed(device):
+    if is_speed_dependent(device):
         spring = series_spring(device, rope_stiffness)
         top = max(
             top, float(stop(mass, arrives, vacuum_at, spring, case.gravity, device).peak_force)
@@ -109,7 +109,7 @@ def tune(
         vacuum_eq10=eq10 if math.isfinite(eq10) else None,
         feasible=pressure is not None,
         floor_g=arrives**2 / (2 * g * distance) + (0.0 if horizontal else 1.0) if g else None,
-        warnings=[*brake.warnings(), *stop_notices(brake)],
+        warnings=[*brake.warnings(), *list_stop_notices(brake)],
         **speed_range,
     )
 

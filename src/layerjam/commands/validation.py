@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 from layerjam.commands.declare import Progress, command
 from layerjam.commands.files import read_pulls
-from layerjam.commands.left_out import LeftOut, excluded_lines
-from layerjam.commands.pull_by_pull import condition_notices, pull_lines, pull_rows
+from layerjam.commands.left_out import LeftOut, exclusion_lines
+from layerjam.commands.pull_by_pull import condition_notices, format_pull_table, make_pull_rows
 from layerjam.commands.quantities import Accept, Atmosphere, BrakeInput
 from layerjam.commands.reading import FileOptions, Files, FileVacuum
 from layerjam.commands.results import Figure, Judged, fact, number, result
@@ -82,8 +82,8 @@ class ModelErrors(Judged):
             yield from ("", f"before calibration: MAPE {before['mape']:.2%}")
         if self.scatter:
             yield _describe_scatter(self.scatter)
-        yield from pull_lines(self.pulls)
-        yield from excluded_lines(self.excluded)
+        yield from format_pull_table(self.pulls)
+        yield from exclusion_lines(self.excluded)
 
     def draw(self) -> Figure:
         """Return the figure of measured and predicted curves, and the residuals."""
@@ -166,7 +166,7 @@ def validate(
         judge(check_validation(validation, len(same)), accept),
         uncalibrated=before and make_error_rows(before),
         files=[make_error_row(c, FILE) for c in validation.curves],
-        pulls=pull_rows(validation.pulls),
+        pulls=make_pull_rows(validation.pulls),
         excluded=exclusions,
         refused=refusals,
         warnings=warnings,

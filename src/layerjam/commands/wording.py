@@ -23,11 +23,11 @@ def format_words(value: Any, unit: str) -> str:
 
 
 def raise_powers(text: str) -> str:
-    """Return the text with raise_powers exponents: m/s²."""
+    """Return the text with raised exponents: m/s²."""
     return text.replace("^2", "²").replace("^3", "³")
 
 
-def strip_controls(line: str) -> str:
+def strip_control_codes(line: str) -> str:
     """Return the line without characters that a terminal would interpret as commands."""
     return "".join(c if c.isprintable() else "?" for c in line)
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from layerjam.control.standby import Standby
 from layerjam.fluid.closed_forms import reachable_vacuum
 from layerjam.fluid.line import Reservoir
-from layerjam.units import show, spec_of
+from layerjam.units import get_spec, show
 
 CV = 4.0
 """Approximate sonic conductance in L/(s bar) of a valve with a flow coefficient Cv of 1."""
@@ -121,7 +121,7 @@ def _size_tank(
         line = replace(standby.line, reservoir=replace(tank, **{name: value}))
         return replace(standby, line=line).vacuum_after(warning) - vacuum
 
-    spec, high = spec_of(Reservoir, name), LARGEST[name]
+    spec, high = get_spec(Reservoir, name), LARGEST[name]
     root = least_root(pressure_excess, spec.lo, high)
     if root is not None:
         return Size(root)

@@ -16,7 +16,7 @@ from layerjam.control.passage import Passage, balance_vacuum
 from layerjam.errors import QuantityError
 from layerjam.fluid.flow import NORMAL, VAPOUR, leak_throughput, tube_conductance
 from layerjam.fluid.line import Leak, Line, Valve, validate, water_compliance
-from layerjam.fluid.pump import check_water, displacement_at, lowest_pressure
+from layerjam.fluid.pump import check_water, displacement_at_pressure, lowest_pressure
 from layerjam.fluid.tube import tube_area
 from layerjam.units import check, quantity, show
 
@@ -120,7 +120,7 @@ def linearise_line(line: Line, *, vacuum: float, water: bool = False) -> Plant:
     pump, chamber, atmosphere = line.pump, line.chamber, line.site.atmosphere
     passage, n = None, line.polytropic
     volume = chamber.volume
-    flow = displacement_at(atmosphere - vacuum, pump, atmosphere) * pump.count
+    flow = displacement_at_pressure(atmosphere - vacuum, pump, atmosphere) * pump.count
     reverse_flow = pump.backwards * pump.count
     vent = line.valve.conductance * NORMAL / volume if line.valve else 0.0
     if not vent and not reverse_flow:

@@ -9,7 +9,7 @@ from layerjam._version import __version__
 from layerjam.dataset import checksums
 from layerjam.dataset.people import SPDX, Details
 from layerjam.dataset.recipe import RECIPE, Recipe
-from layerjam.errors import count_noun
+from layerjam.errors import count_text
 from layerjam.identify.provenance import sha256
 from layerjam.verdict import Acceptance
 
@@ -66,9 +66,9 @@ def format_readme(
 
 def _describe_counts(recipe: Recipe) -> str:
     return (
-        f"{count_noun(len(recipe.friction), 'friction test')}, "
-        f"{count_noun(len(recipe.calibrate), 'calibration pull')} and "
-        f"{count_noun(len(recipe.validate), 'validation pull')}"
+        f"{count_text(len(recipe.friction), 'friction test')}, "
+        f"{count_text(len(recipe.calibrate), 'calibration pull')} and "
+        f"{count_text(len(recipe.validate), 'validation pull')}"
     )
 
 

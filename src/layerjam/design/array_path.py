@@ -134,7 +134,7 @@ class _Stage:
         last = start[-1] + (np.maximum(force, knot_forces[-1]) - knot_forces[-1]) / k.sum()
         return np.where(force >= knot_forces[-1], last, np.interp(force, knot_forces, start))
 
-    def rise_to(self, force: np.ndarray, top: float) -> tuple[np.ndarray, np.ndarray]:
+    def follow_rise(self, force: np.ndarray, top: float) -> tuple[np.ndarray, np.ndarray]:
         """Return (elongation, front) at rising forces (N,); `top` ends the rise."""
         u = np.concatenate([[self.front], self.u[(self.u > self.front) & (self.u < top)], [top]])
         f = np.maximum.accumulate(np.interp(u, self.u, self.f))
@@ -190,7 +190,9 @@ def _follow_rise(
     knots = [s.f[(s.u >= s.front) & (s.f > low) & (s.f < high)] for s in chain]
     force = np.unique(np.concatenate([np.linspace(low, high, 25), *knots, [high]]))
     force = force[force <= high]
-    motion = np.array([s.rise_to(force, top) for s, (_, top, _) in zip(chain, turns, strict=True)])
+    motion = np.array(
+        [s.follow_rise(force, top) for s, (_, top, _) in zip(chain, turns, strict=True)]
+    )
     for stage, (_, front) in zip(chain, motion, strict=True):
         stage.front = float(front[-1])
     return force, motion

@@ -194,7 +194,7 @@ def pull(array: Array, until: float | None = None) -> ArrayLoading:
 
     Raises QuantityError for a brake that snaps even on its own.
     """
-    backbones = _backbones(array.members)
+    backbones = _make_backbones(array.members)
     paths, first = [], 0
     for chain in array.chains:
         numbers = []
@@ -225,7 +225,7 @@ def pull(array: Array, until: float | None = None) -> ArrayLoading:
     )
 
 
-def _backbones(members: Sequence[Member]) -> list[Backbone]:
+def _make_backbones(members: Sequence[Member]) -> list[Backbone]:
     """Return the backbone of each member; identical members are computed once."""
     backbones: dict[Member, Backbone] = {}
     for index, m in enumerate(members, 1):

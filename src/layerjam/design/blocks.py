@@ -21,9 +21,9 @@ from layerjam.design.grid import Grid
 from layerjam.design.merit import MERITS, VARIABLES
 from layerjam.design.requirements import DesignSpecification
 from layerjam.design.search import CHUNK, Search, SweepResult
-from layerjam.device.load import write_whole
+from layerjam.device.load import store_file
 from layerjam.errors import FileError, MissingExtraError
-from layerjam.system import check_name, lock_file, report_failure
+from layerjam.system import check_file_name, lock_file, report_failure
 from layerjam.units import QuantitySpec
 
 MANIFEST, FRONT, NOTE = "manifest.json", "front.parquet", "sweep.json"
@@ -118,15 +118,15 @@ class Store:
 
     def __enter__(self) -> "Store":
         import_parquet()
-        check_name(self.folder)
-        self._reject_foreign()
+        check_file_name(self.folder)
+        self._reject_foreign_folder()
         with report_failure(self.folder, "cannot be written"):
             (self.folder / FOLDER).mkdir(parents=True, exist_ok=True)
             self.handle = handle = os.open(self.folder / LOCK, os.O_RDWR | os.O_CREAT)
         try:
             if not lock_file(handle):
                 raise FileError(self.folder, "another sweep is running in this folder")
-            self._claim()
+            self._claim_folder()
         except BaseException:
             self.__exit__()
             raise
@@ -137,7 +137,7 @@ class Store:
             os.close(self.handle)
             self.handle = None
 
-    def _reject_foreign(self) -> None:
+    def _reject_foreign_folder(self) -> None:
         """Reject a folder whose files would be replaced, before anything is written to it."""
         if (self.folder / NOTE).exists():
             return
@@ -147,7 +147,7 @@ class Store:
         if has_files:
             raise FileError(self.folder, "contains other files; choose an empty folder")
 
-    def _claim(self) -> None:
+    def _claim_folder(self) -> None:
         """Claim the folder for this sweep, and remove incomplete files left by a killed one."""
         note = self.folder / NOTE
         if note.exists():
@@ -248,4 +248,4 @@ def write_block(path: Path, data: bytes) -> None:
             handle.flush()
             os.fsync(handle.fileno())
 
-    write_whole(path, write_content, overwrite=True)
+    store_file(path, write_content, overwrite=True)

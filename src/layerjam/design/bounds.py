@@ -158,7 +158,7 @@ class Boxes:
                 numbers = self.grid.number(best.T)
                 rows = self.search.kernel.all_merits(numbers, stop=False)
                 is_built = np.isfinite(rows[self.search.row["mass"]])
-                meets = {o: o.holds(self.search.quantity(o.name, rows, numbers)) for o in rules}
+                meets = {o: o.is_met(self.search.quantity(o.name, rows, numbers)) for o in rules}
                 is_open &= ~(sure & is_built & ~meets[c])
                 good = np.all([is_built, *meets.values()], axis=0)
                 if good.any():  # merits that are computed later may still exclude this design
@@ -169,7 +169,7 @@ class Boxes:
                 return Proof(UNKNOWN)
             # a single design was evaluated above, and returned if it met all constraints
             is_open &= ~is_single
-            low, high = _halve_boxes(low[is_open], high[is_open], first)
+            low, high = _bisect_boxes(low[is_open], high[is_open], first)
         return Proof(IMPOSSIBLE)
 
     def best_value(self, c: Constraint, others: Sequence[Constraint]) -> BestValue:
@@ -213,7 +213,7 @@ class Boxes:
         return float(self.values(np.array([number]), c)[0])
 
 
-def _halve_boxes(low: Numbers, high: Numbers, first: Any) -> tuple[Numbers, Numbers]:
+def _bisect_boxes(low: Numbers, high: Numbers, first: Any) -> tuple[Numbers, Numbers]:
     """Return the boxes, each cut in two along its longest side, measured in units of `first`."""
     if not len(low):
         return low, high
@@ -255,7 +255,7 @@ def prove_impossible(
     rules = list(search.spec.constraints)
     for c in rules:
         if boxes.prove([c]).outcome == IMPOSSIBLE:
-            return _exclusion(boxes, c, [])
+            return _make_exclusion(boxes, c, [])
     if boxes.prove(rules).outcome != IMPOSSIBLE:
         return None
     core = [c for c in rules if c.name not in LATE_MERITS]
@@ -264,7 +264,7 @@ def prove_impossible(
         if boxes.prove(others).outcome == IMPOSSIBLE:
             core = others
     return min(
-        (_exclusion(boxes, c, [o for o in core if o is not c]) for c in core),
+        (_make_exclusion(boxes, c, [o for o in core if o is not c]) for c in core),
         key=_relative_shortfall,
     )
 
@@ -273,11 +273,11 @@ def _relative_shortfall(k: Exclusion) -> float:
     return math.inf if k.reachable is None or not math.isfinite(k.reachable) else k.short
 
 
-def _exclusion(boxes: Boxes, c: Constraint, others: list[Constraint]) -> Exclusion:
+def _make_exclusion(boxes: Boxes, c: Constraint, others: list[Constraint]) -> Exclusion:
     best = boxes.best_value(c, others)
     words = f" together with {' and '.join(map(str, others))}" if others else ""
     reason = f"{c} cannot be met{words}{describe_shortfall(c, best.value, best.exact)}"
-    short = math.inf if best.value is None else c.short(best.value)
+    short = math.inf if best.value is None else c.shortfall(best.value)
     return Exclusion(str(c), reason, best.value, c.unit, tuple(map(str, others)), short)
 
 
@@ -286,7 +286,7 @@ def describe_shortfall(c: Constraint, best: float | None, exact: bool = True) ->
     if best is None or not math.isfinite(best):
         return ""
     least = f"{'lowest' if c.most else 'highest'} {'reachable value' if exact else 'value found'}"
-    short = c.short(best)
+    short = c.shortfall(best)
     words = f"{short:.2g} times the limit" if short > 2 else f"{short:.2%}"
     return f": the {least} is {show(best, c.unit)}, {words} {'over' if c.most else 'short'}"
 

@@ -35,12 +35,12 @@ def _load_search(pickled_search: bytes) -> tuple[Search, str]:
     import jax
 
     jax.config.update("jax_enable_x64", True)
-    _keep_memory()
+    _reuse_freed_memory()
     spec, block = pickle.loads(pickled_search)
     return Search(spec, block), fingerprint(spec, block)
 
 
-def _keep_memory() -> None:
+def _reuse_freed_memory() -> None:
     """Allow freed memory to be reused immediately.
 
     Dask's nanny starts workers with such a low MALLOC_TRIM_THRESHOLD_ that every array of a chunk

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from layerjam.design.force_density import SheetLine, one_more_sheet, peak_force, sheet_line
+from layerjam.design.force_density import SheetLine, added_sheet_effect, make_sheet_line, peak_force
 from layerjam.design.published import PublishedDevice, PublishedDevices, published_devices
 from layerjam.device.brake import mass, sheet_mass
 from layerjam.device.file import BrakeFile
@@ -44,7 +44,7 @@ def compare_devices(
         )
         for d in others.devices
     ]
-    lines = [sheet_line(f.name, f.brake, p) for f, p in zip(brakes, vacuums, strict=True)]
+    lines = [make_sheet_line(f.name, f.brake, p) for f, p in zip(brakes, vacuums, strict=True)]
     return rows, _sheet_effect(first, others.sheet), lines, others
 
 
@@ -89,7 +89,7 @@ def _friction_note(file: BrakeFile) -> str:
 def _sheet_effect(file: BrakeFile, paper: PublishedDevice) -> dict[str, Any]:
     """Return the effect of one more sheet at the paper's vacuum, with the paper's values."""
     vacuum = min(PAPER_VACUUM, file.brake.site.atmosphere)
-    force, weight = one_more_sheet(file.brake, vacuum)
+    force, weight = added_sheet_effect(file.brake, vacuum)
     return {
         "brake": file.name,
         "vacuum": vacuum,

@@ -20,7 +20,7 @@ CARRIED = (*OF_A_FIT, "stiffness_measured", "fittings_mass")
 """Values of one brake as built that may differ for another brake."""
 
 
-def design_file(
+def make_design_file(
     spec: DesignSpecification,
     point: Point,
     values: Mapping[str, Any],
@@ -50,7 +50,7 @@ def design_file(
             sources[path] = base.sources.get(path, Source())
         else:
             sources[path] = Source(kind="inferred", text=f"chosen by the design {spec.name}")
-    making, making_sources = _build_values(film, base)
+    making, making_sources = _making_values(film, base)
     changes = {path for path, source in sources.items() if source != base.sources.get(path)}
     earlier = remaining(base.accepted, changes - {*CARRIED})
     earlier_kept = [entry for entry in earlier if entry not in acceptances]
@@ -101,7 +101,7 @@ def _film_sources(film: str, base: BrakeFile) -> Mapping[str, Source]:
     return base.sources if film == base.name else {}
 
 
-def _build_values(film: str, base: BrakeFile) -> tuple[Making, dict[str, Source]]:
+def _making_values(film: str, base: BrakeFile) -> tuple[Making, dict[str, Source]]:
     """Return the base file's values for building and casting, and the film's for cutting."""
     paths = dict(entries(Making))
     origins = {path: source for path, source in base.sources.items() if path in paths}

@@ -37,13 +37,13 @@ def with_sheets(brake: Brake, count: int) -> Brake:
     return replace(variant, weighed_mass=brake.weighed_mass + difference)
 
 
-def one_more_sheet(brake: Brake, vacuum: float) -> tuple[float, float]:
+def added_sheet_effect(brake: Brake, vacuum: float) -> tuple[float, float]:
     """Return the force [N] and mass [kg] that one more sheet adds, enclosure included."""
     thicker = with_sheets(brake, brake.sheets.count + 1)
     return peak_force(thicker, vacuum) - peak_force(brake, vacuum), mass(thicker) - mass(brake)
 
 
-def sheet_line(name: str, brake: Brake, vacuum: float) -> SheetLine:
+def make_sheet_line(name: str, brake: Brake, vacuum: float) -> SheetLine:
     """Return a brake with its own number of sheets and larger ones from SHEETS; vacuum [Pa]."""
     count = brake.sheets.count
     counts = (count, *(n for n in SHEETS if n > count))

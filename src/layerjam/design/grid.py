@@ -129,7 +129,7 @@ def _merits(
 
 
 @functools.partial(jax.jit, static_argnames=("row",))
-def _stops(point: Point, base: Brake, requirement: StopRequirement, *, row: int) -> Any:
+def _stop_rows(point: Point, base: Brake, requirement: StopRequirement, *, row: int) -> Any:
     out = stops(point, base, requirement, row)
     return jnp.stack([out[n] for n in STOP_MERITS])
 
@@ -163,7 +163,7 @@ class Kernel:
         if len(numbers) == 0 or self.evaluation.stop is None:
             return np.full((len(STOP_MERITS), len(numbers)), math.nan)
         point, evaluation = self.grid.point(_pad_numbers(numbers)), self.evaluation
-        rows = _stops(point, evaluation.base, evaluation.stop, row=self.grid.most_in_row)
+        rows = _stop_rows(point, evaluation.base, evaluation.stop, row=self.grid.most_in_row)
         return np.asarray(rows)[:, : len(numbers)]
 
     def drawn_merits(self, numbers: Numbers) -> dict[str, Array]:

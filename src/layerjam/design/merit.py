@@ -25,17 +25,17 @@ from layerjam.mechanics.fan import is_flat
 from layerjam.mechanics.law import keep_if
 from layerjam.mechanics.stick_slip import laws as stickslip
 from layerjam.simulate.quantities import CROSSHEAD_SPEED, MASS
-from layerjam.units import QuantitySpec, like, quantity, record, spec_of
+from layerjam.units import QuantitySpec, get_spec, like, quantity, record
 
 _TIMES = QuantitySpec("1", "identical brakes", lo=1, hi=1000, whole=True)
 OF_SHEETS = ("count", "thickness", "width", "overlap", "free_left", "free_right")
 VARIABLES: Mapping[str, QuantitySpec] = MappingProxyType(
     {
-        **{name: spec_of(Sheets, name) for name in OF_SHEETS},
+        **{name: get_spec(Sheets, name) for name in OF_SHEETS},
         "offset": QuantitySpec("m", "slip before use, subtracted from overlap and travel", hi=5),
-        "usable_travel": spec_of(Sheets, "usable_travel"),
-        "wall": spec_of(Enclosure, "wall"),
-        "fittings_mass": spec_of(Brake, "fittings_mass"),
+        "usable_travel": get_spec(Sheets, "usable_travel"),
+        "wall": get_spec(Enclosure, "wall"),
+        "fittings_mass": get_spec(Brake, "fittings_mass"),
         "vacuum": QuantitySpec("Pa", "vacuum at which the brake is used", hi=1.2e5, open_lo=True),
         "series": replace(_TIMES, text="identical brakes in series"),
         "parallel": replace(_TIMES, text="identical brakes in parallel"),

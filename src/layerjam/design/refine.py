@@ -50,7 +50,7 @@ def replace_values(point: Point, values: dict[str, Any]) -> Point:
 
 
 @functools.partial(jax.jit, static_argnames=("names", "row"))
-def _log_merits(x: Any, point: Point, inputs: Any, *, names: tuple[str, ...], row: int) -> Any:
+def _ln_merits(x: Any, point: Point, inputs: Any, *, names: tuple[str, ...], row: int) -> Any:
     """Return ln of all merits at values `x` of the variables `names`, in alphabetical order."""
     base, stick_slip, requirement = inputs
     design = replace_values(point, dict(zip(names, x, strict=True)))
@@ -58,7 +58,7 @@ def _log_merits(x: Any, point: Point, inputs: Any, *, names: tuple[str, ...], ro
     return jnp.log(jnp.stack([jnp.asarray(out[n], float) for n in sorted(out)]))
 
 
-_slopes = jax.jit(jax.jacfwd(_log_merits), static_argnames=("names", "row"))
+_slopes = jax.jit(jax.jacfwd(_ln_merits), static_argnames=("names", "row"))
 
 
 class Smooth:
@@ -89,12 +89,12 @@ class Smooth:
 
     def log_merits(self, x: Array) -> dict[str, float]:
         """Return the ln of every merit and of every variable in `names`."""
-        values = _log_merits(jnp.asarray(x), self.point, self.more, names=self.names, row=self.row)
+        values = _ln_merits(jnp.asarray(x), self.point, self.more, names=self.names, row=self.row)
         out = dict(zip(self.order, np.asarray(values).tolist(), strict=True))
         out |= self._line_merits(self._vacuum(x))
         if self.spec.drawn_merits:
             out |= self._drawn_merits(x)
-        return {**{n: _safe_log(v) for n, v in zip(self.names, x, strict=True)}, **out}
+        return {**{n: _safe_ln(v) for n, v in zip(self.names, x, strict=True)}, **out}
 
     def drawn_merits(self, x: Array) -> dict[str, Array]:
         """Return DRAWN_MERITS at values of `names`, shape (n, names)."""
@@ -119,7 +119,7 @@ class Smooth:
         return self.last[1]
 
     def _drawn_merits(self, x: Array) -> dict[str, float]:
-        return {n: _safe_log(float(row[0])) for n, row in self._stencil(x).items()}
+        return {n: _safe_ln(float(row[0])) for n, row in self._stencil(x).items()}
 
     def _drawn_slopes(self, x: Array) -> dict[str, Array]:
         """Return d ln(merit)/d variable by differences, one-sided if one side cannot be built."""
@@ -165,10 +165,10 @@ class Smooth:
         if self.spec.line is None:
             return {}
         pair = line_merits(vacuum, self.spec.line.line, self.brakes)
-        return {n: _safe_log(v) for n, v in zip(LINE_MERITS, pair, strict=True)}
+        return {n: _safe_ln(v) for n, v in zip(LINE_MERITS, pair, strict=True)}
 
 
-def _safe_log(value: float) -> float:
+def _safe_ln(value: float) -> float:
     return math.log(value) if value > 0 else math.nan if value != 0 else -math.inf
 
 
@@ -193,7 +193,7 @@ def refine(spec: DesignSpecification, number: int) -> RefinedDesign | None:
     point = spec.grid.point(number)
     free = {*spec.merits, *spec.grid.ranges}
     constant = [c for c in spec.constraints if c.name not in free]
-    if not all(c.holds(float(getattr(point, c.name))) for c in constant):
+    if not all(c.is_met(float(getattr(point, c.name))) for c in constant):
         return None
     live = [c for c in spec.constraints if c.name in free and c.limit > 0]
     search = LocalSearch(Smooth(spec, point, spec.grid.ranges), live)

@@ -26,7 +26,7 @@ from layerjam.toml_files.reader import Reader
 from layerjam.toml_files.toml import parse_toml
 from layerjam.toml_files.values import AsItIs, Entry, ListSpec, TextSpec, entries, value
 from layerjam.toml_files.writer import plain_lines
-from layerjam.units import QuantitySpec, like, nested, quantity, show, spec_of
+from layerjam.units import QuantitySpec, get_spec, like, nested, quantity, show
 
 MOST_VALUES = 1_000_000
 _TEXT = TextSpec()
@@ -136,7 +136,7 @@ class DesignRequest:
     brake: str = value(TextSpec(text="name or path of the brake to start from"))
     line: str | None = value(TextSpec(text="name or path of a vacuum line"), None)
     atmosphere: float | None = field(
-        default=None, metadata={"quantity": spec_of(Site, "atmosphere")}
+        default=None, metadata={"quantity": get_spec(Site, "atmosphere")}
     )
     constraints: tuple[Constraint, ...] = value(ListSpec(each=ConstraintSpec()), ())
     objectives: tuple[Objective, ...] = value(ListSpec(each=ObjectiveSpec()))

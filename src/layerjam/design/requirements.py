@@ -34,21 +34,25 @@ class Constraint:
         return NAMEABLE[self.name].unit
 
     def __str__(self) -> str:
-        return self.name if self == BUILDABLE else self.with_limit(show(self.limit, self.unit))
+        return (
+            self.name if self == BUILDABLE else self.format_with_limit(show(self.limit, self.unit))
+        )
 
-    def with_limit(self, limit: str) -> str:
+    def format_with_limit(self, limit: str) -> str:
         """Return the constraint as text, with the limit as written in the argument."""
         return f"{self.name} {'<=' if self.most else '>='} {limit}"
 
-    def holds(self, value: Any) -> Any:
+    def is_met(self, value: Any) -> Any:
         """Return whether a value meets the constraint, up to rounding of 1e-12; NaN never does."""
         slack = 1e-12 * abs(self.limit)
         return value <= self.limit + slack if self.most else value >= self.limit - slack
 
-    def short(self, value: float) -> float:
+    def shortfall(self, value: float) -> float:
         """Return the relative shortfall of a value, which is 0 if the value meets the limit."""
         excess = value - self.limit if self.most else self.limit - value
         return max(excess, 0.0) / abs(self.limit) if self.limit else math.inf
+
+    holds, short, with_limit = is_met, shortfall, format_with_limit  # former names
 
 
 BUILDABLE = Constraint("buildable", False, 1.0)
@@ -98,7 +102,7 @@ class ConstraintSpec(AsItIs):
     def to_toml(self, value: Constraint) -> object:
         """Return text that `read` turns back into the constraint."""
         limit = repr(value.limit) if value.unit == "1" else exact_text(value.limit, value.unit)
-        return value.with_limit(limit)
+        return value.format_with_limit(limit)
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ def robustness(spec: DesignSpecification, point: Point) -> dict[str, Chance]:
         if c.name not in out:
             continue
         value = np.broadcast_to(np.asarray(out[c.name]), (scatter.samples,))
-        holds = np.asarray(c.holds(value))
+        holds = np.asarray(c.is_met(value))
         all_hold &= holds
         chances[str(c)] = Chance(*_estimate_chance(holds), *_value_range(value))
     if chances:

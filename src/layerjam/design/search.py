@@ -112,9 +112,9 @@ class Search:
         is_built = np.isfinite(values[self.row["mass"]])
         numbers, values = numbers[is_built], values[:, is_built]
         # drawn merits are computed faster than a stop, and they exclude many designs
-        drawn_rows = self._late_drawn(numbers, values)
+        drawn_rows = self._late_drawn_merits(numbers, values)
         if self.spec.evaluation.stop is not None:
-            values = np.concatenate([values, self._late_stops(numbers, values, drawn_rows)])
+            values = np.concatenate([values, self._late_stop_merits(numbers, values, drawn_rows)])
         values = np.concatenate([values, drawn_rows])
         quantities = np.stack([self.quantity(name, values, numbers) for name in self.wanted])
         meets = self.meets(quantities)
@@ -131,20 +131,20 @@ class Search:
         )
         return self._keep_highlights(run)
 
-    def _late_stops(self, numbers: Numbers, values: Array, drawn_rows: Array) -> Array:
+    def _late_stop_merits(self, numbers: Numbers, values: Array, drawn_rows: Array) -> Array:
         """Return stop merits of designs that may meet all but one constraint, NaN for others."""
-        count = self._count_broken(numbers, values)
+        count = self._count_violations(numbers, values)
         for c in self.spec.constraints:
             if c.name in self.spec.drawn_merits:
-                count += ~c.holds(drawn_rows[self.spec.drawn_merits.index(c.name)])
+                count += ~c.is_met(drawn_rows[self.spec.drawn_merits.index(c.name)])
         candidates = (count <= 1) & self.may_stop(values)
         rows = np.full((len(STOP_MERITS), len(numbers)), math.nan)
         rows[:, candidates] = self.kernel.stops(numbers[candidates])
         return rows
 
-    def _late_drawn(self, numbers: Numbers, values: Array) -> Array:
+    def _late_drawn_merits(self, numbers: Numbers, values: Array) -> Array:
         """Return drawn merits of designs that may meet all but one constraint, NaN for others."""
-        candidates = self._count_broken(numbers, values) <= 1
+        candidates = self._count_violations(numbers, values) <= 1
         rows = np.full((len(self.spec.drawn_merits), len(numbers)), math.nan)
         rows[:, candidates] = self.drawn_merits(numbers[candidates])
         return rows
@@ -155,12 +155,12 @@ class Search:
         shape = (len(self.spec.drawn_merits), len(numbers))
         return np.array([merits[n] for n in self.spec.drawn_merits]).reshape(shape)
 
-    def _count_broken(self, numbers: Numbers, values: Array) -> Numbers:
+    def _count_violations(self, numbers: Numbers, values: Array) -> Numbers:
         """Return the number of constraints, except late ones, that each design violates."""
         count = np.zeros(len(numbers), int)
         for c in self.spec.constraints:
             if c.name not in LATE_MERITS:
-                count += ~c.holds(self.quantity(c.name, values, numbers))
+                count += ~c.is_met(self.quantity(c.name, values, numbers))
         return count
 
     def may_stop(self, values: Array) -> npt.NDArray[np.bool_]:
@@ -174,7 +174,7 @@ class Search:
     def meets(self, quantities: Array) -> npt.NDArray[np.bool_]:
         """Return which constraints are met, shape (constraints, n)."""
         constraints = self.spec.constraints
-        rows = [c.holds(row) for c, row in zip(constraints, quantities, strict=False)]
+        rows = [c.is_met(row) for c, row in zip(constraints, quantities, strict=False)]
         return np.array(rows, bool).reshape(len(constraints), quantities.shape[1])
 
     def find_highlights(self, run: SweepResult) -> Highlights:
@@ -187,16 +187,16 @@ class Search:
             scores = costs @ self.weights
         fits = failures == 0
         family, remaining, best = self.family(run.numbers), fits.copy(), list[int]()
-        while len(best) < FAMILIES and (place := _argmin_where(scores, remaining)) is not None:
+        while len(best) < FAMILIES and (place := _masked_argmin(scores, remaining)) is not None:
             best.append(place)
             remaining &= family != family[place]
         obstacle, reach = {}, {}
         for i, c in enumerate(constraints):
             others = failures == is_broken[i]
-            obstacle[i] = _argmin_where(scores, others & is_broken[i])
-            reach[i] = _argmin_where(quantities[i] if c.most else -quantities[i], others)
+            obstacle[i] = _masked_argmin(scores, others & is_broken[i])
+            reach[i] = _masked_argmin(quantities[i] if c.most else -quantities[i], others)
         places = np.flatnonzero(fits)
-        maps = (_drop_missing(obstacle), _drop_missing(reach))
+        maps = (_remove_missing_places(obstacle), _remove_missing_places(reach))
         return Highlights(scores, places[find_front(costs[fits])], best, *maps)
 
     def _keep_highlights(self, run: SweepResult) -> SweepResult:
@@ -274,12 +274,12 @@ class Search:
         ]
 
 
-def _argmin_where(values: Array, among: npt.NDArray[np.bool_]) -> int | None:
+def _masked_argmin(values: Array, among: npt.NDArray[np.bool_]) -> int | None:
     places = np.flatnonzero(among & np.isfinite(values))
     return int(places[np.argmin(values[places])]) if len(places) else None
 
 
-def _drop_missing(places: dict[int, int | None]) -> dict[int, int]:
+def _remove_missing_places(places: dict[int, int | None]) -> dict[int, int]:
     return {i: place for i, place in places.items() if place is not None}
 
 
@@ -303,7 +303,7 @@ def _compile_front() -> Any:
     import numba
 
     @numba.njit(nogil=True, cache=False)  # type: ignore[untyped-decorator]
-    def kept_of(costs):  # type: ignore[no-untyped-def]
+    def find_kept_rows(costs):  # type: ignore[no-untyped-def]
         rows, objectives = costs.shape
         front = np.empty(rows, np.int64)
         count = 0
@@ -326,4 +326,4 @@ def _compile_front() -> Any:
                 count += 1
         return front[:count]
 
-    return kept_of
+    return find_kept_rows

@@ -135,7 +135,7 @@ def make_specification(
         stop=request.stop,
         line=None if line is None else line_table(grid.axes["vacuum"], line.line),
     )
-    _check_known([*request.constraints, *request.objectives], evaluation)
+    _check_inputs([*request.constraints, *request.objectives], evaluation)
     return DesignSpecification(
         name=request.name,
         brake=file,
@@ -186,7 +186,7 @@ def _friction_scatter(request: DesignRequest, file: BrakeFile) -> Scatter | None
 _FRICTION = ("static", "kinetic")
 
 
-def _check_known(requirements: Iterable[Constraint | Objective], evaluation: Evaluation) -> None:
+def _check_inputs(requirements: Iterable[Constraint | Objective], evaluation: Evaluation) -> None:
     """Raise QuantityError if a merit needs an input that the request lacks."""
     inputs = {**dict.fromkeys(LINE_MERITS, "a line"), **dict.fromkeys(STOP_MERITS, "a [stop]")}
     inputs["judder_margin"] = "a [judder]"

@@ -89,7 +89,7 @@ def near_winners(search: Search, result: SweepResult, picks: Highlights) -> list
             f"limit, the weighted result would be {format_percent(gain, sign='')} better"
         )
         row = {"constraint": str(constraint), "design": design, "value": value}
-        rows.append({**row, "short": constraint.short(value), "gain": gain, "reason": reason})
+        rows.append({**row, "short": constraint.shortfall(value), "gain": gain, "reason": reason})
     return rows
 
 
@@ -125,7 +125,9 @@ def explain_failure(search: Search, result: SweepResult, picks: Highlights) -> E
         return Exclusion(None, reason)
     values = {i: float(result.asked[i, place]) for i, place in picks.reach.items()}
     if values:
-        _, i, value = min((constraints[i].short(value), i, value) for i, value in values.items())
+        _, i, value = min(
+            (constraints[i].shortfall(value), i, value) for i, value in values.items()
+        )
         c = constraints[i]
         nearest = build_refusal(search, c, result.numbers[picks.reach[i]])
         reason = f"{c} is not met on this grid if the others are"

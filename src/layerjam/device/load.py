@@ -12,7 +12,7 @@ from typing import ParamSpec, TypeVar
 from layerjam.device.brake import Brake, validate
 from layerjam.device.file import BrakeFile, materials
 from layerjam.errors import FileError
-from layerjam.system import check_name, report_failure
+from layerjam.system import check_file_name, report_failure
 from layerjam.toml_files.shipped import load_text, shipped_files
 
 P = ParamSpec("P")
@@ -64,7 +64,7 @@ def resolve_brake(anything: str | Path | BrakeFile | Brake) -> Brake:
     return brake
 
 
-def accept_force(function: Callable[P, R]) -> Callable[P, R]:
+def accept_force_option(function: Callable[P, R]) -> Callable[P, R]:
     """Make a function accept `force` as the former name of its parameter `overwrite`."""
 
     @functools.wraps(function)
@@ -76,7 +76,7 @@ def accept_force(function: Callable[P, R]) -> Callable[P, R]:
     return call
 
 
-def write_whole(
+def store_file(
     path: str | Path, content: str | bytes | Callable[[Path], object], overwrite: bool = False
 ) -> Path:
     """Fill a temporary file next to `path`, then move it there in one step.
@@ -86,7 +86,7 @@ def write_whole(
     exists and `overwrite` is not set.
     """
     path = Path(path)
-    check_name(path)
+    check_file_name(path)
     with report_failure(path, "cannot be written"):
         exists = os.path.lexists(path)
     if exists and not overwrite:
@@ -113,4 +113,4 @@ def _make_temporary_file(path: Path) -> Path:
     return path_of_file
 
 
-__all__ = ["catalogue", "load", "materials", "resolve_brake", "write_whole"]
+__all__ = ["catalogue", "load", "materials", "resolve_brake", "store_file"]

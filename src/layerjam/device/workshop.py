@@ -11,7 +11,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.mount import Mount
 from layerjam.errors import QuantityError
 from layerjam.toml_files.values import AsItIs, ListSpec, TextSpec, value
-from layerjam.units import QuantitySpec, exact_text, like, nested, quantity, record, show, spec_of
+from layerjam.units import QuantitySpec, exact_text, get_spec, like, nested, quantity, record, show
 
 CUTTERS = ("service", "laser", "knife")
 LASER = ("never", "with care", "yes")
@@ -114,7 +114,7 @@ class Build:
     tip_radius: float = _length_field("radius of a sheet's corners at its free end", 1e-3)
     clamp_radius: float = _length_field("radius of a sheet's corners at its clamped end", 0.5e-3)
     screws: int | None = like(
-        spec_of(Mount, "screws"),
+        get_spec(Mount, "screws"),
         ("screws in each cap; must equal the number in [mount]"),
         default=None,
     )

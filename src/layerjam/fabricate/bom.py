@@ -30,9 +30,9 @@ class Item:
 def list_items(plan: Drawing, files: Collection[str] | None = None) -> list[Item]:
     """Return the rows for all brakes of a build; `files` lists the files written (default: all)."""
     rows = [
-        *_film_item(plan),
+        *_film_items(plan),
         *_printed_items(plan),
-        *_cast_items(plan),
+        *_casting_items(plan),
         *_bought_items(plan),
         *_board_items(plan),
     ]
@@ -45,7 +45,7 @@ def bom_csv(plan: Drawing, files: Collection[str] | None = None) -> str:
     return format_rows([[f.name for f in fields(Item)], *rows])
 
 
-def _film_item(plan: Drawing) -> list[Item]:
+def _film_items(plan: Drawing) -> list[Item]:
     thickness = show(plan.file.brake.sheets.thickness, "m")
     product = plan.file.making.film.product
     material = f"film {thickness} thick" + (f", {product}" if product else "")
@@ -77,7 +77,7 @@ def _printed_items(plan: Drawing) -> list[Item]:
     return rows
 
 
-def _cast_items(plan: Drawing) -> list[Item]:
+def _casting_items(plan: Drawing) -> list[Item]:
     wall = show(plan.file.brake.enclosure.wall, "m")
     size = f"cast, {plan.lengths.sleeve:.4g} mm long after trimming, wall {wall}"
     rows = [Item("enclosure", size, str(plan.brakes), "pieces", "cad/sleeve.step", "drawn")]

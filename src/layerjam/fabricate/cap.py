@@ -71,7 +71,7 @@ def _make_neck(lengths: Lengths, build: Build, back_wall: float) -> Iterator[Pri
 
 def _make_head(lengths: Lengths, build: Build, end: float) -> Iterator[Prism]:
     length, side, height = lengths.port_length + lengths.head, lengths.head, lengths.head_height
-    yield add("x", -end - length, -end, Box.centred_on((0, 0), side, height, mm(build.edge)))
+    yield add("x", -end - length, -end, Box.from_centre((0, 0), side, height, mm(build.edge)))
     pin = Ellipse.circle((-end - lengths.port_length - side / 2, 0), pin_hole_diameter(build))
     yield cut("z", -height / 2, height / 2, pin)
 

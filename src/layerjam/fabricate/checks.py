@@ -25,7 +25,7 @@ from layerjam.fabricate.masses import MassRow
 from layerjam.fabricate.parts import Part
 from layerjam.fabricate.silicone import silicone_checks
 from layerjam.fabricate.strength import strength_checks
-from layerjam.fabricate.verdicts import Check, same_text
+from layerjam.fabricate.verdicts import Check, constant_text
 from layerjam.units import get, show
 
 HEAD_RIM = 0.4
@@ -80,7 +80,7 @@ def drawable_limits(build: Build, lengths: Lengths) -> Limits:
     )  # fmt: skip
 
 
-def check_drawable(brake: Brake, build: Build, lengths: Lengths) -> None:
+def check_drawability(brake: Brake, build: Build, lengths: Lengths) -> None:
     """Raise QuantityError for choices that cannot be drawn together.
 
     The error names the input that differs from its default, or an input from the brake.
@@ -112,8 +112,8 @@ def part_checks(
     friction_source: str = "",
 ) -> Iterator[Check]:
     """Yield checks C2 (printer) and C4 to C13 at a force [N]; a search passes arrays of brakes."""
-    yield from print_checks(build, parts)
-    yield from clamp_checks(build, lengths)
+    yield from printing_checks(build, parts)
+    yield from clamping_checks(build, lengths)
     yield from sleeve_checks(brake, build, casting, lengths)
     yield from strength_checks(force, brake, build, lengths, friction_source)
     yield wall_check(build, lengths)
@@ -126,7 +126,7 @@ def _length_check(code: str, key: str, value: Any, need: Any, text: str, remedy:
     return Check(
         code=code,
         key=key,
-        words=partial(_length_text, value, need, text, remedy),
+        words=partial(_describe_length, value, need, text, remedy),
         value=value * 1e-3,
         limit=need * 1e-3,
         at_most=False,
@@ -135,14 +135,14 @@ def _length_check(code: str, key: str, value: Any, need: Any, text: str, remedy:
     )
 
 
-def _length_text(value: float, need: float, text: str, remedy: str, ok: bool | None) -> str:
-    return text.format(value=_mm(value), need=_mm(need)) + (remedy if ok is False else "")
+def _describe_length(value: float, need: float, text: str, remedy: str, ok: bool | None) -> str:
+    return text.format(value=_to_mm(value), need=_to_mm(need)) + (remedy if ok is False else "")
 
 
-def clamp_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
+def clamping_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
     """Yield C4: room for heads, nuts and the thread of a fitting."""
     thread, wall = lengths.thread, mm(build.wall)
-    for side in lengths.sides[: 1 if lengths.same_caps else 2]:
+    for side in lengths.sides[: 1 if lengths.has_same_caps else 2]:
         yield _length_check(
             "C4",
             "clamp-length",
@@ -206,7 +206,7 @@ def sleeve_checks(brake: Brake, build: Build, cast: Casting, lengths: Lengths) -
         yield Check(
             code="C5",
             key=f"sleeve-over-{place}",
-            words=partial(_stretch_text, place, stretch, limit),
+            words=partial(_describe_stretch, place, stretch, limit),
             value=stretch,
             limit=limit,
             otherwise="refused",
@@ -216,7 +216,7 @@ def sleeve_checks(brake: Brake, build: Build, cast: Casting, lengths: Lengths) -
     yield Check(
         code="C6",
         key="free-length",
-        words=partial(_descent_text, free, need),
+        words=partial(_describe_descent, free, need),
         value=free * 1e-3,
         limit=need * 1e-3,
         at_most=False,
@@ -224,7 +224,7 @@ def sleeve_checks(brake: Brake, build: Build, cast: Casting, lengths: Lengths) -
     )
 
 
-def _stretch_text(place: str, stretch: float, limit: float | None, ok: bool | None) -> str:
+def _describe_stretch(place: str, stretch: float, limit: float | None, ok: bool | None) -> str:
     text = f"stretch of the enclosure over the {place}: {stretch:+.0%} of its girth"
     if limit is None:
         return text + " (enclosure.elongation_at_break is not given)"
@@ -234,13 +234,12 @@ def _stretch_text(place: str, stretch: float, limit: float | None, ok: bool | No
     )  # fmt: skip
 
 
-def _descent_text(free: float, need: float, ok: bool | None) -> str:
+def _describe_descent(free: float, need: float, ok: bool | None) -> str:
+    length, descent = _to_mm(free), _to_mm(need)
     if ok:
-        return (
-            f"the enclosure comes down from the cap within {_mm(need)} of {_mm(free)} free length"
-        )
+        return f"the enclosure comes down from the cap within {descent} of {length} free length"
     return (
-        f"free length {_mm(free)}; the enclosure needs {_mm(need)} to come down from the "
+        f"free length {length}; the enclosure needs {descent} to come down from the "
         "cap, and therefore bridges part of the overlap"
     )
 
@@ -321,7 +320,7 @@ def seal_check(brake: Brake, build: Build, lengths: Lengths) -> Check:
     return Check(
         code="C11",
         key="seal",
-        words=partial(_seal_text, build.tie_tension, pressure, need),
+        words=partial(_describe_seal, build.tie_tension, pressure, need),
         value=pressure,
         limit=need,
         at_most=False,
@@ -330,7 +329,7 @@ def seal_check(brake: Brake, build: Build, lengths: Lengths) -> Check:
     )
 
 
-def _seal_text(tension: float, pressure: float, need: float, ok: bool | None) -> str:
+def _describe_seal(tension: float, pressure: float, need: float, ok: bool | None) -> str:
     text = (
         f"a tie pulled to {show(tension, 'N')} presses on the neck with {show(pressure, 'Pa')}; "
         f"it needs at least {show(need, 'Pa')} to seal"
@@ -341,10 +340,10 @@ def _seal_text(tension: float, pressure: float, need: float, ok: bool | None) ->
     )
 
 
-def print_checks(build: Build, parts: Sequence[Part]) -> Iterator[Check]:
+def printing_checks(build: Build, parts: Sequence[Part]) -> Iterator[Check]:
     """Yield C2 (printer): every printed part fits into the printer, parallel to its axes."""
     if build.print_bed is None:
-        words = partial(same_text, "not checked: the printer's build volume is not given")
+        words = partial(constant_text, "not checked: the printer's build volume is not given")
         yield Check(code="C2", key="print-bed", words=words)
         return
     bed = [mm(side) for side in build.print_bed]
@@ -361,7 +360,7 @@ def print_checks(build: Build, parts: Sequence[Part]) -> Iterator[Check]:
         yield Check(
             code="C2",
             key="print-bed",
-            words=partial(_printer_text, part.name, part.solid.size, bed),
+            words=partial(_describe_fit, part.name, part.solid.size, bed),
             value=np.maximum.reduce(np.broadcast_arrays(*part.solid.size)) * 1e-3,
             limit=max(bed) * 1e-3,
             unit="m",
@@ -370,7 +369,7 @@ def print_checks(build: Build, parts: Sequence[Part]) -> Iterator[Check]:
         )
 
 
-def _printer_text(name: str, sides: Sequence[float], bed: Sequence[float], ok: bool | None) -> str:
+def _describe_fit(name: str, sides: Sequence[float], bed: Sequence[float], ok: bool | None) -> str:
     size = " × ".join(f"{side:.4g}" for side in sides)
     if ok:
         return f"{name}, {size} mm, fits the printer"
@@ -378,7 +377,7 @@ def _printer_text(name: str, sides: Sequence[float], bed: Sequence[float], ok: b
         max((side - room, name) for side, room, name in zip(turn, bed, "xyz", strict=True))
         for turn in permutations(sides)
     )
-    return f"{name}, {size} mm, is too large for the printer by {_mm(excess)} along {axis}"
+    return f"{name}, {size} mm, is too large for the printer by {_to_mm(excess)} along {axis}"
 
 
 def mass_checks(brake: Brake, rows: Sequence[MassRow]) -> Iterator[Check]:
@@ -397,12 +396,12 @@ def mass_checks(brake: Brake, rows: Sequence[MassRow]) -> Iterator[Check]:
         yield Check(
             code="C14",
             key=f"mass-{part.split()[0]}",
-            words=partial(same_text, text + "the model"),
+            words=partial(constant_text, text + "the model"),
             value=error,
             limit=bound,
             passes=abs(error) <= bound,
         )
 
 
-def _mm(value: float) -> str:
+def _to_mm(value: float) -> str:
     return f"{value:.4g} mm"

@@ -5,7 +5,7 @@ from functools import partial
 
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
-from layerjam.fabricate.verdicts import Check, same_text
+from layerjam.fabricate.verdicts import Check, constant_text
 from layerjam.toml_files.source import Source
 
 PUNCHED_BELOW = 5.0
@@ -29,7 +29,7 @@ def laser_check(file: BrakeFile, cutter: str) -> Check:
     if cutter != "laser":
         advice = ADVICE[word] if word else "no laser-cutting data for this film"
         who = "tell the service: " if cutter == "service" and word in (None, "never") else ""
-        return Check(code="C15", key="film-and-laser", words=partial(same_text, who + advice))
+        return Check(code="C15", key="film-and-laser", words=partial(constant_text, who + advice))
     if word is None:
         raise QuantityError.of(
             "film.laser",
@@ -46,7 +46,7 @@ def laser_check(file: BrakeFile, cutter: str) -> Check:
     return Check(
         code="C15",
         key="film-and-laser",
-        words=partial(same_text, f"{ADVICE[word]} ({source.sentence()})"),
+        words=partial(constant_text, f"{ADVICE[word]} ({source.sentence()})"),
         passes=word != "never",
         otherwise="refused",
     )

@@ -126,7 +126,7 @@ class Drawing:
 
     def notices(self) -> list[Notice]:
         """Return the warnings of a build."""
-        return [*warning_notices(self.checks), *_build_notices(self)]
+        return [*warning_notices(self.checks), *_list_notices(self)]
 
 
 def draw_build(
@@ -139,7 +139,7 @@ def draw_build(
     """
     brake, build, casting = file.brake, choices.build, file.making.enclosure
     sizes = compute_lengths(brake, build)
-    rules.check_drawable(brake, build, sizes)
+    rules.check_drawability(brake, build, sizes)
     solids = make_parts(sizes, build)
     rows = mass_rows(brake, build, sizes, solids)
     cut = lay_out_film(file, build, sizes, parallel * series)
@@ -164,7 +164,7 @@ def draw_build(
     )
 
 
-def _build_notices(plan: Drawing) -> list[Notice]:
+def _list_notices(plan: Drawing) -> list[Notice]:
     brake, lengths = plan.file.brake, plan.lengths
     warnings = [*gauge_notices(plan.file), *rules.screw_notices(lengths)]
     for side in lengths.sides:

@@ -104,7 +104,7 @@ class Draws:
         try:
             check_build(brake, self.build)
             sizes = compute_lengths(brake, self.build)
-            rules.check_drawable(brake, self.build, sizes)
+            rules.check_drawability(brake, self.build, sizes)
         except (CannotBuildError, QuantityError) as error:
             return str(error)
         solids, film = make_parts(sizes, self.build), film_parts(self.build, sizes)
@@ -124,10 +124,10 @@ def drawn_mass(file: BrakeFile) -> float | None:
     try:
         build = resolve_choices(file).build
         sizes = compute_lengths(file.brake, build)
-        rules.check_drawable(file.brake, build, sizes)
+        rules.check_drawability(file.brake, build, sizes)
     except (FileError, CannotBuildError, QuantityError):
         return None
-    fits = (*rules.clamp_checks(build, sizes), rules.wall_check(build, sizes))
+    fits = (*rules.clamping_checks(build, sizes), rules.wall_check(build, sizes))
     if not all(check.ok for check in fits):
         return None
     return float(sum(r.mass for r in mass_rows(file.brake, build, sizes, make_parts(sizes, build))))

@@ -71,7 +71,7 @@ def _fix_metadata() -> Iterator[None]:
         ezdxf.options.write_fixed_meta_data_for_testing = before
 
 
-def _draw_closed(space: "Modelspace", points: Sequence[tuple[float, ...]], layer: str) -> None:
+def _draw_polygon(space: "Modelspace", points: Sequence[tuple[float, ...]], layer: str) -> None:
     options: dict[str, Any] = {"close": True, "dxfattribs": {"layer": layer}}
     space.add_lwpolyline(points, format="xyb", **options)
 
@@ -81,14 +81,14 @@ def _draw_part(space: "Modelspace", part: Outline) -> None:
         space.add_circle((hole.x, hole.y), hole.diameter / 2, dxfattribs={"layer": INSIDE})
     for cut in part.cuts:
         space.add_line(cut.start, cut.end, dxfattribs={"layer": INSIDE})
-    _draw_closed(space, part.path(), CUT)
+    _draw_polygon(space, part.path(), CUT)
 
 
 def _draw_info(space: "Modelspace", frame: Frame, notes: Sequence[str]) -> None:
     """Draw the film's edge, and below it the scale bar and the text, away from all cuts."""
     layer = {"layer": INFO}
     corners = [(0, 0, 0), (frame.length, 0, 0), (frame.length, frame.width, 0), (0, frame.width, 0)]
-    _draw_closed(space, corners, INFO)
+    _draw_polygon(space, corners, INFO)
     low = -3 * _LETTERS
     space.add_line((0, low), (BAR, low), dxfattribs=layer)
     for x in (0, BAR):

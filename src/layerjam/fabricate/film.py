@@ -14,9 +14,9 @@ from layerjam.device.workshop import Build
 from layerjam.fabricate import cutting, jigs
 from layerjam.fabricate.dxf import BAR, Frame, write_dxf
 from layerjam.fabricate.lengths import Lengths, Side, mm
-from layerjam.fabricate.nest import SLACK, CutPart, Piece, find_too_large, nest_parts, nest_smallest
+from layerjam.fabricate.nest import SLACK, CutPart, Piece, find_too_large, nest_parts, nest_tightly
 from layerjam.fabricate.outline import Outline, Vertex, bounding_box, make_sheet, make_spacer
-from layerjam.fabricate.verdicts import ROUNDING, Check, same_text
+from layerjam.fabricate.verdicts import ROUNDING, Check, constant_text
 from layerjam.units import show
 
 LARGEST = (1169.0, 777.0)
@@ -86,7 +86,7 @@ def lay_out_film(file: BrakeFile, build: Build, lengths: Lengths, copies: int = 
     if excess is None and stock:
         pieces = nest_parts(cut, stock=stock, margin=margin, gap=gap)
     elif excess is None:
-        pieces = nest_smallest(cut, margin=margin, gap=gap, bounds=bed or LARGEST)
+        pieces = nest_tightly(cut, margin=margin, gap=gap, bounds=bed or LARGEST)
     checks = [_stock_check(pieces, excess, stock), _bed_check(pieces, excess, bed, stock)]
     checks += [*hole_checks(parts, lengths), cutting.laser_check(file, build.cutter)]
     area = sum(piece.length * piece.width for piece in pieces)
@@ -105,7 +105,7 @@ def film_parts(build: Build, lengths: Lengths, copies: int = 1) -> list[CutPart]
     cut_parts = []
     for kind, draw in (("sheet", _make_sheet), ("spacer", _make_spacer)):
         counts = {side.name: getattr(side, f"{kind}s") for side in lengths.sides}
-        if lengths.same_caps:
+        if lengths.has_same_caps:
             outline = draw(build, lengths, lengths.left)
             cut_parts.append(CutPart(kind, outline, copies * sum(counts.values())))
             continue
@@ -183,12 +183,12 @@ def _stock_check(
         return _size_check("C1", "stock", f"{part} with its margins", axis, length, "--stock")
     if excess is not None:
         return Check(
-            code="C1", key="stock", words=partial(same_text, "no part fits on the laser bed")
+            code="C1", key="stock", words=partial(constant_text, "no part fits on the laser bed")
         )
     sizes = [f"{show(p.length * 1e-3, 'm')} × {show(p.width * 1e-3, 'm')}" for p in pieces]
     count = "1 piece" if len(pieces) == 1 else f"{len(pieces)} pieces"
     text = f"all film parts lie on {count} of {' and '.join(dict.fromkeys(sizes))}"
-    return Check(code="C1", key="stock", words=partial(same_text, text), passes=True)
+    return Check(code="C1", key="stock", words=partial(constant_text, text), passes=True)
 
 
 def _bed_check(
@@ -199,7 +199,7 @@ def _bed_check(
 ) -> Check:
     """Return C2 (laser bed): pieces may be turned on the bed, together with all their parts."""
     if bed is None:
-        words = partial(same_text, "not checked: the laser bed is not given")
+        words = partial(constant_text, "not checked: the laser bed is not given")
         return Check(code="C2", key="laser-bed", words=words)
     if excess is not None and stock is None:
         part, axis, amount = excess
@@ -215,7 +215,7 @@ def _bed_check(
             if side > room + SLACK:
                 part = f"the film {piece.name}"
                 return _size_check("C2", "laser-bed", part, axis, side - room, "--stock")
-    words = partial(same_text, "every piece lies on the laser bed")
+    words = partial(constant_text, "every piece lies on the laser bed")
     return Check(code="C2", key="laser-bed", words=words, passes=True)
 
 
@@ -224,7 +224,7 @@ def _size_check(code: str, key: str, part: str, axis: str, excess: float, option
     text = f"{part} is {show(excess * 1e-3, 'm')} larger than the {room} along its {axis}; "
     text += f"a different {option} or a smaller brake is needed"
     return Check(
-        code=code, key=key, words=partial(same_text, text), value=excess * 1e-3, limit=0.0,
+        code=code, key=key, words=partial(constant_text, text), value=excess * 1e-3, limit=0.0,
         unit="m", otherwise="refused",
     )  # fmt: skip
 
@@ -238,7 +238,7 @@ def hole_checks(parts: Sequence[CutPart], lengths: Lengths) -> Iterator[Check]:
         yield Check(
             code="C3",
             key=key,
-            words=partial(_hole_text, key, value, limit),
+            words=partial(_describe_hole, key, value, limit),
             value=value * 1e-3,
             limit=limit * 1e-3,
             at_most=False,
@@ -247,7 +247,7 @@ def hole_checks(parts: Sequence[CutPart], lengths: Lengths) -> Iterator[Check]:
         )
 
 
-def _hole_text(key: str, value: float, limit: float, ok: bool | None) -> str:
+def _describe_hole(key: str, value: float, limit: float, ok: bool | None) -> str:
     size, least = show(max(value, 0.0) * 1e-3, "m"), show(limit * 1e-3, "m")
     if key == "hole-size":
         text, remedy = f"screw holes of {size}", "a larger mount.screw_hole or thinner film"
@@ -304,20 +304,20 @@ def write_svg(
         right, high = max(right, frame.length, BAR), max(high, frame.width)
     wide, tall = right - left + 2 * _EDGE, high - low + 2 * _EDGE
     lines = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{_n(wide)}mm" height="{_n(tall)}mm" '
-        f'viewBox="{_n(left - _EDGE)} {_n(-high - _EDGE)} {_n(wide)} {_n(tall)}" '
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{_text(wide)}mm" height="{_text(tall)}mm" '
+        f'viewBox="{_text(left - _EDGE)} {_text(-high - _EDGE)} {_text(wide)} {_text(tall)}" '
         'fill="none" stroke-width="0.1">'
     ]
     lines += [f"<desc>{escape(note)}</desc>" for note in notes]
     if frame is not None:
-        lines += _info_text(frame)
+        lines += _info_lines(frame)
     lines.append(f'<g id="cut-inside" stroke="{BLUE}">')
     for part in parts:
         for hole in part.holes:
-            x, y, radius = _n(hole.x), _n(-hole.y), _n(hole.diameter / 2)
+            x, y, radius = _text(hole.x), _text(-hole.y), _text(hole.diameter / 2)
             lines.append(f'<circle cx="{x}" cy="{y}" r="{radius}"/>')
         for (a, b), (c, d) in part.cuts:
-            lines.append(f'<path d="M{_n(a)} {_n(-b)}L{_n(c)} {_n(-d)}"/>')
+            lines.append(f'<path d="M{_text(a)} {_text(-b)}L{_text(c)} {_text(-d)}"/>')
     lines += ["</g>", f'<g id="cut" stroke="{RED}">']
     lines += [f'<path d="{path_data(part.path())}"/>' for part in parts]
     lines += ["</g>", "</svg>", ""]
@@ -326,26 +326,26 @@ def write_svg(
 
 def path_data(path: Sequence[Vertex]) -> str:
     """Return the SVG data of a closed path, with y pointing down."""
-    words = [f"M{_n(path[0].x)} {_n(-path[0].y)}"]
+    words = [f"M{_text(path[0].x)} {_text(-path[0].y)}"]
     for begin, stop in zip(path, [*path[1:], path[0]], strict=True):
-        end = f"{_n(stop.x)} {_n(-stop.y)}"
-        radius = _n(abs(stop.x - begin.x))
+        end = f"{_text(stop.x)} {_text(-stop.y)}"
+        radius = _text(abs(stop.x - begin.x))
         words.append(f"A{radius} {radius} 0 0 0 {end}" if begin.bulge else f"L{end}")
     return "".join(words) + "Z"
 
 
-def _info_text(frame: Frame) -> list[str]:
+def _info_lines(frame: Frame) -> list[str]:
     text = f'fill="{GREY}" stroke="none" font-family="sans-serif" font-size="4"'
-    width, height = _n(frame.length), _n(frame.width)
+    width, height = _text(frame.length), _text(frame.width)
     return [
         f'<g id="info" stroke="{GREY}">',
-        f'<rect x="0" y="{_n(-frame.width)}" width="{width}" height="{height}"/>',
-        f'<path d="M0 12L{_n(BAR)} 12M0 10L0 14M{_n(BAR)} 10L{_n(BAR)} 14"/>',
-        f'<text x="2" y="10" {text}>{_n(BAR)} mm</text>',
+        f'<rect x="0" y="{_text(-frame.width)}" width="{width}" height="{height}"/>',
+        f'<path d="M0 12L{_text(BAR)} 12M0 10L0 14M{_text(BAR)} 10L{_text(BAR)} 14"/>',
+        f'<text x="2" y="10" {text}>{_text(BAR)} mm</text>',
         f'<text x="2" y="20" {text}>{escape(frame.words)}</text>',
         "</g>",
     ]
 
 
-def _n(number: float) -> str:
+def _text(number: float) -> str:
     return f"{number:.12f}".rstrip("0").rstrip(".") if number else "0"

@@ -16,8 +16,8 @@ from layerjam.fabricate.film import auxiliary_files
 from layerjam.fabricate.mesh import make_mesh
 from layerjam.fabricate.package import write_3mf, write_stl
 from layerjam.fabricate.step import write_step
-from layerjam.system import check_name, report_failure
-from layerjam.toml_files.folders import hidden_folder, replace_folder, write_files
+from layerjam.system import check_file_name, report_failure
+from layerjam.toml_files.folders import make_hidden_folder, replace_folder, write_files
 
 LIST = "build.json"
 """File that lists all other files of the folder."""
@@ -29,7 +29,7 @@ def check_folder(out: str | Path, overwrite: bool) -> Path:
     With `overwrite`, an existing folder is replaced if it contains only files of an earlier build.
     """
     path = Path(out)
-    check_name(path)
+    check_file_name(path)
     with report_failure(out, "cannot be created"):
         return _validate_folder(path, overwrite)
 
@@ -45,12 +45,12 @@ def _validate_folder(path: Path, overwrite: bool) -> Path:
         raise FileError(path, f"cannot be created: there is no folder {path.parent}")
     if not os.access(path.parent, os.W_OK):
         raise FileError(path, f"cannot be created: the folder {path.parent} is read-only")
-    with hidden_folder(path.parent):
+    with make_hidden_folder(path.parent):
         pass  # os.access is unreliable for administrators, so try to write
     if path.is_dir():
         if not overwrite:
             raise FileError(path, "already exists; --overwrite replaces it")
-        strange = sorted(_list_files(path) - _read_list(path))
+        strange = sorted(_list_files(path) - _read_file_list(path))
         if strange:
             others = f" and {len(strange) - 1} more" if len(strange) > 1 else ""
             raise FileError(
@@ -67,7 +67,7 @@ def _list_files(path: Path) -> set[str]:
     return {f.relative_to(path).as_posix() for f in path.rglob("*") if not f.is_dir()}
 
 
-def _read_list(path: Path) -> set[str]:
+def _read_file_list(path: Path) -> set[str]:
     try:
         names = json.loads((path / LIST).read_text(encoding="utf-8"))["files"]
     except (OSError, ValueError, KeyError, TypeError):
@@ -78,7 +78,7 @@ def _read_list(path: Path) -> set[str]:
 def write_folder(out: Path, content: Mapping[str, str | bytes], overwrite: bool = False) -> None:
     """Write all files, {path inside `out`: content}, or none; raises FileError."""
     path = check_folder(out, overwrite)
-    with report_failure(out, "cannot be written"), hidden_folder(path.parent) as hidden:
+    with report_failure(out, "cannot be written"), make_hidden_folder(path.parent) as hidden:
         write_files(hidden / "build", content)
         replace_folder(hidden / "build", path)
 
@@ -92,7 +92,7 @@ def require_extra() -> None:
         import typst  # noqa: F401
 
 
-def build_files(drawing: Drawing, *, with_step: bool, coupons: bool) -> dict[str, str | bytes]:
+def make_files(drawing: Drawing, *, with_step: bool, coupons: bool) -> dict[str, str | bytes]:
     """Return {path: content} of film patterns, printed parts, CAD and parts list.
 
     Raises MissingExtraError if the `build` extra is not installed, or `step` if STEP is requested.

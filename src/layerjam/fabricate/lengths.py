@@ -184,7 +184,7 @@ class Lengths:
         return self.left, self.right
 
     @property
-    def same_caps(self) -> bool:
+    def has_same_caps(self) -> bool:
         """Return whether one cap fits both ends, for every brake."""
         return np.allclose(self.left.clamped, self.right.clamped, rtol=1e-9, atol=0.0)
 
@@ -196,7 +196,7 @@ def compute_lengths(brake: Brake, build: Build) -> Lengths:
     CannotBuildError if no screw on sale is long enough.
     """
     sheets = brake.sheets
-    thread, screw, floor, heights = _clamp_lengths(brake, build)
+    thread, screw, floor, heights = _clamping_lengths(brake, build)
     width, stack = mm(sheets.width), _to_count(sheets.count) * mm(sheets.thickness)
     clearance = mm(build.sleeve_clearance)
     inner = width + 2 * clearance, stack + 2 * clearance
@@ -251,7 +251,7 @@ def compute_lengths(brake: Brake, build: Build) -> Lengths:
     )
 
 
-def _clamp_lengths(brake: Brake, build: Build) -> tuple[Thread, Any, Any, tuple[Any, Any, Any]]:
+def _clamping_lengths(brake: Brake, build: Build) -> tuple[Thread, Any, Any, tuple[Any, Any, Any]]:
     """Return thread, screw length (NaN if none), floor, and heights of plate, shelf and cap."""
     hole = mm(brake.mount.screw_hole)
     thread = find_thread(hole)

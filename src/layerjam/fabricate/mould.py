@@ -25,8 +25,8 @@ def make_casting(lengths: Lengths) -> Solid:
 
 
 def _make_tube(name: str, width: float, height: float, wall: float, length: float) -> Solid:
-    outer = Box.centred_on((0, 0), width + 2 * wall, height + 2 * wall)
-    inner = Box.centred_on((0, 0), width, height)
+    outer = Box.from_centre((0, 0), width + 2 * wall, height + 2 * wall)
+    inner = Box.from_centre((0, 0), width, height)
     ends = -length / 2, length / 2
     return make_solid(name, [add("x", *ends, outer), cut("x", *ends, inner)])
 
@@ -34,7 +34,7 @@ def _make_tube(name: str, width: float, height: float, wall: float, length: floa
 def make_core(lengths: Lengths) -> Solid:
     """Return the core, which the mould holds at both ends."""
     mould = lengths.mould
-    section = Box.centred_on((0, 0), mould.inner_width, mould.inner_height)
+    section = Box.from_centre((0, 0), mould.inner_width, mould.inner_height)
     return make_solid("core", [add("x", -mould.core / 2, mould.core / 2, section)])
 
 

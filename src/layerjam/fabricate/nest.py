@@ -60,7 +60,7 @@ def nest_parts(
     return _Filling(parts, stock, margin, gap).pieces()
 
 
-def nest_smallest(
+def nest_tightly(
     parts: Sequence[CutPart], *, margin: float, gap: float, bounds: tuple[float, float]
 ) -> list[Piece]:
     """Return the parts on the smallest rectangle into which all of them fit, if no stock is given.
@@ -113,19 +113,19 @@ class _Filling:
         long, wide = part.outline.length, part.outline.width
         row = 0
         for _ in range(part.count):
-            while row < len(self.rows) and not self._room_in_row(self.rows[row], long, wide):
+            while row < len(self.rows) and not self._has_room_in_row(self.rows[row], long, wide):
                 row += 1
             if row == len(self.rows):
-                self.rows.append(self._new_row(wide))
+                self.rows.append(self._make_row(wide))
             target = self.rows[row]
             self.places[target.piece].append((part, target.free, target.low))
             target.free += long + self.gap
 
-    def _room_in_row(self, row: _Row, long: float, wide: float) -> bool:
+    def _has_room_in_row(self, row: _Row, long: float, wide: float) -> bool:
         end = self.stock[0] - self.margin
         return wide <= row.height + SLACK and row.free + long <= end + SLACK
 
-    def _new_row(self, wide: float) -> _Row:
+    def _make_row(self, wide: float) -> _Row:
         """Return a row above the last one, or the first row of a new piece."""
         low, end = self.margin, self.stock[1] - self.margin
         if self.rows:

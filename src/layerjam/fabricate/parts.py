@@ -29,7 +29,7 @@ def make_parts(lengths: Lengths, build: Build) -> list[Part]:
     """Return caps, plates, mould, core and enclosure, by side if the sides differ."""
     solids = []
     for shape, word in ((make_cap, "cap"), (make_plate, "plate")):
-        if lengths.same_caps:
+        if lengths.has_same_caps:
             solids.append(Part(shape(lengths, build, lengths.left, word), 2))
             continue
         for side in lengths.sides:

@@ -74,12 +74,12 @@ def core_force(lengths: Lengths, modulus: float) -> float:
 
 def silicone_checks(build: Build, material: Casting, lengths: Lengths) -> Iterator[Check]:
     """Yield the checks C12 and C13."""
-    yield _fill_check(material, lengths)
+    yield _filling_check(material, lengths)
     force = core_force(lengths, build.print_modulus)
     yield Check(
         code="C13",
         key="core-bends",
-        words=partial(_core_text, force, lengths.mould),
+        words=partial(_describe_core_force, force, lengths.mould),
         value=force,
         limit=LEAST_PUSH,
         at_most=False,
@@ -87,7 +87,7 @@ def silicone_checks(build: Build, material: Casting, lengths: Lengths) -> Iterat
     )
 
 
-def _core_text(force: float, mould: Mould, ok: bool | None) -> str:
+def _describe_core_force(force: float, mould: Mould, ok: bool | None) -> str:
     text = f"the printed core bends by 0.1 mm under {show(force, 'N', 2)}"
     return text if ok else (
         f"{text}: cut the core from metal or acrylic, {mould.core:.4g} mm × "
@@ -95,14 +95,14 @@ def _core_text(force: float, mould: Mould, ok: bool | None) -> str:
     )  # fmt: skip
 
 
-def _fill_check(material: Casting, lengths: Lengths) -> Check:
+def _filling_check(material: Casting, lengths: Lengths) -> Check:
     if material.viscosity is None or material.pot_life is None:
         missing = [name for name in ("viscosity", "pot_life") if getattr(material, name) is None]
         thin = lengths.wall < THIN * 1e3
         return Check(
             code="C12",
             key="fill",
-            words=partial(_missing_input_text, missing, lengths.wall * 1e-3),
+            words=partial(_describe_missing_input, missing, lengths.wall * 1e-3),
             value=lengths.wall * 1e-3 if np.any(thin) else None,
             limit=THIN if np.any(thin) else MOST_PRESSURE,
             at_most=False,
@@ -114,14 +114,14 @@ def _fill_check(material: Casting, lengths: Lengths) -> Check:
     return Check(
         code="C12",
         key="fill",
-        words=partial(_fill_text, pressure),
+        words=partial(_describe_filling, pressure),
         value=pressure,
         limit=MOST_PRESSURE,
         unit="Pa",
     )
 
 
-def _missing_input_text(missing: list[str], wall: float, ok: bool | None) -> str:
+def _describe_missing_input(missing: list[str], wall: float, ok: bool | None) -> str:
     inputs = " and ".join(f"enclosure.{name}" for name in missing)
     text = f"filling pressure unknown: {inputs} {'is' if len(missing) == 1 else 'are'} not given"
     if ok is False:
@@ -129,6 +129,6 @@ def _missing_input_text(missing: list[str], wall: float, ok: bool | None) -> str
     return text
 
 
-def _fill_text(pressure: float, ok: bool | None) -> str:
+def _describe_filling(pressure: float, ok: bool | None) -> str:
     text = f"filling within half the pot life requires {show(pressure, 'Pa', 2)}"
     return text if ok else text + BY_HAND

@@ -29,7 +29,7 @@ class Box:
     radius: float = 0.0
 
     @classmethod
-    def centred_on(cls, centre: Point, width: float, height: float, radius: float = 0.0) -> "Box":
+    def from_centre(cls, centre: Point, width: float, height: float, radius: float = 0.0) -> "Box":
         """Return the rectangle with the given sides, centred on a point."""
         (u, v), half, up = centre, width / 2, height / 2
         return cls((u - half, v - up), (u + half, v + up), radius)

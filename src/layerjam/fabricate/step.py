@@ -57,9 +57,9 @@ def make_shape(part: Solid) -> Any:
     cuts = [_sweep_prism(p) for p in part.prisms if p.cut]
     shape = bodies[0]
     if bodies[1:]:
-        shape = _combine(BRepAlgoAPI_Fuse(), bodies[:1], bodies[1:])
+        shape = _combine_shapes(BRepAlgoAPI_Fuse(), bodies[:1], bodies[1:])
     if cuts:
-        shape = _combine(BRepAlgoAPI_Cut(), [shape], cuts)
+        shape = _combine_shapes(BRepAlgoAPI_Cut(), [shape], cuts)
     unifier = ShapeUpgrade_UnifySameDomain(shape, True, True, False)
     unifier.Build()
     explorer = TopExp_Explorer(unifier.Shape(), TopAbs_SOLID)
@@ -72,9 +72,9 @@ def make_shape(part: Solid) -> Any:
     return solids[0]
 
 
-def _combine(operation: Any, arguments: list[Any], tools: list[Any]) -> Any:
+def _combine_shapes(operation: Any, arguments: list[Any], tools: list[Any]) -> Any:
     for put, shapes in ((operation.SetArguments, arguments), (operation.SetTools, tools)):
-        shape_list = _new_list()
+        shape_list = _make_shape_list()
         for shape in shapes:
             shape_list.Append(shape)
         put(shape_list)
@@ -85,7 +85,7 @@ def _combine(operation: Any, arguments: list[Any], tools: list[Any]) -> Any:
     return operation.Shape()
 
 
-def _new_list() -> Any:
+def _make_shape_list() -> Any:
     """Return an empty list of shapes, whose class depends on the version of the library."""
     try:
         from OCP.collections import List_TopoDS_Shape

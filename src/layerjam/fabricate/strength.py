@@ -125,7 +125,7 @@ def _clamp_check(force: Any, brake: Brake, build: Build, lengths: Lengths, sourc
     return Check(
         code="C8",
         key="clamp-preload",
-        words=partial(_clamp_text, force, need, available, turn, brake, lengths, source),
+        words=partial(_describe_clamp, force, need, available, turn, brake, lengths, source),
         value=need,
         limit=available,
         unit="N",
@@ -133,7 +133,7 @@ def _clamp_check(force: Any, brake: Brake, build: Build, lengths: Lengths, sourc
     )
 
 
-def _clamp_text(
+def _describe_clamp(
     force: float,
     need: float,
     available: float,
@@ -180,7 +180,7 @@ def _cap_check(force: Any, screw_force: Any, build: Build, lengths: Lengths) -> 
         yield Check(
             code="C9",
             key=f"cap-{place.replace(', ', '-').replace(' ', '-')}",
-            words=partial(_cap_text, place, stress, build.print_strength),
+            words=partial(_describe_cap, place, stress, build.print_strength),
             value=stress * 1e6,
             limit=_allowed_stress(build.print_strength, place)[0],
             unit="Pa",
@@ -198,7 +198,7 @@ _CAP_REMEDIES = {
 """{part of a cap: inputs that strengthen it}."""
 
 
-def _cap_text(place: str, stress: float, strength: float | None, ok: bool | None) -> str:
+def _describe_cap(place: str, stress: float, strength: float | None, ok: bool | None) -> str:
     limit, kind = _allowed_stress(strength, place)
     text = f"cap, {place}: {_format_pascals(stress * 1e6)}"
     if limit is None:

@@ -99,7 +99,7 @@ class Check:
         )
 
 
-def same_text(text: str, ok: bool | None) -> str:
+def constant_text(text: str, ok: bool | None) -> str:
     """Return a function for a check whose text is the same whether or not it passes."""
     return text
 

@@ -35,7 +35,7 @@ def has_closed_form(line: Line) -> bool:
     return rigid and leak.orifice == 0 and not (line.pump.curve is not None and leak.laminar)
 
 
-def pumps_flow(line: Line) -> float:
+def total_pump_flow(line: Line) -> float:
     """Return the inlet flow [m^3/s] of all pumps at zero vacuum, for zero ultimate pressure."""
     return inlet_flow(line.pump) * line.pump.count
 
@@ -46,12 +46,12 @@ def final_pressure(line: Line) -> float:
     if leak.laminar == 0 and leak.orifice == 0:
         return tightest
     if line.tube is None and line.pump.curve is None and leak.orifice == 0:
-        return _laminar_balance(line)
+        return _laminar_balance_pressure(line)
     return _balance_pressure(line, tightest)
 
 
-def _laminar_balance(line: Line) -> float:
-    flow, a, leak = pumps_flow(line), line.site.atmosphere, line.leak.laminar
+def _laminar_balance_pressure(line: Line) -> float:
+    flow, a, leak = total_pump_flow(line), line.site.atmosphere, line.leak.laminar
     # solve G/2a p^2 + F p - (F p_u + G a/2) = 0
     free = flow * line.pump.ultimate + leak * a / 2
     return 2 * free / (flow + math.sqrt(flow * flow + 2 * leak / a * free))
@@ -85,12 +85,12 @@ def reachable_vacuum(line: Line, water: bool = False) -> float:
     return line.site.atmosphere - max(line.pump.ultimate, VAPOUR)
 
 
-reachable = reachable_vacuum  # former name
+reachable, pumps_flow = reachable_vacuum, total_pump_flow  # former names
 
 
 def pumping_time(start: float, end: float, line: Line) -> float | None:
     """Return the time [s] between two absolute pressures [Pa] at full pump power; None if never."""
-    flow, a, leak = pumps_flow(line), line.site.atmosphere, line.leak.laminar
+    flow, a, leak = total_pump_flow(line), line.site.atmosphere, line.leak.laminar
     volume, low = line.chamber.volume, final_pressure(line)
     if end <= low:
         return None
@@ -137,7 +137,7 @@ def rise_time(target: float, line: Line, water: bool = False) -> float | None:
     if target > reachable_vacuum(line, water) or (not water and target == reachable_vacuum(line)):
         return None
     if water:
-        return 0.8 * target * water_compliance(line) / pumps_flow(line)
+        return 0.8 * target * water_compliance(line) / total_pump_flow(line)
     return pumping_time(a - 0.1 * target, a - 0.9 * target, line)
 
 
@@ -147,8 +147,8 @@ def time_constant(line: Line, water: bool = False) -> float:
     For water it is C a/F, the time to a vacuum of one atmosphere, which is its only time scale.
     """
     if water:
-        return water_compliance(line) * line.site.atmosphere / pumps_flow(line)
-    return line.chamber.volume / pumps_flow(line)
+        return water_compliance(line) * line.site.atmosphere / total_pump_flow(line)
+    return line.chamber.volume / total_pump_flow(line)
 
 
 class Filling(NamedTuple):
@@ -175,12 +175,12 @@ def fall_by_valve(target: float, line: Line) -> float:
     a, b = line.site.atmosphere, line.valve.critical_ratio
     rate = line.valve.conductance * NORMAL / line.chamber.volume
 
-    def fall_clock(vacuum: float) -> float:
+    def dimensionless_fall_time(vacuum: float) -> float:
         ratio = (a - vacuum) / a
         x = (ratio - b) / (1 - b)
         return ratio - b if x <= 0 else (1 - b) * math.asin(x)
 
-    return (fall_clock(0.1 * target) - fall_clock(0.9 * target)) / rate
+    return (dimensionless_fall_time(0.1 * target) - dimensionless_fall_time(0.9 * target)) / rate
 
 
 def fall_by_pump(target: float, line: Line, water: bool = False) -> float | None:

@@ -11,7 +11,7 @@ from itertools import pairwise
 from typing import Any
 
 from layerjam.device.mount import Site
-from layerjam.errors import QuantityError, count_noun
+from layerjam.errors import QuantityError, count_text
 from layerjam.toml_files.values import AsItIs
 from layerjam.units import exact_text, parse, show
 
@@ -26,7 +26,7 @@ MOST_FLOW = 1.0
 def check_curve(points: Curve, name: str) -> Curve:
     """Return the points; QuantityError unless the flow falls from zero vacuum on to zero."""
     if len(points) < 2:
-        raise QuantityError.of(name, f"has {count_noun(len(points), 'point')}; give at least two")
+        raise QuantityError.of(name, f"has {count_text(len(points), 'point')}; give at least two")
     if len(points) > MOST_POINTS:
         raise QuantityError.of(name, f"{len(points)} points; at most {MOST_POINTS} are allowed")
     for vacuum, flow in points:

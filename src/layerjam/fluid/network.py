@@ -259,12 +259,12 @@ def respond(
             progress(t / duration)
         return state_rates(state, drive_at(t), line)
 
-    def compute_by_column(t: float, state: Array) -> Array:
+    def estimate_jacobian(t: float, state: Array) -> Array:
         base = change(t, state)
         steps = NUDGE * np.diag(sizes)
         return np.array([(change(t, state + s) - base) / s.sum() for s in steps]).T
 
-    waves: dict[str, Any] = {"method": "Radau", "rtol": CLOSE_IN_CELLS, "jac": compute_by_column}
+    waves: dict[str, Any] = {"method": "Radau", "rtol": CLOSE_IN_CELLS, "jac": estimate_jacobian}
     options = waves if cell_count(line) else {"method": "LSODA", "rtol": CLOSE}
     with warnings.catch_warnings():
         # a failure is reported only once, below

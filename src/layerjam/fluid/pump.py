@@ -53,7 +53,7 @@ def curve_points(pump: Pump, atmosphere: float) -> list[float]:
     return [atmosphere * (1 - vacuum / STANDARD) for vacuum, _ in pump.curve]
 
 
-def displacement_at(p: float, pump: Pump, atmosphere: float) -> float:
+def displacement_at_pressure(p: float, pump: Pump, atmosphere: float) -> float:
     """Return the displacement [m^3/s] of a pump with the same intake at p and lowest pressure."""
     if pump.curve is None:
         return inlet_flow(pump)

@@ -3,7 +3,7 @@
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.mechanics.friction import brake_growth, fix_speed
-from layerjam.simulate.speed import follows_speed
+from layerjam.simulate.speed import is_speed_dependent
 
 
 def friction_growth(brake: Brake, speed: float | None, path: str) -> float:
@@ -11,7 +11,7 @@ def friction_growth(brake: Brake, speed: float | None, path: str) -> float:
 
     Raises FitError if the brake has a law and the speed of the pull is unknown.
     """
-    if not follows_speed(brake):
+    if not is_speed_dependent(brake):
         return 1.0
     if speed is None:
         raise FitError.of(

@@ -51,7 +51,7 @@ def own_platform() -> str | None:
     return "windows" if sys.platform == "win32" else None
 
 
-def start_values(brake: Brake | BrakeFile, rope_stiffness: float | None = None) -> dict[str, float]:
+def brake_values(brake: Brake | BrakeFile, rope_stiffness: float | None = None) -> dict[str, float]:
     """Return {parameter: value} of a brake; 0 for a part that it does not have.
 
     Raises QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure.

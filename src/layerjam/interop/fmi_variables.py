@@ -124,7 +124,7 @@ def make_token() -> str:
     return f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
 
 
-def print_header() -> str:
+def format_header() -> str:
     """Return the list as a C header."""
     references = "".join(
         f"#define {v.symbol} {v.reference}u\n"
@@ -170,4 +170,4 @@ static const lj_variable lj_parameters[LJ_PARAMETERS] = {{
 
 
 if __name__ == "__main__":
-    FILE.write_text(print_header(), encoding="utf-8")
+    FILE.write_text(format_header(), encoding="utf-8")

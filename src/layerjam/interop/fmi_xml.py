@@ -33,7 +33,7 @@ def model_description(
 
     Only FMI 2 lists the C files. `mark` is part of the description.
     """
-    head = _print_header(name, mark)
+    head = _format_header(name, mark)
     lines = _build_fmi3(head, values) if version == "3" else _build_fmi2(head, values, sources)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + "\n".join(lines) + "\n"
 
@@ -51,7 +51,7 @@ def build_description(sources: Sequence[str]) -> str:
 """
 
 
-def _print_header(name: str, mark: str) -> str:
+def _format_header(name: str, mark: str) -> str:
     text = "Soft layer-jamming brake: force from elongation and vacuum"
     text += f" ({mark})" * bool(mark)
     return (
@@ -69,14 +69,14 @@ def _build_fmi3(head: str, values: Mapping[str, float]) -> Iterator[str]:
     yield f'<fmiModelDescription fmiVersion="3.0" {head} instantiationToken="{make_token()}">'
     yield f"  <ModelExchange {can}/>"
     yield f'  <CoSimulation {can} canHandleVariableCommunicationStepSize="true"/>'
-    yield from _print_units()
+    yield from _format_units()
     yield '  <DefaultExperiment startTime="0" stopTime="4" stepSize="0.01"/>'
     yield "  <ModelVariables>"
     for v in list_variables():
         kind = "Boolean" if v.role == "flag" else "Float64"
         yield (
             f'    <{kind} name="{v.name}" valueReference="{v.reference}" '
-            f"{_describe(v)}{_print_start(v, values)}/>"
+            f"{_describe_variable(v)}{_format_start(v, values)}/>"
         )
     yield "  </ModelVariables>"
     yield "  <ModelStructure>"
@@ -105,7 +105,7 @@ def _build_fmi2(head: str, values: Mapping[str, float], sources: Sequence[str]) 
         f'  <CoSimulation {can} canHandleVariableCommunicationStepSize="true">'
         f"{files}</CoSimulation>"
     )
-    yield from _print_units()
+    yield from _format_units()
     yield '  <DefaultExperiment startTime="0" stopTime="4" stepSize="0.01"/>'
     yield "  <ModelVariables>"
     rows_ = [v for v in list_variables() if v.reference != TURNING]
@@ -113,8 +113,8 @@ def _build_fmi2(head: str, values: Mapping[str, float], sources: Sequence[str]) 
         kind = "Boolean" if v.role == "flag" else "Real"
         yield (
             f'    <ScalarVariable name="{v.name}" valueReference="{v.reference}" '
-            f"{_describe(v, typed=False)}>"
-            f"<{kind}{_unit_and_bounds(v)}{_print_start(v, values)}/></ScalarVariable>"
+            f"{_describe_variable(v, typed=False)}>"
+            f"<{kind}{_unit_and_bounds(v)}{_format_start(v, values)}/></ScalarVariable>"
         )
     yield "  </ModelVariables>"
     yield "  <ModelStructure>"
@@ -129,7 +129,7 @@ def _build_fmi2(head: str, values: Mapping[str, float], sources: Sequence[str]) 
     yield "</fmiModelDescription>"
 
 
-def _print_units() -> Iterator[str]:
+def _format_units() -> Iterator[str]:
     yield "  <UnitDefinitions>"
     for unit, (base, unit_) in UNITS.items():
         display = f'<DisplayUnit name="{unit_[0]}" factor="{unit_[1]:g}"/>' if unit_ else ""
@@ -147,7 +147,7 @@ _ROLES = {
 }
 
 
-def _describe(v: Variable, *, typed: bool = True) -> str:
+def _describe_variable(v: Variable, *, typed: bool = True) -> str:
     text = f"description={quoteattr(v.text)} {_ROLES[v.role]}"
     return text + (_unit_and_bounds(v) if typed else "")
 
@@ -164,7 +164,7 @@ def _unit_and_bounds(v: Variable) -> str:
     return text
 
 
-def _print_start(v: Variable, values: Mapping[str, float]) -> str:
+def _format_start(v: Variable, values: Mapping[str, float]) -> str:
     if v.role == "parameter":
         return f' start="{float(values[v.name])!r}"'
     return ' start="0"' if v.role == "input" else ""

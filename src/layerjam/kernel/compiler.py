@@ -128,14 +128,14 @@ def build_library(
     return path
 
 
-def build_shipped(folder: Path) -> list[Path]:
+def build_shipped_engines(folder: Path) -> list[Path]:
     """Compile the kernel for every machine of TARGETS into a folder, the same bytes each time.
 
     Raises CompilerError if the Python package ziglang is missing.
     """
     paths = []
     for machine, target in TARGETS.items():
-        path = folder / _shipped_name(KERNEL, (), machine)
+        path = folder / _engine_name(KERNEL, (), machine)
         # omit debug information, which would contain the source folder
         options = (*FLAGS, "-g0", "-s", "-shared", *(() if machine[0] == "win32" else ("-fPIC",)))
         if machine[0] == "darwin":  # otherwise the temporary folder
@@ -146,18 +146,18 @@ def build_shipped(folder: Path) -> list[Path]:
     return paths
 
 
-def find_shipped(sources: Sequence[Path], defines: Sequence[str] = ()) -> Path | None:
+def shipped_engine(sources: Sequence[Path], defines: Sequence[str] = ()) -> Path | None:
     """Return the library of exactly these sources that came with layerjam, or None."""
-    path = SHIPPED / _shipped_name(sources, defines, (sys.platform, platform.machine()))
+    path = SHIPPED / _engine_name(sources, defines, (sys.platform, platform.machine()))
     return path if path.exists() else None
 
 
-def _shipped_name(sources: Sequence[Path], defines: Sequence[str], machine: tuple[str, str]) -> str:
+def _engine_name(sources: Sequence[Path], defines: Sequence[str], machine: tuple[str, str]) -> str:
     name = _library_name(sources, (), [*FLAGS, *(f"-D{d}" for d in defines)], machine)
     return name + ENDINGS.get(machine[0], ".so")
 
 
-def find_built(sources: Sequence[Path], defines: Sequence[str] = ()) -> Path | None:
+def built_copy(sources: Sequence[Path], defines: Sequence[str] = ()) -> Path | None:
     """Return a library of these sources in the cache, from any compiler, or None."""
     name = _library_name(sources, (), [*FLAGS, *(f"-D{d}" for d in defines)])
     paths = library_folder().glob(f"{name}-*{ENDINGS.get(sys.platform, '.so')}")

@@ -15,7 +15,13 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import CompilerError, QuantityError
-from layerjam.kernel.compiler import SHIPPED, build_library, find_built, find_on_path, find_shipped
+from layerjam.kernel.compiler import (
+    SHIPPED,
+    build_library,
+    built_copy,
+    find_on_path,
+    shipped_engine,
+)
 from layerjam.kernel.kernel import CODE, Kernel, load_library
 from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.hysteresis import brake_cycle
@@ -31,7 +37,7 @@ Engine = Literal["kernel", "law"]
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
-def quick_kernel(brake: Brake, vacuum: float) -> Kernel | None:
+def make_quick_kernel(brake: Brake, vacuum: float) -> Kernel | None:
     """Return the kernel of a brake up to a vacuum [Pa], or None if only `brake_cycle` works.
 
     `brake_cycle` is needed if the kernel lacks the brake's law (sheets that fan out, a speed law, a
@@ -53,7 +59,7 @@ def quick_kernel(brake: Brake, vacuum: float) -> Kernel | None:
     return kernel if numbers.stiffness > least * (1 + 1e-9) else None
 
 
-def stop_loop() -> Callable[..., int] | None:
+def find_stop_loop() -> Callable[..., int] | None:
     """Return the function `lj_stops` of the compiled kernel, or None if only the law works.
 
     Raises QuantityError for an unknown value of LAYERJAM_KERNEL.
@@ -71,7 +77,7 @@ def follow_history(
     kernel = None
     if speed is None:
         highest = float(np.max(vacuum, initial=0.0))
-        kernel = quick_kernel(replace(brake, speed_law=None), highest)
+        kernel = make_quick_kernel(replace(brake, speed_law=None), highest)
     twin = None if kernel is None else kernel.exact_cycle(elongation, vacuum)
     if twin is not None:
         return twin, "kernel"
@@ -111,7 +117,7 @@ def _is_switched_on() -> bool:
 def _is_available() -> bool:
     """Return whether the library exists or can be built now; checked once per process."""
     try:
-        if find_shipped(CODE) is None and find_built(CODE) is None:
+        if shipped_engine(CODE) is None and built_copy(CODE) is None:
             if find_on_path() is None:
                 return False
             build_library(CODE, limit=LONGEST)

@@ -69,20 +69,20 @@ RECORDS = {"enclosure": "lj_enclosure", "energy": "lj_energy"}
 """{field that is a record: its type}."""
 
 
-def print_file(name: str) -> str:
+def format_file(name: str) -> str:
     """Return the text of a file of LAWS."""
-    parts = (print_record(x) if isinstance(x, type) else print_function(x) for x in LAWS[name])
+    parts = (format_record(x) if isinstance(x, type) else format_function(x) for x in LAWS[name])
     return HEAD + "\n" + "\n".join(parts)
 
 
-def print_record(record: Any) -> str:
+def format_record(record: Any) -> str:
     """Return a class of numbers as a C structure."""
     kinds = {name: RECORDS.get(name, "lj_real") for name in record._fields}
     fields = "".join(f"    {kind} {name};\n" for name, kind in kinds.items())
     return f"typedef struct {{\n{fields}}} {TYPES[record.__name__]};\n"
 
 
-def print_function(law: Callable[..., Any]) -> str:
+def format_function(law: Callable[..., Any]) -> str:
     """Return a law as a C function; raises TypeError for Python code that it cannot print."""
     tree = ast.parse(textwrap.dedent(inspect.getsource(law))).body[0]
     if not isinstance(tree, ast.FunctionDef):
@@ -93,15 +93,15 @@ def print_function(law: Callable[..., Any]) -> str:
         for name, kind in kinds.items()
     )
     head = f"static inline {_c_type(tree.returns)} {_c_name(law.__name__)}({', '.join(places)})"
-    lines = [_wrap(line) for line in _Printer(law, kinds).print_statements(tree)]
-    return "\n".join([_wrap(head, indent=0), "{", *lines, "}", ""])
+    lines = [_wrap_line(line) for line in _Printer(law, kinds).print_statements(tree)]
+    return "\n".join([_wrap_line(head, indent=0), "{", *lines, "}", ""])
 
 
 def _c_type(annotation: ast.expr | None) -> str:
     return TYPES[ast.unparse(annotation)] if annotation else TYPES["Any"]
 
 
-def _wrap(line: str, indent: int = 4) -> str:
+def _wrap_line(line: str, indent: int = 4) -> str:
     return textwrap.fill(
         line, 100, initial_indent=" " * indent, subsequent_indent=" " * 8, break_on_hyphens=False
     )
@@ -210,4 +210,4 @@ class _Printer:
 
 if __name__ == "__main__":
     for file in LAWS:
-        (FOLDER / file).write_text(print_file(file), encoding="utf-8")
+        (FOLDER / file).write_text(format_file(file), encoding="utf-8")

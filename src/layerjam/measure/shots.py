@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from layerjam._version import __version__
-from layerjam.device.load import write_whole
+from layerjam.device.load import store_file
 from layerjam.errors import FileError
 from layerjam.toml_files.table_text import comment
 
@@ -113,7 +113,7 @@ class Shot:
 
     def write(self, file: str | Path, overwrite: bool = False) -> Path:
         """Write a CSV file; raises FileError on failure, or if it exists without `overwrite`."""
-        return write_whole(file, self.text(), overwrite)
+        return store_file(file, self.text(), overwrite)
 
 
 def read_shots(base: sqlite3.Connection, synthetic: bool) -> tuple[Shot, ...]:

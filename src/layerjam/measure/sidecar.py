@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from layerjam.device.load import write_whole
+from layerjam.device.load import store_file
 from layerjam.measure.certificate import Certificate, CertificateSpec
 from layerjam.simulate.quantities import AREA, CROSSHEAD_SPEED, NORMAL_FORCE, SEED, VACUUM
 from layerjam.toml_files.reader import Reader
@@ -148,7 +148,7 @@ def format_facts(facts: Facts) -> str:
 
 def write_facts(path: str | Path, facts: Facts, overwrite: bool = False) -> Path:
     """Write the sidecar of data file `path`; raises FileError if one exists, unless `overwrite`."""
-    return write_whole(sidecar_path(path), format_facts(facts), overwrite)
+    return store_file(sidecar_path(path), format_facts(facts), overwrite)
 
 
 fact_files, facts_text = list_fact_files, format_facts  # former names

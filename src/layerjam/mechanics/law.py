@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.device.file import BrakeFile
-from layerjam.errors import ArgumentError, PrecisionError, QuantityError, abbreviate
+from layerjam.errors import ArgumentError, PrecisionError, QuantityError, short_text
 from layerjam.mechanics.compilation import keep_compiled_code
 from layerjam.units import RECORDS, FlagSpec
 
@@ -173,7 +173,7 @@ def _explain_failure(name: str, places: inspect.Signature, values: Any) -> None:
             fits = _is_real(value) or (is_optional and (is_record or value is None))
             kind = "a number or an array of numbers in SI units"
         if not fits:
-            raise QuantityError.of(f"{name}, {key}", f"{abbreviate(value)} is not {kind}")
+            raise QuantityError.of(f"{name}, {key}", f"{short_text(value)} is not {kind}")
     shapes = {k: np.shape(v) for k, v in arguments.items() if type(v) not in _known_records}
     try:
         np.broadcast_shapes(*shapes.values())

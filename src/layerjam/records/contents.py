@@ -27,7 +27,7 @@ from layerjam.records.pieces import (
     text_digest,
     to_hex,
 )
-from layerjam.system import report_failure, typed_line
+from layerjam.system import format_command_line, report_failure
 from layerjam.toml_files.table_text import restore_comment
 from layerjam.toml_files.toml import parse_toml, read_text
 
@@ -55,7 +55,7 @@ def require_closed_run(path: str) -> None:
         raise FileError(
             path,
             f"is not closed: {log.name} next to it contains part of the run. If the recording "
-            f"has ended, close it with: {typed_line(close)}",
+            f"has ended, close it with: {format_command_line(close)}",
         )
 
 

@@ -39,7 +39,7 @@ from layerjam.records.schema import (
     insert_record,
     utc_timestamp,
 )
-from layerjam.system import check_name
+from layerjam.system import check_file_name
 
 TYPED = {spec.view: kind for kind, spec in KINDS.items() if spec.view}
 KEPT = {table.name: table for table in (FILES, CITED, WITHDRAWN, VERSIONS)}
@@ -137,7 +137,7 @@ class Database:
         self.file = Path(str(self.url.database)) if self.url.drivername == "sqlite" else None
         if self.file is not None:
             try:
-                check_name(self.file)
+                check_file_name(self.file)
             except FileError as error:
                 raise RecordsError(str(error)) from None
         self.where = str(self.file or self.url.render_as_string(hide_password=True))

@@ -104,7 +104,7 @@ def cap_steps(drawing: Drawing) -> list[Step]:
         for part in drawing.parts
         if part.printed and part.stays
     )
-    sides = "" if lengths.same_caps else " Mark left and right: the caps differ."
+    sides = "" if lengths.has_same_caps else " Mark left and right: the caps differ."
     return [
         Step(
             f"Print {printed_parts} (print/print.3mf and print/*.stl contain one of each), solid, "
@@ -254,7 +254,7 @@ def close_steps(drawing: Drawing) -> list[Step]:
     """Return the steps for enclosure, ties and fittings."""
     lengths, build = drawing.lengths, drawing.build
     ends = f"{_m(lengths.left.reach)} behind the face of each cap"
-    if not lengths.same_caps:
+    if not lengths.has_same_caps:
         ends = f"{_m(lengths.left.reach)} behind the left cap's face and "
         ends += f"{_m(lengths.right.reach)} behind the right cap's face"
     fitting = (

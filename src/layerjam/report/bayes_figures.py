@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.errors import count_noun
+from layerjam.errors import count_text
 from layerjam.identify.bayes.model import Prior
 from layerjam.identify.bayes.posterior import BayesFit, Population
 from layerjam.identify.bayes.predictive import Band, force_band, vacuum_band
@@ -79,7 +79,7 @@ class _Level:
         self.end = end = max(float(c.elongation[-1]) for c in curves)
         self.u = np.union1d(np.linspace(0, 0.1 * end, 90), np.linspace(0.1 * end, end, 160))
         self.band: Band = force_band(after, self.u, self.vacuum, measured=True)
-        self.count = count_noun(len(curves), "curve")
+        self.count = count_text(len(curves), "curve")
 
     def fill(self, axes: style.Axes, offset: Any = 0.0, factor: float = 1.0) -> None:
         """Draw the 50 and 95 % bands of the next pull, after subtracting `offset`."""

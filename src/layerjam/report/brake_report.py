@@ -9,7 +9,7 @@ from typing import Any
 from layerjam._version import __version__
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.errors import count_noun
+from layerjam.errors import count_text
 from layerjam.identify.calibration.budget import (
     Budget,
     Contribution,
@@ -155,9 +155,9 @@ def _make_verdict(report: BrakeReport) -> Word:
     """Return the verdict on all checks, with the numbers of accepted failures and of warnings."""
     count = len(report.accepted)
     looks = sum(c.level == "warning" for checks in report.checks.values() for c in checks)
-    text = f"Verdict: accepted, {count_noun(count, 'failed check')}" if count else "Verdict: passed"
+    text = f"Verdict: accepted, {count_text(count, 'failed check')}" if count else "Verdict: passed"
     if looks:
-        text += f", {count_noun(looks, 'warning')}"
+        text += f", {count_text(looks, 'warning')}"
     return Word(text, "differs" if count else "reproduced")
 
 
@@ -357,7 +357,7 @@ def _add_uncertainty(number: Number, words: str, uncertainty: Budget) -> tuple[s
         reach = f"± {uncertainty.headline[1]} includes zero"
         return number.text(), f"{words}\nnot determined: expanded uncertainty {reach}"
     missing = len(uncertainty.missing)
-    least = f"\nlower bound: {count_noun(missing, 'line')} not stated" if missing else ""
+    least = f"\nlower bound: {count_text(missing, 'line')} not stated" if missing else ""
     return " ± ".join(uncertainty.headline), f"{words}\n{signed.coverage_text(uncertainty)}{least}"
 
 
@@ -370,12 +370,12 @@ def _make_lead(report: BrakeReport) -> str:
     sheets = report.brake.sheets
     counts = []
     if report.friction is not None:
-        counts.append(count_noun(len(report.friction[0]), "friction test"))
+        counts.append(count_text(len(report.friction[0]), "friction test"))
     if report.calibration is not None:
-        counts.append(count_noun(len(report.calibration.curves), "calibration pull"))
+        counts.append(count_text(len(report.calibration.curves), "calibration pull"))
     if report.validation is not None:
-        pulls = count_noun(len(report.validation.curves), "validation pull")
-        counts.append(f"{pulls} at {count_noun(len(report.validation.conditions), 'condition')}")
+        pulls = count_text(len(report.validation.curves), "validation pull")
+        counts.append(f"{pulls} at {count_text(len(report.validation.conditions), 'condition')}")
     title = f"{report.file.title.rstrip('.')}. " if report.file.title else ""
     size = f"{show(sheets.width, 'm')} wide, {show(sheets.thickness, 'm')} thick"
     return (

@@ -7,7 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from layerjam.errors import count_noun
+from layerjam.errors import count_text
 from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.curves import crosshead_speed
 from layerjam.identify.friction.reduction import FrictionResult
@@ -99,7 +99,7 @@ def friction_table(result: FrictionResult) -> Table:
         both = [c.of(repeat, "friction", repeat_name, n=1, source=name) for c in KINDS]
         rows.append([str(index), *both, name])
     means, spread = [], []
-    base: dict[str, Any] = {"n": count, "source": count_noun(count, "repeat")}
+    base: dict[str, Any] = {"n": count, "source": count_text(count, "repeat")}
     for column in KINDS:
         values = [v for r in result.repeats if (v := getattr(r, column.path)) is not None]
         span = summarise_repeats(values or [math.nan])
@@ -108,7 +108,7 @@ def friction_table(result: FrictionResult) -> Table:
         means.append(column.of(result, "friction", "mean", **base, **sure))
         spread.append(scatter.of(result, "friction", "standard deviation", **base))
     rows += [
-        ["mean", *means, f"of {count_noun(count, 'repeat')}"],
+        ["mean", *means, f"of {count_text(count, 'repeat')}"],
         ["SD", *spread, "between repeats"],
         ["95 %", *(number.interval_text() for number in means), "interval of the mean"],
     ]
@@ -371,7 +371,7 @@ def _make_note(result: Validation, before: Validation | None) -> str:
         text = f"{v.mape_conditions:.1%}"
         return text + (f" ± {v.mape_conditions_sd:.1%}" if v.mape_conditions_sd else "")
 
-    text = f"MAPE of {count_noun(len(result.conditions), 'condition')}, mean ± SD: "
+    text = f"MAPE of {count_text(len(result.conditions), 'condition')}, mean ± SD: "
     text += words(result)
     if before is not None:
         text += f" (before calibration {words(before)})"

@@ -7,7 +7,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.errors import count_noun
+from layerjam.errors import count_text
 from layerjam.identify.calibration.forward import FINE, ReducedCurves, evaluate_law, reduce_curves
 from layerjam.identify.calibration.law_spread import LawSpread
 from layerjam.identify.calibration.least_squares import JointFit
@@ -67,7 +67,7 @@ def draw_calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> s
     highest = max(float(c.pull.peak_force) for c in data.curves)
     peak = max(float(c.pull.peak_elongation) for c in data.curves)
     count = len(data.curves)
-    words = f"{file.name}, {count_noun(count, 'pull')}" + ", synthetic data" * synthetic
+    words = f"{file.name}, {count_text(count, 'pull')}" + ", synthetic data" * synthetic
     style.panel(full, ylabel="force [N]", ylim=(0, highest * 1.15), xlim=(0, None))
     style.title(full, "Pulls and calibrated law", f"{words}; law dashed")
     style.add_end_labels(full, full.get_xlim()[1], ends)

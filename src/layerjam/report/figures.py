@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from layerjam.device.file import BrakeFile
-from layerjam.errors import count_noun
+from layerjam.errors import count_text
 from layerjam.identify.friction.envelope import StickSlip
 from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.validation.metrics import Validation
@@ -88,7 +88,7 @@ def draw_friction(traces: Sequence[Trace], result: FrictionResult) -> style.Figu
         ends += _draw_envelope(panels, result, events, (start, end))
     synthetic = any(t.facts.synthetic for t in traces)
     origin = "synthetic data from the virtual test machine" if synthetic else "measured"
-    style.title(axes, f"Friction, {count_noun(count, 'repeat')}", f"{origin}; {detail}")
+    style.title(axes, f"Friction, {count_text(count, 'repeat')}", f"{origin}; {detail}")
     style.add_end_labels(axes, axes.get_xlim()[1], ends)
     maximum = "first maximum" if result.standard.first_maximum else "maximum"
     words = (f"circle: {maximum} of a repeat", INK), ("grey background: kinetic window", FAINT)
@@ -138,7 +138,7 @@ def draw_validation(file: BrakeFile, result: Validation, synthetic: bool) -> sty
         ends[show(curve.vacuum, "Pa")] = float(curve.model[-1])
     residuals.axhline(0, color=FAINT, lw=1)
     words = f"MAPE {result.mape:.2%}, RMSE {show(result.rmse, 'N', 3)}"
-    words += f" over {count_noun(len(result.curves), 'file')}" + ", synthetic data" * synthetic
+    words += f" over {count_text(len(result.curves), 'file')}" + ", synthetic data" * synthetic
     headline = f"{file.name}: files (light blue) and model (dashed)"
     style.panel(axes, headline, words, ylabel="force [N]", ylim=(0, None), xlim=(0, None))
     style.add_end_labels(axes, axes.get_xlim()[1], [(y, text, INK) for text, y in ends.items()])

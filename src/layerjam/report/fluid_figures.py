@@ -89,7 +89,7 @@ def draw_fig5() -> style.Figure:
     """Draw the vacuum versus time in air and in water, and rise times of other lines."""
     line = load_line("choi2018").line
     response = respond(line, 8.0)
-    flow = forms.pumps_flow(line) / (line.chamber.compliance or np.nan)
+    flow = forms.total_pump_flow(line) / (line.chamber.compliance or np.nan)
     figure, (steps, bars) = style.canvas(columns=2, width=9.6, height=3.9)
     for name, vacuum, color, paper_time in (
         ("air", response.vacuum, INK, 3.9),

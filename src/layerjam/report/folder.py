@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from layerjam.errors import FileError
-from layerjam.system import check_name, report_failure
-from layerjam.toml_files.folders import hidden_folder, write_files
+from layerjam.system import check_file_name, report_failure
+from layerjam.toml_files.folders import make_hidden_folder, write_files
 
 NAMES = ("report.html", "results.json")
 
 
 def check_folder(out: Path, overwrite: bool, names: Sequence[str] = NAMES) -> None:
     """Raise FileError if a report cannot be written into `out`, before any work is done."""
-    check_name(out)
+    check_file_name(out)
     with report_failure(out, "cannot be created"):
         if os.path.lexists(out) and not out.is_dir():
             raise FileError(out, "is a file, not a folder")
@@ -27,7 +27,7 @@ def check_folder(out: Path, overwrite: bool, names: Sequence[str] = NAMES) -> No
         parent = _find_nearest_folder(out)
         if not os.access(parent, os.W_OK):
             raise FileError(out, f"cannot be created: the folder {parent} is read-only")
-        with hidden_folder(parent):
+        with make_hidden_folder(parent):
             pass  # an administrator can write anywhere, except on read-only file systems
 
 
@@ -48,7 +48,7 @@ def write_folder(out: Path, content: Mapping[str, str | bytes], old: Sequence[st
     FileError.
     """
     with report_failure(out, "cannot be written"):
-        with hidden_folder(_find_nearest_folder(out.parent)) as hidden:
+        with make_hidden_folder(_find_nearest_folder(out.parent)) as hidden:
             report = hidden / "report"
             write_files(report, content)
             if not out.exists():

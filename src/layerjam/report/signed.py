@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 
-from layerjam.errors import count_noun
+from layerjam.errors import count_text
 from layerjam.identify.calibration.budget import Budget
 from layerjam.measure.certificate import Certificate
 from layerjam.measure.sidecar import Facts
@@ -177,7 +177,7 @@ def _join_statements(facts: FileFacts, name: str) -> str:
     silent = texts.pop("", [])
     parts = [f"{text} ({_list_few(names)})" for text, names in list(texts.items())[:LIMIT]]
     extra = [f"and {len(texts) - LIMIT} others"] if len(texts) > LIMIT else []
-    silent_note = [f"{NOT_STATED} for {count_noun(len(silent), 'file')}"] if silent else []
+    silent_note = [f"{NOT_STATED} for {count_text(len(silent), 'file')}"] if silent else []
     return "; ".join([*parts, *extra, *silent_note]) or NOT_STATED
 
 

@@ -17,7 +17,7 @@ from typing import Any, ParamSpec
 import numpy as np
 
 import layerjam.outputs as outputs
-from layerjam.device.load import accept_force, write_whole
+from layerjam.device.load import accept_force_option, store_file
 from layerjam.errors import FileError, LayerjamError, MissingExtraError
 
 P = ParamSpec("P")
@@ -352,7 +352,7 @@ def choose_colours(names: Sequence[str]) -> dict[str, str]:
     return dict(zip(names, shades, strict=True))
 
 
-@accept_force
+@accept_force_option
 def save(figure: Figure, path: Path, overwrite: bool = False) -> Path:
     """Write .svg, .png or .pdf, completely or not at all; equal figures produce equal bytes."""
     kind = path.suffix.lower().lstrip(".")
@@ -360,7 +360,7 @@ def save(figure: Figure, path: Path, overwrite: bool = False) -> Path:
         raise FileError(path, (f"extension '{path.suffix}' is unknown; use .svg, .png, .pdf"))
     meta = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
     with apply_style():
-        return write_whole(path, lambda p: figure.savefig(p, format=kind, metadata=meta), overwrite)
+        return store_file(path, lambda p: figure.savefig(p, format=kind, metadata=meta), overwrite)
 
 
 def format_svg(figure: Figure, words: bool = False) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 
 from layerjam.control.law import CLOSE
 from layerjam.control.settings import FAULTS
-from layerjam.device.load import accept_force
+from layerjam.device.load import accept_force_option
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.rig.address import Address
 from layerjam.rig.crosshead import Crosshead, CrossheadLostError
@@ -326,7 +326,7 @@ def check_procedure(bench: Bench, procedure: Procedure, crosshead: Crosshead | N
             raise QuantityError.of("crosshead", f"missing; '{step.text()}' needs one")
 
 
-@accept_force
+@accept_force_option
 def execute(
     bench: Bench,
     procedure: Procedure | str,

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.device.load import accept_force, write_whole
+from layerjam.device.load import accept_force_option, store_file
 from layerjam.errors import FileError, MissingExtraError
 from layerjam.measure.run_text import UNITS, format_run_csv, make_run_facts, order_columns
 from layerjam.measure.runs import Array, Run, read_run
@@ -29,7 +29,7 @@ class ExportedRun:
     """Files with the accelerometer's records; a NetCDF file contains them itself."""
 
 
-@accept_force
+@accept_force_option
 def export(
     run: str | Path,
     out: str | Path,
@@ -60,7 +60,7 @@ def export(
         sidecar_file = sidecar_path(out)
         if sidecar_file.exists() and not overwrite:
             raise FileError(sidecar_file, "already exists; --overwrite replaces it")
-        write_whole(out, format_run_csv(run_), overwrite)
+        store_file(out, format_run_csv(run_), overwrite)
         sidecar = write_facts(out, make_run_facts(run_), overwrite)
     elif ending == ".parquet":
         _write_table(order_columns(run_), describe_run(run_), out, overwrite)
@@ -68,7 +68,7 @@ def export(
         _write_netcdf(run_, out, overwrite)
     for path, shot in shot_files.items():
         if ending == ".csv":
-            write_whole(path, shot.text({"run_id": run_.meta.get("run_id", "")}), overwrite)
+            store_file(path, shot.text({"run_id": run_.meta.get("run_id", "")}), overwrite)
         else:
             columns = {"time": shot.time, "acceleration": shot.acceleration}
             _write_table(columns, {**describe_run(run_), **shot_metadata(shot)}, path, overwrite)
@@ -102,7 +102,7 @@ def _write_table(
         unit = {"unit": UNITS[name]} if name in UNITS else None
         fields.append(pa.field(name, pa.from_numpy_dtype(values.dtype), metadata=unit))
     table = pa.table(dict(columns), schema=pa.schema(fields, metadata=dict(facts)))
-    write_whole(out, lambda path: parquet.write_table(table, path, compression="zstd"), overwrite)
+    store_file(out, lambda path: parquet.write_table(table, path, compression="zstd"), overwrite)
 
 
 def _write_netcdf(run: Run, out: Path, overwrite: bool) -> None:
@@ -123,7 +123,7 @@ def _write_netcdf(run: Run, out: Path, overwrite: bool) -> None:
             for shot in run.shots:
                 _add_shot(file, shot)
 
-    write_whole(out, write_file, overwrite)
+    store_file(out, write_file, overwrite)
 
 
 def _add_shot(file: Any, shot: Shot) -> None:

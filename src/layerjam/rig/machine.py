@@ -11,13 +11,13 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
 from layerjam.fluid.line import Line
-from layerjam.kernel.engine import quick_kernel
+from layerjam.kernel.engine import make_quick_kernel
 from layerjam.mechanics.enclosure import check_modulus
 from layerjam.mechanics.friction import brake_growth
 from layerjam.mechanics.hysteresis import new_state, step_state
 from layerjam.mechanics.law import double_precision, register_records
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.simulate.speed import drop_idle_speed_law, follows_speed
+from layerjam.simulate.speed import is_speed_dependent, remove_idle_speed_law
 
 
 class SteppedBrake:
@@ -29,9 +29,9 @@ class SteppedBrake:
 
     def __init__(self, brake: Brake) -> None:
         check_modulus(brake)
-        self._kernel = quick_kernel(drop_idle_speed_law(brake), brake.site.atmosphere)
+        self._kernel = make_quick_kernel(remove_idle_speed_law(brake), brake.site.atmosphere)
         register_records()
-        self._brake, self._paced = brake, follows_speed(brake)
+        self._brake, self._paced = brake, is_speed_dependent(brake)
         with double_precision():
             spring = jnp.asarray(working_stiffness(brake), jnp.float64)
         self._step = jax.jit(functools.partial(step_state, spring=spring, brake=brake))

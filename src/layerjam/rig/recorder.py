@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from layerjam._version import __version__
-from layerjam.device.load import accept_force
+from layerjam.device.load import accept_force_option
 from layerjam.errors import FileError, LayerjamError
 from layerjam.rig.board import law_hash
 from layerjam.rig.driver import Bench, InstrumentError, open_bench
@@ -290,7 +290,7 @@ def check_board(bench: Bench, file: RunFile) -> None:
         raise FileError(file.path, f"comes from board {serial}, but {bench.address} is {actual}")
 
 
-@accept_force
+@accept_force_option
 def record_log(
     address: str,
     out: str | Path,

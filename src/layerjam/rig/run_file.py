@@ -14,7 +14,7 @@ from typing import Any
 
 from layerjam.errors import FileError, LayerjamError
 from layerjam.measure.runs import APPLICATION_ID, COLUMNS, ENDING, FORMAT, SCHEMA, open_run
-from layerjam.system import check_name, lock_file, report_failure
+from layerjam.system import check_file_name, lock_file, report_failure
 
 ROOM = 10e6
 """Free space that a run needs at its start [bytes]: twice ten minutes of samples, and a 4 MB log.
@@ -51,7 +51,7 @@ def check_place(path: Path) -> None:
     """Raise FileError if a run cannot be stored safely: no folder, no space, a network disk."""
     if path.suffix != ENDING:
         raise FileError(path, f"extension '{path.suffix}' is unknown; use {ENDING}")
-    check_name(path)
+    check_file_name(path)
     folder = path.parent
     if not folder.is_dir():
         raise FileError(path, f"cannot be written: there is no folder {folder}")

@@ -7,7 +7,7 @@ import secrets
 from pathlib import Path
 
 from layerjam.errors import FileError
-from layerjam.system import check_name
+from layerjam.system import check_file_name
 
 STOP = re.compile(rb":?(OUTP(UT)?(:STAT(E)?)?[ \t]+(OFF|0)|ABOR(T)?)[ \t]*", re.IGNORECASE)
 """Lines that are accepted at any time."""
@@ -52,7 +52,7 @@ def make_token(file: str | Path) -> str:
     Raises FileError for a file that others may read or that has no token.
     """
     path = Path(file)
-    check_name(path)
+    check_file_name(path)
     try:
         descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
     except FileExistsError:

@@ -14,7 +14,7 @@ from layerjam.toml_files.reader import Reader
 from layerjam.toml_files.shipped import load_text, shipped_files
 from layerjam.toml_files.values import Entry, TextSpec, entries, value
 from layerjam.units import check as bounded
-from layerjam.units import like, nested, quantity, record, spec_of
+from layerjam.units import get_spec, like, nested, quantity, record
 
 FIRST_ADC, LAST_ADC = 26, 29
 """GP numbers of the first and the last pin of the RP2040's converter."""
@@ -56,7 +56,7 @@ class Wiring:
     supply_ratio: float = quantity("1", "ratio of supply to converter voltage", lo=1, hi=20)
     least_supply: float = quantity("V", "minimum supply voltage of pump and valve", lo=1.0, hi=30)
     sensor_kind: str = value(TextSpec(text="kind of pressure sensor", choices=("hsc", "adc")))
-    sensor_range: float = like(spec_of(Sensor, "range"))
+    sensor_range: float = like(get_spec(Sensor, "range"))
     sensor_zero: float | None = quantity(
         "1", "output of an analogue sensor at zero vacuum, as a fraction of the converter's range",
         hi=1, default=None,
@@ -72,7 +72,7 @@ class Wiring:
         "1", "output at accelerometer_range, as a fraction of the converter's range",
         hi=1, default=None,
     )  # fmt: skip
-    accelerometer_range: float | None = like(spec_of(Accelerometer, "range"), default=None)
+    accelerometer_range: float | None = like(get_spec(Accelerometer, "range"), default=None)
     pins: Pins = nested(Pins)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from layerjam.errors import QuantityError, UnknownNameError, explain_arguments
 from layerjam.simulate.record import DropRecord, Outcome, column
-from layerjam.simulate.speed import follows_speed
+from layerjam.simulate.speed import is_speed_dependent
 from layerjam.units import check, quantity, show
 
 STANDARD_GRAVITY = 9.80665
@@ -164,13 +164,13 @@ def _is_swinging_back(record: DropRecord) -> bool:
     still = abs(float(record.speed_of_mass[-1])) <= 1e-6 * record.speed
     steady = not record.rope_damping and bool(np.all(record.vacuum_in_time == record.vacuum))
     # with a speed law the sheets keep sliding after the standstill
-    steady = steady and not follows_speed(record.brake.brake)
+    steady = steady and not is_speed_dependent(record.brake.brake)
     stopped = record.outcome in (Outcome.STOPPED, Outcome.NEVER_SLID)
     # below the weight the mass does not rise again: it hangs, and the force stays constant
     return stopped and still and steady and record.force[-1] > record.mass * record.gravity
 
 
-def _end_warnings(record: DropRecord) -> list[str]:
+def _list_end_warnings(record: DropRecord) -> list[str]:
     force, weight = float(record.force[-1]), record.mass * record.gravity
     hangs = abs(force - weight) <= 1e-3 * float(record.force.max())
     if force == 0 or hangs or _is_swinging_back(record):
@@ -292,7 +292,7 @@ def measure_acceleration(
     J211-1, and for an invalid signal.
     """
     time, value = _check_signal(signal)
-    warnings = _end_warnings(signal) if isinstance(signal, DropRecord) else []
+    warnings = _list_end_warnings(signal) if isinstance(signal, DropRecord) else []
     if cfc is not None and cfc not in CLASSES:
         names = ", ".join(map(str, CLASSES))
         raise QuantityError(f"filter: CFC {cfc:g} is not an SAE J211-1 class; classes: {names}")

@@ -15,7 +15,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import MissingExtraError, QuantityError, UnknownNameError, explain_arguments
-from layerjam.kernel.engine import stop_loop
+from layerjam.kernel.engine import find_stop_loop
 from layerjam.mechanics.enclosure import enclosure_law
 from layerjam.mechanics.friction import friction_per_contact, is_proportional
 from layerjam.mechanics.law import in_double_precision
@@ -84,7 +84,7 @@ class Sweep:
     values: Array = field(repr=False)
     stride: int = 1
 
-    def take(self, cases: Array) -> Array:
+    def take_cases(self, cases: Array) -> Array:
         """Return the values of the flat cases."""
         return self.values[(cases // self.stride) % len(self.values)]
 
@@ -125,7 +125,7 @@ def batch(
     brake, fixed = _plain_brake(brake), dict(fixed or {})
     sweep = {**sweep, **{n: v for n, v in fixed.items() if _is_number(v) and n not in sweep}}
     fixed = {n: v for n, v in fixed.items() if n not in sweep or not _is_number(v)}
-    sweeps = _lay_out(law, sweep, fixed, brake)
+    sweeps = _lay_out_sweeps(law, sweep, fixed, brake)
     sizes = {s.dimension: len(s.values) for s in sweeps if s.dimension}
     total = math.prod(sizes.values())
     run, names, quick = _make_runner(law, sweeps, fixed, brake, block)
@@ -207,7 +207,7 @@ def _check_row(name: str, data: Any) -> Array:
     return values
 
 
-def _lay_out(
+def _lay_out_sweeps(
     law: Callable[..., Any], sweep: Mapping[str, Any], constants: Mapping[str, Any], brake: Brake
 ) -> list[Sweep]:
     """Return every quantity with its stride; raises QuantityError or UnknownNameError."""
@@ -250,7 +250,7 @@ def _make_runner(
     """Return the evaluator of flat cases, names of its results, and whether it is compiled C."""
     constants = loop_constants(brake) if law is stop else None
     of_brake = any(s.name.startswith("brake.") for s in sweeps)
-    loop = None if constants is None or law_constants or of_brake else stop_loop()
+    loop = None if constants is None or law_constants or of_brake else find_stop_loop()
     if loop is not None:
         return _compiled_run(loop, np.array(constants), sweeps, brake), Stop._fields, True
     return *_traced_run(law, sweeps, law_constants, brake, block), False
@@ -276,7 +276,7 @@ def _compiled_run(
         if loop(first, count, *(array.ctypes.data for array in arrays)):
             # the law itself brackets the few roots that the loop missed
             rows = np.flatnonzero(has_missed)
-            stop_result = stop(**{s.name: s.take(first + rows) for s in sweeps}, brake=brake)
+            stop_result = stop(**{s.name: s.take_cases(first + rows) for s in sweeps}, brake=brake)
             for name, results in out.items():
                 results[rows] = np.asarray(getattr(stop_result, name))
 
@@ -330,7 +330,7 @@ def _traced_run(
         rows = 1 << max(0, math.ceil(math.log2(count / size)))
         # padded with the last case, so that pieces have few different shapes
         cases = np.minimum(np.arange(first, first + rows * size), first + count - 1)
-        pieces = tuple(s.take(cases).reshape(rows, size) for s in sweeps)
+        pieces = tuple(s.take_cases(cases).reshape(rows, size) for s in sweeps)
         answer = evaluate_block(pieces, constants, brake)
         flat = answer._asdict() if hasattr(answer, "_asdict") else {law.__name__: answer}
         for name, values in out.items():

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
-from layerjam.fluid.closed_forms import pumps_flow, reachable_vacuum
+from layerjam.fluid.closed_forms import reachable_vacuum, total_pump_flow
 from layerjam.fluid.line import Line, water_compliance
 from layerjam.fluid.network import CHAMBER, SIZE, Drive, Response, state_at_pressure, state_rates
 from layerjam.simulate.drop import TimedStop, drop
@@ -119,7 +119,7 @@ def integrate_line_along(
 def _integrate_water_along(
     line: Line, start: Array, time: Array, slip: Array, drive: Drive
 ) -> Response:
-    volume = drive.pump * pumps_flow(line) * (time - time[0])
+    volume = drive.pump * total_pump_flow(line) * (time - time[0])
     volume = volume + line.chamber.volume_per_slip * (slip - slip[0])
     begin = line.site.atmosphere - start[CHAMBER]
     vacuum = begin + volume / water_compliance(line)

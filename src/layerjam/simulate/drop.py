@@ -32,7 +32,7 @@ from layerjam.mechanics.stop.paced import ROWS
 from layerjam.mechanics.stop.paced_tune import is_held
 from layerjam.simulate.first_pull import first_peak, overstretch_error
 from layerjam.simulate.record import DropRecord, Outcome
-from layerjam.simulate.speed import follows_speed, stop_notices
+from layerjam.simulate.speed import is_speed_dependent, list_stop_notices
 from layerjam.units import show
 
 OUTCOMES = {
@@ -95,11 +95,11 @@ def drop(
             raise overstretch_error(vacuum, brake)
         raise FitError("speed_law: the stop takes more steps than can be computed")
     outcome = OUTCOMES[int(result.outcome)]
-    columns, notes = _drop_columns(result.slip, *case), []
-    law = brake.speed_law if follows_speed(brake) else None
+    columns, notes = _compute_columns(result.slip, *case), []
+    law = brake.speed_law if is_speed_dependent(brake) else None
     if law is not None and result.slip > 0:
         columns, fastest, error = _append_slide(columns, law, *case)
-        notes = stop_notices(file, fastest, error)
+        notes = list_stop_notices(file, fastest, error)
         if outcome is Outcome.STOPPED and not is_held(result.slip, vacuum, mass * pull, brake):
             notes.append(
                 Notice(
@@ -114,7 +114,7 @@ def drop(
     )
     inputs: dict[str, Any] = {"mass": mass, "speed": speed, "vacuum": vacuum, "gravity": pull}
     inputs["rope_stiffness"] = rope_stiffness
-    notes = notes or stop_notices(file)
+    notes = notes or list_stop_notices(file)
     return make_record(file, timed_stop, spring, vacuum, columns, inputs, after=notes)
 
 
@@ -168,7 +168,7 @@ def _stop_warnings(result: TimedStop, brake: Brake) -> list[str]:
     return words
 
 
-def _drop_columns(
+def _compute_columns(
     end: float,
     mass: float,
     speed: float,
@@ -182,13 +182,13 @@ def _drop_columns(
     The elastic samples are equally spaced in time.
     """
     case = (mass, speed, vacuum, spring, gravity, brake)
-    law = brake.speed_law if follows_speed(brake) else None
+    law = brake.speed_law if is_speed_dependent(brake) else None
     slides = end > 0 and law is None
     slid = _slip_samples(end, vacuum, brake) if slides else np.zeros(SAMPLES)
     if law is not None and end > 0:
         first = float(stop_course(law, *case)[0])
     else:
-        times, speeds, forces, heats = np.asarray(_slide(np.append(0.0, slid), *case))
+        times, speeds, forces, heats = np.asarray(_compute_slide(np.append(0.0, slid), *case))
         first = float(times[0])
     omega = (spring / mass) ** 0.5
     time = np.linspace(0, first, SAMPLES // 4 + 1)
@@ -215,7 +215,7 @@ def _drop_columns(
 
 @in_double_precision
 @fuse
-def _slide(slip: Any, *case: Any) -> tuple[Any, ...]:
+def _compute_slide(slip: Any, *case: Any) -> tuple[Any, ...]:
     """Return time [s], speed of the mass [m/s], force [N] and heat [J] at each slip [m]."""
     vacuum, brake = case[2], case[-1]
     return (

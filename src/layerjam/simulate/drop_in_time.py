@@ -32,20 +32,20 @@ from layerjam.mechanics.stop.motion import (
 )
 from layerjam.mechanics.stop.motion_step import Load, Motion, memory_force, new_motion, rest_setting
 from layerjam.simulate.drop import TimedStop, make_record
-from layerjam.simulate.quantities import ARRIVAL_SPEED, DURATION, MASS, VACUUM, check_given
+from layerjam.simulate.quantities import ARRIVAL_SPEED, DURATION, MASS, VACUUM, check_inputs
 from layerjam.simulate.record import DropRecord, Outcome
-from layerjam.simulate.speed import drop_idle_speed_law, follows_speed, stop_notices
+from layerjam.simulate.speed import is_speed_dependent, list_stop_notices, remove_idle_speed_law
 from layerjam.simulate.vacuum_history import History
-from layerjam.units import QuantitySpec, show, spec_of
+from layerjam.units import QuantitySpec, get_spec, show
 
 __all__ = ["History", "TimedStop", "drop_in_time"]
 SPEED = replace(ARRIVAL_SPEED, lo=0.0)
 LIMITS = {
     "mass": MASS,
     "speed": SPEED,
-    "gravity": replace(spec_of(Site, "gravity"), text="gravity along the pull"),
-    "rope_damping": spec_of(Rope, "damping"),
-    "rope_stiffness": replace(spec_of(Rope, "stiffness"), text="stiffness of the rope"),
+    "gravity": replace(get_spec(Site, "gravity"), text="gravity along the pull"),
+    "rope_damping": get_spec(Rope, "damping"),
+    "rope_stiffness": replace(get_spec(Rope, "stiffness"), text="stiffness of the rope"),
     "duration": DURATION,
 }
 
@@ -88,7 +88,7 @@ def _next_step(motion: Motion, until: Any, dt: Any, vacuum: Vacuum) -> Any:
 
 
 @jax.jit
-def _march(motion: Motion, max_steps: Any, until: Any, dt: Any, case: _Case) -> Motion:
+def _march_motion(motion: Motion, max_steps: Any, until: Any, dt: Any, case: _Case) -> Motion:
     """Return the state after an event, a number of steps or a time [s]."""
     last = until - 1e-9 * dt
 
@@ -111,7 +111,7 @@ def _next_event(motion: Motion, until: Any, dt: Any, case: _Case) -> Motion:
 
 
 def _find_event(case: _Case, dt: float, until: float) -> Motion:
-    return _next_event(_march(case.start, MOST_STEPS, until, dt, case), until, dt, case)
+    return _next_event(_march_motion(case.start, MOST_STEPS, until, dt, case), until, dt, case)
 
 
 @in_double_precision
@@ -139,23 +139,23 @@ def drop_in_time(
     Raises QuantityError for values out of bounds, for damping without a rope, for a step longer
     than a quarter of sqrt(M/k), and if the mass does not come to rest in 4 million steps.
     """
-    brake = drop_idle_speed_law(file.brake)
+    brake = remove_idle_speed_law(file.brake)
     pull = brake.site.gravity if gravity is None else gravity
     inputs: dict[str, float | None] = {"mass": mass, "speed": speed, "gravity": pull}
     inputs |= {"rope_damping": rope_damping, "rope_stiffness": rope_stiffness}
     _check_inputs({**inputs, "duration": duration}, step, brake)
     history = _changing_history(vacuum, brake.site.atmosphere)
-    first = float(vacuum.at(0.0) if isinstance(vacuum, History) else vacuum)
+    first = float(vacuum.interpolate(0.0) if isinstance(vacuum, History) else vacuum)
     load = make_load(mass, pull, rope_stiffness, rope_damping or None, brake)
     load = jax.tree.map(np.float64, load)
     start = _strip_weak_types(
-        new_motion(np.float64(speed), np.float64(first), history is None, follows_speed(brake))
+        new_motion(np.float64(speed), np.float64(first), history is None, is_speed_dependent(brake))
     )
     pressure = Vacuum(jnp.asarray(first)) if history is None else _pad_history(history)
     case = _Case(start, pressure, load, brake)
     until = math.inf if duration is None else duration
     dt, event, warnings = _choose_step(case, step, until)
-    at_event = first if history is None else float(history.at(float(event.time)))
+    at_event = first if history is None else float(history.interpolate(float(event.time)))
     if event.outcome == MOVING and duration is None:
         raise QuantityError(
             f"duration: the mass still moves at {show(float(event.time), 's')}; specify how long "
@@ -169,7 +169,7 @@ def drop_in_time(
         for name, column in _COLUMNS.items()
     }
     time = columns["time"]
-    pressures = vacuum.at(time) if isinstance(vacuum, History) else time * 0 + vacuum
+    pressures = vacuum.interpolate(time) if isinstance(vacuum, History) else time * 0 + vacuum
     columns |= {"time": np.minimum(time, until), "vacuum_in_time": pressures}
     inputs |= {"vacuum": first, "step": dt}
     spring = float(load.spring)
@@ -179,9 +179,9 @@ def drop_in_time(
 
 def _speed_notices(file: BrakeFile, states: list[Motion], error: float | None) -> list[Notice]:
     """Return notices about friction and speed; `error` is that of slip and time, or None."""
-    if not follows_speed(file.brake):
-        return stop_notices(file)
-    return stop_notices(file, max(float(state.pace) for state in states), error)
+    if not is_speed_dependent(file.brake):
+        return list_stop_notices(file)
+    return list_stop_notices(file, max(float(state.pace) for state in states), error)
 
 
 def _choose_step(case: _Case, step: float | None, until: float) -> tuple[float, Motion, list[str]]:
@@ -222,7 +222,7 @@ def _follow_motion(
     stride = max(1, math.ceil(span / dt / SAMPLES))
     states, state = [case.start], case.start
     while True:
-        state = _march(state, stride, until, dt, case)
+        state = _march_motion(state, stride, until, dt, case)
         if math.isfinite(until) and _is_hanging(state, case):
             # at rest the state stays the same, bit for bit
             states += [state, state._replace(time=np.float64(until))]
@@ -287,7 +287,7 @@ def _is_hanging(state: Motion, case: _Case) -> bool:
 
 
 def _check_inputs(inputs: Mapping[str, float | None], step: float | None, brake: Brake) -> None:
-    check_given(inputs, LIMITS)
+    check_inputs(inputs, LIMITS)
     if inputs["rope_damping"] and inputs["rope_stiffness"] is None:
         raise QuantityError("rope damping: there is no rope; specify its stiffness too")
     if not (inputs["speed"] or inputs["gravity"]):
@@ -305,7 +305,7 @@ def _changing_history(vacuum: float | History, atmosphere: float) -> History | N
         replace(VACUUM, hi=atmosphere).check(vacuum, "vacuum")
         return None
     vacuum.check_site(atmosphere)
-    later = np.append(vacuum.at(0.0), vacuum.vacuum[vacuum.time > 0])
+    later = np.append(vacuum.interpolate(0.0), vacuum.vacuum[vacuum.time > 0])
     return vacuum if np.ptp(later) > 0 else None
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
 
-from layerjam.errors import LayerjamError, ProcedureError, abbreviate, explain_arguments
+from layerjam.errors import LayerjamError, ProcedureError, explain_arguments, short_text
 from layerjam.simulate.quantities import CROSSHEAD_SPEED, VACUUM
 from layerjam.units import QuantitySpec, check, exact_text
 
@@ -107,7 +107,7 @@ class Procedure:
     def __post_init__(self) -> None:
         is_sequence = isinstance(self.steps, tuple | list)
         if not is_sequence or any(not isinstance(step, Step) for step in self.steps):
-            raise ProcedureError(f"procedure: {abbreviate(self.steps)} is not a tuple of steps")
+            raise ProcedureError(f"procedure: {short_text(self.steps)} is not a tuple of steps")
         if not self.steps:
             raise ProcedureError("procedure: it has no steps")
         if len(self.steps) > MAX_STEPS:
@@ -177,7 +177,7 @@ def parse_procedure(text: str) -> Procedure:
     """
     steps: list[Step] = []
     if not isinstance(text, str):
-        raise ProcedureError(f"procedure: {abbreviate(text)} is not a text such as 'vent'")
+        raise ProcedureError(f"procedure: {short_text(text)} is not a text such as 'vent'")
     for part in text.split(";"):
         sentence = " ".join(part.split())
         if not sentence:

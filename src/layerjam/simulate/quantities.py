@@ -6,12 +6,12 @@
 from collections.abc import Mapping
 
 from layerjam.device.mount import Site
-from layerjam.units import QuantitySpec, spec_of
+from layerjam.units import QuantitySpec, get_spec
 
 VACUUM = QuantitySpec(
     "Pa",
     "vacuum, the atmosphere minus the pressure inside,",
-    hi=spec_of(Site, "atmosphere").hi,
+    hi=get_spec(Site, "atmosphere").hi,
     example="94.5kPa",
     symbol="P",
     unlikely_below=200.0,
@@ -41,7 +41,7 @@ HELD = QuantitySpec("s", "time from shutting the line off to the taut rope", hi=
 SEED = QuantitySpec("1", "seed of the random number generator", hi=2**63 - 1, whole=True)
 
 
-def check_given(values: Mapping[str, float | None], limits: Mapping[str, QuantitySpec]) -> None:
+def check_inputs(values: Mapping[str, float | None], limits: Mapping[str, QuantitySpec]) -> None:
     """Raise QuantityError for a number that is not None and outside its limits."""
     for name, value in values.items():
         if value is not None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from layerjam._version import __version__
 from layerjam.device.file import BrakeFile
-from layerjam.device.load import accept_force, write_whole
+from layerjam.device.load import accept_force_option, store_file
 from layerjam.errors import FileError, MissingExtraError
 from layerjam.toml_files.table_text import comment, restore_comment
 from layerjam.units import QuantitySpec
@@ -93,7 +93,7 @@ class Record:
             "brake": self.brake.render(self.brake.name),
         }
 
-    @accept_force
+    @accept_force_option
     def to_csv(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write CSV: '#' header with the procedure and the whole brake, then columns with units."""
         head = self.header()
@@ -107,15 +107,15 @@ class Record:
         table = np.column_stack([values for _, values, _ in self.columns()])
         # repr gives the shortest digits that read back to the same number
         text.writelines(",".join(map(repr, row)) + "\n" for row in table.tolist())
-        return write_whole(path, text.getvalue(), overwrite)
+        return store_file(path, text.getvalue(), overwrite)
 
-    @accept_force
+    @accept_force_option
     def to_netcdf(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write NetCDF 3 through xarray and scipy."""
         dataset = self.to_xarray()
-        return write_whole(path, lambda p: dataset.to_netcdf(p, engine="scipy"), overwrite)
+        return store_file(path, lambda p: dataset.to_netcdf(p, engine="scipy"), overwrite)
 
-    @accept_force
+    @accept_force_option
     def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write .csv or .nc, depending on the path's extension; raises FileError for any other."""
         suffix = Path(path).suffix.lower()

@@ -18,17 +18,17 @@ UNMEASURED = Notice(
 )
 
 
-def follows_speed(brake: Brake) -> bool:
+def is_speed_dependent(brake: Brake) -> bool:
     """Return whether the friction of a brake (plain numbers) depends on the sliding speed."""
     return brake.speed_law is not None and brake.speed_law.power > 0
 
 
-def drop_idle_speed_law(brake: Brake) -> Brake:
+def remove_idle_speed_law(brake: Brake) -> Brake:
     """Return the brake without a speed law if that law has no effect."""
-    return brake if follows_speed(brake) else replace(brake, speed_law=None)
+    return brake if is_speed_dependent(brake) else replace(brake, speed_law=None)
 
 
-def stop_notices(
+def list_stop_notices(
     file: BrakeFile, fastest: float | None = None, error: float | None = None
 ) -> list[Notice]:
     """Return notices about a stop with a slip speed `fastest` [m/s] and an integration `error`."""
@@ -64,7 +64,7 @@ def speed_notices(file: BrakeFile, fastest: float) -> list[Notice]:
     ]
 
 
-def force_notices(file: BrakeFile, speed: float | None) -> list[Notice]:
+def list_force_notices(file: BrakeFile, speed: float | None) -> list[Notice]:
     """Return notices about a force at a sliding speed [m/s], None if no speed is requested."""
     law = file.brake.speed_law
     if law is None:
@@ -75,7 +75,7 @@ def force_notices(file: BrakeFile, speed: float | None) -> list[Notice]:
     return [Notice(f"the force is that of sheets sliding at {test_speed}", "at-test-speed")]
 
 
-def pull_notices(file: BrakeFile, speed: float) -> list[Notice]:
+def list_pull_notices(file: BrakeFile, speed: float) -> list[Notice]:
     """Return notices about a pull whose crosshead moves at up to a `speed` [m/s]."""
     words = (
         "friction follows the brake's [speed_law] at the speed of the crosshead or cord; "
@@ -84,7 +84,7 @@ def pull_notices(file: BrakeFile, speed: float) -> list[Notice]:
     return _law_notice(file, words, speed, unmeasured=speed > SLOW)
 
 
-def stack_notices(file: BrakeFile, speeds: Sequence[float]) -> list[Notice]:
+def list_stack_notices(file: BrakeFile, speeds: Sequence[float]) -> list[Notice]:
     """Return notices about a sheet-by-sheet pull; the first of `speeds` [m/s] sets its friction."""
     first = speeds[0]
     words = (
@@ -98,7 +98,7 @@ def stack_notices(file: BrakeFile, speeds: Sequence[float]) -> list[Notice]:
     return _law_notice(file, words, first, unmeasured=max(speeds) > SLOW)
 
 
-def slide_notices(file: BrakeFile, speed: float, fastest: float) -> list[Notice]:
+def list_slide_notices(file: BrakeFile, speed: float, fastest: float) -> list[Notice]:
     """Return notices about stick–slip at a crosshead speed and a highest sliding speed [m/s]."""
     words = (
         "kinetic friction follows the brake's [speed_law] at the speed of the sliding sheets; "
@@ -122,6 +122,6 @@ def _law_notice(
     """Return a notice on how friction follows the speed law, or that no law was measured."""
     if file.brake.speed_law is None:
         return [UNMEASURED] if unmeasured else []
-    if not follows_speed(file.brake):
+    if not is_speed_dependent(file.brake):
         return []
     return [Notice(words, "speed-law"), *speed_notices(file, fastest)]

@@ -15,7 +15,7 @@ from layerjam.mechanics.stack.pull import StackPull, pull_stack
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return
 from layerjam.simulate.record import Outcome, TensileRecord
-from layerjam.simulate.speed import stack_notices
+from layerjam.simulate.speed import list_stack_notices
 from layerjam.simulate.stack_layout import Housing, Interfaces, make_fanned_friction, stack_of
 from layerjam.simulate.tensile import outcome_warnings
 
@@ -131,7 +131,7 @@ def tensile_stack(
         warnings=(
             *file.warnings(),
             *outcome_warnings(outcome, vacuum, path[:count], slip, brake),
-            *stack_notices(file, speeds),
+            *list_stack_notices(file, speeds),
         ),
     )
     return record, result

@@ -55,7 +55,7 @@ class FannedFriction:
             return unit * steep * reach, reach, self.ratio * static_factor / factor
         return unit * steep * reach, reach, np.ones_like(reach)
 
-    def put(self, slip: Any, stack: Stack) -> bool:
+    def apply_to_stack(self, slip: Any, stack: Stack) -> bool:
         """Write the tangents at a slip [m] into the stack's arrays, except the walls of a housing.
 
         `slip` has an entry for every interface of the stack. Returns False once no sheets overlap.
@@ -66,6 +66,8 @@ class FannedFriction:
         if self.ratio > 1:
             stack.ratio[first:last] = ratio
         return bool((slip[first:last] < self.length * (1 - 1e-9)).any())
+
+    put = apply_to_stack  # former name
 
 
 def _interface_factors(slip: Array, fan: Fan) -> tuple[Array, Array]:
@@ -214,7 +216,7 @@ def stack_of(
     )
     fan = fanned_friction(brake, vacuum, friction, length, static)
     if fan is not None:
-        fan.put(np.zeros(count - 1), stack)
+        fan.apply_to_stack(np.zeros(count - 1), stack)
     return stack if housing is None else _add_walls(stack, housing)
 
 

@@ -21,9 +21,9 @@ from layerjam.mechanics.stick_slip.laws import critical_speed, film_curve, slow_
 from layerjam.mechanics.stick_slip.slide import CLOSED, SEPARATED, STEADY, TOO_LONG, slide
 from layerjam.mechanics.stick_slip.slide_step import Slide
 from layerjam.mechanics.stiffness import stiffness_before_slip, working_stiffness
-from layerjam.simulate.quantities import CROSSHEAD_SPEED, ELONGATION, MASS, VACUUM, check_given
+from layerjam.simulate.quantities import CROSSHEAD_SPEED, ELONGATION, MASS, VACUUM, check_inputs
 from layerjam.simulate.record import Outcome, PullRecord, column, header_values
-from layerjam.simulate.speed import follows_speed
+from layerjam.simulate.speed import is_speed_dependent
 from layerjam.units import QuantitySpec, show
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -167,7 +167,7 @@ def make_slide(
         start=0.0 if frozen else slip,
         events=np.inf,
         tolerance=TOLERANCE,
-        law=brake.speed_law if follows_speed(brake) else None,
+        law=brake.speed_law if is_speed_dependent(brake) else None,
     )
 
 
@@ -226,7 +226,7 @@ def stick_slip(
     replace(VACUUM, hi=brake.site.atmosphere).check(vacuum, "vacuum")
     inputs = {"speed": speed, "mass": mass, "mount_stiffness": mount_stiffness, "travel": travel}
     options = {"damping": damping, "hold": hold, "step": None if step == np.inf else step}
-    check_given({**inputs, **options}, LIMITS)
+    check_inputs({**inputs, **options}, LIMITS)
     _check_hold(hold, step)
     motion: dict[str, Any] = {
         "vacuum": vacuum,

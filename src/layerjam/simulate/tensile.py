@@ -24,9 +24,9 @@ from layerjam.simulate.first_pull import (
     overstretch_error,
 )
 from layerjam.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return, Vent
-from layerjam.simulate.quantities import LEAK_TIME, check_given
+from layerjam.simulate.quantities import LEAK_TIME, check_inputs
 from layerjam.simulate.record import Outcome, TensileRecord
-from layerjam.simulate.speed import follows_speed, pull_notices
+from layerjam.simulate.speed import is_speed_dependent, list_pull_notices
 from layerjam.units import show
 
 SAMPLES = 400
@@ -37,7 +37,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 @law
-def _pull_events(vacuum: float, brake: Brake) -> tuple[float, float, float]:
+def _find_pull_events(vacuum: float, brake: Brake) -> tuple[float, float, float]:
     k, overlap = working_stiffness(brake), brake.sheets.overlap
     onset = sheet_friction(0.0, vacuum, brake) / k
     separation = overlap + enclosure_force(overlap, vacuum, brake) / k
@@ -80,7 +80,7 @@ def _sample_path(
             instants = time + step.duration * np.arange(1, samples + 1) / samples
             blocks.append(_make_rows(instants, start, remaining(instants), pace))
         else:
-            positions = _move_samples(step, start, vacuum, fix_speed(step.speed, brake))
+            positions = _sample_move(step, start, vacuum, fix_speed(step.speed, brake))
             instants = time + np.abs(positions - start) / step.speed
             blocks.append(_make_rows(instants, positions, remaining(instants), step.speed))
     times, elongations, vacuums, speeds = np.concatenate(blocks, axis=1)
@@ -91,11 +91,11 @@ def _make_rows(time: Any, elongation: Any, vacuum: Any, speed: Any) -> Array:
     return np.array(np.broadcast_arrays(np.atleast_1d(time), elongation, vacuum, speed))
 
 
-def _move_samples(step: Pull | Return, start: float, vacuum: float, brake: Brake) -> Array:
+def _sample_move(step: Pull | Return, start: float, vacuum: float, brake: Brake) -> Array:
     """Return the elongations of a move's samples, including the events of a pull."""
     if isinstance(step, Return):
         return np.linspace(start, step.end, SAMPLES + 1)[1:]
-    find_events = _pull_events if brake.hyperelastic is None else first_events
+    find_events = _find_pull_events if brake.hyperelastic is None else first_events
     events = np.array([float(e) for e in find_events(vacuum, brake)])
     # the grid may end after separation, as nothing is simulated beyond
     end = min(step.end, max(start, *events) * 1.001 + 1e-9)
@@ -111,7 +111,7 @@ def _run_history(
 ) -> tuple[Cycle, Engine]:
     if brake.hyperelastic is not None and is_first_pull(elongation, vacuum):
         return run_in_blocks(lambda u, p: first_pull(u, p, brake), elongation, vacuum), "law"
-    return follow_history(elongation, vacuum, brake, speed if follows_speed(brake) else None)
+    return follow_history(elongation, vacuum, brake, speed if is_speed_dependent(brake) else None)
 
 
 def _largest_return(slip: Array) -> float:
@@ -161,7 +161,7 @@ def tensile(
             "vacuum",
             f"{show(highest, 'Pa')} exceeds atmospheric pressure, {show(atmosphere, 'Pa')}",
         )
-    check_given({"leak time": leak_time}, {"leak time": LEAK_TIME})
+    check_inputs({"leak time": leak_time}, {"leak time": LEAK_TIME})
     time, elongation, vacuum, speed = _sample_path(procedure, brake, leak_time)
     if brake.hyperelastic is not None:
         check_hyperelastic(vacuum, brake)
@@ -202,5 +202,5 @@ def tensile(
         procedure=procedure.text(),
         brake=file,
         engine=engine,
-        warnings=(*file.warnings(), *warnings, *pull_notices(file, float(speed.max()))),
+        warnings=(*file.warnings(), *warnings, *list_pull_notices(file, float(speed.max()))),
     )

@@ -26,7 +26,7 @@ class ToPeak:
     """Vacuum [Pa] or number of sheets with that peak."""
 
 
-def vacuum_to_peak(peak_at: Callable[[float], float], force: float, limit: float) -> ToPeak:
+def find_vacuum_for_peak(peak_at: Callable[[float], float], force: float, limit: float) -> ToPeak:
     """Return the vacuum [Pa], from zero to `limit`, at which a pull peaks at a force [N].
 
     `peak_at` returns the peak [N], which rises with the vacuum. The root is bracketed, then found
@@ -45,7 +45,7 @@ def vacuum_to_peak(peak_at: Callable[[float], float], force: float, limit: float
     return ToPeak(root, peak_at(root), root)
 
 
-def sheets_to_peak(peak_at: Callable[[int], float], force: float, limit: int) -> ToPeak:
+def find_sheet_count_for_peak(peak_at: Callable[[int], float], force: float, limit: int) -> ToPeak:
     """Return the number of sheets, from two to `limit`, whose pull peaks nearest to a force [N].
 
     `peak_at` returns the peak [N], which rises with the number. The value, found by bisection, is

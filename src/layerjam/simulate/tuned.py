@@ -16,8 +16,8 @@ from layerjam.device.brake import Brake
 from layerjam.device.mount import Rope
 from layerjam.mechanics.stop.tune import speed_range, tuned_stop
 from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS, STOP_TRAVEL
-from layerjam.simulate.speed import drop_idle_speed_law, follows_speed
-from layerjam.units import spec_of
+from layerjam.simulate.speed import is_speed_dependent, remove_idle_speed_law
+from layerjam.units import get_spec
 
 Array = npt.NDArray[np.float64]
 MOST_SHEETS, MOST_BRAKES = 499, 999
@@ -55,7 +55,7 @@ class Case:
             changes["brake"] = replace(self.brake, sheets=sheets)
         return replace(self, **changes)
 
-    def per_brake(self) -> tuple[Any, ...]:
+    def values_per_brake(self) -> tuple[Any, ...]:
         """Return the arguments of `tuned_stop`: each brake carries its share of mass and rope."""
         rope = None if self.rope is None else self.rope / self.share
         mass = self.mass / self.share
@@ -70,15 +70,15 @@ def tuning_vacuum(case: Case) -> float | None:
 
 def _tuning_arguments(case: Case) -> tuple[Any, ...]:
     """Return the arguments of `tuned_stop`, all of the same shape if every stop is integrated."""
-    mass, speed, travel, rope, gravity, brake = case.per_brake()
-    if not follows_speed(brake):
-        return mass, speed, travel, rope, gravity, drop_idle_speed_law(brake)
+    mass, speed, travel, rope, gravity, brake = case.values_per_brake()
+    if not is_speed_dependent(brake):
+        return mass, speed, travel, rope, gravity, remove_idle_speed_law(brake)
     mass, speed, travel = (np.zeros(FEW) + value for value in (mass, speed, travel))
     return mass, speed, travel, rope, gravity, brake
 
 
 def _batch_size(case: Case, size: int = AT_ONCE) -> int:
-    return FEW if follows_speed(case.brake) else size
+    return FEW if is_speed_dependent(case.brake) else size
 
 
 def can_tune(case: Case, name: str, values: Array) -> npt.NDArray[np.bool_]:
@@ -101,7 +101,7 @@ def _can_tune_batch(case: Case, name: str, values: Array, size: int) -> npt.NDAr
     return np.isfinite(vacuums)[: len(values)]
 
 
-def _first_tunable(case: Case, name: str, values: Array) -> Any:
+def _first_tunable_value(case: Case, name: str, values: Array) -> Any:
     """Return the first value with which the single case can be tuned, or None."""
     size = _batch_size(case)
     for i in range(0, len(values), size):
@@ -125,7 +125,7 @@ def suggest_travel(case: Case) -> float | None:
         k = int(fine[0])
         before = side[k - 1] if k else case.travel
         candidates = _round_travels(np.linspace(before, side[k], count + 1)[1:], usable)
-        travel = _first_tunable(case, "travel", candidates[candidates != case.travel])
+        travel = _first_tunable_value(case, "travel", candidates[candidates != case.travel])
         if travel is not None:
             return float(travel)
     return None
@@ -141,7 +141,7 @@ def suggest_sheet_count(case: Case) -> int | None:
     """Return the next larger number of sheets that works, otherwise the nearest smaller one."""
     count = case.brake.sheets.count
     greater, fewer = range(count + 1, MOST_SHEETS + 1), range(min(count - 1, MOST_SHEETS), 1, -1)
-    number = _first_tunable(case, "count", np.array([*greater, *fewer], float))
+    number = _first_tunable_value(case, "count", np.array([*greater, *fewer], float))
     return None if number is None else int(number)
 
 
@@ -149,9 +149,9 @@ def suggest_brake_count(case: Case) -> int | None:
     """Return the smallest number of parallel brakes that works, each with its share of the rope."""
     limit = min(float(MOST_BRAKES), case.mass / MASS.lo)
     if case.rope is not None:
-        limit = min(limit, case.rope / spec_of(Rope, "stiffness").lo)
+        limit = min(limit, case.rope / get_spec(Rope, "stiffness").lo)
     shares = np.arange(2.0, limit + 1)
-    share = _first_tunable(case, "share", shares) if shares.size else None
+    share = _first_tunable_value(case, "share", shares) if shares.size else None
     return None if share is None else int(share)
 
 
@@ -186,9 +186,9 @@ def find_tunable_speeds(case: Case) -> tuple[float, float] | None:
     first, last = _longest_run(fine)
     slowest, fastest = grid[first], grid[last]
     if first:
-        slowest = _last_tunable(case, np.linspace(slowest, grid[first - 1], count))
+        slowest = _last_tunable_value(case, np.linspace(slowest, grid[first - 1], count))
     if last + 1 < len(grid):
-        fastest = _last_tunable(case, np.linspace(fastest, grid[last + 1], count))
+        fastest = _last_tunable_value(case, np.linspace(fastest, grid[last + 1], count))
     ends = tuple(_confirm_end(case, v, grid[(first + last) // 2]) for v in (slowest, fastest))
     return None if None in ends else (ends[0], ends[1])  # type: ignore[return-value]
 
@@ -200,7 +200,7 @@ def _longest_run(fine: npt.NDArray[np.bool_]) -> tuple[int, int]:
     return int(starts[k]), int(ends[k]) - 1
 
 
-def _last_tunable(case: Case, values: Array) -> float:
+def _last_tunable_value(case: Case, values: Array) -> float:
     fine = can_tune(case, "speed", values)
     fails = np.flatnonzero(~fine)
     return float(values[max(int(fails[0]) - 1, 0)] if fails.size else values[-1])

@@ -68,9 +68,11 @@ class History:
         left = vacuum * np.linspace(1.0, 1.0 / LEAK_SAMPLES, LEAK_SAMPLES) ** 2
         return cls(holding_time(left, vacuum, 1 / leak_time, atmosphere) - held, left)
 
-    def at(self, time: Any) -> Array:
+    def interpolate(self, time: Any) -> Array:
         """Return the vacuum [Pa] at times [s]."""
         return np.asarray(np.interp(time, self.time, self.vacuum))
+
+    at = interpolate  # former name
 
     def check_site(self, atmosphere: float) -> None:
         """Raise QuantityError if the vacuum exceeds the atmosphere [Pa]."""
@@ -93,6 +95,6 @@ class History:
         if first < 0:
             return [
                 f"the history begins {show(-first, 's')} before the rope is taut; the drop starts "
-                f"at time 0 of the history with {show(float(self.at(0.0)), 'Pa')}"
+                f"at time 0 of the history with {show(float(self.interpolate(0.0)), 'Pa')}"
             ]
         return []

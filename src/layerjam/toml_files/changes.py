@@ -127,7 +127,7 @@ class RecordFile(ABC, Generic[R]):
         return cls(name=name, title=title, sources=reader.sources, text=reader.text, **fields)
 
     @classmethod
-    def of(cls, record: R, name: str = "unnamed") -> Self:
+    def from_record(cls, record: R, name: str = "unnamed") -> Self:
         """Return the file of a plain record; raises FileError if a file cannot hold it."""
         fields: dict[str, Any] = {cls.holds: record}
         bare = cls(name=name, sources={}, text="", **fields)
@@ -203,7 +203,7 @@ class RecordFile(ABC, Generic[R]):
         new_text = update_text(text, self.fields, edits, name=name, tables=tables)
         return self.read(new_text, f"{self.holds} {(name or self.name)[:80]}")
 
-    from_reader, edited = build_from_reader, edit  # former names
+    from_reader, edited, of = build_from_reader, edit, from_record  # former names
 
     def _is_text_current(self) -> bool:
         """Return whether the text describes the record; a replaced record may differ."""

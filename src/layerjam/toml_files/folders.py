@@ -20,7 +20,7 @@ DAY = 86_400.0
 
 
 @contextlib.contextmanager
-def hidden_folder(parent: Path) -> Iterator[Path]:
+def make_hidden_folder(parent: Path) -> Iterator[Path]:
     """Create a hidden folder in `parent` in which to prepare another folder; remove it at the end.
 
     Hidden folders of killed runs in `parent` are removed first. Raises OSError.
@@ -29,15 +29,15 @@ def hidden_folder(parent: Path) -> Iterator[Path]:
     while True:
         folder = parent / f".layerjam-{secrets.token_hex(8)}"
         folder.mkdir()
-        lock = _lock(folder, wait=True)
+        lock = _lock_folder(folder, wait=True)
         if folder.is_dir():  # another run may have removed it before it was locked
             break
-        _unlock(lock)
+        _unlock_folder(lock)
     try:
         yield folder
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-        _unlock(lock)
+        _unlock_folder(lock)
 
 
 def clear_leftovers(parent: Path) -> None:
@@ -50,12 +50,12 @@ def clear_leftovers(parent: Path) -> None:
             with contextlib.suppress(OSError):
                 if folder.is_symlink() or not folder.is_dir():
                     continue
-                lock = _lock(folder)
+                lock = _lock_folder(folder)
                 if lock is None and not _is_stale_without_locks(folder):
                     continue
-                _restore(folder)
+                _restore_folder(folder)
                 shutil.rmtree(folder, ignore_errors=True)
-                _unlock(lock)
+                _unlock_folder(lock)
 
 
 def write_files(folder: Path, content: Mapping[str, str | bytes]) -> None:
@@ -74,7 +74,7 @@ def replace_folder(source: Path, out: Path) -> None:
     """
     if not out.exists():
         os.rename(source, out)
-    elif not _exchange(source, out):
+    elif not _exchange_folders(source, out):
         old = source.with_name(OLD)
         source.with_name(TARGET).write_text(str(out.absolute()), encoding="utf-8")
         os.rename(out, old)
@@ -85,7 +85,7 @@ def replace_folder(source: Path, out: Path) -> None:
             raise
 
 
-def _restore(left: Path) -> None:
+def _restore_folder(left: Path) -> None:
     """Restore a folder that a killed run had moved away."""
     if (left / OLD).is_dir() and (left / TARGET).is_file():
         target = Path((left / TARGET).read_text(encoding="utf-8"))
@@ -93,7 +93,7 @@ def _restore(left: Path) -> None:
             os.rename(left / OLD, target)
 
 
-def _lock(folder: Path, wait: bool = False) -> int | None:
+def _lock_folder(folder: Path, wait: bool = False) -> int | None:
     """Lock a folder while this process runs; return None if another process has locked it.
 
     Returns None also on systems that cannot lock folders.
@@ -108,7 +108,7 @@ def _lock(folder: Path, wait: bool = False) -> int | None:
     return None
 
 
-def _unlock(handle: int | None) -> None:
+def _unlock_folder(handle: int | None) -> None:
     if handle is not None:
         os.close(handle)
 
@@ -118,7 +118,7 @@ def _is_stale_without_locks(folder: Path) -> bool:
     return os.name == "nt" and time.time() - folder.stat().st_mtime > DAY
 
 
-def _exchange(first: Path, second: Path) -> bool:
+def _exchange_folders(first: Path, second: Path) -> bool:
     """Exchange two paths in one step (renameat2 on Linux); False if the system cannot."""
     with contextlib.suppress(OSError, AttributeError, TypeError):  # Windows rejects CDLL(None)
         library = ctypes.CDLL(None, use_errno=True)

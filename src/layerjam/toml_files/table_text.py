@@ -21,7 +21,7 @@ Cell = str | float | None
 def format_cell(value: Cell) -> str:
     """Return a value as a cell: a number with all its digits, None as an empty text."""
     if isinstance(value, str):
-        return _guard(value)
+        return _guard_cell(value)
     return "" if value is None else repr(value)
 
 
@@ -39,7 +39,7 @@ def comment(text: str) -> str:
     """Return a comment line above a table; line ends in the text become spaces."""
     line = "# " + " ".join(text.splitlines())
     for piece in _PIECES:
-        line = piece.sub(lambda m: _guard(m[0]), line)
+        line = piece.sub(lambda m: _guard_cell(m[0]), line)
     return line
 
 
@@ -50,7 +50,7 @@ def restore_comment(line: str) -> str:
     return line
 
 
-def _guard(text: str) -> str:
+def _guard_cell(text: str) -> str:
     return f"'{text}" if _FORMULA.match(text) else text
 
 

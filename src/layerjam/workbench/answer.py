@@ -13,9 +13,9 @@ from types import MappingProxyType
 from typing import Any
 
 from layerjam.commands.results import Result
-from layerjam.errors import LayerjamError, quantity_of
+from layerjam.errors import LayerjamError, find_error_quantity
 from layerjam.report.style import Figure, save
-from layerjam.verdict import failures_of
+from layerjam.verdict import list_failures
 from layerjam.workbench.call import Call, CallExport, as_python, disambiguate, python_parts
 from layerjam.workbench.state import Pin
 from layerjam.workbench.widgets import one_line
@@ -48,7 +48,7 @@ class Answer:
     def failures(self) -> Sequence[str]:
         """Sentences about failed checks of the numbers, including those of pinned curves."""
         results = [self.result, *(pin.answer.result for pin in self.pins)]
-        return failures_of(*(result for result in results if result is not None))
+        return list_failures(*(result for result in results if result is not None))
 
     @property
     def pinned_answers(self) -> "Mapping[str, Answer]":
@@ -102,7 +102,7 @@ def try_call(call: Call, **more: Any) -> Answer:
     try:
         return Answer(call, call.run(**more))
     except LayerjamError as err:
-        return Answer(call, refusal=one_line(err), quantity=quantity_of(err))
+        return Answer(call, refusal=one_line(err), quantity=find_error_quantity(err))
 
 
 def collect_answers(result: Any) -> list[Answer]:

@@ -14,7 +14,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import LayerjamError, Notice
 from layerjam.fluid.file import LineFile
 from layerjam.identify.provenance import rename_files
-from layerjam.system import typed_line
+from layerjam.system import format_command_line
 
 if TYPE_CHECKING:
     from layerjam.commands.declare import Parameter
@@ -161,7 +161,7 @@ class Call:
                     w for text in _cli_words(_plain_value(value)) for w in (spec.option, text)
                 ]
         words += ["--out", self.out, "--overwrite"] if self.out else []
-        return _file_note([self]) + typed_line(words)
+        return _file_note([self]) + format_command_line(words)
 
 
 def as_python(

@@ -14,7 +14,7 @@ from layerjam.measure.conditions import LIST, parse_list
 from layerjam.measure.sidecar import FOLDER, Facts, format_facts, parse_facts
 from layerjam.toml_files.toml import MAX_BYTES, decode_toml, parse_toml
 from layerjam.toml_files.writer import dump_toml
-from layerjam.units import QuantitySpec, build, show, spec_of
+from layerjam.units import QuantitySpec, build, get_spec, show
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.kinds import toml_kind
 from layerjam.workbench.session import ENDING, from_session
@@ -337,5 +337,5 @@ def _sidecar_values(text: str) -> dict[str, Any]:
 
 
 def _fact_text(key: str, value: Any) -> str:
-    spec = spec_of(Facts, key)
+    spec = get_spec(Facts, key)
     return show(value, spec.unit) if isinstance(spec, QuantitySpec) else f"'{value}'"

@@ -9,7 +9,7 @@ from nicegui import Client, background_tasks, run, ui
 
 from layerjam.commands.pull_by_pull import HEADS, TITLE, format_cells
 from layerjam.commands.wording import format_words
-from layerjam.errors import quantity_of
+from layerjam.errors import find_error_quantity
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, collect_answers
 from layerjam.workbench.call import Call, Options, result_fields
@@ -182,7 +182,7 @@ class Page(View):
         if self.client is None or self.client.is_deleted:  # the tab was closed in the meantime
             return
         refusals = [] if problem else [(a.quantity, a.refusal) for a in collect_answers(result)]
-        self._show_problems([*refusals, (quantity_of(self.runner.error), problem)])
+        self._show_problems([*refusals, (find_error_quantity(self.runner.error), problem)])
         if self.problem is not None:
             self.problem.show_error(problem)
         if not problem:

@@ -9,7 +9,7 @@ from nicegui import background_tasks, run, ui
 
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.fluid.closed_forms import reachable_vacuum
-from layerjam.simulate.to_peak import ToPeak, sheets_to_peak, vacuum_to_peak
+from layerjam.simulate.to_peak import ToPeak, find_sheet_count_for_peak, find_vacuum_for_peak
 from layerjam.units import QuantitySpec, exact_text, show
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.controls import Choice, add_unit, choice, number_field, on_typed, read_word
@@ -123,13 +123,13 @@ class PeakSetting:
                 subject = Subject(file.name, resize_stack(file, count))
                 return float(replace(call, subjects=(subject,)).run().peak_force)
 
-            return sheets_to_peak(peak_with_count, force, MAX_SHEETS)
+            return find_sheet_count_for_peak(peak_with_count, force, MAX_SHEETS)
 
         def peak_at_vacuum(vacuum: float) -> float:
             options = {**call.options, "vacuum": exact_text(vacuum, "Pa")}
             return float(replace(call, options=options).run().peak_force)
 
-        return vacuum_to_peak(peak_at_vacuum, force, self.limit())
+        return find_vacuum_for_peak(peak_at_vacuum, force, self.limit())
 
     def _apply_result(self, result: ToPeak, force: float, by_sheets: bool) -> None:
         if result.value is None:

@@ -20,7 +20,7 @@ from layerjam.measure.run_text import make_run_facts
 from layerjam.measure.runs import ENDING, read_run
 from layerjam.measure.sidecar import Facts, read_facts
 from layerjam.measure.trace import Trace
-from layerjam.units import show, spec_of
+from layerjam.units import get_spec, show
 from layerjam.workbench.kinds import OTHER_READERS, other_reader
 
 FRICTION, CALIBRATE, VALIDATE, ASIDE = "friction", "calibrate", "validate", "aside"
@@ -108,7 +108,7 @@ def read_name(name: str) -> dict[str, SourcedValue]:
         values["role"] = SourcedValue(CALIBRATE, _source_name(pull[0]))
     for fact, text, written_as in _find_quantities(stem, bool(friction)):
         try:
-            spec_of(Facts, fact).read(text, fact)
+            get_spec(Facts, fact).read(text, fact)
         except LayerjamError:
             continue
         values[fact] = SourcedValue(text, _source_name(written_as))
@@ -212,7 +212,7 @@ def _find_conditions(
 
 
 def _quantity_text(fact: str, value: float) -> str:
-    return show(value, spec_of(Facts, fact).unit)
+    return show(value, get_spec(Facts, fact).unit)
 
 
 def _find_role(
@@ -280,7 +280,7 @@ def column_vacuum(path: Path, index: int, unit: str, names: Sequence[str]) -> So
     values = read_column(path, index, unit, "Pa")
     middle = float(np.median(values))
     text = show(middle, "Pa", 4)
-    spec_of(Facts, "vacuum").read(text, f"column '{names[index]}'")
+    get_spec(Facts, "vacuum").read(text, f"column '{names[index]}'")
     low, high = (show(float(v), "Pa", 3) for v in (values.min(), values.max()))
     return SourcedValue(text, f"its column '{names[index]}': median of {low} to {high}")
 
@@ -311,4 +311,4 @@ def _stated_vacuum(item: Proposal) -> float | None:
     value = item.facts.get("vacuum")
     if value is None or not value.text:
         return None
-    return float(spec_of(Facts, "vacuum").read(value.text, "vacuum"))
+    return float(get_spec(Facts, "vacuum").read(value.text, "vacuum"))

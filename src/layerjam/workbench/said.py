@@ -16,7 +16,7 @@ from layerjam.measure.preview import Preview
 from layerjam.measure.readers.unit_words import ROLES as ROLES_OF_PULLS
 from layerjam.measure.sidecar import READ, Facts
 from layerjam.toml_files.writer import dump_toml
-from layerjam.units import spec_of
+from layerjam.units import get_spec
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.proposals import (
     ASIDE,
@@ -72,7 +72,7 @@ def check_edit(changes: Mapping[str, str]) -> None:
     """Raise LayerjamError for an invalid metadata entry or reading option."""
     facts, answers = _facts_and_answers(changes)
     for name, text in facts.items():
-        spec_of(Facts, name).read(text, name.replace("_", " "))
+        get_spec(Facts, name).read(text, name.replace("_", " "))
     ReadingOptions(**answers).entries(ROLES_OF_PULLS)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.errors import FitError, MissingExtraError, count_noun
+from layerjam.errors import FitError, MissingExtraError, count_text
 from layerjam.identify.bayes.checks import check_bayes_fit
 from layerjam.identify.bayes.model import Sites, choose_start, prior_moments, priors, reduce_curves
 from layerjam.identify.bayes.posterior import BayesFit, Population
@@ -147,7 +147,7 @@ def calibrate_bayesian(
     return Calibration(
         values=values,
         standard_errors=errors,
-        errors_rest_on=f"the posterior over {count_noun(count, 'pull')}",
+        errors_rest_on=f"the posterior over {count_text(count, 'pull')}",
         intervals=intervals,
         contributions=(repeats, fitted_enclosure_line()),
         mountings=mounting.groups,

@@ -8,7 +8,7 @@ import numpy as np
 
 from layerjam._version import __version__
 from layerjam.device.brake import Brake
-from layerjam.device.load import accept_force, write_whole
+from layerjam.device.load import accept_force_option, store_file
 from layerjam.errors import MissingExtraError
 from layerjam.identify.bayes.model import FLOOR, RULE, Prior
 from layerjam.identify.checks import Check
@@ -171,7 +171,7 @@ class BayesFit:
         prior_text = prior.text() if name != "correlation" else prior.why
         return _summarise_draws(draws, spec, *chain_agreement(draws), prior_text)
 
-    @accept_force
+    @accept_force_option
     def to_csv(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write the draws as CSV: a '#' header with rule, priors and checks, then SI columns."""
         import pandas
@@ -182,7 +182,7 @@ class BayesFit:
         table = pandas.DataFrame({name: values.ravel() for name, values in columns.items()})
         head = "".join(comment(f"{key}: {value}") + "\n" for key, value in self.header().items())
         text = head + table.to_csv(index=False, lineterminator="\n")
-        return write_whole(path, text, overwrite)
+        return store_file(path, text, overwrite)
 
     def header(self) -> dict[str, str]:
         """Return the header lines above the draws."""
@@ -208,11 +208,11 @@ class BayesFit:
         coords = {"curve": [Path(p).name for p in self.paths]}
         return xarray.Dataset(data, coords=coords, attrs=self.header())
 
-    @accept_force
+    @accept_force_option
     def to_netcdf(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write all draws as NetCDF 3."""
         data = self.to_xarray()
-        return write_whole(path, lambda p: data.to_netcdf(p, engine="scipy"), overwrite)
+        return store_file(path, lambda p: data.to_netcdf(p, engine="scipy"), overwrite)
 
 
 def _summarise_draws(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.errors import FitError, count_noun
+from layerjam.errors import FitError, count_text
 from layerjam.identify.calibration.budget import Peak, enclosure_line, name_scatter, scatter_line
 from layerjam.identify.calibration.influence import estimate_covariance, make_estimates
 from layerjam.identify.calibration.intervals import Interval, Population
@@ -42,7 +42,7 @@ from layerjam.mechanics.pull import (
     scale_factor_of_peak,
 )
 from layerjam.mechanics.stiffness import stiffness_before_slip
-from layerjam.simulate.speed import follows_speed
+from layerjam.simulate.speed import is_speed_dependent
 from layerjam.units import show
 
 WINDOW = (
@@ -79,7 +79,7 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     if pull.peak_samples < FEWEST:
         raise FitError.of(
             pull.path,
-            f"has {count_noun(pull.peak_samples, 'sample')} between onset and a fall of {FALL:.0%} "
+            f"has {count_text(pull.peak_samples, 'sample')} between onset and a fall of {FALL:.0%} "
             f"from the peak; at least {FEWEST} are needed to calibrate on it",
         )
     factor = float(scale_factor_of_peak(pull.peak_force, vacuum, brake))
@@ -224,7 +224,7 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
     scatter = fields.pop("scatter")[a]
     repeats = scatter_line(scatter, values[a], name_scatter(mounting.groups, count))
     peak = f"peak of {files}, with kinetic friction {brake.film.kinetic:.4g}"
-    if follows_speed(brake) and brake.speed_law is not None:
+    if is_speed_dependent(brake) and brake.speed_law is not None:
         peak += f", at {show(brake.speed_law.test_speed, 'm/s')} (brake's [speed_law])"
     rises = ", ".join(Path(f.pull.path).name for f in fits if f.stiffness is not None)
     slope = f"slope before onset of {rises}"

@@ -13,7 +13,7 @@ from scipy import special
 
 from layerjam.device.brake import Brake
 from layerjam.device.load import devices, load
-from layerjam.errors import FitError, count_noun
+from layerjam.errors import FitError, count_text
 from layerjam.identify.calibration.forward import LEAST_ENCLOSURE
 from layerjam.identify.calibration.influence import Influence, number_names
 from layerjam.identify.calibration.intervals import Interval, quantile
@@ -31,7 +31,7 @@ from layerjam.identify.checks import (
 from layerjam.identify.curves import Curve
 from layerjam.identify.straight import fit_line
 from layerjam.mechanics.stiffness import stiffness_before_slip
-from layerjam.units import show, spec_of
+from layerjam.units import get_spec, show
 
 WORDS = {
     "scale_factor": "scale factor",
@@ -129,7 +129,7 @@ def check_bounds(values: Mapping[str, float]) -> Check:
     """Check that no parameter is at a bound of its quantity."""
     bounds: dict[str, tuple[float | None, float | None]] = {}
     for field in ("scale_factor", "stiffness_measured", "pressure_exponent"):
-        spec = spec_of(Brake, field)
+        spec = get_spec(Brake, field)
         bounds[field.removesuffix("_measured")] = (spec.lo, spec.hi)
     bounds["enclosure_factor"] = (10 * LEAST_ENCLOSURE, 100.0)
     at_bounds = []
@@ -171,13 +171,13 @@ def check_repeats(fit: JointFit) -> Check:
         return warn_about_single_pull()
     deviations = fit.own.own[:, 0] - (fit.design @ fit.population.estimate + fit.held)[:, 0]
     fitted_count = int(np.any(fit.design[:, 0] != 0, axis=0).sum())
-    spread, basis = _pooled_sd(deviations, [range(count)], fitted_count), count_noun(count, "pull")
+    spread, basis = _pooled_sd(deviations, [range(count)], fitted_count), count_text(count, "pull")
     groups = [g for g in fit.groups if len(g) > 1]
     if groups:
         basis += " about the law they share"
         alike = _pooled_sd(deviations, groups)
         if alike <= spread:
-            condition_count = count_noun(len(groups), "condition")
+            condition_count = count_text(len(groups), "condition")
             spread, basis = alike, f"{sum(map(len, groups))} pulls of {condition_count}"
     noise = np.sqrt(np.abs(np.linalg.pinv(fit.own.information)[:, 0, 0]))
     return check_scatter(spread, float(np.median(noise)), basis)

@@ -31,7 +31,7 @@ from layerjam.identify.pull.features import LINEAR
 from layerjam.identify.shape import SHAPE
 from layerjam.identify.single_pulls import check_single_pulls
 from layerjam.identify.speed import friction_growth
-from layerjam.simulate.speed import follows_speed
+from layerjam.simulate.speed import is_speed_dependent
 from layerjam.toml_files.source import Source
 from layerjam.units import show
 
@@ -139,7 +139,7 @@ def _make_brake_sources(
             f", at {show(fit.reference_speed, 'm/s')}; its logarithm changes by "
             f"{values['speed_slope']:+.3g} per decade of speed"
         )
-    elif follows_speed(brake) and brake.speed_law is not None:
+    elif is_speed_dependent(brake) and brake.speed_law is not None:
         condition = f", at {show(brake.speed_law.test_speed, 'm/s')} (brake's [speed_law])"
     sources = make_shape_sources(brake, values, errors, text, condition=condition)
     if "pressure_exponent" in values:

@@ -17,7 +17,7 @@ import numpy as np
 from layerjam._version import __version__
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.device.mount import Site
-from layerjam.errors import FileError, FitError, count_noun
+from layerjam.errors import FileError, FitError, count_text
 from layerjam.identify.friction.agreement import check_friction
 from layerjam.identify.friction.breakaway import Breakaway, Inertia, find_breakaway, inertia_effect
 from layerjam.identify.friction.envelope import StickSlip, find_envelope
@@ -159,7 +159,7 @@ def reduce_repeat(
     if inside.sum() < FEWEST:
         raise FileError(
             trace.path,
-            f"only {count_noun(int(inside.sum()), 'sample')} between {show(span[0], 'm')} and "
+            f"only {count_text(int(inside.sum()), 'sample')} between {show(span[0], 'm')} and "
             f"{show(span[1], 'm')} of travel; at least {FEWEST} are needed",
         )
     mean = float(force[inside].mean())

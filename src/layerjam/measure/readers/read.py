@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from layerjam.errors import FileError, LayerjamError, QuantityError, abbreviate, explain_arguments
+from layerjam.errors import FileError, LayerjamError, QuantityError, explain_arguments, short_text
 from layerjam.measure.options import ReadingOptions, load_reading_options
 from layerjam.measure.readers import words
 from layerjam.measure.readers.columns import PULL, Header, shorten, split_unit
@@ -82,7 +82,7 @@ def open_traces(path: str | Path, options: ReadingOptions | None = None) -> list
     can be a tension test, or for a specimen that does not exist.
     """
     if not isinstance(path, str | Path):
-        raise QuantityError.of("path", f"{abbreviate(path)} is not text or a path")
+        raise QuantityError.of("path", f"{short_text(path)} is not text or a path")
     sidecar = load_reading_options(path)
     every = (options or ReadingOptions()).over(sidecar)
     sources = load_sources(path, every.sheet)

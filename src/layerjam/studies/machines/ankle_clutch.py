@@ -22,7 +22,7 @@ from layerjam.mechanics.ageing import aged_holding_force
 from layerjam.mechanics.fan import require_flat
 from layerjam.mechanics.friction import holding_force
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.simulate.speed import drop_idle_speed_law
+from layerjam.simulate.speed import remove_idle_speed_law
 from layerjam.studies.machines import restraint
 from layerjam.studies.machines.readiness import scale_line
 from layerjam.studies.machines.restraint import Strap
@@ -99,7 +99,7 @@ class AnkleClutch(Machine):
         vacuum = np.full_like(time, brakes.vacuum)
         if line is not None:
             vacuum = vacuum_after(time, brakes.vacuum, line)
-        brake = require_flat(drop_idle_speed_law(self.brake.brake), "the ankle clutch")
+        brake = require_flat(remove_idle_speed_law(self.brake.brake), "the ankle clutch")
         straps: Strap = restraint.make_strap(
             brakes.parallel, brakes.series, vacuum, self.spring.stiffness, brake
         )

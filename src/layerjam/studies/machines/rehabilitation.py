@@ -16,7 +16,7 @@ import numpy as np
 from layerjam.control.follow import MARGIN, Following, check_slew, follow, target_vacuums
 from layerjam.control.plant import linearise_line
 from layerjam.control.settings import Regulator
-from layerjam.errors import QuantityError, count_noun
+from layerjam.errors import QuantityError, count_text
 from layerjam.fluid.line import Sensor
 from layerjam.mechanics.friction import fix_speed
 from layerjam.mechanics.limits import self_closing_vacuum
@@ -214,7 +214,7 @@ class Rehabilitation(Machine):
     def describe_need(self, brakes: int, numbers: dict[str, Any]) -> str:
         """Describe the requirements in sentences."""
         words = (
-            f"The torque needs {count_noun(brakes, 'brake')} at full vacuum; the "
+            f"The torque needs {count_text(brakes, 'brake')} at full vacuum; the "
             f"device has {'one' if self.brakes.parallel == 1 else self.brakes.parallel}. "
         )
         if numbers["fastest_speed"] == 0:

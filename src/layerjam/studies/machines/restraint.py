@@ -32,7 +32,7 @@ from layerjam.mechanics.friction import brake_growth, friction_per_contact, grow
 from layerjam.mechanics.law import law
 from layerjam.mechanics.pull import rising_root
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.simulate.speed import drop_idle_speed_law
+from layerjam.simulate.speed import remove_idle_speed_law
 from layerjam.studies.machines.scenario import Array, Scenario
 
 ROOMS = (256, 4096)
@@ -325,7 +325,7 @@ class Trial(NamedTuple):
     def strap(self, **instead: Any) -> Strap:
         """Return the scenario's strap, with any of its values replaced."""
         brakes = self.scenario.brakes
-        brake = require_flat(drop_idle_speed_law(self.scenario.brake.brake), "the restraint")
+        brake = require_flat(remove_idle_speed_law(self.scenario.brake.brake), "the restraint")
         settings = {"parallel": brakes.parallel, "series": brakes.series, "vacuum": brakes.vacuum}
         strap: Strap = make_strap(**(settings | {"webbing": self.webbing} | instead), brake=brake)
         return strap

@@ -34,13 +34,13 @@ from layerjam.units import (
     QuantitySpec,
     check,
     get,
+    get_spec,
     like,
     nested,
     parse,
     quantity,
     record,
     show,
-    spec_of,
 )
 
 S = TypeVar("S", bound="Scenario")
@@ -181,7 +181,7 @@ def _declared_field(declaration: Mapping[str, Any]) -> Any:
     """Return the declared field, or None if a table of fields is declared."""
     if "like" in declaration:
         owner, name = str(declaration["like"]).split(".")
-        return like(spec_of(_KNOWN[owner], name))
+        return like(get_spec(_KNOWN[owner], name))
     if not isinstance(declaration.get("text"), str):
         return None
     if "unit" not in declaration:

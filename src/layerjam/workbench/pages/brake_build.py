@@ -8,7 +8,7 @@ from typing import Any
 
 from nicegui import run, ui
 
-from layerjam.commands.build import Built, build_verdict
+from layerjam.commands.build import Built, judge_build
 from layerjam.device.workshop import CUTTERS
 from layerjam.errors import MissingExtraError
 from layerjam.units import show
@@ -152,7 +152,7 @@ class BuildPart(View):
         """Return the verdict and the drawn parts; no file is written."""
         call, mould = self.call(), self.word(DRAWN) == "mould"
         try:
-            result = call.run(function=build_verdict)
+            result = call.run(function=judge_build)
         except MissingExtraError as error:
             return BuildResult(Answer(call, refusal=one_line(error)))
         parts = collect_parts(result.record, mould) if result.feasible else None
@@ -205,7 +205,7 @@ class BuildPart(View):
         Libraries used for it do not stay in memory.
         """
         call = self.call()
-        result = call.run(function=build_verdict)
+        result = call.run(function=judge_build)
         if not result.feasible:
             return Folder(call.out, result)
         return run_in_subprocess(make_folder, call, tell=self.maker.report_progress)

@@ -6,7 +6,7 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.commands.impact import refusal
+from layerjam.commands.impact import failed_run
 from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, try_call
@@ -202,7 +202,7 @@ class Drop(Page):
         for mode, call in drops.items():
             if mode == "tuned" and tuning.result is not None and not tuning.result.feasible:
                 # alternatives take long to find, so they are not searched twice
-                answers[mode] = Answer(call, refusal(tuning.result))
+                answers[mode] = Answer(call, failed_run(tuning.result))
             else:
                 answers[mode] = try_call(call, progress=self.runner.report_progress)
         answers.setdefault("none", Answer(drops["full"], refusal=NO_ROPE))

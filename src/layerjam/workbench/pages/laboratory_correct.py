@@ -14,7 +14,7 @@ from layerjam.measure.preview import Preview, preview_file
 from layerjam.measure.sidecar import Facts
 from layerjam.report.chart import Curve, Pane
 from layerjam.report.style import CYCLE
-from layerjam.units import show, spec_of
+from layerjam.units import get_spec, show
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, parameters
 from layerjam.workbench.charts import chart_options
@@ -127,7 +127,7 @@ class Correct:
         with ui.row().classes("w-full items-end gap-3"):
             self._add_select("role", "Used as", ROLES, width="w-56")
             for name in FACTS:
-                tip = f"{spec_of(Facts, name).text}, with its unit; leave empty to use the sidecar"
+                tip = f"{get_spec(Facts, name).text}, with its unit; leave empty to use the sidecar"
                 self._add_text(name, name.replace("_", " ").capitalize(), self._example(name), tip)
         table = self._show_preview()
         is_refused = any(r.refused for r in self.rows)
@@ -237,7 +237,7 @@ class Correct:
         values = {r.vacuum if name == "vacuum" else getattr(r.facts, name) for r in self.rows}
         value = values.pop()
         if not values and value is not None:
-            return f"stated: {show(value, spec_of(Facts, name).unit)}"
+            return f"stated: {show(value, get_spec(Facts, name).unit)}"
         return f"such as {EXAMPLES[name]}"
 
     def _apply_edits(self) -> None:
