@@ -99,7 +99,7 @@ def test_the_runner_up_and_why_it_lost(small):
     score = [d["mass"] / d["energy_capacity"] for d in (chosen, other)]
     behind = score[1] / score[0] - 1
     assert behind > 0
-    assert f"weighted, {behind:.2%} behind" in small.runner_up_lost
+    assert f"weighted loss {behind:.2%}" in small.runner_up_lost
     assert f"{other['mass'] / chosen['mass'] - 1:+.2%}" in small.runner_up_lost
     for row in small.forbidden:
         design_ = row["design"]
