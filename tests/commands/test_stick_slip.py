@@ -90,7 +90,7 @@ def test_stuck() -> None:
         ({"static": 0.1}, "kinetic friction"),
         ({"slip": "68mm"}, "no overlap"),
         ({"slip": "70mm"}, "beyond the overlap"),
-        ({"travel": "70mm"}, "beyond the overlap"),
+        ({"travel": "70mm"}, "exceeds the overlap"),
         ({"mount_stiffness": 0.0}, "mount"),
     ],
 )

@@ -213,7 +213,7 @@ def test_a_session_that_would_not_be_opened_is_not_written(monkeypatch):
         monkeypatch.setattr(session, "LARGEST", 10_000)
         assert from_session(to_session(State(), [KeptFile("a", data)]).encode(), "a").files
         monkeypatch.setattr(session, "LARGEST", 5_000)
-        with pytest.raises(QuantityError, match="remove one"):
+        with pytest.raises(QuantityError, match="remove a file"):
             to_session(State(), [KeptFile("a", data)])
 
 

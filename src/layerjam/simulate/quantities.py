@@ -10,7 +10,7 @@ from layerjam.units import QuantitySpec, get_spec
 
 VACUUM = QuantitySpec(
     "Pa",
-    "vacuum, the atmosphere minus the pressure inside,",
+    "vacuum, atmospheric pressure minus the pressure inside,",
     hi=get_spec(Site, "atmosphere").hi,
     example="94.5kPa",
     symbol="P",

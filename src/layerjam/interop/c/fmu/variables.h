@@ -1,6 +1,6 @@
 /* Printed by layerjam/interop/fmi_variables.py. Apache License 2.0. */
 
-#define LJ_TOKEN "{04981dd4-25a7-d858-281b-c88cd42af368}"
+#define LJ_TOKEN "{5928a9b1-564b-7fae-3047-0148bc3a4146}"
 
 /* value references */
 #define LJ_TIME 0u
