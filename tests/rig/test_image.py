@@ -339,7 +339,7 @@ def test_the_watchdog_is_armed_once_and_waits_for_the_flash(chip: Machine) -> No
 @settings(max_examples=20)
 @given(text=st.binary(max_size=700), step=st.integers(0, 9000))
 def test_the_line_is_read_until_the_sample_is_due(text: bytes, step: int) -> None:
-    with pytest.MonkeyPatch.context() as patch, tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
         chip = made_chip(patch, Path(folder))
         made, got, due = hal(), b"", 0
         chip.line.inbox = text
@@ -356,7 +356,7 @@ def test_the_line_is_read_until_the_sample_is_due(text: bytes, step: int) -> Non
 
 @given(before=st.integers(700, 9000), sending=st.booleans())
 def test_a_look_at_an_idle_line_makes_no_sample_late(before: int, sending: bool) -> None:
-    with pytest.MonkeyPatch.context() as patch, tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
         chip = made_chip(patch, Path(folder))
         made = hal()
         chip.line.look, chip.line.room = 200, 0

@@ -27,7 +27,7 @@ def ask(made: VirtualBoard, text: str) -> str:
 
 def kill(made: VirtualBoard) -> None:
     """As a power cut does it."""
-    os.kill(made.pid, signal.SIGKILL)
+    os.kill(made.pid, getattr(signal, "SIGKILL", signal.SIGTERM))  # Windows ends it at once
     made.line.close()
 
 
