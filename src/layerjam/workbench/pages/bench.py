@@ -94,7 +94,7 @@ def rest_choice() -> Choice:
     """Choice of the vent valve's position without power; it has no default."""
     words = {"": "not chosen", **{state: state for state in VENT_RESTS}}
     meaning = "State of the vent valve when unpowered. A board cannot move it while resetting."
-    return Choice("vent_rest", words, "", label="Vent valve when unpowered", help=meaning)
+    return Choice("vent_rest", words, "", label="Unpowered vent", help=meaning)
 
 
 class Bench(Page):
