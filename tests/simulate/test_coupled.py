@@ -159,5 +159,5 @@ def test_the_line_along_a_given_slip_is_boyles_law():
 
 @pytest.mark.slow
 def test_what_does_not_settle_is_said():
-    with pytest.raises(QuantityError, match=r"volume_per_slip: .* round 1 still changes"):
+    with pytest.raises(QuantityError, match=r"volume_per_slip: .* iteration 1 still changes"):
         coupled_drop(KAPTON, stretching(4e-5), **CASE, start=40e3, rounds=1)
