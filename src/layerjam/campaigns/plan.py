@@ -238,7 +238,7 @@ def _add_practice_faults(spec: Spec, tests: list[Trial]) -> tuple[Trial, ...]:
 
 
 def _add_outliers(spec: Spec, tests: Sequence[Trial]) -> tuple[Trial, ...]:
-    """Return the tests, with some pulls, or all pulls at some vacuums, made outliers."""
+    """Return the tests, with some pulls, or all pulls at some vacuums, turned into outliers."""
     odd = spec.odd
     places: dict[tuple[object, ...], list[int]] = {}
     for test in tests:

@@ -51,7 +51,7 @@ class BenchChecked(Result, Checked):
     next_step: str | None = fact("next command to run", listed=False, default=None)
 
     def lines(self) -> Iterator[str]:
-        """Yield each measured value with the value for which the regulator is tuned."""
+        """Yield each measured value with the value for which the controller is tuned."""
         if self.expected is not None:
             yield ""
             for name, unit in MEASURED.items():

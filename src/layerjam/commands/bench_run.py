@@ -219,7 +219,7 @@ def bench_run(
 def _judge_regulator(
     regulator: Regulator, steps: Procedure, accept: Mapping[str, str] | None, out: str | Path
 ) -> Verdict:
-    """Return the verdict of a regulator at the highest vacuum of a procedure, if it has one."""
+    """Return the verdict of a controller at a procedure's highest vacuum; no check if it is 0."""
     from layerjam.control.checks import step_check
 
     highest = steps.highest_vacuum()
@@ -248,7 +248,7 @@ def _make_refused_run(
 def _tune_regulator(
     line: LineFile, steps: Procedure, settings: RegulatorSettings
 ) -> tuple[Regulator, list[str]]:
-    """Return the regulator to send to a board, for the highest vacuum of a procedure."""
+    """Return the controller to send to a board, for the highest vacuum of a procedure."""
     if settings.sample_time not in (None, BOARD_PERIOD):
         raise QuantityError.of(
             "sample time",

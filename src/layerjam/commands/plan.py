@@ -342,7 +342,7 @@ def _failure_reason(plan: Plan) -> str:
 
 
 def _suggest_build(plan: Plan) -> Build | None:
-    """Return possible changes if a vacuum above that reached in time would stop the mass."""
+    """Return possible changes if stopping needs a higher vacuum than is reached in time."""
     from layerjam.control.plan_build import suggest_sizes
 
     stops = plan.full.stops_within(plan.case.travel)

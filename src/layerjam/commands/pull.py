@@ -129,7 +129,7 @@ def pull(
 
 
 def _select_span(trace: Trace, span: tuple[float | None, float | None]) -> Trace:
-    """Return the part of the trace in a span of time [s]; the whole trace without a span."""
+    """Return the part of the trace in a span of time [s], or all of it if no span is given."""
     if span == (None, None):
         return trace
     if trace.time is None:

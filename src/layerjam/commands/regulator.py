@@ -79,7 +79,7 @@ class RecordedStep:
 def make_regulator(
     file: LineFile, vacuum: float, settings: RegulatorSettings
 ) -> tuple[Regulator, list[str]]:
-    """Return a regulator for a line linearised at a vacuum [Pa], and its assumptions."""
+    """Return a controller for a line linearised at a vacuum [Pa], and its assumptions."""
     notices = [*file.warnings()]
     plant = linearise_line(file.line, vacuum=vacuum, water=settings.fluid == "water")
     sensor = make_sensor(file, settings.sensor_range, settings.noise)
@@ -168,7 +168,7 @@ def tune_from_step(
     atmosphere: float,
     keep_noise: bool,
 ) -> tuple[Regulator, Identified, list[str]]:
-    """Return the regulator with the plant identified from a step.
+    """Return the controller with the plant identified from a step.
 
     Leak and vent are those of the line.
 

@@ -229,7 +229,7 @@ def heating(
     `temperature_rise` is the mean over the rubbing part, `temperature_rise_of_sheets` over the
     whole sheets. Two defaults are assumed and should be replaced by your own values: a rise of 20
     K, and 10 W/(m^2 K) from the enclosure to still air. Wear is not modelled. None if the film's
-    specific heat is unknown or there was no heat.
+    specific heat is unknown or no heat was generated.
     """
     from layerjam.mechanics.heat import (
         stops_per_minute,

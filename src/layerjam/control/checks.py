@@ -1,4 +1,4 @@
-"""Checks of a regulator in closed loop: whether it holds the vacuum and, if not, why."""
+"""Checks of a controller in closed loop: whether it holds the vacuum and, if not, why."""
 
 import math
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from layerjam.control.closed_loop import ClosedLoop
 
 RIPPLE = 2.0
-"""Multiple of the regulator's own band (`idle_band`) that the ripple of a held vacuum may have."""
+"""Allowed ripple of a held vacuum, as a multiple of the controller's own band (`idle_band`)."""
 SWING = 0.25
 """Fraction of the target above which a ripple fails the check, whatever the band."""
 
@@ -28,7 +28,7 @@ def idle_band(regulator: Regulator) -> float:
 def shortest_moves(regulator: Regulator, vacuum: float) -> dict[str, float]:
     """Return {cause: change of the vacuum [Pa]} for the shortest runs of the pump and of the vent.
 
-    A bang-bang regulator runs its pump at full command, other regulators at their minimum command.
+    A bang-bang controller runs its pump at full command, others at their minimum command.
     """
     plant, sample = regulator.plant, regulator.sample_time
     share = 1.0 if regulator.kind == "bang-bang" else regulator.least_command
@@ -63,7 +63,7 @@ def regulation_checks(regulator: Regulator, target: float, loop: "ClosedLoop") -
     """Return the checks of a closed loop without an injected fault that should hold `target` [Pa].
 
     The check passes if the vacuum is reached and held. It fails on a false fault, a missed target,
-    or a ripple above a multiple of the regulator's own band.
+    or a ripple above a multiple of the controller's own band.
     """
     sentence = f"the detectors report {loop.outcome}"
     wrong = f" after {show(loop.fault_time, 's')}, although nothing is broken"

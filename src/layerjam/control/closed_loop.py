@@ -94,7 +94,7 @@ def simulate_run(
     """Simulate one run from zero vacuum, and keep its history.
 
     `targets` are pairs (duration [s], vacuum [Pa]), repeated if `duration` is longer. `plant` and
-    `sensor` are the true ones if they differ from the regulator's settings. The steady error and
+    `sensor` are the true ones if they differ from the controller's settings. The steady error and
     the ripple are computed from the last part of the run, `steady`. Raises QuantityError for
     settings that `settings.validate` rejects.
     """
@@ -143,7 +143,7 @@ def simulate_runs(
 
 @dataclass(frozen=True)
 class _Loop:
-    """A regulator with the true plant, the true sensor and the injected fault."""
+    """A controller with the true plant, the true sensor and the injected fault."""
 
     regulator: Regulator
     plant: Plant | None

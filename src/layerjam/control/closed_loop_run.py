@@ -1,6 +1,6 @@
-"""The compiled closed loop: one run of regulator, sensor and plant, sample by sample.
+"""The compiled closed loop: one run of controller, sensor and plant, sample by sample.
 
-The regulator is the law's own source text, compiled. Between samples, plant and sensor are exact.
+The controller is the law's own source text, compiled. Between samples, plant and sensor are exact.
 At a slope a - b v of the vacuum, a sample of length T adds slope (1 - exp(-b T))/b. A first-order
 sensor shows the part that its lag lets through. A plant with a tube is integrated.
 """

@@ -43,7 +43,7 @@ LONGEST = 20_000
 def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
     """Return {fault: longest time [s] until it is reported} up to a vacuum [Pa].
 
-    The times apply to every bench within the regulator's tolerances; inf means that the fault is
+    The times apply to every bench within the controller's tolerances; inf means that the fault is
     not detected at this vacuum. Those of NO_VACUUM, WEAK_PUMP (half of `weak_ratio` of the flow or
     less) and LINE_BLOCKED (at most 1/(2 blocked_ratio) of the chamber's volume) count from the
     onset of the fault. They require uninterrupted pumping at full command, even if the vent has
@@ -75,7 +75,7 @@ def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
 
 
 class _Trials:
-    """Trials of one regulator; the settings are packed once, and once more for each longer step."""
+    """Trials of one controller; the settings are packed once, and again for each longer step."""
 
     def __init__(self, regulator: Regulator) -> None:
         self.regulator = regulator

@@ -17,7 +17,7 @@ class Rates(NamedTuple):
     vent: float
     backwards: float
     side: float = 0.0
-    """Ratio of the tube's gas volume to the chamber's volume; 0 without a tube."""
+    """Ratio of the tube's gas volume to the chamber's volume; 0 if there is no tube."""
     passes: float = 0.0
     atmosphere: float = 0.0
 

@@ -64,7 +64,7 @@ def make_injection(
 ) -> tuple[FaultInjection, str]:
     """Return the fault to inject from `start` [s] while `target` [Pa] is held, and its description.
 
-    Sizes are the smallest that the regulator's detectors are sure to report (`detection_times`). An
+    Sizes are the smallest that the controller's detectors always report (`detection_times`). An
     injected leak is laminar and needs a target above zero. Raises UnknownNameError.
     """
     if fault not in PROVOKED:

@@ -36,7 +36,7 @@ CYCLES = 6
 
 @dataclass(frozen=True, eq=False)
 class Following:
-    """One run, in SI; the arrays have one entry per sample of the regulator, shape (N,)."""
+    """One run, in SI; the arrays have one entry per sample of the controller, shape (N,)."""
 
     loop: ClosedLoop
     wanted: Array = field(repr=False)
@@ -139,7 +139,7 @@ def follow(
     seed: int = 0,
     pace: float | None = None,
 ) -> Following:
-    """Follow forces [N] at slips [m], one of each per sample of the regulator, shape (N,).
+    """Follow forces [N] at slips [m], one of each per sample of the controller, shape (N,).
 
     `brake` is the true brake if it differs from `model`; `slip_noise` [m] is the standard deviation
     of the measured slip. `pace` [m/s] sets the friction, if it differs from the speed of the slip.

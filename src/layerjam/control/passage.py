@@ -1,4 +1,4 @@
-"""A tube between pump and chamber: two volumes, and the rise that a regulator may expect.
+"""A tube between pump and chamber: two volumes, and the rise that a controller may expect.
 
 With p = atmosphere - v of chamber and side (the tube's gas, where pump and vent act),
 

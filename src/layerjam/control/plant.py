@@ -1,4 +1,4 @@
-"""Plant of the regulator: vacuum in a volume of constant size, exact between samples.
+"""Plant of the controller: vacuum in a volume of constant size, exact between samples.
 
     dv/dt = u k (top - w v) - (leak + vent) v,    w = 1 for air, 0 for water,
 

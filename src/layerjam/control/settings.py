@@ -1,4 +1,4 @@
-"""Settings of a regulator: quantities with units and bounds, packed into tuples for the law."""
+"""Settings of a controller: quantities with units and bounds, packed into tuples for the law."""
 
 import math
 from dataclasses import dataclass, replace
@@ -155,7 +155,7 @@ class Regulator:
 
     @property
     def half_band(self) -> float:
-        """Half of the hysteresis of a bang-bang regulator [Pa], otherwise the dead band."""
+        """Half of the hysteresis of a bang-bang controller [Pa], otherwise the dead band."""
         if self.kind != "bang-bang":
             return self.sensor.resolution if self.dead_band is None else self.dead_band
         least = 0.5 * CLEAR_OF_NOISE * self.sensor.noise + self.sensor.resolution
@@ -351,7 +351,7 @@ class Regulator:
 
 
 def validate(regulator: Regulator, target: float) -> None:
-    """Raise QuantityError if a regulator cannot bring its line to `target` [Pa]."""
+    """Raise QuantityError if a controller cannot bring its line to `target` [Pa]."""
     check(regulator)
     check(regulator.tolerances, "tolerances.")
     plant, sensor, dt = regulator.plant, regulator.sensor, regulator.sample_time

@@ -11,7 +11,7 @@ from layerjam.units import quantity
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerances:
-    """Tolerances of a regulator's detectors; the defaults cover the parts in the catalogue."""
+    """Tolerances of a controller's detectors; the defaults cover the parts in the catalogue."""
 
     pump: float = quantity("1", "relative error of the pump's flow", hi=0.5, default=0.2)
     vent: float = quantity("1", "relative error of the vent's flow", hi=0.9, default=0.3)

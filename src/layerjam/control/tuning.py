@@ -1,4 +1,4 @@
-"""Gains of the PI regulator from a model, and the model from one recorded step.
+"""Gains of the PI controller from a model, and the model from one recorded step.
 
 Near a vacuum v the plant answers the pump command like K/(1 + s tau) with K/tau = k (top - w v),
 tau = 1/(w k u + leak). The rule is SIMC (Skogestad, Journal of Process Control 13, 2003, 291-309):

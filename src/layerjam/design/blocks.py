@@ -70,7 +70,7 @@ def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any
     values = np.empty((len(names), 0))
     if len(numbers):
         values = np.concatenate([search.kernel.all_merits(numbers), search.drawn_merits(numbers)])
-    # the merit is the travel of all brakes in series, the variable that of one brake
+    # the merit is the travel of all brakes in series, but the variable is the travel of one brake
     rows = {("travel_of_one" if n in names else n): v for n, v in grid.columns(numbers).items()}
     rows |= dict(zip(names, values, strict=True))
     columns: dict[str, Any] = {

@@ -206,7 +206,7 @@ def _apply_material(reader: Reader, table: str, use: object, texts: Mapping[str,
 def _keep_laser_warning(
     reader: Reader, values: Mapping[str, Any], sources: Mapping[str, Source]
 ) -> None:
-    """Store the catalogue's warning against a laser as `was` if the file overrides it."""
+    """Store the catalogue's warning against laser cutting as `was` if the file overrides it."""
     choice = reader.values.get(_LASER)
     if values.get(_LASER) == "never" and choice != "never" and not reader.sources[_LASER].was:
         was = f"never: {sources[_LASER].text}"

@@ -105,7 +105,7 @@ class Drawing:
 
     @property
     def yoke_moment(self) -> float | None:
-        """Maximum bending moment [N m] in each of the two yokes of a side; None without a yoke."""
+        """Maximum bending moment [N m] in each of the two yokes of a side; None if it has none."""
         if self.parallel == 1:
             return None
         step, middle = brake_pitch(self.build, self.lengths) * 1e-3, (self.parallel - 1) / 2

@@ -34,7 +34,7 @@ SPARE = 0.1
 ROUND_BELOW, FLATTEST = 1.25, 3.0
 """Aspect ratio below which the neck is round, and largest aspect ratio [1]."""
 ATMOSPHERES, SEAL_MARGIN = 2.0, 1.05
-"""Pressure of the tie that seals [atmospheres], and the margin for the shape of the neck."""
+"""Tie pressure required for a seal [atmospheres], and the margin for the shape of the neck."""
 BOLT_SPACING = 45.0
 KEY_HEIGHT, KEY_DEPTH = 4.0, 5.0
 """Height of the mould's keys and depth of their holes [mm]."""

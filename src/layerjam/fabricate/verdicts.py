@@ -88,7 +88,7 @@ class Check:
         }
 
     def to_judged_check(self) -> JudgedCheck:
-        """Return the check for the verdict of a command, named by its code."""
+        """Return the check, named by its code, for the verdict of a command."""
         return JudgedCheck(
             name=self.code,
             level=self.level,

@@ -1,8 +1,8 @@
 """A pump's flow curve as in data sheets: points of free-air flow versus vacuum.
 
 The flow is that of free air at the pump's atmosphere; the flow at an inlet at p is larger by the
-factor p_atm/p. Vacuums are measured below `STANDARD`. The curve is linear between points, so that
-it never rises between falling points, and pumping down has a closed form.
+factor p_atm/p. Vacuums are differences from `STANDARD`. The curve is linear between points, so
+that it never rises between falling points, and pumping down has a closed form.
 """
 
 from bisect import bisect_right

@@ -13,7 +13,7 @@ from layerjam.mechanics.stiffness import working_stiffness
 
 
 class Parameters(NamedTuple):
-    """Fields of `lj_brake` in `layerjam.h`, in its order and under its names."""
+    """Fields of `lj_brake` in `layerjam.h`, in the order and with the names of that struct."""
 
     contact: float
     """Friction of the sheets per unit of vacuum and overlap, a mu_k (n-1) W [m]."""

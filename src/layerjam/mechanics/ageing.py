@@ -39,8 +39,8 @@ def aged_static(hold: Any, brake: Brake) -> Any:
 def aged_holding_force(hold: Any, vacuum: Any, brake: Brake) -> Any:
     """Return the sheets' static friction [N] after resting for a hold [s] at a vacuum [Pa].
 
-    This is `holding_force` with the grown static friction. Sheets without spacers amplify it more,
-    since their factor grows with friction. NaN for a negative hold or vacuum.
+    This is `holding_force` with the increased static friction. Sheets without spacers amplify it
+    more, since their factor grows with friction. NaN for a negative hold or vacuum.
     """
     aged_brake = replace(brake, film=replace(brake.film, static=_grow_static_friction(hold, brake)))
     return keep_if(hold >= 0, holding_force(vacuum, aged_brake))

@@ -62,7 +62,7 @@ def bending_stiffness_free(brake: Brake) -> Any:
 
 @law
 def bending_stiffness_jammed(brake: Brake) -> Any:
-    """Return E I of the overlap [N m^2] before any interface slips: E W (n t)^3/12 and the tube."""
+    """Return E I of the overlap [N m^2] before any slip: E W (n t)^3/12 plus that of the tube."""
     return brake.sheets.count**3 * _one_sheet(brake) + enclosure_bending_stiffness(brake)
 
 

@@ -132,7 +132,7 @@ def nuts(world: Scene, side: Side) -> list[Body]:
 
 
 def layer(world: Scene, index: int, shift: float = 0.0) -> tuple[Body, Body]:
-    """Return the sheet and spacer of a layer, counted from 0 at the bottom; `shift` raises both."""
+    """Return the sheet and spacer of a layer, counted from 0 at the bottom, moved up by `shift`."""
     lengths, left = world.lengths, index % 2 == 0
     low = -lengths.stack / 2 + index * lengths.thickness + shift
     high = low + lengths.thickness

@@ -1,4 +1,4 @@
-"""Figures of a regulator on its line, of a force that follows a profile, and of a plan."""
+"""Figures of a controller on its line, of a force that follows a profile, and of a plan."""
 
 import math
 from collections.abc import Sequence

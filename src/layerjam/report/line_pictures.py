@@ -1,6 +1,6 @@
-"""Pictures of the paper's line under control: regulators, a fault, forces, a plan, coupling.
+"""Pictures of the paper's line under control: controllers, a fault, forces, a plan, coupling.
 
-The paper has no regulator. Sensor, leak and volume per unit slip are our own examples, as the
+The paper has no controller. Sensor, leak and volume per unit slip are our own examples, as the
 captions state.
 """
 
@@ -25,7 +25,7 @@ from layerjam.simulate.coupled import coupled_drop
 
 SENSOR = Sensor(range=103e3, lag=0.005, noise=50.0, resolution=25.0)
 HELD = 80e3
-"""Target of the regulators [Pa]."""
+"""Target of the controllers [Pa]."""
 LOW, HIGH, PERIOD = 20.0, 100.0, 16.0
 """Lowest and highest force, and period, of the force profile [N, N, s]."""
 STARTS = (30e3, 40e3, 50e3, 65e3, 80e3, 94.5e3)
@@ -43,14 +43,14 @@ def make_example_line() -> Line:
 
 
 def make_regulator(kind: str, safe_state: str = "release") -> Regulator:
-    """Return one of the three regulators on the example line."""
+    """Return one of the three controllers on the example line."""
     plant = linearise_line(make_example_line(), vacuum=HELD)
     return Regulator(plant=plant, sensor=SENSOR, kind=kind, safe_state=safe_state, tuned_at=HELD)
 
 
 @style.in_style
 def draw_regulators() -> style.Figure:
-    """Draw three regulators near their target, and one of them with a pump that fails."""
+    """Draw three controllers near their target, and one of them with a pump that fails."""
     figure, (zoom, fault) = style.canvas(columns=2, width=9.6, height=3.9)
     for kind, color in zip(KINDS, (BLUE, ORANGE, INK), strict=True):
         run = simulate_run(make_regulator(kind), [(25.0, HELD)])

@@ -137,7 +137,7 @@ class Bed:
         return self._bench, self.board
 
     def begin(self, plan: Plan) -> tuple[Bench, VirtualBoard, Observer]:
-        """Prepare a healthy, vented line and its regulator, and start the pump."""
+        """Prepare a healthy, vented line and its controller, and start the pump."""
         bench, board = self.bench()
         plant = board.plant
         plant.clear_faults()
@@ -197,7 +197,7 @@ def _elapsed_time(time: float | None, event: float | None) -> float | None:
 
 
 def _inject_fault(bench: Bench, board: VirtualBoard, observer: Observer) -> int | None:
-    """Run to the start of the fault, act as the host that the fault requires, and wait for the end.
+    """Run to the start of the fault, imitate the host as the fault requires, and wait for the end.
 
     Returns the number of the sample at which the board received the host's last command.
     """
@@ -263,9 +263,9 @@ def campaign(
     mismatch: bool = False,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> Campaign:
-    """Inject each fault `runs` times, each with its own line, regulator, target and moment.
+    """Inject each fault `runs` times, each with its own line, controller, target and moment.
 
-    With `mismatch` the real lines differ from those of their regulators within the tolerances, and
+    With `mismatch` the real lines differ from those of their controllers within the tolerances, and
     each round includes ten healthy runs.
 
     After a keyboard interrupt, return the runs so far. Raises UnknownNameError, QuantityError for

@@ -52,7 +52,7 @@ STEADY = 20.0
 FARTHEST = 0.05
 """Largest acceptable zero, relative to the sensor's range."""
 ATMOSPHERE = 101325.0
-"""Sensor range [Pa] assumed if the board has no regulator."""
+"""Sensor range [Pa] assumed if the board has no controller."""
 PAUSE = 0.005
 FASTEST = 20.0
 """Highest speed of a virtual board that the check can follow."""
@@ -103,7 +103,7 @@ def check_bench(
 ) -> Checked:
     """Drive pump and vent for a few seconds and return the findings; afterwards the bench is SAFE.
 
-    `vent_rest` is the position of the vent valve without power, if the board has no setting for it.
+    `vent_rest` is the position of the unpowered vent valve, if the board has no setting for it.
     `plant` is the expected line, and `lag` [s] that of its sensor. With `tune`, the measured values
     will replace these, so differences are ignored. Raises QuantityError if the valve's position is
     not known or the outputs cannot be driven, LockedError if another client has the lock,

@@ -21,7 +21,7 @@ PATIENCE = 15.0
 
 @dataclass(frozen=True)
 class Child:
-    """The subprocess, its line's two descriptors, the plant's end, and functions to disconnect."""
+    """The process, `line` and its descriptors, the plant's connection, functions to close both."""
 
     process: subprocess.Popen[bytes]
     line: Ends
@@ -29,9 +29,9 @@ class Child:
     receive: Callable[[int], bytes]
     send: Callable[[bytes], object]
     leave: Callable[[], None]
-    """Function that closes the plant's end."""
+    """Function that closes the plant's connection."""
     hang_up: Callable[[], None]
-    """Function that closes the line."""
+    """Function that closes the connection for commands."""
 
 
 def has_pipes() -> bool:
@@ -40,9 +40,9 @@ def has_pipes() -> bool:
 
 
 def start_child(command: Sequence[str], words: Sequence[str], closing: Callable[[], None]) -> Child:
-    """Run `command` with two arguments that name the plant's end, followed by `words`.
+    """Run `command` with two arguments that name the plant's connection, followed by `words`.
 
-    `closing` is called when the line is closed. Raises LineError if the child does not connect.
+    `closing` is called when `Child.line` is closed. Raises LineError if the child does not connect.
     """
     join = _use_pipes if has_pipes() else _use_sockets
     return join(command, words, closing)

@@ -117,7 +117,7 @@ class Bench:
 
     @property
     def reach(self) -> float:
-        """Highest target [Pa] that the regulator's plant can hold; 0 without a regulator."""
+        """Highest target [Pa] that the controller's plant can hold; 0 if there is no controller."""
         return self._query_number("SOUR:VAC? MAX")
 
     @property
@@ -149,7 +149,7 @@ class Bench:
 
     @property
     def vent_rest(self) -> str | None:
-        """Position of the vent valve without power, `open` or `closed`; None until declared."""
+        """Position of the unpowered vent valve, `open` or `closed`; None until declared."""
         return _from_scpi_word(VENT_RESTS, self.ask("OUTP:VENT:REST?"))
 
     @vent_rest.setter
@@ -199,7 +199,7 @@ class Bench:
 
     @property
     def sensor_range(self) -> float | None:
-        """Highest vacuum [Pa] that the regulator's sensor can measure; None without a regulator."""
+        """Highest vacuum [Pa] the controller's sensor measures; None if there is no controller."""
         return self.regulator[1][6] if self.reach else None
 
     @property
@@ -303,7 +303,7 @@ class Bench:
             if self._commanded:
                 self.off()
         except LayerjamError:
-            pass  # if the line is down, the outputs go off when the lease expires
+            pass  # if the connection is lost, the outputs switch off when the lease expires
         finally:
             self._link.close()
 

@@ -340,7 +340,7 @@ def execute(
     rig: DropRig | None = None,
     say: Callable[[str], None] = lambda sentence: None,
 ) -> RunResult:
-    """Carry out a procedure on a bench that has a regulator and a safe state, and record it.
+    """Carry out a procedure on a bench that has a controller and a safe state, and record it.
 
     `meta` are further entries in the file (brake_toml, line_toml). Raises QuantityError or
     ProcedureError for an impossible procedure, InstrumentError if the bench does not start,

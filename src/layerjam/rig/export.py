@@ -42,8 +42,8 @@ def export(
 
     The accelerometer's records are written to files next to it, NAME-shot1.csv.
 
-    Raises FileError for a file that is not a run or cannot be written, QuantityError if no sample
-    is left, MissingExtraError if pyarrow (for Parquet) is not installed.
+    Raises FileError if `run` is not a run or `out` cannot be written, QuantityError if no sample is
+    left, or MissingExtraError if pyarrow (for Parquet) is not installed.
     """
     out = Path(out)
     ending = out.suffix.lower()

@@ -1,7 +1,7 @@
 """Faults of a campaign: their times, the names that the board may report, and deadlines.
 
 A deadline runs from the event to safe outputs. The deadlines of the law's own faults are its
-`detection_times`; those of the others follow from the regulator's settings.
+`detection_times`; those of the others follow from the controller's settings.
 """
 
 import functools
@@ -33,7 +33,7 @@ LEASES = (0.2, 5.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """One line, its regulator, and the random values of a fault."""
+    """One line, its controller, and the random values of a fault."""
 
     regulator: Regulator
     target: float
@@ -57,7 +57,7 @@ class Case:
 
     @property
     def vented_vacuum(self) -> float:
-        """Vacuum [Pa] above which the regulator has certainly opened the vent."""
+        """Vacuum [Pa] above which the controller has certainly opened the vent."""
         return self.target + self.regulator.vent_threshold + self.regulator.zero
 
     @functools.cached_property

@@ -92,7 +92,7 @@ def draw_plan(
 ) -> Plan:
     """Return the plan of run `number` of a fault; it depends on the seed, not on other runs.
 
-    The line is a random variation of the board's line, and the regulator is designed for it. With
+    The line is a random variation of the board's line, and the controller is designed for it. With
     `mismatch`, the real line differs from it within the tolerances. `size` is the size of the
     fault, random by default.
     """
@@ -148,7 +148,7 @@ def draw_plan(
 
 
 def draw_mismatch(hardware: Hardware, case: Case, leak: float, draw: random.Random) -> Hardware:
-    """Return random hardware within the tolerances of a regulator designed for it.
+    """Return random hardware within the tolerances of a controller designed for it.
 
     `leak` is the leak relative to the largest healthy leak.
     """

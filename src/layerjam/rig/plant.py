@@ -105,7 +105,7 @@ class Hardware:
     plant: Plant
     sensor: Sensor
     normally_open: bool
-    """Whether the vent valve is open without power."""
+    """Whether the vent valve is open when unpowered."""
     speed: float
     """Speed of the board's clock relative to the host's; 0: as fast as samples are computed."""
     seed: int
@@ -260,7 +260,7 @@ class VirtualPlant:
         if dt <= 0.0:
             return
         pump, vent = self.outputs
-        if self.estop or self.supply_low:  # without power, the valve goes to its rest position
+        if self.estop or self.supply_low:  # unpowered, the valve goes to its rest position
             pump, vent = 0.0, self.behind.normally_open
         self._climbed += self.drift * dt
         lag = self.behind.sensor.lag

@@ -93,7 +93,7 @@ def soak(
     seed: int = 0,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> Soaked:
-    """Run a board for a number of hours of its time under one regulator; there should be no fault.
+    """Run a board for a number of hours of its time under one controller; there should be no fault.
 
     After a keyboard interrupt, return the results so far. Raises QuantityError for an address that
     is not a virtual board, FileError and LineError.
@@ -109,7 +109,7 @@ def soak(
 
 
 def _prepare_bench(bench: Bench, board: VirtualBoard, kind: str) -> float:
-    """Set the board's regulator; return the highest target [Pa]."""
+    """Set the board's controller; return the highest target [Pa]."""
     hardware = board.plant.behind
     safe = "release" if hardware.normally_open else "hold"
     regulator = Regulator(plant=hardware.plant, sensor=hardware.sensor, kind=kind, safe_state=safe)

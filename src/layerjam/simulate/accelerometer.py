@@ -163,7 +163,7 @@ def _is_swinging_back(record: DropRecord) -> bool:
     """Return whether the record continues with an undamped swing on the stuck brake."""
     still = abs(float(record.speed_of_mass[-1])) <= 1e-6 * record.speed
     steady = not record.rope_damping and bool(np.all(record.vacuum_in_time == record.vacuum))
-    # with a speed law the sheets keep sliding after the standstill
+    # with a speed law, the sheets keep sliding after the mass has stopped
     steady = steady and not is_speed_dependent(record.brake.brake)
     stopped = record.outcome in (Outcome.STOPPED, Outcome.NEVER_SLID)
     # below the weight the mass does not rise again: it hangs, and the force stays constant
@@ -194,8 +194,8 @@ def low_pass(time: Any, value: Any, poles: Array, first: float, rate: float, cou
 
     `rate` [Hz] is their spacing. The response is exact: between its samples (`time`, `value`, shape
     (N,), any spacing) the signal is a straight line, whose response is a closed form for each pole.
-    So only frequencies that pass the low-pass alias. Before `first` the filter is at rest at the
-    signal's value there. The filter is 1 at zero frequency.
+    Therefore only frequencies that pass through the filter can alias. Before `first` the filter is
+    at rest at the signal's value there. The filter is 1 at zero frequency.
     """
     from scipy.signal import lfilter
 

@@ -311,7 +311,7 @@ def _traced_run(
         return jax.eval_shape(evaluate, row, constants, brake)
 
     try:
-        # a single case, because a law that takes samples would accept a block of cases as such
+        # a single case, because a law that takes samples would mistake a block of cases for samples
         result_shape(())
         # three cases, to distinguish one result per case from samples and from one number
         shape = result_shape((3,))

@@ -48,9 +48,9 @@ def find_vacuum_for_peak(peak_at: Callable[[float], float], force: float, limit:
 def find_sheet_count_for_peak(peak_at: Callable[[int], float], force: float, limit: int) -> ToPeak:
     """Return the number of sheets, from two to `limit`, whose pull peaks nearest to a force [N].
 
-    `peak_at` returns the peak [N], which rises with the number. The value, found by bisection, is
-    None for a force below the peak of two sheets by more than half a step, or above that of
-    `limit`. Raises QuantityError for an invalid force.
+    `peak_at` returns the peak [N], which rises with the number. The value is found by bisection. It
+    is None if the force is more than half a step below the peak of two sheets, or above the peak of
+    `limit` sheets. Raises QuantityError for an invalid force.
     """
     _check_force(force)
     low, high = FEWEST, limit

@@ -208,9 +208,9 @@ class Presence:
 def bench_regulator(
     address: str, line: LineFile, target: float, safe_state: str, kind: str, sensor_range: float
 ) -> Regulator:
-    """Return the regulator of a virtual board's own line, or of the line on the desk.
+    """Return the controller of a virtual board's own line, or of the line on the desk.
 
-    Raises QuantityError if the regulator cannot hold the target [Pa].
+    Raises QuantityError if the controller cannot hold the target [Pa].
     """
     place = address_of(address)
     if place.simulated:

@@ -1,4 +1,4 @@
-"""Memory of a server that runs for weeks: releases closed tabs without pausing open ones."""
+"""Release of closed tabs' memory, on a server that runs for weeks, without pausing open tabs."""
 
 import asyncio
 import gc

@@ -1,4 +1,4 @@
-"""Outcomes of pulls as sentences; those of drops and regulators are in their pages' modules."""
+"""Outcomes of pulls as sentences; those of drops and controllers are in their pages' modules."""
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType

@@ -216,7 +216,7 @@ class Figures:
     """A small table of numbers: names left, values right, identified by key."""
 
     def __init__(self, page: str, command: str, keys: Sequence[str], **names: str) -> None:
-        """Show the `keys` of the command's result; `names` replaces keys that are unclear alone."""
+        """Show the `keys` of the command's result; `names` replaces keys unclear on their own."""
         self._cells: dict[str, Words] = {}
         meanings = result_fields(command)
         with ui.grid(columns="auto auto").classes("figures gap-x-6 gap-y-1 items-baseline"):

@@ -1,8 +1,8 @@
 """NUTS in blocks, started at the posterior's mode, whose curvature sets the scale.
 
-The scales of the unknowns span six decades. They are sampled as y, with flat = mode + root y and
-root root' the inverse curvature at the mode. The posterior is then round, and a few hundred steps
-of adaptation suffice.
+The scales of the unknowns span six decades. They are sampled as `y`, with `flat = mode + root @ y`;
+`root @ root.T` is the inverse curvature at the mode. The posterior is then round, and a few hundred
+steps of adaptation suffice.
 """
 
 import functools

@@ -118,7 +118,7 @@ def make_interval(
 ) -> Interval | None:
     """Return the interval of a value from its standard error and degrees of freedom.
 
-    `common` is the relative standard uncertainty that the scatter does not contain. It is treated
+    `common` is the relative standard uncertainty that the scatter does not include. It is treated
     as exactly known.
     """
     if error is None:

@@ -72,7 +72,7 @@ class PullSummary:
     """Features of one pull; `tared` is the force [N] subtracted on request.
 
     `teeth` are those of stick–slip, `ripple` those of the machine. `second_rise` is None if the
-    force rises once. `as_ripple` is the summary if other records show its teeth to be a ripple.
+    force rises only once. `as_ripple` is the summary if other records show its teeth to be ripple.
     """
 
     features: PullFeatures

@@ -23,7 +23,7 @@ from layerjam.errors import FitError, UnknownNameError
 from layerjam.measure.trace import Array
 
 PARAMETERS = {model: tuple(names) for model, names in NAMES.items()}
-"""{model: its parameters}, in ascending number; C and mu are in Pa, alpha has no unit."""
+"""{model: its parameters}, with fewest first; C and mu are in Pa, alpha is dimensionless."""
 FOLDS = 8
 BINS = 400
 _EXPONENTS = np.concatenate([np.arange(-10.0, 0.0, 0.5), np.arange(0.5, 14.1, 0.5)])

@@ -120,7 +120,7 @@ def convert_unit(unit: str, si: str) -> tuple[Fraction, float] | None:
 def is_other_unit(file_unit: str, unit: str, si: str) -> bool:
     """Return whether the unit in a file is known and differs from the given one.
 
-    It may differ in size or in dimension; for a force, g means gf. An unknown unit never differs.
+    It may differ in size or in dimension; for a force, g means gf. False for an unknown unit.
     """
     given_scale, file_scale = convert_unit(unit, si), convert_unit(file_unit, si)
     if file_scale is None and si == "N" and (weight := weight_unit(file_unit)):

@@ -189,9 +189,9 @@ def critical_speed(static: Any, kinetic: Any, stiffness: Any, mass: Any, damping
     """Return the pulling speed [m/s] above which stick–slip from rest decays immediately; jump law.
 
     `damping` [N s/m] acts parallel to the spring. The result is exact while the spring stays taut.
-    If it becomes slack the mass may stop, and stick–slip may continue above this speed. For a small
-    damping ratio zeta it is (F_s - F_k)/sqrt(4 pi zeta k m). Infinite without damping, zero from
-    critical damping upwards.
+    If the spring becomes slack, the mass may stop, and stick–slip may continue above this speed. At
+    a small damping ratio zeta it is (F_s - F_k)/sqrt(4 pi zeta k m). Infinite without damping, zero
+    from critical damping upwards.
     """
     impedance = jnp.sqrt(stiffness * mass)
     ratio = damping / (2 * impedance)

@@ -34,7 +34,7 @@ from layerjam.mechanics.stop.motion_step import (
 MOVING, STANDSTILL, TRAVEL_USED, CLOSED, SNAPPED = 0, 1, 2, 3, 4
 """Outcomes: still moving, first standstill, end of travel, closing enclosure, snap.
 
-NOT_A_CASE (-1) if a quantity lies outside the domain and all numbers are NaN.
+NOT_A_CASE (-1) if a quantity lies outside the domain; all numbers are then NaN.
 """
 LONGEST = 0.25
 """Ratio of the longest step to sqrt(M/k); longer steps would pass over a standstill."""
@@ -101,7 +101,7 @@ def _prepare_step(
     falls = end < begin
     lags = begin < motion.vacuum * (1 - CLOSE)
     start = jnp.where(lags, begin, motion.vacuum)
-    if brake.speed_law is not None:  # with a speed law the force follows by itself
+    if brake.speed_law is not None:  # with a speed law, a fall needs no separate treatment
         falls = jnp.zeros_like(falls)
     level = jnp.where(falls, (begin + end) / 2, end)
 

@@ -209,7 +209,7 @@ class Ride(NamedTuple):
     put_in: Any
     """Work done by the drive on the body [J]."""
     pace: Any = None
-    """Mean slip speed of a chain in the last step [m/s]; None without a speed law."""
+    """Mean slip speed of a chain in the last step [m/s]; None if there is no speed law."""
 
 
 class Extremes(NamedTuple):

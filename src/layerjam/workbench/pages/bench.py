@@ -91,7 +91,7 @@ GONE = (
 
 
 def rest_choice() -> Choice:
-    """Choice of the vent valve's position without power; it has no default."""
+    """Choice of the unpowered vent valve's position; it has no default."""
     words = {"": "not chosen", **{state: state for state in VENT_RESTS}}
     meaning = "State of the vent valve when unpowered. A board cannot move it while resetting."
     return Choice("vent_rest", words, "", label="Unpowered vent", help=meaning)

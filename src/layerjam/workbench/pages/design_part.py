@@ -14,7 +14,7 @@ NAMES = {
     "usable_travel": "travel",
     "energy_capacity": "energy",
 }
-"""Names of merits whose keys are unclear alone."""
+"""Names of merits whose keys are unclear on their own."""
 
 
 class Part(View):

@@ -154,7 +154,7 @@ class Chain:
         """Compute a step unless it is cached; an error is also a result."""
         step = self._cached_step(call)
         if step is None:
-            # discard the dependent steps as well, because their results would refer to the new one
+            # also discard the dependent steps, which would appear to belong to the new result
             steps = (*STEPS, "report")
             for name in steps[steps.index(call.name) :]:
                 self.done.pop(name, None)

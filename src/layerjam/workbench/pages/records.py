@@ -54,7 +54,7 @@ class Editor:
         self.desk, self.kind = desk, kind
         self.rows: dict[str, FieldRow] = {}
         self.waiting: dict[str, str] = {}
-        """Typed numbers of an incomplete table, such as a tube without its bore."""
+        """Numbers typed into an incomplete table, such as a tube without its bore."""
         self._parts: dict[str, ui.select] = {}
         self._folds: dict[str, ui.expansion] = {}
 

@@ -1,4 +1,4 @@
-"""Vacuum: response of a line, a regulator that holds the vacuum, and faults to test it."""
+"""Vacuum: response of a line, a controller that holds the vacuum, and faults to test it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -96,7 +96,7 @@ LOOP = (
 
 
 def law_choice() -> Choice:
-    """Return the choice of the regulator's law."""
+    """Return the choice of the controller's law."""
     meanings = "; ".join(f"{kind}: {meaning}" for kind, meaning in KINDS.items())
     words = {kind: "PI" if kind == "pi" else kind for kind in KINDS}
     return Choice("kind", words, "pi", label="Law", help=meanings)
@@ -116,7 +116,7 @@ def fault_choice() -> Choice:
 
 
 class Vacuum(Page):
-    """Page for a line: its step response, its regulator, its faults."""
+    """Page for a line: its step response, its controller, its faults."""
 
     name, title = "vacuum", "Vacuum"
     summary = "Time to reach the vacuum, and regulators that hold it"
@@ -147,7 +147,7 @@ class Vacuum(Page):
         )
 
     def build(self) -> None:
-        """Build step response and regulator, each with its controls next to its result."""
+        """Build step response and controller, each with its controls next to its result."""
         with ui.column().classes("w-full page gap-3"):
             self.problem_line()
             heading("Step response")
@@ -216,7 +216,7 @@ class Vacuum(Page):
         self.regulated.set_visibility(False)
 
     def calls(self) -> Sequence[Call]:
-        """Return the step, and the regulator once a safe state is chosen."""
+        """Return the step, and the controller once a safe state is chosen."""
         subjects, safe = (self.desk.subject("line"),), self.word(self.safe)
         common = self.texts("target")
         if self.word(self.fluid) != "air":
