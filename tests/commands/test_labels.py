@@ -218,7 +218,9 @@ def test_a_data_frame_is_a_measurement() -> None:
 def test_names_that_a_function_does_not_have() -> None:
     with pytest.raises(ArgumentError, match=r"force\(\) has no parameter 'vaccum'; did you mean v"):
         lj.force(KAPTON, slip=0.02, vaccum=5e4)
-    with pytest.raises(TypeError, match=r"force\(\) needs vacuum \(Vacuum, atmospheric pressure minus"):
+    with pytest.raises(
+        TypeError, match=r"force\(\) needs vacuum \(Vacuum, atmospheric pressure minus"
+    ):
         lj.force(KAPTON, slip=0.02)
     with pytest.raises(
         ArgumentError, match="has no parameter 'zzz'; its parameters are brake, slip"
