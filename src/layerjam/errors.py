@@ -234,3 +234,6 @@ def short_text(value: object) -> str:
 def count_text(number: int, noun: str) -> str:
     """Return a number with its noun, such as "1 pull" or "3 pulls"."""
     return f"{number} {noun}{'s' * (number != 1)}"
+
+
+abbreviate, count_noun, quantity_of = short_text, count_text, find_error_quantity  # former names

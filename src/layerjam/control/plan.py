@@ -292,3 +292,6 @@ def _check_strength(plan: Plan) -> Iterator[Check]:
         f"{show(limit, 'Pa')} is allowed"
     )
     yield check("sheet strength", stress <= limit, sentence, ": they stretch or tear", "failed")
+
+
+plan_checks = checks_of_plan  # former name

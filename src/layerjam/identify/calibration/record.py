@@ -115,3 +115,6 @@ def make_shape_sources(
         "film.friction_on_silicone": (float(brake.film.friction_on_silicone * factor), both),
         **({} if error is None else {ENCLOSURE: make_source(error / factor, text, None, "1")}),
     }
+
+
+shape_sources = make_shape_sources  # former name

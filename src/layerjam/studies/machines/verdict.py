@@ -175,5 +175,7 @@ class Machine(Scenario):
             notices.append(Notice(words, "speed-law-chain"))
         return notices
 
+    slid = note_slip  # former name
+
 
 deciding = find_deciding_limit  # former name
