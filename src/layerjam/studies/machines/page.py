@@ -154,9 +154,9 @@ def draw_ankle_stride(result: Result) -> style.Figure:
     for axes in (upper, lower):
         axes.axvspan(record.window[0] * 100, record.window[1] * 100, color=FAINT, alpha=0.3)
     style.title(upper, "One stride", "shaded: the clutch must hold; dorsiflexion is positive")
-    lower.plot(part, ready.force, color=GREEN, ls=style.DASHED, label="vacuum present")
+    lower.plot(part, ready.force, color=GREEN, ls=style.DASHED, label="if evacuated from the start")
     lower.plot(part, stride.hold, color=ORANGE, lw=1.6, label="holding capacity")
-    lower.plot(part, stride.force, color=BLUE, lw=2.2, label="given")
+    lower.plot(part, stride.force, color=BLUE, lw=2.2, label="actual force")
     lower.set(ylim=(0, 1.35 * top), xlim=(float(part[0]), float(part[-1])), ylabel="force [N]")
     lower.set_xlabel("fraction of the stride after heel strike [%]")
     style.key(lower, loc="upper left")
@@ -196,7 +196,7 @@ def draw_exercise_versus_time(result: Result) -> style.Figure:
     upper.plot(
         session.time, flexion_torque, color=GREEN, lw=2.6, alpha=0.7, label="target in flexion"
     )
-    upper.plot(session.time, record.given, color=INK, lw=1.2, label="given")
+    upper.plot(session.time, record.given, color=INK, lw=1.2, label="actual torque")
     top = 1.35 * float(session.torque.max())
     upper.set(ylim=(0, top), ylabel="torque [N m]", xlim=(0, float(session.time[-1])))
     detail = "the torque during extension is not drawn"
@@ -223,7 +223,7 @@ def draw_exercise_versus_angle(result: Result) -> style.Figure:
     style.band(left, grid, reach, top, RED, 0.10)
     left.plot(grid, reach, color=RED, lw=1.3, label="out of reach above")
     left.plot(angle, session.torque[first], color=GREEN, lw=2.6, alpha=0.7, label="target")
-    left.plot(angle, record.given[first], color=INK, lw=1.2, label="given")
+    left.plot(angle, record.given[first], color=INK, lw=1.2, label="actual torque")
     left.set(xlim=(angle[0], angle[-1]), ylim=(0, top))
     left.set(xlabel="flexion [degrees]", ylabel="torque [N m]")
     style.key(left)
