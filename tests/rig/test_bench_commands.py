@@ -44,7 +44,9 @@ def test_serve_says_where_and_ends_with_zero(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     code = "import sys; from layerjam.cli.main import main; sys.exit(main(sys.argv[1:]))"
-    words = ["bench", "serve", "sim:choi2018", "--port", "0", "--pty", str(tmp_path / "bench")]
+    has_terminals = sys.platform != "win32"
+    words = ["bench", "serve", "sim:choi2018", "--port", "0"]
+    words += ["--pty", str(tmp_path / "bench")] if has_terminals else []
     process = subprocess.Popen(
         [sys.executable, "-c", code, *words],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ},
@@ -56,14 +58,16 @@ def test_serve_says_where_and_ends_with_zero(
         host, _, port = first["listening"].rpartition(":")
         client = Client(int(port))
         assert host == "127.0.0.1" and client.ask("*IDN?").count(",") == 3
-        assert (tmp_path / "bench").is_symlink()
+        assert (tmp_path / "bench").is_symlink() is has_terminals
         client.close()
         assert main(["bench", "status", f"tcp:{first['listening']}", "--json"]) == 0
         assert json.loads(capsys.readouterr().out)["state"] == "SAFE"
     finally:
         process.send_signal(signal.SIGTERM)
         _, err = process.communicate(timeout=30)
-    assert process.returncode == 0 and "read_termination" in err
+    assert "read_termination" in err
+    if has_terminals:  # SIGTERM ends a process on Windows before it can react
+        assert process.returncode == 0
 
 
 def test_clear_leaves_a_fault(capsys: pytest.CaptureFixture[str]) -> None:

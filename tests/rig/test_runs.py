@@ -121,7 +121,7 @@ def test_an_export_holds_the_samples(
     """Against what SQLite itself says, read by libraries of others."""
     out = tmp_path / f"a.{ending}"
     made = said(["bench", "export", str(recorded), "--out", str(out)], capsys)
-    with sqlite3.connect(recorded) as base:
+    with contextlib.closing(sqlite3.connect(recorded)) as base:
         rows = base.execute("SELECT seq, vacuum, pump, board_us FROM samples ORDER BY seq")
         seq, vacuum, pump, us = np.array(rows.fetchall()).T
     assert (made["samples"], made["gaps"], made["interrupted"]) == (len(seq), 0, False)

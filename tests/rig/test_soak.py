@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 import types
 from dataclasses import replace
 from typing import Any
@@ -17,6 +18,7 @@ from layerjam.control.settings import KINDS
 from layerjam.rig import board as boards
 from layerjam.rig import soak as rig_soak
 from layerjam.rig.address import VIRTUAL
+from layerjam.rig.board import interpreter_command
 from layerjam.rig.soak import Log, soak
 
 KEYS = {
@@ -57,6 +59,7 @@ def test_a_false_fault_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     assert done.heap_growth is None and done.gaps == 0
 
 
+@pytest.mark.skipif(interpreter_command()[0] == sys.executable, reason="CPython has no such count")
 def test_a_leak_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     """A number that each sample leaves in a list; a list keeps the numbers themselves."""
     sound = boards.firmware_files()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sqlite3
 import time
 from pathlib import Path
@@ -90,7 +91,7 @@ def test_a_run_ends_well_and_holds_each_sample_once(
     assert (made.outcome, made.gaps, made.fault) == ("FINISHED", 0, None)
     assert all(step.reached for step in made.steps)
     assert lines[0].spoilt > 50 and lines[0].passed > 500 * lines[0].spoilt
-    with sqlite3.connect(made.file) as base:
+    with contextlib.closing(sqlite3.connect(made.file)) as base:
         rows = base.execute("SELECT seq, vacuum FROM samples ORDER BY seq").fetchall()
     seq, vacuum = np.array(rows).T
     assert np.array_equal(np.diff(seq), np.ones(len(seq) - 1)) and len(seq) == made.samples > 700
