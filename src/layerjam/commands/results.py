@@ -8,6 +8,7 @@ import math
 import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, replace
+from functools import cache
 from html import escape
 from inspect import get_annotations
 from pathlib import Path
@@ -134,6 +135,7 @@ class Result:
         return 3 if getattr(self, "refused", None) else 0
 
     @classmethod
+    @cache
     def keys(cls) -> tuple[Field[Any], ...]:
         """Return the fields that are keys of the contract.
 
@@ -141,15 +143,10 @@ class Result:
         base results. A key that the class declares again takes its new position.
         """
         key_fields = {f.name: f for f in fields(cls) if "result" in f.metadata}
-        own_annotations = get_annotations(cls)
+        own = get_annotations(cls)
         bases = sorted(cls.__mro__, key=lambda base: issubclass(base, Result))
-        order = [
-            name
-            for base in bases
-            for name in get_annotations(base)
-            if base is cls or name not in own_annotations
-        ]
-        return tuple(key_fields[name] for name in dict.fromkeys(order) if name in key_fields)
+        names = [n for base in bases for n in get_annotations(base) if base is cls or n not in own]
+        return tuple(key_fields[name] for name in dict.fromkeys(names) if name in key_fields)
 
     def lines(self) -> Iterable[str]:
         """Yield the lines of text under the table."""

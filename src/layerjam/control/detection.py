@@ -17,7 +17,9 @@ import numpy as np
 
 from layerjam.control import law
 from layerjam.control.closed_loop_run import compiled_detect, factors
+from layerjam.control.exact import Rates
 from layerjam.control.faults import FaultInjection
+from layerjam.control.plant import Plant
 from layerjam.control.settings import LawSettings, Regulator
 from layerjam.control.through_tube import advance
 from layerjam.mechanics.compilation import compile_loop, hash_files
@@ -87,27 +89,34 @@ class _Trials:
         regulator = self.regulator
         starts = np.linspace(0.0, vacuum, STARTS).tolist()
         pump, zero = regulator.tolerances.pump, regulator.zero
-        ends = itertools.product((-pump, pump), (-zero, zero), (0.0, regulator.longest_lag))
-        times = [
-            self.detection_time(v, fault, ran, end)
-            for end in dict.fromkeys(ends)
-            for v in starts
-            for ran in (True, False)
-        ]
+        times = []
+        for error in dict.fromkeys((-pump, pump)):
+            plant = replace(regulator.plant, rate=regulator.plant.rate * (1 + error))
+            broken = fault, plant, fault.break_plant(plant)
+            shifts = itertools.product((-zero, zero), (0.0, regulator.longest_lag))
+            times += [
+                self.detection_time(v, broken, ran, shift)
+                for shift in dict.fromkeys(shifts)
+                for v in starts
+                for ran in (True, False)
+            ]
         return max(times) + regulator.samples(regulator.vent_fade_time) * regulator.sample_time
 
     def detection_time(
-        self, shows: float, fault: FaultInjection, ran: bool, end: tuple[float, float, float]
+        self,
+        shows: float,
+        broken: tuple[FaultInjection, Plant, Rates],
+        ran: bool,
+        shift: tuple[float, float],
     ) -> float:
         """Return the detection time [s] of a fault that starts at a reading [Pa].
 
-        `ran` states whether the pump was running.
-
-        `end` holds the pump's relative error, the sensor's zero [Pa] and its lag [s].
+        `broken` holds the fault and the plant without and with it.
+        `ran` states whether the pump was running, `shift` holds the sensor's zero [Pa] and lag [s].
         """
         regulator, watch = self.regulator, self.watch
-        dt, zero_error, (pump, zero, lag) = regulator.sample_time, regulator.zero, end
-        plant = replace(regulator.plant, rate=regulator.plant.rate * (1 + pump))
+        dt, zero_error, (zero, lag) = regulator.sample_time, regulator.zero, shift
+        fault, plant, rates = broken
         is_blocked, vacuum = fault.volume < 1, min(max(shows - zero, 0.0), plant.top)
         least = law.healthy_rise(1.0, shows + zero_error, watch[0], *watch[1:3], *watch[18:21]) / dt
         loss = plant.leak * max(shows, 0.5 * plant.top)
@@ -130,7 +139,7 @@ class _Trials:
             )
         memory[0] = gauge + shows - vacuum
         count, code = _compile_trial()(
-            fault.break_plant(plant),
+            rates,
             watch,
             tuple(memory),
             law.fresh()[0],

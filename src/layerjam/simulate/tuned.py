@@ -23,7 +23,7 @@ Array = npt.NDArray[np.float64]
 MOST_SHEETS, MOST_BRAKES = 499, 999
 TRAVELS = SPEEDS = 500
 """Number of travels and speeds that are tried, and of further ones between two of them."""
-AT_ONCE = 1024
+AT_ONCE = 512
 """Number of cases per call, always the same, so that the law compiles once."""
 FEW = 65
 """The same, and the number of travels and speeds, if every stop must be integrated."""

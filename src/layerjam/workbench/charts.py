@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from layerjam.report.chart import Curve, Ends, Pane
 from layerjam.report.style import GREY, INK
@@ -40,16 +41,17 @@ def thin_points(x: Any, y: Any, points: int = POINTS) -> list[list[float | None]
         lowest, highest = part[rows, height.argmin(1)], part[rows, height.argmax(1)]
         pick = np.unique(np.concatenate(([0, last], lowest, highest)))
         x, y = x[pick], y[pick]
-    return [list(pair) for pair in zip(_round_values(x), _round_values(y), strict=True)]
+    pairs = _round_values(np.column_stack((x, y)))
+    numbers = pairs.astype(object)
+    numbers[~np.isfinite(pairs)] = None
+    return numbers.tolist()  # type: ignore[no-any-return]
 
 
-def _round_values(values: Any) -> list[float | None]:
-    """Round to six digits, to send fewer bytes to the browser; None for NaN and infinity."""
+def _round_values(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Round finite values to six digits, to send fewer bytes to the browser."""
     fine = np.isfinite(values) & (values != 0)
-    size = np.floor(np.log10(np.abs(np.where(fine, values, 1.0))))
-    digits = np.clip(5 - size, 0, 300)
-    rounded_values = np.where(fine, np.round(values * 10**digits) / 10**digits, values).tolist()
-    return [v if math.isfinite(v) else None for v in rounded_values]
+    scale = 10 ** np.clip(5 - np.floor(np.log10(np.abs(np.where(fine, values, 1.0)))), 0, 300)
+    return np.where(fine, np.round(values * scale) / scale, values)
 
 
 def chart_options(panes: Sequence[Pane], dark: bool = False) -> dict[str, Any]:

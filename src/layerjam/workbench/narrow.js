@@ -5,6 +5,7 @@ window.layerjamNames = (element, chart, given) => {
   const set = chart.setOption.bind(chart), whole = {};
   const list = document.createElement('ul');
   list.className = 'chart-names';
+  list.hidden = true;
   let below = false;
 
   // each kind of option as it was last given: a narrow chart that is made wide is as it was
@@ -14,7 +15,9 @@ window.layerjamNames = (element, chart, given) => {
   const marked = (one) => one.labelLine?.show;  // a point with its name on a line
   const named = () => (whole.series ?? []).filter(
     one => one.name && (one.endLabel?.show || marked(one)));
-  const tooWide = () => element.clientWidth > 0 && element.clientWidth < NARROW
+  // known from the observer: to ask the element would lay out the page with every move
+  let width = element.clientWidth;
+  const tooWide = () => width > 0 && width < NARROW
     && (whole.grid ?? []).some(one => one.right > BESIDE);
 
   const row = (one) => {
@@ -41,8 +44,8 @@ window.layerjamNames = (element, chart, given) => {
       ? {...one, endLabel: {...one.endLabel, show: false}} : !marked(one) ? one
       : {...one, label: {...one.label, show: false}, labelLine: {show: false}})}),
   };
-  const said = () => JSON.stringify([tooWide(), named().map(one =>
-    [one.name, one.color, one.lineStyle?.type, one.endLabel?.formatter])]);
+  const said = () => !tooWide() ? '' : JSON.stringify(named().map(one =>
+    [one.name, one.color, one.lineStyle?.type, one.endLabel?.formatter]));
 
   let last = '';
   chart.setOption = (option, how) => {
@@ -55,6 +58,7 @@ window.layerjamNames = (element, chart, given) => {
     return set(shown(was === below ? option : {...option, ...whole}), how);
   };
   new ResizeObserver(() => {
+    width = element.clientWidth;
     if (whole.series && tooWide() !== below) chart.setOption({...whole});
   }).observe(element);
   element.append(list);

@@ -43,12 +43,15 @@ class Asking:
 
     def text(self, key: str) -> str:
         """Return a control's value as text for a command."""
-        control = self.controls()[key]
-        return control.text(read_number(self.desk, self.name, control))
+        return self._control_text(self.controls()[key])
 
     def texts(self, *keys: str) -> Options:
         """Return {control: its value as text for a command}."""
-        return {key: self.text(key) for key in keys}
+        controls = self.controls()
+        return {key: self._control_text(controls[key]) for key in keys}
+
+    def _control_text(self, control: Control) -> str:
+        return control.text(read_number(self.desk, self.name, control))
 
     def word(self, option: Choice) -> str:
         """Return the chosen word."""
@@ -230,10 +233,10 @@ class Figures:
 
     def fill(self, result: Any, but: Sequence[str] = ()) -> None:
         """Show the numbers of a result with their units, except `but`, which do not apply."""
+        values, units = result.values, result.units
         for key, cell in self._cells.items():
-            value = None if key in but else result.values.get(key)
-            unit = result.units.get(key, "1")
-            cell.set_text("–" if value is None else format_words(value, unit))
+            value = None if key in but else values.get(key)
+            cell.set_text("–" if value is None else format_words(value, units.get(key, "1")))
 
 
 class Box(ui.column):
