@@ -16,7 +16,7 @@ from layerjam.units import show
 
 @dataclass(frozen=True)
 class Item:
-    """One row: part, description, quantity, file and basis."""
+    """One row of the parts list: part, description, quantity, file and basis."""
 
     item: str
     what: str
@@ -24,7 +24,7 @@ class Item:
     unit: str
     file: str
     basis: str
-    """Basis of the row: drawn, standard or choose."""
+    """Basis of the row: "drawn", "standard" or "choose" (left to the builder)."""
 
 
 def list_items(plan: Drawing, files: Collection[str] | None = None) -> list[Item]:
@@ -118,13 +118,13 @@ def _bought_items(plan: Drawing) -> list[Item]:
 
 
 def tied_girth(plan: Drawing) -> float:
-    """Return the length of a cable tie around the enclosure in its groove [mm]."""
+    """Return the girth of the enclosure in the groove for the cable tie [mm]."""
     lengths, out = plan.lengths, plan.lengths.wall - mm(plan.build.tie_depth)
     return ellipse_girth(lengths.neck_a + out, lengths.neck_b + out)
 
 
 def mould_thread(plan: Drawing) -> Thread | None:
-    """Return the largest thread that fits the holes of the mould; None if it is smaller than M2."""
+    """Return the largest thread that fits the mould's bolt holes; None if not even M2 fits."""
     hole = mm(plan.build.mould_bolt)
     return max(
         (t for t in THREADS if t.clearance <= hole + 1e-9), key=lambda t: t.size, default=None
@@ -132,13 +132,13 @@ def mould_thread(plan: Drawing) -> Thread | None:
 
 
 def mould_nut(plan: Drawing) -> str:
-    """Return the trade name of the nut of the mould's bolts."""
+    """Return the designation of the nuts for the mould's bolts."""
     thread = mould_thread(plan)
     return "for the mould's bolts" if thread is None else f"{thread.name}, ISO 4032"
 
 
 def mould_bolt(plan: Drawing) -> str:
-    """Return the trade name of the mould's bolt, long enough for both halves and its nut."""
+    """Return the designation of a bolt that is long enough for both mould halves and its nut."""
     thread = mould_thread(plan)
     if thread is None:
         return f"for a hole of {mm(plan.build.mould_bolt):g} mm"

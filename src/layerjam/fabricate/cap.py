@@ -15,7 +15,7 @@ from layerjam.fabricate.solid import Box, Ellipse, Prism, Solid, add, cut, make_
 
 
 def screw_places(lengths: Lengths, side: Side) -> list[float]:
-    """Return the y of every screw, which is also that of the holes in the sheets."""
+    """Return the y coordinate of every screw, which is also that of its hole in the sheets [mm]."""
     row = clamp_holes(side.clamped, lengths.width, lengths.screws, lengths.hole)
     return [hole.y for hole in row]
 
@@ -83,10 +83,10 @@ def pin_hole_diameter(build: Build) -> float:
 
 @functools.lru_cache(maxsize=256)
 def shared_volume(bore: float, port: float, length: float) -> float:
-    """Return the volume shared by the air bore and half of the port, from radii and bore length.
+    """Return the volume [mm³] shared by the air bore and the port, which ends at the bore's axis.
 
-    It is the integral of u·min(v, length) over the bore's height, where u and v are the half widths
-    of bore and port. Gauss-Chebyshev quadrature is exact, up to rounding, if the bore is narrower.
+    `bore` and `port` are radii. The volume is the integral of u·min(v, length) over the bore's
+    height, where u and v are the half widths of bore and port. The quadrature is Gauss-Chebyshev.
     """
     count = 256
     total = 0.0
@@ -98,7 +98,7 @@ def shared_volume(bore: float, port: float, length: float) -> float:
 
 
 def make_plate(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
-    """Return the clamp plate of one side, which is open at front and back above its screws."""
+    """Return one side's clamp plate, with a channel from front to back for each screw head."""
     fit, thread = mm(build.fit), lengths.thread
     low, high = lengths.stack / 2, lengths.stack / 2 + lengths.plate_height
     half, depth = lengths.slot / 2 - fit, -(side.tray - fit)

@@ -29,15 +29,15 @@ from layerjam.fabricate.verdicts import Check, constant_text
 from layerjam.units import get, show
 
 HEAD_RIM = 0.4
-"""Clamped length that extends beyond the screw's head [mm]."""
+"""Length by which the clamp must exceed the diameter of a screw's head [mm]."""
 SHARE_OF_BREAK = 1 / 3
-"""Maximum stretch of the enclosure over the cap, relative to its elongation at break."""
+"""Maximum stretch of the enclosure over the cap, as a fraction of its elongation at break."""
 MASS_BOUND, PART_BOUND = 0.10, 0.01
 Limits = Iterator[tuple[tuple[str, ...], Any, Any, str]]
 
 
 def drawable_limits(build: Build, lengths: Lengths) -> Limits:
-    """Yield (inputs, value, upper limit, name of the limit) for each rule; in mm."""
+    """Yield (inputs, value [mm], upper limit [mm], name of the limit) for each drawing rule."""
     wall, clamp = mm(build.wall), mm(build.clamp_radius)
     mould = lengths.mould
     step = (mould.length - mould.flange) / (mould.bolts - 1)
@@ -81,9 +81,9 @@ def drawable_limits(build: Build, lengths: Lengths) -> Limits:
 
 
 def check_drawability(brake: Brake, build: Build, lengths: Lengths) -> None:
-    """Raise QuantityError for choices that cannot be drawn together.
+    """Raise QuantityError if choices cannot be drawn together.
 
-    The error names the input that differs from its default, or an input from the brake.
+    The error names a choice that differs from its default, otherwise an input from the brake.
     """
     for names, value, limit, name in drawable_limits(build, lengths):
         if value < limit:
@@ -111,7 +111,7 @@ def part_checks(
     force: Any,
     friction_source: str = "",
 ) -> Iterator[Check]:
-    """Yield checks C2 (printer) and C4 to C13 at a force [N]; a search passes arrays of brakes."""
+    """Yield checks C2 (printer) and C4 to C13 for a force [N], or for arrays in a search."""
     yield from printing_checks(build, parts)
     yield from clamping_checks(build, lengths)
     yield from sleeve_checks(brake, build, casting, lengths)
@@ -122,7 +122,7 @@ def part_checks(
 
 
 def _length_check(code: str, key: str, value: Any, need: Any, text: str, remedy: str) -> Check:
-    """Return the check of a length [mm]; the brake cannot be drawn if the length is too small."""
+    """Return the check that a length [mm] is sufficient; a brake that fails it cannot be drawn."""
     return Check(
         code=code,
         key=key,
@@ -191,7 +191,7 @@ def screw_notices(lengths: Lengths) -> Iterator[Notice]:
 
 
 def sleeve_checks(brake: Brake, build: Build, cast: Casting, lengths: Lengths) -> Iterator[Check]:
-    """Yield C5 and C6: stretch of the enclosure, and the space that it needs to reach the stack."""
+    """Yield C5 and C6: the enclosure's stretch, and free length for its descent to the stack."""
     edge = (8 - 2 * math.pi) * mm(build.edge)
     girths = {
         "tray": 2 * (lengths.tray_width + lengths.cap_height) - edge,
@@ -245,9 +245,9 @@ def _describe_descent(free: float, need: float, ok: bool | None) -> str:
 
 
 def wall_thicknesses(build: Build, lengths: Lengths) -> dict[str, Any]:
-    """Return the thickness of every wall of the printed parts that stay in the brake, by name [mm].
+    """Return {wall: thickness [mm]} of the printed parts that stay in the brake.
 
-    A rounded edge counts as a sharp corner. It is infinite if a brake lacks the wall.
+    Rounded edges count as sharp corners. A wall that the brake lacks has an infinite thickness.
     """
     thread, fit, back_wall = lengths.thread, mm(build.fit), mm(build.back)
     bore, hole, nut = mm(build.air_bore) / 2, thread.clearance / 2, thread.nut + fit
@@ -309,7 +309,7 @@ WALL_INPUTS = {
     "between two nuts": "sheets.width",
     "between two heads": "sheets.width",
 }
-"""{wall: inputs that make it thicker}; for all other walls, mount.clamped_length."""
+"""{wall: input that makes it thicker}; for any other wall, it is mount.clamped_length."""
 
 
 def seal_check(brake: Brake, build: Build, lengths: Lengths) -> Check:
@@ -341,7 +341,7 @@ def _describe_seal(tension: float, pressure: float, need: float, ok: bool | None
 
 
 def printing_checks(build: Build, parts: Sequence[Part]) -> Iterator[Check]:
-    """Yield C2 (printer): every printed part fits into the printer, parallel to its axes."""
+    """Yield C2 (printer): whether each printed part fits into the printer, parallel to its axes."""
     if build.print_bed is None:
         words = partial(constant_text, "not checked: the printer's build volume is not given")
         yield Check(code="C2", key="print-bed", words=words)

@@ -1,4 +1,4 @@
-"""Choices for a build, from the [build] table of a brake or a workshop, with their sources."""
+"""Choices for a build, from the [build] table of a brake's or a workshop's file, with sources."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -31,7 +31,7 @@ class Choices:
 
     @contextmanager
     def locate_errors(self) -> Iterator[None]:
-        """Turn a QuantityError inside into a FileError with file and line if a file caused it.
+        """Turn a QuantityError in the block into a FileError with its line if a file caused it.
 
         A value from the command or a default has no line; its error remains a QuantityError.
         """
@@ -40,7 +40,7 @@ class Choices:
 
     @property
     def default_keys(self) -> tuple[str, ...]:
-        """Return the keys of [build] that are not set anywhere, so that their defaults apply."""
+        """Keys of [build] that are not set anywhere, so that their defaults apply."""
         names = (f.name for f in fields(self.build))
         return tuple(name for name in names if f"build.{name}" not in self.sources)
 
@@ -48,7 +48,7 @@ class Choices:
 def resolve_choices(
     file: BrakeFile, workshop: str | Path | None = None, overrides: Mapping[str, Any] | None = None
 ) -> Choices:
-    """Return the choices of the command, otherwise of the brake's file, otherwise of a workshop.
+    """Return the choices: the command overrides the brake's file, which overrides a workshop.
 
     `workshop` is the path of a TOML file with a [build] table; `overrides` maps keys of [build] to
     SI values. Raises FileError or QuantityError for values out of bounds or in conflict.

@@ -9,7 +9,7 @@ from layerjam.fabricate.verdicts import Check, constant_text
 from layerjam.toml_files.source import Source
 
 PUNCHED_BELOW = 5.0
-"""Hole diameter [mm] below which a punch is needed, because a plotter knife cuts no round holes."""
+"""Hole diameter [mm] below which a punch is needed: a plotter knife cannot cut the hole round."""
 OWN_KINDS = ("measured", "assumed", "unstated")
 """Kinds of source that are not published."""
 ADVICE = {

@@ -30,7 +30,7 @@ BASIS: Mapping[str, str] = MappingProxyType(
 """{key of [build]: basis of its default}."""
 
 SCREWS = "layerjam assumes one for every 20 mm of width; the paper mentions a 'corresponding screw'"
-"""Basis of the number of screws if it is not stated."""
+"""Basis of the default number of screws."""
 
 DRAWN = (
     (
@@ -47,7 +47,7 @@ DRAWN = (
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """All data of a build of `parallel` times `series` identical brakes."""
+    """All data of a build of `parallel` × `series` identical brakes."""
 
     file: BrakeFile
     choices: Choices
@@ -64,7 +64,7 @@ class Drawing:
     """Accepted failed checks of the brake's file and of the build."""
 
     def with_acceptances(self, acceptances: Sequence[Acceptance]) -> "Drawing":
-        """Return the build with these accepted checks, which its files then state."""
+        """Return the build with these acceptances of failed checks, which its files then state."""
         sentences = [
             " ".join(f"Check {row.check} failed; accepted on {row.date}: {row.reason}".split())
             for row in acceptances
@@ -79,17 +79,17 @@ class Drawing:
 
     @property
     def build(self) -> Build:
-        """Values of the choices for the build."""
+        """Choices for the build, without their sources."""
         return self.choices.build
 
     @property
     def preload(self) -> float:
-        """Force of each clamp screw [N]."""
+        """Force to which each clamp screw is tightened [N]."""
         return screw_preload(self.force, self.file.brake, self.lengths)
 
     @property
     def torque(self) -> float:
-        """Torque of each clamp screw [N m]."""
+        """Tightening torque of each clamp screw [N m]."""
         return screw_torque(self.force, self.file.brake, self.build, self.lengths)
 
     @property
@@ -100,19 +100,19 @@ class Drawing:
 
     @property
     def silicone_parts(self) -> list[float] | None:
-        """Masses of components A and B [kg]; None if the mixing ratio is unknown."""
+        """Masses of the silicone's components A and B [kg]; None if the mixing ratio is unknown."""
         return split_mix(self.file.making.enclosure.mix, self.silicone_mass)
 
     @property
     def yoke_moment(self) -> float | None:
-        """Maximum bending moment [N m] in each of the two yokes of a side; None if it has none."""
+        """Maximum bending moment [N m] in each of a side's two yokes; None if there are none."""
         if self.parallel == 1:
             return None
         step, middle = brake_pitch(self.build, self.lengths) * 1e-3, (self.parallel - 1) / 2
         return self.force * sum(abs(i - middle) * step for i in range(self.parallel)) / 4
 
     def assumptions(self) -> list[str]:
-        """Return the values that have been neither measured nor set, each with a reason."""
+        """Return the assumptions of the build, including each default value with its basis."""
         specs = dict(entries(Build))
         sentences = []
         for name in self.choices.default_keys:
@@ -134,8 +134,8 @@ def draw_build(
 ) -> Drawing:
     """Return the build of a brake whose maximum force is `force` [N].
 
-    Raises QuantityError for choices in conflict, CannotBuildError if no lengths fit. Other reasons
-    not to build it are in `checks`.
+    Raises QuantityError for choices in conflict, CannotBuildError if no screw is long enough. Any
+    other reason why it cannot be built is in the result's `checks`.
     """
     brake, build, casting = file.brake, choices.build, file.making.enclosure
     sizes = compute_lengths(brake, build)

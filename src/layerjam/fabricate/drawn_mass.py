@@ -35,8 +35,8 @@ class Draws:
     def __call__(self, brake: Brake, force: Any) -> Bill:
         """Return the bills of brakes whose sheets are arrays, at their maximum forces [N].
 
-        The list of prisms depends on the numbers of screws and mould bolts, so brakes that share
-        both are drawn together.
+        The list of prisms depends on the numbers of screws and mould bolts, so brakes with the same
+        numbers are drawn together.
         """
         sizes = compute_lengths(brake, self.build)
         has_limit = ~np.isnan(np.asarray(brake.film.strength, float))

@@ -32,7 +32,7 @@ class Frame:
 def write_dxf(
     parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[str] = ()
 ) -> bytes:
-    """Return the bytes of the file; without a `frame`, it contains only lines to cut.
+    """Return the bytes of a DXF file; if `frame` is None, it contains only lines to cut.
 
     `notes` are comments for people, which machines ignore. The format is R2000, the oldest version
     with a unit and with arcs in an outline. Raises MissingExtraError if ezdxf is not installed.
@@ -60,7 +60,7 @@ def write_dxf(
 
 @contextmanager
 def _fix_metadata() -> Iterator[None]:
-    """Suppress the time and the random identifier that ezdxf writes into a file."""
+    """Prevent ezdxf from writing the time and a random identifier into a file."""
     import ezdxf
 
     before = ezdxf.options.write_fixed_meta_data_for_testing

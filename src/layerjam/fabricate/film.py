@@ -22,7 +22,7 @@ from layerjam.units import show
 LARGEST = (1169.0, 777.0)
 """Length and width of the pieces if no stock is given: A0 with space for a ruler [mm]."""
 LEAST_HOLE, HOLE_BY_THICKNESS, LEAST_RIM = 1.0, 1.5, 1.0
-"""Limits of a cutting service: smallest hole [mm] and [sheet thicknesses], smallest rim [mm]."""
+"""A cutting service's limits: smallest hole [mm], also in sheet thicknesses; smallest rim [mm]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +35,7 @@ class Film:
     """The same parts laid out on pieces of stock, kerf included."""
     checks: Sequence[Check]
     notes: Sequence[str]
-    """Sentences that are in every file."""
+    """Sentences that are written to every file."""
     used: float
     """Fraction of the stock that is used for parts."""
 
@@ -145,7 +145,7 @@ def _stock_size(build: Build) -> tuple[float, float] | None:
 
 
 def _orient_bed(parts: Sequence[CutPart], bed: Sequence[float]) -> tuple[float, float]:
-    """Return the size of the laser bed [mm], its longer side along the film if the parts fit."""
+    """Return the laser bed's length and width [mm], swapped if the parts only fit that way."""
     short, long = sorted(map(mm, bed))
     widest = max(part.outline.width for part in parts)
     longest = max(part.outline.length for part in parts)
@@ -153,7 +153,7 @@ def _orient_bed(parts: Sequence[CutPart], bed: Sequence[float]) -> tuple[float, 
 
 
 def stock_margin(parts: Sequence[CutPart], build: Build) -> Any:
-    """Return the size of stock and laser bed relative to the largest part; at least 1 is enough."""
+    """Return the ratio of the space on stock and laser bed to the largest part; 1 is sufficient."""
     around, stock_fit = mm(build.kerf) + 2 * mm(build.margin), math.inf
     sizes = [(p.outline.length + around, p.outline.width + around) for p in parts]
     rooms = [room for room in (_stock_size(build),) if room]
@@ -197,7 +197,7 @@ def _bed_check(
     bed: tuple[float, float] | None,
     stock: tuple[float, float] | None,
 ) -> Check:
-    """Return C2 (laser bed): pieces may be turned on the bed, together with all their parts."""
+    """Return C2 (laser bed): whether each piece fits on the bed, on which it may be turned."""
     if bed is None:
         words = partial(constant_text, "not checked: the laser bed is not given")
         return Check(code="C2", key="laser-bed", words=words)
@@ -271,7 +271,7 @@ def auxiliary_files(
 def auxiliary_plates(
     build: Build, lengths: Lengths, parallel: int, series: int
 ) -> dict[str, Outline]:
-    """Return the jig, and the yoke and link if the array needs them, by name [mm]."""
+    """Return {name: outline [mm]} of the jig, and of yoke and link if the array needs them."""
     bore = mm(build.pin) + mm(build.pin_clearance)
     outlines = {"jig": jigs.make_jig(lengths.pin_to_pin, bore)}
     if parallel > 1:
@@ -282,7 +282,7 @@ def auxiliary_plates(
 
 
 def brake_pitch(build: Build, lengths: Lengths) -> float:
-    """Return the distance between two parallel brakes [mm], which their enclosures or heads set."""
+    """Return the distance between the axes of parallel brakes [mm], set by enclosure or head."""
     return max(lengths.tray_width + 2 * lengths.wall, lengths.head) + mm(build.gap)
 
 
@@ -294,7 +294,7 @@ _EDGE = 1.0
 def write_svg(
     parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[str] = ()
 ) -> bytes:
-    """Return the bytes of the file: red is cut, blue is cut first, and grey (a `frame`) is not cut.
+    """Return an SVG file as bytes: red is cut, blue is cut first, grey (`frame`) is not cut.
 
     `notes` are sentences for the reader of the file; they are not drawn.
     """

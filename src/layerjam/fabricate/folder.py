@@ -1,6 +1,6 @@
 """Folder of a build, whose files are written completely or not at all.
 
-The name of the brake never determines a path inside the folder.
+Paths inside the folder never depend on the name of the brake.
 """
 
 import json
@@ -24,7 +24,7 @@ LIST = "build.json"
 
 
 def check_folder(out: str | Path, overwrite: bool) -> Path:
-    """Return the folder to create; raises FileError, before any computation, if that is impossible.
+    """Return the folder to create; raises FileError, before any computation, if this is impossible.
 
     With `overwrite`, an existing folder is replaced if it contains only files of an earlier build.
     """
@@ -95,7 +95,7 @@ def require_extra() -> None:
 def make_files(drawing: Drawing, *, with_step: bool, coupons: bool) -> dict[str, str | bytes]:
     """Return {path: content} of film patterns, printed parts, CAD and parts list.
 
-    Raises MissingExtraError if the `build` extra is not installed, or `step` if STEP is requested.
+    Raises MissingExtraError if the `build` extra, or the `step` extra for STEP, is not installed.
     """
     content: dict[str, str | bytes] = {**drawing.film.files()}
     content |= auxiliary_files(

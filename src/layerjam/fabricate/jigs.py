@@ -11,7 +11,7 @@ EYE = 15.0
 SLATS, SLAT = 10, 10.0
 """Number of slats in the comb, and width of each [mm]."""
 _SLED = 25.0
-"""Side of the sled's face in the paper's friction test [mm]."""
+"""Side length of the sled's face in the paper's friction test [mm]."""
 
 
 def rim_width(bore: float) -> float:
@@ -20,7 +20,7 @@ def rim_width(bore: float) -> float:
 
 
 def make_jig(pin_to_pin: float, bore: float) -> Outline:
-    """Return a board with two holes for the pins, at the distance that they have at rest."""
+    """Return a board with a hole for each pin, at the distance between the pins at rest."""
     edge = rim_width(bore) + 5
     return Outline(
         length=pin_to_pin + 2 * edge,
@@ -32,7 +32,7 @@ def make_jig(pin_to_pin: float, bore: float) -> Outline:
 
 
 def make_yoke(brakes: int, pitch: float, bore: float) -> Outline:
-    """Return a plate across `brakes` in parallel; the load hangs from the eye in its middle.
+    """Return a plate that joins parallel brakes; the load hangs from the eye in its middle.
 
     The eye is not in the row of the pins, because an odd number of brakes has a pin in the middle.
     """
@@ -49,7 +49,7 @@ def make_yoke(brakes: int, pitch: float, bore: float) -> Outline:
 
 
 def make_link(head: float, gap: float, bore: float) -> Outline:
-    """Return a plate between two brakes in series; `head` is the length of the head of a cap."""
+    """Return a plate that joins two brakes in series; `head` is the length of a cap's head."""
     edge = rim_width(bore)
     return Outline(
         length=head + gap + 2 * edge,
@@ -61,11 +61,11 @@ def make_link(head: float, gap: float, bore: float) -> Outline:
 
 
 def make_coupon(hole: float, gap: float) -> list[Outline]:
-    """Return test pieces to cut first from the same film, in its direction, at nominal size.
+    """Return test pieces at nominal size, to cut first, from the same film in the same direction.
 
     A comb of ten slats in a frame measures the kerf: pushed together, the slats leave a gap of
-    eleven kerfs. The square with a hole measures the kerf again. A strip and three patches are for
-    `layerjam friction`.
+    eleven kerfs. The square with a hole measures the kerf again. A strip and three patches are
+    specimens for `layerjam friction`.
     """
     comb = Outline(
         length=SLATS * SLAT,

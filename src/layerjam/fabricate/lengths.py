@@ -3,7 +3,7 @@
 Geometry in this folder is in mm, as in workshop files; records and JSON stay in SI. x points along
 the pull, y across the sheets, z through the stack, whose middle is z = 0.
 
-If the sheets of a brake are arrays, so are all lengths: a search computes many at once.
+If the values of a brake's sheets are arrays, so are its lengths: a search computes many at once.
 """
 
 from collections.abc import Callable
@@ -21,13 +21,13 @@ from layerjam.units import show
 M5_BORE = 4.2
 """Diameter of the hole into which an M5 thread is cut [mm]; M5 has a minor diameter of 4.134 mm."""
 M5_PITCH, M5_LEAST = 0.8, 4.0
-"""Pitch of M5 and its shortest length in printed resin [mm]: layerjam assumes five turns.
+"""Pitch of M5 and shortest thread in printed resin [mm]: layerjam assumes five turns.
 
 A fitting tightened by hand to 0.5 N m pulls with 500 N (K = 0.2). A resin with a strength of 40
-MPa, or 23 MPa in shear, carries this over 0.6 pi d L if L is at least 2.3 mm.
+MPa, or 23 MPa in shear, carries this force over an area of 0.6 pi d L if L is at least 2.3 mm.
 """
 GLUED = 0.1
-"""Clearance between the bore and a tube that is glued in, on the diameter [mm]."""
+"""Diametral clearance between the bore and a tube that is glued in [mm]."""
 PORT_WALL = 2.0
 SPARE = 0.1
 """Smallest height of the air bore above the tray's floor [mm]."""
@@ -39,14 +39,14 @@ BOLT_SPACING = 45.0
 KEY_HEIGHT, KEY_DEPTH = 4.0, 5.0
 """Height of the mould's keys and depth of their holes [mm]."""
 FLANGE = 6.0
-"""Width of the plastic around the bolt hole of a mould [mm]."""
+"""Width of a mould's flange in addition to the bolt hole [mm]."""
 
 
 R = TypeVar("R")
 
 
 def mm(value: Any) -> Any:
-    """Return a length in mm, given in m, without rounding errors from the conversion."""
+    """Return a length [m] in mm, without rounding errors from the conversion."""
     return _round_value(value * 1e3, 14)
 
 
@@ -57,12 +57,12 @@ def _round_value(value: Any, digits: int) -> Any:
 
 
 def _to_count(value: Any) -> Any:
-    """Return a count as an int; an array of counts is returned as it is."""
+    """Return a count as an int; an array of counts is returned unchanged."""
     return value if np.ndim(value) else int(value)
 
 
 def map_arrays(record: R, change: Callable[[Any], Any]) -> R:
-    """Return a record with every array changed, including those in nested records."""
+    """Return a record with `change` applied to every array, including those in nested records."""
     changes: dict[str, Any] = {}
     for f in fields(record):  # type: ignore[arg-type]
         value = getattr(record, f.name)
@@ -74,7 +74,7 @@ def map_arrays(record: R, change: Callable[[Any], Any]) -> R:
 
 
 class CannotBuildError(LayerjamError):
-    """A brake that cannot be drawn: a result, not invalid input; `key` is the reason."""
+    """A brake that cannot be drawn: a result, not invalid input; `reason` is the cause."""
 
     key: ClassVar[str] = "cannot-build"
 
@@ -91,28 +91,28 @@ class Side:
     """Sheets, spacers and lengths at one end of the brake."""
 
     name: str
-    """"left" or "right"."""
+    """Either "left" or "right"."""
     sheets: int
     """Number of sheets clamped at this end."""
     spacers: int
-    """Number of spacers between them, one for every sheet of the opposite side."""
+    """Number of spacers between these sheets, one for every sheet of the opposite side."""
     clamped: float
     """c_i: length of a sheet and of a spacer inside the cap."""
     tray: float
-    """T: clamped length plus air space."""
+    """T: length of the tray, which is the clamped length plus the air space."""
     reach: float
     """Length of the cap inside the enclosure: tray, back wall and neck."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Mould:
-    """Mould of the enclosure, which parts at z = 0, and its casting."""
+    """Mould of the enclosure, with its parting plane at z = 0, and the casting."""
 
     inner_width: float
     inner_height: float
     outer_width: float
     outer_height: float
-    """Heights and widths of core and cavity, shrinkage included."""
+    """Widths and heights of core (inner) and cavity (outer), shrinkage included."""
     casting: float
     """Length of the cavity."""
     core: float
@@ -123,7 +123,7 @@ class Mould:
     """Height of one half of the mould."""
     flange: float
     bolts: int
-    """Number of bolt positions in each flange; the middle one is a key."""
+    """Number of bolt positions in each flange; the middle one has a key."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,7 +162,7 @@ class Lengths:
     """Width and length of the head that holds the pin."""
     head_height: float
     air_axis: float
-    """z of the air bore's axis; higher for a thin stack, so that it is above the tray's floor."""
+    """z of the air bore's axis; raised if the bore would otherwise cut into the tray's floor."""
     port: float
     """Diameter of the port's bore."""
     port_length: float
@@ -175,7 +175,7 @@ class Lengths:
     pin_to_pin: float
     overall: float
     strap: float
-    """Largest distance between the pins in use: pin to pin plus the usable travel."""
+    """Largest distance between the pins in use: their distance at rest plus the usable travel."""
     mould: Mould
 
     @property
@@ -185,15 +185,15 @@ class Lengths:
 
     @property
     def has_same_caps(self) -> bool:
-        """Return whether one cap fits both ends, for every brake."""
+        """Whether one cap fits both ends of every brake."""
         return np.allclose(self.left.clamped, self.right.clamped, rtol=1e-9, atol=0.0)
 
 
 def compute_lengths(brake: Brake, build: Build) -> Lengths:
     """Return all lengths of a build [mm].
 
-    Raises QuantityError for a hole that is too small for any screw or for parts in conflict, and
-    CannotBuildError if no screw on sale is long enough.
+    Raises QuantityError if the hole is too small for any screw, and CannotBuildError if no screw on
+    sale is long enough.
     """
     sheets = brake.sheets
     thread, screw, floor, heights = _clamping_lengths(brake, build)
@@ -252,7 +252,7 @@ def compute_lengths(brake: Brake, build: Build) -> Lengths:
 
 
 def _clamping_lengths(brake: Brake, build: Build) -> tuple[Thread, Any, Any, tuple[Any, Any, Any]]:
-    """Return thread, screw length (NaN if none), floor, and heights of plate, shelf and cap."""
+    """Return thread, screw length (NaN if too long), floor, and heights of plate, shelf and cap."""
     hole = mm(brake.mount.screw_hole)
     thread = find_thread(hole)
     if thread is None:
@@ -296,11 +296,11 @@ def _side_lengths(brake: Brake, build: Build, name: str) -> Side:
 
 
 def _neck_axes(aspect: Any, girth: Any, flattest: float) -> tuple[Any, Any]:
-    """Return half axes of an ellipse of a given girth, as flat as the cap if the seal allows this.
+    """Return half axes of an ellipse of a given girth, as flat as the cap if the seal allows it.
 
     The pressure of a tie is lowest at the flattest point: its tension divided by its width and the
     radius a²/b there; `flattest` is the largest radius [mm] that seals. A flatter shape is made
-    rounder until it seals, and circular below `ROUND_BELOW`.
+    rounder until it seals. Below an aspect ratio of `ROUND_BELOW`, it is circular.
     """
     shape = np.clip(aspect, 1.0, FLATTEST)
     shape = np.minimum(shape, flattest * ellipse_girth(1.0, 1 / shape) / girth)
@@ -312,7 +312,7 @@ def _neck_axes(aspect: Any, girth: Any, flattest: float) -> tuple[Any, Any]:
 def ellipse_girth(a: Any, b: Any) -> Any:
     """Return the girth of an ellipse with half axes a and b, by the arithmetic-geometric mean.
 
-    Six rounds are exact, up to rounding, for any b from a/100 to a.
+    Six iterations are exact, up to rounding, for any b from a/100 to a.
     """
     mean, geometric, square, weight = a, b, (a * a + b * b) / 2, 0.5
     for _ in range(6):
@@ -324,7 +324,7 @@ def ellipse_girth(a: Any, b: Any) -> Any:
 
 
 def _mould_lengths(build: Build, inner: tuple[float, float], wall: float, sleeve: float) -> Mould:
-    """Return the mould of an enclosure; the cavity is larger by the shrinkage."""
+    """Return the mould of an enclosure; core and cavity are enlarged by the shrinkage."""
     scale = 1 + build.shrinkage
     inner_width, inner_height = inner[0] * scale, inner[1] * scale
     outer_width, outer_height = (inner[0] + 2 * wall) * scale, (inner[1] + 2 * wall) * scale

@@ -13,7 +13,7 @@ from layerjam.fabricate.parts import Part
 STEEL = 7850.0
 """Density of screws and nuts [kg/m³]."""
 SOCKET_AND_THREAD = 0.1
-"""Fraction of the volume of a screw's cylinders that its socket and thread remove."""
+"""Fraction by which socket and thread reduce the volume of a screw's cylinders."""
 UNWEIGHED = ("cable ties", "tube fittings", "tube", "dowel pins")
 """Parts whose mass is unknown, because the builder chooses the make."""
 
@@ -27,7 +27,7 @@ class MassRow:
     unit_mass: float
     basis: str
     fitting: bool = True
-    """Whether it is a fitting: neither a sheet nor the enclosure between the caps."""
+    """Whether they are fittings: neither sheets nor the enclosure between the caps."""
 
     @property
     def mass(self) -> float:
@@ -70,12 +70,12 @@ def mass_rows(brake: Brake, build: Build, lengths: Lengths, parts: Sequence[Part
 
 
 def screw_name(lengths: Lengths) -> str:
-    """Return the trade name of the screw."""
+    """Return the designation of the clamp screw, such as M3 × 20."""
     return f"{lengths.thread.name} × {lengths.screw_length}"
 
 
 def screw_mass(lengths: Lengths) -> float:
-    """Return the mass of a steel cylinder with a cylinder head, minus a tenth [kg]."""
+    """Return the mass of a steel cap screw, two cylinders minus a tenth [kg]."""
     thread = lengths.thread
     head = math.pi / 4 * thread.head**2 * thread.head_height
     shank = math.pi / 4 * thread.size**2 * lengths.screw_length
@@ -83,7 +83,7 @@ def screw_mass(lengths: Lengths) -> float:
 
 
 def nut_mass(lengths: Lengths) -> float:
-    """Return the mass of a steel hexagon with a hole [kg]."""
+    """Return the mass of a nut, a steel hexagon with a hole [kg]."""
     thread = lengths.thread
     area = math.sqrt(3) / 2 * thread.nut**2 - math.pi / 4 * thread.size**2
     return area * thread.nut_height * STEEL * 1e-9

@@ -38,7 +38,7 @@ class Mesh:
 
 @functools.lru_cache(maxsize=64)
 def make_mesh(part: Solid) -> Mesh:
-    """Return a part's mesh, which is always the same for the same part.
+    """Return a part's mesh; identical parts have identical meshes.
 
     Raises MissingExtraError if the `build` extra is not installed, and RuntimeError for a mesh that
     is not closed, which would be a bug.
@@ -63,7 +63,7 @@ def _sweep_prism(prism: Prism) -> Any:
     """Return one prism as a closed mesh; its faces are exactly at the given coordinates.
 
     Two prisms meet in one plane only if both have the same coordinate for it, to the last bit. A
-    library that sweeps outlines rounds the coordinates, and leaves invisibly thin skins.
+    library that sweeps outlines would round the coordinates and leave invisibly thin skins.
     """
     from manifold3d import Manifold, Mesh64
 
@@ -85,7 +85,7 @@ def _sweep_prism(prism: Prism) -> Any:
 
 
 def _sort_mesh(name: str, corners: NDArray[np.float64], triangles: NDArray[np.int64]) -> Mesh:
-    """Return vertices and triangles in an order that depends only on their positions."""
+    """Return the mesh with vertices and triangles in an order determined by their positions."""
     order = np.lexsort(corners.T[::-1])
     rank = np.empty(len(order), dtype=np.int64)
     rank[order] = np.arange(len(order))

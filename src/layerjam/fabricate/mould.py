@@ -1,6 +1,6 @@
 """The enclosure, its mould and the mould's core (section 2.4) [mm]; x = 0 is in the middle.
 
-The mould parts at z = 0. Both flanges have bolts; keys replace the middle pair. The sprue is at one
+The halves meet at z = 0. Both flanges have bolts; keys replace the middle pair. The sprue is at one
 end and two vents are at the other, in the length that is cut off. The mould is filled upright.
 """
 
@@ -39,7 +39,7 @@ def make_core(lengths: Lengths) -> Solid:
 
 
 def make_bottom(lengths: Lengths, build: Build) -> Solid:
-    """Return the lower half, with the pins of the keys."""
+    """Return the lower half of the mould, with the pins of the keys."""
     pins = [
         add("z", 0, KEY_HEIGHT, Ellipse.circle(place, mm(build.key)))
         for place in bolt_places(lengths)[1]
@@ -49,7 +49,7 @@ def make_bottom(lengths: Lengths, build: Build) -> Solid:
 
 
 def make_top(lengths: Lengths, build: Build) -> Solid:
-    """Return the upper half, with the holes for the keys, the sprue and the vents."""
+    """Return the upper half of the mould, with the holes for the keys, the sprue and the vents."""
     mould = lengths.mould
     prisms = list(_mould_half(lengths, build, below=False))
     wide = mm(build.key) + mm(build.key_clearance)
@@ -72,7 +72,7 @@ def vent_places(lengths: Lengths, build: Build) -> list[tuple[tuple[float, float
 
 
 def _mould_half(lengths: Lengths, build: Build, below: bool) -> Iterator[Prism]:
-    """Yield one half without keys and openings: block, cavity, core seats and bolt holes."""
+    """Yield one mould half without keys and openings: block, cavity, core seats and bolt holes."""
     mould, gap = lengths.mould, mm(build.core_clearance)
     length, width = mould.length / 2, mould.width / 2
     low, high = (-mould.half, 0.0) if below else (0.0, mould.half)

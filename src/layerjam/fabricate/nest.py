@@ -1,4 +1,4 @@
-"""Film parts in rows on the stock [mm], never turned, because film differs along and across."""
+"""Layout of film parts in rows on the stock [mm]; no part is turned, as film is anisotropic."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -38,7 +38,7 @@ class Piece:
 def find_too_large(
     parts: Sequence[CutPart], stock: tuple[float, float], margin: float
 ) -> tuple[str, str, float] | None:
-    """Return (part, "length" or "width", excess [mm]) for a part too large for the stock."""
+    """Return (part, "length" or "width", excess [mm]) of the first part too large for the stock."""
     for part in parts:
         for axis, room in zip(("length", "width"), stock, strict=True):
             excess = getattr(part.outline, axis) + 2 * margin - room
@@ -53,7 +53,7 @@ def nest_parts(
     """Return the parts on as many pieces of `stock` (length, width) as needed.
 
     A part is placed in the first row that is wide and long enough; otherwise, it starts a new row.
-    Raises ValueError for a part that `find_too_large` names.
+    Raises ValueError if a part is too large for the stock.
     """
     if find_too_large(parts, stock, margin):
         raise ValueError("a part is larger than the stock")
@@ -63,10 +63,10 @@ def nest_parts(
 def nest_tightly(
     parts: Sequence[CutPart], *, margin: float, gap: float, bounds: tuple[float, float]
 ) -> list[Piece]:
-    """Return the parts on the smallest rectangle into which all of them fit, if no stock is given.
+    """Return the parts on the smallest rectangle into which all of them fit.
 
-    If that would exceed `bounds` (length, width), the result is pieces of that size, with the last
-    one as small as possible. A part longer or wider than `bounds` gets the size that it needs.
+    If it would exceed `bounds` (length, width), the parts are divided among several pieces, each as
+    small as possible. For a part that is longer or wider, `bounds` are extended.
     """
     longest = max(part.outline.length for part in parts) + 2 * margin
     widest = max(part.outline.width for part in parts) + 2 * margin
@@ -82,7 +82,7 @@ def nest_tightly(
 def _row_lengths(
     steps: Mapping[float, int], start: float, least: float, longest: float, enough: int = 150
 ) -> list[float]:
-    """Return the shortest row lengths, from `least` to `longest`, for some parts of each kind."""
+    """Return the shortest lengths of rows with some parts of each kind, `least` to `longest`."""
     sums = {start}
     for step, count in steps.items():
         rows = int(min(count, (longest - start) // step))
@@ -109,7 +109,7 @@ class _Filling:
             self._lay_part(part)
 
     def _lay_part(self, part: CutPart) -> None:
-        """Place all parts of one kind; a row too short for one is too short for the next."""
+        """Place all parts of one kind; a row without space for one has no space for the next."""
         long, wide = part.outline.length, part.outline.width
         row = 0
         for _ in range(part.count):
@@ -136,7 +136,7 @@ class _Filling:
         return _Row(len(self.places) - 1, low, wide, self.margin)
 
     def least(self) -> list[tuple[float, float]]:
-        """Return the length and width that each piece needs."""
+        """Return the length and width that each piece needs [mm]."""
         ends = [(0.0, 0.0)] * len(self.places)
         for row in self.rows:
             long, wide = ends[row.piece]

@@ -1,7 +1,7 @@
 """Flat parts: rectangles with rounded ends and round holes, in mm.
 
-All flat parts (sheets, spacers, yokes, links, the jig and the coupons) have this form, so the area,
-the cut length and the kerf offset have closed forms and need no library.
+All flat parts (sheets, spacers, yokes, links, the jig and the coupons) have this shape, so area,
+cut length and kerf offset have closed forms and need no library.
 
 x runs along the part from its first end, y across it; y = 0 is in the middle.
 """
@@ -83,10 +83,10 @@ class Outline:
         return edge + sum(inside)
 
     def add_kerf(self, kerf: float) -> "Outline":
-        """Return the path along which a cut of width `kerf` [mm] leaves exactly this part.
+        """Return the outline along which a cut of width `kerf` [mm] leaves exactly this part.
 
-        The edge moves outwards by half the kerf, and the diameter of holes becomes smaller by the
-        kerf. Sharp corners are rounded by half the kerf.
+        The edge moves outwards by half the kerf, and the diameter of holes decreases by the kerf.
+        Sharp corners get a radius of half the kerf.
         """
         if kerf == 0:
             return self
@@ -115,7 +115,7 @@ class Outline:
         return x, y - self.width / 2, x + self.length, y + self.width / 2
 
     def rim(self) -> Any:
-        """Return the smallest gap [mm] from a hole to an edge or hole; below 0 they overlap."""
+        """Return the smallest gap [mm] from a hole to an edge or hole; negative if they overlap."""
         least = [self._edge_distance(hole) for hole in self.holes]
         for i, first in enumerate(self.holes):
             for second in self.holes[i + 1 :]:

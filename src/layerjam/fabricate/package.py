@@ -30,7 +30,7 @@ RELATIONS = (
 
 
 def write_stl(mesh: Mesh) -> bytes:
-    """Return a binary STL in mm, a format without units and without connectivity."""
+    """Return a binary STL file in mm; the format has neither units nor connectivity."""
     corners = mesh.corners[mesh.triangles].astype("<f4")
     normals = np.cross(
         mesh.corners[mesh.triangles[:, 1]] - mesh.corners[mesh.triangles[:, 0]],

@@ -11,7 +11,7 @@ from layerjam.fabricate.solid import Solid
 
 @dataclass(frozen=True)
 class Part:
-    """A solid, and its number in one brake."""
+    """A solid, and the number of copies for one brake."""
 
     solid: Solid
     count: int

@@ -1,8 +1,8 @@
 """Metric screws, nuts and clearance holes of the clamp, in mm.
 
-All values were compared with transcriptions of the standards. Heads and lengths (ISO 4762) and nuts
-(ISO 4032) are from FreeCAD's Fasteners workbench; nuts (BS EN ISO 4032:2001) and coarse pitches
-(ISO 261) from engineersedge; clearance holes (ISO 273) from two tables.
+All values were compared with transcriptions of the standards. The sources are FreeCAD's Fasteners
+workbench for heads and lengths (ISO 4762) and nuts (ISO 4032), engineersedge for nuts (BS EN ISO
+4032:2001) and coarse pitches (ISO 261), and two tables for clearance holes (ISO 273).
 """
 
 import math
@@ -23,7 +23,7 @@ class Thread:
     """Nominal diameter of the thread, which has the coarse pitch (ISO 261)."""
     pitch: float
     head: float
-    """Diameter of the head (ISO 4762, dk of a plain (unknurled) head)."""
+    """Diameter of the head (dk of a plain, unknurled head in ISO 4762)."""
     head_height: float
     nut: float
     """Width across flats of the nut (ISO 4032)."""
@@ -42,12 +42,12 @@ class Thread:
 
     @property
     def name(self) -> str:
-        """Trade name, such as M3."""
+        """Designation, such as M3."""
         return f"M{self.size:g}"
 
     @property
     def stress_area(self) -> float:
-        """Return the stress area of the thread [mm²], from the mean of pitch and minor diameter.
+        """Stress area of the thread [mm²], from the mean of pitch diameter and minor diameter.
 
         It is pi/4 ((d2 + d3)/2)^2 (ISO 898-1), with d2 = d - 3/8 sqrt(3) P and d3 = d - 17/24
         sqrt(3) P.
@@ -67,13 +67,13 @@ THREADS = (
 
 
 def find_thread(hole: float) -> Thread | None:
-    """Return the largest thread that passes through a sheet's hole [mm], or None if below M2."""
+    """Return the largest thread that passes through a sheet's hole [mm]; None if none does."""
     return max(
         (t for t in THREADS if t.size <= hole * (1 + 1e-9)), key=lambda t: t.size, default=None
     )
 
 
 def sold_length(least: Any, thread: Thread) -> Any:
-    """Return the shortest screw on sale that is at least `least` [mm] long; NaN above 60 mm."""
+    """Return the shortest screw length on sale that is at least `least` [mm]; NaN above 60 mm."""
     least = np.maximum(least, thread.shortest) * (1 - 1e-12)
     return np.array([*LENGTHS, np.nan])[np.searchsorted(LENGTHS, least)]

@@ -22,7 +22,7 @@ BY_HAND = ", too much by hand: use a press, a less viscous silicone or a thicker
 BEND = 1e-4
 """Deflection of the core above which the wall is uneven [m]."""
 LEAST_PUSH = 1.0
-"""Force that the core should bear at this deflection [N]."""
+"""Smallest force that should cause this deflection [N]."""
 THIN = 0.3e-3
 """Wall thickness below which filling requires a known viscosity [m]."""
 
@@ -47,11 +47,11 @@ def split_mix(mix: str | None, mass: float) -> list[float] | None:
 
 
 def filling_pressure(lengths: Lengths, viscosity: float, pot_life: float) -> float:
-    """Return the pressure [Pa] that fills the mould, as a flat slot, in half the pot life.
+    """Return the pressure [Pa] that fills the mould, treated as a flat slot, in half the pot life.
 
     It is 12 η (V / ½ pot life) ℓ / (girth w³), the Poiseuille flow between two plates a distance w
     apart and as wide as the girth at mid-wall. The mould is just full, so its whole length resists.
-    Corners count as rounded; with the sharp ones of the paper's brake, 5 % more flows through.
+    Corners count as rounded; with the sharp corners of the paper's brake, the flow is 5 % higher.
     """
     mould = lengths.mould
     wall = (mould.outer_width - mould.inner_width) / 2

@@ -1,8 +1,8 @@
 """A printed part as a short list of prisms, the single description behind all formats [mm].
 
-A prism is a section swept along an axis, added to the part or cut from it. Volume by closed form
-(here), mesh (`mesh`) and STEP solid (`step`) follow from the same list and must agree. Added prisms
-touch and never overlap; cuts are inside added prisms, and the shared volume of two cuts is stated.
+A prism is a section swept along an axis, added to the part or cut from it. The closed-form volume
+(here), mesh (`mesh`) and STEP solid (`step`) follow from this list and must agree. Added prisms may
+touch but never overlap; cuts are inside added prisms, and the shared volume of two cuts is stated.
 """
 
 import math
@@ -22,7 +22,7 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Box:
-    """Rectangle between two corners; `radius` rounds all of them."""
+    """Rectangle between two opposite corners; `radius` rounds all four."""
 
     low: Point
     high: Point
@@ -76,14 +76,14 @@ class Ellipse:
         return math.pi * self.first * self.second
 
     def outline(self) -> list[Point]:
-        """Return points along the edge, counter-clockwise."""
+        """Return points along the edge, anticlockwise."""
         (u, v), count = self.centre, 4 * segment_count(max(self.first, self.second), math.pi / 2)
         angles = (2 * math.pi * k / count for k in range(count))
         return [(u + self.first * math.cos(a), v + self.second * math.sin(a)) for a in angles]
 
 
 def segment_count(radius: float, angle: float) -> int:
-    """Return the number of chords for an arc that keeps their distance from it within CHORD."""
+    """Return the number of chords that approximate an arc to within CHORD."""
     return max(2, math.ceil(angle / (2 * math.acos(1 - min(CHORD / radius, 0.5)))))
 
 
@@ -122,7 +122,7 @@ class Solid:
 
     @property
     def bounds(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """Lowest and highest corner of the added prisms."""
+        """Lowest and highest x, y and z of the added prisms [mm]."""
         low = {axis: math.inf for axis in PLANE}
         high = {axis: -math.inf for axis in PLANE}
         for prism in self.prisms:
@@ -135,7 +135,7 @@ class Solid:
 
     @property
     def size(self) -> tuple[float, float, float]:
-        """Extent along x, y and z."""
+        """Extent along x, y and z [mm]."""
         low, high = self.bounds
         return high[0] - low[0], high[1] - low[1], high[2] - low[2]
 

@@ -1,7 +1,7 @@
 """A part as a STEP file, made by Open CASCADE without its viewer (extra `step`) [mm].
 
-The format is AP214, with the product named after the part. The file is always the same for the same
-part and the same version of the library, which its header states.
+The format is AP214, with the product named after the part. The file depends only on the part, on
+`version` and on the version of the library, which its header states.
 """
 
 import tempfile
@@ -22,7 +22,7 @@ DIRECTIONS: dict[Axis, tuple[float, float, float]] = {
 
 
 def is_available() -> bool:
-    """Return whether the extra is installed and its libraries can be loaded."""
+    """Return whether the `step` extra is installed and its libraries can be loaded."""
     try:
         import OCP  # noqa: F401
     except ImportError:
@@ -31,7 +31,7 @@ def is_available() -> bool:
 
 
 def write_step(part: Solid, version: str = "") -> bytes:
-    """Return a part's STEP file; `version` identifies this program in its header.
+    """Return a part's STEP file; its header states `version` as the version of layerjam.
 
     Raises MissingExtraError if the `step` extra is not installed, and RuntimeError if the library
     fails, which would be a bug.

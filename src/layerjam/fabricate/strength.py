@@ -15,26 +15,26 @@ from layerjam.fabricate.verdicts import Check
 from layerjam.units import show
 
 PROOF = 580e6
-"""Proof stress of a class 8.8 steel screw, without permanent stretch (ISO 898-1) [Pa]."""
+"""Proof stress of a steel screw of class 8.8 (ISO 898-1) [Pa]."""
 SHARE = 0.75
 """Fraction of the proof stress to which a screw is usually tightened."""
 SHEAR = 1 / math.sqrt(3)
-"""Fraction of the tensile strength up to which shear stress is allowed (von Mises)."""
+"""Ratio of allowed shear stress to tensile strength (von Mises)."""
 
 
 def screw_preload(force: float, brake: Brake, lengths: Lengths) -> float:
     """Return the screw force [N] at which friction alone holds the sheets, F/(2 mu m).
 
     Coulomb's law applies to the two outer faces of the clamped stack. One rubs on the shelf, the
-    other on the plate, which transfers its half through screw and nut by friction of steel on
-    plastic. Friction between the layers adds nothing, because the force that a sheet transfers to a
-    spacer must also leave the stack.
+    other on the plate, which passes its half of the force on through screw and nut, by friction of
+    steel on plastic. Friction between the layers adds nothing, because the force that a sheet
+    transfers to a spacer must also leave the stack.
     """
     return force / (2 * brake.film.kinetic * lengths.screws)
 
 
 def screw_torque(force: float, brake: Brake, build: Build, lengths: Lengths) -> float:
-    """Return the torque [N m] that produces this preload."""
+    """Return the torque [N m] that produces the force of `screw_preload`."""
     return build.nut_factor * screw_preload(force, brake, lengths) * lengths.thread.size * 1e-3
 
 
@@ -51,7 +51,7 @@ def strength_checks(
 def _sheet_check(force: Any, brake: Brake, lengths: Lengths, clamp: Any) -> Iterator[Check]:
     """Yield C7: the sheets on the side with fewer sheets, at the screw holes.
 
-    A sheet with its hole is a lug on a pin. Areas under stress are the section next to the holes,
+    A sheet with its hole is a lug on a pin. The stressed areas are the section next to the holes,
     the holes' projection, and two shear planes from each hole to the sheet's end. The shear planes
     are assumed to be as short as the strip behind the hole, and to bear 1/sqrt(3) of the strength
     (von Mises). The section carries the force on either load path. The other two areas carry it
@@ -107,7 +107,7 @@ def _sheet_text(place: str, stress: float, film: float | None, grip: Any, ok: bo
 
 
 def _allowed_stress(strength: Any, place: str) -> tuple[Any, str]:
-    """Return the stress that a material with a given tensile strength bears, and its name."""
+    """Return the allowed stress for a tensile strength, and " in shear" for a shear stress."""
     if strength is None or "tearing" not in place:
         return strength, ""
     return strength * SHEAR, " in shear"
@@ -153,7 +153,7 @@ def _describe_clamp(
 
 
 def cap_stresses(force: float, clamp: float, build: Build, lengths: Lengths) -> dict[str, float]:
-    """Return the maximum stresses [MPa] in the printed parts; `clamp` is a preload [N].
+    """Return the maximum stresses [MPa] in the printed parts; `clamp` is a screw's preload [N].
 
     The tray's stress is from `tray_factor`. The neck's section is the one at its groove, minus the
     air bore. The head is a lug on the dowel pin, with two shear planes as short as the wall behind

@@ -17,18 +17,18 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class Check:
-    """Value and limit in SI, for one brake or arrays for many; `words` returns the sentence.
+    """Check of a value against a limit, both in SI, for one brake or, as arrays, for many.
 
     `passes` states the outcome if given; otherwise value and limit determine it. `applies` is False
-    if the check is not relevant. If it does not pass, geometry that cannot be drawn is `refused`. A
-    part that is loaded beyond its strength has `failed`, which a person may accept.
+    if the check is not relevant. `otherwise` is the level of a failure: `refused` for geometry that
+    cannot be drawn, `failed` for an overloaded part, which a person may accept.
     """
 
     code: str
     key: str
     """Name for use by programs."""
     words: Callable[[bool | None], str]
-    """Function that returns the sentence, given `ok`."""
+    """Function that returns the sentence for a value of `ok`."""
     value: Any = None
     limit: Any = None
     at_most: bool = True
@@ -71,11 +71,11 @@ class Check:
 
     @property
     def text(self) -> str:
-        """Sentence with the finding, and the remedy if it did not pass."""
+        """Sentence with the finding, and the remedy if the check did not pass."""
         return self.words(self.ok)
 
     def row(self) -> dict[str, Any]:
-        """Return the row of the JSON."""
+        """Return the check's row in the JSON output."""
         return {
             "code": self.code,
             "ok": self.ok,
@@ -88,7 +88,7 @@ class Check:
         }
 
     def to_judged_check(self) -> JudgedCheck:
-        """Return the check, named by its code, for the verdict of a command."""
+        """Return the check for the verdict of a command, with its code as the name."""
         return JudgedCheck(
             name=self.code,
             level=self.level,
@@ -100,7 +100,7 @@ class Check:
 
 
 def constant_text(text: str, ok: bool | None) -> str:
-    """Return a function for a check whose text is the same whether or not it passes."""
+    """Return `text`, for a check whose text is the same whether or not it passes."""
     return text
 
 
