@@ -32,5 +32,5 @@ class Enclosure:
 
     @property
     def force_sd(self) -> float:
-        """Relative standard uncertainty of its force, from the file or else the default."""
+        """Relative standard uncertainty of the enclosure's force, from the file or by default."""
         return FORCE_UNCERTAINTY if self.force_uncertainty is None else self.force_uncertainty

@@ -1,6 +1,6 @@
 """Two quantities of sheets that fan out of their caps at rest, for warnings and bounds.
 
-The law itself is in `mechanics.fan`. Each `brake` is a `Brake`, whose module imports this one.
+The law is in `mechanics.fan`. `Brake` is not imported, because its module imports this one.
 """
 
 from typing import Any
@@ -13,7 +13,7 @@ MATTERS = 0.1
 
 
 def fan_exponent(brake: Any) -> float:
-    """Return alpha [-] of the sheets at rest, without spacers: a mu_k t (n/4)^2 (1/L1 + 1/L3)."""
+    """Return the exponent alpha at rest, without spacers: a mu_k t (n/4)^2 (1/L1 + 1/L3)."""
     sheets = brake.sheets
     friction = brake.scale_factor / (brake.amplification_held or 1.0) * brake.film.kinetic
     free = 1 / sheets.free_left + 1 / sheets.free_right
@@ -21,7 +21,7 @@ def fan_exponent(brake: Any) -> float:
 
 
 def fan_factor(alpha: float) -> float:
-    """Return the friction's factor, sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha)), as a series."""
+    """Return the factor on friction, sqrt(pi/(4 alpha)) exp(alpha) erf(sqrt(alpha))."""
     total = term = 1.0
     for k in range(1, 2000):
         term *= alpha / (k + 0.5)
@@ -34,9 +34,9 @@ def fan_factor(alpha: float) -> float:
 def check_fan_exponent(brake: Any) -> None:
     """Raise QuantityError for a pressure exponent that is impossible for sheets without spacers.
 
-    Their friction grows exponentially with the coefficient. If that rose without bound as the
-    vacuum falls, the brake would hold without a vacuum. A negative exponent therefore needs the
-    range of pressures in which it was measured, and friction must rise with the vacuum there.
+    Their friction grows exponentially with the coefficient. If the coefficient rose without bound
+    as the vacuum falls, the brake would hold without a vacuum. A negative exponent therefore
+    requires the lowest pressure of its measurement, from which friction must rise with the vacuum.
     """
     exponent, lowest = brake.pressure_exponent, brake.lowest_pressure
     fans_out = brake.mount.spacers is not None and not brake.mount.spacers
@@ -58,7 +58,7 @@ def check_fan_exponent(brake: Any) -> None:
         )
     alpha = fan_exponent(brake) * (lowest / (brake.test_pressure or lowest)) ** exponent
     factor = fan_factor(alpha)
-    # d ln M/d ln alpha for M = sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha))
+    # d ln M/d ln alpha for M = sqrt(pi/(4 alpha)) exp(alpha) erf(sqrt(alpha))
     growth = (1 - factor + 2 * alpha * factor) / (2 * factor)
     if 1 + exponent * (1 + growth) <= 0:
         raise QuantityError.of(

@@ -36,7 +36,7 @@ _MATTERS = {
     "scale_factor",
     "stiffness_measured",
 }
-"""Values whose kind of source every result mentions."""
+"""Values that every result mentions if they are handbook or assumed values."""
 
 
 def _file_fields() -> Mapping[str, Entry]:
@@ -51,8 +51,8 @@ def _file_fields() -> Mapping[str, Entry]:
 class BrakeFile(RecordFile[Brake]):
     """A brake with its name and the source of each of its values.
 
-    `brake` contains the values, `making` the data for building it (``[build]``), `sources` a Source
-    for every dotted path in the file, and `text` the file itself.
+    `brake` contains the values, `making` the data for making the brake (``[build]``), `sources` a
+    Source for every dotted path in the file, and `text` the file itself.
     """
 
     brake: Brake
@@ -95,7 +95,7 @@ class BrakeFile(RecordFile[Brake]):
         return file
 
     def render(self, name: str) -> str:
-        """Return a complete, commented file; QuantityError for a brake with effects."""
+        """Return a complete, commented file; raises QuantityError for a brake with effects."""
         _check_effects(self.brake)
         return super().render(name)
 
@@ -106,7 +106,7 @@ class BrakeFile(RecordFile[Brake]):
 
     @property
     def is_calibrated(self) -> bool:
-        """Return whether the scale factor was fitted to pulls, by anyone, and not merely set."""
+        """Whether the scale factor has a source, such as a fit to pulls, and is not assumed."""
         source = self.sources.get("scale_factor")
         return source is not None and source.kind not in ("assumed", "unstated")
 
@@ -123,7 +123,7 @@ class BrakeFile(RecordFile[Brake]):
         return f"{', '.join(paths)} of {self.name}: synthetic, from files written by a program"
 
     def mark(self) -> str:
-        """Return the statement in exported files on synthetic values and accepted failed checks."""
+        """Return the statement on synthetic values and accepted failed checks for an export."""
         return ". ".join(
             filter(None, [self.synthetic_mark(), *(a.notice() for a in self.accepted)])
         )
@@ -149,7 +149,7 @@ class BrakeFile(RecordFile[Brake]):
         return out + list(self.spacer_notices())
 
     def spacer_notices(self) -> Iterator[Notice]:
-        """Yield notices about unknown spacers, if they would change the friction."""
+        """Yield a notice if spacers or their effect are not stated but may change the friction."""
         brake = self.brake
         fitted_factor, sheets = brake.amplification_held, brake.sheets
         factor = fan_factor(min(fan_exponent(brake), 50.0))
@@ -206,7 +206,7 @@ def _apply_material(reader: Reader, table: str, use: object, texts: Mapping[str,
 def _keep_laser_warning(
     reader: Reader, values: Mapping[str, Any], sources: Mapping[str, Source]
 ) -> None:
-    """Store the catalogue's warning against laser cutting as `was` if the file overrides it."""
+    """Store the catalogue's warning against lasers as `was` if the file overrides the warning."""
     choice = reader.values.get(_LASER)
     if values.get(_LASER) == "never" and choice != "never" and not reader.sources[_LASER].was:
         was = f"never: {sources[_LASER].text}"
@@ -214,7 +214,7 @@ def _keep_laser_warning(
 
 
 def _copy_screw_count(reader: Reader) -> None:
-    """Copy a number of screws that only [build] states to [mount]."""
+    """Copy the number of screws from [build] to [mount], unless [mount] states one."""
     if _DRAWN in reader.values:
         reader.values.setdefault(_SCREWS, reader.values[_DRAWN])
         reader.sources.setdefault(_SCREWS, reader.sources[_DRAWN])
@@ -229,7 +229,7 @@ def updated_text(
 ) -> str:
     """Return the file's text with a new name and some changed values; everything else is kept.
 
-    `made_by` becomes the descriptive table [made_by], to which the digest of the changed file is
+    `made_by` becomes the descriptive table [made_by], to which the digest of the original file is
     added. `acceptances` are the failed checks that were accepted.
     """
     _check_effects(file.brake)

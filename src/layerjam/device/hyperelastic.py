@@ -71,13 +71,13 @@ NAMES: Mapping[str, Mapping[str, str]] = {
     "yeoh": {"C1": "c10", "C2": "c20", "C3": "c30"},
     "ogden-2": {"mu1": "mu1", "alpha1": "alpha1", "mu2": "mu2", "alpha2": "alpha2"},
 }
-"""{model that `enclosure` fits: names of its parameters here}, with fewest parameters first."""
+"""{model that `layerjam enclosure` fits: {its parameter: field}}, fewest parameters first."""
 _STEPS = 2000
 _SOFTENING = ("softening_r", "softening_m", "softening_beta")
 
 
 def validate_hyperelastic(rubber: Hyperelastic) -> None:
-    """Raise QuantityError for an incomplete Ogden term or softening, or a falling stress."""
+    """Raise QuantityError for an incomplete Ogden term or softening law, or a falling stress."""
     for term in "12":
         mu, alpha = getattr(rubber, f"mu{term}"), getattr(rubber, f"alpha{term}")
         if (mu is None) != (alpha is None):
@@ -107,9 +107,9 @@ def validate_hyperelastic(rubber: Hyperelastic) -> None:
 
 
 def uniaxial_stress(strain: Any, rubber: Hyperelastic, xp: Any) -> Any:
-    """Return the engineering stress [Pa] of uniaxial tension at a strain [-]; exact for small ones.
+    """Return the engineering stress [Pa] in uniaxial tension, accurate also at small strains [-].
 
-    `xp` is the library that computes it: NumPy or the NumPy of JAX.
+    `xp` is the library for the computation: NumPy or `jax.numpy`.
     """
     stretch, shear = 1 + strain, 0.0
     excess = strain**2 * (stretch + 2) / stretch

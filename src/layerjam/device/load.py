@@ -26,12 +26,12 @@ def _catalogue_texts() -> dict[str, str]:
 
 
 def catalogue() -> list[str]:
-    """Names of the brakes in the catalogue."""
+    """Return the names of the brakes in the catalogue."""
     return list(_catalogue_texts())
 
 
 def devices() -> list[str]:
-    """Names of the brakes in the catalogue, with each device only once."""
+    """Return the names of the brakes in the catalogue, with each device only once."""
     return [name for name in catalogue() if not name.endswith(READING)]
 
 

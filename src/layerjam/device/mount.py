@@ -6,7 +6,7 @@ from layerjam.conversion import Quantity
 from layerjam.units import flag, quantity, record
 
 WIDTH_OF_A_SCREW = 20e-3
-"""Width of the sheets per screw of a cap [m], unless the number of screws is stated."""
+"""Sheet width for each screw of a cap [m], unless the number of screws is stated."""
 
 
 @record
@@ -30,7 +30,7 @@ class Mount:
     )
 
     def screws_across(self, width: Any) -> Any:
-        """Return the number of screws in each cap: as stated, or for sheet widths [m]."""
+        """Return the number of screws in each cap: as stated, or the default for a width [m]."""
         if self.screws is not None:
             return self.screws
         share = width / WIDTH_OF_A_SCREW

@@ -6,10 +6,10 @@ from layerjam.units import quantity, record
 
 @record
 class SpeedLaw:
-    """Friction at a sliding speed v relative to `test_speed`: ((v_0 + v)/(v_0 + v_test))^n.
+    """Ratio of friction at a speed v to friction at `test_speed`: ((v_0 + v)/(v_0 + v_test))^n.
 
     It is an empirical law for one pair of surfaces; n = 1 is the linear growth of the Stribeck
-    curve. The film's kinetic friction and the scale factor are those at `test_speed`.
+    curve. The film's kinetic friction and the scale factor apply at `test_speed`.
     """
 
     power: Quantity[float] = quantity(

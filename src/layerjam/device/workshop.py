@@ -57,7 +57,7 @@ class PortSpec(AsItIs):
 
 @dataclass(frozen=True)
 class SizeSpec(AsItIs):
-    """Form of two or three sides, such as "600 mm x 400 mm" or "145x145x175mm"."""
+    """A size with two or three sides, such as "600 mm x 400 mm" or "145x145x175mm"."""
 
     text: str
     sides: int
@@ -72,7 +72,7 @@ class SizeSpec(AsItIs):
         return " x ".join(f"{side} mm" for side in (600, 400, 300)[: self.sides])
 
     def read(self, text: object, name: str) -> tuple[float, ...]:
-        """Return the sides [m]; a unit after the last one applies to all of them."""
+        """Return the sides [m]; the unit of the last one applies to sides without a unit."""
         if not isinstance(text, str):
             raise QuantityError.of(name, f"must be a text such as '{self.example}'")
         parts = [part.strip() for part in text.lower().replace("×", "x").split("x")]
@@ -103,7 +103,7 @@ def _length_field(text: str, default: float | None, lo: float = 0.0, hi: float =
 
 @record
 class Build:
-    """[build]: choices of the builder; for a missing value, fabrication uses its default."""
+    """[build]: choices of the builder; a missing value has its default."""
 
     cutter: str = value(TextSpec(text="how the film is cut", choices=CUTTERS), "service")
     kerf: float = _length_field("full width of the cut", 0.0, hi=1e-3)
@@ -232,7 +232,7 @@ def check_build(brake: Brake, build: Build) -> None:
         raise QuantityError.of(f"build.{key}", f"{show(getattr(build, key), unit)} {problem}")
 
     def check_order(small: str, large: str, equal: bool, unit: str = "m") -> None:
-        """Raise an error unless `small` is below `large`, or equal to it if `equal` allows that."""
+        """Raise an error unless `small` is below `large` or, with `equal`, equal to it."""
         low, high = getattr(build, small), getattr(build, large)
         if low < high or (equal and low == high):
             return

@@ -42,7 +42,7 @@ _MAGIC = b"LJBRAKE1"
 
 
 def own_platform() -> str | None:
-    """Return the name of this machine in PLATFORMS, or None."""
+    """Return this machine's key in PLATFORMS, or None."""
     arm = platform.machine().lower() in ("arm64", "aarch64")
     if sys.platform.startswith("linux"):
         return "linux-arm" if arm else "linux"
@@ -52,7 +52,7 @@ def own_platform() -> str | None:
 
 
 def brake_values(brake: Brake | BrakeFile, rope_stiffness: float | None = None) -> dict[str, float]:
-    """Return {parameter: value} of a brake; 0 for a part that it does not have.
+    """Return {parameter: value} of a brake; 0 for a value that it does not have.
 
     Raises QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure.
     """
@@ -98,7 +98,7 @@ def choose_platforms(version: Version, names: Sequence[str] | None) -> tuple[str
 
 
 def build_binary(version: Version, name: str) -> bytes:
-    """Return the library for a platform, from the cache or compiled; CompilerError on failure."""
+    """Return the library for a platform, from the cache or compiled; raises CompilerError."""
     target = PLATFORMS[name]
     path = build_library(
         [UNIT / f"fmi{version}.c", UNIT / "model.c", SOURCES / "layerjam.c"],
@@ -117,9 +117,9 @@ def build_fmu(
     binaries: Mapping[str, bytes],
     mark: str = "",
 ) -> bytes:
-    """Return the archive: description, binaries {platform: library}, start values, and all sources.
+    """Return the FMU archive: description, `binaries` {platform: library}, start values, sources.
 
-    The sources contain this brake's start values too; `mark` is part of the description. The same
+    The sources also contain the brake's start values; `mark` is part of the description. The same
     input produces the same bytes.
     """
     sources = (f"fmi{version}.c", "model.c", "layerjam.c")

@@ -1,6 +1,6 @@
 """The variables of a functional mock-up unit, as one list for its XML and its C code.
 
-`python -m layerjam.interop.fmi_variables` writes `c/fmu/variables.h` again; a test compares them.
+`python -m layerjam.interop.fmi_variables` rewrites `c/fmu/variables.h`; a test checks that file.
 """
 
 import hashlib
@@ -14,7 +14,7 @@ from layerjam.units import quantities
 FILE = Path(__file__).parent / "c" / "fmu" / "variables.h"
 Role = Literal["independent", "input", "output", "flag", "local", "parameter"]
 TIME, FIRST_INPUT, FIRST_OUTPUT, FIRST_FLAG, TURNING, FIRST_PARAMETER = 0, 1, 10, 20, 30, 100
-"""Value references, chosen so that a parameter added later does not change the others."""
+"""Value references, spaced so that later additions do not change the existing ones."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def make_token() -> str:
 
 
 def format_header() -> str:
-    """Return the list as a C header."""
+    """Return the list of variables as a C header."""
     references = "".join(
         f"#define {v.symbol} {v.reference}u\n"
         for v in list_variables()

@@ -9,7 +9,7 @@ from layerjam.interop.fmi_variables import TURNING, Variable, list_variables, ma
 
 Version = Literal["3", "2"]
 MODEL = "layerjam_brake"
-"""Identifier of the library."""
+"""Model identifier, which is also the name of the library."""
 UNITS: Mapping[str, tuple[str, tuple[str, float] | None]] = {
     "s": ('s="1"', ("ms", 1e3)),
     "m": ('m="1"', ("mm", 1e3)),
@@ -29,7 +29,7 @@ def model_description(
     sources: Sequence[str],
     mark: str = "",
 ) -> str:
-    """Return the XML for a brake called `name` with its parameters' values.
+    """Return the XML of a brake called `name`, with `values` as start values of its parameters.
 
     Only FMI 2 lists the C files. `mark` is part of the description.
     """
@@ -153,7 +153,7 @@ def _describe_variable(v: Variable, *, typed: bool = True) -> str:
 
 
 def _unit_and_bounds(v: Variable) -> str:
-    """Return unit and bounds; they include a zero that means "none"."""
+    """Return the XML attributes of unit and bounds; the bounds include a zero that means "none"."""
     text = ""
     if v.unit in UNITS:
         display = UNITS[v.unit][1]

@@ -1,4 +1,4 @@
-"""The kernel's increment in JAX: one move of a brake, traced, batched and differentiated.
+"""One move of a brake in JAX, like the C kernel's; it can be traced, batched and differentiated.
 
 `layerjam.c` does the same for one brake, in either precision; the laws are those of
 `mechanics.hysteresis`.
@@ -20,7 +20,7 @@ from layerjam.mechanics.memory import PIECES, new_memory
 
 
 class Motion(NamedTuple):
-    """State of the brake between two moves; leaves of shape (), or batched."""
+    """State of a brake between two moves; its leaves are scalars, or batched."""
 
     brake: State
     separated: Any
@@ -55,9 +55,9 @@ def move_state(
 ) -> Motion:
     """Return the brake after a change to a vacuum [Pa] and a move to an elongation [m].
 
-    `compliance` [m/N] in series is for solvers; the elongation is then that without any force. If
-    the vacuum is negative or not finite, the last vacuum is kept. A move to an elongation that is
-    not finite does nothing, because traced code cannot raise.
+    `compliance` [m/N] in series is for solvers; the elongation is then the one without any force.
+    If the vacuum is negative or not finite, the last vacuum is kept. A move to an elongation that
+    is not finite has no effect, because traced code cannot raise errors.
     """
     brake = state.brake
     vacuum = jnp.where((vacuum >= 0) & jnp.isfinite(vacuum), vacuum, brake.vacuum)
@@ -79,7 +79,7 @@ def move_state(
 
 
 def _make_setting(state: Motion, vacuum: Any, spring: Any, numbers: Parameters) -> Setting:
-    """Return the resistances from the kernel's eight numbers."""
+    """Return the resistances and the stiffness for a move from the kernel's eight numbers."""
     c = jnp.where(state.separated, 0.0, numbers.contact * vacuum)
     if not isinstance(numbers.exponent, float) or numbers.exponent != 0:
         positive = jnp.where(vacuum > 0, vacuum, 1.0)
@@ -91,7 +91,7 @@ def _make_setting(state: Motion, vacuum: Any, spring: Any, numbers: Parameters) 
 
 
 def _slide(state: State, elongation: Any, law: Setting, was_separated: Any) -> tuple[State, Any]:
-    """Return the move, and whether the sheets have separated; then only the enclosure pulls."""
+    """Return the state after a move, and whether the sheets have separated by then."""
     first = _cast(move(state, elongation, law), state)
     parts = (first.enclosure.slip >= law.overlap) & ~was_separated
 
@@ -112,7 +112,7 @@ def _slide(state: State, elongation: Any, law: Setting, was_separated: Any) -> t
 
 
 def _cast(new: Any, old: Any) -> Any:
-    """Return the new state in the old one's types, which a loop's carry must keep."""
+    """Return the new state with the types of the old one, which a JAX loop must not change."""
     return jax.tree.map(lambda a, b: jnp.asarray(a).astype(jnp.result_type(b)), new, old)
 
 
@@ -122,7 +122,7 @@ def _compile_move() -> Any:
 
 
 class Increment:
-    """One brake, stepped by JAX in double precision: slower than `Kernel`, without a compiler."""
+    """One brake, stepped by JAX in double precision, without a compiler: slower than `Kernel`."""
 
     @in_double_precision
     def __init__(self, numbers: Parameters) -> None:
@@ -131,12 +131,12 @@ class Increment:
 
     @in_double_precision
     def start(self) -> None:
-        """Return to rest without vacuum."""
+        """Reset the brake to rest without vacuum."""
         self._state = at_start()
 
     @in_double_precision
     def move(self, elongation: float, vacuum: float, compliance: float = 0.0) -> float:
-        """Return the force [N] like `Kernel.move`; QuantityError for an invalid number."""
+        """Move the brake and return the force [N], like `Kernel.move`; raises QuantityError."""
         for name, value in (("elongation", elongation), ("vacuum", vacuum)):
             if not np.isfinite(value):
                 raise QuantityError.of(name, f"{value} is not a finite number")
@@ -165,7 +165,7 @@ class Increment:
     def state(self) -> bytes:
         """Complete state of the brake; assign it to restore the state.
 
-        Raises QuantityError for bytes that are not the state of a brake; nothing changes then.
+        Raises QuantityError for bytes that are not the state of a brake, which is then unchanged.
         """
         return b"".join(np.asarray(leaf).tobytes() for leaf in jax.tree.leaves(self._state))
 

@@ -18,7 +18,7 @@ HELD = 50e3
 
 
 def load_brake_file(brake: AnyBrake) -> BrakeFile | Brake:
-    """Return the file of a catalogue name or a path; other arguments are returned unchanged."""
+    """Return the file of a catalogue name or path; other arguments are returned unchanged."""
     from layerjam.device.load import load
 
     return load(brake) if isinstance(brake, str) else brake
@@ -38,7 +38,7 @@ def plugin_attributes(
     rope_stiffness: float | None = None,
     over_joint: bool = False,
 ) -> dict[str, str]:
-    """Return the attributes of the plugin, with all digits of numbers."""
+    """Return the plugin's attributes as text, with all digits of the numbers."""
     numbers = parameters(brake, rope_stiffness)._asdict()
     if over_joint:
         sheets = (brake.brake if isinstance(brake, BrakeFile) else brake).sheets
@@ -52,7 +52,7 @@ def plugin_attributes(
 
 
 def _lag_attributes(vacuum_lag: float | None) -> dict[str, str]:
-    """Return the vacuum line as the actuator's dynamics: of first order, exact at any step."""
+    """Return the actuator's attributes for a first-order vacuum line, exact at any time step."""
     if vacuum_lag is None:
         return {}
     if not 0 < vacuum_lag < float("inf"):
@@ -75,8 +75,8 @@ def mjcf(
 
     `rest_length` [m] is the tendon's length at zero elongation, by default that at qpos0.
     `vacuum_lag` [s] is the time constant of the vacuum line. `name` is the actuator's name, by
-    default the tendon's. `over_joint` lays the brake over the cylinder or sphere that the tendon
-    wraps. Raises QuantityError, UnknownNameError.
+    default the tendon's. With `over_joint`, the brake lies on the cylinder or sphere that the
+    tendon wraps. Raises QuantityError, UnknownNameError.
     """
     file, name = load_brake_file(brake), name or tendon
     numbers = plugin_attributes(
@@ -116,7 +116,7 @@ def mjcf(
 
 
 def scene(tendon: str, include: str) -> str:
-    """Return an example model: 1 kg that hangs half a metre below the ceiling on a cable."""
+    """Return an example model: 1 kg on a cable, half a metre below the ceiling."""
     text = files("layerjam.interop").joinpath("scene.xml").read_text(encoding="utf-8")
     return text.format(include=quoteattr(include), tendon=quoteattr(tendon), held=HELD)
 
@@ -135,11 +135,11 @@ def attach(
 ) -> Any:
     """Add the brake to a mujoco.MjSpec as an actuator on a tendon; return the actuator.
 
-    Its control is the vacuum [Pa], its name by default the tendon's. The tendon itself must have no
-    stiffness, which would be a second spring parallel to the brake. With `over_joint` it wraps one
-    cylinder or sphere, and the friction is that of `layerjam.laws.joint_friction` at the current
-    angle of the wrap. Loads the plugin. Raises UnknownNameError, QuantityError, MissingExtraError,
-    CompilerError.
+    The actuator's control is the vacuum [Pa]; its name is by default the tendon's. The tendon
+    itself must have no stiffness, which would be a second spring parallel to the brake. With
+    `over_joint`, it wraps one cylinder or sphere, and the friction is that of
+    `layerjam.laws.joint_friction` at the current wrap angle. The plugin is loaded. Raises
+    UnknownNameError, QuantityError, MissingExtraError, CompilerError.
     """
     from layerjam.interop.plugin import import_mujoco, load
 

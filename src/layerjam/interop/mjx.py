@@ -46,12 +46,12 @@ class TendonBrake:
     coupling: Coupling
 
     def tree_flatten(self) -> tuple[tuple[Setup], tuple[int, Coupling]]:
-        """Return the leaves: numbers and rest length."""
+        """Return the leaves (numbers and rest length) and the static values."""
         return (self.values,), (self.tendon, self.coupling)
 
     @classmethod
     def tree_unflatten(cls, meta: tuple[int, Coupling], leaves: tuple[Setup]) -> "TendonBrake":
-        """Return the brake with other leaves."""
+        """Return the brake with these leaves."""
         return cls(leaves[0], *meta)
 
 
@@ -63,7 +63,7 @@ def brake(
     coupling: Coupling = "limited",
     rope_stiffness: float | None = None,
 ) -> TendonBrake:
-    """Return a brake for a tendon of a mujoco.MjModel, before `mjx.put_model`.
+    """Return a brake for a tendon of a mujoco.MjModel; call it before `mjx.put_model`.
 
     Sets the tendon's stiffness, which must agree within 1e-6, to the brake's. Raises
     UnknownNameError, MissingExtraError, and QuantityError for a tendon that cannot carry the brake
@@ -119,7 +119,7 @@ def step(mx: Any, d: Any, state: Motion, vacuum: Any, brake: TendonBrake) -> tup
     """Return the data and the brake after one step of MJX under a vacuum [Pa].
 
     Updates the tendon's length, moves the brake, and sets the rest length for this step only: `mx`
-    is unchanged. A vacuum that is negative or not a number keeps the last one.
+    is unchanged. If the vacuum is negative or not finite, the last one is kept.
     """
     from mujoco import mjx
     from mujoco.mjx._src import smooth

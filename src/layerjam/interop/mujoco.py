@@ -33,9 +33,9 @@ class Brake:
 
     The tendon must have the stiffness of the brake, with `rope_stiffness` [N/m] in series. The
     upper end of its `springlength` is the length at zero elongation (by default the length at
-    qpos0). From then on the brake sets the rest length of that tendon in `model`. Without a C
-    compiler the law runs in JAX, more slowly. Integrators that evaluate the spring more than once a
-    step, or damp it, are rejected; the plugin accepts them.
+    qpos0). From then on, the brake sets the rest length of that tendon in `model`. If there is no C
+    compiler, the law runs in JAX, more slowly. Integrators that evaluate the spring more than once
+    a step, or damp it, are rejected; the plugin accepts them.
 
     Raises UnknownNameError, QuantityError, MissingExtraError.
     """
@@ -87,14 +87,14 @@ class Brake:
         self._set_rest_length(self.law.slip)
 
     def reset(self) -> None:
-        """Return to rest, as `mj_resetData` returns the model to its start."""
+        """Reset the brake to rest, as `mj_resetData` resets the model."""
         self.law.start()
         self._set_rest_length(0.0)
 
     def before_step(self, data: Any, vacuum: float) -> float:
         """Move the brake to the tendon's length, under a vacuum [Pa]; return the force [N].
 
-        Call it before every `mj_step`. It updates the tendon's length first, because `mj_step`
+        Call this before every `mj_step`. The tendon's length is updated first, because `mj_step`
         leaves the length of the previous position. Raises QuantityError for a vacuum that is
         negative or not finite; nothing changes then.
         """
@@ -117,7 +117,7 @@ class Brake:
         return force
 
     def _mobility(self, data: Any) -> tuple[float, Any, Any]:
-        """Return A = J M^-1 J^T [1/kg] of the tendon, its Jacobian's row and the row's columns."""
+        """Return A = J M^-1 J^T [1/kg] of the tendon, its Jacobian row and the row's columns."""
         import mujoco
         import numpy as np
 

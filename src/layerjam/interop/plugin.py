@@ -1,7 +1,7 @@
-"""The plugin `layerjam.brake`, compiled once for each version of MuJoCo, and loaded.
+"""The plugin `layerjam.brake`: compiled once for each version of MuJoCo, then loaded.
 
 `import mujoco` calls `register` through the entry point of the group `mujoco.plugins`, so that a
-model with a brake opens without any code.
+model with a brake can be opened without any extra code.
 """
 
 import ctypes
@@ -40,14 +40,14 @@ def plugin() -> Path:
 
 
 def import_mujoco() -> Any:
-    """Return the module mujoco; MissingExtraError if it is not installed."""
+    """Return the mujoco module; raises MissingExtraError if it is not installed."""
     with MissingExtraError.raise_if_missing("a brake in MuJoCo", "mujoco"):
         import mujoco
     return mujoco
 
 
 def load() -> None:
-    """Load the plugin into MuJoCo; a second call does nothing. Raises as `plugin` does."""
+    """Load the plugin into MuJoCo; a second call does nothing. Raises the errors of `plugin`."""
     if not _libraries:
         import_mujoco()  # MuJoCo may already have loaded the plugin through `register`
     if not _libraries:
@@ -55,7 +55,7 @@ def load() -> None:
 
 
 def register() -> None:
-    """Load the plugin when MuJoCo is imported; without a C compiler there is silently no plugin.
+    """Load the plugin when MuJoCo is imported; do nothing if there is no C compiler.
 
     `load`, `attach` and `layerjam export mujoco` report a missing compiler.
     """

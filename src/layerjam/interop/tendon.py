@@ -1,7 +1,7 @@
 """Requirements on a MuJoCo tendon that carries a brake, and the coupling of the brake to it.
 
 The tendon is a spring that only pulls, with the brake's stiffness; the upper end of its rest length
-is the slip. The engine computes k (u - x), and the motion of the slip contains all resistance.
+is the slip. The engine computes the force k (u - x); all friction is in the motion of the slip x.
 """
 
 from typing import Any, Literal, NamedTuple, get_args
@@ -12,9 +12,9 @@ from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.kernel.parameters import Parameters
 
 Coupling = Literal["limited", "explicit", "implicit"]
-"""Method for the force of a step: see `series_compliance`."""
+"""Method that determines the force of a step: see `series_compliance`."""
 SAME = 1e-6
-"""Relative difference allowed between a stiffness in a model and the brake's."""
+"""Allowed relative difference between the tendon's stiffness in a model and the brake's."""
 LOWEST = -1e10
 """Lower end of the rest length [m], so that the rope does not push however short it becomes."""
 
@@ -31,7 +31,7 @@ def find_tendon(model: Any, name: str, numbers: Parameters) -> Tendon:
     """Return the checked tendon of a mujoco.MjModel.
 
     Raises UnknownNameError for an unknown name, QuantityError for a tendon that is not a spring of
-    the brake's stiffness, or that resists by itself.
+    the brake's stiffness, or that has friction of its own.
     """
     import mujoco
 
@@ -81,7 +81,7 @@ def _check_tendon(model: Any, index: int, label: str, due: float) -> None:
 
 
 def check_coupling(coupling: str) -> Coupling:
-    """Return the coupling with a name; raises UnknownNameError."""
+    """Return a valid name of a coupling unchanged; raises UnknownNameError for any other."""
     if coupling not in get_args(Coupling):
         raise UnknownNameError("coupling", coupling, get_args(Coupling))
     return coupling  # type: ignore[return-value]

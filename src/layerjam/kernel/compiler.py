@@ -19,9 +19,9 @@ from layerjam.mechanics.compilation import find_user_cache
 
 SOURCES = Path(__file__).parent / "c"
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno")
-"""Compiler flags without contraction: fused multiply-adds change last bits between processors."""
+"""Compiler flags without fused multiply-adds, whose last bits differ between processors."""
 LONGEST = 400
-"""Largest number of characters of a compiler's message in an error."""
+"""Maximum length of a compiler's message in an error [characters]."""
 KNOWN = ("cc", "gcc", "clang")
 ENDINGS = {"darwin": ".dylib", "win32": ".dll"}
 KERNEL = (SOURCES / "layerjam.c", SOURCES / "history.c", SOURCES / "stops.c")
@@ -51,7 +51,7 @@ def find_compiler() -> tuple[str, ...]:
 
 
 def find_on_path() -> tuple[str, ...] | None:
-    """Return the command of $CC, cc, gcc or clang, or None if none is installed.
+    """Return the command in $CC, or cc, gcc or clang; None if none is installed.
 
     Raises CompilerError if $CC names a command that does not exist.
     """
@@ -64,7 +64,7 @@ def find_on_path() -> tuple[str, ...] | None:
 
 
 def _split_command(text: str) -> list[str]:
-    """Return the words of a typed command; on Windows a backslash separates folders."""
+    """Return the words of a typed command; on Windows, a backslash is not an escape character."""
     if os.name != "nt":
         return shlex.split(text)
     return [word.strip('"') for word in shlex.split(text, posix=False)]
@@ -111,8 +111,8 @@ def build_library(
     """Return the path of a shared library of C sources; compile it unless it is in the cache.
 
     A change to a file in the source folders or in `includes`, or to the compiler, triggers
-    recompilation. `target` names a different machine, as in `cross_compiler`. Raises CompilerError
-    with the compiler's message, or if it takes longer than `limit` [s].
+    recompilation. `target` names a different machine, as in `find_cross_compiler`. Raises
+    CompilerError with the compiler's message, or if compiling takes longer than `limit` [s].
     """
     command = find_compiler() if target is None else find_cross_compiler(target)
     options = [*FLAGS, *flags, *(f"-D{name}" for name in defines)]
@@ -129,7 +129,7 @@ def build_library(
 
 
 def build_shipped_engines(folder: Path) -> list[Path]:
-    """Compile the kernel for every machine of TARGETS into a folder, the same bytes each time.
+    """Compile the kernel reproducibly for every machine in TARGETS; return the files in `folder`.
 
     Raises CompilerError if the Python package ziglang is missing.
     """
@@ -158,7 +158,7 @@ def _engine_name(sources: Sequence[Path], defines: Sequence[str], machine: tuple
 
 
 def built_copy(sources: Sequence[Path], defines: Sequence[str] = ()) -> Path | None:
-    """Return a library of these sources in the cache, from any compiler, or None."""
+    """Return a cached library of these sources, built by any compiler, or None."""
     name = _library_name(sources, (), [*FLAGS, *(f"-D{d}" for d in defines)])
     paths = library_folder().glob(f"{name}-*{ENDINGS.get(sys.platform, '.so')}")
     return min(paths, default=None)
@@ -174,7 +174,7 @@ def _library_name(
     options: Sequence[str],
     machine: tuple[str, str] | None = None,
 ) -> str:
-    """Return the name of a library, a digest of its content and its machine (this one if None)."""
+    """Return a library's name with a digest of its sources and machine (this one if None)."""
     machine = machine or (sys.platform, platform.machine())
     parts = [*machine, *options, *(source.name for source in sources)]
     stamp = hashlib.sha256("\n".join(parts).encode())
@@ -191,9 +191,9 @@ def run_compiler(
     libraries: Sequence[str] = (),
     limit: float | None = None,
 ) -> None:
-    """Run a compiler that writes `target` completely or not at all.
+    """Run a compiler; `target` is written completely or not at all.
 
-    Raises CompilerError with the compiler's message, or if it takes longer than `limit` [s].
+    Raises CompilerError with the compiler's message, or if compiling takes longer than `limit` [s].
     """
     with tempfile.TemporaryDirectory(dir=target.parent, prefix=".build-") as folder:
         output = Path(folder) / target.name

@@ -1,7 +1,7 @@
-"""History of a brake by the kernel if it has the same law, otherwise by the law in JAX.
+"""History of a brake, computed by the kernel if it has the brake's law, otherwise by JAX.
 
-Every process traces and compiles `brake_cycle` again for every length, whereas a machine compiles
-the kernel once. Both give the same numbers up to rounding, so the choice affects only the time.
+Every process must compile `brake_cycle` for every length of history, but the kernel is compiled
+once per machine. Both compute the same numbers up to rounding, so the choice affects only the time.
 """
 
 import math
@@ -30,7 +30,7 @@ from layerjam.mechanics.threads import cache_threadsafe
 SWITCH = "LAYERJAM_KERNEL"
 """Environment variable; `off` runs every simulation with `brake_cycle`."""
 LONGEST = 10.0
-"""Longest compile time [s]; gcc needs a third of a second."""
+"""Maximum compile time [s]; gcc needs a third of a second."""
 BLOCK = 512
 """Number of samples in a block, fixed because JAX compiles a law again for every length."""
 Engine = Literal["kernel", "law"]
@@ -38,7 +38,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 def make_quick_kernel(brake: Brake, vacuum: float) -> Kernel | None:
-    """Return the kernel of a brake up to a vacuum [Pa], or None if only `brake_cycle` works.
+    """Return the kernel of a brake up to a vacuum [Pa], or None if only `brake_cycle` can be used.
 
     `brake_cycle` is needed if the kernel lacks the brake's law (sheets that fan out, a speed law, a
     hyperelastic enclosure) or if the brake is so soft that it snaps. It is also needed if there is
@@ -60,7 +60,7 @@ def make_quick_kernel(brake: Brake, vacuum: float) -> Kernel | None:
 
 
 def find_stop_loop() -> Callable[..., int] | None:
-    """Return the function `lj_stops` of the compiled kernel, or None if only the law works.
+    """Return the function `lj_stops` of the compiled kernel, or None if only the law can be used.
 
     Raises QuantityError for an unknown value of LAYERJAM_KERNEL.
     """
@@ -70,9 +70,9 @@ def find_stop_loop() -> Callable[..., int] | None:
 def follow_history(
     elongation: Array, vacuum: Array, brake: Brake, speed: Array | None = None
 ) -> tuple[Cycle, Engine]:
-    """Return `brake_cycle` along a history, shape (N,), in NumPy arrays, and the engine used.
+    """Return the `brake_cycle` of a history, shape (N,), as NumPy arrays, and the engine used.
 
-    `speed` [m/s] applies a speed law; otherwise the friction is that at the law's test speed.
+    With `speed` [m/s], the speed law applies; otherwise, friction is that at its test speed.
     """
     kernel = None
     if speed is None:
@@ -93,7 +93,7 @@ def run_in_blocks(run: Callable[..., Cycle], *histories: Array) -> Cycle:
 
 
 def describe_engine() -> str:
-    """Return the engine that computes histories in this process, and the reason.
+    """Return a description of the engine that computes histories in this process.
 
     Raises QuantityError for an unknown value of LAYERJAM_KERNEL.
     """

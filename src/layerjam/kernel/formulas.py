@@ -1,6 +1,6 @@
 """The kernel's formulas in C, printed from the laws in Python, so that each is written once.
 
-`python -m layerjam.kernel.formulas` writes `c/formulas.h` again; a test compares them.
+`python -m layerjam.kernel.formulas` rewrites the files of LAWS in `c/`; a test checks them.
 """
 
 import ast
@@ -37,7 +37,7 @@ LAWS: dict[str, tuple[Callable[..., Any], ...]] = {
         algebra.make_stop,
     ),
 }
-"""{file: records and laws in the order of printing}: each uses only earlier ones."""
+"""{file: records and laws in the order of printing}; each uses only earlier ones."""
 HEAD = """/* Printed by layerjam/kernel/formulas.py from the Python laws. Apache License 2.0. */
 """
 OPERATORS: dict[type, tuple[str, int]] = {
@@ -70,13 +70,13 @@ RECORDS = {"enclosure": "lj_enclosure", "energy": "lj_energy"}
 
 
 def format_file(name: str) -> str:
-    """Return the text of a file of LAWS."""
+    """Return the C text of a file in LAWS."""
     parts = (format_record(x) if isinstance(x, type) else format_function(x) for x in LAWS[name])
     return HEAD + "\n" + "\n".join(parts)
 
 
 def format_record(record: Any) -> str:
-    """Return a class of numbers as a C structure."""
+    """Return a named tuple of numbers as a C structure."""
     kinds = {name: RECORDS.get(name, "lj_real") for name in record._fields}
     fields = "".join(f"    {kind} {name};\n" for name, kind in kinds.items())
     return f"typedef struct {{\n{fields}}} {TYPES[record.__name__]};\n"
@@ -117,7 +117,7 @@ def _variable(name: str) -> str:
 
 
 class _Printer:
-    """Statements of one law; records are passed by pointer and copied into local variables."""
+    """Printer of one law's statements in C; records are passed by pointer."""
 
     def __init__(self, law: Callable[..., Any], kinds: dict[str, str]) -> None:
         self.home = law.__globals__
@@ -144,7 +144,7 @@ class _Printer:
                 yield f"{kind}{_variable(name)} = {text};"
 
     def infer_type(self, node: ast.expr, tight: int = ATOM) -> str:
-        """Return the type of an expression."""
+        """Return the C type of an expression."""
         match node:
             case ast.Name() if ast.unparse(node) in self.kinds:
                 return self.kinds[ast.unparse(node)]
@@ -159,7 +159,7 @@ class _Printer:
         return "int" if tight <= 3 else TYPES["Any"]
 
     def print_node(self, node: ast.expr) -> tuple[str, int]:
-        """Return an expression and its precedence; the order of operations is that of Python."""
+        """Return an expression in C and its precedence, with Python's order of operations."""
 
         def wrap(part: ast.expr, least: int) -> str:
             text, tight = self.print_node(part)

@@ -22,7 +22,7 @@ REFUSED, SLACK, SEPARATED, CLOSED, SNAPPED, OVERFLOW = (1 << bit for bit in rang
 """Flags of a state, as in `layerjam.h`."""
 DEPTH = 16
 PARTED = 1e-12
-"""Fraction of the overlap below which it counts as used up, as in `brake_cycle`."""
+"""Remaining fraction at which the overlap counts as used up, as in `brake_cycle`."""
 _REALS: dict[Precision, Any] = {"double": ctypes.c_double, "single": ctypes.c_float}
 
 
@@ -51,7 +51,7 @@ def _read_headers(real: Any) -> dict[str, Any]:
 
 
 def state_bytes(precision: Precision) -> int:
-    """Size of `lj_state`."""
+    """Return the size of `lj_state` [bytes]."""
     return ctypes.sizeof(_Structures(precision).state)
 
 
@@ -77,7 +77,7 @@ def load_library(precision: Precision) -> tuple[Any, _Structures]:
 
 
 def bind_library(path: Path, precision: Precision) -> tuple[Any, _Structures]:
-    """Return a compiled library with declared functions, and its structures."""
+    """Load a compiled library and declare its functions; return it and its structures."""
     library_, types = ctypes.CDLL(str(path)), _Structures(precision)
     brake, state, real = ctypes.POINTER(types.brake), ctypes.POINTER(types.state), types.real
     address = ctypes.c_void_p
@@ -119,7 +119,7 @@ class Kernel:
         self.start()
 
     def start(self, vacuum: float = 0.0) -> None:
-        """Return to rest: no slip, no force, no elongation, under a vacuum [Pa]."""
+        """Reset the brake to rest under a vacuum [Pa]: no slip, no force, no elongation."""
         self._library.lj_start(self._state, vacuum)
 
     def move(self, elongation: float, vacuum: float, compliance: float = 0.0) -> float:
@@ -144,18 +144,18 @@ class Kernel:
         return force
 
     def tangent(self, compliance: float = 0.0) -> float:
-        """Return the slope of force versus elongation [N/m], continuing the last move."""
+        """Return the slope of force versus elongation [N/m] if the last move continues."""
         return self._library.lj_tangent(self._brake, self._state, compliance)
 
     def vacuum_tangent(self, compliance: float = 0.0) -> float:
-        """Return the slope of force versus a falling vacuum [N/Pa]; a rise moves nothing."""
+        """Return the slope of force versus vacuum [N/Pa] as it falls; a rise causes no slip."""
         return self._library.lj_vacuum_tangent(self._brake, self._state, compliance)
 
     @property
     def state(self) -> bytes:
         """Complete state of the brake; assign it to restore the state.
 
-        Raises QuantityError for bytes that are not the state of a brake; nothing changes then.
+        Raises QuantityError for bytes that are not the state of a brake, which is then unchanged.
         """
         return bytes(self._state)
 
@@ -205,11 +205,11 @@ class Kernel:
         return self._state.flags
 
     def cycle(self, elongation: ArrayLike, vacuum: ArrayLike) -> Cycle:
-        """Return `brake_cycle` as NumPy arrays: from rest along an elongation history [m].
+        """Return the `brake_cycle` of an elongation history [m] from rest, as NumPy arrays.
 
         `vacuum` [Pa] is one number or a history of the same shape. Force is NaN after the brake
-        snaps or exceeds its memory of turns. Past the end of the overlap the kernel continues with
-        the enclosure alone, unlike `brake_cycle`. The kernel's own state is unchanged.
+        snaps or has too many turns for its memory. Past the end of the overlap the kernel continues
+        with the enclosure alone, unlike `brake_cycle`. The kernel's own state is unchanged.
         """
         path, rows = self._run_history(elongation, vacuum)
         flags = rows["flags"]
@@ -219,9 +219,9 @@ class Kernel:
     def exact_cycle(self, elongation: ArrayLike, vacuum: ArrayLike) -> Cycle | None:
         """Return the result of `brake_cycle` to within rounding, or None if the kernel may differ.
 
-        It may differ if the brake snaps, if a number is not allowed, if the number of nested turns
-        nearly reaches the memory, or if the sheets separate between two samples. If a sample is at
-        the end of the overlap, `separated` is true from there on, and later samples do not count.
+        It may differ if the brake snaps, if a number is not allowed, if the nested turns nearly
+        fill the memory, or if the sheets separate between two samples. If a sample is at the end of
+        the overlap, `separated` is true from there on, and later samples do not count.
         """
         path, rows = self._run_history(elongation, vacuum)
         overlap = self.parameters.overlap

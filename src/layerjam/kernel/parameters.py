@@ -1,4 +1,4 @@
-"""The eight numbers of a brake that the C kernel computes with."""
+"""The eight numbers that describe a brake to the C kernel."""
 
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -22,9 +22,9 @@ class Parameters(NamedTuple):
     stiffness: float
     """Stiffness of brake, mount and rope in series [N/m]."""
     enclosure_stiffness: float
-    """EA of one face [N]."""
+    """Tensile stiffness EA of one face of the enclosure [N]."""
     enclosure_contact: float
-    """Friction of one face per unit of vacuum and length, mu_e W [m]."""
+    """Friction of one face of the enclosure per unit of vacuum and length, mu_e W [m]."""
     reach: float
     """Half the free length of the enclosure [m]."""
     exponent: float
@@ -38,7 +38,7 @@ UNITS = dict(zip(Parameters._fields, ("m", "m", "N/m", "N", "m", "m", "1", "Pa")
 
 
 def check_exportable(brake: Brake | BrakeFile) -> Brake:
-    """Return the brake for the kernel; QuantityError for a law that the kernel lacks.
+    """Return the brake for the kernel; raises QuantityError for a law that the kernel lacks.
 
     Spacers are omitted, because without fanning they affect only the scale factor.
     """
@@ -60,9 +60,9 @@ def check_exportable(brake: Brake | BrakeFile) -> Brake:
 def parameters(brake: Brake | BrakeFile, rope_stiffness: float | None = None) -> Parameters:
     """Return the kernel's numbers, with a rope [N/m] in series with the brake.
 
-    The fraction of the vacuum that presses the sheets is part of `contact` and `test_pressure`.
-    Raises QuantityError for laws that the kernel lacks: sheets that fan out, a speed law, a
-    hyperelastic enclosure.
+    `contact` and `test_pressure` include the fraction of the vacuum that presses the sheets. Raises
+    QuantityError for laws that the kernel lacks: sheets that fan out, a speed law, a hyperelastic
+    enclosure.
     """
     brake = check_exportable(brake)
     share = 1.0 if brake.vacuum_share is None else brake.vacuum_share

@@ -1,4 +1,4 @@
-"""Records and their files with some numbers changed by name, checked like a file."""
+"""Changes by name to numbers of records and their files, with the checks of a file."""
 
 import hashlib
 import re
@@ -45,7 +45,7 @@ def quantity_names(cls: type) -> Mapping[str, str]:
 
 
 def resolve_changes(cls: type, changes: Mapping[str, Change]) -> dict[str, float | None]:
-    """Return {dotted path: SI value or None} of changes by name.
+    """Return {dotted path: SI value or None} for changes given by name.
 
     Raises UnknownNameError with the nearest names, or QuantityError.
     """
@@ -63,7 +63,7 @@ def resolve_changes(cls: type, changes: Mapping[str, Change]) -> dict[str, float
 
 
 def with_changes(rec: R, changes: Mapping[str, Change]) -> R:
-    """Return the record with numbers changed by name; raises as `resolve_changes` does."""
+    """Return the record with numbers changed by name; raises the errors of `resolve_changes`."""
     values = collect_values(rec) | resolve_changes(type(rec), changes)
     return build(type(rec), {path: v for path, v in values.items() if v is not None})
 
@@ -98,7 +98,7 @@ class RecordFile(ABC, Generic[R]):
     kind: ClassVar[type]
     """Class of the record."""
     name_rule: ClassVar[tuple[str, str]] = (r"(?s).*\S.*", "name is missing")
-    """Pattern of its name, and the error for any other name."""
+    """Pattern that its name must match, and the error message if it does not."""
 
     @classmethod
     @abstractmethod
@@ -112,7 +112,7 @@ class RecordFile(ABC, Generic[R]):
 
     @classmethod
     def build_from_reader(cls, reader: Reader, *required: str, **more: Any) -> Self:
-        """Return the file of a filled reader, complete and checked; raises FileError."""
+        """Return the complete, checked file from the values in a reader; raises FileError."""
         reader.check_required(*required)
         with reader.locate_errors():
             record: R = reader.build_record(cls.kind)
@@ -128,7 +128,7 @@ class RecordFile(ABC, Generic[R]):
 
     @classmethod
     def from_record(cls, record: R, name: str = "unnamed") -> Self:
-        """Return the file of a plain record; raises FileError if a file cannot hold it."""
+        """Return a file for a plain record; raises FileError if a file cannot contain it."""
         fields: dict[str, Any] = {cls.holds: record}
         bare = cls(name=name, sources={}, text="", **fields)
         return cls.read(bare.render(name), f"{cls.holds} {name[:80]}")
@@ -171,7 +171,7 @@ class RecordFile(ABC, Generic[R]):
 
     @property
     def verdict(self) -> str | None:
-        """`accepted` or `passed`; None if no command checked the numbers."""
+        """Verdict on the numbers: `accepted` or `passed`; None if no command checked them."""
         return "accepted" if self.accepted else "passed" if "verdict" in self.notes else None
 
     @explain_arguments
@@ -192,7 +192,7 @@ class RecordFile(ABC, Generic[R]):
         name: str | None = None,
         tables: Mapping[str, Mapping[str, Any] | None] = MappingProxyType({}),
     ) -> Self:
-        """Return the file with changed values by dotted path, including text; None removes a key.
+        """Return the file with values, also texts, changed by dotted path; None removes a key.
 
         `tables` are first replaced or removed as a whole. Raises FileError for values that
         contradict each other.
@@ -206,7 +206,7 @@ class RecordFile(ABC, Generic[R]):
     from_reader, edited, of = build_from_reader, edit, from_record  # former names
 
     def _is_text_current(self) -> bool:
-        """Return whether the text describes the record; a replaced record may differ."""
+        """Return whether the text still describes the record, which may have been replaced."""
         try:
             return self.read(self.text, self.name).record == self.record
         except FileError:
@@ -232,7 +232,7 @@ class RecordFile(ABC, Generic[R]):
 
 
 def find_record_files(values: Iterable[Any]) -> Iterator[RecordFile[Any]]:
-    """Yield the record files among arguments, also in lists, mappings and option records."""
+    """Yield the record files among arguments, also those inside lists, mappings and dataclasses."""
     for value in values:
         if isinstance(value, RecordFile):
             yield value
@@ -245,5 +245,5 @@ def find_record_files(values: Iterable[Any]) -> Iterator[RecordFile[Any]]:
 
 
 def find_paths(sources: Mapping[str, Source], kind: str) -> list[str]:
-    """Return the dotted paths of the numbers that come from one kind of source."""
+    """Return the dotted paths of the numbers whose source is of a given kind."""
     return [path for path, source in sources.items() if source.kind == kind]

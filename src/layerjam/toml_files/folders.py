@@ -59,7 +59,7 @@ def clear_leftovers(parent: Path) -> None:
 
 
 def write_files(folder: Path, content: Mapping[str, str | bytes]) -> None:
-    """Write {path inside `folder`: content}, with the folders that it needs; raises OSError."""
+    """Write files, {path inside `folder`: content}, and create their folders; raises OSError."""
     for name, text in content.items():
         target = folder / name
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -69,8 +69,8 @@ def write_files(folder: Path, content: Mapping[str, str | bytes]) -> None:
 def replace_folder(source: Path, out: Path) -> None:
     """Move `source`, which is inside a hidden folder, to `out`.
 
-    An existing folder is exchanged with it, atomically if the system supports that, and removed
-    with the hidden folder. Raises OSError.
+    A folder that exists at `out` is exchanged with `source`, atomically if the system supports
+    that, and removed with the hidden folder. Raises OSError.
     """
     if not out.exists():
         os.rename(source, out)
@@ -94,9 +94,9 @@ def _restore_folder(left: Path) -> None:
 
 
 def _lock_folder(folder: Path, wait: bool = False) -> int | None:
-    """Lock a folder while this process runs; return None if another process has locked it.
+    """Lock a folder while this process runs; return its handle, or None if this is impossible.
 
-    Returns None also on systems that cannot lock folders.
+    Another process may have locked it, or the system may be unable to lock folders.
     """
     try:
         handle = os.open(folder, os.O_RDONLY)
@@ -119,7 +119,7 @@ def _is_stale_without_locks(folder: Path) -> bool:
 
 
 def _exchange_folders(first: Path, second: Path) -> bool:
-    """Exchange two paths in one step (renameat2 on Linux); False if the system cannot."""
+    """Exchange two paths in one step (renameat2 on Linux); return False if the system cannot."""
     with contextlib.suppress(OSError, AttributeError, TypeError):  # Windows rejects CDLL(None)
         library = ctypes.CDLL(None, use_errno=True)
         names = os.fsencode(first), os.fsencode(second)

@@ -17,7 +17,7 @@ DESCRIBING = {word: Entry(TextSpec()) for word in ("name", "title", "note")}
 
 
 class Reader:
-    """Collects SI values and sources by dotted path.
+    """Collector of SI values and sources by dotted path.
 
     `values` contains the entries of `fields`, `words` the descriptive texts, `notes` the [made_by]
     table, `accepted` the [[accepted]] tables.
@@ -39,14 +39,14 @@ class Reader:
         self.accepted: tuple[Acceptance, ...] = ()
 
     def fail(self, key: str, reason: object) -> FileError:
-        """Return the error, with the line of the key."""
+        """Return an error for `reason`, with the line of the key."""
         return FileError(self.path, str(reason), find_line(self.text, key))
 
     @contextmanager
     def locate_errors(self, key: str = "") -> Iterator[None]:
         """Turn errors inside the block into FileErrors, with the line of the quantity or `key`.
 
-        An error may also name a text of the file, such as a constraint.
+        The quantity of an error may also be a text in the file, such as a constraint.
         """
         try:
             yield

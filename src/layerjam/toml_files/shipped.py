@@ -1,4 +1,4 @@
-"""Files that come with the program, by name, or a user's files, by path."""
+"""Files shipped with the program, found by name, or a user's files, found by path."""
 
 import os
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ def _read_shipped(package: str, *folders: str) -> dict[str, str]:
 
 
 def load_text(kind: str, source: str | Path, texts: Mapping[str, str]) -> tuple[str, str]:
-    """Return the TOML text and the name or path of a shipped file of a `kind`, or of a user's file.
+    """Return the TOML text and the name or path of a shipped or a user's file; errors name `kind`.
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """

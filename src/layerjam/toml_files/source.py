@@ -39,7 +39,7 @@ class Source:
 
     `kind` is one of KINDS and `text` names the source. `was` is the earlier value with its source,
     if the number was set by hand. `spread` is the scatter as printed in the source, and `sd` the
-    relative standard deviation. `conflict` describes a source that disagrees.
+    relative standard deviation. `conflict` describes a source with a different value.
     """
 
     kind: str = "unstated"
@@ -65,7 +65,7 @@ class Source:
         return "; ".join(parts)
 
     def from_synthetic(self) -> Self:
-        """Return the source for a number from files that a program generated."""
+        """Return the source for a number that was computed from files that a program generated."""
         measured_here = self.kind in ("measured", "calibrated")
         return replace(self, kind="synthetic") if measured_here else self
 
@@ -88,7 +88,7 @@ class Source:
         return table["value"], cls(**words, sd=sd)
 
     def to_toml(self) -> dict[str, str]:
-        """Return its entries for a file, except the value; empty ones are omitted."""
+        """Return the source's entries for a file; empty ones are omitted."""
         words = {key: getattr(self, field) for key, field in _KEYS.items()}
         if self.sd != _relative_sd(self.spread):
             words["sd"] = repr(self.sd)

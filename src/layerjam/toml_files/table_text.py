@@ -1,8 +1,8 @@
-"""CSV text in which a spreadsheet finds no formula.
+"""CSV text that a spreadsheet does not interpret as formulas.
 
 A cell that begins with `=`, `+`, `-`, `@`, a tab or a carriage return, and is not a number, gets a
-leading apostrophe, which spreadsheets interpret as "text". So does such a piece of a comment line,
-because a spreadsheet splits the line at commas, semicolons or tabs. `restore_cell` and
+leading apostrophe, which spreadsheets interpret as "text". The same applies to a piece of a comment
+line, because a spreadsheet splits the line at commas, semicolons or tabs. `restore_cell` and
 `restore_comment` remove the apostrophe, so that every text is restored exactly.
 """
 
@@ -14,12 +14,12 @@ _FORMULA = re.compile(rf"(?!(?:{_NUMBER})\Z)['\"]*[=+\-@\t\r]")
 _MARKED = re.compile(r"'['\"]*[=+\-@\t\r]")
 _QUOTED = re.compile(r'[",\r\n]')
 _PIECES = (re.compile(r"(?<=\t)[^\t]*"), re.compile(r"(?<=[,;])[^,;]*"))
-"""Separators of a comment line; tabs come first, as a tab may begin a piece between semicolons."""
+"""Pieces of a comment line; tabs come first, because a tab may begin a piece after a semicolon."""
 Cell = str | float | None
 
 
 def format_cell(value: Cell) -> str:
-    """Return a value as a cell: a number with all its digits, None as an empty text."""
+    """Return a value as a cell: a number with all its digits, None as empty text."""
     if isinstance(value, str):
         return _guard_cell(value)
     return "" if value is None else repr(value)
@@ -36,7 +36,7 @@ def format_rows(rows: Iterable[Sequence[Cell]]) -> str:
 
 
 def comment(text: str) -> str:
-    """Return a comment line above a table; line ends in the text become spaces."""
+    """Return a text as a comment line above a table; line breaks become spaces."""
     line = "# " + " ".join(text.splitlines())
     for piece in _PIECES:
         line = piece.sub(lambda m: _guard_cell(m[0]), line)
@@ -44,7 +44,7 @@ def comment(text: str) -> str:
 
 
 def restore_comment(line: str) -> str:
-    """Return the comment line that was passed to `comment`."""
+    """Return a comment line without the apostrophes that `comment` added."""
     for piece in reversed(_PIECES):
         line = piece.sub(lambda m: restore_cell(m[0]), line)
     return line

@@ -10,7 +10,7 @@ from typing import Any
 from layerjam.errors import FileError
 
 MAX_NAMES = 5_000
-"""Number of names in a folder that are compared with a missing file's name."""
+"""Maximum number of names in a folder that are compared with a missing file's name."""
 
 
 def suggest_nearby(path: Path) -> str:
@@ -113,7 +113,7 @@ def find_row(text: str, words: str) -> int | None:
 
 
 def quote(text: str) -> str:
-    """Return a TOML string."""
+    """Return a text as a quoted TOML string."""
     out = []
     for char in text:
         if char in '"\\':

@@ -1,6 +1,6 @@
-"""Texts and lists as values of a file; each kind reads and writes itself.
+"""Texts and lists as values of a file, with methods to read, check and write them.
 
-`QuantitySpec` has the same methods, so that a reader need not distinguish them.
+`QuantitySpec` has the same methods, so a reader need not distinguish the kinds of value.
 """
 
 from collections.abc import Iterator
@@ -31,10 +31,10 @@ class ValueSpec(Protocol):
 
 
 class AsItIs:
-    """Defaults of a ValueSpec, by which every readable value is allowed and written unchanged."""
+    """Default methods of a ValueSpec: every readable value is allowed and written unchanged."""
 
     def limits(self) -> str:
-        """Return the phrase for any value."""
+        """Return the phrase "any", which allows every value."""
         return "any"
 
     def check(self, value: Any, name: str) -> Any:
@@ -48,12 +48,12 @@ class AsItIs:
 
 @dataclass(frozen=True, kw_only=True)
 class TextSpec(AsItIs):
-    """A text, one of `choices` if there are any."""
+    """A text, which must be one of `choices` if there are any."""
 
     text: str = ""
     choices: tuple[str, ...] = ()
     blank: bool = True
-    """Whether it may be empty."""
+    """Whether the text may be empty."""
 
     def limits(self) -> str:
         """Return the choices as a phrase."""
@@ -119,9 +119,9 @@ class ListSpec(AsItIs):
 
 
 def value(spec: ValueSpec, default: Any = MISSING, table: bool = False) -> Any:
-    """Return a dataclass field of a file's value that is not a plain quantity.
+    """Return a dataclass field for a file's value that is not a plain quantity.
 
-    `table` is as in an Entry.
+    `table` is as in `Entry`.
     """
     return field(default=default, metadata={"value": spec, "table": table})
 
@@ -132,7 +132,7 @@ class Entry(NamedTuple):
     spec: ValueSpec
     required: bool = False
     in_optional: bool = False
-    """Whether it belongs to an optional table; it is then required only with the table."""
+    """Whether the value belongs to an optional table, without which it is not required."""
     default: Any = None
     table: bool = False
     """Whether the value itself is a table, and not a value with its source."""

@@ -17,7 +17,7 @@ WIDE = 100
 
 
 def literal(value: object) -> str:
-    """Return a value as TOML text: texts, switches, numbers and lists of them."""
+    """Return a text, a switch, a number, a list or a table as TOML text."""
     if isinstance(value, str):
         return quote(value)
     if isinstance(value, bool):
@@ -30,7 +30,7 @@ def literal(value: object) -> str:
 
 
 def describe_spec(spec: ValueSpec) -> str:
-    """Return a comment line: symbol, meaning, unit and bounds."""
+    """Return a comment line with symbol, meaning, unit and bounds of a value."""
     symbol, unit = "", ""
     if isinstance(spec, QuantitySpec):
         symbol = f"{spec.symbol}: " if spec.symbol else ""
@@ -60,7 +60,7 @@ def plain_lines(rows: Mapping[str, Entry], values: Mapping[str, Any]) -> list[st
 def commented_lines(
     rows: Iterable[tuple[str, Entry]], values: Mapping[str, Any], sources: Mapping[str, Source]
 ) -> list[str]:
-    """Return lines that set every value under the heading of its table, after its meaning.
+    """Return lines that set every value, after a comment on its meaning, by table.
 
     An unknown value, or a default without a source, becomes a comment.
     """
@@ -97,7 +97,7 @@ def update_text(
     """Return a file's text with some changed values; comments and everything else are unchanged.
 
     A change is (value in SI, its source), or None to remove the key. `tables` are first replaced as
-    a whole, or removed if None or empty. `accepted` are added to the acceptances of the file; an
+    a whole, or removed if None or empty. `new` acceptances are added to those of the file; an
     earlier one ends when all its numbers change. Raises QuantityError for a missing key.
     """
     import tomlkit
@@ -143,7 +143,7 @@ def update_text(
 
 
 def dump_toml(document: Any, text: str) -> str:
-    """Return an edited document of tomlkit with the line ends of its original text."""
+    """Return an edited tomlkit document as text, with the line breaks of its original text."""
     import tomlkit
 
     new_text = tomlkit.dumps(document).replace("\r\n", "\n")
