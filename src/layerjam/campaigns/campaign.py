@@ -29,7 +29,7 @@ class Campaign:
     tests: tuple[Trial, ...]
 
     def traces(self, kind: str = "") -> list[Trace]:
-        """Return the records in order, only those of `kind` ("pull", "friction") if given.
+        """Return the records in order; only those of `kind` ("pull" or "friction") if it is given.
 
         They contain the faults of the machine, but not the practice faults of files. Raises
         PrecisionError unless JAX is in double precision.
@@ -54,7 +54,7 @@ class Campaign:
 
 
 def campaign(spec: Spec | str | Path, seed: int | None = None) -> Campaign:
-    """Return the campaign of a spec or of a TOML file; `seed` replaces that of the spec.
+    """Return the campaign of a spec or of a TOML file; `seed`, if given, replaces the spec's seed.
 
     Raises QuantityError or FileError for an invalid spec; nothing is simulated yet.
     """

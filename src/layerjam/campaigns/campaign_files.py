@@ -41,7 +41,7 @@ class CampaignFiles:
 
 
 def select_form(campaign: Campaign, test: Trial) -> Form:
-    """Return the form of a test's file; the layouts alternate from test to test."""
+    """Return the form of a test's file; the forms alternate from test to test."""
     forms = campaign.spec.files.list_forms()
     return forms[test.number % len(forms)]
 
@@ -57,10 +57,10 @@ def write_campaign(
     overwrite: bool = False,
     progress: Progress | None = None,
 ) -> CampaignFiles:
-    """Write all files of a campaign, each completely or not at all; a spec gives identical files.
+    """Write all files of a campaign, each completely or not at all; equal specs give equal files.
 
     A folder that is not empty is rejected unless `overwrite`. `progress` is called with (stage,
-    fraction). KeyboardInterrupt ends the writing between two files. Raises FileError, and
+    fraction). KeyboardInterrupt stops the writing between two files. Raises FileError, and
     QuantityError for an impossible campaign, before anything is written.
     """
     folder = Path(folder)
@@ -127,7 +127,7 @@ def _write_test(
 
 
 def portable_brake(subject: Subject) -> str:
-    """Return the name or path of the brake for a spec in the campaign's folder."""
+    """Return the brake's name in the catalogue, or its path relative to the campaign's folder."""
     return f"brake-{subject.label}.toml" if subject.file_text else subject.name
 
 

@@ -25,7 +25,7 @@ _DATA: dict[str, Any] = tomllib.loads(
 LANGUAGES: dict[str, tuple[str, ...]] = {
     language: tuple(words) for language, words in _DATA["languages"].items()
 }
-"""Names of time, travel and force, then testXpert's names of crosshead, travel and force."""
+"""{language: names of time, travel and force, then testXpert's crosshead, travel and force}."""
 ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "latin-1", "cp1252", "cp932")
 
 
@@ -114,7 +114,7 @@ class Form:
 
 
 def encode_file(trace: Trace, form: Form, force_unit: str = "N", cut: float | None = None) -> bytes:
-    """Return the file of a trace; `cut` is the fraction of rows after which it ends mid-line."""
+    """Return the file's bytes; `cut` is the fraction of rows after which it ends mid-line."""
     if trace.time is None:
         raise QuantityError("a trace without time cannot be written")
     layout, (encoding, decimal, _) = form.details, form.choices()
@@ -163,7 +163,7 @@ def _format_rows(layout: Layout, trace: Trace, time: Array, mark: str, decimal: 
 
 
 def _truncate_rows(text: str, mark: str, rows: int, part: float) -> str:
-    """Return the text up to the second value of a row, in the middle of a line."""
+    """Return the text, cut off after the second value of a row in the middle of a line."""
     lines = text.splitlines(keepends=True)
     row = len(lines) - rows + min(int(part * rows), rows - 1)
     last = lines[row]
@@ -180,7 +180,7 @@ def write_trace(
 def write_pair(
     trace: Trace, path: str | Path, data: bytes, overwrite: bool, sidecar: bool = True
 ) -> Path:
-    """Write the data file and its sidecar, or neither if either exists without `overwrite`."""
+    """Write the data file and its sidecar; neither if either exists and `overwrite` is not set."""
     sidecar_file = sidecar_path(path)
     if not overwrite:
         for file in (sidecar_file, Path(path)):

@@ -36,7 +36,7 @@ def fault(unit: str, text: str, hi: float, lo: float = 0.0) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class LoadCell:
-    """A load cell and its recording; has no fault by default."""
+    """A load cell and its recording, without faults by default."""
 
     sampling_rate: float = quantity("Hz", "samples per second", lo=0.1, hi=1e6, default=1000.0)
     force_noise: float = fault("N", "standard deviation of the load cell's white noise", 1e4)
@@ -49,7 +49,7 @@ class LoadCell:
 
 @dataclass(frozen=True, kw_only=True)
 class Faults(LoadCell):
-    """A test machine; has no fault by default."""
+    """A test machine, without faults by default."""
 
     force_drift: float = fault("N/s", "drift of the load cell's zero", 100, lo=-100)
     travel_step: float = fault("m", "resolution of the recorded travel", 1e-3)
@@ -116,7 +116,7 @@ def draw_normal(seed: int, stream: str, tests: npt.NDArray[np.int64], count: int
 
 
 def round_to_step(values: Array, step: float) -> Array:
-    """Return values rounded to a converter's step; unchanged for a step of 0."""
+    """Return values rounded to a converter's step, or unchanged if the step is 0."""
     return np.round(values / step) * step if step > 0 else values
 
 

@@ -25,7 +25,7 @@ class Subject:
     label: str
     """Label in its file names; it contains no "_", which separates the parts of a name."""
     name: str
-    """Name in the catalogue, or name of the file that is copied into the campaign's folder."""
+    """Name in the catalogue, or of the file that is copied into the campaign's folder."""
     file_text: str
     """Text of that file, or "" for a catalogue brake."""
     known: Brake
@@ -42,10 +42,10 @@ class Trial:
     `kind` is "pull" or "friction"; `name` is the file name without its suffix. `vacuum` is the
     gauge reading and `true_vacuum` its true value, both None in a friction test. `friction`,
     `static`, `stiffness` and `enclosure` are multipliers for the values of the brake or the film.
-    `overshoot` is the initial excess of the friction, `seating` [m] the yield of the grips. `speed`
-    is the stated speed, `true_speed` its true value. `warmer` is the temperature rise since the
-    first test [K], `practice` the fault in its file, or empty. `odd` marks an outlier, and `hold`
-    is the time under load before a friction test [s].
+    `overshoot` is the relative initial excess of the friction, `seating` [m] the settling of grips
+    and caps. `speed` is the stated speed, `true_speed` its true value. `warmer` is the temperature
+    rise since the first test [K], `practice` the fault in its file, or empty. `odd` marks an
+    outlier, and `hold` is the time under load before a friction test [s].
     """
 
     number: int = 0
@@ -202,7 +202,7 @@ def _plan_friction_tests(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Tr
 
 
 def _pad_numbers(repeats: int) -> list[str]:
-    """Return 1, 2, 3 and so on as texts of equal length, so that files are sorted correctly."""
+    """Return 1, 2, 3 and so on as texts of equal length, so that file names sort correctly."""
     return [f"{n:0{len(str(repeats))}d}" for n in range(1, repeats + 1)]
 
 

@@ -29,7 +29,7 @@ def simulate_gripped_pull(
     seating: Array,
     machine: Faults,
 ) -> tuple[Array, Array]:
-    """Return (slip [m], force [N]), shape (M, N), at elongations `stretch` [m] from taut.
+    """Return (slip [m], force [N]), shape (M, N), at elongations `stretch` [m] of the taut brake.
 
     `spring` [N/m], `overshoot` [-] and `seating` [m] have shape (M, 1). Raises QuantityError if
     friction would drop faster than spring and seat can follow.
@@ -85,7 +85,7 @@ def group_pulls(tests: Sequence[Trial]) -> list[tuple[float, list[Trial]]]:
 
 
 def check_pulls(spec: Spec, tests: Sequence[Trial]) -> None:
-    """Raise QuantityError if a pull is impossible; quick, because no samples are simulated."""
+    """Raise QuantityError if a pull is impossible; this is quick: no samples are simulated."""
     for speed, group in group_pulls(tests):
         turn = (spec.machine.slack + spec.pulls.travel) / speed
         ends = np.array([[0.0, turn, turn + spec.pulls.unload / speed]])
@@ -140,7 +140,7 @@ def _simulate_pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Arr
 def _compute_slip_and_force(
     spec: Spec, tests: Sequence[Trial], stretch: Array, vacuum: Array, brakes: Brake, spring: Array
 ) -> tuple[Array, Array]:
-    """Return slip [m] and force [N], (M, N), at a total elongation of brake, mount and grips."""
+    """Return slip [m] and force [N], (M, N), at the total elongation of brake, mount and grips."""
     from layerjam.mechanics.pull import slip_at_elongation
 
     slip = np.array(slip_at_elongation(stretch, vacuum, brakes))

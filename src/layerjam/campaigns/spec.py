@@ -35,7 +35,7 @@ def _fault_field(fault_text: str) -> Any:
 
 
 def _word_field(text: str, default: Any, choices: tuple[str, ...] = ()) -> Any:
-    """Return a field for a text, which must be one of `choices` if there are any."""
+    """Return a field for a text, which must be one of the `choices`, if any."""
     return value(TextSpec(text=text, choices=choices), default)
 
 
@@ -183,7 +183,7 @@ def _outlier_field(name: str, lo: float = -0.9) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Odd:
-    """Outlying pulls, chosen by the seed, which differ from the others only by these changes."""
+    """Outlying pulls, chosen by the seed, which differ from the others only in these changes."""
 
     how_many: int = quantity("1", "number of outliers", hi=1000, whole=True, default=0)
     per: str = _word_field(

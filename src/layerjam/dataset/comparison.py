@@ -23,12 +23,12 @@ DRAWN = 0.01
 """Distance [pt] below which two points in a drawing count as identical."""
 _SVG = re.compile(r"(<svg\b.*?</svg>)", re.DOTALL)
 _ID = re.compile(r"\b[a-zA-Z]\w*?[0-9a-f]{10}\b")
-"""Pattern of names in a drawing that are digests of the named shape."""
+"""Pattern of names in a drawing that are digests of the shapes that they name."""
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A number or word that differs, with the relative difference `share`.
+    """A number or word that differs; `share` is the relative difference.
 
     `number` is its name in the file. `recomputed` is None if this version has no such number,
     `share` if there is no ratio.
@@ -231,7 +231,7 @@ def _diff_texts(file: str, old: str, new: str, room: float = 0.0) -> Iterator[Di
 
 
 def _find_changed_words(old: str, new: str) -> tuple[str, str]:
-    """Return the words in which two lines differ, without their common start and end."""
+    """Return the parts in which two lines differ, without their common start and end."""
     left, right = old.split(" "), new.split(" ")
     while left and right and left[0] == right[0]:
         del left[0], right[0]

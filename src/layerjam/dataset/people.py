@@ -35,7 +35,7 @@ class Author:
 
     @property
     def id(self) -> str:
-        """Address of the ORCID iD, or otherwise a name inside the dataset."""
+        """Address of the ORCID iD or, if there is none, an identifier within the dataset."""
         if self.orcid:
             return ORCID + self.orcid
         return "#" + (re.sub(r"[^\w-]+", "-", self.name).strip("-") or "author")
@@ -43,7 +43,7 @@ class Author:
 
 @dataclass(frozen=True, kw_only=True)
 class Details:
-    """The user's details of a dataset: name, SPDX licence, authors and date (ISO 8601)."""
+    """Details of a dataset stated by the user: name, SPDX licence, authors and date (ISO 8601)."""
 
     name: str
     licence: str | None
@@ -52,7 +52,7 @@ class Details:
 
     @classmethod
     def read(cls, row: Mapping[str, Any]) -> Self:
-        """Return the details in a table; raises KeyError, TypeError or ValueError if invalid."""
+        """Return the details from a table; raises KeyError, TypeError or ValueError if invalid."""
         authors = [Author(**a) for a in row["authors"]]
         texts = [row["name"], row["date"], *(t for a in authors for t in vars(a).values())]
         if not all(isinstance(text, str) for text in texts):

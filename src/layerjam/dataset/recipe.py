@@ -42,12 +42,12 @@ class Recipe:
 
     @property
     def files(self) -> Paths:
-        """Return all files that it names."""
+        """Return all files that the recipe names."""
         used = (*self.friction, *self.calibrate, *self.validate)
         return (self.brake, self.results, *used, *self.unused)
 
     def text(self) -> str:
-        """Return the file's text."""
+        """Return the text of the recipe's file."""
         return json.dumps(asdict(self), indent=2, ensure_ascii=False) + "\n"
 
 
@@ -86,7 +86,7 @@ def read_recipe(folder: Path) -> Recipe:
 
 
 def _check_value(path: Path, name: str, value: Any) -> Any:
-    """Return a value if its type is that of the field; otherwise raises FileError."""
+    """Return a value if it has the type of the field; otherwise raises FileError."""
     if name == "stated":
         try:
             return value and Details.read(value)

@@ -1,4 +1,4 @@
-"""A dataset in a folder or in a zip file, whose origin may not be trusted."""
+"""A dataset in a folder or in a zip file, which may come from an untrusted source."""
 
 import contextlib
 import stat

@@ -33,8 +33,8 @@ def read_conditions(path: str | Path, options: ReadingOptions) -> Facts:
     """Return the conditions of a test from its sidecar, the folder's list and the file name.
 
     `options.names` is the pattern of the file name, `options.speed` [m/s] the default speed. Raises
-    FileError for a list or a name that cannot be read, or if two sources disagree, and
-    QuantityError for an invalid pattern.
+    FileError if a list or a name cannot be read or two sources disagree, and QuantityError for an
+    invalid pattern.
     """
     facts = read_facts(path)
     sources = {"its sidecar": _select_sidecar_values(facts), LIST: _read_list_values(Path(path))}
@@ -120,7 +120,7 @@ def parse_list(text: str, path: str | Path) -> dict[str, dict[str, Any]]:
 
 
 def _cell_value(name: str, text: str, unit: str | None) -> Any:
-    """Return the SI value of a cell or of part of a name; the heading may state its unit."""
+    """Return the SI value of a cell or of part of a name; the column heading may state its unit."""
     of_number = name in _IN_NAMES and unit is not None
     return _FIELDS[name].spec.read(f"{text} {unit}" if of_number else text, name)
 

@@ -14,7 +14,7 @@ from layerjam.units import show
 def read_history(
     path: str | Path, atmosphere: float, options: ReadingOptions | None = None
 ) -> History:
-    """Read the history in a log such as ``time [s],vacuum [kPa]``, as other logs are read.
+    """Read the history from a log such as ``time [s],vacuum [kPa]``, like any other log.
 
     The column's name (vacuum, absolute pressure, gauge pressure) or `options.reading` states the
     reference of the pressure. Raises FileError if neither does, if the file is not such a log, if

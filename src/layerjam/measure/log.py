@@ -58,8 +58,8 @@ class Log:
     """Columns in SI units by role, each of shape (N,), and the interpretation of the file.
 
     `head` contains the lines above the table: {lower-case key: rest of the line}. `taken` contains
-    each column's name and unit as written, because a unit alone may be incomplete (bar absolute or
-    gauge).
+    the name and unit of each selected column as written, because a unit alone may be incomplete
+    (bar absolute or gauge).
     """
 
     path: str
@@ -87,9 +87,9 @@ class Log:
         return [SYNTHETIC] if self.synthetic else []
 
     def pressure_reference(self, reference: str | None) -> tuple[str, str | None]:
-        """Return (reference of the pressure, the one in its column or None).
+        """Return (reference of the pressure, reference that its column states or None).
 
-        It is one of `REFERENCES`; raises FileError if neither the column nor `reference` states it.
+        Both are in `REFERENCES`. Raises FileError if neither the column nor the user states one.
         """
         column = self.taken["pressure"]
         says = find_reference(column)
@@ -127,7 +127,7 @@ def read_log(path: str | Path, wants: Sequence[Want], options: ReadingOptions | 
     """Read the required columns of a file in SI units.
 
     Raises FileError if a column is missing or ambiguous or has no unit or no number, and
-    QuantityError for invalid options. A required time must not decrease.
+    QuantityError for invalid options. A required column of time must not decrease.
     """
     options = options or ReadingOptions()
     entries = options.entries({w.role: w.si for w in wants})
@@ -151,7 +151,7 @@ def read_log(path: str | Path, wants: Sequence[Want], options: ReadingOptions | 
 def _find_largest_table(source: Source, wants: Sequence[Want], listed: bool) -> Table:
     """Return the table with the most rows, preferably one with units.
 
-    If the user has `listed` the columns, the table starts at the first row of numbers.
+    If the user lists the columns (`listed`), the table starts at the first row of numbers.
     """
     lines = read_lines(source)
     blocks = find_blocks(lines)

@@ -68,7 +68,7 @@ class ReadingOptions:
                 entry.spec.check(setting, name)
 
     def over(self, sidecar: "ReadingOptions") -> "ReadingOptions":
-        """Return the combined options; these take precedence over those of the `sidecar`."""
+        """Return these options combined with those of the `sidecar`; these take precedence."""
         settings = {f.name: v for f in fields(self) if (v := getattr(self, f.name))}
         if self.column and sidecar.by_order:  # an explicit name overrides the order in the sidecar
             settings["columns"] = self.columns

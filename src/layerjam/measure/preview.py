@@ -39,9 +39,9 @@ class Preview:
     ours: bool = False
 
     def columns(self, index: int, role: str, unit: str) -> str:
-        """Return the `columns` option that makes column `index` a `role` in `unit`, or ignores it.
+        """Return the `columns` option that gives column `index` a `role` and `unit`, or ignores it.
 
-        Any other column with this role loses it. The option is empty if no column has a role.
+        Other columns with this role are then ignored. The option is empty if no column has a role.
         """
         roles = {i: pair for i, pair in self.taken.items() if i != index and pair[0] != role}
         if role:

@@ -48,7 +48,7 @@ def format_run_csv(run: Run) -> str:
 
 
 def _format_cells(name: str, values: Array) -> list[str]:
-    """Return digits from which the same numbers can be read; times are to the microsecond."""
+    """Return numbers as text from which they are read unchanged; times are to the microsecond."""
     if name == "time":
         return [f"{value:.6f}" for value in values.tolist()]
     return list(map(repr, values.tolist()))

@@ -40,8 +40,8 @@ class Run:
 
     `columns` are those of `samples`, preceded by `time` [s], shape (N,), with `elongation` [m] and
     `force` [N] if a machine recorded them. `time` is zero at the start of the recording, and
-    negative for earlier samples of the board. Between two starts of the board, the host's time is
-    used. `gaps` counts missing samples.
+    negative for earlier samples of the board. The host's clock provides the time between two starts
+    of the board. `gaps` is the number of missing samples.
     """
 
     path: str

@@ -19,14 +19,14 @@ ALIKE = 0.75
 CLOSE_CURVES = 1.0
 """Ratio of the curves' median difference to that of the noise, below which records may match."""
 QUIET = 1e-5
-"""Noise, relative to the range of forces, below which a record counts as computed, so that two of
-them may be alike without being the same."""
+"""Noise, relative to the range of forces, below which a record counts as computed, so that two such
+records may be alike without being copies."""
 SHARED = 0.5
 """Fraction of the shorter record that both must have in common."""
 MOST_SIZE = 4.5
 """Level, relative to its median size, at which noise is clipped so that no jump dominates."""
 SAMPLE = 200
-"""Number of points at which two curves are compared before their noise is."""
+"""Number of points at which two curves are compared before their noise is compared."""
 STARTS = 50
 """Number of samples of the denser record at which the sparser record may start."""
 
@@ -50,7 +50,7 @@ class Records:
 
 
 def is_same_record(first: Trace, second: Trace) -> bool:
-    """Return whether two traces are one record: curves equal up to noise, and the same noise."""
+    """Return whether two traces are the same record: curves equal up to noise, and equal noise."""
     return noise_correlation(first, second) >= ALIKE
 
 
@@ -73,7 +73,7 @@ def _select_peak_window(trace: Trace) -> Trace:
 
 
 def _select_rising_part(trace: Trace, clock: str) -> tuple[Array, Array] | None:
-    """Return the clock up to its maximum, and the force, with each clock value once."""
+    """Return time or elongation up to its maximum, and the force, with each value only once."""
     values = getattr(trace, clock)
     if values is None or len(values) < LEAST:
         return None
@@ -82,7 +82,7 @@ def _select_rising_part(trace: Trace, clock: str) -> tuple[Array, Array] | None:
 
 
 def _correlate(curve: tuple[Array, Array], other_curve: tuple[Array, Array]) -> Iterator[float]:
-    """Yield the noise correlations for a common clock origin, and for a common start.
+    """Yield the noise correlations with a common origin of the clock, and with a common start.
 
     A record with every n-th sample stored may start with a different sample.
     """
@@ -98,7 +98,7 @@ def _correlate(curve: tuple[Array, Array], other_curve: tuple[Array, Array]) -> 
 
 
 def _is_close_copy(sparse: tuple[Array, Array], dense: tuple[Array, Array]) -> bool:
-    """Return whether two curves differ by little more than noise, like copies."""
+    """Return whether two curves differ by little more than noise, as copies do."""
     part = slice(None, None, max(1, len(sparse[0]) // SAMPLE))
     gaps = np.abs(sparse[1][part] - np.interp(sparse[0][part], *dense))
     second = np.abs(sparse[1][1:-1] - (sparse[1][2:] + sparse[1][:-2]) / 2)

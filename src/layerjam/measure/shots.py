@@ -25,8 +25,8 @@ Array = np.ndarray[Any, np.dtype[Any]]
 class Shot:
     """One record; `counts` (N,), int16, has `before` samples before the trigger.
 
-    `zero` [counts], `gain` [m/s^2 per count], `range` [m/s^2] and `rate` [Hz] are the board's own.
-    `number` and `boot` are those in a run file; `size` is N if nothing is missing.
+    `zero` [counts], `gain` [m/s^2 per count], `range` [m/s^2] and `rate` [Hz] are the values of the
+    board. `number` and `boot` are those in a run file; `size` is N if nothing is missing.
     """
 
     counts: Array = field(repr=False)
@@ -54,7 +54,7 @@ class Shot:
         return (self.counts.astype(float) - self.zero) * self.gain
 
     def row(self) -> dict[str, Any]:
-        """Return the row of `shots`."""
+        """Return the record's row in the table `shots`."""
         scale = {"zero": self.zero, "gain": self.gain, "range": self.range}
         return {
             "shot": self.number,
@@ -67,7 +67,7 @@ class Shot:
         }
 
     def parts(self) -> list[tuple[int, int, bytes]]:
-        """Return the rows of `shot_data`: (first, n, samples)."""
+        """Return the record's rows in the table `shot_data`: (first, n, samples)."""
         counts = self.counts.astype("<i2")
         pieces = {first: counts[first : first + PIECE] for first in range(0, len(counts), PIECE)}
         return [(first, len(piece), piece.tobytes()) for first, piece in pieces.items()]
@@ -112,7 +112,7 @@ class Shot:
         return "\n".join(lines) + "\n"
 
     def write(self, file: str | Path, overwrite: bool = False) -> Path:
-        """Write a CSV file; raises FileError on failure, or if it exists without `overwrite`."""
+        """Write a CSV file; raises FileError on failure, or if it exists, unless `overwrite`."""
         return store_file(file, self.text(), overwrite)
 
 

@@ -23,9 +23,9 @@ class Trace:
     """One pull or friction test as recorded by a machine, in SI units.
 
     `force` [N] and `elongation` [m] (with the machine's own origin) are float64 arrays of equal
-    length with finite values; so is `time` [s], if not None. `format` names the machine's format,
-    `understood` describes the interpretation of the columns, `warnings` lists anomalies, `facts`
-    contains the metadata of the sidecar.
+    length with finite values, as is `time` [s], unless it is None. `format` names the machine's
+    format, `understood` describes the interpretation of the columns, `warnings` lists anomalies,
+    `facts` contains the metadata of the sidecar.
     """
 
     force: Array = field(repr=False)
@@ -91,7 +91,7 @@ class Trace:
 
 
 def block_means(values: Array, limit: int) -> Array:
-    """Return at most `limit` means, over equal numbers of neighbouring values."""
+    """Return at most `limit` means, each over the same number of neighbouring values."""
     size = -(-len(values) // limit)
     if size <= 1:
         return values
@@ -223,7 +223,7 @@ def _check_saturation(trace: Trace) -> None:
 
 
 def _is_far_more(stuck: int, others: int, least: int) -> bool:
-    """Return whether the count is ten times that of others, or at least `least` without others."""
+    """Return whether a count is ten times the others', or at least `least` if none repeats."""
     return stuck >= max(least, 10 * others if others > 1 else least)
 
 

@@ -48,7 +48,7 @@ BOARD = {"serial": "board", "model": "model", "firmware": "firmware"}
 
 
 def require_closed_run(path: str) -> None:
-    """Raise FileError for a run that is partly in a separate file."""
+    """Raise FileError if part of a run's data is still in a separate file."""
     log = Path(f"{path}-wal")
     if log.exists() and log.stat().st_size:
         close = ("sqlite3", Path(path).name, "PRAGMA journal_mode = DELETE")
@@ -126,7 +126,7 @@ def _read_pieces(path: str, meta: Mapping[str, str]) -> tuple[dict[str, Piece], 
 
 
 def _parse_calibration(text: str) -> dict[str, Any]:
-    """Return the zero [Pa], gain and name of a sensor calibration as reported by the board."""
+    """Return the zero [Pa], gain and name of a sensor calibration from the board's report."""
     zero, gain, name = ([*text.split(",", 2), "", "", ""])[:3]
     try:
         return {"zero": float(zero), "gain": float(gain), "name": name.strip(' "')}

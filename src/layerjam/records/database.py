@@ -96,7 +96,7 @@ STEPS: dict[int, Callable[[Connection], None]] = {1: move_typed_tables}
 
 
 class RecordsError(LayerjamError):
-    """Error: the database is not available or is not a database of records."""
+    """The database is not available or is not a database of records."""
 
     key = "records"
 
@@ -145,7 +145,7 @@ class Database:
 
     @contextlib.contextmanager
     def writing(self) -> Iterator[Connection]:
-        """Open a transaction for writing, after all others; it is applied completely or not at all.
+        """Open a transaction for writing, after all others end; it is applied completely or not.
 
         Creates the database if it does not exist. Raises RecordsError.
         """
@@ -229,7 +229,7 @@ def _upgrade_tables(db: Connection, place: str) -> None:
 
 
 def _make_engine(url: URL) -> Engine:
-    """Return an engine; each SQLite connection must enable the check of foreign keys."""
+    """Return an engine that enables the check of foreign keys in each SQLite connection."""
     if url.drivername != "sqlite":
         options = {"connect_timeout": REACHED}
         return create_engine(

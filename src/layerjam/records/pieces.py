@@ -33,8 +33,8 @@ class Piece:
 class Content:
     """A file: `file` contains its columns in `files`, `piece` its record, if any.
 
-    `others` contains independent records inside it, keyed by their role as its source. `notes`
-    contains messages about it.
+    `others` contains independent records inside the file, keyed by their role as a source of its
+    record. `notes` contains messages about the file.
     """
 
     path: str

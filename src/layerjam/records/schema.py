@@ -2,8 +2,8 @@
 
 `entries` contains every record of any kind, with its own data as JSON; a view shows each kind as a
 table. `keys` contains the keys by which others may cite a record, `cited` the sources that a record
-cites. The view `derived_from` joins these two, so that a link appears as soon as both ends exist.
-Times are text, UTC in RFC 3339 with `Z`, because SQLite stores no time zones. An `id` is a UUID.
+cites. The view `derived_from` joins both, so that a link appears as soon as both ends exist. Times
+are text, UTC in RFC 3339 with `Z`, because SQLite stores no time zones. An `id` is a UUID.
 """
 
 from collections.abc import Iterable, Mapping
@@ -133,7 +133,7 @@ _BRAKE = Kind(
     columns=("name", "serial", "toml", "sha256", "rendered_sha256", "parent"),
     keys=("sha256", "rendered_sha256"),
 )
-"""`parent` is the digest of the text from which this one was derived."""
+"""`parent` is the digest of the text from which this text was derived."""
 _FILE = Kind()
 KINDS = {
     "brake": _BRAKE,

@@ -51,8 +51,8 @@ class Additions:
 def add(database: Database, paths: Iterable[str | Path], serial: str | None = None) -> Additions:
     """Add files in one transaction; rejected files do not affect the others.
 
-    `serial` is that of the only brake or line in the call. Raises RecordsError if the database
-    cannot be written; nothing is then added.
+    `serial` is the serial number of the brake or line, which must then be the only file. Raises
+    RecordsError if the database cannot be written; then nothing is added.
     """
     result = Additions()
     contents: list[Content] = []
@@ -166,7 +166,7 @@ def _find_withdrawal_reason(db: Connection, ident: str) -> str | None:
 
 
 def _enter_file(db: Connection, content: Content, inside: dict[str, str]) -> str:
-    """Enter a file and its record, and return its id; `inside` receives {id: kind} of others."""
+    """Enter a file and its record, and return its id; add {id: kind} of others to `inside`."""
     origin = make_stamp()
     parents: dict[str, str] = {}
     for role, content_piece in content.others.items():

@@ -36,7 +36,7 @@ class RecordView:
 
 @dataclass
 class Verification:
-    """Number of digests compared, and the rows of changed or missing files."""
+    """Number of digests that were compared, and the rows of changed or missing files."""
 
     checked: int = 0
     changed: list[dict[str, Any]] = field(default_factory=list)

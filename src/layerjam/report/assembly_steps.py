@@ -36,7 +36,7 @@ PATTERN = "cut/pattern.pdf"
 
 
 def film_steps(drawing: Drawing, coupons: bool, files: Collection[str] | None = None) -> list[Step]:
-    """Return the steps from film to a stack of sheets; `files` lists those written, None all."""
+    """Return the steps from film to a stack of sheets, given the written `files` (None: all)."""
     lengths, build = drawing.lengths, drawing.build
     made_of = ", ".join(f"{part.count} × cut/{part.name}.dxf" for part in drawing.film.parts)
     cutter = {
@@ -132,7 +132,7 @@ def cap_steps(drawing: Drawing) -> list[Step]:
 
 
 def _describe_nut_corners(drawing: Drawing) -> str:
-    """Return sentences about the front corners of the nuts, which may project from the tray."""
+    """Return a sentence on whether the front corners of the nuts project from the tray."""
     lengths = drawing.lengths
     proud = nut_overhang(lengths)
     if proud <= 0:
@@ -235,7 +235,7 @@ def stack_steps(drawing: Drawing) -> list[Step]:
 
 
 def _describe_levelling(drawing: Drawing) -> str:
-    """Return how to level the caps on a flat board if neck, tray and head differ in height."""
+    """Return instructions for levelling the caps if neck, tray and head differ in height."""
     lengths = drawing.lengths
     below = {
         "necks": lengths.neck_b,
@@ -335,7 +335,7 @@ def list_tools(drawing: Drawing) -> str:
 
 
 def list_first_checks(drawing: Drawing, coupons: bool) -> list[Step]:
-    """Return the checks of the first brake, each with its command."""
+    """Return the checks to make on the first finished brake, each with its command."""
     lengths = drawing.lengths
     new_file = (
         (f"layerjam new my-brake --from {drawing.file.name} --out my-brake.toml",)

@@ -21,7 +21,7 @@ Array = np.ndarray[Any, Any]
 
 @style.in_style
 def posterior(fit: BayesFit) -> style.Figure:
-    """Draw scale factor and stiffness: posterior of brake and next pull, curves, prior."""
+    """Draw the prior and posterior of scale factor and stiffness, and the median of each curve."""
     figure, panels = style.canvas(columns=2, width=9.6, height=4.0)
     parts = ("scale_factor", 1.0, ""), ("stiffness", 1e-3, "kN/m")
     for axes, (name, scale, unit) in zip(panels, parts, strict=True):
@@ -99,7 +99,7 @@ def _group_by_vacuum(fit: BayesFit, curves: Sequence[Curve]) -> list[_Level]:
 
 @style.in_style
 def bands(fit: BayesFit, curves: Sequence[Curve], samples: int = 900) -> style.Figure:
-    """Draw measured curves on top of the prediction for the next pull, a band for each vacuum."""
+    """Draw measured curves over the predicted band of the next pull at each vacuum."""
     figure, (axes,) = style.canvas(width=7.4, height=4.8)
     ends, end = [], 0.0
     for level in _group_by_vacuum(fit, curves):
@@ -151,7 +151,7 @@ def deviations(fit: BayesFit, curves: Sequence[Curve], samples: int = 400) -> st
 def vacuum_for_force(
     fit: BayesFit, slip: float | None = None, target: float | None = None
 ) -> style.Figure:
-    """Draw the vacuum that produces a force, with its band, and the probability that none does.
+    """Draw the vacuum required for a force, with its band, and the probability that none suffices.
 
     `slip` [m] is a third of the usable travel by default; `target` [N] is marked and labelled with
     its vacuum.

@@ -31,7 +31,7 @@ def vacuum_colors(vacuums: Sequence[float]) -> dict[str, str]:
 
 @style.in_style
 def draw_factors(result: Calibration) -> style.Figure:
-    """Draw the scale factor of each pull, their mean and its 95 % interval."""
+    """Draw the scale factor of each pull, and the mean with its 95 % interval."""
     colors = vacuum_colors([f.vacuum for f in result.fits])
     figure, (axes,) = style.canvas(width=PAGE, height=2.6)
     count = len(result.fits)
@@ -135,7 +135,7 @@ def _mean_sd(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _common_elongations(case: ConditionError) -> np.ndarray:
-    """Return elongations [m] common to all repeats of a condition, dense where the curve bends."""
+    """Return elongations [m] that all repeats of a condition reach, dense where the curve bends."""
     end = min(float(c.pull.elongation[-1]) for c in case.curves)
     turn = min(4 * max(c.pull.peak_elongation for c in case.curves), 0.5 * end)
     return np.concatenate([np.linspace(0, turn, 160, endpoint=False), np.linspace(turn, end, 160)])

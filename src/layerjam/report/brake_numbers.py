@@ -37,7 +37,7 @@ class Number:
         return {name: getattr(self, name) for name in COLUMNS}
 
     def template_data(self, with_unit: bool) -> dict[str, str]:
-        """Return the cell of a table."""
+        """Return the number as the cell of a table."""
         return {"text": self.text(with_unit), "kind": "number"}
 
     def text(self, with_unit: bool = True) -> str:
@@ -80,7 +80,7 @@ class Number:
 
 
 class Column(NamedTuple):
-    """A number of every record of a kind: its name, its path in the record, and its format.
+    """A number that every record of one kind contains: its name, its path there, and its format.
 
     `path` and `error` (for its standard error) are dotted names in the record; the other fields are
     as in a Number.
@@ -94,7 +94,7 @@ class Column(NamedTuple):
     error: str = ""
 
     def of(self, record: object, stem: str, detail: str = "", **more: Any) -> Number:
-        """Return the record's number, named "stem: words, detail".
+        """Return this number of a record, named "stem: words, detail".
 
         `more` are the other fields of a Number.
         """
@@ -121,7 +121,7 @@ def table_numbers(table: Table) -> list[Number]:
 
 
 def estimates_table(numbers: Sequence[Number], **table: Any) -> Table:
-    """Return a table of fitted numbers; a row has standard error, interval, count and source."""
+    """Return a table of fitted numbers with their standard error, interval, count and source."""
     return Table(
         head=["quantity", "value", "standard error", "95 % interval", "n", "based on"],
         rows=[

@@ -52,13 +52,13 @@ KEY = (
 class BrakeReport:
     """Content of a report, stage by stage; `file` is the brake after the last stage.
 
-    `names` {name of a file: its name on the pages} is for files stored under other names. `stages`
-    maps each stage (friction, calibration, validation) that was done to the keys of its command's
-    result. `refused` and `excluded` (by hand) are (file, stage, reason). `seen` names validation
-    files on which the brake was calibrated. `command` wrote the report, on `date` (ISO). `checks`
-    are those of each stage; `verdict` judges them all. `earlier` are accepted failures of the
-    brake's file that still apply. `number` and `customer` are empty if only sidecars may state
-    them.
+    `names` {name of a file: its name on the pages} is for files that are stored under different
+    names. `stages` maps each stage (friction, calibration, validation) that was done to the keys of
+    its command's result. `refused` and `excluded` (by the user) are (file, stage, reason). `seen`
+    names validation files that were also used for calibration. `command` wrote the report, on
+    `date` (ISO). `checks` are those of each stage; `verdict` judges them all. `earlier` are
+    accepted failures of the brake's file that still apply. `number` and `customer` are empty if
+    only sidecars may state them.
     """
 
     file: BrakeFile
@@ -84,7 +84,7 @@ class BrakeReport:
 
     @property
     def brake(self) -> Brake:
-        """The numbers of `file`."""
+        """Brake in `file`."""
         return self.file.brake
 
     @property
@@ -94,17 +94,17 @@ class BrakeReport:
 
     @property
     def accepted(self) -> list[Acceptance]:
-        """All accepted failures of the numbers."""
+        """Failed checks that were accepted, in this run or earlier."""
         return [*self.verdict.decisions, *self.earlier]
 
     @property
     def stated(self) -> list[tuple[str, Facts]]:
-        """Return (file, its metadata) of every file."""
+        """Return (file, its metadata) for every file."""
         return [*{f.name: f.facts for f in self.files}.items()]
 
     @property
     def identity(self) -> dict[str, str]:
-        """Identity of the report."""
+        """Identification of the report, as {label: text}."""
         return signed.make_identity(self.stated, self.number, self.customer, self.date)
 
 
@@ -152,7 +152,7 @@ def make_page(report: BrakeReport) -> Page:
 
 
 def _make_verdict(report: BrakeReport) -> Word:
-    """Return the verdict on all checks, with the numbers of accepted failures and of warnings."""
+    """Return the verdict on all checks, with the counts of accepted failures and of warnings."""
     count = len(report.accepted)
     looks = sum(c.level == "warning" for checks in report.checks.values() for c in checks)
     text = f"Verdict: accepted, {count_text(count, 'failed check')}" if count else "Verdict: passed"
@@ -239,7 +239,7 @@ def _find_widest_limits(report: BrakeReport, role: str) -> dict[str, float | Non
 
 
 def _friction_lines(report: BrakeReport, exponent: float) -> tuple[Contribution, ...]:
-    """Return the budget lines of the friction; none without a friction test in the report."""
+    """Return the budget lines of the friction; none if the report has no friction test."""
     kinetic = None if report.friction is None else report.friction[1].over["kinetic"]
     if kinetic is None:
         return ()
@@ -249,7 +249,7 @@ def _friction_lines(report: BrakeReport, exponent: float) -> tuple[Contribution,
 def _make_budgets(report: BrakeReport, result: Calibration) -> tuple[Budget, Budget]:
     """Return the budgets of the scale factor, and of its product with the friction.
 
-    Without a friction test in the report, both have the same lines.
+    If the report has no friction test, both have the same lines.
     """
     product = make_budget(
         [Peak(c.pull.peak_force, c.vacuum) for c in result.curves],
@@ -325,7 +325,7 @@ def _list_notes(report: BrakeReport, stage: str) -> list[str]:
 
 
 def list_headlines(report: BrakeReport, parts: Sequence[Part]) -> list[tuple[str, str]]:
-    """Return (value, description) of the most important results."""
+    """Return (value, description) for each of the most important results."""
     numbers = {n.quantity: n for n in list_numbers(parts)}
     out = []
     budgets: dict[str, Budget] = {}

@@ -92,7 +92,7 @@ def describe_file(trace: Trace, role: str) -> FileUsed:
 
 
 def friction_table(result: FrictionResult) -> Table:
-    """Return the table of friction, per repeat and pooled."""
+    """Return the table of friction coefficients, for each repeat and pooled."""
     count, rows = len(result.repeats), list[list[Cell]]()
     for index, repeat in enumerate(result.repeats, 1):
         name, repeat_name = Path(repeat.path).name, f"repeat {index}"
@@ -179,7 +179,7 @@ def calibration_table(result: Calibration, kinetic: float) -> Table:
 
 
 def _describe_leave_one_out(result: Calibration) -> tuple[str, list[Number]]:
-    """Return a sentence on how a and k change without the most influential pull, and numbers."""
+    """Return a sentence on the changes of a and k without their most influential pull; numbers."""
     phrases, numbers = [], []
     for key, shown_in, decimals in (("scale_factor", "", 4), ("stiffness", "kN/m", 2)):
         moves = (result.leave_one_out or {}).get(key)
@@ -246,7 +246,7 @@ def validation_pulls_table(result: Validation, before: Validation | None) -> Tab
 def _pulls_table(
     stage: str, pulls: Sequence[_Row], columns: Sequence[Column], note: str = ""
 ) -> Table:
-    """Return the table of a stage's pulls: test, the stage's own columns, pull alone, verdict."""
+    """Return the table of a stage's pulls: conditions, stage columns, fit of each pull, verdict."""
     rows: list[list[Cell]] = []
     for number, (pull, cells, errors, remark) in enumerate(pulls, 1):
         stem = f"{stage} pull"
@@ -286,19 +286,19 @@ def _table_header(column: Column) -> str:
 
 
 def _describe_verdict(pull: SinglePull) -> str:
-    """Return `ok`, the tests in which the pull differs from the others, or a dash."""
+    """Return `ok`, the tests in which the pull differs, or a note that there are too few pulls."""
     odd = [test for test, verdict in pull.verdicts.items() if verdict == "odd"]
     return ", ".join(odd) or ("ok" if "ok" in pull.verdicts.values() else "too few to compare")
 
 
 def _list_states(after: Any, before: Any) -> list[tuple[str, Any]]:
-    """Return the errors of the calibrated brake, after those before calibration if known."""
+    """Return the errors before calibration, if known, then those of the calibrated brake."""
     states = ("before calibration", before), ("calibrated", after)
     return [(state, value) for state, value in states if value is not None]
 
 
 def _make_error_cells(stem: str, after: PooledErrors, before: PooledErrors | None) -> list[Cell]:
-    """Return MAPE, RMSE, bias and R^2 of a condition or of all, before and after calibration."""
+    """Return MAPE, RMSE, bias and R^2 before and after calibration, for one condition or all."""
     cells: list[Cell] = []
     for column in MEASURES:
         for state, errors in _list_states(after, before):
@@ -327,7 +327,7 @@ def describe_condition(condition: ConditionError) -> str:
 
 
 def validation_table(result: Validation, before: Validation | None) -> Table:
-    """Return the table with a row per condition and one for all, before and after calibration."""
+    """Return the table of errors before and after calibration, by condition and for all."""
     rows: list[list[Cell]] = []
     extra: list[Number] = []
 

@@ -45,7 +45,7 @@ def _draw_circle(axes: Axes, center: tuple[float, float], size: float) -> None:
 def _make_figure(
     low: tuple[float, float], high: tuple[float, float], width: float
 ) -> tuple[Any, Axes]:
-    """Return a figure without a frame, with the same scale on both axes; `width` in inches."""
+    """Return a figure without a frame, with the same scale on both axes; `width` is in inches."""
     from matplotlib.figure import Figure
 
     wide, tall = high[0] - low[0], high[1] - low[1]
@@ -58,7 +58,7 @@ def _make_figure(
 
 @style.in_style
 def draw_section(world: Scene) -> style.Figure:
-    """Draw the left cap cut along the middle of a screw, to scale, with dimensions in mm."""
+    """Draw a section of the left cap through a screw's axis, to scale, with dimensions in mm."""
     lengths, build, side = world.lengths, world.build, world.lengths.left
     neck, rear = -side.reach, -side.tray - mm(build.back)
     end = neck - lengths.port_length - lengths.head
@@ -173,13 +173,13 @@ def _draw_enclosure(axes: Axes, world: Scene, edge: float) -> None:
 
 
 def _draw_dimension(axes: Axes, start: tuple[float, float], stop: tuple[float, float]) -> None:
-    """Draw the line of a dimension, with an arrow at each end."""
+    """Draw a dimension line with an arrow at each end."""
     line = {"arrowstyle": "<->", "lw": 0.7, "color": INK, "mutation_scale": 6}
     axes.annotate("", start, stop, arrowprops={**line, "shrinkA": 0, "shrinkB": 0})
 
 
 def _draw_dimension_chain(axes: Axes, parts: Sequence[Part], level: float, unit: float) -> None:
-    """Draw dimensions in a row below the drawing; narrow ones have their labels on a lower row."""
+    """Draw dimensions in a row below the drawing, with the labels of narrow ones on a lower row."""
     edges = [-1e9, -1e9, -1e9]
     for words, start, stop in parts:
         for x in (start, stop):
@@ -195,7 +195,7 @@ def _draw_dimension_chain(axes: Axes, parts: Sequence[Part], level: float, unit:
 
 
 def _draw_heights(axes: Axes, x: float, parts: Sequence[Part], unit: float) -> None:
-    """Draw heights next to the drawing; a negative `unit` puts the text on the left."""
+    """Draw height dimensions beside the drawing; a negative `unit` puts the text on the left."""
     for words, low, high in parts:
         for z in (low, high):
             axes.plot((x - 1.2 * unit, x + 0.6 * unit), (z, z), color=GREY, lw=0.5)
@@ -277,7 +277,7 @@ def draw_layer_order(world: Scene) -> style.Figure:
 
 @style.in_style
 def draw_plates(boards: Sequence[tuple[str, Outline]]) -> style.Figure:
-    """Draw the boards that are cut in addition to the sheets, each with its length."""
+    """Draw the boards, which are cut in addition to the sheets, each with its length."""
     from matplotlib.patches import Circle, Polygon
 
     long = max(part.length for _, part in boards)
@@ -301,7 +301,7 @@ def draw_plates(boards: Sequence[tuple[str, Outline]]) -> style.Figure:
 
 @style.in_style
 def draw_film(piece: Piece) -> style.Figure:
-    """Draw a piece of film with its parts as they are cut."""
+    """Draw a piece of film with the outlines of the parts to be cut from it."""
     from matplotlib.patches import Circle, Polygon
 
     long, wide = piece.length, piece.width

@@ -176,7 +176,7 @@ FORMATS = {
 BORDER, STRIP = 10.0, 24.0
 """Margin that a printer leaves white, and height of the ruler below the parts [mm]."""
 ROUND = 4 / 3 * (2**0.5 - 1)
-"""Length of the handles of a quarter circle, in radii; the error is 0.03 % of the radius."""
+"""Length of a quarter circle's Bézier handles, in radii; the error is 0.03 % of the radius."""
 
 
 class Paper(NamedTuple):
@@ -220,7 +220,7 @@ def typeset_pattern(pieces: Sequence[Piece], notes: Sequence[str] = ()) -> bytes
 
 
 def _make_pattern_page(piece: Piece, paper: Paper, notes: Sequence[str]) -> dict[str, Any]:
-    """Return the data of the template: curves in mm from the page's upper left corner."""
+    """Return the data for the template: curves in mm from the page's upper left corner."""
     left, _, _, high = bounding_box(piece.parts)
     origin = BORDER - left, BORDER + high
     curves = []
@@ -267,7 +267,7 @@ def _place_hole(hole: Circle, origin: tuple[float, float]) -> list[list[float]]:
 
 
 def _convert_to_page(numbers: Sequence[float], origin: tuple[float, float]) -> list[float]:
-    """Convert points of the part to points of the page, with y downwards."""
+    """Convert coordinates on the part to coordinates on the page, where y points downwards."""
     return [origin[1] - n if i % 2 else origin[0] + n for i, n in enumerate(numbers)]
 
 

@@ -22,7 +22,7 @@ class Label(NamedTuple):
     above: bool | None = None
 
     def place(self, shot: Shot) -> tuple[float, float]:
-        """Return column and row in a picture; for a body, those of a visible point."""
+        """Return the target's column and row in a picture; for a body, those of a visible point."""
         if isinstance(self.target, Body):
             return shot.middle_of(self.target) or shot.place(_body_centre(self.target))
         return shot.place(self.target)
@@ -150,7 +150,7 @@ def _draw_stacking(world: Scene) -> LabelledShot:
 
 
 def _select_layers(count: int) -> list[int]:
-    """Return the layers of a picture: all, or the lowest and highest ones of a thick stack."""
+    """Return the layers to draw: all, or only the lowest and highest ones of a thick stack."""
     if count <= SHOWN:
         return list(range(count))
     return [*range(SHOWN // 2), *range(count - SHOWN // 2, count)]
@@ -186,7 +186,7 @@ def _draw_mould(world: Scene) -> LabelledShot:
 
 
 def _draw_assembled(world: Scene) -> LabelledShot:
-    """Draw the brake without its enclosure, and below with enclosure, ties, fittings, dowels."""
+    """Draw the brake without its enclosure, and below it the complete brake."""
     lengths = world.lengths
     bare: list[Body] = []
     for side in lengths.sides:

@@ -1,7 +1,7 @@
 """The parts of a build as bodies in space, for its pictures [mm].
 
 The left cap's face is at x = 0, the sheets extend towards +x, and the middle of the stack is at z =
-0. The right side is the left one rotated by half a turn about the vertical axis, so that both
+0. The right side is the left side rotated by half a turn about the vertical axis, so that both
 plates are on top.
 """
 
@@ -179,7 +179,7 @@ def bolts(world: Scene, z: float) -> list[Body]:
 
 
 def tube(world: Scene, side: Side) -> Body:
-    """Return a piece of the tube on a fitting."""
+    """Return a piece of tube on a fitting."""
     lengths = world.lengths
     x, face = -(side.reach + lengths.port_length / 2), lengths.head / 2
     ring = add("y", face + 6, face + 24, Ellipse.circle((0, x), max(lengths.port, 2.5)))
@@ -258,7 +258,7 @@ def _box_rings(half: float, low: float, high: float, wall: float) -> Rings:
 
 
 def _oval_rings(a: float, b: float, wall: float) -> Rings:
-    """Return the outer and inner points around an ellipse, at the angles of a square's points."""
+    """Return the outer and inner points around an ellipse, at the angles of points on a square."""
     around = np.array([_square_point(k) for k in range(AROUND)])
     around /= np.linalg.norm(around, axis=1)[:, None]
     outer, inner = (around * (a + w, b + w) for w in (wall, 0.0))
@@ -277,7 +277,7 @@ def _square_point(k: int) -> tuple[float, float]:
 
 
 def _make_loft(stations: Sequence[tuple[float, Rings]]) -> Body:
-    """Return a tube through rings at their x positions, closed at both ends."""
+    """Return a tube through the rings at given x positions, closed at both ends."""
     count = len(stations)
     corners = [
         np.column_stack([np.full(AROUND, x), rings[layer]])
@@ -312,5 +312,5 @@ def make_mould(world: Scene) -> dict[str, Body]:
 
 
 def _place(world: Scene, side: Side, part: Body) -> Body:
-    """Return a body of one side, mirrored from the left one."""
+    """Return a body of one side, given the body of the left side."""
     return part if side.name == "left" else part.turn(world.lengths.free)

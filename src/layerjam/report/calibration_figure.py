@@ -20,7 +20,7 @@ from layerjam.units import show
 POINTS = 200
 TOGETHER = 4
 ZOOM = 4.0
-"""Range of the right half, relative to the elongation at the peak."""
+"""Range of the right-hand panels, relative to the elongation at the peak."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -30,7 +30,7 @@ class FigureData:
     `shapes` (curves, 3) are (a, k, the enclosure's factor). `sure` and `scatter` (curves, 3, 3) are
     covariances of (ln a, ln k, factor). The first is that of the law itself, the second that of a
     further pull about it (None if there are no repeats). `origins` (curves,) [m] are the starts of
-    the rises, `offsets` [N] those of the forces. `t` is Student's quantile for the bands.
+    the rises, `offsets` [N] the zeros of the forces. `t` is Student's quantile for the bands.
     """
 
     curves: tuple[Curve, ...]
@@ -113,7 +113,7 @@ def _draw_curves(
 
 
 def _average_points(samples: ReducedCurves, index: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return elongation and force of a curve, averaged where samples are dense, to reduce noise."""
+    """Return elongation and force of a curve, averaged where samples are dense to reduce noise."""
     weight = samples.weight[index]
     group = np.arange(len(weight))
     group[:FINE] = group[:FINE] // TOGETHER * TOGETHER
@@ -135,9 +135,9 @@ def _draw_law(
     color: str,
     brake: Brake,
 ) -> float:
-    """Draw the law at one vacuum with its bands, also about zero in `below`.
+    """Draw the law at one vacuum with its bands, and the bands about zero in `below`.
 
-    Returns its force at the end.
+    Returns the force of the law at its last elongation.
     """
     curve, shape = data.curves[index], data.shapes[index]
     close = ZOOM * float(curve.pull.peak_elongation)
@@ -159,7 +159,7 @@ def _draw_law(
 
 
 def _draw_peaks(axes: style.Axes, result: Calibration) -> None:
-    """Draw the fitted peaks of the exact method, and the slope that is the stiffness k."""
+    """Draw the fitted peaks of the exact method, and a line whose slope is the stiffness k."""
     for fit in result.fits:
         style.spot(axes, fit.pull.peak_elongation * MM, fit.pull.peak_force, ms=4)
     top = max(fit.pull.peak_force for fit in result.fits)

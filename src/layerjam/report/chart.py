@@ -1,7 +1,7 @@
 """Declarative description of a figure: panes with curves, marks and shaded areas.
 
 Results have `panes`. `draw_panes` turns them into a figure, and the page draws the same figure.
-Panes that share their x axis are stacked, others are side by side.
+Panes that share their x axis are stacked; others are side by side.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ Ends = tuple[float | None, float | None]
 
 @dataclass(frozen=True)
 class Curve:
-    """A line of a pane; `x` and `y` have shape (N,) in its units, `name` appears at its end."""
+    """A curve of a pane; `x` and `y`, shape (N,), are in the units of its axes."""
 
     x: Any
     y: Any
@@ -33,22 +33,22 @@ class Curve:
     width: float = 2.0
     """Line width on the page [pixels]."""
     note: str = ""
-    """Text after the name at its end."""
+    """Text after the name at the curve's end."""
     labelled: bool = True
-    """Whether the name appears at its end, in addition to the cursor."""
+    """Whether the name appears at the curve's end as well as at the cursor."""
     measured: bool = False
-    """Whether the curve is measured; it is drawn as a line with some points."""
+    """Whether the curve is measured; a measured curve is drawn as a line with some points."""
 
     @property
     def end(self) -> tuple[float, float]:
-        """Return the last point; NaN if unknown."""
+        """Return the last point with a finite y; NaN if there is none."""
         finite = np.flatnonzero(np.isfinite(np.asarray(self.y, float)))
         return (self.x[finite[-1]], self.y[finite[-1]]) if len(finite) else (np.nan, np.nan)
 
 
 @dataclass(frozen=True)
 class Pane:
-    """Curves over one pair of axes, whose names end with their units; the first is the main one."""
+    """Curves on one pair of axes, whose names include units; the first curve is the main one."""
 
     curves: Sequence[Curve]
     x: str
@@ -61,7 +61,7 @@ class Pane:
     spans: Sequence[tuple[float, float, str]] = ()
     """(start, end, colour) of each coloured interval of the x axis."""
     bands: Sequence[tuple[Curve, Curve]] = ()
-    """Lower and upper edge, on the same x, of each coloured band."""
+    """Lower and upper edge of each coloured band, at the same x values."""
     headline: str = ""
     detail: str = ""
     share: float = 1.0
@@ -69,7 +69,7 @@ class Pane:
 
     @property
     def lines(self) -> list[Curve]:
-        """Return the curves, and the levels as curves over the whole width."""
+        """Return the curves, followed by the levels as curves over the whole width."""
         ends = self.x_range[0], self.x_range[1]
         if self.levels and ends[1] is None:
             ends = ends[0], max(float(np.nanmax(curve.x)) for curve in self.curves)
@@ -83,7 +83,7 @@ def is_stacked(panes: Sequence[Pane]) -> bool:
 
 
 def add_comparisons(panes: Sequence[Pane], others: Mapping[str, Sequence[Curve]]) -> list[Pane]:
-    """Return the panes with a faint curve of each other result by label, named once."""
+    """Return the panes with faint curves of other results, labelled only in the first pane."""
     result = []
     for place, pane in enumerate(panes):
         quiet = [
@@ -116,7 +116,7 @@ def draw_panes(panes: Sequence[Pane]) -> style.Figure:
 
 
 def draw_pane(axes: style.Axes, pane: Pane, below: bool = False) -> None:
-    """Draw a pane; the x axis has no name if another pane is `below`."""
+    """Draw a pane; its x axis is unnamed if another pane is `below` it."""
     axes.set(ylabel=pane.y, **({} if below else {"xlabel": pane.x}))
     for start, end, color in pane.spans:
         axes.axvspan(start, end, color=color, alpha=0.12, lw=0)

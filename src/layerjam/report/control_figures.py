@@ -19,7 +19,7 @@ from layerjam.units import show
 
 
 def loop_panes(regulator: Regulator, run: ClosedLoop, fault_at: float | None = None) -> list[Pane]:
-    """Draw vacuum, reading and target versus time, and the pump command; shaded after a fault."""
+    """Return panes of vacuum, reading and target, and of the commands, shaded after a fault."""
     time, end = run.time, float(run.time[-1])
     vacuum = [
         Curve(time, run.vacuum * KPA, name="vacuum"),
@@ -53,7 +53,7 @@ def loop_panes(regulator: Regulator, run: ClosedLoop, fault_at: float | None = N
 
 
 def bench_panes(time: Any, vacuum: Any, target: Any, **pane: Any) -> list[Pane]:
-    """Return panes of a bench's vacuum and target [Pa] versus time [s]; NaN without a reading."""
+    """Return panes of a bench's vacuum [Pa] (NaN if not read) and target [Pa] versus time [s]."""
     target_kpa, vacuum_kpa = np.asarray(target, float) * KPA, np.asarray(vacuum, float) * KPA
     aim = Curve(time, target_kpa, GREEN, "target", "dashed", 1.5)
     highest = max(50.0, 1.15 * float(np.nanmax((*target_kpa, *vacuum_kpa))))
@@ -119,7 +119,7 @@ def draw_frequency_response(
 
 
 STEPS = 25
-"""Number of plotted values of the uncertainty, from zero to `WIDEST` times the given one."""
+"""Number of plotted uncertainties, from zero to `WIDEST` times the given one."""
 WIDEST = 2.0
 GUESS = 0.1
 """Ratio of the speed's standard deviation to its mean, if none is given."""

@@ -27,7 +27,7 @@ def draw_density(
     sheet: Mapping[str, Any],
     missing: Sequence[str],
 ) -> style.Figure:
-    """Draw the devices of `compare`, the first brake with more sheets, and the empty classes."""
+    """Draw the devices of `compare`, the first of them with more sheets, and the empty classes."""
     first = lines[0]
     x = np.array([r["mass"] for r in rows] + list(first.masses)) * G
     y = np.array([r["max_force"] for r in rows] + list(first.forces))
@@ -94,7 +94,7 @@ def _draw_our_brakes(axes: style.Axes, ours: Sequence[dict[str, Any]], line: "Sh
 
 
 def _draw_names(axes: style.Axes, single: Sequence[dict[str, Any]]) -> None:
-    """Write the names of single brakes in a column to the right, spread if forces are close."""
+    """Write the names of single brakes in a column to the right, spaced out if forces are close."""
     column = 1.45 * G * max(r["mass"] for r in single)
     height = 0.0
     for row in sorted(single, key=lambda r: r["max_force"]):

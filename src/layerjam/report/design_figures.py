@@ -33,7 +33,7 @@ FORBIDDEN = Look(RED, "X", 7, "triangle", 13)
 
 
 def find_front_axes(answer: Any) -> tuple[str, str]:
-    """Return the axes of the front: the first two objectives, or the only one and mass or force."""
+    """Return the axes of the front: the first two objectives, or one and either mass or force."""
     names = [o.name for o in answer.record.spec.objectives][:2]
     if len(names) == 1:
         names.insert(0, "mass" if names[0] != "mass" else "holding_force")
@@ -64,7 +64,7 @@ def draw_front(answer: Any) -> style.Figure:
 
     `answer` is the result of `design` or `sweep`.
 
-    With three objectives or more the front is projected onto the first two; with one objective, it
+    With three or more objectives, the front is projected onto the first two; with one objective, it
     is drawn versus mass.
     """
     spec, names = answer.record.spec, find_front_axes(answer)

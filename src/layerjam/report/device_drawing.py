@@ -57,7 +57,7 @@ def _make_shape(brake: Brake) -> _Shape:
 
 @style.in_style
 def draw_device(file: BrakeFile) -> style.Figure:
-    """Draw the brake at rest and at its usable travel, along the pull and across it."""
+    """Draw the brake at rest and at its usable travel, from the side and in cross-section."""
     brake, shape = file.brake, _make_shape(file.brake)
     figure, axes = style.canvas(2, 2, 8.6, 5.0, width_ratios=(4.4, 1))
     loose, loose_end, pull, pull_end = axes

@@ -21,7 +21,7 @@ calibration = calibration_figure.draw_calibration
 
 @style.in_style
 def force_over_slip(file: BrakeFile, vacuum: float, slip: float) -> style.Figure:
-    """Draw the force of the sliding brake versus slip at one vacuum, with its parts stacked."""
+    """Draw the sliding brake's force versus slip at one vacuum, divided into its components."""
     brake = file.brake
     x = np.linspace(0, brake.sheets.overlap, 400)
     sheets, total = (np.asarray(law(x, vacuum, brake)) for law in (sheet_friction, brake_force))
@@ -59,7 +59,7 @@ def force_over_vacuum(file: BrakeFile, slip: float, target: float, vacuum: float
 
 @style.in_style
 def draw_friction(traces: Sequence[Trace], result: FrictionResult) -> style.Figure:
-    """Draw the friction coefficient of every repeat versus slip, with the reduced values.
+    """Draw the friction coefficient of every repeat versus slip, with the evaluated values.
 
     The figure also shows the kinetic window, the point of each repeat's static friction, and the
     envelope of repeats with stick–slip, enlarged in a second panel.
@@ -102,7 +102,7 @@ def _draw_envelope(
     stick_slip: StickSlip,
     span: tuple[float, float],
 ) -> list[tuple[float, str, str]]:
-    """Draw the stick–slip bounds, and eight teeth enlarged; return labels for the right side."""
+    """Draw the stick–slip bounds and enlarge eight cycles; return labels for the right side."""
     axes, zoom = panels
     ends = []
     for name, height in (("upper", stick_slip.upper), ("lower", stick_slip.lower)):

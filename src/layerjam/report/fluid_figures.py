@@ -16,11 +16,11 @@ from layerjam.units import show
 
 FULL = 94.5e3
 LONG, TOP = 1.6, 1.12
-"""Ends of the axes, relative to the time to the target and to the target."""
+"""Upper limits of time and vacuum, relative to the time to the target and to the target."""
 
 
 def _draw_rise_bars(axes: style.Axes, line: Line, target: float, water: bool = False) -> None:
-    """Draw rise times of changes to the line as rows, the first on top."""
+    """Draw the rise time after each change to the line as a row, the first on top."""
     rows = suggest_changes(line, target, water)[::-1]
     longest = max((time for _, time in rows), default=1.0)
     for y, (change, time) in enumerate(rows):
@@ -42,7 +42,7 @@ def _draw_rise_bars(axes: style.Axes, line: Line, target: float, water: bool = F
 
 
 def _draw_rise_levels(axes: style.Axes, target: float) -> None:
-    """The two vacuums between which a rise is timed."""
+    """Draw the two vacuums between which the rise time is measured."""
     for part in (0.1, 0.9):
         style.level(axes, part * target * KPA, f"{100 * part:.0f} %", GREY, 0.99, part > 0.5)
     axes.set(xlabel="time [s]", ylabel="vacuum [kPa]")
@@ -51,9 +51,10 @@ def _draw_rise_levels(axes: style.Axes, target: float) -> None:
 def make_rise_pane(
     file: LineFile, target: float, response: Response | forms.Filling, rise: float | None
 ) -> list[Pane]:
-    """Return the pane of the vacuum versus time up to a target [Pa].
+    """Return the pane of vacuum versus time up to a target [Pa].
 
-    `rise` is the rise time [s], None if the target is never reached; a Filling is a rise in water.
+    `rise` is the rise time [s], None if the target is never reached; a Filling is a response in
+    water.
     """
     time, vacuum, water = response.time, response.vacuum, isinstance(response, forms.Filling)
     hits = np.flatnonzero(vacuum >= target)
@@ -77,7 +78,7 @@ def make_rise_pane(
 
 @style.in_style
 def rise_figure(pane: Pane, line: Line, target: float, water: bool) -> style.Figure:
-    """Draw the vacuum versus time up to a target [Pa], and ways to make the line faster."""
+    """Draw vacuum versus time up to a target [Pa], and the rise times of faster lines."""
     figure, (steps, bars) = style.canvas(columns=2, width=9.6, height=3.9)
     draw_pane(steps, pane)
     _draw_rise_bars(bars, line, target, water)
@@ -86,7 +87,7 @@ def rise_figure(pane: Pane, line: Line, target: float, water: bool) -> style.Fig
 
 @style.in_style
 def draw_fig5() -> style.Figure:
-    """Draw the vacuum versus time in air and in water, and rise times of other lines."""
+    """Draw vacuum versus time in air and in water, and the rise times of faster lines."""
     line = load_line("choi2018").line
     response = respond(line, 8.0)
     flow = forms.total_pump_flow(line) / (line.chamber.compliance or np.nan)

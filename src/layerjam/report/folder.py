@@ -42,7 +42,7 @@ def _find_nearest_folder(out: Path) -> Path:
 
 
 def write_folder(out: Path, content: Mapping[str, str | bytes], old: Sequence[str] = ()) -> None:
-    """Write {path inside `out`: content} completely or not at all; delete unused `old` files.
+    """Write {path inside `out`: content} completely or not at all; delete `old` files not in it.
 
     Everything is first written to a folder next to `out`. Other files in `out` remain. Raises
     FileError.
@@ -63,7 +63,7 @@ def write_folder(out: Path, content: Mapping[str, str | bytes], old: Sequence[st
 
 
 def figure_files(drawings: Mapping[str, str]) -> dict[str, str | bytes]:
-    """Return drawn SVGs, by name, as files of a report's folder."""
+    """Return {path in a report's folder: content} for drawings {name: SVG}."""
     return {f"figures/{name}.svg": svg for name, svg in drawings.items()}
 
 
@@ -73,7 +73,7 @@ def format_json(value: Any) -> str:
 
 
 def to_json(value: Any) -> Any:
-    """Return a value as JSON; NaN and infinite numbers become None."""
+    """Return a value as JSON types; NaN and infinite numbers become None."""
     if isinstance(value, Mapping):
         return {str(k): to_json(v) for k, v in value.items()}
     if is_dataclass(value) and not isinstance(value, type):

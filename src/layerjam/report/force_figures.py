@@ -22,7 +22,7 @@ from layerjam.units import show
 
 
 def pull_panes(record: Any, headline: str, detail: str, x: str = "elongation [mm]") -> list[Pane]:
-    """Return force versus elongation, with the peak, of a record that has both, shape (N,)."""
+    """Return the pane of force versus elongation of any record that has both, with its peak."""
     top = int(np.argmax(record.force))
     force, elongation = float(record.force[top]), float(record.elongation[top])
     peak = elongation * MM, force, f"{show(force, 'N')} at {show(elongation, 'm')}", RED
@@ -37,14 +37,14 @@ def pull_panes(record: Any, headline: str, detail: str, x: str = "elongation [mm
 
 
 def tensile_panes(record: TensileRecord) -> list[Pane]:
-    """Draw force versus elongation of a simulated pull."""
+    """Return the pane of force versus elongation of a simulated pull."""
     first = record.procedure if len(record.procedure) < 66 else record.procedure[:63] + "..."
     title, detail = f"{record.brake.name}: {record.outcome}", f"simulated, {record.model}; {first}"
     return pull_panes(record, title, detail, "elongation at the crosshead [mm]")
 
 
 def bounds_panes(record: StickSlipRecord) -> list[Pane]:
-    """Return force versus elongation between the bounds of the stick–slip."""
+    """Return the pane of force versus elongation with the bounds of the stick–slip."""
     static, kinetic = force_bounds(record.frozen(record.slip))
     u = record.elongation * MM
     curves = [
@@ -69,7 +69,7 @@ def draw_stick_slip(record: StickSlipRecord, pane: Pane) -> style.Figure:
 
 
 def _draw_last_slip(axes: style.Axes, record: StickSlipRecord) -> None:
-    """Draw the last slip versus time, or how the motion settles."""
+    """Draw the last slip versus time or, if there is none, the start of steady sliding."""
     if len(record.events):
         start, end = float(record.events.break_time[-1]), float(record.events.stick_time[-1])
         room = 0.25 * (end - start)

@@ -59,7 +59,7 @@ def drop_panes(record: DropRecord, crash: Crash | None = None) -> list[Pane]:
 
 
 def _make_work_pane(curves: list[Curve], high: Ends) -> Pane:
-    """Return force versus displacement; the work is the coloured area below the first curve."""
+    """Return the pane of force versus displacement; the area below the first curve is the work."""
     ground = (replace(curves[0], y=0 * curves[0].y), curves[0])
     place = "displacement of the mass [mm]"
     return Pane(curves, place, FORCE, y_range=high, bands=[ground], headline="Work")

@@ -1,7 +1,7 @@
 """Pictures of the paper's line under control: controllers, a fault, forces, a plan, coupling.
 
-The paper has no controller. Sensor, leak and volume per unit slip are our own examples, as the
-captions state.
+The paper has no controller. Sensor, leak and volume per unit slip are example values of our own, as
+the captions state.
 """
 
 from collections.abc import Sequence
@@ -36,7 +36,7 @@ COLLISION = Arrival(mass=1.0, speed=2.5, warning=3.0, travel=40e-3, mass_sd=0.1,
 
 
 def make_example_line() -> Line:
-    """Return the paper's line with a leak of 500 s and a small valve, both our own examples."""
+    """Return the paper's line with a leak (time constant 500 s) and a small valve, both assumed."""
     line = load_line("choi2018").line
     leak = Leak(laminar=line.chamber.volume * 0.002)
     return replace(line, leak=leak, valve=Valve(conductance=3.5e-10))
@@ -76,10 +76,10 @@ def draw_regulators() -> style.Figure:
 
 @style.in_style
 def draw_forces() -> style.Figure:
-    """Draw a force that follows a profile and steps, with the parts that cannot be followed.
+    """Draw forces that follow a profile, steps and sines, and mark where they cannot follow.
 
-    There are sines of two amplitudes. The true brake has 3 % more friction than the controller
-    assumes, and the noise of the slip is 0.1 mm.
+    The sines have two amplitudes. The true brake has 3 % more friction than the controller assumes,
+    and the noise of the slip is 0.1 mm.
     """
     loop, brake = make_regulator("scheduled"), load("choi2018-kapton").brake
     true = replace(brake, scale_factor=brake.scale_factor * 1.03)
@@ -110,7 +110,7 @@ def draw_forces() -> style.Figure:
 
 
 def draw_warned_plan() -> style.Figure:
-    """Draw the plan for one collision: vacuum versus time, full compared with tuned."""
+    """Draw the plan for one collision: vacuum versus time, and full compared with tuned vacuum."""
     brake = load("choi2018-kapton")
     case = replace(COLLISION, gravity=brake.brake.site.gravity)
     return draw_plan(plan_stop(brake, load_line("choi2018").line, case))

@@ -28,7 +28,7 @@ def draw_sleeve(
 ) -> style.Figure:
     """Draw stress versus strain of every specimen with its model, and the first 150 % enlarged.
 
-    `sheets` is the data sheet's 100 % modulus [Pa] by file, None if unknown.
+    `sheets` is the data sheet's 100 % modulus [Pa] for each file, None if unknown.
     """
     figure, (full, zoom) = style.canvas(columns=2, width=10.4, height=4.3)
     top, names = max((s or 0.0 for s in sheets.values()), default=0.0), []

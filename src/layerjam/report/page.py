@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 NONE = "–"
 _NUMBER = r"(≈ )?−?\d+(\.\d+)?"
 NUMERIC = re.compile(rf"{NONE}|{_NUMBER}( to {_NUMBER})?( [^ ]{{1,8}})?")
-"""Pattern of cell texts treated as numbers, but not dates or file names."""
+"""Pattern of cell texts that are treated as numbers; it excludes dates and file names."""
 LEVELS = {
     "passed": ("ok", "yes"),
     "note": ("note", "note"),
@@ -27,7 +27,7 @@ LEVELS = {
 
 
 def typeset_text(text: str) -> str:
-    """Return a sentence of a command as it is printed: −0.2 % for -0.2%."""
+    """Return a text with typographic minus and percent signs: −0.2 % for -0.2%."""
     return re.sub(r"(?<![^\s(±])-(?=\d)", "−", re.sub(r"(?<=\d)%", " %", text))
 
 
@@ -135,7 +135,7 @@ class Part:
 class Page:
     """A page: `numbers` are (value, text) at the top, `verdicts` are texts with their class.
 
-    `key` explains the numbers, `identity` {label: text} identifies the document. `mark` appears on
+    `key` explains the numbers; `identity` {label: text} identifies the document. `mark` appears on
     every printed page.
     """
 
@@ -151,7 +151,7 @@ class Page:
     identity: Mapping[str, str] = field(default_factory=dict)
     mark: str = ""
     more: Mapping[str, str] = field(default_factory=dict)
-    """Additional entries for a special kind of page."""
+    """Additional template data for a special kind of page."""
 
     def pictures(self) -> list[Picture]:
         """Return every picture, in reading order."""
@@ -176,7 +176,7 @@ class Page:
 
 
 def html(data: Mapping[str, Any], pictures: Mapping[str, str]) -> str:
-    """Return the page of a `Page.template_data` and SVGs by name: no script, no address."""
+    """Return the page of a `Page.template_data` and SVGs by name, without scripts or addresses."""
     inside = {name: apply_theme(read_inline_svg(svg, name)) for name, svg in pictures.items()}
     template = make_environment().from_string(_read_text("page.html.j2"))
     style_sheet = _read_text("page.css") + _make_footer_rule(data["mark"])

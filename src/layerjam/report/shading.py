@@ -1,7 +1,7 @@
-"""Bodies of triangles as a picture: orthographic view, depth buffer, dark edges.
+"""Pictures of bodies made of triangles: orthographic view, depth buffer, dark edges.
 
-It needs neither a graphics card nor a window: numba compiles a loop over triangles and caches it.
-Edges are detected in the picture, where the body, face or depth changes.
+No graphics card or window is needed: numba compiles a loop over triangles and caches it. Edges are
+detected in the picture, where the body, face or depth changes.
 """
 
 import math
@@ -18,9 +18,9 @@ from layerjam.mechanics.compilation import compile_loop
 FINER = 2
 """Number of samples along each side of a pixel."""
 CREASE = math.cos(math.radians(25))
-"""Cosine of the angle between faces of one body above which an edge is drawn."""
+"""Cosine of the angle between two faces of a body; at a larger angle, an edge is drawn."""
 STEP = 0.15
-"""Jump of depth within a body above which an edge is drawn [mm]."""
+"""Jump in depth within a body [mm]; at a larger jump, an edge is drawn."""
 INK = 32.0
 """Brightness of an edge."""
 LIGHT = (-0.25, -0.45, 0.86)
@@ -37,7 +37,7 @@ class Body:
     colour: str
 
     def shift(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> "Body":
-        """Return the body at a different position."""
+        """Return the body moved by x, y and z [mm]."""
         return Body(self.corners + np.array([x, y, z]), self.triangles, self.colour)
 
     def turn(self, length: float) -> "Body":
@@ -55,7 +55,7 @@ class View:
     elevation: float = 26.0
 
     def axes(self) -> NDArray[np.float64]:
-        """Return the directions to the right, up, and towards the viewer, as rows."""
+        """Return the unit vectors to the right, upwards and towards the viewer, as rows."""
         a, e = math.radians(self.azimuth), math.radians(self.elevation)
         right = (-math.sin(a), math.cos(a), 0.0)
         up = (-math.sin(e) * math.cos(a), -math.sin(e) * math.sin(a), math.cos(e))
@@ -70,7 +70,7 @@ class Shot:
     pixels: NDArray[np.uint8]
     axes: NDArray[np.float64]
     corner: tuple[float, float]
-    """Right and up coordinates [mm] of the picture's lower left corner."""
+    """Horizontal and vertical coordinate of the picture's lower left corner [mm]."""
     scale: float
     """Pixels per mm."""
     bodies: Sequence[Body]
@@ -83,7 +83,7 @@ class Shot:
         return self.owner == number
 
     def middle_of(self, body: Body) -> tuple[float, float] | None:
-        """Return column and row in the middle of a body's visible part; None if it is hidden."""
+        """Return the column and row in the middle of a body's visible part; None if hidden."""
         rows, columns = np.nonzero(self.visible_mask(body))
         if not len(rows):
             return None
@@ -91,7 +91,7 @@ class Shot:
         return float(columns[nearest]) + 0.5, float(rows[nearest]) + 0.5
 
     def place(self, point: Sequence[float]) -> tuple[float, float]:
-        """Return column and row of a point in space [mm]."""
+        """Return the column and row of a point in space [mm]."""
         right, up, _ = self.axes @ np.asarray(point, dtype=float)
         rows = self.pixels.shape[0]
         return (right - self.corner[0]) * self.scale, rows - (up - self.corner[1]) * self.scale
@@ -112,7 +112,7 @@ class Shot:
 def render_bodies(
     bodies: Sequence[Body], view: View = View(), width: int = 1400, border: int = 12
 ) -> Shot:
-    """Render the bodies on white, as large as `width` pixels allow and no taller than wide."""
+    """Render the bodies on white, as large as possible within a square of `width` pixels."""
     axes = view.axes()
     views = [body.corners @ axes.T for body in bodies]
     low = np.min([points.min(axis=0) for points in views], axis=0)
@@ -213,7 +213,7 @@ def _find_edges(depth, face, normals, owner, v, u, w, t, fine):  # type: ignore[
 
 @compile_loop(nogil=True)
 def _average_pixels(depth, face, normals, owner, shades, fine, pixels):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Return shade and edges of every sample, averaged over each pixel."""
+    """Write into `pixels` the shades and edges of the samples, averaged over each pixel."""
     rows, columns = depth.shape
     for v in range(pixels.shape[0]):
         for u in range(pixels.shape[1]):

@@ -69,7 +69,7 @@ FileFacts = Sequence[tuple[str, Facts]]
 
 
 def make_identity(facts: FileFacts, number: str, customer: str, date: str) -> dict[str, str]:
-    """Return the identification of a report as {label: text}, each text `NOT_STATED` if missing.
+    """Return the identification of a report as {label: text}; missing texts are `NOT_STATED`.
 
     `number` and `customer` replace those of the sidecars if not empty; `date` is a date.
     """
@@ -83,7 +83,7 @@ def make_identity(facts: FileFacts, number: str, customer: str, date: str) -> di
 
 
 def make_circumstances(facts: FileFacts) -> Part:
-    """Return person, object and apparatus of the tests, one row each; and the certificates."""
+    """Return the person, object and apparatus of the tests, one row each, and the certificates."""
     rows: list[list[str | Word]] = []
     for name in STATED:
         words = name.replace("_limit", ", error limit").replace("_", " ")
@@ -126,7 +126,7 @@ def _make_certificate_table(facts: FileFacts) -> Table:
 
 
 def _certificate_state(certificate: Certificate, used: FileFacts) -> str:
-    """Return the key in `STATES` that describes a certificate on the days of the tests."""
+    """Return the key in `STATES` for the validity of a certificate on the days of the tests."""
     days = [day for _, fact in used for day in re.findall(r"\d{4}-\d\d-\d\d", fact.date)]
     if not days:
         return "no day"
@@ -182,7 +182,7 @@ def _join_statements(facts: FileFacts, name: str) -> str:
 
 
 def _list_few(names: Sequence[str]) -> str:
-    """Return the first few names, and the number of the others."""
+    """Return the first few names, and the number of those omitted."""
     return names[0] + (f" and {len(names) - 1} more" if len(names) > 1 else "")
 
 

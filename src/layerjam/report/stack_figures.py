@@ -17,7 +17,7 @@ _PAIRS = (RED, ORANGE, GREEN, PURPLE, BLUE)
 
 
 def compile_loops() -> None:
-    """Compile the loops of the stack while another core works; a first run takes ten seconds."""
+    """Compile the stack's loops in advance, because the first run takes ten seconds."""
     file = load("choi2018-kapton")
     pull_stack(np.zeros(2), stack_of(file.brake, VACUUM, mount=np.inf))
     peak_spread(file, VACUUM, 0.0, samples=1)
@@ -25,7 +25,7 @@ def compile_loops() -> None:
 
 @style.in_style
 def draw_onset() -> style.Figure:
-    """Draw the Kapton brake held rigidly, whose interfaces slip in pairs.
+    """Draw a pull of the Kapton brake on a rigid mount; its interfaces slip in pairs.
 
     It also shows the load of each sheet at the moment of slip.
     """

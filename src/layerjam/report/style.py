@@ -89,7 +89,7 @@ def apply_style(words: bool = False) -> Iterator[None]:
 
 
 def in_style(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Return a function that draws its figure in this style."""
+    """Return a function that applies this style while it draws its figure."""
 
     @functools.wraps(draw)
     def draw_styled(*args: P.args, **kwargs: P.kwargs) -> Figure:
@@ -102,7 +102,7 @@ def in_style(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 def canvas(
     columns: int = 1, rows: int = 1, width: float = 6.4, height: float = 3.9, **grid: Any
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure and a flat list of its axes, without global state: threads may draw.
+    """Return a figure and a flat list of its axes, without global state, so that threads may draw.
 
     Inside `drawing_into` the axes are those given there.
     """
@@ -125,7 +125,7 @@ _own_axes: ContextVar[list[Axes] | None] = ContextVar("own_axes", default=None)
 
 @contextmanager
 def drawing_into(axes: Any) -> Iterator[None]:
-    """Draw the figures of the block into a user's axes, which may be one, a list or an array."""
+    """Draw the figures of a with block into the user's axes: one, a list or an array."""
     flat = (
         list(axes.flat)
         if hasattr(axes, "flat")
@@ -146,7 +146,7 @@ def drawing_into(axes: Any) -> Iterator[None]:
 
 
 def panel(axes: Axes, headline: str = "", detail: str = "", **axis: Any) -> None:
-    """Name the axes with their units, limit them, and add a title; `axis` as in Axes.set."""
+    """Set names, units and limits of the axes, and add a title; `axis` is as in Axes.set."""
     axes.set(**axis)
     if headline or detail:
         title(axes, headline, detail)
@@ -167,7 +167,7 @@ def mark_figure(figure: Figure, synthetic: bool) -> Figure:
 
 
 def state_failures(figure: Figure, failures: Sequence[str]) -> Figure:
-    """Return the figure with the sentences of failed checks below it, below other text there."""
+    """Return the figure with the sentences of failed checks at its foot, below any other text."""
     lines = [
         line for text in failures for line in textwrap.wrap(text, int(16 * figure.get_figwidth()))
     ]
@@ -211,10 +211,10 @@ def add_end_labels(axes: Axes, x: float, items: Sequence[tuple[float, str, str]]
 
 
 def key(axes: Axes | Figure, *items: tuple[Any, ...], loc: str = "best", **props: Any) -> None:
-    """Write names in the curves' colours in a free corner; by default, the curves' labels.
+    """Write a legend in the curves' colours in a free corner; by default, of all labelled curves.
 
     An item is (text, colour), or (text, colour, style) of a curve that is not solid; the style "o"
-    is that of points.
+    means points.
     """
     from matplotlib.colors import to_hex
     from matplotlib.lines import Line2D
@@ -238,7 +238,7 @@ def key(axes: Axes | Figure, *items: tuple[Any, ...], loc: str = "best", **props
 def spot(
     axes: Axes, x: float, y: float, text: str = "", color: str = RED, shape: str = "o", **props: Any
 ) -> None:
-    """Draw a point of a curve, with its label on the side where there is space."""
+    """Draw a point, with its label on the side where there is space."""
     axes.plot(x, y, shape, **{"color": color, "ms": 5.5, "zorder": 4, **props})
     if text:
         x_share, up = axes.transAxes.inverted().transform(axes.transData.transform((x, y)))
@@ -315,7 +315,7 @@ def band(axes: Axes, x: Any, low: Any, high: Any, color: str, alpha: float = 0.2
 
 
 def hide_axes(axes: Axes) -> None:
-    """Remove the frame and the axes, for a drawing to scale or a picture."""
+    """Hide the frame and the axes of a drawing to scale or of a picture."""
     axes.set_axis_off()
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_visible(False)
@@ -330,7 +330,7 @@ def set_log_scale(axes: Axes, names: str = "x") -> None:
 
 
 def thin_out(x: Any, y: Any, bins: int = 400) -> tuple[Any, Any]:
-    """Reduce a long record to 2 * `bins` samples: the smallest and the largest of each bin."""
+    """Reduce a long record to at most 2 * `bins` samples: the extremes of y in each bin."""
     if len(y) <= 2 * bins:
         return x, y
     indices = []
@@ -340,7 +340,7 @@ def thin_out(x: Any, y: Any, bins: int = 400) -> tuple[Any, Any]:
 
 
 def choose_colours(names: Sequence[str]) -> dict[str, str]:
-    """Return a colour for each name, in order; for many names a ramp from dark to pale."""
+    """Return a colour for each name, in order: for more than four, a ramp from dark to pale."""
     if len(names) <= 4:
         return dict(zip(names, (BLUE, RED, GREEN, PURPLE), strict=False))
     ramp = np.array([[int(c[i : i + 2], 16) for i in (1, 3, 5)] for c in VACUUMS], float)

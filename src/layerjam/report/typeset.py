@@ -1,4 +1,4 @@
-"""Pages as PDF, set by typst: a report from the text of its HTML page, and other templates."""
+"""Pages as PDF, typeset by typst: a report from the data of its HTML page, or other templates."""
 
 import json
 import tempfile
@@ -32,8 +32,8 @@ def typeset_file(
 ) -> bytes:
     """Return the bytes of a PDF from a template next to this file, such as page.typ.
 
-    The template reads `data` from data.json, and `pictures` by file name. The fonts are those of
-    typst, so that a page does not depend on the machine's fonts.
+    The template reads `data` from data.json, and `pictures` by file name. Only the fonts of typst
+    are used, so that a page does not depend on the machine's fonts.
     """
     with MissingExtraError.raise_if_missing("a page as PDF (typst)", "pdf"):
         import typst

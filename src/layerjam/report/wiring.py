@@ -84,7 +84,7 @@ class _Pen:
         return self.add(getattr(self.elements, SYMBOLS[part.kind])(), start, end, name, loc)
 
     def down(self, ref: str, point: Any, length: float = 2.2) -> None:
-        """Draw a component from a point of a line to GND."""
+        """Draw a component from a point on a wire to GND."""
         end = (point[0], point[1] - length)
         is_turned = self.circuit.components[ref].kind == "tvs"
         self.add(self.elements.Dot(), point)

@@ -2,7 +2,8 @@
 
 A unit has priority over a name: a column in s is the time, whatever its name. Among several columns
 of one dimension, the name determines the choice (standard travel before absolute crosshead
-position), and the trace states it. If neither identifies it, the reader asks and never guesses.
+position), and the trace states it. If neither identifies it, the file is rejected: the reader never
+guesses.
 """
 
 import re
@@ -59,7 +60,7 @@ class Want:
 
 
 def plain_words(name: str) -> str:
-    """Return a name in lower case with its words separated, as those of p_abs."""
+    """Return a name in lower case with its words separated by blanks, such as "p abs"."""
     return normalise_name(name).replace("_", " ")
 
 
@@ -83,7 +84,7 @@ PULL = (
 )
 """Quantities of a pull or friction test."""
 TIMED = tuple(replace(w, optional=w.role == "elongation") for w in PULL)
-"""The same for a test whose elongation is speed times time."""
+"""Quantities of a test whose elongation may be speed times time."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,7 @@ class Column:
     factor: Fraction
     offset: float = 0.0
     given: bool = False
-    """Whether the user named the column."""
+    """Whether the user named this column."""
 
     def si(self, values: Array) -> Array:
         """Return values in SI units; a factor such as 1/1000 is a division, to round only once."""
@@ -292,7 +293,7 @@ def _note_unread_column(header: Header, want: Want) -> list[str]:
 
 
 def _find_conflict(header: Header, column: Column, si: str) -> str | None:
-    """Return the conflict between a column's unit in the file and the user's, or None."""
+    """Return the conflict between a column's unit in the file and the user's unit, or None."""
     file_unit = header.units[column.index]
     if not file_unit or not column.unit or not is_other_unit(file_unit, column.unit, si):
         return None

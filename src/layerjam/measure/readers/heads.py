@@ -43,7 +43,7 @@ def _is_skippable(fields: Sequence[str]) -> bool:
 
 
 def _read_head(rows: Sequence[tuple[int, list[str]]], width: int) -> Header | None:
-    """Return the header whose last line is the last of `rows`."""
+    """Return the header that ends with the last of `rows`."""
     number, last = rows[-1]
     if not 2 <= len(last) <= MOST_COLUMNS:
         return None
@@ -110,7 +110,7 @@ def _are_numbers(fields: Sequence[str]) -> bool:
 
 
 def _find_label(above: Sequence[tuple[int, list[str]]]) -> tuple[str, ...]:
-    """Return the line above the names, which may number the specimens."""
+    """Return the line above the names, which may contain the numbers of the specimens."""
     return tuple(above[-1][1]) if above else ()
 
 

@@ -49,7 +49,7 @@ def _clean_serial_monitor(data: bytes) -> Layout:
 
 
 def _name_sketch_columns(data: bytes) -> Layout:
-    """Name the columns of `millis,grams,mm`, the header of a sketch with units as names."""
+    """Name the columns of an Arduino sketch whose header is only units: `millis,grams,mm`."""
     for number, line in enumerate(data[:_HEAD].split(b"\n")[:_FEW]):
         match = _UNITS_ALONE.fullmatch(line.strip().lower())
         if match:
@@ -96,7 +96,7 @@ def _read_labview(data: bytes) -> Layout:
 def _prepare_lvm_rows(
     lines: list[bytes], head: int, above: dict[bytes, list[bytes]], mark: bytes
 ) -> int:
-    """Join units to the names below a header, add missing times, and return the rows' end."""
+    """Join units to the names below a header, add missing times, and return the last row's end."""
     units = iter(above.get(b"Y_Unit_Label", []))
     names = []
     for name in lines[head].rstrip(b"\r").split(mark) if head < len(lines) else []:

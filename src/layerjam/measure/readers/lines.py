@@ -54,7 +54,7 @@ def looks_numeric(field: str) -> bool:
 
 
 def find_separator(lines: Iterable[str]) -> str:
-    """Return tab, semicolon or bar if most lines contain it unquoted, else blank or comma.
+    """Return tab, semicolon or bar if most lines contain it unquoted, otherwise blank or comma.
 
     If there are lines of numbers, only these count, because texts may contain any character.
     """
@@ -79,8 +79,8 @@ def _is_row_of_numbers(line: str) -> bool:
 class Lines:
     """Every line of a source, with its position and its kind.
 
-    `starts` and `stops` [bytes] exclude the line ending. A line is a `number` if any field is a
-    number, `pure` if all fields are, and `blank` if it contains only separators.
+    `starts` and `stops` [bytes] exclude the line ending. `number` marks lines with any number,
+    `pure` lines of numbers only, and `blank` lines of separators only.
     """
 
     source: Source

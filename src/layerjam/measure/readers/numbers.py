@@ -1,4 +1,4 @@
-"""Conversion of text to the exact floats, with any decimal sign."""
+"""Exact conversion of text to floats, with any decimal sign."""
 
 import io
 import re
@@ -32,7 +32,7 @@ def _make_pattern(decimal: str, thousands: str) -> str:
 _CELL = {style: re.compile(_make_pattern(*style), re.ASCII) for style in _STYLES}
 _CLOCK = re.compile(r"(\d{1,4}):([0-5]\d):([0-5]\d(?:[.,]\d+)?)", re.ASCII)
 _CELLS = {style: re.compile(rf"(?:{_make_pattern(*style)}\n)*", re.ASCII) for style in _STYLES}
-"""The same pattern for many cells, one per line."""
+"""{style: pattern of many cells, one per line}."""
 
 
 def read_columns(rows: Rows, columns: Sequence[Column], decimal: str | None) -> list[Array]:
@@ -65,7 +65,7 @@ def _read_in_first_style(
 
 
 def are_equal_columns(rows: Rows, columns: Sequence[Column], decimal: str | None) -> bool:
-    """Return whether columns agree to 1 in 10,000, apart from their origins."""
+    """Return whether columns agree to 1 in 10,000 after subtracting their first values."""
     try:
         first, *others = (v - v[0] for v in read_columns(rows, columns, decimal))
     except FileError:

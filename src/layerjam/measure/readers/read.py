@@ -2,7 +2,7 @@
 
 A file is text or a workbook (`source`). Its lines contain numbers, words or nothing (`lines`). The
 lines above a block of numbers contain its names and units (`heads`, `table`), and each specimen in
-it becomes a trace (`specimens`). The program's own CSV begins with "# layerjam ...".
+it becomes a trace (`specimens`). A CSV file that layerjam wrote begins with "# layerjam ...".
 """
 
 import re
@@ -153,7 +153,7 @@ def read_layerjam_csv(source: Source, options: ReadingOptions) -> Trace:
 
 
 def _read_header_vacuum(source: Source) -> float | None:
-    """Return the vacuum in the header's procedure if this evacuates once and then only moves."""
+    """Return the vacuum in the header's procedure if it evacuates once and then only moves."""
     for _, text in source.lines():
         if not text.startswith("#"):
             break

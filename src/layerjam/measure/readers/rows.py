@@ -21,7 +21,7 @@ class Table:
     """Columns of a table, and the position [bytes] of its numbers in the text.
 
     `first` is the start of the first row of numbers, or the length of the text if there is none.
-    `last` is the byte after the last row, None at the end of the text.
+    `last` is the position after the last row, or None at the end of the text.
     """
 
     header: Header
@@ -35,7 +35,7 @@ class Table:
 class Rows:
     """Rows of a table; each has a line number (from 1) and one field per column.
 
-    Blank rows are skipped. Rows `shared` by adjacent specimens may end early.
+    Blank rows are skipped. If adjacent specimens have `shared` rows, a row may end early.
     """
 
     source: Source

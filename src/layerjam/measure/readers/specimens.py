@@ -130,7 +130,7 @@ def find_specimens(source: Source, options: ReadingOptions) -> list[Specimen]:
 
 
 def _list_required_columns(source: Source, options: ReadingOptions) -> Sequence[Want]:
-    """Return the required quantities; without elongation, that is time if the speed is known."""
+    """Return the required quantities; if the speed is known, elongation may be missing."""
     return PULL if read_conditions(source.path, options).speed is None else TIMED
 
 
@@ -149,7 +149,7 @@ def _has_time_axis(header: Header, entries: Mapping[str, ColumnEntry]) -> bool:
 
 
 def _is_like_largest(block: Block, main: Block) -> bool:
-    """Return whether a block is a specimen like the largest: same columns or same length."""
+    """Return whether a block is a specimen like the largest one: same columns or same length."""
     table, main_table = block.table, main.table
     if table and main_table and table.header.columns == main_table.header.columns:
         return True
@@ -192,7 +192,7 @@ def _add_stated_units(lines: Lines, block: Block) -> Block:
 
 
 def _add_clock_unit(lines: Lines, block: Block) -> Block:
-    """Return a block with the unit of clock time for columns whose first row is a clock time."""
+    """Return a block in which columns whose first cell is a clock time have its unit."""
     table = block.table
     if table is None:
         return block
@@ -252,7 +252,7 @@ def _explain_unreadable(
 
 
 def _reject_orphan_rows(lines: Lines, blocks: list[Block], used: list[Block], main: Block) -> None:
-    """Reject headless rows as wide as the table: the file is damaged there."""
+    """Reject rows as wide as the table but without a header: the file is damaged there."""
     for k, block in enumerate(blocks):
         if block in used or not block.pure or block.width != main.width:
             continue
@@ -311,7 +311,7 @@ def _split_side_by_side(
 
 
 def _is_specimen_number(text: str) -> bool:
-    """Return whether a cell above the names numbers a specimen."""
+    """Return whether a cell above the names contains the number of a specimen."""
     return re.search(r"\d", text) is not None and len(text) <= 40
 
 

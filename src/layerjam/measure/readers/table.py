@@ -41,7 +41,7 @@ class Block:
 
     @property
     def styled(self) -> bool:
-        """Return whether there are units above it."""
+        """Return whether there are units above the block."""
         return self.table is not None and bool(self.table.header.style)
 
 
@@ -75,7 +75,7 @@ def _find_head(lines: Lines, above: Sequence[tuple[int, str]], width: int) -> He
 def find_blocks(lines: Lines) -> list[Block]:
     """Return the blocks of numbers in order; raises FileError if there are too many.
 
-    A header is searched for only above the largest two hundred.
+    Headers are searched for only above the two hundred largest blocks.
     """
     rows = np.flatnonzero(~lines.blank)
     number = lines.number[rows]
@@ -151,7 +151,7 @@ def _drop_empty_columns(head: Header | None, width: int) -> Header | None:
 
 
 def _select_text_lines(lines: Lines, above: tuple[int, ...] | range) -> list[tuple[int, str]]:
-    """Return those of the lines above that have at least two fields."""
+    """Return the number and text of the lines above that have at least two fields."""
     texts = []
     for line in above:
         if lines.blank[line]:

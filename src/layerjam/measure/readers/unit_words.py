@@ -45,7 +45,7 @@ def unit_role(unit: str) -> tuple[str, Fraction] | None:
 
 @lru_cache(maxsize=4096)
 def common_unit(unit: str) -> tuple[str, Fraction] | None:
-    """Return the same for units as machines spell them, without the table of all units."""
+    """Return (role, factor to SI) of a unit as machines spell it; None for any other unit."""
     if not 0 < len(unit.strip()) <= 20:
         return None
     text = unicodedata.normalize("NFKC", unit).strip().replace("µ", "μ")
@@ -95,8 +95,8 @@ PRESSURE = re.compile(
 def convert_unit(unit: str, si: str) -> tuple[Fraction, float] | None:
     """Return (factor, offset) with SI value = factor * value + offset, or None.
 
-    Besides all units, it accepts machines' spellings of time, length and force, °C and °F, g as an
-    acceleration, bara and barg.
+    Besides all known units, it accepts machines' spellings of time, length and force, °C and °F, g
+    as an acceleration, bara and barg.
     """
     text = re.sub(r"(?<=m)([23])$", r"^\1", unit.strip())  # for example: N/mm2
     role = next((role for role, of_role in ROLES.items() if of_role == si), None)

@@ -105,7 +105,7 @@ def _count_cells(name: str, data: bytes) -> Iterator[tuple[int, int]]:
 
 
 def _count_xml(data: bytes) -> tuple[int, int]:
-    """Return the same for an .xlsx sheet; a cell without a position follows the previous one.
+    """Return both counts for an .xlsx sheet; a cell without a position follows the previous one.
 
     A self-closing cell is empty, and the reader skips it.
     """
@@ -133,7 +133,7 @@ def _column_number(letters: bytes) -> int:
 
 
 def _count_binary(data: bytes) -> tuple[int, int]:
-    """Return the same for an .xlsb sheet of records with a type, a length, and a row or column."""
+    """Return both counts for an .xlsb sheet: records with a type, a length, and a row or column."""
     offset = rows = columns = count = 0
     while offset < len(data):
         kind, offset = _read_varint(data, offset)
@@ -158,7 +158,7 @@ def _read_varint(data: bytes, offset: int) -> tuple[int, int]:
 
 
 def _count_open_document(data: bytes) -> Iterator[tuple[int, int]]:
-    """Yield the same for the sheets of an .ods, up to the last cell that is not empty.
+    """Yield both counts for each sheet of an .ods, up to the last cell that is not empty.
 
     A self-closing cell may still have a value in an attribute.
     """
