@@ -53,8 +53,8 @@ def make_rise_pane(
 ) -> list[Pane]:
     """Return the pane of vacuum versus time up to a target [Pa].
 
-    `rise` is the rise time [s], None if the target is never reached; a Filling is a response in
-    water.
+    `rise` is the rise time [s], None if the target is never reached. In water, `response` is a
+    Filling.
     """
     time, vacuum, water = response.time, response.vacuum, isinstance(response, forms.Filling)
     hits = np.flatnonzero(vacuum >= target)

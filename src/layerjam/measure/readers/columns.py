@@ -2,8 +2,7 @@
 
 A unit has priority over a name: a column in s is the time, whatever its name. Among several columns
 of one dimension, the name determines the choice (standard travel before absolute crosshead
-position), and the trace states it. If neither identifies it, the file is rejected: the reader never
-guesses.
+position), and the trace states it. If neither identifies it, the file is rejected.
 """
 
 import re
