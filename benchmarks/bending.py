@@ -122,7 +122,7 @@ def figure(path: Path) -> None:
     from layerjam.report import style
 
     with style.apply_style():
-        picture, (left, right) = style.canvas(columns=2, width=9.6, height=3.9)
+        picture, (left, right) = style.make_axes(columns=2, width=9.6, height=3.9)
         for axes, theirs, mine, far, name, detail in (
             (left, caruso, ours_as_caruso, 8.5e-3, "Caruso 2023", "ends of the span clamped"),
             (right, zhang, ours_as_zhang, 50e-3, "Zhang 2025", "outer sheets stay one section"),
@@ -132,11 +132,11 @@ def figure(path: Path) -> None:
             axes.plot(way * 1e3, mine(way), color=style.BLUE)
             axes.set(xlabel="deflection [mm]", ylabel="force [N]", xlim=(0, far * 1e3))
             axes.set_ylim(0)
-            style.title(axes, f"The stack of {name}", f"computed; their law: {detail}")
+            style.add_title(axes, f"The stack of {name}", f"computed; their law: {detail}")
         bent = np.array([20e-3, 30e-3, 40e-3, 50e-3])
         right.plot(bent * 1e3, [bent_far(w) for w in bent], "o", ms=4, color=style.BLUE)
-        style.key(left, ("their law", style.ORANGE), ("ours", style.BLUE), loc="lower right")
-        style.label(right, 31, 1.6, "dots: most, any angle", style.BLUE)
+        style.add_key(left, ("their law", style.ORANGE), ("ours", style.BLUE), loc="lower right")
+        style.add_label(right, 31, 1.6, "dots: most, any angle", style.BLUE)
         style.save(picture, path, overwrite=True)
 
 

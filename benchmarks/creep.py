@@ -183,14 +183,14 @@ def figure(path: Path, made: dict[str, np.ndarray]) -> None:
 
     colors = (style.RED, style.ORANGE, style.PURPLE, style.GREEN, style.SKY, style.BLUE)
     with style.apply_style():
-        picture, (axes,) = style.canvas(width=7.2, height=4.4)
+        picture, (axes,) = style.make_axes(width=7.2, height=4.4)
         for name, color in zip(DRAWN, colors, strict=True):
             slip, width = np.abs(made[name]) * 1e3, 4 if name.startswith("layerjam") else 1.8
             axes.plot(np.arange(1, len(slip) + 1), slip, color=color, lw=width, clip_on=False)
         words = [f"{name}: {metres(made[name][-1])}" for name in DRAWN]
-        style.key(axes, *zip(words, colors, strict=True), loc="upper left")
+        style.add_key(axes, *zip(words, colors, strict=True), loc="upper left")
         axes.set_yscale("symlog", linthresh=1e-3, linscale=0.6)
-        style.panel(
+        style.label_axes(
             axes,
             "16 kg held for an hour, 89 % of what friction holds",
             "rope of 16.8 kN/m, steps of 2 ms; shaken: ±10 N at 10 Hz on top of the weight",

@@ -139,7 +139,7 @@ def draw(rows: Sequence[Moved], where: str) -> Any:
     from layerjam.report import style
 
     with style.apply_style():
-        figure, (axes,) = style.canvas(width=7.2, height=1.3 + 0.36 * len(rows))
+        figure, (axes,) = style.make_axes(width=7.2, height=1.3 + 0.36 * len(rows))
         names = [f"{row.name}, {row.count:,}, {_blocks(row.blocks)}" for row in rows]
         colors = [style.BLUE if row.blocks == 1 else style.ORANGE for row in rows]
         axes.barh(names, [100 * row.share for row in rows], color=colors)

@@ -242,7 +242,7 @@ def draw(rows: Sequence[Measured], where: str) -> Any:
     rows = sorted(rows, key=lambda row: row.seconds)
     colors = {"ours": style.BLUE, "C": style.ORANGE, "neighbour": style.FAINT}
     with style.apply_style():
-        figure, (axes,) = style.canvas(width=8.2, height=1.3 + 0.36 * len(rows))
+        figure, (axes,) = style.make_axes(width=8.2, height=1.3 + 0.36 * len(rows))
         low = 10 ** np.floor(np.log10(rows[0].seconds) - 0.3)
         high = rows[-1].seconds
         for i, row in enumerate(rows):
@@ -261,7 +261,7 @@ def draw(rows: Sequence[Measured], where: str) -> Any:
         axes.grid(visible=False, axis="y")
         axes.set(xscale="log", xlim=(low, high * 40), xlabel="time a drop")
         axes.xaxis.set_major_formatter(lambda x, _: per_drop(x))
-        style.title(axes, "Drop tests: time a drop, and the worst error of its travel", where)
+        style.add_title(axes, "Drop tests: time a drop, and the worst error of its travel", where)
     return figure
 
 

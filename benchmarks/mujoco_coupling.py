@@ -114,7 +114,7 @@ def figure(path: Path, exact: Any) -> None:
     from layerjam.report import style
 
     with style.apply_style():
-        picture, (left, right) = style.canvas(columns=2, width=9.6, height=3.9)
+        picture, (left, right) = style.make_axes(columns=2, width=9.6, height=3.9)
         time, slip = with_helper(5e-4)
         left.plot(time * 1e3, slip * 1e3, color=style.BLUE)
         model, data = with_plugin(5e-4, "RK4")
@@ -124,12 +124,12 @@ def figure(path: Path, exact: Any) -> None:
             rows.append((data.time, data.plugin_state[SLIP]))
         rows_ = np.array(rows)[::4]
         left.plot(rows_[:, 0] * 1e3, rows_[:, 1] * 1e3, "o", ms=4, color=style.ORANGE)
-        style.level(left, exact.slip * 1e3, f"closed form {exact.slip * 1e3:.3f} mm")
-        style.key(
+        style.mark_y(left, exact.slip * 1e3, f"closed form {exact.slip * 1e3:.3f} mm")
+        style.add_key(
             left, ("helper, Euler, 0.5 ms", style.BLUE), ("plugin, RK4, 0.5 ms", style.ORANGE),
             loc="lower right",
         )  # fmt: skip
-        style.panel(
+        style.label_axes(
             left, "1 kg falls into the brake at 2.5 m/s", "Kapton, 94.5 kPa, rope 16.8 kN/m",
             xlabel="time [ms]", ylabel="slip [mm]", xlim=(0, 40), ylim=(0, 20),
         )  # fmt: skip
@@ -138,10 +138,10 @@ def figure(path: Path, exact: Any) -> None:
             seconds = np.arange(1, len(moved) + 1)
             right.plot(seconds, np.abs(moved) * 1e6 + 0.1, color=color, label=name)
         words = ("layerjam.brake: no creep", "frictionloss", "frictionloss at its hardest")
-        style.key(
+        style.add_key(
             right, *zip(words, colors, strict=True), loc="lower right", bbox_to_anchor=(1, 0.08)
         )
-        style.panel(
+        style.label_axes(
             right, "16 kg held, 89 % of the friction", "MuJoCo at 2 ms; 0.1 µm added to show zero",
             xlabel="time [s]", ylabel="moved since the first second [µm]", yscale="log",
             xlim=(0, 60), ylim=(0.05, 3e6),

@@ -112,17 +112,17 @@ def draw(file: Path, before: Policy, after: Policy, history: np.ndarray) -> str:
     results = {name: ends(arm, policy) for name, (policy, _) in shown.items()}
     _, simple = ends(arm, best_switch(arm))
     with style.apply_style():
-        figure, (left, right) = style.canvas(columns=2, width=9.2)
+        figure, (left, right) = style.make_axes(columns=2, width=9.2)
         for name, (_, color) in shown.items():
             for path in results[name][0][:20]:
                 left.plot(times, path, color=color, linewidth=0.9, alpha=0.6)
-        style.label(left, 0.62, 50, "untrained", style.GREY)
-        style.label(left, 0.75, -8, "trained", style.BLUE)
-        style.panel(left, "Twenty arms it has not seen", xlabel="Time (s)",
-                    ylabel="Below the target (degrees)", ylim=(-50, 65))  # fmt: skip
+        style.add_label(left, 0.62, 50, "untrained", style.GREY)
+        style.add_label(left, 0.75, -8, "trained", style.BLUE)
+        style.label_axes(left, "Twenty arms it has not seen", xlabel="Time (s)",
+                         ylabel="Below the target (degrees)", ylim=(-50, 65))  # fmt: skip
         right.plot(history[:, 0], history[:, 1], color=style.BLUE)
-        style.panel(right, "Learning", xlabel="Time of training (s)", ylim=(0, None),
-                    ylabel="Mean distance over an episode (degrees)")  # fmt: skip
+        style.label_axes(right, "Learning", xlabel="Time of training (s)", ylim=(0, None),
+                         ylabel="Mean distance over an episode (degrees)")  # fmt: skip
         figure.savefig(file, metadata={"Date": None})
 
     def said(away: np.ndarray) -> str:

@@ -48,7 +48,7 @@ def kapton() -> Figure:
     brake = load("choi2018-kapton").brake
     u = np.union1d(np.linspace(0, 4e-3, 400), np.linspace(0, 40e-3, 300))
     with style.apply_style():
-        figure, (left, right) = style.canvas(columns=2, width=8.6, height=3.6)
+        figure, (left, right) = style.make_axes(columns=2, width=8.6, height=3.6)
         ends = []
         for vacuum, color in zip(VACUUMS, style.VACUUMS, strict=True):
             force = np.asarray(force_at_elongation(u, vacuum, brake))
@@ -56,7 +56,9 @@ def kapton() -> Figure:
             ends.append((float(force[-1]), f"{vacuum / 1e3:.1f} kPa", color))
         left.set(xlabel="elongation [mm]", ylabel="force [N]", xlim=(0, 40), ylim=(0, 200))
         style.add_end_labels(left, 40, ends)
-        style.title(left, "A pull at four vacuums", "computed; the paper's brake, Kapton sheets")
+        style.add_title(
+            left, "A pull at four vacuums", "computed; the paper's brake, Kapton sheets"
+        )
 
         pressure = np.linspace(0, brake.site.atmosphere, 300)
         force = np.asarray(brake_force(20e-3, pressure, brake))
@@ -65,12 +67,12 @@ def kapton() -> Figure:
         x, y = [0, need / 1e3, need / 1e3], [100, 100, 0]
         right.plot(x, y, color=style.GREY, lw=1, ls=(0, (4, 3)))
         right.plot(need / 1e3, 100, "o", color=style.RED, ms=6)
-        style.label(
+        style.add_label(
             right, need / 1e3 - 2, 108, f"100 N: {need / 1e3:.1f} kPa", style.RED, ha="right",
             weight="bold",
         )  # fmt: skip
         right.set(xlabel="vacuum [kPa]", xlim=(0, 102), ylim=(0, 200))
-        style.title(right, "Which vacuum for 100 N?", "computed; after 20 mm of slip")
+        style.add_title(right, "Which vacuum for 100 N?", "computed; after 20 mm of slip")
     return figure
 
 
@@ -83,7 +85,7 @@ def engines() -> Figure:
 
     record = json.loads((HERE / "engines.json").read_text(encoding="utf-8"))
     with style.apply_style():
-        figure, (left, right) = style.canvas(
+        figure, (left, right) = style.make_axes(
             columns=2, width=9.6, height=3.9, gridspec_kw={"width_ratios": (1.1, 1)}
         )
         known = list(zip(record["engines"].items(), style.CYCLE, SHAPES, strict=True))
@@ -98,19 +100,19 @@ def engines() -> Figure:
             right.plot(error, row, shape, color=color, ms=7)
             errors.append((error, row, f"{name} {error:+.1f}".replace("-", "−"), color))
         exact = record["exact"] * 1e3
-        style.level(left, exact, f"closed form {exact:.3f} mm", style.INK, share=0.02)
-        style.panel(
+        style.mark_y(left, exact, f"closed form {exact:.3f} mm", style.INK, share=0.02)
+        style.label_axes(
             left, "1 kg falls into the brake at 2.5 m/s", "Kapton, 94.5 kPa, rope 16.8 kN/m",
             xlabel="time [ms]", ylabel="slip [mm]", xlim=(0, 30), ylim=(0, 20),
         )  # fmt: skip
-        style.panel(
+        style.label_axes(
             right, "Five engines err alike, OpenSim hardly",
             f"steps of {record['step'] * 1e3:g} ms; measured on {record['day']}",
             xlabel="error of the slip [µm]", xlim=(-20, 130), ylim=(5.6, -0.6), yticks=(),
         )  # fmt: skip
         right.axvline(0, color=style.GREY, lw=1)
         for error, row, text, color in errors:
-            style.label(right, error + 5, row, text, color, ha="left", weight="bold")
+            style.add_label(right, error + 5, row, text, color, ha="left", weight="bold")
     return figure
 
 

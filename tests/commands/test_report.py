@@ -28,7 +28,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures and pages are looked at elsewhere."""
     monkeypatch.setattr(writer, "draw_all", lambda pictures, tell: {})
-    monkeypatch.setattr(writer, "html", lambda shown, pictures: json.dumps(shown))
+    monkeypatch.setattr(writer, "to_html", lambda shown, pictures: json.dumps(shown))
     monkeypatch.setattr(typeset, "typeset_pdf", lambda shown, pictures: b"%PDF")
 
 

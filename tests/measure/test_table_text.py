@@ -20,7 +20,7 @@ from layerjam.measure.readers.read import read_trace
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
 from layerjam.records.contents import read_content
-from layerjam.report.brake_files import numbers_csv
+from layerjam.report.brake_files import format_numbers
 from layerjam.report.brake_numbers import COLUMNS, Number
 from layerjam.simulate.record import Outcome, PullRecord, read_header
 from layerjam.toml_files.table_text import comment, format_rows, restore_cell, restore_comment
@@ -80,7 +80,7 @@ def test_numbers_stay_numbers(value: float) -> None:
 @pytest.mark.parametrize("name", WORST)
 def test_the_numbers_of_a_report(name: str) -> None:
     number = Number(quantity=f"file {name}", value=-1.5, unit="N", source=name)
-    head, row = csv.reader(io.StringIO(numbers_csv([number]), newline=""))
+    head, row = csv.reader(io.StringIO(format_numbers([number]), newline=""))
     assert tuple(head) == tuple(COLUMNS)
     assert not any(map(formula, row))
     cells = dict(zip(head, row, strict=True))

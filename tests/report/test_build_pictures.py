@@ -44,7 +44,7 @@ def test_every_layer_is_filled_at_both_caps(name: str) -> None:
     known = world.lengths
     last = -known.stack / 2
     for index in range(known.count):
-        sheet, spacer = build_scene.layer(world, index)
+        sheet, spacer = build_scene.make_layer(world, index)
         for body in (sheet, spacer):
             low, high = body.corners[:, 2].min(), body.corners[:, 2].max()
             assert (low, high) == pytest.approx((last, last + known.thickness), abs=1e-9)
@@ -65,16 +65,16 @@ def test_the_parts_touch_and_do_not_hit() -> None:
     world = world_of(KAPTON)
     known = world.lengths
     for side in known.sides:
-        for y, screw in enumerate(build_scene.screws(world, side)):
+        for y, screw in enumerate(build_scene.make_screws(world, side)):
             top = known.stack / 2 + known.plate_height
             assert screw.corners[:, 2].max() <= top and y == 0
             assert screw.corners[:, 2].min() >= -known.stack / 2 - known.shelf_height
-        cap, plate = build_scene.cap(world, side), build_scene.plate(world, side)
+        cap, plate = build_scene.make_cap(world, side), build_scene.make_plate(world, side)
         assert np.ptp(plate.corners[:, 1]) < known.slot
         top = known.stack / 2 + known.plate_height
         assert plate.corners[:, 2].max() == pytest.approx(top)
         assert np.ptp(cap.corners[:, 0]) == pytest.approx(18 + 8.2 + 12)
-    worn = build_scene.mounted_sleeve(world)
+    worn = build_scene.make_mounted_sleeve(world)
     flat = np.abs(worn.corners[:, 0] - known.free / 2) < 0.3 * known.free
     assert not flat.any() or np.ptp(worn.corners[flat, 1]) == pytest.approx(known.width + 2)
     a, b, c = (worn.corners[worn.triangles[:, k]] for k in range(3))

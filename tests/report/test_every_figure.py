@@ -254,10 +254,10 @@ def specimens(tmp_path: Path, count: int) -> Any:
 
 OF_BRAKE: dict[str, Callable[[str], Any]] = {
     "device": lambda n: device_drawing.draw_device(load(n)),
-    "force": lambda n: figures.force_over_slip(load(n), FULL, 0.02),
-    "force-at-the-end": lambda n: figures.force_over_slip(load(n), 5e3, 0.065),
-    "vacuum": lambda n: figures.force_over_vacuum(load(n), 0.02, 40.0, 60e3),
-    "vacuum-none": lambda n: figures.force_over_vacuum(load(n), 0.02, 900.0, np.inf),
+    "force": lambda n: figures.plot_force_slip(load(n), FULL, 0.02),
+    "force-at-the-end": lambda n: figures.plot_force_slip(load(n), 5e3, 0.065),
+    "vacuum": lambda n: figures.plot_force_vacuum(load(n), 0.02, 40.0, 60e3),
+    "vacuum-none": lambda n: figures.plot_force_vacuum(load(n), 0.02, 900.0, np.inf),
     "tensile": lambda n: chart.draw_panes(
         force_figures.tensile_panes(tensile(load(n), simple_pull(FULL, 0.013, 0.04)))
     ),
@@ -274,8 +274,8 @@ OF_BRAKE: dict[str, Callable[[str], Any]] = {
     "bands": lambda n: bayes_figures.bands(posterior(n), curves(n)),
     "deviations": lambda n: bayes_figures.deviations(posterior(n), curves(n)),
     "vacuum-for-force": lambda n: bayes_figures.vacuum_for_force(posterior(n), 0.02, 30.0),
-    "following": lambda n: control_figures.draw_following(*followed(n)),
-    "following-alone": lambda n: control_figures.draw_following(followed(n)[0], None),
+    "following": lambda n: control_figures.draw_tracking(*followed(n)),
+    "following-alone": lambda n: control_figures.draw_tracking(followed(n)[0], None),
     "front": lambda n: design_figures.draw_front(designs(n)),
     "drop": lambda n: chart.draw_panes(impact_figures.drop_panes(dropped(n))),
     "drop-that-crashes": lambda n: crashed(n).draw(),

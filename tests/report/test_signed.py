@@ -16,14 +16,14 @@ from layerjam.report.signed import (
     STATED,
     budget_table,
     list_certificate_problems,
-    make_circumstances,
+    make_apparatus,
     make_identity,
     make_signature_part,
 )
 
 
 def rows(*facts: Facts) -> dict[str, str]:
-    part = make_circumstances([(f"pull-{k}.csv", one) for k, one in enumerate(facts, 1)])
+    part = make_apparatus([(f"pull-{k}.csv", one) for k, one in enumerate(facts, 1)])
     return {str(name): said.text for name, said in part.tables[0].rows}
 
 
@@ -116,7 +116,7 @@ def test_certificates_are_judged_on_the_days_of_the_tests() -> None:
         date="2026-11-20 to 2026-11-22", load_cell_certificate=cell, gauge_certificate=gauge
     )
     stated = [("a.csv", facts), ("b.csv", facts)]
-    table = make_circumstances(stated).tables[1]
+    table = make_apparatus(stated).tables[1]
     assert [row[:6] for row in table.rows] == [
         ["load cell", "K", "2026-03-01", "2027-03-01", "L", "valid"],
         ["vacuum gauge", "P", "2025-03-01", "2026-03-01", "L", "overdue since 2026-03-01"],
@@ -140,7 +140,7 @@ def test_numbers_stand_right_although_the_first_is_not_stated() -> None:
     assert budget_table(Budget(contributions=lines)).template_data()["right"] == [
         False, False, True, True, True
     ]  # fmt: skip
-    part = make_circumstances([("a.csv", Facts(number="17", load_cell_limit=0.005))])
+    part = make_apparatus([("a.csv", Facts(number="17", load_cell_limit=0.005))])
     assert part.tables[0].template_data()["right"] == [False, False]
 
 

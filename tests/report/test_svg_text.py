@@ -5,11 +5,11 @@ import io
 from layerjam.report import style
 
 
-@style.in_style
+@style.use_style
 def figure(slope: float) -> style.Figure:
-    made, (axes,) = style.canvas()
+    made, (axes,) = style.make_axes()
     axes.plot([0, 1], [0, slope])
-    style.panel(axes, "A line", "and its slope", xlabel="x [m]", ylabel="y [N]")
+    style.label_axes(axes, "A line", "and its slope", xlabel="x [m]", ylabel="y [N]")
     return made
 
 

@@ -129,7 +129,6 @@ def encode_file(trace: Trace, form: Form, force_unit: str = "N", cut: float | No
 
 
 def _make_header_values(trace: Trace, form: Form, force_unit: str, mark: str) -> dict[str, object]:
-    """Return {word in braces in the header: replacement}."""
     layout, (_, decimal, language) = form.details, form.choices()
     names: tuple[str, ...] = LANGUAGES[language]
     if language == "en" and layout.english:

@@ -227,7 +227,6 @@ def _add_scatter(spec: Spec, test: Trial) -> Trial:
 
 
 def _add_practice_faults(spec: Spec, tests: list[Trial]) -> tuple[Trial, ...]:
-    """Return the tests, with practice faults in some pulls."""
     pulls = [t.number for t in tests if t.kind == "pull"]
     order = faults.make_random(spec.seed, "practice", 0).permutation(len(pulls)).tolist()
     for fault, count in vars(spec.practice).items():

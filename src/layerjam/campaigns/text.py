@@ -55,7 +55,6 @@ def parse_spec(text: str, path: object, folder: Path | None = None) -> Spec:
 
 
 def _resolve_paths(rows: object, folder: Path | None) -> object:
-    """Return the tables of brakes, with paths resolved from the campaign's folder."""
     if folder is None or not isinstance(rows, list):
         return rows
     tables = []

@@ -88,7 +88,7 @@ class FollowedForce(Result):
         """Return the figure of target and true force, vacuum, and frequency response."""
         from layerjam.report import control_figures
 
-        return control_figures.draw_following(*self.record)
+        return control_figures.draw_tracking(*self.record)
 
 
 @command("vacuum")

@@ -103,7 +103,7 @@ class Stop(Reading, Heating):
         from layerjam.report import impact_figures
 
         if isinstance(self.record, BareDrop):
-            return impact_figures.bare_panes(self.record)
+            return impact_figures.rope_panes(self.record)
         if self.record is None:
             raise QuantityError(f"a drop that was not computed has no curve: {self.reason}")
         return impact_figures.drop_panes(self.record, self.crash)

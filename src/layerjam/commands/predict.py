@@ -206,7 +206,7 @@ class BrakeForce(Result):
         if self.grid is not None:
             return self.draw_panes(self.grid.panes("force", self.force, "N"))
         file, *case = self.record
-        return figures.force_over_slip(file, *map(float, case))
+        return figures.plot_force_slip(file, *map(float, case))
 
 
 @command("predict")
@@ -290,7 +290,7 @@ class VacuumForForce(Result):
         if self.grid is not None:
             return self.draw_panes(self.grid.panes("vacuum", self.vacuum, "Pa"))
         file, *case = self.record
-        return figures.force_over_vacuum(file, *map(float, case))
+        return figures.plot_force_vacuum(file, *map(float, case))
 
 
 @command("predict")

@@ -208,7 +208,7 @@ class Result:
         results that have no such curve.
         """
         from layerjam.report import chart
-        from layerjam.report.style import drawing_into, save, state_failures
+        from layerjam.report.style import add_failures, draw_into, save
 
         check_kind(path, str | Path | None, "path")
         check_kind(beside, Mapping[str, Result] | None, "beside")
@@ -216,11 +216,11 @@ class Result:
         for label, curves in quiet.items():
             if not curves or not self.can_overlay(type((beside or {})[label])):
                 raise LayerjamError(f"{label}: has no curve to compare with this one")
-        with contextlib.nullcontext() if ax is None else drawing_into(ax):
+        with contextlib.nullcontext() if ax is None else draw_into(ax):
             panes = chart.add_comparisons(self.panes(), quiet) if quiet else None
             figure = self.draw() if panes is None else self.draw_panes(panes)
         if ax is None:
-            state_failures(figure, list_failures(self, *(beside or {}).values()))
+            add_failures(figure, list_failures(self, *(beside or {}).values()))
         if path is not None:
             save(figure, Path(path), overwrite)
         return figure

@@ -50,7 +50,7 @@ class VacuumRise(Result):
         from layerjam.report import fluid_figures
 
         line, water = self.line.line, self.fluid == "water"
-        return fluid_figures.rise_figure(panes[0], line, self.target, water)
+        return fluid_figures.draw_rise(panes[0], line, self.target, water)
 
     def panes(self) -> "Sequence[Pane]":
         """Return vacuum versus time up to the target."""

@@ -186,7 +186,6 @@ def _relative_difference(a: Any, b: Any) -> float | None:
 
 
 def _diff_pages(file: str, old: str, new: str) -> Iterator[Difference]:
-    """Yield the differences in the text of a page, then those in its drawings."""
     pair = [_SVG.split(text) for text in (old, new)]
     if len(pair[0]) != len(pair[1]):
         count = [len(parts) // 2 for parts in pair]

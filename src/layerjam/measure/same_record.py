@@ -65,7 +65,6 @@ def noise_correlation(trace: Trace, other_trace: Trace) -> float:
 
 
 def _select_peak_window(trace: Trace) -> Trace:
-    """Return the samples to store, around the maximum force."""
     start = max(0, min(int(trace.force.argmax()) - SAMPLE_LIMIT // 2, len(trace) - SAMPLE_LIMIT))
     part = slice(start, start + SAMPLE_LIMIT)
     time = None if trace.time is None else trace.time[part]

@@ -315,7 +315,6 @@ def _read_data(path: str, entry: Mapping[str, Any], head: bytes) -> Content:
 
 
 def _read_head_comments(head: bytes) -> list[str]:
-    """Return the comment lines at the start, without '#'."""
     comments = []
     for line in head.decode("utf-8-sig", "replace").splitlines():
         if not line.startswith("#"):

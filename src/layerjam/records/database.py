@@ -217,7 +217,6 @@ def _read_table_version(db: Connection, place: str) -> int | None:
 
 
 def _upgrade_tables(db: Connection, place: str) -> None:
-    """Create the tables or upgrade older ones, within the caller's transaction."""
     current = _read_table_version(db, place)
     if current is None:
         METADATA.create_all(db, checkfirst=False)

@@ -41,7 +41,6 @@ def _origin_columns() -> Iterable[Column[Any]]:
 
 
 def _id_column(name: str) -> Column[Any]:
-    """Return a column for a record's id, as part of the primary key."""
     return Column(name, Text, ForeignKey("entries.id"), primary_key=True)
 
 

@@ -85,7 +85,6 @@ def _add_serial(content: Content, serial: str | None) -> Content:
 
 
 def _add_contents(db: Connection, contents: Iterable[Content], result: Additions) -> None:
-    """Enter the files one by one, then list their missing sources."""
     fresh: dict[str, str] = {}
     for content in contents:
         problem = find_refusal_reason(db, content)

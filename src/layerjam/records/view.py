@@ -187,7 +187,6 @@ def _check_file_state(file: Mapping[str, Any], folders: Sequence[str | Path]) ->
 
 
 def _hash_file(path: Path) -> str | None:
-    """Return the SHA-256 of a file, or None if it cannot be read."""
     try:
         return sha256(str(path)) if path.is_file() else None
     except OSError:

@@ -132,7 +132,6 @@ def cap_steps(drawing: Drawing) -> list[Step]:
 
 
 def _describe_nut_corners(drawing: Drawing) -> str:
-    """Return a sentence on whether the front corners of the nuts project from the tray."""
     lengths = drawing.lengths
     proud = nut_overhang(lengths)
     if proud <= 0:
@@ -235,7 +234,6 @@ def stack_steps(drawing: Drawing) -> list[Step]:
 
 
 def _describe_levelling(drawing: Drawing) -> str:
-    """Return instructions for levelling the caps if neck, tray and head differ in height."""
     lengths = drawing.lengths
     below = {
         "necks": lengths.neck_b,
@@ -250,7 +248,7 @@ def _describe_levelling(drawing: Drawing) -> str:
     return f" The caps differ in height: place strips of card or film, {words}."
 
 
-def close_steps(drawing: Drawing) -> list[Step]:
+def final_steps(drawing: Drawing) -> list[Step]:
     """Return the steps for enclosure, ties and fittings."""
     lengths, build = drawing.lengths, drawing.build
     ends = f"{_m(lengths.left.reach)} behind the face of each cap"

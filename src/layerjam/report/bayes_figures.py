@@ -19,10 +19,10 @@ WIDE, INNER = (0.025, 0.975), (0.25, 0.75)
 Array = np.ndarray[Any, Any]
 
 
-@style.in_style
+@style.use_style
 def posterior(fit: BayesFit) -> style.Figure:
     """Draw the prior and posterior of scale factor and stiffness, and the median of each curve."""
-    figure, panels = style.canvas(columns=2, width=9.6, height=4.0)
+    figure, panels = style.make_axes(columns=2, width=9.6, height=4.0)
     parts = ("scale_factor", 1.0, ""), ("stiffness", 1e-3, "kN/m")
     for axes, (name, scale, unit) in zip(panels, parts, strict=True):
         brake = getattr(fit, name).ravel() * scale
@@ -35,7 +35,7 @@ def posterior(fit: BayesFit) -> style.Figure:
         detail = f"{estimate} (95 %: {low:.4g} to {high:.4g}) from {len(medians)} curves"
         below = f"{words} [{unit or '-'}]\nprior: {fit.priors[name].text()}"
         density = f"probability density [{f'1/({unit})' if unit else '-'}]"
-        style.panel(axes, words.capitalize(), detail, xlabel=below, ylabel=density, yticks=[])
+        style.label_axes(axes, words.capitalize(), detail, xlabel=below, ylabel=density, yticks=[])
     return figure
 
 
@@ -48,17 +48,17 @@ def _draw_densities(
     x = np.linspace(max(middle - reach, 1e-9), middle + reach, 500)
     width = (np.log(x / scale) - prior.place) / prior.sd
     belief = np.exp(-(width**2) / 2) / (x * prior.sd * np.sqrt(2 * np.pi))
-    style.band(axes, x, 0, belief, GREY, 0.25)
+    style.add_band(axes, x, 0, belief, GREY, 0.25)
     top = 0.0
     for draws, color, strength in ((after, ORANGE, 0.18), (brake, BLUE, 0.22)):
         dense = _estimate_density(draws, x)
-        style.band(axes, x, 0, dense, color, strength)
+        style.add_band(axes, x, 0, dense, color, strength)
         axes.plot(x, dense, color=color)
         top = max(top, float(dense.max()))
     axes.plot(curves, np.full(len(curves), -0.035 * top), "|", color=INK, ms=9, mew=1.2)
     axes.set(xlim=(x[0], x[-1]), ylim=(-0.075 * top, 1.12 * top))
     names = ("the brake", BLUE), ("the next pull", ORANGE), ("prior", GREY), ("curves", INK)
-    style.key(axes, *names)
+    style.add_key(axes, *names)
 
 
 def _estimate_density(draws: Array, x: Array) -> Array:
@@ -85,7 +85,7 @@ class _Level:
         """Draw the 50 and 95 % bands of the next pull, after subtracting `offset`."""
         for part, strength in ((WIDE, 0.22), (INNER, 0.30)):
             low, high = ((self.band.quantile_at(q) - offset) * factor for q in part)
-            style.band(axes, self.u * MM, low, high, self.color, strength)
+            style.add_band(axes, self.u * MM, low, high, self.color, strength)
 
 
 def _group_by_vacuum(fit: BayesFit, curves: Sequence[Curve]) -> list[_Level]:
@@ -97,10 +97,10 @@ def _group_by_vacuum(fit: BayesFit, curves: Sequence[Curve]) -> list[_Level]:
     return [_Level(group, color, after) for group, color in zip(groups, colors, strict=False)]
 
 
-@style.in_style
+@style.use_style
 def bands(fit: BayesFit, curves: Sequence[Curve], samples: int = 900) -> style.Figure:
     """Draw measured curves over the predicted band of the next pull at each vacuum."""
-    figure, (axes,) = style.canvas(width=7.4, height=4.8)
+    figure, (axes,) = style.make_axes(width=7.4, height=4.8)
     ends, end = [], 0.0
     for level in _group_by_vacuum(fit, curves):
         level.fill(axes)
@@ -113,19 +113,19 @@ def bands(fit: BayesFit, curves: Sequence[Curve], samples: int = 900) -> style.F
         end = max(end, level.end)
     detail = "lines: measured; bands: 50 and 95 % of the next pull"
     axes.set(xlabel="elongation [mm]", ylabel="force [N]", xlim=(0, end * MM), ylim=(0, None))
-    style.title(axes, "Measured pulls and the next one", detail)
+    style.add_title(axes, "Measured pulls and the next one", detail)
     style.add_end_labels(axes, end * MM, ends)
     return figure
 
 
-@style.in_style
+@style.use_style
 def deviations(fit: BayesFit, curves: Sequence[Curve], samples: int = 400) -> style.Figure:
     """Draw the deviation of measured curves from the next pull's median, with one panel per vacuum.
 
     Deviations are in percent of the highest force; curves are means over a few tens of samples.
     """
     shown_levels = _group_by_vacuum(fit, curves)[:4]
-    figure, panels = style.canvas(
+    figure, panels = style.make_axes(
         columns=len(shown_levels), width=1 + 3.2 * len(shown_levels), height=3.6, sharey=True
     )
     for axes, level in zip(panels, shown_levels, strict=True):
@@ -142,12 +142,14 @@ def deviations(fit: BayesFit, curves: Sequence[Curve], samples: int = 400) -> st
             axes.plot(x * MM, left, color=level.color, lw=0.9)
         axes.axhline(0, color=GREY, lw=0.8)
         headline = show(level.vacuum, "Pa", 3)
-        style.panel(axes, headline, level.count, xlabel="elongation [mm]", xlim=(0, level.end * MM))
+        style.label_axes(
+            axes, headline, level.count, xlabel="elongation [mm]", xlim=(0, level.end * MM)
+        )
     panels[0].set_ylabel("deviation from the next pull's median\n[% of the maximum force]")
     return figure
 
 
-@style.in_style
+@style.use_style
 def vacuum_for_force(
     fit: BayesFit, slip: float | None = None, target: float | None = None
 ) -> style.Figure:
@@ -162,19 +164,19 @@ def vacuum_for_force(
     span = float(np.quantile(greatest, 0.995)) * 1.03
     force = np.linspace(float(np.median(least)), span, 240)
     band = vacuum_band(after, force, place)
-    figure, (axes, chance) = style.canvas(rows=2, width=6.8, height=5.6, height_ratios=(3.2, 1))
+    figure, (axes, chance) = style.make_axes(rows=2, width=6.8, height=5.6, height_ratios=(3.2, 1))
     for part, strength in ((WIDE, 0.22), (INNER, 0.32)):
         below, above = (np.clip(band.quantile_at(q), 0, atmosphere) * KPA for q in part)
-        style.band(axes, force, below, above, BLUE, strength)
+        style.add_band(axes, force, below, above, BLUE, strength)
     middle = np.where(np.isfinite(band.quantile_at(0.5)), band.quantile_at(0.5), np.nan)
     axes.plot(force, middle * KPA, color=BLUE)
     axes.set(xlim=(0, span), ylim=(0, atmosphere * 1.12 * KPA), xlabel="required force [N]")
-    style.level(axes, atmosphere * KPA, "full vacuum at the site")
+    style.mark_y(axes, atmosphere * KPA, "full vacuum at the site")
     if target is not None:
         _mark_quantile(axes, fit, target, place)
     detail = "next pull: median, 50 and 95 % bands"
-    style.panel(axes, "Vacuum for a force", detail, ylabel="required vacuum [kPa]")
-    style.band(chance, force, 0, 100 * band.chances["too strong"], RED, 0.35)
+    style.label_axes(axes, "Vacuum for a force", detail, ylabel="required vacuum [kPa]")
+    style.add_band(chance, force, 0, 100 * band.chances["too strong"], RED, 0.35)
     chance.set(xlabel=f"required force at a slip of {show(place, 'm')} [N]", xlim=(0, span))
     chance.set(ylabel="no vacuum\nsuffices [%]", ylim=(0, 100), yticks=[0, 50, 100])
     return figure
@@ -189,4 +191,4 @@ def _mark_quantile(axes: style.Axes, fit: BayesFit, force: float, place: float) 
     axes.plot([force, force], [low * KPA, top * KPA], color=INK, lw=1.2)
     upper = show(high, "Pa") if np.isfinite(high) else "none"
     words = f"{force:.4g} N: {show(middle, 'Pa')}\n(95 %: {show(low, 'Pa')} to {upper})"
-    style.spot(axes, force, middle * KPA, words, INK, ms=4.5)
+    style.add_point(axes, force, middle * KPA, words, INK, ms=4.5)

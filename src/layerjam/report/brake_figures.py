@@ -29,23 +29,23 @@ def vacuum_colors(vacuums: Sequence[float]) -> dict[str, str]:
     return style.choose_colours(list(dict.fromkeys(show(v, "Pa") for v in descending)))
 
 
-@style.in_style
+@style.use_style
 def draw_factors(result: Calibration) -> style.Figure:
     """Draw the scale factor of each pull, and the mean with its 95 % interval."""
     colors = vacuum_colors([f.vacuum for f in result.fits])
-    figure, (axes,) = style.canvas(width=PAGE, height=2.6)
+    figure, (axes,) = style.make_axes(width=PAGE, height=2.6)
     count = len(result.fits)
     interval = result.intervals["scale_factor"]
     if interval is not None:
         axes.axhspan(interval.low, interval.high, color="#e7ebee", lw=0)
     axes.axhline(result.scale_factor, color=INK, lw=1.0)
     for number, fit in enumerate(result.fits, 1):
-        style.spot(axes, number, fit.scale_factor, color=colors[show(fit.vacuum, "Pa")])
+        style.add_point(axes, number, fit.scale_factor, color=colors[show(fit.vacuum, "Pa")])
     axes.set(xlabel="pull number", ylabel="scale factor a [-]", xlim=(0.4, count + 0.6))
     axes.set_xticks(range(1, count + 1) if count <= 12 else [1, count // 2, count])
     axes.margins(y=0.25)
-    style.key(axes, *colors.items(), handlelength=0)
-    style.title(axes, "Each pull and the mean" + ", 95 % interval" * bool(interval))
+    style.add_key(axes, *colors.items(), handlelength=0)
+    style.add_title(axes, "Each pull and the mean" + ", 95 % interval" * bool(interval))
     return figure
 
 
@@ -64,7 +64,7 @@ def _draw_speed_panels(
     colors = vacuum_colors([c.vacuum for c in result.conditions])
     columns = len(panels) if len(panels) <= 3 else min(-(-len(panels) // 2), 3)
     rows = -(-len(panels) // columns)
-    figure, axes = style.canvas(columns, rows, PAGE + 1, height * rows, sharex=True, sharey=True)
+    figure, axes = style.make_axes(columns, rows, PAGE + 1, height * rows, sharex=True, sharey=True)
     ends = []
     for place, conditions in zip(axes, panels.values(), strict=False):
         names = [show(case.vacuum, "Pa") for case in conditions]
@@ -72,7 +72,7 @@ def _draw_speed_panels(
         ends.append([(y, n, colors[n]) for y, n in zip(heights, names, strict=True)])
     axes[0].set(xlim=(0, None), ylim=(low, None))
     for place, speed, words in zip(axes, panels, ends, strict=False):
-        style.panel(place, speed, xlabel="elongation [mm]")
+        style.label_axes(place, speed, xlabel="elongation [mm]")
         style.add_end_labels(place, place.get_xlim()[1], words)
     for place in axes[len(panels) :]:
         place.set_visible(False)
@@ -81,7 +81,7 @@ def _draw_speed_panels(
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_overlay(brake: Brake, result: Validation, with_uncalibrated: bool) -> style.Figure:
     """Draw the mean of the repeats with its SD band and the model's line, one panel per speed."""
     models = [(brake, INK, style.DASHED)]
@@ -91,7 +91,7 @@ def draw_overlay(brake: Brake, result: Validation, with_uncalibrated: bool) -> s
     def draw(axes: style.Axes, case: ConditionError, color: str) -> float:
         grid = _common_elongations(case)
         mean, sd = _mean_sd(np.stack([sample_force(c.pull, grid) for c in case.curves]))
-        style.band(axes, grid * MM, mean - sd, mean + sd, color, 0.28)
+        style.add_band(axes, grid * MM, mean - sd, mean + sd, color, 0.28)
         axes.plot(grid * MM, mean, color=color, lw=1.3)
         for law, shade, dash in models:
             force = np.asarray(force_at_elongation(grid, case.vacuum, law))
@@ -105,11 +105,11 @@ def draw_overlay(brake: Brake, result: Validation, with_uncalibrated: bool) -> s
     ]
     names += [("model", INK, style.DASHED)]
     names += [("model before calibration", GREY, style.DOTTED)] * with_uncalibrated
-    style.key(figure, *names, loc="outside upper center", ncols=2, handlelength=2.2)
+    style.add_key(figure, *names, loc="outside upper center", ncols=2, handlelength=2.2)
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_residuals(result: Validation) -> style.Figure:
     """Draw model minus measured force: mean of the repeats with its SD band, and the zero line."""
 
@@ -122,7 +122,7 @@ def draw_residuals(result: Validation) -> style.Figure:
         grid = np.linspace(start, end, 160)
         errors = [np.interp(grid, c.elongation, c.model - c.measured) for c in case.curves]
         mean, sd = _mean_sd(np.stack(errors))
-        style.band(axes, grid * MM, mean - sd, mean + sd, color, 0.22)
+        style.add_band(axes, grid * MM, mean - sd, mean + sd, color, 0.22)
         axes.plot(grid * MM, mean, color=color, lw=1.2)
         return float(mean[-1])
 

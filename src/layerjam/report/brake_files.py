@@ -13,7 +13,7 @@ from layerjam.report import folder
 from layerjam.report.brake_numbers import COLUMNS, Number
 from layerjam.report.brake_report import STAGES, BrakeReport, list_numbers, make_page
 from layerjam.report.folder import figure_files, format_json, to_json, write_folder
-from layerjam.report.page import draw_all, html
+from layerjam.report.page import draw_all, to_html
 from layerjam.toml_files.table_text import format_rows
 from layerjam.verdict import accepted_rows
 
@@ -21,13 +21,13 @@ FIGURES = ("friction", "calibration", "scale-factors", "validation", "residuals"
 NAMES = ("results.json", "numbers.csv", "report.pdf", "report.html")
 
 
-def numbers_csv(numbers: Sequence[Number], names: Mapping[str, str] | None = None) -> str:
+def format_numbers(numbers: Sequence[Number], names: Mapping[str, str] | None = None) -> str:
     """Return numbers.csv with SI values in full precision; `names` as in a BrakeReport."""
     rows = ([rename_files(to_json(v), names or {}) for v in n.row().values()] for n in numbers)
     return format_rows([COLUMNS, *rows])
 
 
-def results(report: BrakeReport, numbers: Sequence[Number]) -> dict[str, Any]:
+def make_results(report: BrakeReport, numbers: Sequence[Number]) -> dict[str, Any]:
     """Return results.json."""
     return {
         "brake": report.file.name,
@@ -56,7 +56,7 @@ class ReportFiles:
     report: str
     pdf: str | None
     numbers: str
-    results: str
+    make_results: str
     figures: Sequence[str]
     warnings: Sequence[str]
 
@@ -84,9 +84,9 @@ def write_report(
     pictures = draw_all(document.pictures(), lambda what, _: say(what))
     data = rename_files(document.template_data(), names)
     content: dict[str, str | bytes] = {
-        "results.json": format_json(rename_files(to_json(results(report, numbers)), names)),
-        "numbers.csv": numbers_csv(numbers, names),
-        "report.html": html(data, pictures),
+        "results.json": format_json(rename_files(to_json(make_results(report, numbers)), names)),
+        "numbers.csv": format_numbers(numbers, names),
+        "report.html": to_html(data, pictures),
         **figure_files(pictures),
     }
     warnings = []

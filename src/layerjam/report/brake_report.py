@@ -130,7 +130,7 @@ def make_page(report: BrakeReport) -> Page:
         ],
     )
     facts, identity = report.stated, report.identity
-    parts += [signed.make_circumstances(facts), files, signed.make_signature_part(identity)]
+    parts += [signed.make_apparatus(facts), files, signed.make_signature_part(identity)]
     number = identity["report number"]
     return Page(
         title=f"Test report: {report.file.name}",
@@ -169,7 +169,6 @@ def _describe_acceptance(acceptance: Acceptance) -> str:
 
 
 def _make_stages(report: BrakeReport) -> list[Part]:
-    """Return the stages that have any content."""
     parts = []
     if report.friction is not None:
         parts.append(_friction_part(report, *report.friction))

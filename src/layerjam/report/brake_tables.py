@@ -281,7 +281,6 @@ OF_PULLS = (
 
 
 def _table_header(column: Column) -> str:
-    """Return the name of a column with the unit of its cells."""
     return f"{column.words} [{column.shown_in}]" if column.shown_in else column.words
 
 

@@ -56,7 +56,7 @@ def _make_figure(
     return figure, axes
 
 
-@style.in_style
+@style.use_style
 def draw_section(world: Scene) -> style.Figure:
     """Draw a section of the left cap through a screw's axis, to scale, with dimensions in mm."""
     lengths, build, side = world.lengths, world.build, world.lengths.left
@@ -173,7 +173,6 @@ def _draw_enclosure(axes: Axes, world: Scene, edge: float) -> None:
 
 
 def _draw_dimension(axes: Axes, start: tuple[float, float], stop: tuple[float, float]) -> None:
-    """Draw a dimension line with an arrow at each end."""
     line = {"arrowstyle": "<->", "lw": 0.7, "color": INK, "mutation_scale": 6}
     axes.annotate("", start, stop, arrowprops={**line, "shrinkA": 0, "shrinkB": 0})
 
@@ -206,7 +205,6 @@ def _draw_heights(axes: Axes, x: float, parts: Sequence[Part], unit: float) -> N
 
 
 def _draw_names(axes: Axes, world: Scene, above: float, unit: float, edge: float) -> None:
-    """Draw part names above the drawing, each with a line to its part."""
     lengths, side = world.lengths, world.lengths.left
     neck, stack = -side.reach, lengths.stack / 2
     port = neck - lengths.port_length / 2
@@ -234,7 +232,7 @@ def _draw_names(axes: Axes, world: Scene, above: float, unit: float, edge: float
         )
 
 
-@style.in_style
+@style.use_style
 def draw_layer_order(world: Scene) -> style.Figure:
     """Draw the layers from the bottom as they lie in both caps, thickness not to scale."""
     from matplotlib.figure import Figure
@@ -275,7 +273,7 @@ def draw_layer_order(world: Scene) -> style.Figure:
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_plates(boards: Sequence[tuple[str, Outline]]) -> style.Figure:
     """Draw the boards, which are cut in addition to the sheets, each with its length."""
     from matplotlib.patches import Circle, Polygon
@@ -299,7 +297,7 @@ def draw_plates(boards: Sequence[tuple[str, Outline]]) -> style.Figure:
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_film(piece: Piece) -> style.Figure:
     """Draw a piece of film with the outlines of the parts to be cut from it."""
     from matplotlib.patches import Circle, Polygon

@@ -18,8 +18,8 @@ from layerjam.report.assembly_steps import (
     Step,
     array_steps,
     cap_steps,
-    close_steps,
     film_steps,
+    final_steps,
     list_first_checks,
     list_tools,
     sleeve_steps,
@@ -96,7 +96,7 @@ def _parts(drawing: Drawing, coupons: bool, files: Collection[str] | None) -> li
             True,
             [picture("layers", 0.86), to_steps(stack_steps(drawing)), picture("stacking", 0.62)],
         ),
-        ("6  Close the brake", True, [picture("assembled", 0.86), to_steps(close_steps(drawing))]),
+        ("6  Close the brake", True, [picture("assembled", 0.86), to_steps(final_steps(drawing))]),
     ]
     if drawing.brakes > 1:
         chapters.append(

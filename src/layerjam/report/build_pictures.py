@@ -61,7 +61,7 @@ def separate_parts(world: Scene) -> dict[str, list[Body]]:
     fan = min(4.0, 36 / lengths.count)
     for index in range(lengths.count):
         height = (index - (lengths.count - 1) / 2) * fan
-        sheet, spacer = parts.layer(world, index, height)
+        sheet, spacer = parts.make_layer(world, index, height)
         sign, word = (-1, "left") if index % 2 == 0 else (1, "right")
         alike.setdefault(f"{word} sheet", []).append(sheet.shift(sign * out * 0.35))
         alike.setdefault("spacer", []).append(spacer.shift(-sign * out * 0.62))
@@ -69,7 +69,7 @@ def separate_parts(world: Scene) -> dict[str, list[Body]]:
         for name, body in _separate_side(world, side, -1 if side.name == "left" else 1, out, lift):
             alike.setdefault(name, []).append(body)
     below = -(lengths.count * fan / 2 + lengths.cap_height + 12)
-    alike["enclosure"] = [parts.sleeve(world).shift(z=below)]
+    alike["enclosure"] = [parts.make_sleeve(world).shift(z=below)]
     return alike
 
 
@@ -97,15 +97,15 @@ def _separate_side(
     world: Scene, side: Side, sign: int, out: float, lift: float
 ) -> Iterator[tuple[str, Body]]:
     """Return printed and bought parts of one side, separated; `sign` points outwards."""
-    yield "cap", parts.cap(world, side).shift(sign * out)
-    yield "clamp plate", parts.plate(world, side).shift(sign * out, z=lift)
-    for screw in parts.screws(world, side):
+    yield "cap", parts.make_cap(world, side).shift(sign * out)
+    yield "clamp plate", parts.make_plate(world, side).shift(sign * out, z=lift)
+    for screw in parts.make_screws(world, side):
         yield "screw", screw.shift(sign * out, z=2 * lift)
-    for nut in parts.nuts(world, side):
+    for nut in parts.make_nuts(world, side):
         yield "nut", nut.shift(sign * (out - 14), z=-lift)
-    yield "dowel", parts.dowel(world, side).shift(sign * out, z=1.6 * lift)
-    yield "fitting", parts.fitting(world, side).shift(sign * out, y=-sign * 18.0)
-    yield "cable tie", parts.tie(world, side, 1.2).shift(sign * (out - 6), z=-1.7 * lift)
+    yield "dowel", parts.make_dowel(world, side).shift(sign * out, z=1.6 * lift)
+    yield "fitting", parts.make_fitting(world, side).shift(sign * out, y=-sign * 18.0)
+    yield "cable tie", parts.make_tie(world, side, 1.2).shift(sign * (out - 6), z=-1.7 * lift)
 
 
 def _draw_stacking(world: Scene) -> LabelledShot:
@@ -116,30 +116,32 @@ def _draw_stacking(world: Scene) -> LabelledShot:
     begin = lengths.free + lengths.right.clamped - lengths.sheet_length
     length = max(length, min(lengths.sheet_length, side.clamped + begin + 12))
     short = replace(world.sheets[0], length=length, end=0.0)
-    bodies, targets = [parts.cap(world, side)], dict[str, Body | Point]()
+    bodies, targets = [parts.make_cap(world, side)], dict[str, Body | Point]()
     fan = min(1.6, 22 / lengths.count) + lengths.thickness
     layers = _select_layers(lengths.count)
     for place, index in enumerate(layers):
         low = -lengths.stack / 2 + place * fan
         high = low + lengths.thickness
         if index % 2 == 0:
-            bodies.append(parts.slab(short, low, high, parts.LEFT).shift(-side.clamped))
+            bodies.append(parts.make_slab(short, low, high, parts.LEFT).shift(-side.clamped))
             edge = length - side.clamped - 3
             targets["left sheet"] = (edge, -lengths.width / 2, (low + high) / 2)
         else:
-            spacer = parts.slab(world.spacers[0], low, high, parts.SPACER)
+            spacer = parts.make_slab(world.spacers[0], low, high, parts.SPACER)
             bodies.append(spacer.shift(-side.clamped))
             tip = replace(world.sheets[1], holes=(), start=world.sheets[1].end, end=0.0)
             right = replace(tip, length=max(length - side.clamped - begin, 4.0))
-            bodies.append(parts.slab(right, low, high, parts.RIGHT).shift(begin))
+            bodies.append(parts.make_slab(right, low, high, parts.RIGHT).shift(begin))
             level = (low + high) / 2
             targets["spacer"] = (-1.0, -lengths.width / 2, level)
             targets["right sheet"] = (begin + 3, -lengths.width / 2, level)
     top = -lengths.stack / 2 + len(layers) * fan
     rise = top - lengths.stack / 2 + 8
-    bodies.append(parts.plate(world, side).shift(z=rise))
-    bodies += [screw.shift(z=rise + lengths.screw_length) for screw in parts.screws(world, side)]
-    bodies += [nut.shift(x=side.clamped + 4, z=-1) for nut in parts.nuts(world, side)]
+    bodies.append(parts.make_plate(world, side).shift(z=rise))
+    bodies += [
+        screw.shift(z=rise + lengths.screw_length) for screw in parts.make_screws(world, side)
+    ]
+    bodies += [nut.shift(x=side.clamped + 4, z=-1) for nut in parts.make_nuts(world, side)]
     targets["clamp plate"] = bodies[-2 * lengths.screws - 1]
     targets["screw"] = bodies[-lengths.screws - 1]
     targets["nut, slid in from the front"] = bodies[-lengths.screws]
@@ -172,7 +174,7 @@ def _draw_mould(world: Scene) -> LabelledShot:
     roof = 2 * _mould_lift(world) + lengths.mould.half
     (low, sprue), *vents = mould.vent_places(lengths, world.build)
     bolts, keys = mould.bolt_places(lengths)
-    bodies = parts.bolts(world, roof + 12 + 2 * lengths.mould.half)
+    bodies = parts.make_bolts(world, roof + 12 + 2 * lengths.mould.half)
     points = [
         Label("upper half", (0.0, 0.0, roof)),
         Label("core", core),
@@ -190,24 +192,24 @@ def _draw_assembled(world: Scene) -> LabelledShot:
     lengths = world.lengths
     bare: list[Body] = []
     for side in lengths.sides:
-        bare += [parts.cap(world, side), parts.plate(world, side)]
-        bare += [*parts.screws(world, side), *parts.nuts(world, side)]
+        bare += [parts.make_cap(world, side), parts.make_plate(world, side)]
+        bare += [*parts.make_screws(world, side), *parts.make_nuts(world, side)]
     for index in range(lengths.count):
-        bare += parts.layer(world, index)
-    board = parts.jig(world)
+        bare += parts.make_layer(world, index)
+    board = parts.make_jig(world)
     bare += board
     lift = lengths.cap_height + 0.3 * lengths.free + 14
     outer = [
         body
         for side in lengths.sides
         for body in (
-            parts.cap(world, side),
-            parts.dowel(world, side),
-            parts.fitting(world, side),
-            parts.tie(world, side, 0.7 * lengths.wall),
+            parts.make_cap(world, side),
+            parts.make_dowel(world, side),
+            parts.make_fitting(world, side),
+            parts.make_tie(world, side, 0.7 * lengths.wall),
         )
     ]
-    tube = parts.tube(world, lengths.right)
+    tube = parts.make_tube(world, lengths.right)
     end = board[0].corners[:, 0].min(), board[0].corners[:, 1].min(), board[0].corners[:, 2].mean()
     points = [
         Label("jig", (float(end[0]) + 4, float(end[1]), lift + float(end[2]))),
@@ -220,10 +222,10 @@ def _draw_assembled(world: Scene) -> LabelledShot:
         Label("tube", tube),
     ]
     upper = [body.shift(z=lift) for body in bare]
-    return render_bodies([*upper, parts.mounted_sleeve(world), *outer, tube]), points
+    return render_bodies([*upper, parts.make_mounted_sleeve(world), *outer, tube]), points
 
 
-@style.in_style
+@style.use_style
 def add_labels(shot: Shot, points: Sequence[Label], width: float = 8.2) -> style.Figure:
     """Add the names of a picture's parts above and below it, each with a line to its part."""
     rows, columns, _ = shot.pixels.shape

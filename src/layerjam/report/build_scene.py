@@ -52,13 +52,13 @@ def make_scene(build: Build, lengths: Lengths) -> Scene:
     return Scene(build, lengths, both("sheet"), both("spacer"))
 
 
-def body(part: Solid, colour: str) -> Body:
+def make_body(part: Solid, colour: str) -> Body:
     """Return a solid as a body."""
     surface = make_mesh(part)
     return Body(surface.corners, surface.triangles, colour)
 
 
-def slab(outline: Outline, low: float, high: float, colour: str) -> Body:
+def make_slab(outline: Outline, low: float, high: float, colour: str) -> Body:
     """Return a flat part as a body, from z = `low` to `high`."""
     rings = [outline.points(0.05)]
     for hole in outline.holes:
@@ -79,20 +79,20 @@ def _extrude(rings: Sequence[Ring], low: float, high: float, colour: str) -> Bod
     return Body(corners + np.array([0, 0, low]), triangles, colour)
 
 
-def cap(world: Scene, side: Side) -> Body:
+def make_cap(world: Scene, side: Side) -> Body:
     """Return a cap in its mounted position."""
-    part = body(caps.make_cap(world.lengths, world.build, side, "cap"), PRINTED)
+    part = make_body(caps.make_cap(world.lengths, world.build, side, "cap"), PRINTED)
     return _place(world, side, part)
 
 
-def plate(world: Scene, side: Side) -> Body:
+def make_plate(world: Scene, side: Side) -> Body:
     """Return a clamp plate in its mounted position."""
     return _place(
-        world, side, body(caps.make_plate(world.lengths, world.build, side, "plate"), PLATE)
+        world, side, make_body(caps.make_plate(world.lengths, world.build, side, "plate"), PLATE)
     )
 
 
-def screws(world: Scene, side: Side) -> list[Body]:
+def make_screws(world: Scene, side: Side) -> list[Body]:
     """Return the screws of one cap, each a head and a shank."""
     lengths, thread = world.lengths, world.lengths.thread
     seat = lengths.stack / 2 + lengths.floor
@@ -107,11 +107,12 @@ def screws(world: Scene, side: Side) -> list[Body]:
             seat + thread.head_height,
             Ellipse.circle(center, 0.9 * thread.size),
         )
-        bodies.append(_place(world, side, body(make_solid("screw", [shank, head, key]), STEEL)))
+        screw = make_body(make_solid("screw", [shank, head, key]), STEEL)
+        bodies.append(_place(world, side, screw))
     return bodies
 
 
-def nuts(world: Scene, side: Side) -> list[Body]:
+def make_nuts(world: Scene, side: Side) -> list[Body]:
     """Return the nuts of one cap, each inserted from the front."""
     lengths, thread = world.lengths, world.lengths.thread
     top = -lengths.stack / 2 - lengths.floor
@@ -131,62 +132,61 @@ def nuts(world: Scene, side: Side) -> list[Body]:
     return bodies
 
 
-def layer(world: Scene, index: int, shift: float = 0.0) -> tuple[Body, Body]:
+def make_layer(world: Scene, index: int, shift: float = 0.0) -> tuple[Body, Body]:
     """Return the sheet and spacer of a layer, counted from 0 at the bottom, moved up by `shift`."""
     lengths, left = world.lengths, index % 2 == 0
     low = -lengths.stack / 2 + index * lengths.thickness + shift
     high = low + lengths.thickness
-    near_side, far_side = (lengths.left, lengths.right)[:: 1 if left else -1]
+    near, far = (lengths.left, lengths.right)[:: 1 if left else -1]
     number = 0 if left else 1
-    sheet = slab(world.sheets[number], low, high, LEFT if left else RIGHT).shift(-near_side.clamped)
-    spacer = slab(world.spacers[1 - number], low, high, SPACER).shift(-far_side.clamped)
-    return _place(world, near_side, sheet), _place(world, far_side, spacer)
+    sheet = make_slab(world.sheets[number], low, high, LEFT if left else RIGHT).shift(-near.clamped)
+    spacer = make_slab(world.spacers[1 - number], low, high, SPACER).shift(-far.clamped)
+    return _place(world, near, sheet), _place(world, far, spacer)
 
 
-def dowel(world: Scene, side: Side) -> Body:
+def make_dowel(world: Scene, side: Side) -> Body:
     """Return the dowel pin of one cap; it is longer than the head is high."""
     lengths, size = world.lengths, mm(world.build.pin)
     end = side.reach + lengths.port_length + lengths.head / 2
     half = lengths.head_height / 2 + 6
     pin = make_solid("pin", [add("z", -half, half, Ellipse.circle((-end, 0), size))])
-    return _place(world, side, body(pin, STEEL))
+    return _place(world, side, make_body(pin, STEEL))
 
 
-def jig(world: Scene) -> list[Body]:
+def make_jig(world: Scene) -> list[Body]:
     """Return the board below both caps, with its dowels."""
     lengths, build = world.lengths, world.build
     board = jigs.make_jig(lengths.pin_to_pin, caps.pin_hole_diameter(build))
     left = lengths.left.reach + lengths.port_length + lengths.head / 2
     ground = -max(lengths.stack / 2 + lengths.shelf_height, lengths.neck_b) - 0.2
-    bodies = [slab(board, ground - 6, ground, BOARD).shift(-left - board.holes[0].x)]
+    bodies = [make_slab(board, ground - 6, ground, BOARD).shift(-left - board.holes[0].x)]
     for x in (-left, lengths.pin_to_pin - left):
         pin = Ellipse.circle((x, 0), mm(build.pin))
-        bodies.append(
-            body(make_solid("pin", [add("z", ground - 6, lengths.head_height / 2 + 4, pin)]), STEEL)
-        )
+        shank = add("z", ground - 6, lengths.head_height / 2 + 4, pin)
+        bodies.append(make_body(make_solid("pin", [shank]), STEEL))
     return bodies
 
 
-def bolts(world: Scene, z: float) -> list[Body]:
+def make_bolts(world: Scene, z: float) -> list[Body]:
     """Return the mould's bolts in their positions, with heads at z = `z`."""
     size = mm(world.build.mould_bolt)
     bodies = []
     for place in mould.bolt_places(world.lengths)[0]:
         shank = add("z", z - 2 * world.lengths.mould.half, z, Ellipse.circle(place, 0.88 * size))
         head = add("z", z, z + 0.8 * size, Ellipse.circle(place, 1.5 * size))
-        bodies.append(body(make_solid("bolt", [shank, head]), STEEL))
+        bodies.append(make_body(make_solid("bolt", [shank, head]), STEEL))
     return bodies
 
 
-def tube(world: Scene, side: Side) -> Body:
+def make_tube(world: Scene, side: Side) -> Body:
     """Return a piece of tube on a fitting."""
     lengths = world.lengths
     x, face = -(side.reach + lengths.port_length / 2), lengths.head / 2
     ring = add("y", face + 6, face + 24, Ellipse.circle((0, x), max(lengths.port, 2.5)))
-    return _place(world, side, body(make_solid("tube", [ring]), TUBE))
+    return _place(world, side, make_body(make_solid("tube", [ring]), TUBE))
 
 
-def fitting(world: Scene, side: Side) -> Body:
+def make_fitting(world: Scene, side: Side) -> Body:
     """Return a fitting in the port as a plain stub, because its type is the builder's choice."""
     lengths = world.lengths
     x = -(side.reach + lengths.port_length / 2)
@@ -196,10 +196,10 @@ def fitting(world: Scene, side: Side) -> Body:
         add("y", face, face + 3, Ellipse.circle((0, x), size + 2.5)),
         add("y", face + 3, face + 9, Ellipse.circle((0, x), max(size - 1, 1.5))),
     ]
-    return _place(world, side, body(make_solid("fitting", rings), BRASS))
+    return _place(world, side, make_body(make_solid("fitting", rings), BRASS))
 
 
-def tie(world: Scene, side: Side, gap: float = 0.0) -> Body:
+def make_tie(world: Scene, side: Side, gap: float = 0.0) -> Body:
     """Return a cable tie around the neck, `gap` mm above the bottom of the groove."""
     lengths, build = world.lengths, world.build
     depth, wide = mm(build.tie_depth), mm(build.tie_width)
@@ -211,17 +211,17 @@ def tie(world: Scene, side: Side, gap: float = 0.0) -> Body:
         cut("x", *ends, Ellipse((0, 0), a, b)),
         add("x", *ends, Box((-2.4, b + 1.0), (2.4, b + 4.2))),
     ]
-    return _place(world, side, body(make_solid("tie", rings), TIE))
+    return _place(world, side, make_body(make_solid("tie", rings), TIE))
 
 
-def sleeve(world: Scene) -> Body:
+def make_sleeve(world: Scene) -> Body:
     """Return the trimmed, unstretched enclosure in its position."""
     lengths = world.lengths
     middle = (lengths.free + lengths.right.reach - lengths.left.reach) / 2
-    return body(mould.make_sleeve(lengths), SILICONE).shift(middle)
+    return make_body(mould.make_sleeve(lengths), SILICONE).shift(middle)
 
 
-def mounted_sleeve(world: Scene) -> Body:
+def make_mounted_sleeve(world: Scene) -> Body:
     """Return the mounted enclosure: over both trays, tied to both necks, thin where stretched."""
     lengths, build = world.lengths, world.build
     rear, neck = mm(build.back), mm(build.neck_length)
@@ -305,9 +305,9 @@ def make_mould(world: Scene) -> dict[str, Body]:
     """Return both halves of the mould, and the core, in their positions in the closed mould."""
     build, lengths = world.build, world.lengths
     return {
-        "top": body(mould.make_top(lengths, build), PRINTED),
-        "core": body(mould.make_core(lengths), CORE),
-        "bottom": body(mould.make_bottom(lengths, build), PRINTED),
+        "top": make_body(mould.make_top(lengths, build), PRINTED),
+        "core": make_body(mould.make_core(lengths), CORE),
+        "bottom": make_body(mould.make_bottom(lengths, build), PRINTED),
     }
 
 

@@ -42,11 +42,11 @@ class FigureData:
     t: float
 
 
-@style.in_style
+@style.use_style
 def draw_calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.Figure:
     """Draw pulls and law versus elongation, complete and near the peak, and relative residuals."""
     data = _make_figure_data(result)
-    figure, panels = style.canvas(
+    figure, panels = style.make_axes(
         2, 2, 9.6, 5.6, sharex="col", sharey="row", height_ratios=(2.1, 1), width_ratios=(1.25, 1)
     )
     full, zoom, residuals, close = panels
@@ -68,14 +68,14 @@ def draw_calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> s
     peak = max(float(c.pull.peak_elongation) for c in data.curves)
     count = len(data.curves)
     words = f"{file.name}, {count_text(count, 'pull')}" + ", synthetic data" * synthetic
-    style.panel(full, ylabel="force [N]", ylim=(0, highest * 1.15), xlim=(0, None))
-    style.title(full, "Pulls and calibrated law", f"{words}; law dashed")
+    style.label_axes(full, ylabel="force [N]", ylim=(0, highest * 1.15), xlim=(0, None))
+    style.add_title(full, "Pulls and calibrated law", f"{words}; law dashed")
     style.add_end_labels(full, full.get_xlim()[1], ends)
     zoom.set_xlim(0, ZOOM * peak * MM)
     factor = result.values.get("enclosure_factor")
     numbers = f"k = {show(result.stiffness, 'N/m')}, a = {result.scale_factor:.4g}"
     numbers += "" if factor is None else f", enclosure × {factor:.3g}"
-    style.title(zoom, "Near the peak", numbers)
+    style.add_title(zoom, "Near the peak", numbers)
     if result.fit is None:
         _draw_peaks(zoom, result)
     sure = "95 % bands: the law (dark), the next pull (pale)"
@@ -86,7 +86,7 @@ def draw_calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> s
     )
     residuals.set_title(words, fontsize=8.5, fontweight="normal", color=GREY)
     limit = min(max(abs(edge) for edge in residuals.get_ylim()), 30.0)
-    style.panel(residuals, ylabel="pull − law [% of peak]", ylim=(-limit, limit))
+    style.label_axes(residuals, ylabel="pull − law [% of peak]", ylim=(-limit, limit))
     for axes in (residuals, close):
         axes.axhline(0, color=FAINT, lw=1)
         axes.set(xlabel="elongation [mm]")
@@ -152,19 +152,19 @@ def _draw_law(
             wide = data.t * evaluate_law(u, curve.vacuum, shape, covariance, brake)[1]
             part = wide / float(curve.pull.peak_force) * 100
             for axes in panels:
-                style.band(axes, u * MM, law - wide, law + wide, color, strength)
+                style.add_band(axes, u * MM, law - wide, law + wide, color, strength)
             for axes in below:
-                style.band(axes, u * MM, -part, part, color, strength / 2)
+                style.add_band(axes, u * MM, -part, part, color, strength / 2)
     return float(law[-1])
 
 
 def _draw_peaks(axes: style.Axes, result: Calibration) -> None:
     """Draw the fitted peaks of the exact method, and a line whose slope is the stiffness k."""
     for fit in result.fits:
-        style.spot(axes, fit.pull.peak_elongation * MM, fit.pull.peak_force, ms=4)
+        style.add_point(axes, fit.pull.peak_elongation * MM, fit.pull.peak_force, ms=4)
     top = max(fit.pull.peak_force for fit in result.fits)
     axes.plot([0, top / result.stiffness * MM], [0, top], color=ORANGE, lw=1.5)
-    style.key(axes, ("slope k", ORANGE), ("fitted peaks", RED, "o"), loc="lower right")
+    style.add_key(axes, ("slope k", ORANGE), ("fitted peaks", RED, "o"), loc="lower right")
 
 
 def _make_figure_data(result: Calibration) -> FigureData:

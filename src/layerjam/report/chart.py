@@ -100,16 +100,16 @@ def add_comparisons(panes: Sequence[Pane], others: Mapping[str, Sequence[Curve]]
     return result
 
 
-@style.in_style
+@style.use_style
 def draw_panes(panes: Sequence[Pane]) -> style.Figure:
     """Draw the panes as a figure."""
     count = len(panes)
     if is_stacked(panes):
         shares = [pane.share for pane in panes]
-        figure, places = style.canvas(1, count, 7.4, 5.0, sharex=True, height_ratios=shares)
+        figure, places = style.make_axes(1, count, 7.4, 5.0, sharex=True, height_ratios=shares)
     else:
         width, height = (6.4, 3.9) if count == 1 else (0.6 + 3.6 * count, 3.5)
-        figure, places = style.canvas(count, 1, width, height)
+        figure, places = style.make_axes(count, 1, width, height)
     for axes, pane in zip(places, panes, strict=True):
         draw_pane(axes, pane, below=is_stacked(panes) and pane is not panes[-1])
     return figure
@@ -121,7 +121,7 @@ def draw_pane(axes: style.Axes, pane: Pane, below: bool = False) -> None:
     for start, end, color in pane.spans:
         axes.axvspan(start, end, color=color, alpha=0.12, lw=0)
     for low, high in pane.bands:
-        style.band(axes, high.x, low.y, high.y, high.color)
+        style.add_band(axes, high.x, low.y, high.y, high.color)
     for place, curve in enumerate(pane.lines):
         dash: Any = {"dashed": style.DASHED, "dotted": style.DOTTED}.get(curve.dash, "-")
         width, above = POINTS_PER_PIXEL * curve.width, 2.0 + (not place)
@@ -129,11 +129,11 @@ def draw_pane(axes: style.Axes, pane: Pane, below: bool = False) -> None:
         axes.plot(curve.x, curve.y, color=curve.color, ls=dash, lw=width, zorder=above, **dots)
     axes.set(xlim=pane.x_range, ylim=pane.y_range)
     for x, y, words, color in pane.marks:
-        style.spot(axes, x, y, words, color)
+        style.add_point(axes, x, y, words, color)
     ends: dict[float, list[tuple[float, str, str]]] = {}
     for curve in pane.lines:
         if curve.name and curve.labelled:
             ends.setdefault(curve.end[0], []).append((curve.end[1], curve.name, curve.color))
     for x, names in ends.items():
         style.add_end_labels(axes, x, names)
-    style.panel(axes, pane.headline, pane.detail)
+    style.label_axes(axes, pane.headline, pane.detail)

@@ -71,20 +71,22 @@ def draw_run(
     return draw_panes(bench_panes(time, vacuum, target, headline="Bench vacuum", detail=detail))
 
 
-@style.in_style
-def draw_following(run: Following, sweep: Bode | None) -> style.Figure:
+@style.use_style
+def draw_tracking(run: Following, sweep: Bode | None) -> style.Figure:
     """Draw force and target, and the response to a sinusoidal target."""
-    figure, (force, *size) = style.canvas(columns=1 + (sweep is not None), width=10.4, height=4.2)
+    figure, (force, *size) = style.make_axes(
+        columns=1 + (sweep is not None), width=10.4, height=4.2
+    )
     detail = f"error {show(run.rms, 'N', 3)} RMS; the brake slips from "
     detail += f"{show(float(run.slip[0]), 'm', 3)} to {show(float(run.slip[-1]), 'm', 3)}"
     draw_profile(force, run, 1.3 * float(max(run.wanted.max(), run.force.max())))
-    style.title(force, "A force that follows a profile", detail)
+    style.add_title(force, "A force that follows a profile", detail)
     if sweep is not None:
         wide = (
             "above the tested range" if sweep.bandwidth is None else show(sweep.bandwidth, "Hz", 3)
         )
         draw_frequency_response(size[0], [(sweep, INK, "")], turn=(-180, 45))
-        style.title(size[0], "Frequency response", f"down to 71 % at {wide}; phase dashed")
+        style.add_title(size[0], "Frequency response", f"down to 71 % at {wide}; phase dashed")
     return figure
 
 
@@ -98,7 +100,7 @@ def draw_profile(axes: style.Axes, run: Following, top: float) -> None:
     names = [("target", GREEN), ("actual", INK)]
     names += [("cannot be followed", RED)] if gaps.mean() > 0.005 else []
     axes.set(xlim=(0, float(run.time[-1])), ylim=(0, top), xlabel="time [s]", ylabel="force [N]")
-    style.key(axes, *names, loc="upper left", ncols=3)
+    style.add_key(axes, *names, loc="upper left", ncols=3)
 
 
 def draw_frequency_response(
@@ -111,11 +113,11 @@ def draw_frequency_response(
         phase.plot(sweep.frequency, sweep.phase, color=color, lw=1.0, ls=style.DASHED)
     style.set_log_scale(axes)
     axes.set(ylim=(0, 1.25), xlabel="frequency [Hz]", ylabel="force / required force [-]")
-    style.level(axes, 2**-0.5, "71 %", GREY)
+    style.mark_y(axes, 2**-0.5, "71 %", GREY)
     phase.set(ylabel="phase, dashed [degrees]", ylim=turn)
     phase.grid(visible=False)
     if any(name for *_, name in sweeps):
-        style.key(axes, *((name, color) for _, color, name in sweeps), loc="lower left")
+        style.add_key(axes, *((name, color) for _, color, name in sweeps), loc="lower left")
 
 
 STEPS = 25
@@ -132,13 +134,13 @@ def energy_sd(case: Arrival) -> float:
     return float(np.sqrt(np.expm1(mass + 4 * speed)))
 
 
-@style.in_style
+@style.use_style
 def draw_plan(plan: Plan) -> style.Figure:
     """Draw the vacuum reached in the warning time, the peak, and the probability of failure.
 
     The peak is the expected one; a stop fails if the travel is used up.
     """
-    figure, (rises, peaks, chances) = style.canvas(columns=3, width=12.4, height=3.9)
+    figure, (rises, peaks, chances) = style.make_axes(columns=3, width=12.4, height=3.9)
     _draw_rise(rises, plan)
     _draw_failure_probability(peaks, chances, plan)
     return figure
@@ -151,7 +153,7 @@ def _draw_rise(axes: style.Axes, plan: Plan) -> None:
     top = max(float(vacuum.max()), 0.0 if limit is None else limit * KPA, 1.0)
     axes.set(xlim=(0, end * 1.02), ylim=(0, top * 1.22))
     axes.set(xlabel="time since the warning [s]", ylabel="vacuum [kPa]")
-    style.spot(axes, time[-1], vacuum[-1], color=BLUE, clip_on=False)
+    style.add_point(axes, time[-1], vacuum[-1], color=BLUE, clip_on=False)
     words = [(f"{show(plan.reached, 'Pa', 3)} reached in time", BLUE)]
     headline, detail = (
         "Vacuum available in time",
@@ -165,8 +167,8 @@ def _draw_rise(axes: style.Axes, plan: Plan) -> None:
         headline = f"{'Enough' if enough else 'Too little'} vacuum in time"
         detail = f"{show(case.mass, 'kg')} at {show(case.speed, 'm/s')}, to stop within "
         detail += f"a slip of {show(case.travel, 'm')}"
-    style.key(axes, *words, loc="lower right")
-    style.title(axes, headline, detail)
+    style.add_key(axes, *words, loc="lower right")
+    style.add_title(axes, headline, detail)
 
 
 def _draw_failure_probability(peaks: style.Axes, chances: style.Axes, plan: Plan) -> None:
@@ -200,7 +202,9 @@ def _draw_failure_probability(peaks: style.Axes, chances: style.Axes, plan: Plan
     for axes in (peaks, chances):
         axes.set(xlim=(0, x[-1]), xlabel=f"SD of the energy{from_speed} [%]")
         if given:
-            style.upright(axes, energy_sd(plan.case) * 100, "as specified", share=0.03)
-        style.key(axes, loc="upper left")
-    style.title(peaks, "Deceleration of the mass", "expected peak of the stops that succeed")
-    style.title(chances, "Risk of insufficient travel", f"slip beyond the brake's travel, {usable}")
+            style.mark_x(axes, energy_sd(plan.case) * 100, "as specified", share=0.03)
+        style.add_key(axes, loc="upper left")
+    style.add_title(peaks, "Deceleration of the mass", "expected peak of the stops that succeed")
+    style.add_title(
+        chances, "Risk of insufficient travel", f"slip beyond the brake's travel, {usable}"
+    )

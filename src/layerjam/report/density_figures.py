@@ -20,7 +20,7 @@ G = 1e3
 """Grams per kilogram."""
 
 
-@style.in_style
+@style.use_style
 def draw_density(
     rows: Sequence[dict[str, Any]],
     lines: "Sequence[SheetLine]",
@@ -31,7 +31,7 @@ def draw_density(
     first = lines[0]
     x = np.array([r["mass"] for r in rows] + list(first.masses)) * G
     y = np.array([r["max_force"] for r in rows] + list(first.forces))
-    figure, (axes,) = style.canvas(width=8.6, height=5.8)
+    figure, (axes,) = style.make_axes(width=8.6, height=5.8)
     axes.set(xscale="log", yscale="log", xlabel="mass [g]", ylabel="maximum force [N]")
     axes.set(xlim=(x.min() / 4, x.max() * 3.5), ylim=(y.min() / 2.5, y.max() * 3))
     axes.grid(visible=False)
@@ -49,7 +49,9 @@ def draw_density(
     detail = f"one more sheet in {sheet['brake']} at {show(sheet['vacuum'], 'Pa', 4)}: "
     detail += f"{forces[0]} and {masses[0]} (the paper: {forces[1]}, {masses[1]})"
     vacuum = show(first.vacuum, "Pa", 4)
-    style.title(axes, f"Force versus mass; our brakes computed at {vacuum} unless stated", detail)
+    style.add_title(
+        axes, f"Force versus mass; our brakes computed at {vacuum} unless stated", detail
+    )
     return figure
 
 
@@ -64,7 +66,6 @@ def draw_fig12() -> style.Figure:
 
 
 def _draw_equal_density(axes: style.Axes) -> None:
-    """Draw straight lines of constant force per unit mass, labelled at the edge of the picture."""
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     for power in range(-1, 7):
         per_gram = 10.0**power / G
@@ -74,7 +75,7 @@ def _draw_equal_density(axes: style.Axes) -> None:
         end = min(right, high / per_gram)
         name = f"{10.0**power:g} N/kg" if power < 3 else f"{10.0 ** (power - 3):g} kN/kg"
         align = {"fontsize": 8, "ha": "right", "va": "top", "zorder": 2}
-        style.label(axes, end / 1.08, end * per_gram / 1.08, name, GREY, **align)
+        style.add_label(axes, end / 1.08, end * per_gram / 1.08, name, GREY, **align)
 
 
 def _draw_our_brakes(axes: style.Axes, ours: Sequence[dict[str, Any]], line: "SheetLine") -> None:
@@ -82,14 +83,14 @@ def _draw_our_brakes(axes: style.Axes, ours: Sequence[dict[str, Any]], line: "Sh
     axes.plot(masses, line.forces, color=BLUE, lw=1.4, ls=style.DASHED, zorder=3)
     axes.plot(masses[1:], line.forces[1:], ".", color=BLUE, ms=5, zorder=3)
     for count, m, f in list(zip(line.sheets, masses, line.forces, strict=True))[1:]:
-        style.label(axes, m / 1.1, f * 1.05, f"{count} sheets", BLUE, ha="right", fontsize=8)
+        style.add_label(axes, m / 1.1, f * 1.05, f"{count} sheets", BLUE, ha="right", fontsize=8)
     for row in ours:
         m, f, is_array = row["mass"] * G, row["max_force"], row["brakes"] > 1
         shape, size = ("*", 10) if is_array else ("o", 6)
         axes.plot(m, f, shape, color=BLUE, mfc="white" if row["note"] else BLUE, ms=size, zorder=4)
         if is_array:
             words = f"array of {row['brakes']} brakes"
-            style.label(axes, m * 1.13, f / 1.06, words, BLUE, fontsize=8)
+            style.add_label(axes, m * 1.13, f / 1.06, words, BLUE, fontsize=8)
     _draw_names(axes, [r for r in ours if r["brakes"] == 1])
 
 
@@ -101,7 +102,7 @@ def _draw_names(axes: style.Axes, single: Sequence[dict[str, Any]]) -> None:
         height = max(row["max_force"] / 1.1, height * 1.3)
         words = row["name"] + (", friction not measured" if row["note"] else "")
         point = row["mass"] * G, row["max_force"]
-        style.point_to(axes, words, point, (column, height), BLUE, fontsize=8, zorder=3)
+        style.add_callout(axes, words, point, (column, height), BLUE, fontsize=8, zorder=3)
 
 
 def _draw_other_devices(axes: style.Axes, theirs: Sequence[dict[str, Any]]) -> None:

@@ -58,7 +58,7 @@ def worse_direction(answer: Any, name: str) -> float:
     return 1.0 if goals.get(name, True) else -1.0
 
 
-@style.in_style
+@style.use_style
 def draw_front(answer: Any) -> style.Figure:
     """Draw the designs that no other design beats in both objectives, with the chosen one.
 
@@ -68,7 +68,7 @@ def draw_front(answer: Any) -> style.Figure:
     is drawn versus mass.
     """
     spec, names = answer.record.spec, find_front_axes(answer)
-    figure, (axes,) = style.canvas(width=7.4, height=4.8)
+    figure, (axes,) = style.make_axes(width=7.4, height=4.8)
     scales = [choose_scale(answer, n) for n in names]
 
     def point(design: Any) -> tuple[float, ...]:
@@ -90,7 +90,7 @@ def draw_front(answer: Any) -> style.Figure:
     if len(answer.front) < answer.front_size:
         detail += f"; {len(answer.front)} of {answer.front_size} on the front are drawn"
     goals = " and ".join(str(o) for o in spec.objectives)
-    style.title(axes, f"{answer.name}: {goals}", detail)
+    style.add_title(axes, f"{answer.name}: {goals}", detail)
     return figure
 
 
@@ -109,7 +109,7 @@ def _draw_labels(
         places.append((x_text, height))
         side = {"ha": "left" if aside > 0 else "right", "textcoords": "axes fraction"}
         foot = {"relpos": (0.0 if aside > 0 else 1.0, 0.5)}
-        style.point_to(axes, word, (x, y), (x_text, height), color, line=foot, **side)
+        style.add_callout(axes, word, (x, y), (x_text, height), color, line=foot, **side)
 
 
 def choose_scale(answer: Any, name: str) -> tuple[float, str]:

@@ -55,11 +55,11 @@ def _make_shape(brake: Brake) -> _Shape:
     )
 
 
-@style.in_style
+@style.use_style
 def draw_device(file: BrakeFile) -> style.Figure:
     """Draw the brake at rest and at its usable travel, from the side and in cross-section."""
     brake, shape = file.brake, _make_shape(file.brake)
-    figure, axes = style.canvas(2, 2, 8.6, 5.0, width_ratios=(4.4, 1))
+    figure, axes = style.make_axes(2, 2, 8.6, 5.0, width_ratios=(4.4, 1))
     loose, loose_end, pull, pull_end = axes
     for pane in axes:
         style.hide_axes(pane)
@@ -72,9 +72,9 @@ def draw_device(file: BrakeFile) -> style.Figure:
     _label_travel(pull, shape, brake)
     _draw_end_view(loose_end, brake, shape, LOOSE)
     _draw_end_view(pull_end, brake, shape, JAMMED)
-    style.title(loose, "Full of air: the sheets slide freely")
-    style.title(pull, "Evacuated: the sheets press together, and friction resists")
-    style.title(loose_end, "Across")
+    style.add_title(loose, "Full of air: the sheets slide freely")
+    style.add_title(pull, "Evacuated: the sheets press together, and friction resists")
+    style.add_title(loose_end, "Across")
     figure.suptitle(
         f"{file.name}: lengths to scale, thicknesses not to scale",
         x=0.01,
@@ -124,7 +124,7 @@ def _add_size(axes: style.Axes, start: float, stop: float, y: float, text: str, 
         axes.plot((x, x), (y - 0.7, y + 0.7), color=INK, lw=0.6)
     ha = how.get("ha", "center")
     x = {"left": start, "right": stop}.get(ha, (start + stop) / 2)
-    style.label(axes, x, y - 0.9, text, ha=ha, va="top")
+    style.add_label(axes, x, y - 0.9, text, ha=ha, va="top")
 
 
 def _label_rest(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
@@ -139,8 +139,8 @@ def _label_rest(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
     _add_size(
         axes, edge, shape.length, lower, right, ha="left" if shape.right < narrow else "center"
     )
-    style.label(axes, -shape.cap / 2, high + 1.4, "cap", ha="center")
-    style.label(
+    style.add_label(axes, -shape.cap / 2, high + 1.4, "cap", ha="center")
+    style.add_label(
         axes,
         shape.left + shape.overlap / 2,
         high + 1.4,
@@ -149,7 +149,7 @@ def _label_rest(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
         color=GREY,
     )
     note = "" if sheets.count <= DRAWN else f", {DRAWN} of them drawn"
-    style.label(
+    style.add_label(
         axes,
         shape.length + shape.cap + 0.02 * shape.length,
         1.2,
@@ -157,8 +157,8 @@ def _label_rest(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
         ha="left",
     )
     place = (shape.length + shape.cap + 0.02 * shape.length, -2.4)
-    style.label(axes, *place, "held left", ha="left", color=BLUE)
-    style.label(axes, place[0], place[1] - 2.2, "held right", ha="left", color=ORANGE)
+    style.add_label(axes, *place, "held left", ha="left", color=BLUE)
+    style.add_label(axes, place[0], place[1] - 2.2, "held right", ha="left", color=ORANGE)
 
 
 def _label_travel(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
@@ -182,12 +182,12 @@ def _label_travel(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
             tip, tail = side * (low + 0.1), side * (low + 2.6)
             if side > 0 or not start - 2 < x < edge + 2:
                 axes.annotate("", (x, tip), (x, tail), arrowprops=push)
-    style.label(axes, 0.3 * end, low + 3.6, "vacuum $P$ presses", ha="center", color=RED)
+    style.add_label(axes, 0.3 * end, low + 3.6, "vacuum $P$ presses", ha="center", color=RED)
     pull = {"arrowstyle": "-|>", "color": INK, "lw": 2.2, "mutation_scale": 14}
     reach = 0.6 * shape.room
     for root, sign in ((-shape.cap, -1), (end + shape.cap, 1)):
         axes.annotate("", (root + sign * reach, 0), (root, 0), arrowprops=pull)
-        style.label(axes, root + sign * reach / 2, 2.2, "force $F$", ha="center")
+        style.add_label(axes, root + sign * reach / 2, 2.2, "force $F$", ha="center")
 
 
 def _draw_end_view(axes: style.Axes, brake: Brake, shape: _Shape, pitch: float) -> None:

@@ -26,11 +26,11 @@ def _draw_rise_bars(axes: style.Axes, line: Line, target: float, water: bool = F
     for y, (change, time) in enumerate(rows):
         color = INK if change == "as it is" else GREEN
         axes.plot([0, time], [y, y], color=color, lw=1.2)
-        style.spot(axes, time, y, color=color, ms=5)
-        style.label(axes, time + 0.03 * longest, y, show(time, "s", 3), color)
+        style.add_point(axes, time, y, color=color, ms=5)
+        style.add_label(axes, time + 0.03 * longest, y, show(time, "s", 3), color)
     if not rows:
         middle: dict[str, Any] = {"transform": axes.transAxes, "ha": "center"}
-        style.label(axes, 0.5, 0.5, "none of these reaches the target", GREY, **middle)
+        style.add_label(axes, 0.5, 0.5, "none of these reaches the target", GREY, **middle)
     axes.set_yticks(range(len(rows)), [change for change, _ in rows])
     axes.set(xlim=(0, 1.3 * longest), ylim=(-0.6, max(len(rows), 1) - 0.4))
     axes.grid(axis="y", visible=False)
@@ -38,13 +38,14 @@ def _draw_rise_bars(axes: style.Axes, line: Line, target: float, water: bool = F
     if line.reservoir is None and not water:
         pressure = max(STORED, forms.final_pressure(line))
         detail = f"reservoir at {pressure * KPA:.3g} kPa absolute, its valve 0.2 L/(s bar)"
-    style.panel(axes, "Ways to shorten the rise time", detail, xlabel="rise time (10 to 90 %) [s]")
+    style.label_axes(
+        axes, "Ways to shorten the rise time", detail, xlabel="rise time (10 to 90 %) [s]"
+    )
 
 
 def _draw_rise_levels(axes: style.Axes, target: float) -> None:
-    """Draw the two vacuums between which the rise time is measured."""
     for part in (0.1, 0.9):
-        style.level(axes, part * target * KPA, f"{100 * part:.0f} %", GREY, 0.99, part > 0.5)
+        style.mark_y(axes, part * target * KPA, f"{100 * part:.0f} %", GREY, 0.99, part > 0.5)
     axes.set(xlabel="time [s]", ylabel="vacuum [kPa]")
 
 
@@ -76,22 +77,22 @@ def make_rise_pane(
     ]
 
 
-@style.in_style
-def rise_figure(pane: Pane, line: Line, target: float, water: bool) -> style.Figure:
+@style.use_style
+def draw_rise(pane: Pane, line: Line, target: float, water: bool) -> style.Figure:
     """Draw vacuum versus time up to a target [Pa], and the rise times of faster lines."""
-    figure, (steps, bars) = style.canvas(columns=2, width=9.6, height=3.9)
+    figure, (steps, bars) = style.make_axes(columns=2, width=9.6, height=3.9)
     draw_pane(steps, pane)
     _draw_rise_bars(bars, line, target, water)
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_fig5() -> style.Figure:
     """Draw vacuum versus time in air and in water, and the rise times of faster lines."""
     line = load_line("choi2018").line
     response = respond(line, 8.0)
     flow = forms.total_pump_flow(line) / (line.chamber.compliance or np.nan)
-    figure, (steps, bars) = style.canvas(columns=2, width=9.6, height=3.9)
+    figure, (steps, bars) = style.make_axes(columns=2, width=9.6, height=3.9)
     for name, vacuum, color, paper_time in (
         ("air", response.vacuum, INK, 3.9),
         ("water", flow * response.time, BLUE, 1.5),
@@ -101,7 +102,7 @@ def draw_fig5() -> style.Figure:
         steps.plot(response.time, np.minimum(vacuum, FULL) * KPA, color=color, label=words)
     steps.set(xlim=(0, 8), ylim=(0, 100))
     _draw_rise_levels(steps, FULL)
-    style.key(steps, loc="center right")
-    style.title(steps, "Fig. 5: rise to 94.5 kPa", "7.50 mL and 0.0661 mL/kPa inferred from it")
+    style.add_key(steps, loc="center right")
+    style.add_title(steps, "Fig. 5: rise to 94.5 kPa", "7.50 mL and 0.0661 mL/kPa inferred from it")
     _draw_rise_bars(bars, line, FULL)
     return figure

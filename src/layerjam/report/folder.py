@@ -32,7 +32,6 @@ def check_folder(out: Path, overwrite: bool, names: Sequence[str] = NAMES) -> No
 
 
 def _find_nearest_folder(out: Path) -> Path:
-    """Return the folder itself, or its nearest parent that exists."""
     for folder in (out.absolute(), *out.absolute().parents):
         if folder.is_dir():
             return folder

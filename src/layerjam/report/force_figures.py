@@ -59,10 +59,10 @@ def bounds_panes(record: StickSlipRecord) -> list[Pane]:
     return [Pane(curves, "elongation [mm]", "force [N]", *ends, headline=title, detail=words)]
 
 
-@style.in_style
+@style.use_style
 def draw_stick_slip(record: StickSlipRecord, pane: Pane) -> style.Figure:
     """Draw force versus elongation with the stick–slip bounds, and the last slip enlarged."""
-    figure, (full, zoom) = style.canvas(columns=2, width=10.4, height=3.8, width_ratios=(1.7, 1))
+    figure, (full, zoom) = style.make_axes(columns=2, width=10.4, height=3.8, width_ratios=(1.7, 1))
     draw_pane(full, pane)
     _draw_last_slip(zoom, record)
     return figure
@@ -92,17 +92,17 @@ def _draw_last_slip(axes: style.Axes, record: StickSlipRecord) -> None:
     twin.set_ylabel("sheet speed [m/s]", color=style.text_ink(ORANGE))
     twin.set_ylim(0, max(float(pace.max()) * 1.3, 1e-9))
     twin.grid(False)
-    style.key(axes, ("force", BLUE), ("speed", ORANGE), loc="upper left", ncols=2)
-    style.title(axes, headline, detail)
+    style.add_key(axes, ("force", BLUE), ("speed", ORANGE), loc="upper left", ncols=2)
+    style.add_title(axes, headline, detail)
 
 
-@style.in_style
+@style.use_style
 def draw_bend(
     file: BrakeFile, vacuum: float, angle: float, slip: float, radius: float | None
 ) -> style.Figure:
     """Draw moment versus angle, jammed and free, and the sheets' friction versus joint angle."""
     columns = 1 if radius is None else 2
-    figure, (turn, *pull) = style.canvas(columns=columns, width=5.6 * columns, height=3.9)
+    figure, (turn, *pull) = style.make_axes(columns=columns, width=5.6 * columns, height=3.9)
     _draw_moment(turn, file, vacuum, angle, slip)
     if radius is not None:
         _draw_sheet_friction(pull[0], file, vacuum, angle, slip, radius)
@@ -125,10 +125,10 @@ def _draw_moment(
     axes.set(xlim=(0, float(degrees[-1])), ylim=(0, top))
     euler = float(buckling_moment(slip, brake)) * milli
     if euler < 0.9 * top:
-        style.level(axes, euler, "sheets buckle", share=0.98)
+        style.mark_y(axes, euler, "sheets buckle", share=0.98)
     names = (("jammed", BLUE), ("without vacuum", INK), ("all interfaces slip", GREY))
-    style.key(axes, *names, loc="upper left", ncols=2)
-    style.title(axes, f"{file.name}, bent", f"computed; {show(vacuum, 'Pa')}")
+    style.add_key(axes, *names, loc="upper left", ncols=2)
+    style.add_title(axes, f"{file.name}, bent", f"computed; {show(vacuum, 'Pa')}")
 
 
 def _draw_sheet_friction(
@@ -155,6 +155,6 @@ def _draw_sheet_friction(
     axes.set(xlabel="joint angle [°]", ylabel="sheet friction [N]")
     axes.set(xlim=(0, float(degrees[-1])), ylim=(0, float(friction.max()) * 1.3 or 1.0))
     force = float(np.interp(limit, angle, friction))
-    style.spot(axes, float(np.degrees(limit)), force, show(force, "N"), RED)
-    style.key(axes, ("jammed", BLUE), ("without vacuum", INK), loc="upper left", ncols=2)
-    style.title(axes, "Pulled over a joint", f"radius {show(radius, 'm')}")
+    style.add_point(axes, float(np.degrees(limit)), force, show(force, "N"), RED)
+    style.add_key(axes, ("jammed", BLUE), ("without vacuum", INK), loc="upper left", ncols=2)
+    style.add_title(axes, "Pulled over a joint", f"radius {show(radius, 'm')}")

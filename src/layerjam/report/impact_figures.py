@@ -65,7 +65,7 @@ def _make_work_pane(curves: list[Curve], high: Ends) -> Pane:
     return Pane(curves, place, FORCE, y_range=high, bands=[ground], headline="Work")
 
 
-def bare_panes(record: BareDrop) -> list[Pane]:
+def rope_panes(record: BareDrop) -> list[Pane]:
     """Draw the rope's force versus time and versus displacement, for a mass without a brake."""
     taut = record.time >= 0
     time, force = record.time[taut] * MS, record.force[taut]
@@ -79,7 +79,7 @@ def bare_panes(record: BareDrop) -> list[Pane]:
     ]
 
 
-@style.in_style
+@style.use_style
 def draw_fig11() -> style.Figure:
     """Draw peak acceleration versus impact speed: no brake, full vacuum, tuned vacuum."""
     brake = load("choi2018-kapton").brake
@@ -94,7 +94,7 @@ def draw_fig11() -> style.Figure:
     is_tuned = np.isfinite(vacuum) & (vacuum <= full)
     soft = np.asarray(peak(np.where(is_tuned, vacuum, full), 0.06, brake).force) / g
     floor = 1 + speed**2 / (2 * g * (SLIP + soft * g / spring))
-    figure, (axes,) = style.canvas(width=7.6, height=4.8)
+    figure, (axes,) = style.make_axes(width=7.6, height=4.8)
     axes.plot(speed, bare, color=INK, label="no brake")
     axes.plot(speed[~out], hard[~out], color=BLUE, label="full vacuum, 94.5 kPa")
     axes.plot(speed[out], hard[out], color=BLUE, ls=style.DOTTED, label="out of travel")
@@ -104,9 +104,11 @@ def draw_fig11() -> style.Figure:
     axes.plot([0.5, 2.5], [2, 2], color=RED, lw=3)
     axes.set(xlabel="speed at impact [m/s]", ylabel="peak acceleration [g]")
     axes.set(xlim=(0, 3.8), ylim=(0, 54))
-    style.spot(axes, 3.7, 50, "paper: 50 g", shape="^")
-    style.spot(axes, 3.7, 10, "paper: about a fifth", shape="s")
-    style.label(axes, 0.5, 3.9, "paper: under 2 g", RED)
-    style.key(axes, loc="upper left")
-    style.title(axes, "Fig. 11 from the model", "1 kg on the inferred rope; paper values in red")
+    style.add_point(axes, 3.7, 50, "paper: 50 g", shape="^")
+    style.add_point(axes, 3.7, 10, "paper: about a fifth", shape="s")
+    style.add_label(axes, 0.5, 3.9, "paper: under 2 g", RED)
+    style.add_key(axes, loc="upper left")
+    style.add_title(
+        axes, "Fig. 11 from the model", "1 kg on the inferred rope; paper values in red"
+    )
     return figure

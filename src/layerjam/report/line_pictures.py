@@ -48,33 +48,33 @@ def make_regulator(kind: str, safe_state: str = "release") -> Regulator:
     return Regulator(plant=plant, sensor=SENSOR, kind=kind, safe_state=safe_state, tuned_at=HELD)
 
 
-@style.in_style
+@style.use_style
 def draw_regulators() -> style.Figure:
     """Draw three controllers near their target, and one of them with a pump that fails."""
-    figure, (zoom, fault) = style.canvas(columns=2, width=9.6, height=3.9)
+    figure, (zoom, fault) = style.make_axes(columns=2, width=9.6, height=3.9)
     for kind, color in zip(KINDS, (BLUE, ORANGE, INK), strict=True):
         run = simulate_run(make_regulator(kind), [(25.0, HELD)])
         words = f"{kind}: {run.pump_switches} switchings"
         zoom.plot(run.time, run.vacuum * KPA, color=color, lw=1.3, label=words)
     zoom.axhline(HELD * KPA, color=GREEN, lw=1.0, ls=style.DASHED, label="target")
     zoom.set(xlim=(3, 25), ylim=(78.8, 81.4), xlabel="time [s]", ylabel="vacuum [kPa]")
-    style.key(zoom, loc="upper right")
+    style.add_key(zoom, loc="upper right")
     detail = "true vacuum; in the legend: total pump switchings"
-    style.title(zoom, "Three regulators hold 80 kPa", detail)
+    style.add_title(zoom, "Three regulators hold 80 kPa", detail)
     fault.set(xlim=(0, 6), ylim=(0, 80), xlabel="time [s]", ylabel="vacuum [kPa]")
     for state, color in (("release", RED), ("hold", BLUE)):
         dead = FaultInjection(at=1.5, pump=0.0)
         run = simulate_run(make_regulator("pi", state), [(6.0, HELD)], injected=dead)
         fault.plot(run.time, run.vacuum * KPA, color=color, lw=1.6, label=f"safe state {state}")
     late = run.fault_time - 1.5
-    style.upright(fault, 1.5, f"the pump fails; {run.outcome}\nis reported {late:.2f} s later", INK)
-    style.key(fault, loc="right")
+    style.mark_x(fault, 1.5, f"the pump fails; {run.outcome}\nis reported {late:.2f} s later", INK)
+    style.add_key(fault, loc="right")
     detail = "the pump delivers nothing from 1.5 s on"
-    style.title(fault, "A fault ends in the safe state that you declared", detail)
+    style.add_title(fault, "A fault ends in the safe state that you declared", detail)
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_forces() -> style.Figure:
     """Draw forces that follow a profile, steps and sines, and mark where they cannot follow.
 
@@ -87,16 +87,16 @@ def draw_forces() -> style.Figure:
     slip = 10 / MM + 0.5 / MM * time
     waves = rehabilitation(time, low=LOW, high=HIGH, period=PERIOD)
     square = np.where((time / PERIOD) % 1 < 0.5, HIGH, LOW)
-    figure, (smooth, steps, sine) = style.canvas(columns=3, width=13.4, height=3.9)
+    figure, (smooth, steps, sine) = style.make_axes(columns=3, width=13.4, height=3.9)
     runs = [follow(loop, brake, f, slip, brake=true, slip_noise=0.1 / MM) for f in (waves, square)]
     for axes, run in zip((smooth, steps), runs, strict=True):
         draw_profile(axes, run, 150)
     error = f"RMS error {runs[0].rms:.1f} N, including 3 % model error"
-    style.title(smooth, "A profile", error)
+    style.add_title(smooth, "A profile", error)
     force, swing = runs[1].force, HIGH - LOW
     up = time[(time >= PERIOD) & (force > LOW + 0.9 * swing)][0] - PERIOD
     down = time[(time > 8) & (force < LOW + 0.1 * swing)][0] - PERIOD / 2
-    style.title(steps, "Steps", f"90 % rise takes {up:.1f} s, 90 % fall {down:.1f} s")
+    style.add_title(steps, "Steps", f"90 % rise takes {up:.1f} s, 90 % fall {down:.1f} s")
     fast = np.geomspace(0.02, 4.0, 12).tolist()
     sweeps = []
     for size, color in ((5.0, BLUE), (30.0, ORANGE)):
@@ -105,7 +105,7 @@ def draw_forces() -> style.Figure:
         )
         sweeps.append((sweep, color, f"±{size:g} N"))
     draw_frequency_response(sine, sweeps, turn=(-270, 45))
-    style.title(sine, "Sine waves about 60 N", "larger swings are limited by pump and valve")
+    style.add_title(sine, "Sine waves about 60 N", "larger swings are limited by pump and valve")
     return figure
 
 
@@ -116,7 +116,7 @@ def draw_warned_plan() -> style.Figure:
     return draw_plan(plan_stop(brake, load_line("choi2018").line, case))
 
 
-@style.in_style
+@style.use_style
 def draw_coupling(starts: Sequence[float] = STARTS) -> style.Figure:
     """Draw the effect of the stretching enclosure: vacuum gained and slip saved.
 
@@ -124,7 +124,7 @@ def draw_coupling(starts: Sequence[float] = STARTS) -> style.Figure:
     """
     line, brake = load_line("choi2018").line, load("choi2018-kapton")
     start_kpa = np.array(starts) * KPA
-    figure, (gain, slip) = style.canvas(columns=2, width=9.6, height=3.7)
+    figure, (gain, slip) = style.make_axes(columns=2, width=9.6, height=3.7)
     for area, color in ((10e-6, BLUE), (WIDER, RED)):
         shut = replace(line, chamber=replace(line.chamber, volume_per_slip=area))
         runs = [coupled_drop(brake, shut, mass=1.0, speed=2.0, start=p) for p in starts]
@@ -140,8 +140,10 @@ def draw_coupling(starts: Sequence[float] = STARTS) -> style.Figure:
     ):
         axes.set(xlim=(18, 100), xlabel="vacuum at first contact [kPa]", ylabel=label)
         axes.set_ylim(bottom=0)
-        style.key(axes)
+        style.add_key(axes)
     detail = "volume gained per unit slip: two assumed values"
-    style.title(gain, "A widening enclosure expands its gas", detail)
-    style.title(slip, "The effect matters at partial vacuum", "1 kg at 2 m/s, the line shut off")
+    style.add_title(gain, "A widening enclosure expands its gas", detail)
+    style.add_title(
+        slip, "The effect matters at partial vacuum", "1 kg at 2 m/s, the line shut off"
+    )
     return figure

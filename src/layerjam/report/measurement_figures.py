@@ -22,7 +22,7 @@ MPA = 1e-6
 SpecimenResult = tuple[Specimen, Moduli, Mapping[str, hyperelastic.Fit], str]
 
 
-@style.in_style
+@style.use_style
 def draw_sleeve(
     specimens: Mapping[str, SpecimenResult], sheets: Mapping[str, float | None]
 ) -> style.Figure:
@@ -30,7 +30,7 @@ def draw_sleeve(
 
     `sheets` is the data sheet's 100 % modulus [Pa] for each file, None if unknown.
     """
-    figure, (full, zoom) = style.canvas(columns=2, width=10.4, height=4.3)
+    figure, (full, zoom) = style.make_axes(columns=2, width=10.4, height=4.3)
     top, names = max((s or 0.0 for s in sheets.values()), default=0.0), []
     for index, (path, (specimen, moduli, fits, model)) in enumerate(specimens.items()):
         color = style.CYCLE[index % len(style.CYCLE)]
@@ -46,12 +46,12 @@ def draw_sleeve(
     zoom.set(xlim=(0, 150), ylim=(-0.04 * top * MPA, 1.12 * top * MPA))
     full.set_xlim(left=0)
     if len(specimens) > 1:
-        style.key(zoom, *(name[1:] for name in sorted(names, reverse=True)), loc="upper left")
-        style.title(full, "Whole curves", "points: measured; lines: the model chosen for each")
+        style.add_key(zoom, *(name[1:] for name in sorted(names, reverse=True)), loc="upper left")
+        style.add_title(full, "Whole curves", "points: measured; lines: the model chosen for each")
     else:
         _draw_other_models(full, zoom, specimen, fits, model)
-        style.title(full, specimen.name, f"points: measured; {model} chosen, others pale")
-    style.title(zoom, "Up to 150 %", "dot: 100 % modulus; diamond: data sheet")
+        style.add_title(full, specimen.name, f"points: measured; {model} chosen, others pale")
+    style.add_title(zoom, "Up to 150 %", "dot: 100 % modulus; diamond: data sheet")
     return figure
 
 
@@ -84,17 +84,17 @@ def _draw_other_models(
 def _draw_moduli_at_100(axes: style.Axes, moduli: Moduli, sheet: float | None, color: str) -> None:
     modulus = moduli.modulus_100
     if modulus is not None:
-        style.spot(axes, 100, modulus * MPA, color=color)
+        style.add_point(axes, 100, modulus * MPA, color=color)
     if sheet is not None:
-        style.spot(axes, 100, sheet * MPA, color=color, shape="D", mfc="white", mew=1.6)
+        style.add_point(axes, 100, sheet * MPA, color=color, shape="D", mfc="white", mew=1.6)
     if sheet is not None and modulus is not None:
         axes.plot([100, 100], [modulus * MPA, sheet * MPA], color=color, lw=0.8, ls=":")
 
 
-@style.in_style
+@style.use_style
 def draw_leak(log: Leak) -> style.Figure:
     """Draw the leak log with the three laws, and the residuals of each."""
-    figure, (above, below) = style.canvas(
+    figure, (above, below) = style.make_axes(
         rows=2, width=6.8, height=5.2, height_ratios=(2.2, 1), sharex=True
     )
     t = log.time + log.window[0]
@@ -108,37 +108,37 @@ def draw_leak(log: Leak) -> style.Figure:
         left = style.thin_out(t, (log.pressure - y) * KPA)
         below.plot(*left, color=_LAWS[name], lw=0.9, alpha=0.9)
     below.axhline(0, color=INK, lw=0.7)
-    style.key(above, loc="upper right" if log.pressure[0] > log.pressure[-1] else "lower right")
+    style.add_key(above, loc="upper right" if log.pressure[0] > log.pressure[-1] else "lower right")
     detail = "best-fitting law" if log.distinct else "best-fitting law; others fit equally well"
     detail = f"points: log; thick line: {detail}; time constants"
-    style.panel(above, f"Pressure hold: {log.best}", detail, ylabel="pressure, absolute [kPa]")
-    style.panel(below, xlabel="time [s]", ylabel="measured − law [kPa]")
+    style.label_axes(above, f"Pressure hold: {log.best}", detail, ylabel="pressure, absolute [kPa]")
+    style.label_axes(below, xlabel="time [s]", ylabel="measured − law [kPa]")
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_ageing(fit: AgeingFit) -> style.Figure:
     """Draw the static friction of every pull versus its hold time, and the fitted line."""
-    figure, (axes,) = style.canvas()
+    figure, (axes,) = style.make_axes()
     ends = fit.holds.min() / 1.5, fit.holds.max() * 1.5
     hold = np.geomspace(*ends, 50)
     axes.plot(fit.holds, fit.values, "o", color=GREY, ms=4, alpha=0.7)
     axes.plot(hold, fit.static_at(hold), color=BLUE)
     low, high = float(fit.values.min()), float(fit.values.max())
     room = 0.3 * (high - low) or 0.1 * high
-    style.panel(axes, xlabel="hold time [s]", ylabel="static friction [-]")
+    style.label_axes(axes, xlabel="hold time [s]", ylabel="static friction [-]")
     axes.set(xlim=ends, ylim=(low - room, high + room))
     style.set_log_scale(axes)
-    style.title(axes, f"{fit.ageing:+.4f} per tenfold hold time", "points: pulls; line: fit")
+    style.add_title(axes, f"{fit.ageing:+.4f} per tenfold hold time", "points: pulls; line: fit")
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_pump_down(
     first: PumpDown, second: PumpDown | None, constant: PumpDown | None
 ) -> style.Figure:
     """Draw the pump-down log, its fit, and the log of the excess over the ultimate pressure."""
-    figure, (plain, log_axes) = style.canvas(columns=2, width=10.0, height=4.0)
+    figure, (plain, log_axes) = style.make_axes(columns=2, width=10.0, height=4.0)
     names = ("alone" if second else "fit", BLUE), ("with the volume added", RED)
     fits = zip((first, second, constant), (*names, ("constant volume", GREY)), strict=True)
     for fit, (name, color) in fits:
@@ -157,21 +157,21 @@ def draw_pump_down(
             )
     ultimate = f"ultimate {first.ultimate * KPA:.3g} kPa"
     plain.set(xlabel="time [s]", ylabel="pressure, absolute [kPa]", ylim=(0, None))
-    style.level(plain, first.ultimate * KPA, ultimate, GREY)
-    style.key(plain, loc="upper right")
+    style.mark_y(plain, first.ultimate * KPA, ultimate, GREY)
+    style.add_key(plain, loc="upper right")
     floor = max(first.series.noise / 2, 1e-4 * first.start)
     log_axes.set(xlabel="time [s]", ylabel="pressure above ultimate [kPa]", yscale="log")
     log_axes.set_ylim(bottom=floor * KPA)
-    style.title(plain, "Pump-down", "points: log; line: fit")
+    style.add_title(plain, "Pump-down", "points: log; line: fit")
     detail = "straight if volume and flow are constant"
-    style.title(log_axes, "Above the ultimate pressure", detail)
+    style.add_title(log_axes, "Above the ultimate pressure", detail)
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_crash(log: Crash) -> style.Figure:
     """Draw the pulse as logged and filtered, and the change in velocity."""
-    figure, (pulse, speed) = style.canvas(
+    figure, (pulse, speed) = style.make_axes(
         rows=2, width=6.8, height=5.4, height_ratios=(2, 1), sharex=True
     )
     (start, stop), g = log.pulse, STANDARD_GRAVITY
@@ -187,17 +187,17 @@ def draw_crash(log: Crash) -> style.Figure:
         pulse.plot(
             t, values[is_near] / g, color=color, lw=width, label=f"{words}: {peak / g:.4g} g"
         )
-    style.spot(pulse, (log.filtered_peak_time - start) * MS, log.filtered_peak / g, color=BLUE)
+    style.add_point(pulse, (log.filtered_peak_time - start) * MS, log.filtered_peak / g, color=BLUE)
     for axes in (pulse, speed):
         axes.axvspan(0, (stop - start) * MS, color=FAINT, alpha=0.35, lw=0)
     if log.saturated and log.saturation is not None:
-        style.level(pulse, float(np.sign(log.peak)) * log.saturation / g)
-    style.key(pulse, loc="upper right" if log.filtered_peak > 0 else "lower right")
+        style.mark_y(pulse, float(np.sign(log.peak)) * log.saturation / g)
+    style.add_key(pulse, loc="upper right" if log.filtered_peak > 0 else "lower right")
     velocity = log.velocity()[is_near]
     speed.plot(t, velocity - velocity[0], color=GREEN)
     detail = f"grey: above 5 % of the filtered peak, {show(stop - start, 's')}; offset removed"
     headline = "Pulse" + (", saturated" if log.saturated else "")
-    style.panel(pulse, headline, detail, ylabel="acceleration [g]")
+    style.label_axes(pulse, headline, detail, ylabel="acceleration [g]")
     below = "time from the start of the pulse [ms]"
-    style.panel(speed, xlabel=below, ylabel="velocity change [m/s]")
+    style.label_axes(speed, xlabel=below, ylabel="velocity change [m/s]")
     return figure

@@ -16,7 +16,7 @@ MAX_PULLS = 12
 """Largest number of pulls drawn; more would overlap."""
 
 
-@style.in_style
+@style.use_style
 def draw_pulls(summaries: Sequence[tuple[Trace, PullSummary]]) -> style.Figure:
     """Draw force versus elongation of each pull from its onset, complete and around the peak.
 
@@ -24,7 +24,7 @@ def draw_pulls(summaries: Sequence[tuple[Trace, PullSummary]]) -> style.Figure:
     and the slope of the unloading.
     """
     pairs = list(summaries)[:MAX_PULLS]
-    figure, (axes, zoom) = style.canvas(columns=2, width=10.4)
+    figure, (axes, zoom) = style.make_axes(columns=2, width=10.4)
     for trace, summary in pairs:
         force = trace.force - (summary.tared or 0.0)
         for place in (axes, zoom):
@@ -42,26 +42,25 @@ def draw_pulls(summaries: Sequence[tuple[Trace, PullSummary]]) -> style.Figure:
     words = Path(pairs[0][0].path).name if count == 1 else f"{count} files"
     words += f", the first {MAX_PULLS} drawn" if count > MAX_PULLS else ""
     origin = "synthetic data" if any(t.facts.synthetic for t, _ in pairs) else "measured"
-    style.title(axes, "Pull" if count == 1 else "Pulls", f"{words}; {origin}")
+    style.add_title(axes, "Pull" if count == 1 else "Pulls", f"{words}; {origin}")
     detail = "onset (ring), stiffness (orange), peak (red)"
     if count == 1:
         detail = "onset (ring), slope of the rise (orange)"
         _write_values(axes, zoom, pairs[0][1])
-    style.title(zoom, "Around the peak", detail)
+    style.add_title(zoom, "Around the peak", detail)
     return figure
 
 
 def _draw_marks(axes: style.Axes, zoom: style.Axes, summary: PullSummary) -> None:
-    """Mark onset, rise, peak, plateau, envelope and unloading of one pull."""
     features, start = summary.features, summary.start
     shift = start.onset - features.origin
     if features.straight:
         line = np.array([shift, features.peak_force / features.stiffness])
         zoom.plot((line - shift) * MM, features.stiffness * line, color=ORANGE, lw=1.4)
-    style.spot(zoom, 0.0, start.baseline, color=INK, mfc="white")
+    style.add_point(zoom, 0.0, start.baseline, color=INK, mfc="white")
     if features.has_peak:
         for place in (axes, zoom):
-            style.spot(place, (features.peak_elongation - shift) * MM, features.peak_force)
+            style.add_point(place, (features.peak_elongation - shift) * MM, features.peak_force)
     if summary.steady is not None:
         ends = np.array([summary.steady.start, summary.steady.end])
         height = summary.steady.force + summary.steady.slope * (ends - ends.mean())
@@ -78,7 +77,6 @@ def _draw_marks(axes: style.Axes, zoom: style.Axes, summary: PullSummary) -> Non
 
 
 def _write_values(axes: style.Axes, zoom: style.Axes, summary: PullSummary) -> None:
-    """Write the numbers of a single pull in the colours of their marks."""
     features, start = summary.features, summary.start
     items = [(f"slack {show(start.slack, 'm', 3)}", INK)]
     items.append((f"preload {show(start.baseline, 'N', 3)}", INK))
@@ -86,7 +84,7 @@ def _write_values(axes: style.Axes, zoom: style.Axes, summary: PullSummary) -> N
         items.append((f"k = {show(features.stiffness, 'N/m')}", ORANGE))
     if features.has_peak:
         items.append((f"peak {show(features.peak_force, 'N')}", RED))
-    style.key(zoom, *items, loc="lower right", handlelength=0)
+    style.add_key(zoom, *items, loc="lower right", handlelength=0)
     notes = []
     if summary.steady is not None:
         notes.append((f"dashed: {show(summary.steady.slope, 'N/m', 3)} after the peak", INK))
@@ -101,4 +99,4 @@ def _write_values(axes: style.Axes, zoom: style.Axes, summary: PullSummary) -> N
         words = f"unloading {show(summary.unloading.stiffness, 'N/m', 3)}, loss "
         notes.append((words + show(summary.unloading.loop, "J", 3), PURPLE))
     if notes:
-        style.key(axes, *notes, loc="upper right")
+        style.add_key(axes, *notes, loc="upper right")

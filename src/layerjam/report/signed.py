@@ -82,7 +82,7 @@ def make_identity(facts: FileFacts, number: str, customer: str, date: str) -> di
     }
 
 
-def make_circumstances(facts: FileFacts) -> Part:
+def make_apparatus(facts: FileFacts) -> Part:
     """Return the person, object and apparatus of the tests, one row each, and the certificates."""
     rows: list[list[str | Word]] = []
     for name in STATED:
@@ -99,13 +99,12 @@ def make_circumstances(facts: FileFacts) -> Part:
 
 
 def _make_certificate_table(facts: FileFacts) -> Table:
-    """Return one row for each calibration certificate, or for an instrument without one."""
     rows: list[list[Cell]] = []
     used_by = _group_facts(facts)
     for (instrument, certificate), used in used_by.items():
         days = [certificate.date, certificate.due or NOT_STATED, certificate.laboratory]
         state = STATES[_certificate_state(certificate, used)].format(due=certificate.due)
-        rows.append([instrument, certificate.number, *days, state, _list_few([f for f, _ in used])])
+        rows.append([instrument, certificate.number, *days, state, _shorten([f for f, _ in used])])
     for instrument in INSTRUMENTS.values():
         if instrument not in {name for name, _ in used_by}:
             rows.append([instrument, *[NOT_STATED] * 4, "", ""])
@@ -141,7 +140,7 @@ def list_certificate_problems(facts: FileFacts) -> list[str]:
     """Return a sentence for each certificate that was not valid on the days of the tests."""
     return [
         f"Calibration certificate {certificate.number} of the {instrument}: "
-        f"{STATES[state].format(due=certificate.due)} ({_list_few([file for file, _ in files])})."
+        f"{STATES[state].format(due=certificate.due)} ({_shorten([file for file, _ in files])})."
         for (instrument, certificate), files in _group_facts(facts).items()
         if (state := _certificate_state(certificate, files)) in ("later", "overdue")
     ]
@@ -175,13 +174,13 @@ def _join_statements(facts: FileFacts, name: str) -> str:
     if len(texts) == 1:
         return next(iter(texts)) or NOT_STATED
     silent = texts.pop("", [])
-    parts = [f"{text} ({_list_few(names)})" for text, names in list(texts.items())[:LIMIT]]
+    parts = [f"{text} ({_shorten(names)})" for text, names in list(texts.items())[:LIMIT]]
     extra = [f"and {len(texts) - LIMIT} others"] if len(texts) > LIMIT else []
     silent_note = [f"{NOT_STATED} for {count_text(len(silent), 'file')}"] if silent else []
     return "; ".join([*parts, *extra, *silent_note]) or NOT_STATED
 
 
-def _list_few(names: Sequence[str]) -> str:
+def _shorten(names: Sequence[str]) -> str:
     """Return the first few names, and the number of those omitted."""
     return names[0] + (f" and {len(names) - 1} more" if len(names) > 1 else "")
 

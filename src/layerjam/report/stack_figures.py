@@ -23,7 +23,7 @@ def compile_loops() -> None:
     peak_spread(file, VACUUM, 0.0, samples=1)
 
 
-@style.in_style
+@style.use_style
 def draw_onset() -> style.Figure:
     """Draw a pull of the Kapton brake on a rigid mount; its interfaces slip in pairs.
 
@@ -36,7 +36,7 @@ def draw_onset() -> style.Figure:
     starts = run.sliding.argmax(axis=0)
     sign = np.where(stack.right[:-1], -1.0, 1.0)
     bound = float(stack.friction[0])
-    figure, (force, shares, bars) = style.canvas(columns=3, width=11.4, height=4.0)
+    figure, (force, shares, bars) = style.make_axes(columns=3, width=11.4, height=4.0)
     together = np.minimum(float(stiffness_sliding(0.0, brake)) * u, stack.friction.sum())
     force.plot(u * UM, together, color=GREY, lw=1.2, ls=style.DASHED, label="if all slid at once")
     force.plot(u * UM, run.force, color=INK)
@@ -44,17 +44,19 @@ def draw_onset() -> style.Figure:
         start = int(starts[pair])
         name = {0: "the outermost two slide", len(_PAIRS) - 1: "all slide"}.get(pair)
         if name:
-            style.spot(force, u[start] * UM, run.force[start], color=color, label=name)
+            style.add_point(force, u[start] * UM, run.force[start], color=color, label=name)
         words = f"{pair + 1} and {10 - pair}"
         shares.plot(u * UM, sign[pair] * run.interface[:, pair], color=color, lw=1.6, label=words)
     axis = {"xlabel": "cap displacement [µm]", "xlim": (0, 160)}
-    style.panel(force, "The peak is rounded", "Kapton, 94.5 kPa, held rigidly; computed", **axis)
+    style.label_axes(
+        force, "The peak is rounded", "Kapton, 94.5 kPa, held rigidly; computed", **axis
+    )
     force.set(ylabel="force [N]", ylim=(0, 205))
-    style.key(force, loc="lower right")
-    style.panel(shares, "The outermost interfaces slip first", "counted from one side", **axis)
+    style.add_key(force, loc="lower right")
+    style.label_axes(shares, "The outermost interfaces slip first", "counted from one side", **axis)
     shares.set(ylabel="interface force [N]", ylim=(0, bound * 1.18))
-    style.level(shares, bound, f"static friction, {bound:.2f} N", GREY)
-    style.key(shares, loc="lower right")
+    style.mark_y(shares, bound, f"static friction, {bound:.2f} N", GREY)
+    style.add_key(shares, loc="lower right")
     home = np.where(stack.right, run.cap[:, None], 0.0)
     loads = np.abs(stack.springs * (run.sheets - home))
     numbers = np.arange(1, len(stack.springs) + 1)
@@ -64,18 +66,18 @@ def draw_onset() -> style.Figure:
     bars.set(xlabel="sheet number (even sheets move)", xticks=numbers)
     bars.set(ylabel="sheet load [N]", ylim=(0, 52))
     bars.grid(False, axis="x")
-    style.key(bars, ("as the first slip", SKY), ("all slide", BLUE), loc="upper left", ncols=2)
-    style.title(bars, "Tension in each sheet", "an outer sheet rubs on one side only")
+    style.add_key(bars, ("as the first slip", SKY), ("all slide", BLUE), loc="upper left", ncols=2)
+    style.add_title(bars, "Tension in each sheet", "an outer sheet rubs on one side only")
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_spread(result: Spread | None = None) -> style.Figure:
     """Draw the scatter of peak, onset and stiffness from the scatter of interface friction."""
     file = load("choi2018-kapton")
     result = result or peak_spread(file, VACUUM, 0.10, samples=5_000)
     even = peak_spread(file, VACUUM, 0.0, samples=1)
-    figure, (force, stiffness) = style.canvas(
+    figure, (force, stiffness) = style.make_axes(
         columns=2, width=9.8, height=3.9, width_ratios=(1.7, 1)
     )
     bins = np.linspace(result.onset.min(), result.peak.max(), 90)
@@ -88,15 +90,15 @@ def draw_spread(result: Spread | None = None) -> style.Figure:
         force.stairs(count, bins, fill=True, color=color, alpha=0.75, label=words)
         force.plot([same, same], [0, count.max()], color=INK, lw=1, ls=style.DASHED)
     force.set(xlabel="force [N]", ylabel="number of stacks", ylim=(0, force.get_ylim()[1] * 1.2))
-    style.key(force, loc="upper left")
+    style.add_key(force, loc="upper left")
     words = f"{result.done:,} stacks, friction scatter {result.scatter:.0%}; dashed: no scatter"
-    style.title(force, "With scatter, the first interface slides earlier", words)
+    style.add_title(force, "With scatter, the first interface slides earlier", words)
     count, bins = np.histogram(result.stiffness * KN, 60)
     stiffness.stairs(count, bins, fill=True, color=GREEN, alpha=0.75)
     stiffness.axvline(float(even.stiffness[0]) * KN, color=INK, lw=1, ls=style.DASHED)
     below = "stiffness, 20 to 80 % of the peak [kN/m]"
     mean, sd = result.stiffness.mean() * KN, result.stiffness.std(ddof=1) * KN
-    style.panel(
+    style.label_axes(
         stiffness, "The rig sets the stiffness", f"{mean:.2f} ± {sd:.2f} kN/m", xlabel=below
     )
     stiffness.set_ylabel("number of stacks")

@@ -1,8 +1,8 @@
 """Drawing functions: one style, panels with units, and labels that avoid the curves.
 
-A figure is a function under `@in_style`: it takes a `canvas`, draws curves, `band`s, `spot`s and
-lines (`level`, `upright`), and closes every axes with `panel`, which names the axes. The functions
-place labels next to their curves, in the same colour, without coordinates for a particular brake.
+A figure is a function under `@use_style`: it makes a canvas, draws curves, bands, points and lines,
+and finishes every axes with `label_axes`, which names them. The functions place labels next to
+their curves, in the same colour, without coordinates for a particular brake.
 """
 
 import functools
@@ -88,7 +88,7 @@ def apply_style(words: bool = False) -> Iterator[None]:
         yield
 
 
-def in_style(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+def use_style(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     """Return a function that applies this style while it draws its figure."""
 
     @functools.wraps(draw)
@@ -99,12 +99,12 @@ def in_style(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     return draw_styled
 
 
-def canvas(
+def make_axes(
     columns: int = 1, rows: int = 1, width: float = 6.4, height: float = 3.9, **grid: Any
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure and a flat list of its axes, without global state, so that threads may draw.
 
-    Inside `drawing_into` the axes are those given there.
+    Inside `draw_into` the axes are those given there.
     """
     from matplotlib.figure import Figure
 
@@ -124,7 +124,7 @@ _own_axes: ContextVar[list[Axes] | None] = ContextVar("own_axes", default=None)
 
 
 @contextmanager
-def drawing_into(axes: Any) -> Iterator[None]:
+def draw_into(axes: Any) -> Iterator[None]:
     """Draw the figures of a with block into the user's axes: one, a list or an array."""
     flat = (
         list(axes.flat)
@@ -145,14 +145,14 @@ def drawing_into(axes: Any) -> Iterator[None]:
         _own_axes.reset(token)
 
 
-def panel(axes: Axes, headline: str = "", detail: str = "", **axis: Any) -> None:
+def label_axes(axes: Axes, headline: str = "", detail: str = "", **axis: Any) -> None:
     """Set names, units and limits of the axes, and add a title; `axis` is as in Axes.set."""
     axes.set(**axis)
     if headline or detail:
-        title(axes, headline, detail)
+        add_title(axes, headline, detail)
 
 
-def title(axes: Axes, headline: str, detail: str = "") -> None:
+def add_title(axes: Axes, headline: str, detail: str = "") -> None:
     """Write a headline, and a smaller line below it."""
     axes.set_title(headline, pad=20 if detail else 8)
     if detail:
@@ -166,7 +166,7 @@ def mark_figure(figure: Figure, synthetic: bool) -> Figure:
     return figure
 
 
-def state_failures(figure: Figure, failures: Sequence[str]) -> Figure:
+def add_failures(figure: Figure, failures: Sequence[str]) -> Figure:
     """Return the figure with the sentences of failed checks at its foot, below any other text."""
     lines = [
         line for text in failures for line in textwrap.wrap(text, int(16 * figure.get_figwidth()))
@@ -183,7 +183,7 @@ def text_ink(color: str) -> str:
     return _READABLE.get(color.upper(), color)
 
 
-def label(axes: Axes, x: float, y: float, text: str, color: str = INK, **props: Any) -> None:
+def add_label(axes: Axes, x: float, y: float, text: str, color: str = INK, **props: Any) -> None:
     """Write a label at a point, in a curve's colour, on a pale background."""
     props = {"fontsize": WORDS, "color": text_ink(color), "va": "center", "bbox": _GROUND, **props}
     axes.text(x, y, text, **props)
@@ -210,7 +210,7 @@ def add_end_labels(axes: Axes, x: float, items: Sequence[tuple[float, str, str]]
     axes.set_ylim(low, high)
 
 
-def key(axes: Axes | Figure, *items: tuple[Any, ...], loc: str = "best", **props: Any) -> None:
+def add_key(axes: Axes | Figure, *items: tuple[Any, ...], loc: str = "best", **props: Any) -> None:
     """Write a legend in the curves' colours in a free corner; by default, of all labelled curves.
 
     An item is (text, colour), or (text, colour, style) of a curve that is not solid; the style "o"
@@ -235,7 +235,7 @@ def key(axes: Axes | Figure, *items: tuple[Any, ...], loc: str = "best", **props
         text.set_color(text_ink(to_hex(text.get_color())))
 
 
-def spot(
+def add_point(
     axes: Axes, x: float, y: float, text: str = "", color: str = RED, shape: str = "o", **props: Any
 ) -> None:
     """Draw a point, with its label on the side where there is space."""
@@ -248,7 +248,7 @@ def spot(
         _annotate(axes, text, x, y, color, (side, height), ha=ha, va=va, bbox=_GROUND, zorder=5)
 
 
-def level(
+def mark_y(
     axes: Axes, y: float, text: str = "", color: str = RED, share: float = 0.02, below: bool = False
 ) -> None:
     """Draw a horizontal line at a height, with its name at a fraction of the width."""
@@ -267,7 +267,7 @@ def level(
         )
 
 
-def upright(axes: Axes, x: float, text: str = "", color: str = GREY, share: float = 0.97) -> None:
+def mark_x(axes: Axes, x: float, text: str = "", color: str = GREY, share: float = 0.97) -> None:
     """Draw a vertical line at x, with its name next to it at a fraction of the height."""
     axes.axvline(x, color=color, lw=1.0, ls=DASHED)
     if text:
@@ -294,7 +294,7 @@ def _annotate(
     axes.annotate(text, (x, y), shift, **props)
 
 
-def point_to(
+def add_callout(
     axes: Axes,
     text: str,
     point: tuple[float, float],
@@ -309,7 +309,7 @@ def point_to(
     axes.annotate(text, point, place, color=text_ink(color), arrowprops=line, **props)
 
 
-def band(axes: Axes, x: Any, low: Any, high: Any, color: str, alpha: float = 0.2) -> None:
+def add_band(axes: Axes, x: Any, low: Any, high: Any, color: str, alpha: float = 0.2) -> None:
     """Draw a pale band between two curves."""
     axes.fill_between(x, low, high, color=color, alpha=alpha, lw=0)
 

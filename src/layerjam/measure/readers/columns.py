@@ -256,7 +256,6 @@ def columns_hint(wants: Sequence[Want]) -> str:
 
 
 def _explain_missing(header: Header, want: Want, entry: ColumnEntry | None) -> tuple[str, str]:
-    """Return the reason why a column is missing, and the option that names it."""
     for name, unit in header.columns:
         if (
             entry is not None
@@ -279,7 +278,6 @@ def _explain_missing(header: Header, want: Want, entry: ColumnEntry | None) -> t
 
 
 def _note_unread_column(header: Header, want: Want) -> list[str]:
-    """Return a note on an optional column that is ignored because its unit is unknown."""
     for name, unit in header.columns:
         if want.named(name):
             reason = (

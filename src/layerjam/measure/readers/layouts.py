@@ -150,7 +150,6 @@ def _is_header(names: bytes, units: bytes) -> bool:
 
 
 def _find_last_row(lines: list[bytes], head: int) -> int:
-    """Return the index of the last line of numbers above a header."""
     return next(
         (n for n in range(head - 1, -1, -1) if _parse_first(lines[n].split(b"\t")) is not None),
         head - 1,

@@ -211,7 +211,6 @@ def _add_clock_unit(lines: Lines, block: Block) -> Block:
 def _explain_unreadable(
     lines: Lines, blocks: list[Block], given_entries: Mapping[str, ColumnEntry]
 ) -> FileError:
-    """Return the reason why no table of the file can be read."""
     path = lines.source.path
     tables = [b.table for b in blocks if b.table is not None]
     bare = max((b for b in blocks if b.pure), key=lambda b: b.rows, default=None)
@@ -271,7 +270,6 @@ def _reject_orphan_rows(lines: Lines, blocks: list[Block], used: list[Block], ma
 
 
 def _note_skipped_lines(lines: Lines, blocks: list[Block], used: list[Block]) -> tuple[str, ...]:
-    """Return a note that text or numbers below the tables were skipped."""
     end = used[-1].last + 1
     below = [n for n in range(end, min(end + 50, len(lines.starts))) if not lines.blank[n]]
     if not below:

@@ -44,13 +44,13 @@ def _frame_pull(
     """Draw the axes of a pull to 40 mm, as in the paper, with a label at each curve's end."""
     axes.set(xlim=(0, TESTED * MM), ylim=(0, None), xlabel="elongation [mm]", ylabel="force [N]")
     style.add_end_labels(axes, TESTED * MM, ends)
-    style.title(axes, name, detail)
+    style.add_title(axes, name, detail)
 
 
-@style.in_style
+@style.use_style
 def draw_fig4() -> style.Figure:
     """Draw pulls of all four films at four vacuums."""
-    figure, panels = style.canvas(columns=2, rows=2, width=8.6, height=6.4)
+    figure, panels = style.make_axes(columns=2, rows=2, width=8.6, height=6.4)
     for axes, (name, film) in zip(panels, NAMES.items(), strict=True):
         file, ends = load(name), []
         for vacuum, color in zip(FIG4, VACUUMS, strict=True):
@@ -63,16 +63,16 @@ def draw_fig4() -> style.Figure:
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_fig7_9() -> style.Figure:
     """Draw the model before (Fig. 7) and after calibration (Fig. 9) at the three test vacuums."""
-    figure, panels = style.canvas(columns=2, width=8.6, height=3.9)
+    figure, panels = style.make_axes(columns=2, width=8.6, height=3.9)
     for axes, name in zip(panels, CALIBRATED, strict=True):
         brake, ends = load(name).brake, []
         for vacuum, color in zip(FIG7, VACUUMS, strict=False):
             u, after = _run_pull(vacuum, brake)
             before = np.interp(u, *_run_pull(vacuum, replace(brake, scale_factor=1.0)))
-            style.band(axes, u * MM, before, after, color, 0.13)
+            style.add_band(axes, u * MM, before, after, color, 0.13)
             axes.plot(u * MM, before, color=color, lw=1.2, ls=style.DASHED)
             axes.plot(u * MM, after, color=color)
             ends.append((float(after[-1]), f"{vacuum * KPA:.1f} kPa", color))
@@ -81,13 +81,13 @@ def draw_fig7_9() -> style.Figure:
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_fig8(fits: Mapping[str, Calibration]) -> style.Figure:
     """Draw the calibration pulls near their peaks, with lines for the paper's two stiffnesses.
 
     `fits` contains the procedure's calibration for each film.
     """
-    figure, panels = style.canvas(columns=2, width=8.6, height=3.9)
+    figure, panels = style.make_axes(columns=2, width=8.6, height=3.9)
     for axes, name in zip(panels, CALIBRATED, strict=True):
         brake, (text, caption), ours = (
             load(name).brake,
@@ -107,28 +107,28 @@ def draw_fig8(fits: Mapping[str, Calibration]) -> style.Figure:
             axes.plot(*line, color=color, lw=1.5, ls=style.DASHED, zorder=3, label=words)
         axes.set(xlabel="elongation [mm]", ylabel="force [N]")
         axes.set(xlim=(0, end * MM), ylim=(0, high * 1.22))
-        style.spot(axes, float(top.elongation) * MM, high, f"peak {high:.2f} N")
-        style.key(axes, loc="lower right")
+        style.add_point(axes, float(top.elongation) * MM, high, f"peak {high:.2f} N")
+        style.add_key(axes, loc="lower right")
         detail = f"model at 94.5 kPa; a = {fits[name].scale_factor:.4g} is recovered"
-        style.title(axes, NAMES[name], detail)
+        style.add_title(axes, NAMES[name], detail)
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_eq5() -> style.Figure:
     """Draw eq. 5 as printed, and eq. 5 with x inside the root."""
     brake = load("choi2018-kapton").brake
     x = np.linspace(0, TESTED, 300)
     right = np.asarray(enclosure_force(x, FULL, brake))
     printed_force = right[-1] / TESTED**0.5 * x
-    figure, (axes, low) = style.canvas(columns=2, width=9.6, height=3.7)
+    figure, (axes, low) = style.make_axes(columns=2, width=9.6, height=3.7)
     axes.plot(x * MM, right, color=BLUE, label="x inside the root [N]")
     axes.plot(x * MM, printed_force, color=RED, ls=style.DASHED, label="as printed [N·√m]")
     axes.set(xlabel="slip [mm]", ylabel="enclosure force [N or N·√m]", xlim=(0, None))
     axes.set_ylim(0, None)
-    style.key(axes)
+    style.add_key(axes)
     detail = "the printed form has no unit of force"
-    style.title(axes, "Eq. 5: the enclosure's force at 94.5 kPa", detail)
+    style.add_title(axes, "Eq. 5: the enclosure's force at 94.5 kPa", detail)
     ends = []
     for vacuum, color in zip((2000.0, 1000.0, 500.0, 0.0), VACUUMS, strict=True):
         force = np.asarray(brake_force(x, vacuum, brake))
@@ -140,7 +140,7 @@ def draw_eq5() -> style.Figure:
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_sheets_and_mass() -> style.Figure:
     """Draw force and mass versus the number of sheets, with the paper's 17.5 N and 0.4 g."""
     brake = load("choi2018-kapton").brake
@@ -150,30 +150,30 @@ def draw_sheets_and_mass() -> style.Figure:
     weight = [mass(variant) * 1e3 for variant in variants]
     place = int(np.flatnonzero(counts == 11)[0])
     paper = weight[place] + 0.4 * (counts - 11), force[place] + 17.5 * (counts - 11)
-    figure, (axes,) = style.canvas(width=6.4, height=3.8)
+    figure, (axes,) = style.make_axes(width=6.4, height=3.8)
     ours = "ours: the enclosure grows too"
     axes.plot(weight, force, "o-", color=BLUE, ms=3.5, lw=1.2, label=ours)
     label = "+17.5 N, +0.4 g per sheet (paper)"
     axes.plot(*paper, color=ORANGE, lw=1.2, ls=style.DASHED, label=label)
     axes.set(xlabel="mass of the brake [g]", ylabel="peak force at 94.5 kPa [N]")
-    style.spot(axes, weight[place], force[place], label="the paper's brake, 11 sheets", ms=7)
-    style.key(axes, loc="upper left")
-    style.title(axes, "More sheets", "model; Kapton, 3 to 31 sheets")
+    style.add_point(axes, weight[place], force[place], label="the paper's brake, 11 sheets", ms=7)
+    style.add_key(axes, loc="upper left")
+    style.add_title(axes, "More sheets", "model; Kapton, 3 to 31 sheets")
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_closing_vacuum() -> style.Figure:
     """Draw the vacuum below which the enclosure closes the unloaded brake."""
     x = np.linspace(0, 0.055, 300)
-    figure, (axes,) = style.canvas(width=6.4, height=3.6)
+    figure, (axes,) = style.make_axes(width=6.4, height=3.6)
     axes.set(xlabel="slip [mm]", ylabel="vacuum [kPa]", xlim=(0, 60), ylim=(0, 40))
     for name, color in zip(CALIBRATED, (BLUE, ORANGE), strict=True):
         vacuum = np.asarray(self_closing_vacuum(x, load(name).brake)) * KPA
         axes.plot(x * MM, vacuum, color=color)
         y = float(np.interp(TESTED, x, vacuum))
-        style.spot(axes, TESTED * MM, y, f"{NAMES[name]}: {y:.2f} kPa", color)
-    style.label(axes, 3, 37, "above: friction holds the stretched enclosure", GREY)
+        style.add_point(axes, TESTED * MM, y, f"{NAMES[name]}: {y:.2f} kPa", color)
+    style.add_label(axes, 3, 37, "above: friction holds the stretched enclosure", GREY)
     detail = "model; ours, not in the paper"
-    style.title(axes, "Below this vacuum the enclosure closes the brake", detail)
+    style.add_title(axes, "Below this vacuum the enclosure closes the brake", detail)
     return figure

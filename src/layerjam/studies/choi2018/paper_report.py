@@ -32,7 +32,7 @@ from layerjam.report.page import (
     Word,
     check_extras,
     draw_all,
-    html,
+    to_html,
 )
 from layerjam.studies.choi2018 import figures as paper_figures
 from layerjam.studies.choi2018 import impact, model, sensor_figures, speed, speed_figures
@@ -180,7 +180,7 @@ def write_report(
         footer=f"layerjam {__version__}, {datetime.now(UTC).date().isoformat()}. {FOOTER}",
     )
     results = format_json([claim.row() for claim in rows])
-    content = {"report.html": html(page.template_data(), svgs), "results.json": results}
+    content = {"report.html": to_html(page.template_data(), svgs), "results.json": results}
     write_folder(out, content | figure_files(svgs))
     tell(f"report {out / 'report.html'}", 1.0)
     return counts
@@ -245,6 +245,6 @@ def make_main_part(
         "run-friction": partial(figures.draw_friction, traces, friction),
         "run-calibration": partial(figures.calibration, file, calibration, synthetic=True),
         "run-validation": partial(figures.draw_validation, file, validation, synthetic=True),
-        "run-vacuum": partial(figures.force_over_vacuum, file, *vacuum),
+        "run-vacuum": partial(figures.plot_force_vacuum, file, *vacuum),
     }
     return make_part("main-job", draw)

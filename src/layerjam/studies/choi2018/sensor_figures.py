@@ -30,10 +30,10 @@ def apply_filters(record: DropRecord) -> dict[str, Reading]:
     return dict(zip(NAMES, read, strict=True))
 
 
-@style.in_style
+@style.use_style
 def draw_readings() -> style.Figure:
     """Draw the paper's stop at full and tuned vacuum, ideal and filtered, with details below."""
-    figure, panels = style.canvas(2, 2, width=10.4, height=7.2, height_ratios=(1, 1.15))
+    figure, panels = style.make_axes(2, 2, width=10.4, height=7.2, height_ratios=(1, 1.15))
     for column, name in enumerate(("Full vacuum", "Tuned for 40 mm")):
         record = impact.simulate_stops()[column]
         by_chain = apply_filters(record)
@@ -42,17 +42,17 @@ def draw_readings() -> style.Figure:
         overview, close = panels[column], panels[2 + column]
         _draw_lines(overview, record, by_chain, -6, float(time[-1]) * MS + 6)
         overview.set_ylim(0, top * 1.22)
-        style.upright(overview, float(record.time[-1]) * MS, "stop, then rebound")
+        style.mark_x(overview, float(record.time[-1]) * MS, "stop, then rebound")
         detail = f"simulated; 1 kg, {show(record.speed, 'm/s')}, {show(record.vacuum, 'Pa')}"
-        style.title(overview, name, detail)
+        style.add_title(overview, name, detail)
         _draw_lines(close, record, by_chain, high - 3, high + 9)
         close.set_ylim(0.82 * top, 1.07 * top)
         peaks = [(f"ideal  {top:.2f} g", INK)]
         for chain, reading in by_chain.items():
             words = f"{chain}  {reading.peak / G:.2f} g ({-reading.loss:+.1%})"
             peaks.append((words, COLORS[chain]))
-        style.key(close, *peaks, loc="upper right")
-        style.title(close, "Close-up of the peak")
+        style.add_key(close, *peaks, loc="upper right")
+        style.add_title(close, "Close-up of the peak")
     return figure
 
 
@@ -70,17 +70,17 @@ def _draw_lines(
     axes.set_ylabel("specific force shown [g]")
 
 
-@style.in_style
+@style.use_style
 def draw_requirements() -> style.Figure:
     """Draw peaks versus filter cutoff and versus rope stiffness, with the paper's peaks."""
-    figure, (filters, ropes) = style.canvas(columns=2, width=11.5, height=4.8)
+    figure, (filters, ropes) = style.make_axes(columns=2, width=11.5, height=4.8)
     _draw_peak_versus_cutoff(filters)
     _draw_peak_versus_rope(ropes)
     for axes in (filters, ropes):
         style.set_log_scale(axes, "xy")
         axes.set(ylabel="peak shown [g]", ylim=(1, 300), yticks=[1, 2, 5, 10, 20, 50, 100])
         axes.minorticks_off()
-        style.key(axes, loc="upper left")
+        style.add_key(axes, loc="upper left")
     return figure
 
 
@@ -99,14 +99,16 @@ def _draw_peak_versus_cutoff(axes: style.Axes) -> None:
         if shown_at is not None:
             takes, peak = shown_at
             words = f"paper's {peak:.0f} g: {takes:.1f} Hz"
-            style.spot(axes, takes, peak, label=words, shape="o" if peak == PAPER_FULL else "s")
-    style.spot(axes, 2000, PAPER_BARE, "paper: 50 g", shape="^", clip_on=False)
+            style.add_point(
+                axes, takes, peak, label=words, shape="o" if peak == PAPER_FULL else "s"
+            )
+    style.add_point(axes, 2000, PAPER_BARE, "paper: 50 g", shape="^", clip_on=False)
     for text, f in [("ADXL193", 400.0), *((f"CFC {c}", c / 0.6) for c in CLASSES)]:
         axes.axvline(f, color=GREY, lw=0.7, ls=style.DOTTED)
         axes.text(f, 1.06, f" {text}", rotation=90, fontsize=7.5, color=GREY, ha="right")
     detail = "4 poles, zero phase (shape of SAE J211-1), any cutoff"
     headline = "Required filter"
-    style.panel(axes, headline, detail, xlabel="−3 dB frequency of the filter [Hz]")
+    style.label_axes(axes, headline, detail, xlabel="−3 dB frequency of the filter [Hz]")
 
 
 def _draw_peak_versus_rope(axes: style.Axes) -> None:
@@ -118,10 +120,10 @@ def _draw_peak_versus_rope(axes: style.Axes) -> None:
     axes.plot(stiffness[slips], study.full[slips], color=BLUE, label=words)
     axes.plot(stiffness, study.tuned, color=GREEN, label="tuned for 40 mm")
     axes.set(xscale="log", xlim=(0.01, 1e3))
-    style.level(axes, PAPER_TUNED, "paper: under 2 g, tuned", share=0.99)
-    style.level(axes, PAPER_FULL, "paper: 10 g, full vacuum", below=True)
-    style.upright(axes, rope / 1e3, "rope of the paper, inferred", share=0.03)
+    style.mark_y(axes, PAPER_TUNED, "paper: under 2 g, tuned", share=0.99)
+    style.mark_y(axes, PAPER_FULL, "paper: 10 g, full vacuum", below=True)
+    style.mark_x(axes, rope / 1e3, "rope of the paper, inferred", share=0.03)
     softest = float(study.rope[np.isfinite(study.tuned)][0])
     detail = f"1 kg at 2.5 m/s, ideal; below {show(softest, 'N/m', 2)} the rope alone stops it"
     below = "stiffness of the rope [kN/m]"
-    style.panel(axes, "Required rope", detail, xlabel=below)
+    style.label_axes(axes, "Required rope", detail, xlabel=below)

@@ -32,11 +32,11 @@ RATIO = 0.05
 """Assumed damping ratio of the map."""
 
 
-@style.in_style
+@style.use_style
 def draw_amplitudes() -> style.Figure:
     """Draw stick–slip versus speed and vacuum for both films, and the mount that prevents it."""
     speeds, vacuums = np.geomspace(1e-3, 20, 44), np.linspace(2e3, 100e3, 22)
-    figure, (*maps, design) = style.canvas(columns=3, width=12.4, height=4.0)
+    figure, (*maps, design) = style.make_axes(columns=3, width=12.4, height=4.0)
     for axes, (film, name) in zip(maps, FILMS.items(), strict=True):
         brake = load(name).brake
         mass, spring = moving_mass(brake), series_stiffness(brake)
@@ -53,9 +53,9 @@ def draw_amplitudes() -> style.Figure:
         axes.plot(edge, vacuums * KPA, color=RED, lw=1.6, label="critical\nspeed (taut)")
         axes.set(xscale="log", xlabel="pulling speed [m/s]", xlim=(1e-3, 20))
         axes.set_ylabel("vacuum [kPa]")
-        style.label(axes, 12, 12, "slides\nsteadily", GREY, ha="right")
-        style.key(axes, loc="upper right")
-        style.title(axes, film, f"model; jump law, damping ratio {RATIO:g} (assumed)")
+        style.add_label(axes, 12, 12, "slides\nsteadily", GREY, ha="right")
+        style.add_key(axes, loc="upper right")
+        style.add_title(axes, film, f"model; jump law, damping ratio {RATIO:g} (assumed)")
     figure.colorbar(contours, ax=maps[1], label="half the force swing [N]", pad=0.02)
     _draw_mount(design)
     return figure
@@ -71,35 +71,37 @@ def _draw_mount(axes: style.Axes) -> None:
             drag = 2 * ratio * np.sqrt(stiffness * mass)
             speed = np.asarray(critical_speed(*force_bounds(slide), stiffness, mass, drag))
             axes.plot(stiffness / 1e3, speed, color=color, ls=dash)
-            style.spot(
+            style.add_point(
                 axes, working / 1e3, float(np.interp(working, stiffness, speed)), color=color
             )
     axes.set(xscale="log", yscale="log", xlabel="stiffness of brake and mount [kN/m]")
     axes.set(ylabel="critical speed [m/s]", xlim=(5, 2e3), ylim=(0.02, 40))
-    style.key(axes, *zip(FILMS, (BLUE, ORANGE), strict=True))
+    style.add_key(axes, *zip(FILMS, (BLUE, ORANGE), strict=True))
     detail = f"94.5 kPa; damping ratio {RATIO:g} (solid), 0.5 (dashed); dots: as measured"
-    style.title(axes, "Critical speed versus stiffness", detail)
+    style.add_title(axes, "Critical speed versus stiffness", detail)
 
 
-@style.in_style
+@style.use_style
 def draw_fig4_stick_slip() -> style.Figure:
     """Draw table I, staggered sliding, and the range in which only Kapton shows stick–slip."""
     from matplotlib.colors import ListedColormap
 
     study = study_fig4()
     kapton, ptfe = study["Kapton"], study["PTFE"]
-    figure, (bars, grid) = style.canvas(columns=2, width=10.4, height=4.1, width_ratios=(1, 1.35))
+    figure, (bars, grid) = style.make_axes(
+        columns=2, width=10.4, height=4.1, width_ratios=(1, 1.35)
+    )
     for place, (film, color) in enumerate(zip((kapton, ptfe), (BLUE, ORANGE), strict=True)):
         for shift, value, alpha in ((-0.18, film.together, 1.0), (0.18, film.apart, 0.45)):
             bars.bar(place + shift, value * 100, 0.32, color=color, alpha=alpha)
-            style.label(bars, place + shift, value * 100 + 4, f"{value:.0%}", ha="center")
+            style.add_label(bars, place + shift, value * 100 + 4, f"{value:.0%}", ha="center")
     bars.set_xticks([0, 1], ["Kapton", "PTFE"])
     bars.tick_params(axis="x", length=0)
     bars.set(ylabel="half the swing / kinetic force [%]", ylim=(0, 150))
     bars.grid(axis="x", visible=False)
     words = "left: table I, all sheets at once", "right: sheets start to slip one by one"
-    style.key(bars, *((text, INK) for text in words), loc="upper left", handlelength=0)
-    style.title(bars, "Slow pull, 94.5 kPa", "model; Fig. 4 shows the opposite order")
+    style.add_key(bars, *((text, INK) for text in words), loc="upper left", handlelength=0)
+    style.add_title(bars, "Slow pull, 94.5 kPa", "model; Fig. 4 shows the opposite order")
     code = kapton.judders.astype(int) + 2 * ptfe.judders.astype(int)
     names = "neither", "Kapton alone, as in Fig. 4", "PTFE alone", "both stick and slip"
     shades = "#eef1f3", BLUE, ORANGE, "#b9c2ca"
@@ -107,14 +109,14 @@ def draw_fig4_stick_slip() -> style.Figure:
     grid.pcolormesh(STRIBECK, DAMPING, code, shading="nearest", **scale)
     grid.set(xscale="log", yscale="log", xlabel="Stribeck speed $v_s$ [m/s]")
     grid.set_ylabel("damping [N s/m]")
-    style.level(grid, ptfe.settles, "PTFE's limit", INK, share=0.99, below=True)
-    style.level(grid, kapton.settles, "Kapton's limit, small $v_s$", INK, share=0.99)
+    style.mark_y(grid, ptfe.settles, "PTFE's limit", INK, share=0.99, below=True)
+    style.mark_y(grid, kapton.settles, "Kapton's limit, small $v_s$", INK, share=0.99)
     colors = dict(zip(names, (GREY, BLUE, ORANGE, GREY), strict=True))
     present = [names[value] for value in (1, 2) if (code == value).any()]
-    style.key(grid, *((name, colors[name]) for name in present), loc="lower right")
-    style.label(grid, 2e-2, 3, names[3], INK, ha="center")
-    style.label(grid, 9, 210, names[0], INK, ha="center")
-    style.title(grid, "At 1 mm/s, same law for both films", "model; nothing here is measured")
+    style.add_key(grid, *((name, colors[name]) for name in present), loc="lower right")
+    style.add_label(grid, 2e-2, 3, names[3], INK, ha="center")
+    style.add_label(grid, 9, 210, names[0], INK, ha="center")
+    style.add_title(grid, "At 1 mm/s, same law for both films", "model; nothing here is measured")
     return figure
 
 
@@ -136,13 +138,13 @@ def _draw_pulls(axes: style.Axes, speed: float, films: FilmStyles) -> None:
     axes.set(xlim=(0, 40), ylim=(0, 245), xlabel="elongation [mm]", ylabel="force [N]")
 
 
-@style.in_style
+@style.use_style
 def draw_fig6() -> style.Figure:
     """Draw dry and wet Kapton at two speeds; the wet parameters are illustrative."""
     brake = load("choi2018-kapton").brake
     speed = np.geomspace(1e-4, 0.1, 200)
     lower, higher = (ILLUSTRATIVE, style.LONG), (ILLUSTRATIVE_VISCOUS, style.DOTTED)
-    figure, (law, slow, fast) = style.canvas(columns=3, width=12.4, height=4.1)
+    figure, (law, slow, fast) = style.make_axes(columns=3, width=12.4, height=4.1)
     dry = brake.scale_factor * brake.film.kinetic * FULL * KPA
     law.plot(speed * MM, np.full_like(speed, dry), color=INK, label="dry")
     names = "wet, lower at speed", "wet, higher at speed"
@@ -152,15 +154,15 @@ def draw_fig6() -> style.Figure:
     law.set(xscale="log", xlabel="sliding speed [mm/s]", ylabel="shear stress [kPa]")
     law.set(xlim=(0.1, 100), ylim=(0, 45))
     for speed_ in (SLOW, FAST):
-        style.upright(law, speed_ * MM, f"{speed_ * MM:g} mm/s", share=0.03)
-    style.key(law, loc="upper left")
-    style.title(law, "Stress of an interface, 94.5 kPa", "wet: ILLUSTRATIVE, not measured")
+        style.mark_x(law, speed_ * MM, f"{speed_ * MM:g} mm/s", share=0.03)
+    style.add_key(law, loc="upper left")
+    style.add_title(law, "Stress of an interface, 94.5 kPa", "wet: ILLUSTRATIVE, not measured")
     _draw_pulls(slow, SLOW, ((None, "-"), lower))
     _draw_pulls(fast, FAST, ((None, "-"), lower, higher))
     end = [float(brake_force(0.04, p, brake)) for p in FIG4]
     ends = [(f, f"{p * KPA:.1f} kPa", c) for f, p, c in zip(end, FIG4, VACUUMS, strict=True)]
     style.add_end_labels(fast, 40, ends)
-    style.title(slow, "Fig. 6: Kapton at 1 mm/s", "solid: dry; dashed: wet, ILLUSTRATIVE")
+    style.add_title(slow, "Fig. 6: Kapton at 1 mm/s", "solid: dry; dashed: wet, ILLUSTRATIVE")
     detail = "solid: dry; dashed and dotted: the two readings"
-    style.title(fast, "Kapton at 25 mm/s", detail)
+    style.add_title(fast, "Kapton at 25 mm/s", detail)
     return figure

@@ -16,7 +16,7 @@ from layerjam.commands.declare import Progress
 from layerjam.commands.wording import format_words
 from layerjam.report import style
 from layerjam.report.folder import figure_files, write_folder
-from layerjam.report.page import NONE, Page, Part, Picture, Table, Word, draw_all, html
+from layerjam.report.page import NONE, Page, Part, Picture, Table, Word, draw_all, to_html
 from layerjam.report.style import BLUE, FAINT, GREEN, GREY, INK, KN, KPA, MM, MS, ORANGE, RED
 from layerjam.studies.machines import ankle_clutch, neck_guard, rehabilitation, seat_belt
 from layerjam.studies.machines.ankle_clutch import RATES
@@ -39,12 +39,12 @@ def draw_pictures(result: Result) -> list[Picture]:
     ]
 
 
-@style.in_style
+@style.use_style
 def draw_belt_versus_time(result: Result) -> style.Figure:
     """Draw chest acceleration and displacement versus time for three kinds of restraint."""
     record: seat_belt.Record = result.record
     restraints, limits = record.held, get(result.scenario, "limits")
-    figure, (left, right) = style.canvas(columns=2, width=10.6, height=4.3)
+    figure, (left, right) = style.make_axes(columns=2, width=10.6, height=4.3)
     time = restraints[0].ride.time * MS
     left.plot(time, record.drive / G, color=FAINT, lw=1.4, label="vehicle")
     for curve, (color, width) in zip(restraints, _LINES, strict=True):
@@ -57,24 +57,24 @@ def draw_belt_versus_time(result: Result) -> style.Figure:
     detail = f"allowed: {limit:.3g} g, off the chart"
     if limit < 1.8 * top:
         top, detail = max(top, limit), "grey: deceleration of the vehicle itself"
-        style.level(left, limit, "allowed")
+        style.mark_y(left, limit, "allowed")
     left.set(xlim=(0, end), ylim=(0, 1.45 * top))
     left.set(xlabel="time [ms]", ylabel="chest acceleration [g]")
-    style.key(left, loc="upper right")
-    style.title(left, "Load on the chest", detail)
+    style.add_key(left, loc="upper right")
+    style.add_title(left, "Load on the chest", detail)
     longest = max(*(float(curve.ride.way.max()) for curve in restraints), limits.space)
     right.set(xlim=(0, end), ylim=(0, 1.25 * MM * longest))
     right.set(xlabel="time [ms]", ylabel="chest displacement in the vehicle [mm]")
-    style.level(right, limits.space * MM, "available space")
-    style.title(right, "Displacement", "in the vehicle, from the start of the crash")
+    style.mark_y(right, limits.space * MM, "available space")
+    style.add_title(right, "Displacement", "in the vehicle, from the start of the crash")
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_belt_versus_displacement(result: Result) -> style.Figure:
     """Draw the force in the belt versus the displacement of the chest."""
     record: seat_belt.Record = result.record
-    figure, (axes,) = style.canvas(width=6.8, height=4.3)
+    figure, (axes,) = style.make_axes(width=6.8, height=4.3)
     for curve, (color, width) in zip(record.held, _LINES, strict=True):
         end = int(np.argmax(curve.ride.way)) + 1
         force = curve.ride.force[:end] * KN
@@ -85,21 +85,21 @@ def draw_belt_versus_displacement(result: Result) -> style.Figure:
     axes.set(xlim=(0, 1.15 * MM * max(longest, limits.space)), ylim=(0, 1.35 * KN * force))
     axes.set(xlabel="chest displacement in the vehicle [mm]")
     axes.set_ylabel("belt force [kN]")
-    style.level(axes, limits.belt * KN, "allowed", share=0.5)
-    style.upright(axes, limits.space * MM, "space", RED, share=0.03)
-    style.key(axes, loc="upper left")
-    style.title(axes, "Force versus displacement", "up to the maximum displacement; unfiltered")
+    style.mark_y(axes, limits.belt * KN, "allowed", share=0.5)
+    style.mark_x(axes, limits.space * MM, "space", RED, share=0.03)
+    style.add_key(axes, loc="upper left")
+    style.add_title(axes, "Force versus displacement", "up to the maximum displacement; unfiltered")
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_neck_versus_time(result: Result) -> style.Figure:
     """Draw angular acceleration and velocity versus time."""
     record: neck_guard.Record = result.record
     bare, guard = record.turned
     time, case = bare.ride.time * MS, result.scenario
     limit = get(case, "limits.acceleration") / 1e3
-    figure, (left, right) = style.canvas(columns=2, width=10.6, height=4.1)
+    figure, (left, right) = style.make_axes(columns=2, width=10.6, height=4.1)
     for turn, color, width in ((bare, GREY, 1.6), (guard, BLUE, 2.0)):
         left.plot(time, turn.angular / 1e3, color=color, lw=width, label=turn.name)
         right.plot(time, turn.ride.speed / get(case, "guard.lever"), color=color, lw=width)
@@ -109,87 +109,89 @@ def draw_neck_versus_time(result: Result) -> style.Figure:
     left.set_ylim(min(-0.4, float(guard.angular.min()) / 1e3 * 1.2), high)
     left.set_ylabel(f"angular acceleration {RADIANS}")
     right.set_ylabel("angular velocity [rad/s]")
-    style.level(left, limit, "allowed", share=0.99)
-    style.key(left, loc="upper right")
+    style.mark_y(left, limit, "allowed", share=0.99)
+    style.add_key(left, loc="upper right")
     detail = (
         f"peak {bare.acceleration:.0f} rad/s² free, {guard.acceleration:.0f} rad/s² with brakes"
     )
-    style.title(left, "Acceleration of the head", detail)
+    style.add_title(left, "Acceleration of the head", detail)
     detail = f"BrIC {bare.bric:.2f} free, {guard.bric:.2f} with brakes"
-    style.title(right, "Velocity of the head", detail)
+    style.add_title(right, "Velocity of the head", detail)
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_neck_versus_count(result: Result) -> style.Figure:
     """Draw the peak acceleration versus the number of brakes."""
     record: neck_guard.Record = result.record
     have, free = result.scenario.brakes.parallel, record.turned[0].acceleration / 1e3
     limit = get(result.scenario, "limits.acceleration") / 1e3
     counts, turns = record.tried.parallel.to_numpy(), record.tried.turns.to_numpy() / 1e3
-    figure, (axes,) = style.canvas(width=6.8, height=3.9)
+    figure, (axes,) = style.make_axes(width=6.8, height=3.9)
     axes.plot(counts, turns, color=BLUE)
     style.set_log_scale(axes)
     axes.set(xlim=(1, float(counts[-1])), ylim=(0, 1.25 * max(free, limit)))
     axes.set(xlabel="number of brakes in parallel")
     axes.set_ylabel(f"maximum angular acceleration {RADIANS}")
-    style.level(axes, free, "free", GREY, share=0.99)
-    style.level(axes, limit, "allowed", below=True)
-    style.spot(axes, have, turns[have - 1], "this guard", BLUE)
-    style.title(axes, "More brakes", "jammed before the blow, in series with the scenario's straps")
+    style.mark_y(axes, free, "free", GREY, share=0.99)
+    style.mark_y(axes, limit, "allowed", below=True)
+    style.add_point(axes, have, turns[have - 1], "this guard", BLUE)
+    style.add_title(
+        axes, "More brakes", "jammed before the blow, in series with the scenario's straps"
+    )
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_ankle_stride(result: Result) -> style.Figure:
     """Draw angle, force and holding force along a stride."""
     record: ankle_clutch.Record = result.record
     stride, ready = record.stride, record.ready
     part, top = record.part * 100, float(ready.force.max())
-    figure, (upper, lower) = style.canvas(
+    figure, (upper, lower) = style.make_axes(
         rows=2, width=7.4, height=5.6, sharex=True, height_ratios=(1, 1.6)
     )
     upper.plot(part, np.degrees(record.angle), color=INK)
     upper.set_ylabel("ankle [degrees]")
     for axes in (upper, lower):
         axes.axvspan(record.window[0] * 100, record.window[1] * 100, color=FAINT, alpha=0.3)
-    style.title(upper, "One stride", "shaded: the clutch must hold; dorsiflexion is positive")
+    style.add_title(upper, "One stride", "shaded: the clutch must hold; dorsiflexion is positive")
     lower.plot(part, ready.force, color=GREEN, ls=style.DASHED, label="if evacuated from the start")
     lower.plot(part, stride.hold, color=ORANGE, lw=1.6, label="holding capacity")
     lower.plot(part, stride.force, color=BLUE, lw=2.2, label="actual force")
     lower.set(ylim=(0, 1.35 * top), xlim=(float(part[0]), float(part[-1])), ylabel="force [N]")
     lower.set_xlabel("fraction of the stride after heel strike [%]")
-    style.key(lower, loc="upper left")
+    style.add_key(lower, loc="upper left")
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_ankle_rates(result: Result) -> style.Figure:
     """Draw the slip versus the stride rate."""
     record: ankle_clutch.Record = result.record
     rate, fastest = result.own["stride_rate"], result.own["fastest_stride_rate"]
-    figure, (axes,) = style.canvas(width=6.8, height=3.9)
+    figure, (axes,) = style.make_axes(width=6.8, height=3.9)
     axes.plot(RATES, record.slips * MM, color=BLUE)
     style.set_log_scale(axes)
     axes.set(xlabel="stride rate [Hz]", ylabel="slip per stride [mm]")
     axes.set(xlim=(RATES[0], RATES[-1]), ylim=(0, 1.2 * MM * record.slips.max()))
-    style.level(axes, get(result.scenario, "limits.slip") * MM, "allowed")
-    style.upright(axes, rate, "walking")
+    style.mark_y(axes, get(result.scenario, "limits.slip") * MM, "allowed")
+    style.mark_x(axes, rate, "walking")
     detail = (
         f"holds up to {fastest:.3g} strides per second"
         if fastest
         else ("holds at none of the rates tried")
     )
-    style.title(axes, "Stride rate that the vacuum follows", detail)
+    style.add_title(axes, "Stride rate that the vacuum follows", detail)
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_exercise_versus_time(result: Result) -> style.Figure:
     """Draw torque and vacuum versus time."""
     record: rehabilitation.Record = result.record
     session, vacuum = record.session, record.followed.loop
-    figure, (upper, lower) = style.canvas(
+    figure, (upper, lower) = style.make_axes(
         rows=2, width=8.4, height=5.2, sharex=True, height_ratios=(1.7, 1)
     )
     flexion_torque = np.where(session.flexing, session.torque, np.nan)
@@ -200,17 +202,17 @@ def draw_exercise_versus_time(result: Result) -> style.Figure:
     top = 1.35 * float(session.torque.max())
     upper.set(ylim=(0, top), ylabel="torque [N m]", xlim=(0, float(session.time[-1])))
     detail = "the torque during extension is not drawn"
-    style.title(upper, "Resistance in flexion", detail)
+    style.add_title(upper, "Resistance in flexion", detail)
     target = vacuum.target * KPA
     lower.plot(session.time, target, color=GREEN, lw=1.1, ls=style.DASHED, label="target")
     lower.plot(session.time, vacuum.vacuum * KPA, color=BLUE, lw=1.4, label="in the brakes")
     lower.set(xlabel="time [s]", ylabel="vacuum [kPa]", ylim=(0, 1.5 * float(target.max())))
     for axes in (upper, lower):
-        style.key(axes, loc="upper left", ncols=2)
+        style.add_key(axes, loc="upper left", ncols=2)
     return figure
 
 
-@style.in_style
+@style.use_style
 def draw_exercise_versus_angle(result: Result) -> style.Figure:
     """Draw torque versus angle, and the fraction that can be followed versus speed."""
     record: rehabilitation.Record = result.record
@@ -219,25 +221,27 @@ def draw_exercise_versus_angle(result: Result) -> style.Figure:
     first = slice(int(edges[0]), int(edges[1]))
     angle, grid = np.degrees(session.angle[first]), np.degrees(grid)
     top = 1.25 * max(float(session.torque.max()), float(reach.max()))
-    figure, (left, right) = style.canvas(columns=2, width=10.6, height=4.1)
-    style.band(left, grid, reach, top, RED, 0.10)
+    figure, (left, right) = style.make_axes(columns=2, width=10.6, height=4.1)
+    style.add_band(left, grid, reach, top, RED, 0.10)
     left.plot(grid, reach, color=RED, lw=1.3, label="out of reach above")
     left.plot(angle, session.torque[first], color=GREEN, lw=2.6, alpha=0.7, label="target")
     left.plot(angle, record.given[first], color=INK, lw=1.2, label="actual torque")
     left.set(xlim=(angle[0], angle[-1]), ylim=(0, top))
     left.set(xlabel="flexion [degrees]", ylabel="torque [N m]")
-    style.key(left)
-    style.title(left, "Torque versus angle", "first flexion; red: beyond full vacuum")
+    style.add_key(left)
+    style.add_title(left, "Torque versus angle", "first flexion; red: beyond full vacuum")
     speeds = np.degrees(SPEEDS)
     right.plot(speeds, record.shares * 100, color=BLUE)
     style.set_log_scale(right)
     right.set(ylim=(0, 108), xlabel="mean speed of flexion [degrees/s]")
     right.set_ylabel("part followed [% of the flexion]")
     right.set_xlim(float(speeds[0]), float(speeds[-1]))
-    style.level(right, get(result.scenario, "limits.followed") * 100, "minimum", below=True)
-    style.upright(right, math.degrees(get(result.scenario, "exercise.speed")), "asked", share=0.03)
+    style.mark_y(right, get(result.scenario, "limits.followed") * 100, "minimum", below=True)
+    style.mark_x(right, math.degrees(get(result.scenario, "exercise.speed")), "asked", share=0.03)
     fastest = math.degrees(result.own["fastest_speed"])
-    style.title(right, "Coverage versus speed", f"up to {show(fastest, '1', 3)} degrees per second")
+    style.add_title(
+        right, "Coverage versus speed", f"up to {show(fastest, '1', 3)} degrees per second"
+    )
     return figure
 
 
@@ -260,9 +264,9 @@ MISSED = Word("≠ missed", "verdict differs")
 
 def write_page(result: Result, values: str, out: Path, progress: Progress) -> Path:
     """Write the folder and return the path of the page. `values` is the text of results.json."""
-    page_made = make_page(result)
-    svgs = draw_all(page_made.pictures(), progress)
-    content = {"report.html": html(page_made.template_data(), svgs), "results.json": values + "\n"}
+    page = make_page(result)
+    svgs = draw_all(page.pictures(), progress)
+    content = {"report.html": to_html(page.template_data(), svgs), "results.json": values + "\n"}
     write_folder(out, content | figure_files(svgs))
     return out / "report.html"
 

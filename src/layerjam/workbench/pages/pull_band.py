@@ -90,11 +90,11 @@ def draw_bands(figure: "Figure", bands: Sequence[tuple[Band, TensileRecord, str]
     for b, record, color in bands:
         force = np.interp(b.elongation, record.elongation, record.force)
         x, low, high = b.elongation * 1e3, force - b.half_width, force + b.half_width
-        style.band(axes, x, low, high, color)
+        style.add_band(axes, x, low, high, color)
         above = float(high[x >= (1 - WORDS) * x[-1]].max()), float(x[-1])
         ends[b.name] = max(ends.get(b.name, above), above)
     for name, (y, x_end) in ends.items():
-        style.label(axes, x_end, y, f"band: {name}", ha="right", va="bottom")
+        style.add_label(axes, x_end, y, f"band: {name}", ha="right", va="bottom")
 
 
 def _pull_condition(call: Call) -> tuple[float, float]:
