@@ -38,7 +38,7 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
     "comments only": ("# layerjam 1\n# x\n", "contains a header but no column names", None),
     "cut off: a field missing": (CUT[: CUT.rindex(",")], "cut off", 69),
     "cut off: within quotes": (CUT[:-2], "cut off", 69),
-    "cut off: within a number": (named()[:-3], "the last line is cut off within", 61),
+    "cut off: within a number": (named()[:-3], "the last line is cut off in its last", 61),
     "cut off: after a separator": (named()[: named().rindex(",") + 1], "cut off", 61),
     "a short row": (with_row(7, "1,2"), "has 2 values instead of 3", 9),
     "a long row": (with_row(7, "1,2,3,4"), "has 4 values instead of 3", 9),
@@ -66,7 +66,7 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
     "no known format": ("hello\nworld\n", "is not in a known format; tried layerjam CSV (", None),
     "numbers without header": (
         table(*rows(), head=""),
-        "3 columns of numbers without names; state each one, in order, such as --columns time:s,",
+        "3 columns of numbers without names; specify each one, in order, such as --columns time:s,",
         None,
     ),
     "no force": (
@@ -81,7 +81,7 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
     ),
     "no unit": (
         table(*rows(), head="Time (s),Extension (mm),Load"),
-        "column 'Load' has no unit; force needs one such as 'N', 'kN' or 'lbf'",
+        "column 'Load' has no unit; force needs a unit such as 'N', 'kN' or 'lbf'",
         1,
     ),
     "no units at all": (

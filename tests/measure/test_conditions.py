@@ -49,7 +49,7 @@ def test_a_name_after_its_pattern(name, pattern, vacuum, speed, tmp_path: Path) 
 @pytest.mark.parametrize(
     ("pattern", "words"),
     [
-        ("pull_{vacuum}kPa", "its name does not follow the pattern.*put | between two patterns"),
+        ("pull_{vacuum}kPa", "its name does not follow the pattern.*separate two patterns by |"),
         ("a_{vacuum}|b_*", r"the pattern 'a_{vacuum}\|b_\*' \(--names\)$"),
         ("pull_*|friction_*", "contains no quantity"),
         ("pull_{vacum}_*", "did you mean vacuum"),

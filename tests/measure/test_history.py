@@ -57,11 +57,11 @@ def test_what_is_refused_and_how(tmp_path, text, words):
 @pytest.mark.parametrize("name", ["pressure [kPa]", "Druck (kPa)", "P [kPa]"])
 def test_a_pressure_is_never_guessed_to_be_a_vacuum(tmp_path, name):
     path = write(tmp_path, f"time [s];{name}\n0;101.3250\n1;6.8250\n")
-    with pytest.raises(FileError, match="name the column vacuum, or give --reading"):
+    with pytest.raises(FileError, match="rename the column to 'vacuum', or give --reading"):
         read_history(path, ATMOSPHERE)
     absolute = read_history(path, ATMOSPHERE, ReadingOptions(reading="absolute"))
     np.testing.assert_allclose(absolute.vacuum, [0, 94.5e3])
-    with pytest.raises(FileError, match="is read as gauge"):
+    with pytest.raises(FileError, match="was read as gauge"):
         read_history(path, ATMOSPHERE, ReadingOptions(reading="gauge"))
     with pytest.raises(UnknownNameError, match="absolute"):
         read_history(path, ATMOSPHERE, ReadingOptions(reading="absolut"))

@@ -27,9 +27,9 @@ def test_the_first_and_the_last_column_are_read_and_none_beside_them(tmp_path: P
     assert read_column(path, 0, "s", "s").tolist() == [0.0, 1.0, 2.0]
     np.testing.assert_allclose(read_column(path, 1, "kN", "N"), [1e3, 2e3, 3e3])
     for index in (-1, 2):
-        with pytest.raises(FileError, match=f"has no column {index + 1} in 's'"):
+        with pytest.raises(FileError, match=f"has no column {index + 1} with the unit 's'"):
             read_column(path, index, "s", "s")
-    with pytest.raises(FileError, match="has no column 2 in 's'"):
+    with pytest.raises(FileError, match="has no column 2 with the unit 's'"):
         read_column(path, 1, "s", "N")
 
 

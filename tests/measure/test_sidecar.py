@@ -50,7 +50,7 @@ def test_read(tmp_path: Path) -> None:
             '[gauge_certificate]\nnumber = "P"\nlaboratory = "L"\ndate = 2026-03-01\n'
             'due = "2025-03-01"',
             5,
-            "2025-03-01 is before the calibration of 2026-03-01",
+            "2025-03-01 is before the calibration date, 2026-03-01",
         ),
     ],
 )

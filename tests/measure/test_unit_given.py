@@ -71,7 +71,7 @@ def test_a_unit_that_agrees_or_that_nobody_knows_is_taken(
     path = write(tmp_path, f"Time (s),Extension (mm),Load ({written})", *rows())
     read_trace(path, ReadingOptions(column=[f"force:{said}=Load"]))
     if written == "raw":
-        with pytest.raises(FileError, match=r"\(state it: --columns force:UNIT='Load'\)"):
+        with pytest.raises(FileError, match=r"\(specify it: --columns force:UNIT='Load'\)"):
             read_trace(path)
 
 

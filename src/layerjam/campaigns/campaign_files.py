@@ -265,7 +265,7 @@ def format_readme(campaign: Campaign, folder: Path) -> str:
         f"these layouts: {', '.join(spec.files.layouts)}.",
         "Each file NAME has a NAME.toml with metadata that the file lacks: vacuum, speed,",
         "repeat, brake.",
-        "spec.toml is the campaign; layerjam lab spec.toml --out FOLDER writes it again.",
+        "spec.toml is the campaign; layerjam lab spec.toml --out FOLDER recreates it.",
         "truth.toml contains the true values. Solve the exercise first, then look.",
     ]
     if faulty:

@@ -108,7 +108,7 @@ class Form:
             letter = words[error.start]
             raise QuantityError.of(
                 "files.encoding",
-                f"{encoding} has no '{letter}', which the layout {self.layout} in "
+                f"{encoding} lacks the character '{letter}', which the layout {self.layout} in "
                 f"language '{language}' needs; use utf-8",
             ) from None
 

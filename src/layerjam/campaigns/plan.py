@@ -137,7 +137,7 @@ def _check_vacuum(subject: Subject, vacuum: float, machine: Faults) -> None:
     if not 0 <= true <= atmosphere or vacuum > atmosphere:
         raise QuantityError.of(
             "pulls.vacuums",
-            f"{show(vacuum, 'Pa', 6)} on the gauge is {show(true, 'Pa', 6)} in "
+            f"a gauge reading of {show(vacuum, 'Pa', 6)} means {show(true, 'Pa', 6)} in "
             f"{subject.label}; it must be between zero and atmospheric pressure, "
             f"{show(atmosphere, 'Pa', 6)}",
         )

@@ -49,13 +49,13 @@ class Truth:
     brake: str | BrakeFile = _word_field("catalogue name or path of a brake file", MISSING)
     label: str = _word_field("short name for its files; default: the name of the brake", "")
     scale_factor: float | None = quantity(
-        "1", "true scale factor on the sheets' friction", lo=1e-3, hi=100, default=None
+        "1", "true scale factor of the sheets' friction", lo=1e-3, hi=100, default=None
     )
     stiffness: float | None = quantity(
         "N/m", "true stiffness of brake and mount", lo=100, hi=1e9, default=None
     )
     enclosure_factor: float = quantity(
-        "1", "true factor on the enclosure's force", lo=1e-3, hi=100, default=1.0
+        "1", "true factor applied to the enclosure's force", lo=1e-3, hi=100, default=1.0
     )
     static: float | None = quantity(
         "1", "true static friction of the film on itself", lo=1e-4, hi=5, default=None
@@ -119,14 +119,14 @@ class FrictionTests(LoadCell):
         "N/m", "stiffness of string and load cell", lo=1, hi=1e7, default=300.0
     )
     holds: tuple[float, ...] = _list_field(
-        "s", "holds under load before the pulls, each repeated", (), lo=1e-3, hi=1e8
+        "s", "hold times under load before the pulls; each is repeated", (), lo=1e-3, hi=1e8
     )
     texture: float = quantity(
         "1", "scatter of friction along the film, as a fraction of the mean", hi=0.3, default=0.01
     )
     static_scatter: float = _scatter_field("static friction")
     kinetic_scatter: float = _scatter_field("kinetic friction")
-    stick_slip: float = fault("N", "stick-slip while sliding, from top to bottom", 100)
+    stick_slip: float = fault("N", "stick-slip while sliding, peak to peak", 100)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,11 +191,11 @@ class Odd:
         "pull",
         ("pull", "vacuum"),
     )
-    friction_change: float = _outlier_field("friction of the sheets above its true value")
-    stiffness_change: float = _outlier_field("stiffness above its true value")
-    vacuum_change: float = _outlier_field("vacuum in the brake above the gauge reading")
-    speed_change: float = _outlier_field("speed above the stated speed")
-    overshoot: float = fault("1", "relative excess of the sheets' static over kinetic friction", 1)
+    friction_change: float = _outlier_field("change in the sheets' friction from its true value")
+    stiffness_change: float = _outlier_field("change in stiffness from its true value")
+    vacuum_change: float = _outlier_field("vacuum in the brake minus the gauge reading")
+    speed_change: float = _outlier_field("change in speed from the stated speed")
+    overshoot: float = fault("1", "relative excess of the sheets' static friction", 1)
     seating: float = fault("m", "settling of grips and caps under the first load", 0.01)
 
 

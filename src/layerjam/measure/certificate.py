@@ -51,7 +51,7 @@ class CertificateSpec(AsItIs):
             raise QuantityError.of(name, f"lacks {', '.join(empty)}; it must be {self.limits()}")
         if texts["due"] and texts["due"] < texts["date"]:
             raise QuantityError.of(
-                f"{name}.due", f"{texts['due']} is before the calibration of {texts['date']}"
+                f"{name}.due", f"{texts['due']} is before the calibration date, {texts['date']}"
             )
         return Certificate(**texts)
 

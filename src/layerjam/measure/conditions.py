@@ -133,7 +133,7 @@ def _parse_name_values(path: Path, names: str) -> dict[str, Any]:
     )
     match, units = next((pair for pair in matches if pair[0] is not None), (None, {}))
     if match is None:
-        hint = "" if "|" in names else "; for two kinds of names, put | between two patterns"
+        hint = "" if "|" in names else "; for two kinds of names, separate two patterns by |"
         fault = f"its name does not follow the pattern '{names}'"
         raise FileError(path, fault, how=f" (--names{hint})")
     try:

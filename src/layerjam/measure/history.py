@@ -37,6 +37,6 @@ def read_history(
             path,
             f"vacuum {show(float(vacuum[bad]), 'Pa')} at {show(time[bad], 's')} is not allowed; it "
             f"must be between 0 and atmospheric pressure, {show(atmosphere, 'Pa')}"
-            + ("" if kind == "vacuum" else f" (its pressure is read as {kind})"),
+            + ("" if kind == "vacuum" else f" (its pressure column was read as {kind})"),
         )
     return History(time, vacuum)

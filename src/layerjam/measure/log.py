@@ -97,8 +97,8 @@ class Log:
             raise FileError(
                 self.path,
                 (
-                    f"does not state the pressure reference of '{column.name[:60]}': name the "
-                    "column vacuum"
+                    f"does not state the pressure reference of '{column.name[:60]}': rename "
+                    "the column to 'vacuum'"
                 ),
                 how=", or give --reading absolute, gauge (above atmospheric "
                 "pressure) or vacuum (below it)",
@@ -162,7 +162,7 @@ def _find_largest_table(source: Source, wants: Sequence[Want], listed: bool) -> 
     best = max((b for b in blocks if b.table), key=lambda b: (b.styled, b.rows), default=None)
     table = best.table if best else find_headless_table(lines, blocks)
     if table is None:
-        fault = "has no header row; state its columns"
+        fault = "has no header row; specify its columns"
         raise FileError(source.path, fault, how=f": {columns_hint(wants)}", asks="columns")
     return table
 
@@ -230,7 +230,7 @@ def _check_time(path: str, values: Mapping[str, Array], wants: Sequence[Want]) -
         time = float(values["time"][backwards[0]])
         raise FileError(path, f"time runs backwards after {show(time, 's', 6)}")
     if len(values["time"]) < 2 or values["time"][-1] <= values["time"][0]:
-        raise FileError(path, "its time does not advance")
+        raise FileError(path, "its time never increases")
 
 
 def _parse_head(source: Source, table: Table) -> dict[str, tuple[str, ...]]:

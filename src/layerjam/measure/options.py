@@ -129,12 +129,12 @@ def _parse_entry(text: str, index: int | None, roles: Mapping[str, str]) -> Colu
         fault = f"'{unit[:20]}' is not a unit of {role}" if unit else f"{role} has no unit"
         weight = weight_unit(unit) if si == "N" else None
         fault += ", a unit of mass" if weight else ""
-        raise QuantityError(f"columns: {fault}; give one such as {role}:{weight or si}")
+        raise QuantityError(f"columns: {fault}; give a unit such as {role}:{weight or si}")
     return ColumnEntry(role, unit, name.strip() if index is None else None, index)
 
 
 def _list_roles(roles: Mapping[str, str]) -> str:
-    return f"the roles are {', '.join(roles)}"
+    return f"the allowed roles are {', '.join(roles)}"
 
 
 KEYS = tuple(f.name for f in fields(ReadingOptions))

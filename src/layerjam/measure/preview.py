@@ -85,7 +85,7 @@ def read_column(
     lines, block = _find_largest_block(source)
     scale = convert_unit(unit, si)
     if scale is None or not 0 <= index < block.width:
-        raise FileError(path, f"has no column {index + 1} in '{unit[:20]}'")
+        raise FileError(path, f"has no column {index + 1} with the unit '{unit[:20]}'")
     rows = Rows(source, _preview_table(lines, block, _make_block_header(lines, block)))
     column = Column("value", index, f"column {index + 1}", unit, *scale, True)
     (values,) = read_columns(rows, [column], decimal or source.decimal)

@@ -158,7 +158,7 @@ def _check_kind(base: sqlite3.Connection, name: str) -> None:
         raise FileError(name, "is a database, but not a bench run")
     if version > FORMAT:
         raise FileError(
-            name, f"has format {version}; this version reads up to {FORMAT}, so update layerjam"
+            name, f"has format {version}; this layerjam reads up to {FORMAT}: update layerjam"
         )
 
 

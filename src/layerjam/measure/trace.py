@@ -63,7 +63,7 @@ class Trace:
             raise UnknownNameError("over", over, ("time", "elongation"))
         clock = getattr(self, over)
         if clock is None:
-            raise QuantityError(f"between: {self.path} contains no time; cut it by 'elongation'")
+            raise QuantityError(f"between: {self.path} contains no time; cut it by elongation")
         unit = "s" if over == "time" else "m"
         low, high = -np.inf if start is None else start, np.inf if end is None else end
         inside = (clock >= low) & (clock <= high)
@@ -154,10 +154,10 @@ def _check_signs(trace: Trace, turned: bool) -> list[str]:
     low, high, mean = float(force.min()), float(force.max()), float(force.mean())
     if low < 0 and -low > high and mean < 0:
         reason, hint = (
-            (" once its sign is changed", "; it needs no --negative force")
+            (" once its sign is changed", "; omit --negative force")
             if turned
             else (
-                ", as in compression; if this machine counts tension as negative, say so",
+                ", as in compression; if this machine records tension as negative, specify this",
                 " (--negative force)",
             )
         )
@@ -168,7 +168,7 @@ def _check_signs(trace: Trace, turned: bool) -> list[str]:
         raise FileError(
             trace.path,
             f"the elongation falls by {show(lowest, 'm')} and hardly ever rises; if this "
-            "machine counts elongation as negative, say so",
+            "machine records elongation as negative, specify this",
             how=" (--negative elongation)",
             asks="elongation-sign",
         )

@@ -50,7 +50,7 @@ def film_steps(drawing: Drawing, coupons: bool, files: Collection[str] | None = 
     }[build.cutter]
     out = [
         Step(
-            f"Measure the film's thickness in five places: {_m(lengths.thickness)} is drawn. A "
+            f"Measure the film's thickness in five places: it should be {_m(lengths.thickness)}. A "
             f"stack more than 7 % off {_m(lengths.stack)} changes the clamping and the force."
         ),
         Step(_check_ids(drawing, "C15")),
@@ -156,7 +156,7 @@ def sleeve_steps(drawing: Drawing) -> list[Step]:
     life = (
         f"Its pot life is {show(silicone.pot_life, 's')}."
         if silicone.pot_life
-        else "Its pot life is not in the brake file: read it on the can."
+        else "Its pot life is not in the brake file: read it off the can."
     )
     cure = (
         f"Let it cure for {show(silicone.cure_time, 's')}"
@@ -187,8 +187,8 @@ def sleeve_steps(drawing: Drawing) -> list[Step]:
             f"remain. Rinse it and let it dry.{castings}"
         ),
         Step(
-            f"Measure the wall in eight places: {_m(lengths.wall)} is drawn. Hold the enclosure "
-            "up to the light: a bubble is a leak."
+            f"Measure the wall in eight places: it should be {_m(lengths.wall)}. Hold the "
+            "enclosure up to the light: a bubble is a leak."
         ),
     ]
 

@@ -113,7 +113,7 @@ def bands(fit: BayesFit, curves: Sequence[Curve], samples: int = 900) -> style.F
         end = max(end, level.end)
     detail = "lines: measured; bands: 50 and 95 % of the next pull"
     axes.set(xlabel="elongation [mm]", ylabel="force [N]", xlim=(0, end * MM), ylim=(0, None))
-    style.add_title(axes, "Measured pulls and the next one", detail)
+    style.add_title(axes, "Measured pulls and the next pull", detail)
     style.add_end_labels(axes, end * MM, ends)
     return figure
 
@@ -175,7 +175,7 @@ def vacuum_for_force(
     if target is not None:
         _mark_quantile(axes, fit, target, place)
     detail = "next pull: median, 50 and 95 % bands"
-    style.label_axes(axes, "Vacuum for a force", detail, ylabel="required vacuum [kPa]")
+    style.label_axes(axes, "Vacuum required for a force", detail, ylabel="required vacuum [kPa]")
     style.add_band(chance, force, 0, 100 * band.chances["too strong"], RED, 0.35)
     chance.set(xlabel=f"required force at a slip of {show(place, 'm')} [N]", xlim=(0, span))
     chance.set(ylabel="no vacuum\nsuffices [%]", ylim=(0, 100), yticks=[0, 50, 100])

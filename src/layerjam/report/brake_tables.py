@@ -28,7 +28,7 @@ CONDITION = Column("vacuum", "vacuum", "Pa", "kPa", 1), Column("speed", "speed",
 SINGLE = (
     Column("scale factor a", "factor", decimals=4),
     Column("stiffness k", "stiffness", "N/m", "kN/m", 1),
-    Column("vacuum of the peak", "vacuum_of_peak", "Pa", "kPa", 1),
+    Column("vacuum at the peak", "vacuum_of_peak", "Pa", "kPa", 1),
     Column("shape", "shape", "1", "%", 1),
     Column("seating", "seating", "1", "%", 1),
 )
@@ -43,12 +43,12 @@ MEASURES = (
 SPLIT = (
     Column("model's own error, root mean square", "own", "N", "N", 2),
     Column("scatter between repeats, SD", "sd", "N", "N", 2),
-    Column("scatter's share of the squared error", "share", "1", "%", 0),
+    Column("fraction of the squared error due to scatter", "share", "1", "%", 0),
 )
 SQUARES = (
     Column("mean squared error", "mse", "N^2"),
-    Column("model's part of it", "model_mse", "N^2"),
-    Column("scatter's part of it", "scatter_mse", "N^2"),
+    Column("part due to the model", "model_mse", "N^2"),
+    Column("part due to scatter", "scatter_mse", "N^2"),
 )
 OVER_CONDITIONS = (
     (Column("MAPE, SD between pulls", "mape_sd"), "curves"),
@@ -174,7 +174,7 @@ def calibration_table(result: Calibration, kinetic: float) -> Table:
             )
         )
     note, changes = _describe_leave_one_out(result)
-    caption = "Quantities that the pulls determine"
+    caption = "Fitted quantities"
     return estimates_table(numbers, id="calibration", caption=caption, note=note, extra=changes)
 
 
@@ -272,7 +272,7 @@ def _pulls_table(
 
 
 OF_PULLS = (
-    "Scale factor a: from the peak. Vacuum of the peak: vacuum at which the pull would "
+    "Scale factor a: from the peak. Vacuum at the peak: vacuum at which the pull would "
     "have the scale factor of the others. Shape: difference between the scale factors after and "
     "at the peak. Seating: increase in slope in the upper half of the rise. The verdict names "
     "the columns in which a pull differs from the others, with at most 5 % false alarms for all "
@@ -287,7 +287,7 @@ def _table_header(column: Column) -> str:
 def _describe_verdict(pull: SinglePull) -> str:
     """Return `ok`, the tests in which the pull differs, or a note that there are too few pulls."""
     odd = [test for test, verdict in pull.verdicts.items() if verdict == "odd"]
-    return ", ".join(odd) or ("ok" if "ok" in pull.verdicts.values() else "too few to compare")
+    return ", ".join(odd) or ("ok" if "ok" in pull.verdicts.values() else "too few pulls")
 
 
 def _list_states(after: Any, before: Any) -> list[tuple[str, Any]]:
@@ -344,7 +344,7 @@ def validation_table(result: Validation, before: Validation | None) -> Table:
         row([column.of(case, stem) for column in CONDITION], stem, case, earlier)
     row(["all", ""], "validation, all", result, before)
     names = ["MAPE [%]", "RMSE [N]", "bias [N]", "R²"]
-    head, groups = names, [("", 3), ("brake as given", 4)]
+    head, groups = names, [("", 3), ("brake as specified", 4)]
     if before is not None:
         head, groups = ["before", "after"] * 4, [("", 3), *((name, 2) for name in names)]
     split = ["own [N]", "scatter [N]", "share [%]"]
@@ -383,7 +383,7 @@ def _make_note(result: Validation, before: Validation | None) -> str:
     if any(c.scatter is not None and c.scatter.model_mse <= 0 for c in result.conditions):
         text += (
             f" {UNTOLD}: the model's error cannot be distinguished from zero. The estimate of its "
-            "square is below zero and the share above 100 %."
+            "square is negative and the share above 100 %."
         )
     return text
 

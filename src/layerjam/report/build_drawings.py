@@ -251,7 +251,7 @@ def draw_layer_order(world: Scene) -> style.Figure:
             axes.text(
                 50,
                 row + 0.5,
-                f"… {lengths.count - SHOWN} more, in turn …",
+                f"… {lengths.count - SHOWN} more, alternating …",
                 ha="center",
                 va="center",
                 fontsize=style.WORDS,
@@ -327,7 +327,7 @@ def draw_film(piece: Piece) -> style.Figure:
         arrowprops={"arrowstyle": "->", "lw": 1.0, "color": INK},
     )
     axes.text(
-        0.69 * long, -5.6 * unit, "the film runs", ha="right", va="center", fontsize=style.WORDS
+        0.69 * long, -5.6 * unit, "film direction", ha="right", va="center", fontsize=style.WORDS
     )
     axes.text(
         -1 * unit,

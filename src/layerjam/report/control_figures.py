@@ -86,7 +86,7 @@ def draw_tracking(run: Following, sweep: Bode | None) -> style.Figure:
             "above the tested range" if sweep.bandwidth is None else show(sweep.bandwidth, "Hz", 3)
         )
         draw_frequency_response(size[0], [(sweep, INK, "")], turn=(-180, 45))
-        style.add_title(size[0], "Frequency response", f"down to 71 % at {wide}; phase dashed")
+        style.add_title(size[0], "Frequency response", f"amplitude 71 % at {wide}; phase dashed")
     return figure
 
 
@@ -157,7 +157,7 @@ def _draw_rise(axes: style.Axes, plan: Plan) -> None:
     words = [(f"{show(plan.reached, 'Pa', 3)} reached in time", BLUE)]
     headline, detail = (
         "Vacuum available in time",
-        "no vacuum available at the site stops it within the travel",
+        "no vacuum available at the site stops the mass within the travel",
     )
     if limit is not None:
         enough, case = limit <= plan.reached, plan.case
@@ -183,13 +183,13 @@ def _draw_failure_probability(peaks: style.Axes, chances: style.Axes, plan: Plan
     x = np.array([energy_sd(c) for c in cases]) * 100
     modes = [("full", INK, plan.reached), ("tuned", ORANGE, plan.tuned.vacuum)]
     if plan.capped:
-        modes = [("full (tuned is capped at it)", INK, plan.reached)]
+        modes = [("full (upper limit of tuned)", INK, plan.reached)]
     highest = 0.0
     for name, color, vacuum in modes:
         runs = [predict_spread(vacuum, brake, c) for c in cases]
         g = np.array([r.peak_g for r in runs])
         words = f"{name}: {show(vacuum, 'Pa', 3)}" + (
-            "" if np.isfinite(g).any() else ", no case stops"
+            "" if np.isfinite(g).any() else ", no stop succeeds"
         )
         peaks.plot(x, g, color=color, label=words)
         chances.plot(x, np.array([r.out for r in runs]) * 100, color=color, label=words)

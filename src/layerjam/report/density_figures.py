@@ -47,7 +47,7 @@ def draw_density(
     ]
     masses = [show(sheet[k], "kg", 3) for k in ("mass_per_sheet", "paper_mass")]
     detail = f"one more sheet in {sheet['brake']} at {show(sheet['vacuum'], 'Pa', 4)}: "
-    detail += f"{forces[0]} and {masses[0]} (the paper: {forces[1]}, {masses[1]})"
+    detail += f"{forces[0]} and {masses[0]} (paper: {forces[1]}, {masses[1]})"
     vacuum = show(first.vacuum, "Pa", 4)
     style.add_title(
         axes, f"Force versus mass; our brakes computed at {vacuum} unless stated", detail

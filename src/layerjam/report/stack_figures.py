@@ -66,7 +66,7 @@ def draw_onset() -> style.Figure:
     bars.set(xlabel="sheet number (even sheets move)", xticks=numbers)
     bars.set(ylabel="sheet load [N]", ylim=(0, 52))
     bars.grid(False, axis="x")
-    style.add_key(bars, ("as the first slip", SKY), ("all slide", BLUE), loc="upper left", ncols=2)
+    style.add_key(bars, ("at the first slip", SKY), ("all slide", BLUE), loc="upper left", ncols=2)
     style.add_title(bars, "Tension in each sheet", "an outer sheet rubs on one side only")
     return figure
 

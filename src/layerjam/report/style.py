@@ -357,7 +357,7 @@ def save(figure: Figure, path: Path, overwrite: bool = False) -> Path:
     """Write .svg, .png or .pdf, completely or not at all; equal figures produce equal bytes."""
     kind = path.suffix.lower().lstrip(".")
     if kind not in ("svg", "png", "pdf"):
-        raise FileError(path, (f"extension '{path.suffix}' is unknown; use .svg, .png, .pdf"))
+        raise FileError(path, (f"extension '{path.suffix}' is unknown; use .svg, .png or .pdf"))
     meta = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
     with apply_style():
         return store_file(path, lambda p: figure.savefig(p, format=kind, metadata=meta), overwrite)

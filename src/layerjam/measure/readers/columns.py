@@ -192,7 +192,7 @@ def assign_by_order(
             name = header.names[entry.index]
             columns[want.role] = Column(want.role, entry.index, name, entry.unit, *known, True)
         elif not want.optional:
-            raise header.fail(f"the given columns lack {want.role}", f": {columns_hint(wants)}")
+            raise header.fail(f"the list has no column of {want.role}", f": {columns_hint(wants)}")
     return columns, [column.sentence() for column in columns.values()]
 
 
@@ -273,7 +273,7 @@ def _explain_missing(header: Header, want: Want, entry: ColumnEntry | None) -> t
         return f"has no column '{name}' with a unit of {want.role}; {header.describe()}", ""
     return (
         f"has no column with a unit of {want.role} ({want.due}); {header.describe()}",
-        f" (state it: --columns {want.role}:{want.units[0]}=NAME)",
+        f" (specify it: --columns {want.role}:{want.units[0]}=NAME)",
     )
 
 
@@ -311,8 +311,8 @@ def list_unit_conflicts(
 def _explain_unit(want: Want, name: str, unit: str | None) -> tuple[str, str]:
     role, label = want.role, shorten(name)
     if not unit:
-        say = f" (state it: --columns {role}:{want.units[0]}='{label}')"
-        return f"column '{label}' has no unit; {role} needs one such as {want.due}", say
+        say = f" (specify it: --columns {role}:{want.units[0]}='{label}')"
+        return f"column '{label}' has no unit; {role} needs a unit such as {want.due}", say
     text = f"column '{label}' is in '{shorten(unit)}', which is not a unit of {role}"
     weight = weight_unit(unit) if want.si == "N" else None
     if weight:
@@ -323,8 +323,8 @@ def _explain_unit(want: Want, name: str, unit: str | None) -> tuple[str, str]:
     if is_other_unit(unit, want.units[0], want.si):
         return f"{text}; name another column", f" (--columns {role}:{want.units[0]}=NAME)"
     return (
-        f"{text}; it needs one such as {want.due}",
-        f" (state it: --columns {role}:UNIT='{label}')",
+        f"{text}; it needs a unit such as {want.due}",
+        f" (specify it: --columns {role}:UNIT='{label}')",
     )
 
 

@@ -211,10 +211,7 @@ def _check_last_number(rows: Rows, decimal: str) -> None:
     if is_cut:
         raise FileError(
             rows.source.path,
-            (
-                f"the last line is cut off within its last number '{last[:40]}'; the file is "
-                "incomplete"
-            ),
+            (f"the last line is cut off in its last number '{last[:40]}'; the file is incomplete"),
             rows.source.line_number(len(rows.source.data)),
         )
 

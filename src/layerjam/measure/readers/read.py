@@ -96,7 +96,7 @@ def open_traces(path: str | Path, options: ReadingOptions | None = None) -> list
         return entries
     if every.specimen > len(entries):
         count_text = f"{len(entries)} specimens" if len(entries) > 1 else "1 specimen"
-        raise FileError(path, f"contains only {count_text}, no specimen {every.specimen}")
+        raise FileError(path, f"contains {count_text}, but no specimen {every.specimen}")
     return [entries[every.specimen - 1]]
 
 

@@ -92,7 +92,7 @@ class Specimen:
             values["elongation"],
             values.get("time"),
             source.path,
-            "columns as given" if order is not None else self.form,
+            "columns as specified" if order is not None else self.form,
             understood=tuple(notes),
             warnings=tuple(warnings),
             facts=facts,
@@ -222,7 +222,7 @@ def _explain_unreadable(
             return FileError(
                 path,
                 f"is not in a known format: {bare.width} columns of numbers without names; "
-                "state each one",
+                "specify each one",
                 how=f", in order, such as --columns {entries}",
                 asks="columns",
             )
@@ -277,7 +277,7 @@ def _note_skipped_lines(lines: Lines, blocks: list[Block], used: list[Block]) ->
     count = int((~lines.blank[end:]).sum())
     line_count = f"{count} lines" if count > 1 else "1 line"
     text = shorten(lines.text(below[0]))
-    return (f"{line_count} below the numbers ignored from line {below[0] + 1}: '{text}'",)
+    return (f"ignored {line_count} below the numbers, from line {below[0] + 1}: '{text}'",)
 
 
 def _split_side_by_side(
