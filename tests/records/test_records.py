@@ -127,15 +127,21 @@ def test_foreign_keys_and_digests_are_held_by_the_tables(tmp_path: Path) -> None
     lj.records_add(pull_file(tmp_path / "p.csv"), db=tmp_path / "lab.db")
     base = Database(tmp_path / "lab.db")
     orphan = schema.WITHDRAWN.insert().values(id="none", when="", why="x", by="")
-    with pytest.raises(RecordsError, match="FOREIGN KEY"), base.writing() as db:
+    with pytest.raises(RecordsError, match="FOREIGN KEY"), base.open_transaction() as db:
         db.execute(orphan)
-    with base.reading() as db:
+    with base.open_snapshot() as db:
         assert db is not None
         entry = dict(db.execute(schema.ENTRIES.select()).mappings().one()) | {"id": "other"}
         file = dict(db.execute(schema.FILES.select()).mappings().one()) | {"id": "other"}
-    with pytest.raises((RecordsError, IntegrityError), match="UNIQUE"), base.writing() as db:
+    with (
+        pytest.raises((RecordsError, IntegrityError), match="UNIQUE"),
+        base.open_transaction() as db,
+    ):
         db.execute(schema.ENTRIES.insert().values(**entry))
-    with pytest.raises((RecordsError, IntegrityError), match="UNIQUE"), base.writing() as db:
+    with (
+        pytest.raises((RecordsError, IntegrityError), match="UNIQUE"),
+        base.open_transaction() as db,
+    ):
         db.execute(schema.ENTRIES.insert().values(**entry | {"identity": "data other"}))
         db.execute(schema.FILES.insert().values(**file))
     assert len(lj.records_list(db=tmp_path / "lab.db").rows_) == 1

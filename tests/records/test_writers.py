@@ -151,7 +151,7 @@ def _orphan(db: str) -> None:
     from layerjam.records.database import Database
     from layerjam.records.schema import CITED
 
-    with Database(db).writing() as base:
+    with Database(db).open_transaction() as base:
         base.execute(CITED.insert().values(child="none", key="none", role="x", name="none"))
 
 

@@ -97,7 +97,7 @@ def test_the_words_of_every_picture_can_be_read(name: str) -> None:
     for shown, (shot, labels) in build_pictures.make_shots(world).items():
         figures[shown] = build_pictures.add_labels(shot, labels)
         for label in labels:
-            column, row = label.place(shot)
+            column, row = label.locate(shot)
             rows, columns, _ = shot.pixels.shape
             assert 0 <= column <= columns and 0 <= row <= rows
     for shown, figure in figures.items():
@@ -110,8 +110,8 @@ def test_every_part_is_seen_where_its_name_points(name: str) -> None:
     for shown, (shot, labels) in shots.items():
         for label in labels:
             if isinstance(label.target, Body):
-                column, row = label.place(shot)
-                assert shot.middle_of(label.target) is not None, (shown, label.words)
+                column, row = label.locate(shot)
+                assert shot.find_middle(label.target) is not None, (shown, label.words)
                 assert shot.visible_mask(label.target)[int(row), int(column)], (shown, label.words)
 
 

@@ -85,7 +85,7 @@ def test_a_point_lands_where_it_is_drawn() -> None:
     shot = render_bodies(bodies, width=600)
     reds = (shot.pixels[:, :, 0] > 90) & (shot.pixels[:, :, 1] < 60) & (shot.pixels[:, :, 2] < 60)
     rows, columns = np.nonzero(reds)
-    column, row = shot.place((5.0, -30.0, 12.0))
+    column, row = shot.project((5.0, -30.0, 12.0))
     assert columns.mean() + 0.5 == pytest.approx(column, abs=1.5)
     assert rows.mean() + 0.5 == pytest.approx(row, abs=1.5)
 

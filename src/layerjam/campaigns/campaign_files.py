@@ -10,7 +10,7 @@ import numpy as np
 from layerjam._version import __version__
 from layerjam.campaigns import faults
 from layerjam.campaigns.campaign import Campaign
-from layerjam.campaigns.exports import Form, encode_file, write_pair
+from layerjam.campaigns.exports import Form, encode_file, write_with_sidecar
 from layerjam.campaigns.plan import Subject, Trial
 from layerjam.campaigns.records import check_pulls
 from layerjam.campaigns.spec import Spec
@@ -73,7 +73,7 @@ def write_campaign(
         + format_spec(_make_portable(campaign)),
         "truth.toml": format_truth(campaign),
     }
-    texts |= {portable_brake(s): s.file_text for s in campaign.subjects if s.file_text}
+    texts |= {brake_reference(s): s.file_text for s in campaign.subjects if s.file_text}
     paths: dict[int, Path] = {}
     samples, was_interrupted = 0, False
     try:
@@ -110,7 +110,7 @@ def _write_test(
     form, fault, cut = select_form(campaign, test), test.practice, None
     path = folder / file_name(campaign, test)
     if fault == "cut_off":
-        draw = float(faults.make_random(campaign.spec.seed, "practice", test.number + 1).random())
+        draw = float(faults.make_rng(campaign.spec.seed, "practice", test.number + 1).random())
         cut = 0.3 + 0.65 * draw
     elif fault == "header_only":
         none = np.empty(0)
@@ -123,17 +123,17 @@ def _write_test(
     data = encode_file(trace, form, "kN" if fault == "wrong_unit" else "N", cut)
     if fault == "no_sidecar" and overwrite:
         sidecar_path(path).unlink(missing_ok=True)
-    return write_pair(trace, path, data, overwrite, sidecar=fault != "no_sidecar")
+    return write_with_sidecar(trace, path, data, overwrite, sidecar=fault != "no_sidecar")
 
 
-def portable_brake(subject: Subject) -> str:
+def brake_reference(subject: Subject) -> str:
     """Return the brake's name in the catalogue, or its path relative to the campaign's folder."""
     return f"brake-{subject.label}.toml" if subject.file_text else subject.name
 
 
 def _make_portable(campaign: Campaign) -> Spec:
     """Return the spec with brakes whose paths are valid in the campaign's folder."""
-    brakes = tuple(replace(s.truth, brake=portable_brake(s)) for s in campaign.subjects)
+    brakes = tuple(replace(s.truth, brake=brake_reference(s)) for s in campaign.subjects)
     return replace(campaign.spec, brakes=brakes)
 
 
@@ -164,7 +164,7 @@ def _true_values(subject: Subject, compliance: float) -> dict[str, Any]:
     exponent = true.pressure_exponent
     return {
         "label": subject.label,
-        "brake": portable_brake(subject),
+        "brake": brake_reference(subject),
         "scale_factor": true.scale_factor,
         "static": true.film.static,
         "kinetic": true.film.kinetic,
@@ -215,7 +215,7 @@ def suggest_commands(campaign: Campaign, folder: Path) -> list[str]:
     out = []
     for subject in campaign.subjects:
         brake = quote_word(
-            str(folder / portable_brake(subject)) if subject.file_text else subject.name
+            str(folder / brake_reference(subject)) if subject.file_text else subject.name
         )
         mine = quote_word(str(folder / f"{subject.label}-tested.toml"))
         calibrated_file = quote_word(str(folder / f"{subject.label}-calibrated.toml"))

@@ -173,10 +173,10 @@ def write_trace(
     trace: Trace, path: str | Path, layout: str = "own", overwrite: bool = False
 ) -> Path:
     """Write a trace in a layout, with its sidecar; raises FileError if either exists."""
-    return write_pair(trace, path, encode_file(trace, Form(layout=layout)), overwrite)
+    return write_with_sidecar(trace, path, encode_file(trace, Form(layout=layout)), overwrite)
 
 
-def write_pair(
+def write_with_sidecar(
     trace: Trace, path: str | Path, data: bytes, overwrite: bool, sidecar: bool = True
 ) -> Path:
     """Write the data file and its sidecar; neither if either exists and `overwrite` is not set."""

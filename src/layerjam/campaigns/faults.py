@@ -102,16 +102,16 @@ def check_consistency(machine: Faults) -> None:
         )
 
 
-def make_random(seed: int, stream: str, test: int) -> np.random.Generator:
+def make_rng(seed: int, stream: str, test: int) -> np.random.Generator:
     """Return the random number generator for one fault in one test."""
     return np.random.Generator(np.random.PCG64([seed, STREAMS[stream], test]))
 
 
-def draw_normal(seed: int, stream: str, tests: npt.NDArray[np.int64], count: int) -> Array:
+def draw_normals(seed: int, stream: str, tests: npt.NDArray[np.int64], count: int) -> Array:
     """Return standard normal numbers for some tests, shape (len(tests), count)."""
     out = np.empty((len(tests), count))
     for row, test in zip(out, tests.tolist(), strict=True):
-        make_random(seed, stream, test).standard_normal(out=row)
+        make_rng(seed, stream, test).standard_normal(out=row)
     return out
 
 
@@ -120,7 +120,7 @@ def round_to_step(values: Array, step: float) -> Array:
     return np.round(values / step) * step if step > 0 else values
 
 
-def scatter(relative: float, draws: Array) -> Array:
+def factors(relative: float, draws: Array) -> Array:
     """Return factors of mean 1 and standard deviation `relative`, never negative (log-normal)."""
     width = float(np.sqrt(np.log1p(relative**2)))
     return np.exp(width * draws - width**2 / 2)
@@ -132,7 +132,7 @@ def sample_times(machine: Faults, seed: int, tests: npt.NDArray[np.int64], count
     if machine.jitter <= 0:
         return np.broadcast_to(time, (len(tests), count))
     # limited to 2 standard deviations, so that time stamps remain in order
-    shift = np.clip(draw_normal(seed, "jitter", tests, count), -2, 2) * machine.jitter
+    shift = np.clip(draw_normals(seed, "jitter", tests, count), -2, 2) * machine.jitter
     shift[:, [0, -1]] = 0.0
     return time + shift
 
@@ -161,7 +161,7 @@ def measured_force(
     reading = force * (1 + machine.span_per_kelvin * warmer)
     reading += machine.force_offset + machine.zero_per_kelvin * warmer + machine.force_drift * time
     if machine.force_noise > 0:
-        reading += machine.force_noise * draw_normal(seed, "noise", tests, force.shape[1])
+        reading += machine.force_noise * draw_normals(seed, "noise", tests, force.shape[1])
     if machine.load_cell_range is not None:
         np.clip(reading, -machine.load_cell_range, machine.load_cell_range, out=reading)
     return round_to_step(reading, machine.force_step)
@@ -176,7 +176,7 @@ def sample_mask(machine: Faults, seed: int, test: int, count: int) -> Bools | No
     """Return a mask of the samples that are kept (always the first and the last), or None."""
     if machine.dropped <= 0:
         return None
-    keep = make_random(seed, "dropped", test).random(count) >= machine.dropped
+    keep = make_rng(seed, "dropped", test).random(count) >= machine.dropped
     keep[[0, -1]] = True
     return keep
 
@@ -185,7 +185,7 @@ def recorded_times(time: Array, machine: Faults, seed: int, test: int) -> Array:
     """Return the time stamps of a test, shape (N,), some of which repeat the previous one."""
     if machine.repeated_stamps <= 0:
         return time
-    repeats = make_random(seed, "repeated", test).random(len(time)) < machine.repeated_stamps
+    repeats = make_rng(seed, "repeated", test).random(len(time)) < machine.repeated_stamps
     repeats[0] = False
     stamps = np.where(repeats, -np.inf, time)
     return np.maximum.accumulate(stamps)

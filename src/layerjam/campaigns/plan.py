@@ -211,15 +211,15 @@ def _add_scatter(spec: Spec, test: Trial) -> Trial:
     # tests of a brake with the same repeat number share the draws of an unused test number
     brake = next(n for n, t in enumerate(spec.brakes) if t is test.subject.truth)
     place = 10**6 * (brake + 1) + test.repeat if shared else test.number
-    draws = faults.make_random(spec.seed, "scatter", place).standard_normal(3)
+    draws = faults.make_rng(spec.seed, "scatter", place).standard_normal(3)
     warm = 1 + spec.machine.friction_per_kelvin * test.warmer
     if test.kind == "friction":
         sizes = (spec.friction.kinetic_scatter, spec.friction.static_scatter)
-        kinetic, static = (float(faults.scatter(s, d)) for s, d in zip(sizes, draws, strict=False))
+        kinetic, static = (float(faults.factors(s, d)) for s, d in zip(sizes, draws, strict=False))
         return replace(test, friction=kinetic * warm, static=static * warm)
     parts = (spec.scatter.friction, spec.scatter.stiffness, spec.scatter.enclosure)
     sheets, spring, sleeve = (
-        float(faults.scatter(s, d)) for s, d in zip(parts, draws, strict=True)
+        float(faults.factors(s, d)) for s, d in zip(parts, draws, strict=True)
     )
     truth = test.subject.truth
     faster = float(np.exp(truth.speed_slope * np.log10(test.speed / truth.speed_reference)))
@@ -228,7 +228,7 @@ def _add_scatter(spec: Spec, test: Trial) -> Trial:
 
 def _add_practice_faults(spec: Spec, tests: list[Trial]) -> tuple[Trial, ...]:
     pulls = [t.number for t in tests if t.kind == "pull"]
-    order = faults.make_random(spec.seed, "practice", 0).permutation(len(pulls)).tolist()
+    order = faults.make_rng(spec.seed, "practice", 0).permutation(len(pulls)).tolist()
     for fault, count in vars(spec.practice).items():
         for _ in range(count):
             number = pulls[order.pop()]
@@ -244,7 +244,7 @@ def _add_outliers(spec: Spec, tests: Sequence[Trial]) -> tuple[Trial, ...]:
         if test.kind == "pull":
             key = (test.subject.label, test.vacuum) if odd.per == "vacuum" else (test.number,)
             places.setdefault(key, []).append(test.number)
-    order = faults.make_random(spec.seed, "odd", 0).permutation(len(places)).tolist()
+    order = faults.make_rng(spec.seed, "odd", 0).permutation(len(places)).tolist()
     members = [*places.values()]
     outliers = {number for place in order[: odd.how_many] for number in members[place]}
     return tuple(_make_outlier(spec, test) if test.number in outliers else test for test in tests)

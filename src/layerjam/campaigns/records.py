@@ -53,8 +53,8 @@ def simulate_gripped_pull(
             "the friction would fall faster than the mount relaxes, and the brake would "
             "snap; increase machine.overshoot_slip",
         )
-    stuck = _bisect(lambda force: grip_elongation(force) - stretch, np.zeros_like(stretch), first)
-    slip = _bisect(
+    stuck = _zeros(lambda force: grip_elongation(force) - stretch, np.zeros_like(stretch), first)
+    slip = _zeros(
         lambda x: x + grip_elongation(excess_force(x)) - stretch, np.zeros_like(stretch), stretch
     )
     slides = grip_elongation(first) < stretch
@@ -62,7 +62,7 @@ def simulate_gripped_pull(
     return slip, np.where(slides, excess_force(slip), stuck)
 
 
-def _bisect(function: Callable[[Array], Array], low: Array, high: Array) -> Array:
+def _zeros(function: Callable[[Array], Array], low: Array, high: Array) -> Array:
     """Return, by bisection, the zeros of an increasing function between two arrays."""
     for _ in range(HALVINGS):
         middle = (low + high) / 2
@@ -115,7 +115,7 @@ def _simulate_pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Arr
     true = subject.true
     stiffness = float(true.stiffness_measured or 0.0) * _as_column([t.stiffness for t in tests])
     spring = 1 / (1 / stiffness + machine.compliance)
-    brakes = _stack_brakes(true, spring, tests)
+    brakes = _batch_brakes(true, spring, tests)
     start = machine.preload / spring
     turn = (machine.slack + spec.pulls.travel) / speed
     rising = np.minimum(time, turn)
@@ -130,7 +130,7 @@ def _simulate_pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Arr
         )
     return_travel = speed * np.maximum(time - turn, 0.0)
     if spec.pulls.unload > 0:
-        _check_return(subject, slip, vacuum, brakes)
+        _check_return_stroke(subject, slip, vacuum, brakes)
     # on the return stroke the sheets stick and only the spring relaxes; a brake cannot push
     force = np.maximum(rising_force - spring * return_travel, 0.0)
     jerks = faults.saw_force(np.where(return_travel > 0, 0.0, slip), machine.stick_slip, spring)
@@ -152,7 +152,7 @@ def _compute_slip_and_force(
         slip[rows], force[rows] = simulate_gripped_pull(
             stretch[rows],
             vacuum[rows],
-            _stack_brakes(tests[0].subject.true, spring[rows], subset),
+            _batch_brakes(tests[0].subject.true, spring[rows], subset),
             spring[rows],
             _as_column([t.overshoot for t in subset]),
             _as_column([t.seating for t in subset]),
@@ -161,14 +161,14 @@ def _compute_slip_and_force(
     return slip, force
 
 
-def _stack_brakes(true: Brake, spring: Array, tests: Sequence[Trial]) -> Brake:
+def _batch_brakes(true: Brake, spring: Array, tests: Sequence[Trial]) -> Brake:
     """Return the brakes of some tests as one Brake; scattered values have shape (M, 1)."""
     sheets = _as_column([t.friction for t in tests])
     sleeve = _as_column([t.enclosure for t in tests])
     return change_shape(true, true.scale_factor * sheets, spring, sleeve)
 
 
-def _check_return(subject: Subject, slip: Array, vacuum: Array, brakes: Brake) -> None:
+def _check_return_stroke(subject: Subject, slip: Array, vacuum: Array, brakes: Brake) -> None:
     """Raise an error if the enclosure would close the brake during the return stroke."""
     from layerjam.mechanics.enclosure import enclosure_force
     from layerjam.mechanics.friction import sheet_friction
@@ -194,7 +194,7 @@ def simulate_friction_test(spec: Spec, test: Trial) -> Trace:
         machine, spec.seed, numbers, sample_count(test_spec.travel / test_spec.speed, machine)
     )
     travel_of_string = test_spec.speed * np.maximum(time[0] - machine.lag, 0.0)
-    profile = _draw_profile(travel_of_string, faults.make_random(spec.seed, "texture", test.number))
+    profile = _draw_profile(travel_of_string, faults.make_rng(spec.seed, "texture", test.number))
     kinetic = film.kinetic * test.friction * test_spec.normal_force
     static_friction = film.static
     if test.hold is not None:

@@ -34,7 +34,7 @@ def _fault_field(fault_text: str) -> Any:
     return quantity("1", f"files {fault_text}", hi=1000, whole=True, default=0)
 
 
-def _word_field(text: str, default: Any, choices: tuple[str, ...] = ()) -> Any:
+def _text_field(text: str, default: Any, choices: tuple[str, ...] = ()) -> Any:
     """Return a field for a text, which must be one of the `choices`, if any."""
     return value(TextSpec(text=text, choices=choices), default)
 
@@ -46,8 +46,8 @@ class Truth:
     None means the value in the file.
     """
 
-    brake: str | BrakeFile = _word_field("catalogue name or path of a brake file", MISSING)
-    label: str = _word_field("short name for its files; default: the name of the brake", "")
+    brake: str | BrakeFile = _text_field("catalogue name or path of a brake file", MISSING)
+    label: str = _text_field("short name for its files; default: the name of the brake", "")
     scale_factor: float | None = quantity(
         "1", "true scale factor of the sheets' friction", lo=1e-3, hi=100, default=None
     )
@@ -136,7 +136,7 @@ class Scatter:
     friction: float = _scatter_field("sheets' friction")
     stiffness: float = _scatter_field("stiffness")
     enclosure: float = _scatter_field("enclosure's force")
-    per: str = _word_field(
+    per: str = _text_field(
         "pulls that share one random draw: each pull separately, or all pulls with the "
         "same repeat number (for a brake that is dismounted between repeats)",
         "pull",
@@ -151,13 +151,13 @@ class Files:
     layouts: tuple[str, ...] = value(
         ListSpec(each=TextSpec(text="layouts, used in turn", choices=tuple(LAYOUTS))), ("own",)
     )
-    encoding: str = _word_field(
+    encoding: str = _text_field(
         "encoding; 'usual' is the default of each layout", "usual", ("usual", *ENCODINGS)
     )
-    decimal: str = _word_field(
+    decimal: str = _text_field(
         "decimal sign; 'usual' is the default of each layout", "usual", ("usual", ".", ",")
     )
-    language: str = _word_field("language of the column names", "en", tuple(LANGUAGES))
+    language: str = _text_field("language of the column names", "en", tuple(LANGUAGES))
 
     def list_forms(self) -> list[Form]:
         """Return the forms between which the files alternate."""
@@ -186,7 +186,7 @@ class Odd:
     """Outlying pulls, chosen by the seed, which differ from the others only in these changes."""
 
     how_many: int = quantity("1", "number of outliers", hi=1000, whole=True, default=0)
-    per: str = _word_field(
+    per: str = _text_field(
         "outliers: single pulls, or all pulls of a brake at one vacuum",
         "pull",
         ("pull", "vacuum"),

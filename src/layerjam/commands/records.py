@@ -194,10 +194,10 @@ def records_list(*, db: RecordsDatabase = None) -> RecordsListed:
     Raises RecordsError for the database.
     """
     database = _open_database(db)
-    from layerjam.records.view import rows
+    from layerjam.records.view import list_rows
 
-    with database.reading() as base:
-        records = [] if base is None else rows(base)
+    with database.open_snapshot() as base:
+        records = [] if base is None else list_rows(base)
     return RecordsListed(
         rows_=records, database=database.where, warnings=_no_records_notice(database, records)
     )

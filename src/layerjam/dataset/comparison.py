@@ -250,7 +250,7 @@ def _diff_pdfs(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
         return
     texts = list(_diff_texts(file, "\n".join(before), "\n".join(after)))
     yield from texts
-    if not texts and (page := find_other_page(old, new)):
+    if not texts and (page := find_different_page(old, new)):
         yield Difference(f"appearance of page {page}", file, None, None)
 
 
@@ -294,7 +294,7 @@ def _read_page_text(page: Any) -> str:
     return str(page.get_textpage().get_text_range()).replace("\r\n", "\n")
 
 
-def find_other_page(old: bytes, new: bytes) -> int | None:
+def find_different_page(old: bytes, new: bytes) -> int | None:
     """Return the first page (from 1) on which two PDFs of the same text look different, or None."""
     import numpy as np
     import pypdfium2

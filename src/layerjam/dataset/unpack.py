@@ -27,7 +27,7 @@ def open_root(source: str | Path) -> Iterator[Path]:
     """
     path = Path(source)
     if path.is_dir():
-        yield _find_root(path, path)
+        yield _find_dataset_root(path, path)
         return
     if not path.is_file():
         raise FileError(source, "does not exist")
@@ -38,10 +38,10 @@ def open_root(source: str | Path) -> Iterator[Path]:
                 _unpack_archive(archive, folder, path)
         except (zipfile.BadZipFile, OSError, NotImplementedError, RuntimeError, EOFError) as err:
             raise FileError(path, f"is not a readable zip file: {err}") from None
-        yield _find_root(folder, path)
+        yield _find_dataset_root(folder, path)
 
 
-def _find_root(folder: Path, source: Path) -> Path:
+def _find_dataset_root(folder: Path, source: Path) -> Path:
     if (folder / RECIPE).is_file():
         return folder
     inner = [p for p in folder.iterdir() if p.is_dir() and (p / RECIPE).is_file()]

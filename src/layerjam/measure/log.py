@@ -21,7 +21,7 @@ from layerjam.measure.readers.columns import (
     assign_by_order,
     assign_columns,
     columns_hint,
-    plain_words,
+    separate_words,
 )
 from layerjam.measure.readers.content import Source
 from layerjam.measure.readers.lines import read_lines, split_line
@@ -113,7 +113,7 @@ def find_reference(column: Column) -> str | None:
     suffix = (
         (match["how"] or "").lower() if match and unit_factor(column.unit, "Pa") is None else ""
     )
-    name = "" if column.given else plain_words(column.name)
+    name = "" if column.given else separate_words(column.name)
     if suffix in ("a", "abs", "absolute") or re.search(r"\babs\b|absolute?", name):
         return "absolute"
     if suffix in ("g", "gauge", "gage", "rel", "ü") or re.search(
@@ -159,7 +159,7 @@ def _find_largest_table(source: Source, wants: Sequence[Want], listed: bool) -> 
         raise FileError(source.path, "contains no row of numbers")
     if listed:
         return replace(make_bare_table(lines, blocks[0]), last=None)
-    best = max((b for b in blocks if b.table), key=lambda b: (b.styled, b.rows), default=None)
+    best = max((b for b in blocks if b.table), key=lambda b: (b.has_units, b.rows), default=None)
     table = best.table if best else find_headless_table(lines, blocks)
     if table is None:
         fault = "has no header row; specify its columns"

@@ -101,7 +101,7 @@ class RecordsError(LayerjamError):
     key = "records"
 
 
-def default_file() -> Path:
+def default_database() -> Path:
     """Return the default file of the records."""
     return Path(platformdirs.user_data_dir("layerjam")) / "records.db"
 
@@ -112,7 +112,7 @@ def database_url(db: str | Path | None) -> URL:
     Raises RecordsError for an unsupported URL, and MissingExtraError if psycopg is not installed.
     """
     if db is None:
-        return URL.create("sqlite", database=str(default_file()))
+        return URL.create("sqlite", database=str(default_database()))
     if not re.match(r"[\w+]{2,}:|:", str(db)):
         return URL.create("sqlite", database=str(db))
     hint = "use sqlite:///FILE, postgresql://USER@HOST/NAME, or the path of a file"
@@ -144,7 +144,7 @@ class Database:
         self._engine = _make_engine(self.url)
 
     @contextlib.contextmanager
-    def writing(self) -> Iterator[Connection]:
+    def open_transaction(self) -> Iterator[Connection]:
         """Open a transaction for writing, after all others end; it is applied completely or not.
 
         Creates the database if it does not exist. Raises RecordsError.
@@ -160,7 +160,7 @@ class Database:
                 yield db
 
     @contextlib.contextmanager
-    def reading(self) -> Iterator[Connection | None]:
+    def open_snapshot(self) -> Iterator[Connection | None]:
         """Open a consistent snapshot of the records; None if there is no database yet."""
         if self.file is not None and not self.file.exists():
             yield None
@@ -168,7 +168,7 @@ class Database:
         with self._report_errors(), self._engine.connect() as db, db.begin():
             older = (_read_table_version(db, self.where) or VERSION) < VERSION
         if older:
-            with self.writing():
+            with self.open_transaction():
                 pass
         with self._report_errors(), self._engine.connect() as db, db.begin():
             yield None if _read_table_version(db, self.where) is None else db

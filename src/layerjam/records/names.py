@@ -43,7 +43,7 @@ def _find_by_name(db: Connection, name: str) -> list[str]:
     return sorted(ids - withdrawn_ids or ids)
 
 
-def find_holder(db: Connection, kind: str, *keys: str) -> str | None:
+def find_by_key(db: Connection, kind: str, *keys: str) -> str | None:
     """Return the id of the first record of a kind that has one of these keys, or None."""
     query = select(ENTRIES.c.id).join(KEYS).where(ENTRIES.c.kind == kind, KEYS.c.key.in_(keys))
     return db.execute(query.order_by(ENTRIES.c.made_at, ENTRIES.c.id)).scalar()

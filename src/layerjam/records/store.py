@@ -16,7 +16,7 @@ from layerjam.identify.provenance import sha256
 from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING
 from layerjam.records.contents import read_content
 from layerjam.records.database import Database, RecordsError
-from layerjam.records.names import find_holder, find_unlinked, resolve_record_id
+from layerjam.records.names import find_by_key, find_unlinked, resolve_record_id
 from layerjam.records.pieces import Cited, Content, Piece, clean_text
 from layerjam.records.schema import (
     CITED,
@@ -68,7 +68,7 @@ def add(database: Database, paths: Iterable[str | Path], serial: str | None = No
             else:
                 result.refused[path] = str(error)
     if contents:
-        with database.writing() as db:
+        with database.open_transaction() as db:
             _add_contents(db, contents, result)
     return result
 
@@ -175,7 +175,7 @@ def _enter_file(db: Connection, content: Content, inside: dict[str, str]) -> str
         ident = _find_existing_id(db, piece)
         if ident is None and piece.kind in ("brake", "line"):
             digests = (piece.columns[name] for name in ("sha256", "rendered_sha256"))
-            ident = find_holder(db, piece.kind, *digests)
+            ident = find_by_key(db, piece.kind, *digests)
         if ident is None:
             ident = _enter_piece(db, piece, origin)
             inside[ident] = piece.kind
@@ -202,7 +202,7 @@ def _find_existing_id(db: Connection, piece: Piece) -> str | None:
 def _enter_piece(db: Connection, piece: Piece, origin: Mapping[str, str]) -> str:
     columns, ident = dict(piece.columns), str(uuid.uuid4())
     if piece.kind == "calibration":
-        columns["brake"] = find_holder(
+        columns["brake"] = find_by_key(
             db, "brake", *(source.key for source in piece.cited if source.role == "start")
         )
     insert_record(db, ident, piece.kind, origin, columns)
@@ -229,9 +229,9 @@ def withdraw_record(database: Database, ident: str, reason: str) -> tuple[str, l
     """
     if not reason.strip():
         raise RecordsError("why: is empty; write in a few words what is wrong with the record")
-    with database.reading() as db:
+    with database.open_snapshot() as db:
         resolve_record_id(db, ident, database.where)
-    with database.writing() as db:
+    with database.open_transaction() as db:
         full_id = resolve_record_id(db, ident, database.where)
         before = _find_withdrawal_reason(db, full_id)
         if before is not None:

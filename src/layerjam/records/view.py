@@ -43,7 +43,7 @@ class Verification:
     missing: list[dict[str, Any]] = field(default_factory=list)
 
 
-def rows(db: Connection) -> list[dict[str, Any]]:
+def list_rows(db: Connection) -> list[dict[str, Any]]:
     """Return a row for each record, oldest first."""
     names = ("id", "kind", "name", "made_at", "by", "simulated")
     columns = (*(ENTRIES.c[name] for name in names), WITHDRAWN.c.why.label("withdrawn"))
@@ -71,11 +71,11 @@ def _find_synthetic(db: Connection, start: Iterable[str]) -> set[str]:
 
 def show(database: Database, ident: str) -> RecordView:
     """Return one record, given the start of its id or its name; RecordsError if there is none."""
-    with database.reading() as db:
+    with database.open_snapshot() as db:
         full_id = resolve_record_id(db, ident, database.where)
         if db is None:  # `resolve_record_id` has already rejected an unknown id
             raise RecordsError(f"{database.where}: there are no records yet")
-        every = {row["id"]: row for row in rows(db)}
+        every = {row["id"]: row for row in list_rows(db)}
         parents: dict[str, list[Any]] = defaultdict(list)
         children = []
         links = db.execute(select(DERIVED_FROM)).all()
@@ -149,7 +149,7 @@ def verify_files(database: Database, folders: Sequence[str | Path] = ()) -> Veri
     A file that has been moved is searched for by name in `folders`.
     """
     result = Verification()
-    with database.reading() as db:
+    with database.open_snapshot() as db:
         if db is None:
             return result
         withdrawn_ids = {row.id for row in db.execute(select(WITHDRAWN.c.id))}

@@ -93,7 +93,7 @@ class Column(NamedTuple):
     decimals: int | None = None
     error: str = ""
 
-    def of(self, record: object, stem: str, detail: str = "", **more: Any) -> Number:
+    def number(self, record: object, stem: str, detail: str = "", **more: Any) -> Number:
         """Return this number of a record, named "stem: words, detail".
 
         `more` are the other fields of a Number.

@@ -96,7 +96,7 @@ def friction_table(result: FrictionResult) -> Table:
     count, rows = len(result.repeats), list[list[Cell]]()
     for index, repeat in enumerate(result.repeats, 1):
         name, repeat_name = Path(repeat.path).name, f"repeat {index}"
-        both = [c.of(repeat, "friction", repeat_name, n=1, source=name) for c in KINDS]
+        both = [c.number(repeat, "friction", repeat_name, n=1, source=name) for c in KINDS]
         rows.append([str(index), *both, name])
     means, spread = [], []
     base: dict[str, Any] = {"n": count, "source": count_text(count, "repeat")}
@@ -105,8 +105,8 @@ def friction_table(result: FrictionResult) -> Table:
         span = summarise_repeats(values or [math.nan])
         sure = {"standard_error": span.standard_error, "low": span.low, "high": span.high}
         scatter = column._replace(path=f"{column.path}_sd")
-        means.append(column.of(result, "friction", "mean", **base, **sure))
-        spread.append(scatter.of(result, "friction", "standard deviation", **base))
+        means.append(column.number(result, "friction", "mean", **base, **sure))
+        spread.append(scatter.number(result, "friction", "standard deviation", **base))
     rows += [
         ["mean", *means, f"of {count_text(count, 'repeat')}"],
         ["SD", *spread, "between repeats"],
@@ -125,7 +125,7 @@ def friction_table(result: FrictionResult) -> Table:
         f"slips of {start} to {end}; both divided by the normal force, "
         f"{show(result.normal_force, 'N')}. The interval is Student's t interval of the repeats.",
         extra=[
-            Column("normal force", "normal_force", "N").of(result, "friction"),
+            Column("normal force", "normal_force", "N").number(result, "friction"),
             *(Number(quantity=f"friction: window {edge}", value=w, unit="m") for edge, w in window),
         ],
     )
@@ -219,7 +219,7 @@ def calibration_pulls_table(result: Calibration) -> Table:
             rows.append(_Row(pull, [NONE]))
             continue
         fit = next(fits)
-        peak = PEAK.of(fit.pull, "calibration pull", n=1, source=pull.file)
+        peak = PEAK.number(fit.pull, "calibration pull", n=1, source=pull.file)
         errors = {"factor": fit.scale_factor_se, "stiffness": fit.pull.stiffness_se}
         rows.append(_Row(pull, [peak], errors))
     note = "Numbers refer to the figure of the scale factors. " * bool(result.fits)
@@ -232,11 +232,13 @@ def validation_pulls_table(result: Validation, before: Validation | None) -> Tab
     rows = []
     for index, (pull, curve) in enumerate(zip(result.pulls, result.curves, strict=True)):
         base: dict[str, Any] = {"n": curve.points, "source": pull.file}
-        cells: list[Cell] = [column.of(curve, "validation pull", **base) for column in columns]
+        cells: list[Cell] = [column.number(curve, "validation pull", **base) for column in columns]
         if before is not None:
             earlier = before.curves[index]
             base["n"] = earlier.points
-            cells.insert(0, columns[0].of(earlier, "validation pull", "before calibration", **base))
+            cells.insert(
+                0, columns[0].number(earlier, "validation pull", "before calibration", **base)
+            )
         rows.append(_Row(pull, cells, note=curve.note))
     if before is not None:
         columns.insert(0, columns[0]._replace(words="MAPE before"))
@@ -251,8 +253,8 @@ def _pulls_table(
     for number, (pull, cells, errors, remark) in enumerate(pulls, 1):
         stem = f"{stage} pull"
         base: dict[str, Any] = {"n": 1, "source": pull.file}
-        test = [column.of(pull, stem, **base) for column in CONDITION]
-        single = [c.of(pull, stem, **base, standard_error=errors.get(c.path)) for c in SINGLE]
+        test = [column.number(pull, stem, **base) for column in CONDITION]
+        single = [c.number(pull, stem, **base, standard_error=errors.get(c.path)) for c in SINGLE]
         words = "; ".join(filter(None, [_describe_verdict(pull), remark]))
         rows.append([str(number), pull.file, *test, *cells, *single, words])
     return Table(
@@ -305,7 +307,7 @@ def _make_error_cells(stem: str, after: PooledErrors, before: PooledErrors | Non
             if column.path == "mape" and isinstance(errors, ConditionError):
                 spread = summarise_repeats([c.mape for c in errors.curves])
                 sure = {"low": spread.low, "high": spread.high}
-            cells.append(column.of(errors, stem, state, n=errors.repeats, **sure))
+            cells.append(column.number(errors, stem, state, n=errors.repeats, **sure))
     return cells
 
 
@@ -314,9 +316,9 @@ def _make_split_cells(stem: str, split: Split | None) -> tuple[list[Cell], list[
     if split is None:
         return [NONE] * 3, []
     base: dict[str, Any] = {"n": split.repeats, "source": "split over the repeats"}
-    error, scatter, share = (column.of(split, stem, **base) for column in SPLIT)
+    error, scatter, share = (column.number(split, stem, **base) for column in SPLIT)
     cells: list[Cell] = [error if error.value else UNTOLD, scatter, share if split.share else NONE]
-    return cells, [column.of(split, stem, **base) for column in SQUARES]
+    return cells, [column.number(split, stem, **base) for column in SQUARES]
 
 
 def describe_condition(condition: ConditionError) -> str:
@@ -334,14 +336,14 @@ def validation_table(result: Validation, before: Validation | None) -> Table:
         first: Sequence[Cell], stem: str, case: PooledErrors, earlier: PooledErrors | None
     ) -> None:
         split, hidden = _make_split_cells(stem, case.scatter)
-        pulls = Column("pulls", "repeats", decimals=0).of(case, stem)
+        pulls = Column("pulls", "repeats", decimals=0).number(case, stem)
         rows.append([*first, pulls, *_make_error_cells(stem, case, earlier), *split])
         extra.extend(hidden)
 
     for index, case in enumerate(result.conditions):
         stem = f"validation, {describe_condition(case)}"
         earlier = before.conditions[index] if before is not None else None
-        row([column.of(case, stem) for column in CONDITION], stem, case, earlier)
+        row([column.number(case, stem) for column in CONDITION], stem, case, earlier)
     row(["all", ""], "validation, all", result, before)
     names = ["MAPE [%]", "RMSE [N]", "bias [N]", "R²"]
     head, groups = names, [("", 3), ("brake as specified", 4)]
@@ -350,7 +352,7 @@ def validation_table(result: Validation, before: Validation | None) -> Table:
     split = ["own [N]", "scatter [N]", "share [%]"]
     for state, errors in _list_states(result, before):
         for column, count in OVER_CONDITIONS:
-            number = column.of(errors, "validation, all", state, n=len(getattr(errors, count)))
+            number = column.number(errors, "validation, all", state, n=len(getattr(errors, count)))
             extra.append(number)
     return Table(
         id="validation",
@@ -392,7 +394,7 @@ def files_table(files: Sequence[FileUsed]) -> Table:
     """Return the table of the files that were read, with their digests."""
     rows: list[list[Cell]] = []
     for file in files:
-        numbers = (column.of(file, f"file {file.name}") for column in FILE)
+        numbers = (column.number(file, f"file {file.name}") for column in FILE)
         rows.append([file.name, file.role, file.format, *numbers, file.sha256])
     head = ["file", "used for", "format", "vacuum", "speed", "SHA-256"]
     return Table(id="files", caption="Files", head=head, rows=rows)

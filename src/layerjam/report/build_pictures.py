@@ -21,11 +21,11 @@ class Label(NamedTuple):
     target: Body | Point
     above: bool | None = None
 
-    def place(self, shot: Shot) -> tuple[float, float]:
+    def locate(self, shot: Shot) -> tuple[float, float]:
         """Return the target's column and row in a picture; for a body, those of a visible point."""
         if isinstance(self.target, Body):
-            return shot.middle_of(self.target) or shot.place(_body_centre(self.target))
-        return shot.place(self.target)
+            return shot.find_middle(self.target) or shot.project(_body_centre(self.target))
+        return shot.project(self.target)
 
 
 LabelledShot = tuple[Shot, list[Label]]
@@ -241,7 +241,7 @@ def add_labels(shot: Shot, points: Sequence[Label], width: float = 8.2) -> style
     upper: list[tuple[str, float, float]] = []
     lower: list[tuple[str, float, float]] = []
     for label in points:
-        x, y = label.place(shot)
+        x, y = label.locate(shot)
         higher = y <= rows / 2 if label.above is None else label.above
         (upper if higher else lower).append((label.words, x, y))
     inch = columns / width

@@ -75,26 +75,26 @@ class Table:
 
     def template_data(self) -> dict[str, Any]:
         """Return the data for the templates, as text."""
-        rows = [[self._cell(cell) for cell in row] for row in self.rows]
+        rows = [[self._cell_data(cell) for cell in row] for row in self.rows]
         return {
             "id": self.id,
             "caption": self.caption,
             "head": list(self.head),
             "groups": [{"title": title, "span": span} for title, span in self.groups],
             "rows": rows,
-            "right": [self._is_right(i, rows) for i in range(len(self.head))],
+            "right": [self._is_numeric_column(i, rows) for i in range(len(self.head))],
             "total": self.total,
             "note": typeset_text(self.note),
             "whole": self.whole,
         }
 
-    def _is_right(self, column: int, rows: Sequence[Sequence[Mapping[str, str]]]) -> bool:
+    def _is_numeric_column(self, column: int, rows: Sequence[Sequence[Mapping[str, str]]]) -> bool:
         """Return whether a column contains numbers, some of which may be missing."""
         cells = [row[column] for row in self.rows]
         first = bool(rows) and rows[0][column]["kind"] == "number"
         return first or any(not isinstance(cell, str | Word) for cell in cells)
 
-    def _cell(self, cell: Any) -> dict[str, str]:
+    def _cell_data(self, cell: Any) -> dict[str, str]:
         if not isinstance(cell, str):
             return dict(cell.template_data(not self.unit_in_head))
         numeric = NUMERIC.fullmatch(cell) is not None

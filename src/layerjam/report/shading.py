@@ -82,7 +82,7 @@ class Shot:
         number = next(i for i, item in enumerate(self.bodies) if item is body)
         return self.owner == number
 
-    def middle_of(self, body: Body) -> tuple[float, float] | None:
+    def find_middle(self, body: Body) -> tuple[float, float] | None:
         """Return the column and row in the middle of a body's visible part; None if hidden."""
         rows, columns = np.nonzero(self.visible_mask(body))
         if not len(rows):
@@ -90,7 +90,7 @@ class Shot:
         nearest = np.argmin((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2)
         return float(columns[nearest]) + 0.5, float(rows[nearest]) + 0.5
 
-    def place(self, point: Sequence[float]) -> tuple[float, float]:
+    def project(self, point: Sequence[float]) -> tuple[float, float]:
         """Return the column and row of a point in space [mm]."""
         right, up, _ = self.axes @ np.asarray(point, dtype=float)
         rows = self.pixels.shape[0]

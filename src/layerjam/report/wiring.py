@@ -39,8 +39,8 @@ def draw_wiring(circuit: Circuit) -> str:
     sheet = schemdraw.Drawing(canvas="svg", show=False, fontsize=11, unit=2.2, lw=1.4)
     sheet.config(font="DejaVu Sans, Helvetica, Arial, sans-serif", bgcolor="white")
     pen = _Pen(sheet, elements, circuit)
-    pen.text(0, 3.4, f"Wiring of {circuit.board}", size=18)
-    pen.text(
+    pen.write(0, 3.4, f"Wiring of {circuit.board}", size=18)
+    pen.write(
         0,
         2.6,
         "Board from above, USB at the top. Identical framed labels, and all GND, are connected.",
@@ -50,7 +50,7 @@ def draw_wiring(circuit: Circuit) -> str:
     pen.bridge(14.0, -18.6)
     pen.signals(5.2, -21.0)
     for row, line in enumerate(_list_lines(circuit)):
-        pen.text(18.0, BOTTOM - LINE * row, line)
+        pen.write(18.0, BOTTOM - LINE * row, line)
     return str(sheet.get_imagedata("svg").decode("utf-8"))
 
 
@@ -67,12 +67,12 @@ class _Pen:
             item = item.to(end)
         return self.sheet.add(item.label(label, loc=loc, fontsize=9) if label else item)
 
-    def line(self, *points: Any) -> None:
+    def wire(self, *points: Any) -> None:
         """Draw a wire through points."""
         for start, end in itertools.pairwise(points):
             self.add(self.elements.Line(), start, end)
 
-    def text(self, x: float, y: float, text: str, size: float = 11) -> None:
+    def write(self, x: float, y: float, text: str, size: float = 11) -> None:
         """Write a text that starts at a point."""
         item = self.elements.Label().label(text, fontsize=size, halign="left", ofst=0)
         self.sheet.add(item.at((x, y)))
@@ -83,7 +83,7 @@ class _Pen:
         name = f"{ref}\n{part.text}" if part.kind in UNITS else ref
         return self.add(getattr(self.elements, SYMBOLS[part.kind])(), start, end, name, loc)
 
-    def down(self, ref: str, point: Any, length: float = 2.2) -> None:
+    def ground(self, ref: str, point: Any, length: float = 2.2) -> None:
         """Draw a component from a point on a wire to GND."""
         end = (point[0], point[1] - length)
         is_turned = self.circuit.components[ref].kind == "tvs"
@@ -139,28 +139,28 @@ class _Pen:
             series = self.circuit.series_part(wire.use)[0] if wire.use else None
             begin, end = (x + 3.6 * bool(wire.shunt), y), (x + 3.6 * bool(wire.shunt) + 2.6, y)
             self.tag((x, y), wire.use or wire.label, "left")
-            self.line((x, y), begin)
-            self.line(begin, end) if series is None else self.part(series.ref, begin, end)
-            self.text(end[0] + 0.2, y - 0.15, wire.to)
+            self.wire((x, y), begin)
+            self.wire(begin, end) if series is None else self.part(series.ref, begin, end)
+            self.write(end[0] + 0.2, y - 0.15, wire.to)
             shunts = self.circuit.parts_between(wire.use, "GND") if wire.use and wire.shunt else []
             for n, shunt in enumerate(shunts):
-                self.down(shunt.ref, (x + 0.6 + 1.8 * n, y), 1.9)
+                self.ground(shunt.ref, (x + 0.6 + 1.8 * n, y), 1.9)
             y -= 3.6 if shunts else 1.15
 
-    def sense(self, use: str, point: Any) -> None:
+    def divider(self, use: str, point: Any) -> None:
         """Draw a divider from a point down to a pin's label, with its filter."""
         upper, lower, capacitor = (part.ref for part in self.circuit.divider(use))
         middle, right = (point[0], point[1] - 2.2), (point[0] + 2.0, point[1] - 2.2)
         self.add(self.elements.Dot(), point)
         self.part(upper, point, middle, "bottom")
-        self.down(lower, middle)
-        self.line(middle, right)
-        self.down(capacitor, right)
+        self.ground(lower, middle)
+        self.wire(middle, right)
+        self.ground(capacitor, right)
         self.tag(right, use)
 
     def power(self, x: float, y: float) -> None:
         """Draw the 12 V supply, fuse, emergency stop, converter, pump and valve with switches."""
-        self.text(
+        self.write(
             x,
             y + 1.6,
             ("Power: the emergency stop disconnects the pump and the valve, not the board"),
@@ -168,10 +168,10 @@ class _Pen:
         )
         self.tag((x + 1.8, y), "+12 V", "left")
         self.part("F1", (x + 1.8, y), (x + 4.0, y))
-        self.line((x + 4.0, y), (x + 20.0, y))
-        self.down("D4", (x + 4.6, y))
-        self.down("C1", (x + 6.4, y))
-        self.line((x + 8.6, y), (x + 8.6, y - 2.2))
+        self.wire((x + 4.0, y), (x + 20.0, y))
+        self.ground("D4", (x + 4.6, y))
+        self.ground("C1", (x + 6.4, y))
+        self.wire((x + 8.6, y), (x + 8.6, y - 2.2))
         self.add(self.elements.Dot(), (x + 8.6, y))
         sides = {"12 V": "left", "5 V": "right", "GND": "bottom"}
         pins = self.chip((x + 8.6, y - 2.2), "12 V", sides, (2.6, 1.6), "U1")
@@ -179,28 +179,28 @@ class _Pen:
         five = pins["5 V"]
         self.part("D3", five, (five[0] + 1.8, five[1]))
         self.tag((five[0] + 1.8, five[1]), "VSYS")
-        self.sense("supply_adc", (x + 17.0, y))
+        self.divider("supply_adc", (x + 17.0, y))
         self.tag((x + 20.0, y), "12 V")
         y, stop = y - 7.4, x + 4.0
         self.tag((x + 1.8, y), "12 V", "left")
         self.add(self.elements.Button(nc=True), (x + 1.8, y), (stop, y), "S1 E-STOP")
-        self.text(stop + 0.4, y + 0.4, "12 V after stop")
-        self.down("R7", (stop + 0.8, y))
-        self.sense("estop_sense", (stop + 2.8, y))
-        self.switch("2", "Y1", "vent_gate", (stop + 13.0, y))
-        self.line((stop, y), (stop + 14.4, y))
+        self.write(stop + 0.4, y + 0.4, "12 V after stop")
+        self.ground("R7", (stop + 0.8, y))
+        self.divider("estop_sense", (stop + 2.8, y))
+        self.load("2", "Y1", "vent_gate", (stop + 13.0, y))
+        self.wire((stop, y), (stop + 14.4, y))
         self.part("D5", (stop + 14.4, y), (stop + 16.4, y))
-        self.line((stop + 16.4, y), (stop + 26.2, y))
-        self.text(stop + 16.8, y + 0.4, "pump plus")
-        self.down("C2", (stop + 17.2, y))
-        self.switch("1", "M1", "pump_gate", (stop + 24.6, y))
+        self.wire((stop + 16.4, y), (stop + 26.2, y))
+        self.write(stop + 16.8, y + 0.4, "pump plus")
+        self.ground("C2", (stop + 17.2, y))
+        self.load("1", "M1", "pump_gate", (stop + 24.6, y))
 
-    def switch(self, number: str, load: str, use: str, point: Any) -> None:
+    def load(self, number: str, load: str, use: str, point: Any) -> None:
         """Draw a load from 12 V to its transistor, with diode, gate resistor and pull-down."""
         bottom, side = (point[0], point[1] - 2.6), point[0] + 1.6
         self.add(self.elements.Dot(), point)
         self.part(load, point, bottom)
-        self.line(bottom, (side, bottom[1]))
+        self.wire(bottom, (side, bottom[1]))
         self.part(f"D{number}", (side, bottom[1]), (side, point[1]), "bottom")
         switch = self.elements.NFet().anchor("drain").reverse().theta(0)
         ends = self.add(switch, bottom, None, f"Q{number}", "right").absanchors
@@ -211,14 +211,14 @@ class _Pen:
             self.circuit.parts_between(net, "GND"),
         )
         corner = (ends["gate"][0] - 0.7, ends["gate"][1])
-        self.line(ends["gate"], corner)
-        self.down(pull.ref, corner)
+        self.wire(ends["gate"], corner)
+        self.ground(pull.ref, corner)
         self.part(series.ref, (corner[0] - 1.8, corner[1]), corner)
         self.tag((corner[0] - 1.8, corner[1]), use, "left")
 
     def bridge(self, x: float, y: float) -> None:
         """Draw the H-bridge that replaces Q1 and D1 if the pump runs in both directions."""
-        self.text(
+        self.write(
             x,
             y + 3.4,
             "H-bridge H1 instead of Q1 and D1, for a pump that runs in both directions",
@@ -233,7 +233,7 @@ class _Pen:
             self.tag(pins[name], use, "left")
         ends = [(pins[name][0] + 0.8, pins[name][1]) for name in ("OUT1", "OUT2")]
         for name, end in zip(("OUT1", "OUT2"), ends, strict=True):
-            self.line(pins[name], end)
+            self.wire(pins[name], end)
         self.part("M1", ends[0], ends[1], "bottom")
 
 

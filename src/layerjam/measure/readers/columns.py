@@ -42,23 +42,23 @@ class Want:
     avoid: str = ""
 
     @property
-    def due(self) -> str:
+    def unit_names(self) -> str:
         """Accepted units, as text."""
         units = [f"'{unit}'" for unit in self.units]
         return " or ".join([", ".join(units[:-1]), units[-1]] if len(units) > 1 else units)
 
-    def named(self, name: str) -> bool:
+    def can_be_named(self, name: str) -> bool:
         """Return whether a name may denote this quantity."""
-        return re.search(self.words, plain_words(name)) is not None
+        return re.search(self.words, separate_words(name)) is not None
 
-    def rank(self, name: str) -> int | None:
+    def rank_name(self, name: str) -> int | None:
         """Return the rank of a name, 0 for the best; None if it has a different meaning."""
-        if self.avoid and re.search(self.avoid, plain_words(name)):
+        if self.avoid and re.search(self.avoid, separate_words(name)):
             return None
-        return int(not self.named(name))
+        return int(not self.can_be_named(name))
 
 
-def plain_words(name: str) -> str:
+def separate_words(name: str) -> str:
     """Return a name in lower case with its words separated by blanks, such as "p abs"."""
     return normalise_name(name).replace("_", " ")
 
@@ -67,11 +67,11 @@ def plain_words(name: str) -> str:
 class MachineWant(Want):
     """A quantity in files of test machines, with column names in many languages."""
 
-    def named(self, name: str) -> bool:
+    def can_be_named(self, name: str) -> bool:
         """Return whether the name alone identifies this quantity."""
         return find_role(name) == self.role
 
-    def rank(self, name: str) -> int | None:
+    def rank_name(self, name: str) -> int | None:
         """Return the rank of a name, 0 for the best; None if it has a different meaning."""
         return _rank_name(self.role, name)
 
@@ -108,7 +108,7 @@ class Column:
             values = values * float(factor)
         return values + self.offset if self.offset else values
 
-    def sentence(self, others: "Sequence[Column]" = (), by_unit: bool = False) -> str:
+    def describe(self, others: "Sequence[Column]" = (), by_unit: bool = False) -> str:
         """Describe the interpretation of the column, and the columns to which it was preferred."""
         text = f"{self.role} is the column '{shorten(self.name)}'"
         text += f" in {self.unit}" if self.unit else ", a pure number"
@@ -148,7 +148,7 @@ class Header:
         units = tuple(u if i in indices else None for i, u in enumerate(self.units))
         return replace(self, names=names, units=units)
 
-    def fail(self, reason: str, remedy: str = "", asks: str = "columns") -> FileError:
+    def error(self, reason: str, remedy: str = "", asks: str = "columns") -> FileError:
         """Return an error about these columns; `remedy` names the option that resolves it."""
         return FileError(self.path, reason, self.line, how=remedy, asks=asks if remedy else "")
 
@@ -167,8 +167,8 @@ class Header:
             if entry is not None and normalise_name(name) != normalise_name(entry.name or ""):
                 continue
             unit = (entry.unit if entry else "") or file_unit or ""
-            scale, rank = convert_unit(unit, want.si) if unit else None, want.rank(name)
-            if not unit and want.si == "1" and (entry is not None or want.named(name)):
+            scale, rank = convert_unit(unit, want.si) if unit else None, want.rank_name(name)
+            if not unit and want.si == "1" and (entry is not None or want.can_be_named(name)):
                 scale = Fraction(1), 0.0
             if scale and (rank is not None or entry is not None):
                 column = Column(want.role, index, name, unit, *scale, entry is not None)
@@ -181,7 +181,7 @@ def assign_by_order(
 ) -> "Assignment":
     """Return the columns in the user's order; raises FileError if the file has more or fewer."""
     if count != len(header.names):
-        raise header.fail(
+        raise header.error(
             f"has {len(header.names)} columns",
             f", but --columns lists {count}; write one entry per column, '{SKIP}' for unused ones",
         )
@@ -192,8 +192,8 @@ def assign_by_order(
             name = header.names[entry.index]
             columns[want.role] = Column(want.role, entry.index, name, entry.unit, *known, True)
         elif not want.optional:
-            raise header.fail(f"the list has no column of {want.role}", f": {columns_hint(wants)}")
-    return columns, [column.sentence() for column in columns.values()]
+            raise header.error(f"the list has no column of {want.role}", f": {columns_hint(wants)}")
+    return columns, [column.describe() for column in columns.values()]
 
 
 Assignment = tuple[dict[str, Column], list[str]]
@@ -217,7 +217,7 @@ def assign_columns(
         candidates = header.candidates(want, entries.get(want.role))
         if not candidates:
             if want.role in entries or not want.optional:
-                raise header.fail(*_explain_missing(header, want, entries.get(want.role)))
+                raise header.error(*_explain_missing(header, want, entries.get(want.role)))
             sentences += _note_unread_column(header, want)
             continue
         best = min(rank for rank, _ in candidates)
@@ -225,20 +225,20 @@ def assign_columns(
         spare = want.optional and want.role == "time"
         if len(first) > 1 and not spare and not (same and same(first)):
             names = " or ".join(f"'{shorten(c.name)}'" for c in first[:4])
-            raise header.fail(
+            raise header.error(
                 f"does not state which column is the {want.role}: {names}; name one",
                 f" (--columns {want.role}=NAME)",
             )
         columns[want.role] = column = first[0]
         if column.given and (conflict := _find_conflict(header, column, want.si)):
-            raise header.fail(
+            raise header.error(
                 f"{conflict}; give the unit that the file states",
                 ", or, if the file is wrong, list its columns in order "
                 f"(--columns {want.role}:{column.unit},{SKIP},...)",
             )
         others = [c for _, c in candidates if c is not column]
-        by_unit = isinstance(want, MachineWant) and not want.named(column.name)
-        sentences.append(column.sentence(others, by_unit))
+        by_unit = isinstance(want, MachineWant) and not want.can_be_named(column.name)
+        sentences.append(column.describe(others, by_unit))
     return columns, sentences
 
 
@@ -263,7 +263,7 @@ def _explain_missing(header: Header, want: Want, entry: ColumnEntry | None) -> t
             and not unit
         ):
             return _explain_unit(want, name, unit)
-        if entry is None and want.named(name):
+        if entry is None and want.can_be_named(name):
             return _explain_unit(want, name, unit)
     mass_columns = [(n, u) for n, u in header.columns if u and weight_unit(u)]
     if entry is None and want.si == "N" and len(mass_columns) == 1:
@@ -272,14 +272,14 @@ def _explain_missing(header: Header, want: Want, entry: ColumnEntry | None) -> t
         name = shorten(entry.name or "")
         return f"has no column '{name}' with a unit of {want.role}; {header.describe()}", ""
     return (
-        f"has no column with a unit of {want.role} ({want.due}); {header.describe()}",
+        f"has no column with a unit of {want.role} ({want.unit_names}); {header.describe()}",
         f" (specify it: --columns {want.role}:{want.units[0]}=NAME)",
     )
 
 
 def _note_unread_column(header: Header, want: Want) -> list[str]:
     for name, unit in header.columns:
-        if want.named(name):
+        if want.can_be_named(name):
             reason = (
                 f"is in '{shorten(unit)}', which is not a unit of {want.role}"
                 if unit
@@ -312,7 +312,7 @@ def _explain_unit(want: Want, name: str, unit: str | None) -> tuple[str, str]:
     role, label = want.role, shorten(name)
     if not unit:
         say = f" (specify it: --columns {role}:{want.units[0]}='{label}')"
-        return f"column '{label}' has no unit; {role} needs a unit such as {want.due}", say
+        return f"column '{label}' has no unit; {role} needs a unit such as {want.unit_names}", say
     text = f"column '{label}' is in '{shorten(unit)}', which is not a unit of {role}"
     weight = weight_unit(unit) if want.si == "N" else None
     if weight:
@@ -323,7 +323,7 @@ def _explain_unit(want: Want, name: str, unit: str | None) -> tuple[str, str]:
     if is_other_unit(unit, want.units[0], want.si):
         return f"{text}; name another column", f" (--columns {role}:{want.units[0]}=NAME)"
     return (
-        f"{text}; it needs a unit such as {want.due}",
+        f"{text}; it needs a unit such as {want.unit_names}",
         f" (specify it: --columns {role}:UNIT='{label}')",
     )
 

@@ -33,11 +33,11 @@ class Source:
             end = data.find(b"\n", offset)
             end = len(data) if end < 0 else end
             if end - offset > LONGEST_LINE:
-                raise self.too_long(end - offset, data.count(b"\n", 0, offset) + 1)
+                raise self.make_length_error(end - offset, data.count(b"\n", 0, offset) + 1)
             yield offset, self.text(offset, end)
             offset = end + 1
 
-    def too_long(self, size: int, line: int) -> FileError:
+    def make_length_error(self, size: int, line: int) -> FileError:
         """Return the error for a line that is too long for a table."""
         return FileError(
             self.path, (f"has a line of {size} bytes, so it is not a table of numbers"), line

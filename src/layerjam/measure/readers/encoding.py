@@ -5,7 +5,7 @@ import re
 
 from layerjam.errors import FileError
 from layerjam.measure.readers.unit_words import unit_role
-from layerjam.measure.readers.words import count_known
+from layerjam.measure.readers.words import count_known_letters
 
 _MARKS = (
     (codecs.BOM_UTF32_LE, "utf-32"),
@@ -99,4 +99,4 @@ def _score_text(text: str) -> int:
     """Return the number of letters in known words and units if decoded with one code page."""
     units = [u for u in re.split(r"[\t;,|\"'()\[\]/\n]+", text) if u and not u.isascii()]
     unit_letters = sum(8 for u in set(units) if len(u) <= 12 and unit_role(u.strip()))
-    return count_known(text[:4000]) + unit_letters
+    return count_known_letters(text[:4000]) + unit_letters

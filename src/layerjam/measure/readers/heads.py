@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from layerjam.measure.readers import words
 from layerjam.measure.readers.columns import Header, find_role, split_unit
-from layerjam.measure.readers.lines import looks_numeric, split_line
+from layerjam.measure.readers.lines import can_be_number, split_line
 from layerjam.measure.readers.unit_words import unit_role, weight_unit
 from layerjam.measure.readers.words import normalise_name
 
@@ -106,7 +106,7 @@ def _choose_unit(in_name: str | None, in_row: str | None) -> str | None:
 
 
 def _are_numbers(fields: Sequence[str]) -> bool:
-    return all(looks_numeric(f) for f in fields if f)
+    return all(can_be_number(f) for f in fields if f)
 
 
 def _find_label(above: Sequence[tuple[int, list[str]]]) -> tuple[str, ...]:
@@ -148,13 +148,13 @@ def _split_fields(text: str, separator: str, width: int) -> list[str]:
             if mark != separator and len(cells) == width:
                 return cells
         return fields
-    for cells in _cut_at_blanks(text):
+    for cells in _list_splits(text):
         if len(cells) == width:
             return cells
     return text.split()
 
 
-def _cut_at_blanks(text: str) -> list[list[str]]:
+def _list_splits(text: str) -> list[list[str]]:
     """Return the ways to split a header line at blanks, commas or tabs, most likely first."""
     ways = [trim_fields(split_line(text, mark)) for mark in ("\t", ";", ",", "|") if mark in text]
     ways.append([w.strip() for w in re.split(r"\s{2,}|\t", text.strip())])

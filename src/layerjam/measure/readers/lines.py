@@ -47,7 +47,7 @@ def split_line(line: str, separator: str) -> list[str]:
         return [line]
 
 
-def looks_numeric(field: str) -> bool:
+def can_be_number(field: str) -> bool:
     """Return whether a field may be a number in some notation."""
     # the pattern may try every pair of positions, so it is not used for long texts
     return len(field) <= 60 and _LOOSE_NUMBER.fullmatch(field) is not None
@@ -110,7 +110,7 @@ def read_lines(source: Source) -> Lines:
     starts = np.concatenate(([0], stops[:-1] + 1))
     longest = int((stops - starts).argmax())
     if stops[longest] - starts[longest] > LONGEST_LINE:
-        raise source.too_long(int(stops[longest] - starts[longest]), longest + 1)
+        raise source.make_length_error(int(stops[longest] - starts[longest]), longest + 1)
     kinds = np.frombuffer(source.data.translate(_KINDS), np.uint8)
     holds = np.bitwise_or.reduceat(kinds, starts)
     blank = (holds if separator == " " else holds & ~_SEPARATOR) == 0
@@ -118,7 +118,7 @@ def read_lines(source: Source) -> Lines:
     pure = digit & ~has_letters
     lines = Lines(source, separator, starts, stops, pure.copy(), pure, blank)
     for line in np.flatnonzero(digit & has_letters).tolist():
-        lines.number[line] = any(looks_numeric(f) for f in lines.fields(line) if f)
+        lines.number[line] = any(can_be_number(f) for f in lines.fields(line) if f)
     return lines
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from layerjam.errors import FileError
 from layerjam.measure.readers.columns import Column, shorten
-from layerjam.measure.readers.lines import looks_numeric
+from layerjam.measure.readers.lines import can_be_number
 from layerjam.measure.readers.rows import Rows, make_no_numbers_error
 from layerjam.measure.trace import Array
 
@@ -52,7 +52,7 @@ def _read_in_first_style(
 ) -> tuple[list[Array], Style]:
     """Return the columns as written, and the first style in which all cells are numbers."""
     for style in styles:
-        if style in _PLAIN and (values := _read_fast(rows, columns, style[0])) is not None:
+        if style in _PLAIN and (values := _read_with_pandas(rows, columns, style[0])) is not None:
             return values, style
     errors = []
     for style in styles:
@@ -83,7 +83,7 @@ def _list_styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> lis
     asked = rows.table.separator == "," and b'"' not in rows.body
     if asked:
         candidates = [s for s in candidates if s[0] == "." and s[1] != ","]
-    cells = (fields[i] for fields in rows.sample() for i in indices)
+    cells = (fields[i] for fields in rows.sample_rows() for i in indices)
     fits = select_matching(candidates, (cell for cell in cells if clock_seconds(cell) is None))
     if decimal is None and not asked and {(".", ","), (",", ".")} <= set(fits):
         # If the sample does not distinguish 1.234 from 1,234, check every cell.
@@ -101,7 +101,7 @@ def _list_styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> lis
     return fits or [s for s in candidates if s in _PLAIN] or [(decimal or ".", "")]
 
 
-def _read_fast(rows: Rows, columns: Sequence[Column], decimal: str) -> list[Array] | None:
+def _read_with_pandas(rows: Rows, columns: Sequence[Column], decimal: str) -> list[Array] | None:
     """Return the columns as read by pandas; None if a row or a cell is unusual."""
     import pandas
 
@@ -174,7 +174,7 @@ def clock_seconds(cell: str) -> float | None:
 def _make_cell_error(rows: Rows, line: int, fields: list[str], column: Column) -> FileError:
     path, cell = rows.source.path, fields[column.index]
     # a row without a number is not damaged: it is a footer or begins the next table
-    if not any(map(looks_numeric, fields)):
+    if not any(map(can_be_number, fields)):
         return make_no_numbers_error(path, fields, line)
     fault = f"'{shorten(cell)}' in column '{column.name[:40]}' is not a finite number"
     if not cell:
@@ -190,9 +190,9 @@ def _check_last_number(rows: Rows, decimal: str) -> None:
     fewer decimals than those in all rows above. If the number of decimals varies, it has fewer
     digits than any number above, or fewer digits and a jump.
     """
-    if rows.ended:
+    if rows.has_line_ending:
         return
-    cells = [fields[-1] for fields in rows.tail()]
+    cells = [fields[-1] for fields in rows.last_rows()]
     if len(cells) < 3:
         return
     last = cells[-1]

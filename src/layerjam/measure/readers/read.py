@@ -140,11 +140,11 @@ def read_layerjam_csv(source: Source, options: ReadingOptions) -> Trace:
     for want in PULL:
         name = (entries[want.role].name if want.role in entries else None) or want.role
         if names.count(name) > 1:
-            raise table.header.fail(f"has the column '{shorten(name)}' twice")
+            raise table.header.error(f"has the column '{shorten(name)}' twice")
         if name in names:
             indices.add(names.index(name))
         elif not want.optional or name != want.role:
-            raise table.header.fail(f"has no column '{shorten(name)}'; {table.header.describe()}")
+            raise table.header.error(f"has no column '{shorten(name)}'; {table.header.describe()}")
     ours = replace(options, decimal=".", columns=None if options.by_order else options.columns)
     trace = Specimen(Rows(source, table), table.header.select(indices), OWN_FORMAT).read(ours)
     if trace.facts.vacuum is not None:

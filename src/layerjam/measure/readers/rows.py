@@ -10,7 +10,7 @@ from layerjam.errors import FileError
 from layerjam.measure.readers.columns import Header, shorten
 from layerjam.measure.readers.content import Source
 from layerjam.measure.readers.encoding import TYPOGRAPHY
-from layerjam.measure.readers.lines import looks_numeric, split_line
+from layerjam.measure.readers.lines import can_be_number, split_line
 
 _SAMPLE_ROWS, _TAIL_BYTES = 200, 6000
 _SIGNS = str.maketrans(TYPOGRAPHY)
@@ -46,7 +46,7 @@ class Rows:
         """Yield the rows; raises FileError, with the line, if a row is broken or there are none."""
         if not self.body.strip():
             header = self.table.header
-            raise header.fail("contains column names but no rows of numbers")
+            raise header.error("contains column names but no rows of numbers")
         return self._iterate_rows(self.table.first)
 
     @cached_property
@@ -55,19 +55,19 @@ class Rows:
         return self.source.data[self.table.first : self.table.last].rstrip(b"\x1a")
 
     @property
-    def ended(self) -> bool:
+    def has_line_ending(self) -> bool:
         """Return whether the last row has a line ending."""
         return self.body.endswith(b"\n")
 
     def is_broken_off(self, line: int) -> bool:
         """Return whether a line is the last one in the text and has no line ending."""
-        return not self.ended and line == self.source.line_number(len(self.source.data))
+        return not self.has_line_ending and line == self.source.line_number(len(self.source.data))
 
     def line(self, row: int) -> int:
         """Return the line number of a row."""
         return next(islice(self, row, None))[0]
 
-    def tail(self) -> list[list[str]]:
+    def last_rows(self) -> list[list[str]]:
         """Return the last rows, about two hundred if they have the usual length."""
         end = len(self.source.data) if self.table.last is None else self.table.last
         start = max(end - _TAIL_BYTES, self.table.first)
@@ -75,9 +75,9 @@ class Rows:
             start = self.source.data.find(b"\n", start, end) + 1 or end
         return [fields for _, fields in self._iterate_rows(start)]
 
-    def sample(self) -> list[list[str]]:
+    def sample_rows(self) -> list[list[str]]:
         """Return some rows from the start and the end."""
-        return [fields for _, fields in islice(self, _SAMPLE_ROWS)] + self.tail()
+        return [fields for _, fields in islice(self, _SAMPLE_ROWS)] + self.last_rows()
 
     def _iterate_rows(self, start: int) -> Iterator[tuple[int, list[str]]]:
         last = self.table.last
@@ -111,7 +111,7 @@ class Rows:
         due = f"{describe_count(len(fields))} instead of {width}"
         if cut_off(line):
             raise FileError(path, f"the last line is cut off: {due}; the file is incomplete", line)
-        if not any(map(looks_numeric, fields)):
+        if not any(map(can_be_number, fields)):
             raise make_no_numbers_error(path, fields, line)
         if missing < 0 and line == self.source.line_number(self.table.first):
             due += "; decimal commas need a column separator other than a comma"

@@ -84,7 +84,7 @@ class Specimen:
         if facts.synthetic or is_marked_synthetic(source.data[: rows.table.first]):
             facts = replace(facts, synthetic=True)
             warnings.append(SYNTHETIC)
-        if not rows.ended:
+        if not rows.has_line_ending:
             warning = "the last line has no line break: the file may have been cut off there"
             warnings.append(warning)
         trace = Trace(
@@ -235,9 +235,9 @@ def _explain_unreadable(
             "numbers below column names",
         )
     if best.rows == 0:
-        return best.header.fail("contains column names but no rows of numbers")
+        return best.header.error("contains column names but no rows of numbers")
     if "elongation" not in given_entries and _has_time_axis(best.header, given_entries):
-        return best.header.fail(
+        return best.header.error(
             f"contains force and time but no elongation; {best.header.describe()}; state "
             "the crosshead speed",
             " (--speed 10mm/min), or specify its column (--columns elongation:mm=NAME)",
@@ -247,7 +247,7 @@ def _explain_unreadable(
         assign_columns(best.header, PULL, given_entries)
     except FileError as err:
         return err
-    return best.header.fail(f"cannot be read; {best.header.describe()}")
+    return best.header.error(f"cannot be read; {best.header.describe()}")
 
 
 def _reject_orphan_rows(lines: Lines, blocks: list[Block], used: list[Block], main: Block) -> None:
@@ -255,7 +255,7 @@ def _reject_orphan_rows(lines: Lines, blocks: list[Block], used: list[Block], ma
     for k, block in enumerate(blocks):
         if block in used or not block.pure or block.width != main.width:
             continue
-        if block.styled:
+        if block.has_units:
             continue
         before = next((b for b in reversed(blocks[:k]) if b in used), None)
         if before is not None:

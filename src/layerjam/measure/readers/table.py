@@ -12,7 +12,7 @@ from layerjam.errors import FileError
 from layerjam.measure.readers import words
 from layerjam.measure.readers.columns import Header, find_role
 from layerjam.measure.readers.heads import find_head, trim_fields
-from layerjam.measure.readers.lines import Lines, looks_numeric, split_line
+from layerjam.measure.readers.lines import Lines, can_be_number, split_line
 from layerjam.measure.readers.rows import Table
 from layerjam.measure.readers.unit_words import unit_role
 
@@ -40,7 +40,7 @@ class Block:
     title: str = ""
 
     @property
-    def styled(self) -> bool:
+    def has_units(self) -> bool:
         """Return whether there are units above the block."""
         return self.table is not None and bool(self.table.header.style)
 
@@ -108,7 +108,7 @@ def _mark_header_numbers(lines: Lines, rows: np.ndarray, number: np.ndarray, pla
         if lines.pure[rows[k]]:
             return
         fields = [f for f in lines.fields(int(rows[k])) if f]
-        spec = sum(bool(find_role(f) or unit_role(f)) for f in fields if not looks_numeric(f))
+        spec = sum(bool(find_role(f) or unit_role(f)) for f in fields if not can_be_number(f))
         if spec * 2 < len(fields) or spec < 2:
             return
         number[k] = False
@@ -126,7 +126,7 @@ def _mark_statistics(lines: Lines, rows: np.ndarray, number: np.ndarray) -> None
     first = int(pure_rows[-1]) + 1
     is_separate = rows[first] - rows[first - 1] > 1
     head = next((f for f in lines.fields(int(rows[first])) if f), "")
-    if not looks_numeric(head) and (
+    if not can_be_number(head) and (
         is_separate or re.search(words.STATISTIC, words.normalise_name(head))
     ):
         number[first:] = False
@@ -157,13 +157,13 @@ def _select_text_lines(lines: Lines, above: tuple[int, ...] | range) -> list[tup
         if lines.blank[line]:
             continue
         text = lines.text(line)
-        if sum(1 for f in _split_with_any(text, lines.separator) if f) >= 2:
+        if sum(1 for f in _split_text(text, lines.separator) if f) >= 2:
             texts.append((line, text))
     return texts
 
 
 @lru_cache(maxsize=1024)
-def _split_with_any(text: str, separator: str) -> list[str]:
+def _split_text(text: str, separator: str) -> list[str]:
     fields = split_line(text, separator)
     others = (split_line(text, mark) for mark in ("\t", ";", ",", "|") if mark in text)
     return fields if len(fields) > 1 else max(others, key=len, default=fields)
@@ -178,7 +178,7 @@ def share_headers(lines: Lines, blocks: list[Block]) -> Iterator[Block]:
             before is not None
             and before.table is not None
             and block.width == before.width
-            and not block.styled
+            and not block.has_units
             and 0 < len(block.above) <= 3
             and re.search(words.SPECIMEN, words.normalise_name(lines.text(block.above[0])))
         ):
@@ -186,5 +186,5 @@ def share_headers(lines: Lines, blocks: list[Block]) -> Iterator[Block]:
             table = _make_table(before.table.header, lines, block)
             block = replace(block, table=table, title=title)
         yield block
-        if block.styled:
+        if block.has_units:
             before = block

@@ -57,7 +57,7 @@ ROLE = {"time": TIME, "elongation": f"{TRAVEL}|{CROSSHEAD}", "force": FORCE}
 _ANY = re.compile("|".join([*ROLE.values(), SENSOR, SPECIMEN, UNIT, OTHER_QUANTITY]))
 
 
-def count_known(text: str) -> int:
+def count_known_letters(text: str) -> int:
     """Return the number of characters in known words, which identifies the code page."""
     matches = [m[0] for m in _ANY.finditer(normalise_name(text))]
     return sum(len(word) * (1 if word.isascii() else 4) for word in matches)
