@@ -57,7 +57,7 @@ def test_each_hold_has_its_drop(answered: dict[str, Any]) -> None:
     for step, shot, kept in zip(answered["steps"], (first, second), run.shots, strict=False):
         assert shot["whole"] and shot["samples"] == 4800 and shot["rate"] == 8000
         assert step["started"] < shot["time"] < step["ended"] - 0.5
-        assert run.time_of(kept) == pytest.approx(shot["time"], abs=1e-9)
+        assert run.trigger_time(kept) == pytest.approx(shot["time"], abs=1e-9)
         assert kept.number == shot["shot"] and kept.boot == run.boots[0] and kept.synthetic
         stop = (time > shot["time"] - 0.1) & (time < shot["time"] + 0.5)
         assert stop.sum() >= 59 and np.abs(vacuum[stop] - 80e3).max() < 800

@@ -194,7 +194,7 @@ def simulate_friction_test(spec: Spec, test: Trial) -> Trace:
         machine, spec.seed, numbers, sample_count(test_spec.travel / test_spec.speed, machine)
     )
     travel_of_string = test_spec.speed * np.maximum(time[0] - machine.lag, 0.0)
-    profile = _draw_profile(travel_of_string, faults.make_rng(spec.seed, "texture", test.number))
+    profile = _random_profile(travel_of_string, faults.make_rng(spec.seed, "texture", test.number))
     kinetic = film.kinetic * test.friction * test_spec.normal_force
     static_friction = film.static
     if test.hold is not None:
@@ -216,7 +216,7 @@ def simulate_friction_test(spec: Spec, test: Trial) -> Trace:
     return _record_traces(spec, machine, [test], time, travel, reading)[0]
 
 
-def _draw_profile(travel: Array, random: np.random.Generator) -> Array:
+def _random_profile(travel: Array, random: np.random.Generator) -> Array:
     """Return a random profile, shape (N,), with an SD of 1 and a resolution of about 1 mm."""
     knots = np.arange(0.0, travel[-1] + 2e-3, 1e-3)
     return np.interp(travel, knots, random.standard_normal(len(knots)))

@@ -257,12 +257,12 @@ def _collect_files(
     """
     from layerjam.fabricate.folder import make_files
     from layerjam.report.assembly_steps import PATTERN
-    from layerjam.report.build_files import make_papers
+    from layerjam.report.build_files import make_documents
 
     progress("patterns and parts", 0.3)
     content = make_files(drawing, with_step=with_step, coupons=coupons)
     progress("pictures and instructions", 0.5)
-    content |= make_papers(drawing, coupons, content)
+    content |= make_documents(drawing, coupons, content)
     if PATTERN not in content:
         notices.append(
             Notice(

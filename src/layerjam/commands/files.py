@@ -67,7 +67,7 @@ def read_each(
     def use_once(trace: Trace) -> T:
         path = trace.path or "an earlier trace"
         name = f"{path}, specimen {trace.specimen}" if trace.specimen else path
-        same = records.find_same(trace)
+        same = records.find_original(trace)
         if same is not None:
             raise FitError(
                 f"contains the same record as {same}, exported with a different sampling "

@@ -46,7 +46,7 @@ def write_dataset(
     """
     from layerjam.report import page
 
-    page.check_extras()
+    page.require_extras()
     notices = details.notices()
     _check_writable(folder, out, overwrite)
     tell("examining the files", 0.0)

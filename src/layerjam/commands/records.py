@@ -216,9 +216,9 @@ def records_show(ident: RecordId, *, db: RecordsDatabase = None) -> RecordShown:
     Raises RecordsError if no record or several records have that name.
     """
     database = _open_database(db)
-    from layerjam.records.view import show
+    from layerjam.records.view import show_record
 
-    result = show(database, ident)
+    result = show_record(database, ident)
     return RecordShown.create(result, record_=result.record)
 
 

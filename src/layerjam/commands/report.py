@@ -100,7 +100,7 @@ class _Work:
         self, stage: str, result: Result, traces: Sequence[Trace], *left_out: str
     ) -> None:
         """Add a command's result to the report, without the warnings of the keys `left out`."""
-        from layerjam.report.brake_tables import describe_file
+        from layerjam.report.brake_tables import make_file_entry
 
         report = self.report
         values = {
@@ -115,7 +115,7 @@ class _Work:
         report.refused += [(Path(p).name, stage, reason) for p, reason in refusals.items()]
         exclusions: Sequence[Mapping[str, Any]] = result.values.get("excluded", ())
         report.excluded += [(Path(e["file"]).name, stage, e["because"]) for e in exclusions]
-        report.files += [describe_file(trace, stage) for trace in traces]
+        report.files += [make_file_entry(trace, stage) for trace in traces]
 
     def adopt_brake(self, file: BrakeFile) -> None:
         """Use the brake of a stage from now on, at the site's atmosphere."""
@@ -164,10 +164,10 @@ def report(
     FileError if a report exists and `overwrite` is not set.
     """
     from layerjam.report.brake_files import check_folder, write_report
-    from layerjam.report.page import check_extras
+    from layerjam.report.page import require_extras
 
     out, tell = Path(out), progress or (lambda _what, _share: None)
-    check_extras()
+    require_extras()
     check_folder(out, overwrite)
     content = compute_stages(
         brake,

@@ -81,7 +81,7 @@ def make_curve(pull: PullFeatures, vacuum: float, trace: Trace | None = None) ->
         pull=pull,
         specimen="" if trace is None else trace.specimen,
         recorded_speed=None if trace is None else recorded_speed(trace),
-        mounting=None if trace is None else trace.facts.mounted,
+        mounting=None if trace is None else trace.facts.mounting_number,
         synthetic=trace is not None and trace.synthetic,
     )
 

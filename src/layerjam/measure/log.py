@@ -139,7 +139,7 @@ def read_log(path: str | Path, wants: Sequence[Want], options: ReadingOptions | 
     else:
         columns_used, notes = assign_columns(_split_units(table.header, wants), wants, entries)
     decimal, columns = options.decimal or source.decimal, list(columns_used.values())
-    rows, fixes = _convert_points(Rows(source, table), columns, decimal)
+    rows, fixes = _drop_points(Rows(source, table), columns, decimal)
     values = dict(zip(columns_used, read_columns(rows, columns, decimal), strict=True))
     _check_time(source.path, values, wants)
     above = source.data[: table.first]
@@ -185,7 +185,7 @@ def _split_name_unit(name: str, unit: str | None, wants: Sequence[Want]) -> tupl
     return name, None
 
 
-def _convert_points(
+def _drop_points(
     rows: Rows, columns: Sequence[Column], decimal: str | None
 ) -> tuple[Rows, list[str]]:
     """Convert numbers such as 1.002.000 (meaning 1002.000), in which the last point is decimal.

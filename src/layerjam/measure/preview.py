@@ -92,7 +92,7 @@ def read_column(
     return values
 
 
-def vacuum_columns(table: Preview) -> list[tuple[int, str]]:
+def find_vacuum_columns(table: Preview) -> list[tuple[int, str]]:
     """Return (index, unit) of columns named "vacuum" (in part) with a unit of pressure."""
     columns = []
     for index, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):

@@ -98,11 +98,11 @@ class Run:
             raise QuantityError.of("from", f"no sample in this range; the samples cover {span}")
         columns = {name: values[inside] for name, values in self.columns.items()}
         first, last = float(time[inside][0]), float(time[inside][-1])
-        shots = tuple(shot for shot in self.shots if first <= self.time_of(shot) <= last)
+        shots = tuple(shot for shot in self.shots if first <= self.trigger_time(shot) <= last)
         gaps = count_missing_samples(columns["boot"], columns["seq"])
         return replace(self, columns=columns, gaps=gaps, shots=shots)
 
-    def time_of(self, shot: Shot) -> float:
+    def trigger_time(self, shot: Shot) -> float:
         """Return the time of a shot's trigger [s]; NaN if its boot of the board has no sample."""
         inside = np.flatnonzero(self.columns["boot"] == shot.boot)
         if not len(inside):

@@ -37,7 +37,7 @@ class Records:
 
     seen: dict[str, Trace] = field(default_factory=dict)
 
-    def find_same(self, trace: Trace) -> str | None:
+    def find_original(self, trace: Trace) -> str | None:
         """Return the name of an earlier record of which this is a copy, or None."""
         part = _select_peak_window(trace)
         return next(

@@ -91,7 +91,7 @@ class Facts:
     climate: str = _text_field("temperature and humidity during the test")
 
     @property
-    def mounted(self) -> int | None:
+    def mounting_number(self) -> int | None:
         """Number of the mounting; None if unknown."""
         return self.repeat if self.mounting is None else self.mounting
 

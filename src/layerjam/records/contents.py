@@ -24,8 +24,8 @@ from layerjam.records.pieces import (
     Piece,
     clean_text,
     make_piece,
+    parse_digest,
     text_digest,
-    to_hex,
 )
 from layerjam.system import format_command_line, report_failure
 from layerjam.toml_files.table_text import restore_comment
@@ -230,9 +230,9 @@ def _cite_files(entries: Any, role: str) -> list[Cited]:
         if not isinstance(entry, dict):
             continue
         name = clean_text(str(entry.get("name") or entry.get("file") or ""))
-        if digest := to_hex(entry.get("sha256")):
+        if digest := parse_digest(entry.get("sha256")):
             citations.append(Cited(digest, role, name))
-        if digest := to_hex(entry.get("facts_sha256")):
+        if digest := parse_digest(entry.get("facts_sha256")):
             citations.append(Cited(digest, "conditions", name + SIDECAR_ENDING))
     return citations
 
@@ -271,7 +271,7 @@ def _read_json(path: str, file: Mapping[str, Any]) -> Content:
         *_cite_files(origin.get("files"), "measured"),
         *_cite_files(result.get("excluded"), "left out"),
     ]
-    if digest := to_hex(brake.get("sha256")):
+    if digest := parse_digest(brake.get("sha256")):
         cited.append(Cited(digest, "start", clean_text(str(brake.get("name", "")))))
     piece = Piece(
         kind="calibration",

@@ -50,7 +50,7 @@ def clean_text(text: str) -> str:
     return text.replace("\0", "\ufffd").encode("utf-8", "replace").decode("utf-8")
 
 
-def to_hex(value: Any) -> str | None:
+def parse_digest(value: Any) -> str | None:
     """Return a SHA-256 in hexadecimal, or None for anything else."""
     right = isinstance(value, str) and re.fullmatch("[0-9a-f]{64}", value)
     return str(value) if right else None
@@ -65,7 +65,7 @@ def make_piece(kind: str, text: str, path: str) -> Piece:
         "toml": text,
         "sha256": text_digest(text),
         "rendered_sha256": text_digest(file.render(file.name)),
-        "parent": to_hex(notes.get("brake_sha256")),
+        "parent": parse_digest(notes.get("brake_sha256")),
     }
     return Piece(kind=kind, columns=columns)
 

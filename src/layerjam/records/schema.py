@@ -219,12 +219,12 @@ def insert_citations(db: Connection, child: str, cited: Iterable[Cited]) -> None
 
 
 def _create_view(name: str, query: Select[Any]) -> None:
-    def create(_target: MetaData, db: Connection, **_: Any) -> None:
+    def create_view(_target: MetaData, db: Connection, **_: Any) -> None:
         columns = ", ".join(f'"{column.name}"' for column in query.selected_columns)
         text = query.compile(dialect=db.dialect, compile_kwargs={"literal_binds": True})
         db.exec_driver_sql(f'CREATE VIEW "{name}" ({columns}) AS {text}')
 
-    event.listen(METADATA, "after_create", create)
+    event.listen(METADATA, "after_create", create_view)
 
 
 def _select_kind(kind: str, spec: Kind) -> Select[Any]:

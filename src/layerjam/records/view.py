@@ -69,7 +69,7 @@ def _find_synthetic(db: Connection, start: Iterable[str]) -> set[str]:
     return ids
 
 
-def show(database: Database, ident: str) -> RecordView:
+def show_record(database: Database, ident: str) -> RecordView:
     """Return one record, given the start of its id or its name; RecordsError if there is none."""
     with database.open_snapshot() as db:
         full_id = resolve_record_id(db, ident, database.where)

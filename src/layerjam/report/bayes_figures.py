@@ -81,7 +81,7 @@ class _Level:
         self.band: Band = force_band(after, self.u, self.vacuum, measured=True)
         self.count = count_text(len(curves), "curve")
 
-    def fill(self, axes: style.Axes, offset: Any = 0.0, factor: float = 1.0) -> None:
+    def fill_bands(self, axes: style.Axes, offset: Any = 0.0, factor: float = 1.0) -> None:
         """Draw the 50 and 95 % bands of the next pull, after subtracting `offset`."""
         for part, strength in ((WIDE, 0.22), (INNER, 0.30)):
             low, high = ((self.band.quantile_at(q) - offset) * factor for q in part)
@@ -103,7 +103,7 @@ def bands(fit: BayesFit, curves: Sequence[Curve], samples: int = 900) -> style.F
     figure, (axes,) = style.make_axes(width=7.4, height=4.8)
     ends, end = [], 0.0
     for level in _group_by_vacuum(fit, curves):
-        level.fill(axes)
+        level.fill_bands(axes)
         for curve in level.curves:
             step = max(1, len(curve.force) // samples)
             u, force = curve.elongation[::step] * MM, curve.force[::step]
@@ -131,7 +131,7 @@ def deviations(fit: BayesFit, curves: Sequence[Curve], samples: int = 400) -> st
     for axes, level in zip(panels, shown_levels, strict=True):
         middle = level.band.quantile_at(0.5)
         part = 100 / float(middle.max())
-        level.fill(axes, middle, part)
+        level.fill_bands(axes, middle, part)
         for curve in level.curves:
             size = max(1, len(curve.force) // samples)
             x, y = (

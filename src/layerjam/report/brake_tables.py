@@ -74,7 +74,7 @@ class FileUsed:
     facts: Facts = field(default_factory=Facts)
 
 
-def describe_file(trace: Trace, role: str) -> FileUsed:
+def make_file_entry(trace: Trace, role: str) -> FileUsed:
     """Return a measurement with its digest and its use."""
     facts = trace.facts
     return FileUsed(
@@ -292,7 +292,7 @@ def _describe_verdict(pull: SinglePull) -> str:
     return ", ".join(odd) or ("ok" if "ok" in pull.verdicts.values() else "too few pulls")
 
 
-def _list_states(after: Any, before: Any) -> list[tuple[str, Any]]:
+def _pair_errors(after: Any, before: Any) -> list[tuple[str, Any]]:
     """Return the errors before calibration, if known, then those of the calibrated brake."""
     states = ("before calibration", before), ("calibrated", after)
     return [(state, value) for state, value in states if value is not None]
@@ -302,7 +302,7 @@ def _make_error_cells(stem: str, after: PooledErrors, before: PooledErrors | Non
     """Return MAPE, RMSE, bias and R^2 before and after calibration, for one condition or all."""
     cells: list[Cell] = []
     for column in MEASURES:
-        for state, errors in _list_states(after, before):
+        for state, errors in _pair_errors(after, before):
             sure = {}
             if column.path == "mape" and isinstance(errors, ConditionError):
                 spread = summarise_repeats([c.mape for c in errors.curves])
@@ -332,7 +332,7 @@ def validation_table(result: Validation, before: Validation | None) -> Table:
     rows: list[list[Cell]] = []
     extra: list[Number] = []
 
-    def row(
+    def add_row(
         first: Sequence[Cell], stem: str, case: PooledErrors, earlier: PooledErrors | None
     ) -> None:
         split, hidden = _make_split_cells(stem, case.scatter)
@@ -343,14 +343,14 @@ def validation_table(result: Validation, before: Validation | None) -> Table:
     for index, case in enumerate(result.conditions):
         stem = f"validation, {describe_condition(case)}"
         earlier = before.conditions[index] if before is not None else None
-        row([column.number(case, stem) for column in CONDITION], stem, case, earlier)
-    row(["all", ""], "validation, all", result, before)
+        add_row([column.number(case, stem) for column in CONDITION], stem, case, earlier)
+    add_row(["all", ""], "validation, all", result, before)
     names = ["MAPE [%]", "RMSE [N]", "bias [N]", "R²"]
     head, groups = names, [("", 3), ("brake as specified", 4)]
     if before is not None:
         head, groups = ["before", "after"] * 4, [("", 3), *((name, 2) for name in names)]
     split = ["own [N]", "scatter [N]", "share [%]"]
-    for state, errors in _list_states(result, before):
+    for state, errors in _pair_errors(result, before):
         for column, count in OVER_CONDITIONS:
             number = column.number(errors, "validation, all", state, n=len(getattr(errors, count)))
             extra.append(number)
@@ -368,14 +368,14 @@ def validation_table(result: Validation, before: Validation | None) -> Table:
 
 
 def _make_note(result: Validation, before: Validation | None) -> str:
-    def words(v: Validation) -> str:
+    def format_mape(v: Validation) -> str:
         text = f"{v.mape_conditions:.1%}"
         return text + (f" ± {v.mape_conditions_sd:.1%}" if v.mape_conditions_sd else "")
 
     text = f"MAPE of {count_text(len(result.conditions), 'condition')}, mean ± SD: "
-    text += words(result)
+    text += format_mape(result)
     if before is not None:
-        text += f" (before calibration {words(before)})"
+        text += f" (before calibration {format_mape(before)})"
     text += (
         ". Before: scale factor 1 and the stiffness of eq. 1. Bias: model minus measured. Own: "
         "error of the calibrated model against the mean of the repeats. Scatter: the repeats' SD "

@@ -73,7 +73,7 @@ def draw_section(world: Scene) -> style.Figure:
         (end - 12 * unit, below - 12 * unit), (edge + 14 * unit, above + 7 * unit), 8.2
     )
     _draw_enclosure(axes, world, edge)
-    _draw_plastic(axes, world)
+    _draw_printed_parts(axes, world)
     _draw_layers(axes, lengths, edge, free)
     _draw_screw(axes, lengths)
     chain = [
@@ -99,7 +99,7 @@ def draw_section(world: Scene) -> style.Figure:
     return figure
 
 
-def _draw_plastic(axes: Axes, world: Scene) -> None:
+def _draw_printed_parts(axes: Axes, world: Scene) -> None:
     lengths, build, side = world.lengths, world.build, world.lengths.left
     rear, neck = -side.tray - mm(build.back), -side.reach
     head = neck - lengths.port_length - lengths.head
@@ -274,7 +274,7 @@ def draw_layer_order(world: Scene) -> style.Figure:
 
 
 @style.use_style
-def draw_plates(boards: Sequence[tuple[str, Outline]]) -> style.Figure:
+def draw_boards(boards: Sequence[tuple[str, Outline]]) -> style.Figure:
     """Draw the boards, which are cut in addition to the sheets, each with its length."""
     from matplotlib.patches import Circle, Polygon
 

@@ -302,7 +302,7 @@ def draw_pictures(build: Build, lengths: Lengths, pieces: Sequence[Piece]) -> Pi
     )
 
 
-def make_papers(
+def make_documents(
     drawing: Drawing, coupons: bool = False, others: Collection[str] | None = None
 ) -> dict[str, bytes]:
     """Return {path: bytes} of the pictures, assembly.pdf and cut/pattern.pdf of a build.
@@ -315,7 +315,7 @@ def make_papers(
         flat_parts = auxiliary_plates(
             drawing.build, drawing.lengths, drawing.parallel, drawing.series
         )
-        drawn_ones.svgs["boards"] = format_svg(drawings.draw_plates(list(flat_parts.items())))
+        drawn_ones.svgs["boards"] = format_svg(drawings.draw_boards(list(flat_parts.items())))
     content = drawn_ones.files()
     flat = typeset_pattern(drawing.film.pieces, drawing.film.notes)
     if flat is not None:

@@ -44,12 +44,12 @@ def make_scene(build: Build, lengths: Lengths) -> Scene:
     """Return the scene of a build."""
     outlines = {part.name: part.outline for part in film_parts(build, lengths)}
 
-    def both(kind: str) -> tuple[Outline, Outline]:
+    def find_pair(kind: str) -> tuple[Outline, Outline]:
         if kind in outlines:
             return outlines[kind], outlines[kind]
         return outlines[f"{kind}-left"], outlines[f"{kind}-right"]
 
-    return Scene(build, lengths, both("sheet"), both("spacer"))
+    return Scene(build, lengths, find_pair("sheet"), find_pair("spacer"))
 
 
 def make_body(part: Solid, colour: str) -> Body:
@@ -237,7 +237,7 @@ def make_mounted_sleeve(world: Scene) -> Body:
     ends = []
     for side in lengths.sides:
         tail = side.tray + rear
-        steps = [(-tail - 2 * (1 - t), _interpolate(oval, tray, t)) for t in np.linspace(0, 1, 9)]
+        steps = [(-tail - 2 * (1 - t), _blend_rings(oval, tray, t)) for t in np.linspace(0, 1, 9)]
         ends.append([(-tail - neck, oval), *steps, (0.0, tray)])
     stations = [*ends[0], (slope, flat), (lengths.free - slope, flat)]
     stations += [(lengths.free - x, ring) for x, ring in ends[1][::-1]]
@@ -265,7 +265,7 @@ def _oval_rings(a: float, b: float, wall: float) -> Rings:
     return outer, inner
 
 
-def _interpolate(first: Rings, second: Rings, share: float) -> Rings:
+def _blend_rings(first: Rings, second: Rings, share: float) -> Rings:
     outer, inner = (a + (b - a) * share for a, b in zip(first, second, strict=True))
     return outer, inner
 
@@ -288,16 +288,16 @@ def _make_loft(stations: Sequence[tuple[float, Rings]]) -> Body:
     after = (this + 1) % AROUND
     triangles = []
 
-    def strip(ring: int, next_ring: int) -> None:
+    def add_strip(ring: int, next_ring: int) -> None:
         a, b = AROUND * ring, AROUND * next_ring
         triangles.append(np.column_stack([a + this, b + after, a + after]))
         triangles.append(np.column_stack([a + this, b + this, b + after]))
 
     for i in range(count - 1):
-        strip(i + 1, i)
-        strip(count + i, count + i + 1)
-    strip(0, count)
-    strip(2 * count - 1, count - 1)
+        add_strip(i + 1, i)
+        add_strip(count + i, count + i + 1)
+    add_strip(0, count)
+    add_strip(2 * count - 1, count - 1)
     return Body(np.concatenate(corners), np.concatenate(triangles).astype(np.int64), SILICONE)
 
 

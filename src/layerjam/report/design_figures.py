@@ -71,17 +71,17 @@ def draw_front(answer: Any) -> style.Figure:
     figure, (axes,) = style.make_axes(width=7.4, height=4.8)
     scales = [choose_scale(answer, n) for n in names]
 
-    def point(design: Any) -> tuple[float, ...]:
+    def locate(design: Any) -> tuple[float, ...]:
         return tuple(design[n] * f for n, (f, _) in zip(names, scales, strict=True))
 
-    x, y = np.array(sorted(point(d) for d in answer.front)).T
+    x, y = np.array(sorted(locate(d) for d in answer.front)).T
     if len(spec.objectives) == 2:
         axes.plot(x, y, color=FAINT, lw=1.2, zorder=1)
     axes.plot(x, y, "o", color=GREY, ms=3.2, mec="none", zorder=2)
     points = []
     for design, word, look in marked_designs(answer, names):
-        axes.plot(*point(design), look.mark, color=look.color, ms=look.size, mec="white", zorder=4)
-        points.append((point(design), word, look.color))
+        axes.plot(*locate(design), look.mark, color=look.color, ms=look.size, mec="white", zorder=4)
+        points.append((locate(design), word, look.color))
     words = [f"{n.replace('_', ' ')} [{unit}]" for n, (_, unit) in zip(names, scales, strict=True)]
     axes.set(xlabel=words[0], ylabel=words[1])
     axes.margins(0.12)

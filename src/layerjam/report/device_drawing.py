@@ -68,8 +68,8 @@ def draw_device(file: BrakeFile) -> style.Figure:
         pane.set(xlim=(-shape.cap - shape.room, end), ylim=(-SIDE, SIDE))
     _draw_side_view(loose, shape, 0.0, LOOSE)
     _draw_side_view(pull, shape, shape.travel, JAMMED)
-    _label_rest(loose, shape, brake)
-    _label_travel(pull, shape, brake)
+    _label_rest_view(loose, shape, brake)
+    _label_travel_view(pull, shape, brake)
     _draw_end_view(loose_end, brake, shape, LOOSE)
     _draw_end_view(pull_end, brake, shape, JAMMED)
     style.add_title(loose, "Full of air: the sheets slide freely")
@@ -127,7 +127,7 @@ def _add_size(axes: style.Axes, start: float, stop: float, y: float, text: str, 
     style.add_label(axes, x, y - 0.9, text, ha=ha, va="top")
 
 
-def _label_rest(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
+def _label_rest_view(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
     sheets, high = brake.sheets, _body_height(shape, LOOSE)
     y, edge = -high - 1.6, shape.left + shape.overlap
     narrow = 0.1 * (shape.length + shape.travel)
@@ -161,7 +161,7 @@ def _label_rest(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
     style.add_label(axes, place[0], place[1] - 2.2, "held right", ha="left", color=ORANGE)
 
 
-def _label_travel(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
+def _label_travel_view(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
     sheets, high, low = brake.sheets, _body_height(shape, LOOSE), _body_height(shape, JAMMED)
     start, edge = shape.left + shape.travel, shape.left + shape.overlap
     end, y = shape.length + shape.travel, -high - 1.6

@@ -228,7 +228,7 @@ def _read_text(name: str) -> str:
     return (files("layerjam.report") / name).read_text(encoding="utf-8")
 
 
-def check_extras() -> None:
+def require_extras() -> None:
     """Raise MissingExtraError if the page cannot be drawn or written."""
     make_environment()
     with style.apply_style():

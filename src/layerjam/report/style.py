@@ -221,13 +221,13 @@ def add_key(axes: Axes | Figure, *items: tuple[Any, ...], loc: str = "best", **p
 
     bare = props.get("handlelength") == 0  # the key shows text without symbols
 
-    def handle(text: str, color: str, dash: Any = "-") -> Line2D:
+    def make_handle(text: str, color: str, dash: Any = "-") -> Line2D:
         style = "none" if bare or dash == "o" else dash
         marker = "o" if dash == "o" else ""
         return Line2D([], [], color=color, label=text, ls=style, marker=marker, ms=4)
 
     if items:
-        props["handles"] = [handle(*item) for item in items]
+        props["handles"] = [make_handle(*item) for item in items]
     legend = axes.legend(
         **{"loc": loc, "labelcolor": "linecolor", "handletextpad": 0.8 * (not bare), **props}
     )

@@ -13,7 +13,7 @@ import numpy as np
 
 from layerjam.errors import FileError, LayerjamError, MissingExtraError
 from layerjam.measure.options import ReadingOptions
-from layerjam.measure.preview import preview_file, read_column, vacuum_columns
+from layerjam.measure.preview import find_vacuum_columns, preview_file, read_column
 from layerjam.measure.readers.read import open_traces
 from layerjam.measure.readers.source import load_sources
 from layerjam.measure.run_text import make_run_facts
@@ -265,7 +265,7 @@ def _read_content(path: Path, traces: Sequence[Trace]) -> Iterator[tuple[str, So
         return
     try:
         table = preview_file(path)
-        columns = vacuum_columns(table)
+        columns = find_vacuum_columns(table)
         if len(columns) == 1:
             yield "vacuum", column_vacuum(path, columns[0][0], columns[0][1], table.names)
     except LayerjamError:

@@ -290,7 +290,7 @@ def _split_side_by_side(
     table = block.table
     if table is None:
         return []
-    head, form = table.header, format_name(source, table)
+    head, form = table.header, detect_format(source, table)
     groups = [head.select(group) for group in _group_columns(head)]
     is_split = len(groups) > 1 and all(has_all_columns(header, entries, wants) for header in groups)
     rows = Rows(source, table, shared=is_split)
@@ -368,7 +368,7 @@ def _base_name(name: str) -> str:
     return match[1] if match and match[1] else text
 
 
-def format_name(source: Source, table: Table) -> str:
+def detect_format(source: Source, table: Table) -> str:
     """Return the format's name, for display only."""
     head = source.data[: min(table.first, 4000)]
     text = head.decode(source.encoding, errors="replace").lower()

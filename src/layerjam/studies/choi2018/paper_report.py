@@ -30,8 +30,8 @@ from layerjam.report.page import (
     Picture,
     Table,
     Word,
-    check_extras,
     draw_all,
+    require_extras,
     to_html,
 )
 from layerjam.studies.choi2018 import figures as paper_figures
@@ -147,7 +147,7 @@ def write_report(
     report exists and `overwrite` is not set, or if the folder cannot be created.
     """
     tell: Progress = progress or (lambda *_: None)
-    check_extras()
+    require_extras()
     check_folder(out, overwrite)
     tell("procedures of the paper on synthetic files", 0.01)
     for film in paper_figures.CALIBRATED:

@@ -104,7 +104,7 @@ def scenario(
     QuantityError for values out of bounds.
     """
     from layerjam.report.folder import check_folder
-    from layerjam.report.page import check_extras
+    from layerjam.report.page import require_extras
     from layerjam.studies.machines import page
     from layerjam.studies.machines.registry import load_scenario
 
@@ -115,7 +115,7 @@ def scenario(
         raise QuantityError(f"choose a scenario: {', '.join(machines())}, or a TOML file")
     machine = load_scenario(scenario)
     if out is not None:
-        check_extras()
+        require_extras()
         check_folder(Path(out), overwrite)
     tell: Progress = progress or (lambda *_: None)
     tell(f"machine {machine.machine}", 0.0)
