@@ -16,7 +16,7 @@ from layerjam.errors import explain_arguments
 from layerjam.measure.trace import Trace
 
 _CHUNK = 2_000_000
-"""Number of samples that are simulated at once."""
+"""Number of samples that are simulated in one batch."""
 
 
 @explain_arguments

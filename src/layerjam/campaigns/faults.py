@@ -157,7 +157,7 @@ def measured_force(
     seed: int,
     tests: npt.NDArray[np.int64],
 ) -> Array:
-    """Return the load cell's reading of a true force; temperature rise `warmer` [K] (M, 1)."""
+    """Return the load cell's reading of a true force, warmed by `warmer` [K], shape (M, 1)."""
     reading = force * (1 + machine.span_per_kelvin * warmer)
     reading += machine.force_offset + machine.zero_per_kelvin * warmer + machine.force_drift * time
     if machine.force_noise > 0:
@@ -173,7 +173,7 @@ def measured_travel(travel: Array, machine: Faults) -> Array:
 
 
 def sample_mask(machine: Faults, seed: int, test: int, count: int) -> Bools | None:
-    """Return a mask of the samples that are kept (always the first and the last), or None."""
+    """Return a mask of the kept samples (first and last are always kept), None if none are lost."""
     if machine.dropped <= 0:
         return None
     keep = make_rng(seed, "dropped", test).random(count) >= machine.dropped

@@ -1,4 +1,4 @@
-"""Recipe of a dataset, by which a program recomputes its numbers from the raw files."""
+"""Recipe of a dataset, with which a program recomputes its numbers from the raw files."""
 
 import json
 import platform

@@ -1,4 +1,4 @@
-"""Reading options for ambiguous files: one class, one syntax.
+"""Reading options for ambiguous files, as one class with one syntax.
 
 The same names are used for options of commands and in the `[read]` table of a sidecar.
 """
@@ -41,9 +41,9 @@ class ReadingOptions:
     (``force:N=Load,time=Zeit``). An entry of `column` assigns one column by its name; in Python,
     `column` may be a mapping, {"force:N": "Load"}. `decimal` is "." or ",". `specimen` is the
     number (from 1) of a specimen if a file has several. `sheet` is the name of a worksheet. `names`
-    is the pattern of file names, such as "pull_{vacuum}_{speed:mm/s}_*". `speed` [m/s] is that of
-    the crosshead if nothing else states it; in a file without elongation, elongation is speed times
-    time. `reading` is the reference of a pressure, one of `REFERENCES`.
+    is the pattern of file names, such as "pull_{vacuum}_{speed:mm/s}_*". `speed` [m/s] is the
+    crosshead speed if nothing else states it; in a file without elongation, elongation is speed
+    times time. `reading` is the reference of a pressure, one of `REFERENCES`.
     """
 
     negative: Sequence[str] = value(ListSpec(each=TextSpec(choices=tuple(ROLES)), single=True), ())

@@ -28,7 +28,7 @@ MOST_SIZE = 4.5
 SAMPLE = 200
 """Number of points at which two curves are compared before their noise is compared."""
 STARTS = 50
-"""Number of samples of the denser record at which the sparser record may start."""
+"""Number of samples of the denser record that are tried as the start of the sparser record."""
 
 
 @dataclass

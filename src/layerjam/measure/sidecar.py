@@ -1,4 +1,4 @@
-"""Metadata that a measurement's file lacks, stored as NAME.csv.toml next to NAME.csv."""
+"""Metadata that a measurement file does not contain, in NAME.csv.toml next to NAME.csv."""
 
 from dataclasses import dataclass
 from pathlib import Path

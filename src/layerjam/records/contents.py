@@ -42,7 +42,7 @@ STATED = (
 )
 """Key of `meta` for each column of the table of runs."""
 NONE = {"zero": 0.0, "gain": 1.0, "name": ""}
-"""Calibration that a board reports if its sensor was never calibrated."""
+"""Calibration text of a board whose sensor was never calibrated."""
 BOARD = {"serial": "board", "model": "model", "firmware": "firmware"}
 """{column of a board record: key of `meta`}."""
 

@@ -68,7 +68,7 @@ class Number:
         return "" if unit in ("1", "") else f" {unit}"
 
     def _scale(self, value: float) -> str:
-        """Return a value in the page's unit, without the unit."""
+        """Return the digits of a value in the page's unit."""
         factor, error, places = self._factor(), self.standard_error, self.decimals
         if places is None and error and math.isfinite(error):
             places = max(0, 1 - math.floor(math.log10(error / factor)))

@@ -55,7 +55,7 @@ OVER_CONDITIONS = (
     (Column("mean of the conditions' MAPE", "mape_conditions"), "conditions"),
     (Column("SD of the conditions' MAPE", "mape_conditions_sd"), "conditions"),
 )
-"""(column, field over which it is averaged)."""
+"""(column, field whose items are averaged)."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -43,7 +43,7 @@ def find_front_axes(answer: Any) -> tuple[str, str]:
 def marked_designs(
     answer: Any, names: tuple[str, str]
 ) -> list[tuple[Mapping[str, Any], str, Look]]:
-    """Return (design, description, style) of the labelled designs."""
+    """Return (design, description, style) for each labelled design."""
     designs = zip((answer.chosen, answer.runner_up, answer.refined), LOOKS.items(), strict=True)
     marks = [(design, word, look) for design, (word, look) in designs if design is not None]
     for forbidden in sorted(answer.forbidden, key=lambda f: f["short"])[:1]:

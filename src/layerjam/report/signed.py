@@ -189,7 +189,7 @@ def budget_table(budget: Budget, product: Budget | None = None) -> Table:
     """Return the uncertainty budget of the scale factor, with the combination of its lines.
 
     `product` is the budget of the scale factor times the friction, which starts with the same
-    lines. It has its own totals if the friction adds lines.
+    lines. The product has its own totals if the friction adds lines.
     """
     rows: list[list[Cell]] = []
     extra: list[Number] = []

@@ -2,7 +2,7 @@
 
 A unit has priority over a name: a column in s is the time, whatever its name. Among several columns
 of one dimension, the name determines the choice (standard travel before absolute crosshead
-position), and the trace states it. If neither identifies it, the file is rejected.
+position), and the trace states the choice. If neither identifies it, the file is rejected.
 """
 
 import re
@@ -126,8 +126,8 @@ class Header:
     """Columns of a table: names and units as written, and the line of the names.
 
     `style` is the position of the units: "bracket row", "plain row", "names", "units", "units
-    above", "stated" or "" (none). `label` has the fields of the line above, which may number
-    specimens.
+    above", "stated" or "" (none). `label` has the fields of the line above, which may contain
+    specimen numbers.
     """
 
     names: tuple[str, ...]

@@ -1,7 +1,7 @@
 """Lines of a text: their separator, and whether they contain numbers, words or nothing.
 
-The characters in a line determine its kind, so that 40,000 lines of numbers take milliseconds. Only
-lines with letters and digits are examined field by field.
+The characters in a line determine its kind, so that reading 40,000 lines of numbers takes
+milliseconds. Only lines with letters and digits are examined field by field.
 """
 
 import csv
