@@ -109,7 +109,7 @@ class BrakeReport:
 
 
 def make_page(report: BrakeReport) -> Page:
-    """Return the page, with the content of its PDF and their numbers."""
+    """Return the page, from which HTML, PDF and the list of numbers are made."""
     rejections = [f"{name} ({stage}): {reason}" for name, stage, reason in report.refused]
     parts = _make_stages(report)
     if report.excluded:

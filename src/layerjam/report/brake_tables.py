@@ -179,7 +179,7 @@ def calibration_table(result: Calibration, kinetic: float) -> Table:
 
 
 def _describe_leave_one_out(result: Calibration) -> tuple[str, list[Number]]:
-    """Return a sentence on the changes of a and k without their most influential pull; numbers."""
+    """Return (sentence, numbers): changes of a and k without the most influential pull."""
     phrases, numbers = [], []
     for key, shown_in, decimals in (("scale_factor", "", 4), ("stiffness", "kN/m", 2)):
         moves = (result.leave_one_out or {}).get(key)

@@ -28,7 +28,7 @@ class FigureData:
     """Law and uncertainty of each curve of a fit.
 
     `shapes` (curves, 3) are (a, k, the enclosure's factor). `sure` and `scatter` (curves, 3, 3) are
-    covariances of (ln a, ln k, factor). The first is that of the law itself, the second that of a
+    covariances of (ln a, ln k, factor). `sure` is that of the law itself, `scatter` that of a
     further pull about it (None if there are no repeats). `origins` (curves,) [m] are the starts of
     the rises, `offsets` [N] the zeros of the forces. `t` is Student's quantile for the bands.
     """

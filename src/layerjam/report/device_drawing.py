@@ -1,6 +1,6 @@
 """Drawing of a brake from its file: sheets, caps, enclosure, every named length and force.
 
-Lengths along the pull are to scale; thicknesses are drawn larger, and the figure says so.
+Lengths along the pull are to scale; thicknesses are drawn larger, as the figure states.
 """
 
 from dataclasses import dataclass

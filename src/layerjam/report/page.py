@@ -133,7 +133,7 @@ class Part:
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
-    """A page: `numbers` are (value, text) at the top, `verdicts` are texts with their class.
+    """A page: `numbers` are (value, text) at the top; `verdicts` are texts with their class.
 
     `key` explains the numbers; `identity` {label: text} identifies the document. `mark` appears on
     every printed page.

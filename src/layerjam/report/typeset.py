@@ -30,7 +30,7 @@ def typeset_file(
     pictures: Mapping[str, str | bytes] | None = None,
     date: datetime = NO_DATE,
 ) -> bytes:
-    """Return the bytes of a PDF from a template next to this file, such as page.typ.
+    """Return the bytes of a PDF set from a template next to this file, such as page.typ.
 
     The template reads `data` from data.json, and `pictures` by file name. Only the fonts of typst
     are used, so that a page does not depend on the machine's fonts.

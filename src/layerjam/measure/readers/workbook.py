@@ -18,7 +18,7 @@ MAX_UNPACKED = 250_000_000
 MOST_CELLS = 10_000_000
 """Largest number of cells in a sheet, including empty cells, which the reader also stores."""
 FEW_CELLS, SPARSE = 200_000, 100
-"""A sheet with more than `FEW_CELLS` is rejected if fewer than one in `SPARSE` is filled."""
+"""A sheet of more than `FEW_CELLS` cells is rejected if less than 1/`SPARSE` are filled."""
 _CLEAN = str.maketrans({"\t": " ", "\n": " ", "\r": " ", '"': "''"})
 _ATTRIBUTES = rb"""((?:[^>"']++|"[^"]*"|'[^']*')*+)"""
 _CELL = re.compile(rb'<(?:\w+:)?(row|c)(?=[\s/>])(?: r="([A-Z]{0,9})(\d{1,20})")?' + _ATTRIBUTES)
