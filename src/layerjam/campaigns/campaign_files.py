@@ -243,7 +243,6 @@ def suggest_commands(campaign: Campaign, folder: Path) -> list[str]:
 
 
 def _list_file_patterns(campaign: Campaign, folder: Path, tests: Sequence[Trial]) -> str:
-    """Return shell patterns for the files of some tests, without sidecars."""
     names = {}
     for test in tests:
         # match all repeats and, for pulls, all speeds

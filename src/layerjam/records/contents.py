@@ -172,7 +172,6 @@ def read_content(path: str | Path) -> Content:
 
 
 def _read_toml(path: str, file: Mapping[str, Any]) -> Content:
-    """Return a brake, a vacuum line, or the metadata of a measurement."""
     text = read_text(Path(path))
     tables = parse_toml(text, path)
     if "sheets" in tables:

@@ -28,7 +28,7 @@ def format_numbers(numbers: Sequence[Number], names: Mapping[str, str] | None = 
 
 
 def make_results(report: BrakeReport, numbers: Sequence[Number]) -> dict[str, Any]:
-    """Return the text of results.json."""
+    """Return the content of results.json."""
     return {
         "brake": report.file.name,
         "date": report.date,

@@ -70,7 +70,6 @@ def _draw_other_models(
     fits: Mapping[str, hyperelastic.Fit],
     best: str,
 ) -> None:
-    """Draw the models that were not chosen, named at the right end."""
     top = float(specimen.stress.max()) * MPA
     names = []
     for model, fit in fits.items():
