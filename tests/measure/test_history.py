@@ -37,7 +37,7 @@ def test_units_say_which_column_is_which(tmp_path, text):
     [
         ("", "is empty"),
         ("time [s],vacuum [kPa]\n", "no rows of numbers"),
-        ("time [s],vacuum [kPa]\n1.5,20\n", "does not advance"),
+        ("time [s],vacuum [kPa]\n1.5,20\n", "never increases"),
         ("time,vacuum [kPa]\n0,0\n1,2\n", "'time' has no unit"),
         ("time [s],vacuum\n0,0\n1,2\n", "'vacuum' has no unit"),
         ("time [s],a [kPa],b [Pa]\n0,0,0\n1,2,2\n", "which column is the pressure"),

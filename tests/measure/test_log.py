@@ -91,15 +91,15 @@ def test_points_that_could_be_either_are_asked_for(tmp_path):
     ("text", "columns", "words"),
     [
         ("0;1\n1;2\n2;3\n", None, "--columns time:s,pressure:kPa"),
-        ("time,pressure\n0,1\n1,2\n2,3\n", None, "'time' has no unit; time needs one"),
+        ("time,pressure\n0,1\n1,2\n2,3\n", None, "'time' has no unit; time needs a unit"),
         ("time (s),pressure\n0,1\n1,2\n2,3\n", None, "'pressure' has no unit; pressure needs"),
         ("t (s),pressure A (kPa),pressure B (kPa)\n0,1,2\n1,2,3\n2,3,4\n", None, "which column"),
         ("time (s),pressure (kPa)\n1,1\n0,2\n2,3\n", None, "backwards"),
-        ("time (s),pressure (kPa)\n1,1\n1,2\n1,3\n", None, "does not advance"),
+        ("time (s),pressure (kPa)\n1,1\n1,2\n1,3\n", None, "never increases"),
         ("time (s),pressure (kPa)\n1,1\n2,x\n3,3\n", None, "'x'"),
         ("time (s),pressure (kPa)\n1,1\n2,nan\n3,3\n", None, "not a finite number"),
         ("0;1;2\n1;2;3\n2;3;4\n", "time:s,pressure:bar", "has 3 columns, but --columns lists 2"),
-        ("0;1\n1;2\n2;3\n", "time:s,skip", "lack pressure"),
+        ("0;1\n1;2\n2;3\n", "time:s,skip", "no column of pressure"),
         ("words only here\n", "time:s,pressure:bar", "no row of numbers"),
     ],
 )
