@@ -56,7 +56,7 @@ class ReportFiles:
     report: str
     pdf: str | None
     numbers: str
-    make_results: str
+    results: str
     figures: Sequence[str]
     warnings: Sequence[str]
 
