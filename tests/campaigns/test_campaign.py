@@ -109,7 +109,7 @@ def test_every_spec_comes_back_from_its_text(
         ('[pulls]\nvacuums = "40 kPa"', 2, "must be a list"),
         ('[pulls]\nvacuums = ["40 kPa", "40 kPa"]', 2, "the same value twice"),
         ('[files]\nlayouts = ["excel"]', 2, "unknown layouts 'excel'"),
-        ('[files]\nencoding = "latin-1"\nlanguage = "ja"\nlayouts = ["mts"]', 2, "lacks the character '時'"),
+        ('[files]\nencoding = "latin-1"\nlanguage = "ja"\nlayouts = ["mts"]', 2, "character '時'"),
         ('[scatter]\nper = "day"', 2, "did you mean"),
         ("[practice]\ncut_off = 7", 1, "asks for 7 faulty files, but there are 3 pulls"),
         ("weather = 1", 1, "unknown key 'weather'"),
