@@ -1,6 +1,6 @@
 """A computation in a separate process, which releases its memory when it ends.
 
-Open CASCADE and the typesetter of the instructions keep half a gigabyte of memory after use.
+Open CASCADE and the typesetter for the instructions would keep half a gigabyte after use.
 """
 
 import multiprocessing
@@ -24,7 +24,7 @@ ENGINE = (
     "jax_persistent_cache_min_compile_time_secs",
     "jax_persistent_cache_min_entry_size_bytes",
 )
-"""Settings of JAX that the subprocess inherits."""
+"""JAX settings that the subprocess inherits."""
 
 
 def run_in_subprocess(work: Callable[..., T], *args: Any, tell: Tell) -> T:

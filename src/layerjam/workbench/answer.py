@@ -1,7 +1,7 @@
-"""Answer of a page: a call with its result, and all files derived from it.
+"""A page's answer: a call with its result, and all files derived from them.
 
 The figure, curves, copied code, notebook and pins of a chart all come from one answer. They
-therefore belong to one computation, even if settings have changed since then.
+therefore belong to one computation, even if the settings have changed since.
 """
 
 import json
@@ -25,14 +25,14 @@ from layerjam.workbench.widgets import one_line
 class Answer:
     """A call, its result or the text of its error, and the pinned curves.
 
-    Without a result or an error, the call is computed when its figure is requested.
+    If it contains neither a result nor an error, the call runs when its figure is requested.
     """
 
     call: Call
     result: Any = None
     refusal: str = ""
     quantity: str | None = None
-    """Name of the quantity that the error is about, if it is about one."""
+    """Name of the quantity that the error concerns, or None."""
     pins: "tuple[Pinned, ...]" = ()
     title: str = ""
     """File name without an extension, if the call does not specify one."""
@@ -52,16 +52,16 @@ class Answer:
 
     @property
     def pinned_answers(self) -> "Mapping[str, Answer]":
-        """Return {label: answer} of the pinned answers that have a curve."""
+        """Return {label: answer} for each pinned answer that has a curve."""
         return {pin.label: pin.answer for pin in self.pins if pin.answer.result.has_curve}
 
     @property
     def pinned_calls(self) -> Mapping[str, Call]:
-        """Return {label: call} of the pinned curves."""
+        """Return {label: call} for each pinned curve."""
         return {label: answer.call for label, answer in self.pinned_answers.items()}
 
     def figure(self, ending: str) -> bytes:
-        """Return the bytes of the figure, with the pinned curves."""
+        """Return the figure, with the pinned curves, as bytes."""
         pinned_results = {label: answer.result for label, answer in self.pinned_answers.items()}
         return file_bytes(self.result or self.call.run(), ending, pinned_results, self.finish)
 
@@ -72,7 +72,7 @@ class Answer:
 
     @property
     def files(self) -> Mapping[str, str]:
-        """Return {name: content} of the brakes that are not in the catalogue."""
+        """Return {file name: content} for each brake that is not in the catalogue."""
         return self._export_calls.texts
 
     @property
@@ -88,7 +88,7 @@ class Answer:
 class Pinned:
     """A pinned curve: its label, its answer, and its entry in the state.
 
-    `more` is the page's additional result for its pin, or None.
+    `more` is an additional result that the page computes for the pin, or None.
     """
 
     label: str
@@ -98,7 +98,7 @@ class Pinned:
 
 
 def try_call(call: Call, **more: Any) -> Answer:
-    """Return the answer, or the text of the error, for one of several independent calls."""
+    """Run one of several independent calls; the answer contains its result or its error."""
     try:
         return Answer(call, call.run(**more))
     except LayerjamError as err:
@@ -106,7 +106,7 @@ def try_call(call: Call, **more: Any) -> Answer:
 
 
 def collect_answers(result: Any) -> list[Answer]:
-    """Yield every answer in a page's results, in order."""
+    """Return every answer in a page's results, in order."""
     if isinstance(result, Answer):
         return [result]
     parts = list(result.values()) if isinstance(result, Mapping) else result
@@ -121,7 +121,7 @@ def file_bytes(
 ) -> bytes:
     """Return a result's figure or record as bytes, as the command writes it.
 
-    With `pinned_results` or `finish`, which adds to the figure, it is always a figure.
+    With `pinned_results` or `finish`, which adds marks to the figure, the file is a figure.
     """
     with tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
         path = Path(folder) / f"file.{ending}"
@@ -135,7 +135,7 @@ def file_bytes(
 
 
 SHOWING = "from IPython.display import SVG, display\n"
-"""Import statement of the code that shows a figure."""
+"""Import statement for code that displays a figure."""
 
 
 def notebook(
@@ -175,7 +175,7 @@ def _notebook_json(cells: list[dict[str, Any]]) -> str:
 
 
 def _write_statements(texts: Mapping[str, str]) -> Iterator[str]:
-    """Return code that writes files, so that the notebook needs no other files."""
+    """Yield code that writes each file, so that the notebook needs no others."""
     for name, text in texts.items():
         lines = "".join(f"    {_py_literal(line)}\n" for line in text.splitlines(keepends=True))
         yield f'text = (\n{lines})\nPath({_py_literal(name)}).write_text(text, encoding="utf-8")\n'

@@ -34,11 +34,11 @@ from layerjam.workbench.answer import figure_notebook
 LEASE = 3.0
 """Seconds after which a closed page no longer keeps a brake jammed."""
 PRESENT = 1.0
-"""Part of LEASE [s] for which a page may be silent; after that, the board waits for the rest."""
+"""Part of LEASE [s] in which a page need not report; the board's own lease is the remainder."""
 PACE, SEEN = 0.1, 600
-"""Seconds between two readings of the bench, and number of readings stored."""
+"""Interval between readings of the bench [s], and number of readings that are stored."""
 RECORDED_EVERY = 10
-"""Recorded samples per displayed sample."""
+"""Number of recorded samples per displayed sample."""
 T = TypeVar("T")
 
 
@@ -97,7 +97,7 @@ class Session:
             raise
 
     def request_action(self, act: Callable[[ProcedureBench], T]) -> Future[T]:
-        """Run `act` in the thread, after all earlier requests."""
+        """Queue `act` for the thread, after all earlier requests; return a future of its result."""
         answer: Future[T] = Future()
         if self._over.is_set() or self.lost:
             answer.set_exception(LayerjamError(self.lost or "the bench is disconnected"))
@@ -156,7 +156,7 @@ class Session:
         )
 
     def record(self, procedure: str, out: Path, meta: dict[str, object]) -> Future[RunResult]:
-        """Carry out a procedure; it ends if the page is closed."""
+        """Run and record a procedure; it ends if the page is closed."""
 
         def carry_out(bench: ProcedureBench) -> RunResult:
             stop = self.running = Stop()
@@ -190,7 +190,7 @@ class Session:
 
 
 class Presence:
-    """Whether a page is open, according to the repeated reports of its browser."""
+    """Whether a page is open, according to repeated reports from its browser."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
@@ -208,7 +208,7 @@ class Presence:
 def bench_regulator(
     address: str, line: LineFile, target: float, safe_state: str, kind: str, sensor_range: float
 ) -> Regulator:
-    """Return the controller of a virtual board's own line, or of the line on the desk.
+    """Return a controller for a virtual board's own line, or for the desk's line.
 
     Raises QuantityError if the controller cannot hold the target [Pa].
     """

@@ -24,7 +24,7 @@ NOTE = (
     "save the NAME.toml sidecars in the same folder as the files; "
     "download them with the 'Sidecars' button"
 )
-"""Comment above the copied code if the page wrote metadata or corrections of its own."""
+"""Comment above the copied code if the page added metadata or corrections."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Subject:
 class DataFile:
     """A measured file: the user's name for it, the path of its bytes, and its sidecar's text.
 
-    `edited` states that the page wrote the sidecar. Two identical files yield the same numbers.
+    `edited` is true if the page wrote the sidecar. Files that compare equal yield the same numbers.
     """
 
     shown: str
@@ -63,9 +63,9 @@ Options = dict[str, Value]
 class Call:
     """A command with its subjects, measured files and options.
 
-    Two identical calls yield the same result.
+    Calls that compare equal yield the same result.
 
-    Options are texts with units, numbers, flags, words, or files and subjects that are not
+    Options are numbers, texts with units, flags, choices, or files and subjects that are not
     positional arguments. `out` is the file or folder to write, as the user would name it; copied
     code overwrites it on each run. If `made` is true, the previous call writes the subject's file.
     """
@@ -90,7 +90,7 @@ class Call:
         return {file.path.name: file.shown for file in self.data}
 
     def run(self, function: Callable[..., Any] | None = None, **more: Any) -> Any:
-        """Return the result with the user's file names.
+        """Run the command, and return its result with the user's file names.
 
         Raises the same LayerjamError as the command.
 
@@ -115,18 +115,18 @@ class Call:
             yield self.files
 
     def python(self) -> str:
-        """Return code that produces the same numbers in a new process."""
+        """Return code that reproduces the numbers in a new process."""
         return as_python([self])
 
     def python_expression(self) -> str:
-        """Return the call as a Python expression, without its subject."""
+        """Return the call as a Python expression that refers to files by name."""
         parts = [_python_literal(_plain_value(v)) for v in self._positional_values()]
         parts += [f"{key}={_python_literal(_plain_value(v))}" for key, v in self.options.items()]
         parts += [f"out={_python_literal(self.out)}", "overwrite=True"] if self.out else []
         return f"lj.{load_entry(self.name).python_name}({', '.join(parts)})"
 
     def _python_block(self, file: str, others: "Mapping[str, Call]", display: bool) -> str:
-        """Return code that computes, prints and draws it; in a notebook it displays the figure."""
+        """Return code that computes, prints and draws the result; `display` also shows it."""
         text = f"result = {self.python_expression()}\nprint(result)\n"
         kind = load_entry(self.name).result
         if not kind.is_drawable():
@@ -167,9 +167,9 @@ class Call:
 def as_python(
     calls: Sequence[Call], pinned_calls: Mapping[str, Call] = MappingProxyType({})
 ) -> str:
-    """Return code for the numbers and figures of several calls in a new process.
+    """Return code that reproduces the numbers and figures of several calls in a new process.
 
-    `pinned_calls` are drawn, with their labels, in the figure of the first call that allows it.
+    `pinned_calls` are drawn, with their labels, in the figure of the first call that allows them.
     """
     head, *blocks = python_parts(calls, pinned_calls)
     return f"{head}\n{''.join(blocks)}" if blocks else ""
@@ -182,7 +182,7 @@ def python_parts(
 ) -> list[str]:
     """Return the parts of `as_python`: the imports, then the code of each call.
 
-    With `display` the code shows its figures with IPython's `display` and `SVG`.
+    With `display`, the code shows its figures using IPython's `display` and `SVG`.
     """
     names = [load_entry(call.name).name for call in calls]
     every = [*calls, *pinned_calls.values()]
@@ -204,7 +204,7 @@ def _file_note(calls: Sequence[Call]) -> str:
 
 @cache
 def parameters(name: str) -> "Mapping[str, Parameter]":
-    """Return {name: parameter} of a declared command."""
+    """Return {name: parameter} for a declared command."""
     return MappingProxyType({p.name: p for p in load_entry(name).parameters})
 
 
@@ -241,7 +241,7 @@ def _plain_value(value: Value) -> str | float | bool | Sequence[str]:
 
 
 def _cli_words(value: str | float | bool | Sequence[str]) -> list[str]:
-    """Return a value as command-line arguments; a leading dash of a file name is protected."""
+    """Return a value as command-line arguments; "./" precedes file names that start with a dash."""
     if isinstance(value, str | float | int):
         return [str(value)]
     return [f"./{word}" if word.startswith("-") else word for word in value]
@@ -252,7 +252,7 @@ def _python_literal(value: object) -> str:
 
 
 def _restore_names(error: LayerjamError, names: Mapping[str, str]) -> LayerjamError:
-    """Return the same kind of error with the user's file names."""
+    """Return a copy of the error with the user's file names."""
     copy = error.__class__.__new__(error.__class__)
     copy.__dict__.update({key: rename_files(value, names) for key, value in vars(error).items()})
     copy.args = (rename_files(str(error), names),)

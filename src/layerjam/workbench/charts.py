@@ -1,4 +1,4 @@
-"""Line charts as ECharts options: axes with units, direct labels, colours of the report."""
+"""Line charts as ECharts options: axes with units, direct labels, the report's colours."""
 
 import json
 import math
@@ -12,9 +12,9 @@ from layerjam.report.chart import Curve, Ends, Pane
 from layerjam.report.style import GREY, INK
 
 LOW = 35.0
-"""Height [%] below which the y axis of a pane has fewer tick labels."""
+"""Height of a pane [%] below which its y axis has fewer tick labels."""
 TALL, LINE = 290.0, 15.0
-"""Approximate height of a single pane, and distance between names at curve ends [pixels]."""
+"""Approximate height of a single pane, and minimum distance of names at curve ends [pixels]."""
 FONT = "Roboto, -apple-system, Helvetica, Arial, sans-serif"
 """Font of the page, served from this machine by NiceGUI."""
 MARKS = 40
@@ -22,15 +22,15 @@ MARKS = 40
 BAND = 0.22
 """Opacity of a band."""
 POINTS = 500
-"""Largest number of points of a curve sent to the browser."""
+"""Maximum number of points per curve that are sent to the browser."""
 MOST_ROOM = 200
-"""Largest width of the names at the right of a chart [pixels]."""
+"""Maximum width of the curve names to the right of a chart [pixels]."""
 LETTERS = 31
-"""Largest number of characters of a name next to a chart."""
+"""Maximum number of characters of a curve name next to a chart."""
 
 
 def thin_points(x: Any, y: Any, points: int = POINTS) -> list[list[float | None]]:
-    """Return pairs for the browser: all, or the lowest and the highest value of each interval."""
+    """Return (x, y) pairs for the browser: all, or those of the extreme y in each interval."""
     x, y = np.asarray(x, float), np.asarray(y, float)
     if len(x) > points:
         last = len(x) - 1
@@ -55,7 +55,7 @@ def _round_values(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 
 def chart_options(panes: Sequence[Pane], dark: bool = False) -> dict[str, Any]:
-    """Return the chart of panes that share their x axis, one below the other."""
+    """Return a chart of panes that are stacked vertically and share their x axis."""
     chart: dict[str, Any] = dict(animation=False, grid=[], xAxis=[], yAxis=[], series=[])
     lone, ink = len(panes) == 1, text_colour(dark)
     right = max(_label_width(pane.lines) for pane in panes)
@@ -91,7 +91,7 @@ def chart_options(panes: Sequence[Pane], dark: bool = False) -> dict[str, Any]:
 def _pane_series(pane: Pane, ink: str, pixels: float) -> list[dict[str, Any]]:
     """Return the series of a pane: its curves with marks and spans, and its bands.
 
-    Names at the ends of curves are separated in a pane with a height of `pixels`.
+    Names at curve ends are kept apart, given a pane height of `pixels`.
     """
     series = [_curve_series(curve, ink) for curve in pane.lines]
     if series:
@@ -109,7 +109,7 @@ def _pane_series(pane: Pane, ink: str, pixels: float) -> list[dict[str, Any]]:
 
 
 def _separate_end_labels(pane: Pane, series: Sequence[dict[str, Any]], pixels: float) -> None:
-    """Move the names at the ends of curves down where they would overlap."""
+    """Move names at curve ends down where they would overlap."""
     lines = zip((curve.end[1] for curve in pane.lines), series, strict=True)
     ends = [(y, item["endLabel"]) for y, item in lines if item["endLabel"]["show"] and y == y]
     low, high = pane.y_range[0] or 0.0, pane.y_range[1] or max((y for y, _ in ends), default=1.0)
@@ -120,7 +120,7 @@ def _separate_end_labels(pane: Pane, series: Sequence[dict[str, Any]], pixels: f
 
 
 def round_up(value: float) -> float:
-    """Return a round number above a positive one, for the end of an axis."""
+    """Return a round number above a positive one, as the upper limit of an axis."""
     step = 10.0 ** math.floor(math.log10(value)) / 2
     return math.ceil(1.05 * value / step) * step
 
@@ -131,7 +131,7 @@ def text_colour(dark: bool) -> str:
 
 
 def _label_width(curves: Sequence[Curve]) -> int:
-    """Return the width [pixels] of the names at the right of a chart."""
+    """Return the width of the curve names to the right of a chart [pixels]."""
     longest = max((len(f"{c.name}  {c.note}".strip()) for c in curves if c.labelled), default=0)
     return min(max(28, 14 + 7 * longest), MOST_ROOM)
 
@@ -163,12 +163,12 @@ def _axis(name: str, limits: Ends, gap: int, dark: bool) -> dict[str, Any]:
 
 
 def _is_round(value: float | None) -> bool | None:
-    """Return whether a number has few enough digits to label an axis limit; None for None."""
+    """Return whether an axis limit has few enough digits for a label; None if there is no limit."""
     return None if value is None else float(f"{value:.2g}") == value
 
 
 def _cursor_text(panes: Sequence[Pane], firsts: Sequence[int]) -> str:
-    """Return the cursor's text for all named curves, and for the unnamed ones in `firsts`."""
+    """Return JavaScript for the cursor's text: named curves, and the unnamed ones in `firsts`."""
     axes = [_name_and_unit(pane.y) for pane in panes]
     name, unit = _name_and_unit(panes[-1].x)
     # only the name of a curve can contain HTML, because it may come from a file
@@ -190,10 +190,10 @@ def _name_and_unit(axis: str) -> tuple[str, str]:
 
 
 def band(low: Curve, high: Curve) -> dict[str, Any]:
-    """Return the coloured area between two curves on the same x, as one closed line of zero width.
+    """Return the coloured area between two curves at the same x, as one closed line of zero width.
 
-    ECharts stacks areas only on a category axis. For a line that returns to its start, the area
-    reduces to the enclosed part.
+    ECharts stacks areas only on a category axis. For a line that returns to its start, the area is
+    the part it encloses.
     """
     fine = np.isfinite(np.asarray(low.y, float)) & np.isfinite(np.asarray(high.y, float))
     edges = [thin_points(np.asarray(c.x)[fine], np.asarray(c.y)[fine]) for c in (high, low)]
@@ -208,7 +208,7 @@ def band(low: Curve, high: Curve) -> dict[str, Any]:
 
 
 def mark_points(pairs: Sequence[Sequence[float | None]], count: int = MARKS) -> list[Any]:
-    """Return the pairs of `thin_points`, with about `count` of them visible as equidistant points.
+    """Return the pairs of `thin_points`, about `count` of them marked at equal distances.
 
     Distances are relative to the curve's extent on each axis.
     """

@@ -1,4 +1,4 @@
-"""The first rows of a file; a click on the header of a column sets its role."""
+"""The first rows of a file; a click on a column's header sets the column's role."""
 
 from collections.abc import Callable
 from functools import partial
@@ -17,15 +17,15 @@ UNITS = MappingProxyType(
         "vacuum": ("kPa", "mbar", "bar", "Pa"),
     }
 )
-"""{role of a column: units to choose from}."""
+"""{role of a column: available units}."""
 TURNED = ("force", "elongation")
 FLAT = "flat dense no-caps"
 
 
 class ColumnTable:
-    """Rows with headers to click; `said(index, role, unit)` is called with the choice.
+    """Rows with clickable headers; a choice calls `choose(index, role, unit)`.
 
-    The role "" means that the column is ignored; `turned(role)` is called if its sign is reversed.
+    The role "" means that the column is ignored; reversing the sign calls `turn(role)`.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Sliders, numbers and choices, with the name, unit, bounds and help of the quantity."""
+"""Sliders, number fields and choices, with each quantity's name, unit, bounds and help."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -65,11 +65,11 @@ class Control:
         return max(0, -int(f"{step:e}".split("e")[1]))
 
     def round_to_step(self, value: float) -> float:
-        """Return the SI value of the slider's nearest step, with few digits in the page's unit."""
+        """Return a slider's SI value, rounded to `digits` decimals in the page's unit."""
         return float(f"{value / self.factor:.{self.digits}f}") * self.factor
 
     def nearest_value(self, text: str) -> float | None:
-        """Return the allowed value [SI] nearest to a typed one; None for text without a number."""
+        """Return the allowed value [SI] nearest to a typed one; None if it is not a number."""
         try:
             value = parse(add_unit(text, self.display_unit), self.spec.unit, self.name)
         except QuantityError:
@@ -87,7 +87,7 @@ class Control:
 def entry(
     command: str, name: str, default: float, span: tuple[float, float], **more: Any
 ) -> Control:
-    """Return the control of one parameter of a command, with its declared meaning and bounds."""
+    """Return the control for one parameter of a command, with its declared meaning and bounds."""
     parameter = parameters(command)[name]
     if parameter.spec is None:
         raise TypeError(f"{command} declares no quantity called {name}")
@@ -100,7 +100,7 @@ USUAL_VACUUM = 94.5e3
 
 
 def vacuum_entry(command: str, name: str, full: float, low: float = 0.0, **more: Any) -> Control:
-    """Return the control of the shared vacuum, from `low` to full vacuum at the site [Pa]."""
+    """Return the control for the shared vacuum, from `low` to full vacuum at the site [Pa]."""
     span = (low, full)
     return entry(command, name, min(USUAL_VACUUM, full), span, **more).narrow(high=full)
 
@@ -112,7 +112,7 @@ def map_keys(*controls: Control) -> dict[str, Control]:
 
 @dataclass(frozen=True)
 class Choice:
-    """A choice among words; `words` maps each stored value to its displayed text."""
+    """A choice among options; `words` maps each stored value to its displayed text."""
 
     key: str
     words: Mapping[str, str]
@@ -127,7 +127,7 @@ class Choice:
 
 
 def word_choice(command: str, name: str, words: Mapping[str, str], **more: str) -> Choice:
-    """Return the choice of one parameter of a command; `words` describes the options."""
+    """Return the choice for one parameter of a command; `words` describes the options."""
     parameter = parameters(command)[name]
     labels = {word: words.get(word, word.replace("-", " ")) for word in parameter.words}
     default = more.pop("default", "") or parameter.default_text or parameter.words[0]
@@ -152,7 +152,7 @@ def read_word(desk: Desk, page: str, choice: Choice) -> str:
 
 
 class Slider:
-    """Label, slider and number; for an invalid number an error appears below, and nothing changes.
+    """Label, slider and number field; an invalid number shows an error and changes nothing.
 
     `renew` returns the control with new bounds after a change of brake or line.
     """
@@ -251,13 +251,13 @@ def number_field(label: str, width: str) -> ui.input:
 
 
 def on_typed(field: ui.input, act: Callable[[], None]) -> None:
-    """Call `act` when the user has typed into a field and leaves it or presses Enter."""
+    """Call `act` when the user leaves a field or presses Enter in it."""
     field.on("keydown.enter", act)
     field.on("blur", act)
 
 
 def add_unit(text: str, unit: str) -> str:
-    """Return typed text with a unit; a bare number is in the unit of the page."""
+    """Return typed text with a unit; a bare number gets the page's unit."""
     text = text.strip()
     try:
         float(text)
@@ -267,7 +267,7 @@ def add_unit(text: str, unit: str) -> str:
 
 
 def choice(desk: Desk, page: str, item: Choice) -> None:
-    """Show a row of words to choose from."""
+    """Show the options as a row of buttons."""
     with ui.row().classes("w-full items-center justify-between"):
         ui.label(item.name).classes("text-sm").tooltip(page_text(item.help or item.name))
         toggle = ui.toggle(dict(item.words), value=read_word(desk, page, item))
@@ -285,7 +285,7 @@ def tabs(desk: Desk, page: str, item: Choice) -> None:
 
 
 def menu(desk: Desk, page: str, item: Choice) -> None:
-    """Show a drop-down list, for more words than fit in a row."""
+    """Show the options as a drop-down list, if they do not fit in a row."""
     ident, selected_word = f"{page}-{item.key}", read_word(desk, page, item)
     _bind_box(
         desk, page, item, select(item.words, item.name, ident, value=selected_word, tip=item.help)
@@ -293,7 +293,7 @@ def menu(desk: Desk, page: str, item: Choice) -> None:
 
 
 def _bind_box(desk: Desk, page: str, item: Choice, box: ui.toggle | ui.select) -> None:
-    """Store the choice that is made in a box, and update the box after an undo."""
+    """Store the option selected in a box, and update the box after an undo."""
 
     def fill_box(change: str) -> None:
         if change == "undo" and box.value != read_word(desk, page, item):

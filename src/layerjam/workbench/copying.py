@@ -12,15 +12,15 @@ WORDS = {"python": "Python", "bash": "a command"}
 
 
 async def copy_text(text: str) -> bool:
-    """Return whether the browser copied the text to the clipboard.
+    """Copy text to the clipboard; return whether the browser allowed it.
 
-    `text` is JavaScript that returns it.
+    `text` is JavaScript that returns the text.
     """
     return await ui.run_javascript(f"layerjamCopied({text})", timeout=5.0) is True
 
 
 async def show_copy(text: str, language: str, files: Mapping[str, str]) -> None:
-    """Show the copied "python" or "bash" text, with buttons that first save the `files` it needs.
+    """Copy "python" or "bash" text and show it, with buttons to save the `files` it needs.
 
     `files` is {name: content}.
     """

@@ -24,11 +24,11 @@ from layerjam.commands.edit import edit
 STEPS = 200
 """Number of undo steps that are kept."""
 PAUSE = 1.5
-"""Moves of one control within this time [s] count as one step."""
+"""Moves of one control within this time [s] count as one undo step."""
 
 
 class Desk:
-    """State with undo; functions added by `watch` are called after every change."""
+    """State with undo; functions added by `add_watcher` are called after every change."""
 
     def __init__(self, state: State | None = None) -> None:
         """Raises LayerjamError if the state's brake or line cannot be read."""
@@ -55,14 +55,15 @@ class Desk:
         self.beside: BrakeFile | None = second
 
     def add_watcher(self, callback: Callable[[str], None]) -> None:
-        """Call `callback(what)` after each change.
+        """Call `callback(change)` after each change.
 
-        `what` is "brake", "line", "settings", "moved", "undo", "page" or "files".
+        Changes: "brake", "line", "settings", "moved", "undo", "pins", "page", "files", "waiting"
+        (dropped files wait for a decision) and "choosing" (the user wants to add files).
         """
         self._watching.append(callback)
 
     def files_changed(self) -> None:
-        """Notify the observers of changed files or sidecars.
+        """Notify the watchers that files or sidecars have changed.
 
         Removing a file also removes its pin. This is not an undo step, because undo cannot restore
         files.
@@ -73,7 +74,7 @@ class Desk:
         self._notify_watchers("files")
 
     def take_over(self, before: "Desk") -> None:
-        """Take over the files of a discarded desk, with their pins and the calibrations."""
+        """Take over a discarded desk's files, with their pins, and its calibrations."""
         if not self.files.take_over(before.files):
             return
         self.laws |= before.laws
@@ -87,7 +88,7 @@ class Desk:
         self._notify_watchers("waiting")
 
     def choose_files(self) -> None:
-        """Show the dialog of files, even if there are no files yet."""
+        """Show the "Dropped files" dialog, even if no files are waiting."""
         self._notify_watchers("choosing")
 
     def get(self, page: str, key: str, default: Value) -> Value:
@@ -99,7 +100,7 @@ class Desk:
     ) -> None:
         """Set a control; successive moves of one control are one undo step, unless `single`.
 
-        With `follow` the control on the page is also moved, because the user did not move it.
+        With `follow`, the control on the page also moves, because the user did not move it.
         """
         if self.state.find_setting(page, key) == value:
             return
@@ -140,9 +141,9 @@ class Desk:
         self._set_state(replace(self.state, pins=pins), "pins")
 
     def put_file(self, kind: str, text: str) -> None:
-        """Set the "brake", the "line" or the second brake, "beside": a catalogue name or TOML.
+        """Set the "brake", the "line" or the second brake ("beside") by catalogue name or TOML.
 
-        An empty text removes the second brake. Raises LayerjamError.
+        An empty text removes the second brake. Raises LayerjamError if the text is invalid.
         """
         file = read_device("line" if kind == "line" else "brake", text) if text else None
         setattr(self, kind, file)
@@ -150,7 +151,7 @@ class Desk:
         self._set_state(replace(self.state, **update), "line" if kind == "line" else "brake")
 
     def put_brake(self, text: str) -> None:
-        """Set a different brake by a catalogue name or TOML text; raises LayerjamError."""
+        """Set a different brake by catalogue name or TOML text; raises LayerjamError."""
         self.put_file("brake", text)
 
     def open(self, page: str) -> None:
@@ -190,19 +191,19 @@ class Desk:
             callback(change)
 
     def subject(self, kind: str) -> Subject:
-        """Return a file for a call: its catalogue name, or a file that the user can save."""
+        """Return a brake or line as a call's subject: a catalogue name, or a file to save."""
         text, file = getattr(self.state, kind), getattr(self, kind)
         names = SHELVES["line" if kind == "line" else "brake"].names()
         return Subject(text) if text in names else Subject(f"{file.name}.toml", file)
 
     def brake_subject(self) -> Subject:
-        """Return the brake for a call."""
+        """Return the brake as a call's subject."""
         return self.subject("brake")
 
 
 @dataclass(frozen=True)
 class Shelf:
-    """Catalogue of brakes or lines: its names, and readers of an entry's name or TOML text."""
+    """Catalogue of brakes or lines: its names, and readers for a name and for TOML text."""
 
     names: Callable[[], list[str]]
     load: Callable[[str], Any]
@@ -235,16 +236,16 @@ class Connection(Protocol):
 
     @property
     def is_deleted(self) -> bool:
-        """Return whether its page is closed permanently."""
+        """Whether its page is permanently closed."""
 
 
 _desks: dict[str, tuple[Connection, Desk]] = {}
 
 
 def take_over(client: Connection, desk: Desk) -> None:
-    """Move the files of a tab's previous desk, with their pins and calibrations, to its new one.
+    """Move a tab's files, with their pins and calibrations, from its previous desk to `desk`.
 
-    A tab whose page is still open keeps its files: a duplicated tab starts without files.
+    A tab whose page is still open keeps its files, so a duplicated tab starts without any.
     """
     tab = client.tab_id
     if tab is None:
@@ -256,7 +257,7 @@ def take_over(client: Connection, desk: Desk) -> None:
 
 
 def forget_desk(desk: Desk) -> None:
-    """Handle the closing of a desk's page."""
+    """Forget a desk whose page was closed."""
     for tab in [tab for tab, (_, owner) in _desks.items() if owner is desk]:
         del _desks[tab]
 
@@ -269,5 +270,5 @@ def resize_stack(file: BrakeFile, count: int) -> BrakeFile:
 
 
 def set_sheets(desk: Desk, count: int) -> None:
-    """Return the desk's brake with a different number of sheets; raises LayerjamError."""
+    """Change the number of sheets of the desk's brake; raises LayerjamError."""
     desk.put_brake(resize_stack(desk.brake, count).text)

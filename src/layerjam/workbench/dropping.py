@@ -1,4 +1,4 @@
-"""Files dropped anywhere in the window, on any tab; the content determines where each belongs."""
+"""Files dropped anywhere in the window, on any tab; each file's content determines its use."""
 
 import asyncio
 from collections.abc import Callable
@@ -23,14 +23,14 @@ from layerjam.workbench.uploads import LARGEST, MAX_FILES, UploadError, Uploads,
 from layerjam.workbench.widgets import button, dress, hint, one_line
 
 AT_ONCE = 1000
-"""Largest number of files accepted from the browser at once; uploads limit the total."""
+"""Maximum number of files per drop; `Uploads` limits the total."""
 SOON = 0.3
-"""Files that arrive within this time [s] of each other count as one drop."""
+"""Files that arrive less than this time [s] after one another count as one drop."""
 VEIL = "Drop files here: measurements, a brake or vacuum line (TOML), or a saved session"
 
 
 class Dropping:
-    """The uploader of the whole page, its overlay, and the dialog that follows."""
+    """The uploader for the whole page, its overlay, and the dialog that follows."""
 
     def __init__(self, desk: Desk, go: Callable[[str], object]) -> None:
         """`go(page)` opens a page."""
@@ -40,7 +40,7 @@ class Dropping:
         self._brakes = 0
         self._came_list = False
         self._facts: dict[str, str] = {}
-        """{name without .toml: text of a sidecar named without its file's extension}."""
+        """{name without .toml: sidecar text} of sidecars named without their files' extensions."""
         ui.context.client.on_delete(self.uploads.close)
         ui.add_body_html(f'<div class="files-veil" aria-hidden="true"><span>{VEIL}</span></div>')
         self.zone = ui.upload(
@@ -80,7 +80,7 @@ class Dropping:
         return await self.uploads.receive_file(file, waits=True)
 
     async def _store_list(self, name: str, file: FileUpload) -> str:
-        """Keep a list of conditions of many files; return the reason if it is not one."""
+        """Store a list of conditions for many files; return the reason if it is invalid."""
         try:
             self.uploads.listed = read_list(await file.read(), name)
         except LayerjamError as err:
@@ -90,7 +90,7 @@ class Dropping:
         return ""
 
     async def _open_session(self, name: str, file: FileUpload) -> str:
-        """Load a saved session; return the reason if it is not one."""
+        """Load a saved session; return the reason if it is rejected."""
         try:
             data = await file.read()
             session = await run.io_bound(from_session, data, name)
@@ -112,7 +112,7 @@ class Dropping:
         return ""
 
     async def _load_toml(self, name: str, file: FileUpload) -> str:
-        """Load a brake or a line, or keep a sidecar; return the reason for any other file."""
+        """Load a brake or a line, or store a sidecar; return the reason if the file is rejected."""
         if file.size() > MAX_BYTES:
             return f"{name}: {file.size() / 1e6:.1f} MB; the limit for a TOML file is 1 MB"
         data = await file.read()
@@ -177,7 +177,7 @@ class Dropping:
             await self.sorting.show(empty=empty)
 
     def _attach_sidecars(self) -> None:
-        """Attach sidecars named after files without their extension, and the folder's sidecar."""
+        """Attach sidecars whose names lack the file's extension, and the folder's sidecar."""
         files = self.uploads.files
         for stem, text in self._facts.items():
             targets = [f for f in files if Path(f.shown).stem == stem]
@@ -239,7 +239,7 @@ class Dropping:
 
 
 class FilesHere:
-    """Hint on a page that files can be dropped, with buttons to choose and to accept them."""
+    """Note on a page that files can be dropped, with buttons to choose and to accept files."""
 
     def __init__(self, desk: Desk, page: str) -> None:
         self.desk = desk
@@ -272,14 +272,14 @@ class FilesHere:
 
 
 def is_list(name: str) -> bool:
-    """Return whether a file has the name that the commands expect."""
+    """Return whether a file has the name that the commands expect of a list of conditions."""
     return clean(name).lower() == LIST
 
 
 def read_list(data: bytes, name: str) -> dict[str, str]:
-    """Return {file name: its conditions as a sidecar's text} of a list.
+    """Return {file name: its conditions as sidecar text} from a list of conditions.
 
-    Raises FileError, with the line, if it is not a list.
+    Raises FileError, with the line number, if the list is invalid.
     """
     if len(data) > MAX_BYTES:
         raise FileError(name, f"is larger than {MAX_BYTES // 1000} kB, the limit for such a list")
@@ -291,8 +291,7 @@ def attach_list(uploads: Uploads) -> tuple[list[str], list[str]]:
     """Complete sidecars from the list; return (names of listed files, contradictions).
 
     If the sidecar and the list state the same entry, the sidecar takes precedence and a notice
-    reports this; the commands reject such a conflict. The content of the list is kept for files
-    that arrive later.
+    reports this; the commands reject such a conflict. The list is kept for files that arrive later.
     """
     names, notes = [], []
     for file in uploads.files:
@@ -317,7 +316,7 @@ def attach_list(uploads: Uploads) -> tuple[list[str], list[str]]:
 
 
 def merge_sidecars(text: str, of_all: str) -> str:
-    """Return a sidecar's text with the entries that only another one, `of_all`, contains."""
+    """Return a sidecar's text, with the entries that only `of_all` contains added to it."""
     try:
         document, addition = tomlkit.parse(text), tomlkit.parse(of_all)
     except tomlkit.exceptions.TOMLKitError:
@@ -329,7 +328,7 @@ def merge_sidecars(text: str, of_all: str) -> str:
 
 
 def _sidecar_values(text: str) -> dict[str, Any]:
-    """Return the values of a sidecar; empty if it is invalid, which its reader reports."""
+    """Return the values of a sidecar; empty if it is invalid, because its reader reports that."""
     try:
         return parse_facts(text, "the sidecar")
     except LayerjamError:

@@ -1,8 +1,8 @@
-"""Temporary folders that are deleted no later than the next start of the program.
+"""Temporary folders, deleted at the latest when the program next starts.
 
 A folder contains a file that its program keeps locked. If the program is killed, the lock is
-released, and the next workbench deletes the folder. On Windows nothing is deleted, because an open
-file keeps its name.
+released, and the next workbench deletes the folder. On Windows, folders of killed programs remain,
+because an open lock file cannot be renamed.
 """
 
 import contextlib
@@ -19,7 +19,7 @@ LOCK = ".in-use"
 
 
 class Folder:
-    """A new folder with its `path`; deleted by `remove`, and at exit."""
+    """A new folder at `path`, deleted by `remove` or at exit."""
 
     def __init__(self) -> None:
         root = Path(tempfile.mkdtemp(prefix=PREFIX))

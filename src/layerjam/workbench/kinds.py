@@ -1,4 +1,4 @@
-"""Kinds of dropped files by their content, and commands for the files that no page reads."""
+"""Recognises dropped files by their content, and names commands for those that no page reads."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -14,12 +14,12 @@ from layerjam.measure.sidecar import READ, Facts
 from layerjam.toml_files.toml import parse_toml
 
 SPECIFICATION = frozenset({"vary", "objectives", "constraints", "weights", "stop"})
-"""Keys that only a design's specification has."""
+"""Keys that only a design specification contains."""
 
 
 @dataclass(frozen=True)
 class OtherReader:
-    """Description of a file that no page reads, and its command, with FILE for the name."""
+    """Description of a file that no page reads, and the command for it, with FILE as its name."""
 
     what: str
     command: str
@@ -43,7 +43,7 @@ OTHER_READERS = MappingProxyType(
         ),
     }
 )
-"""{kind: its reader}."""
+"""{kind of file: description and command}."""
 
 
 def toml_kind(text: str) -> str:
@@ -64,12 +64,12 @@ def toml_kind(text: str) -> str:
 
 
 def _top_level_keys(paths: Mapping[str, object]) -> set[str]:
-    """Return the top-level tables and keys of a file, except those that every file has."""
+    """Return the top-level tables and keys of a file, except those that both kinds share."""
     return {path.partition(".")[0] for path in paths} - {"name", "title", "site", "gas"}
 
 
 def other_reader(path: Path) -> str:
-    """Return the kind in ELSEWHERE of a file that is not a record of a pull, or ""."""
+    """Return the kind, in OTHER_READERS, of a file that no page reads; "" if it has none."""
     from layerjam.identify.rubber.tensile import read_rubber
 
     if path.suffix == ENDING:

@@ -1,12 +1,12 @@
-"""Text, tables and charts that change without a new layout of the page.
+"""Text, tables and charts that change without a new page layout.
 
-On an update of NiceGUI the browser processes every element of the page and every number of a
-chart's options. While a slider moves, this takes most of the time. Content that changes with every
-move bypasses it, in one message per drawing. The server's elements are kept up to date, so a reload
-or a later update shows the same.
+On a NiceGUI update, the browser processes every element of the page and every number in a chart's
+options. While a slider moves, this takes most of the time. Content that changes with every move
+bypasses it, in one message per drawing. The server's elements are kept up to date, so a reload or a
+later update shows the same content.
 
 This file, and the boxes of `scene`, are the only code that uses undocumented parts of NiceGUI. The
-`workbench` extra therefore limits its version, and `check_version` reports it before the server
+`workbench` extra therefore limits its version, and `check_version` checks it before the server
 starts.
 """
 
@@ -45,7 +45,7 @@ _waiting: WeakKeyDictionary[Client, dict[str, dict[int, Any]]] = WeakKeyDictiona
 
 
 def _queue_change(element: ui.element, kind: str, value: Any) -> None:
-    """Send a change after the current task of the event loop, together with other changes."""
+    """Queue a change, to be sent with others after the current event-loop task."""
     client = element.client
     if client not in _waiting:
         try:
@@ -76,7 +76,7 @@ class Words(ui.label):
 
 
 class Table(ui.html):
-    """HTML that changes with every move of a slider; it never contains unescaped user text."""
+    """HTML that changes with every move of a slider; it must not contain unescaped user text."""
 
     def __init__(self) -> None:
         super().__init__("", sanitize=False)
@@ -88,7 +88,7 @@ class Table(ui.html):
 
 
 class Space(ui.scene):
-    """A 3-D view whose changes are sent in one message with the charts, and drawn after them.
+    """A 3-D view whose changes are sent in one message with those of the charts.
 
     NiceGUI itself would send a message for each object: dozens per move of a slider.
     """
@@ -124,20 +124,20 @@ class Bar(ui.slider):
     LOOPBACK = None
 
     def mirror_value(self, field: ui.input) -> None:
-        """Write a dragged value into a field, in the browser."""
+        """Show the dragged value in a field, without a message to the server."""
         self.on(
             "update:model-value",
             js_handler=f"(value) => layerjamSlid({self.id}, {field.id}, value)",
         )
 
     def set_range(self, low: float, high: float, step: float, digits: int) -> None:
-        """Set both ends; `digits` is the number of decimals that distinguish the steps."""
+        """Set both ends; `digits` is the number of decimals needed to distinguish the steps."""
         self.props.update({"min": low, "max": high, "step": step, "data-digits": digits})
         self.update()
 
 
 def draw(chart: ui.echart, options: dict[str, Any]) -> None:
-    """Update a chart's options; replace all only if its series or its cursor have changed."""
+    """Update a chart's options; replace all of them only if its series or cursor have changed."""
     old = chart.options
     # NiceGUI's own method would wrap every number for change tracking and send it at once
     dict.__setitem__(chart.props, "options", options)

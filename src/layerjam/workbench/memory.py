@@ -1,4 +1,4 @@
-"""Release of closed tabs' memory, on a server that runs for weeks, without pausing open tabs."""
+"""Releases the memory of closed tabs on a server that runs for weeks, without pausing others."""
 
 import asyncio
 import gc
@@ -9,15 +9,15 @@ from nicegui import Client, run
 USUAL = (700, 10, 10)
 """Python's default settings of the garbage collector; see `cli.start.SELDOM`."""
 SOON = 2.0
-"""Time [s] after a page's first result within which the result is sent and drawn."""
+"""Time allowed for a page's first result to be sent and drawn [s]."""
 _frozen_pages: set[str] = set()
 
 
 def forget_tab() -> None:
-    """Release a closed tab and, after the last one, compiled code.
+    """Release the memory of a closed tab and, after the last one, compiled code.
 
-    FastAPI caches the function of each route. An upload's function refers to its element, and
-    therefore to the whole page: about a megabyte for every reload.
+    FastAPI caches the function of each route. An upload's function refers to its element, and so
+    keeps the whole page in memory: about a megabyte for every reload.
     """
     module = sys.modules.get("fastapi.dependencies.models")
     for item in list(vars(module).values()) if module is not None else ():
@@ -32,7 +32,7 @@ def forget_tab() -> None:
 
 
 async def freeze_later(page: str) -> None:
-    """Call `freeze_modules` after the page's first result has reached the browser."""
+    """Call `freeze_modules` once the page's first result has reached the browser."""
     if page not in _frozen_pages:
         _frozen_pages.add(page)
         await asyncio.sleep(SOON)

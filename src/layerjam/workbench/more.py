@@ -1,4 +1,4 @@
-"""All other inputs of a command, as plain fields in a panel, generated from its declaration."""
+"""Panel of plain fields for a command's other inputs, generated from its declaration."""
 
 from collections.abc import Collection
 from functools import partial
@@ -29,7 +29,7 @@ from layerjam.workbench.widgets import (
 
 
 def find_other_inputs(command: str, names: Collection[str]) -> list[Parameter]:
-    """Return the inputs of a command that a page does not show otherwise."""
+    """Return the inputs of a command that the page does not already show (`names`)."""
     return [
         p
         for p in parameters(command).values()
@@ -46,16 +46,16 @@ def is_file(p: Parameter) -> bool:
 
 
 class OtherInputs:
-    """Fields for the inputs of a command without a control; an empty field means the default."""
+    """Fields for a command's inputs that have no control; an empty field means the default."""
 
     def __init__(self, page: Page, command: str, names: Collection[str]) -> None:
         self.page, self.desk = page, page.desk
         self.inputs = find_other_inputs(command, names)
         self.files = {p.name: Uploads() for p in self.inputs if is_file(p)}
-        """Dropped files of each file input; the last one is used."""
+        """Files dropped on each file input; the last one is used."""
 
     def options(self) -> Options:
-        """Return the inputs that are set: texts for the command, words, flags, and files."""
+        """Return the inputs that are set: texts with units, choices, flags and files."""
         values: Options = {}
         for p in self.inputs:
             value = self.desk.get(self.page.name, p.name, "")
@@ -127,7 +127,7 @@ class OtherInputs:
         return box
 
     def _build_upload(self, p: Parameter, ident: str, label: str) -> None:
-        """Build the field for a file, which stays on this machine and is not part of the link."""
+        """Build the field for a file, which stays on this machine and is not part of a link."""
         uploads = self.files[p.name]
 
         async def on_file(event: events.UploadEventArguments) -> None:

@@ -1,4 +1,4 @@
-"""Outcomes of pulls as sentences; those of drops and controllers are in their pages' modules."""
+"""Outcomes of pulls as sentences; the pages' modules describe drops and controllers."""
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
@@ -35,7 +35,7 @@ PULLS: Mapping[str, Callable[[str], str]] = MappingProxyType(
 
 
 def describe_slide(slid: Any) -> str:
-    """Return the outcome of a pull in time, which may show stick–slip."""
+    """Return the outcome of a pull simulated over time, which may show stick–slip."""
     pace = show(slid.record.speed, "m/s")
     if slid.outcome == "JUDDERS":
         times = "once" if slid.events == 1 else f"{slid.events} times"

@@ -1,4 +1,4 @@
-"""Common parts of pages: controls, a computation off the event loop, results, copying."""
+"""Common parts of pages: controls, computation outside the event loop, results, copying."""
 
 import asyncio
 import contextlib
@@ -24,14 +24,14 @@ from layerjam.workbench.widgets import QUIET, Alert, as_title, dress, heading, h
 
 
 class Asking:
-    """Object with controls whose numbers and words the desk stores under `name`."""
+    """Object with controls whose values the desk stores under `name`."""
 
     name = ""
 
     def __init__(self, desk: Desk) -> None:
         self.desk = desk
         self.fields: dict[str, ui.input] = {}
-        """Fields by the keys of their quantities; each shows errors about its quantity."""
+        """{key of a quantity: its field, which shows errors about the quantity}."""
 
     def controls(self) -> Mapping[str, Control]:
         """Return the controls, with the bounds that the current brake and line set."""
@@ -46,7 +46,7 @@ class Asking:
         return self._control_text(self.controls()[key])
 
     def texts(self, *keys: str) -> Options:
-        """Return {control: its value as text for a command}."""
+        """Return {key: the control's value as text for a command}."""
         controls = self.controls()
         return {key: self._control_text(controls[key]) for key in keys}
 
@@ -54,7 +54,7 @@ class Asking:
         return control.text(read_number(self.desk, self.name, control))
 
     def word(self, option: Choice) -> str:
-        """Return the chosen word."""
+        """Return the selected option."""
         return read_word(self.desk, self.name, option)
 
     def slider(self, key: str, is_shown: Callable[[], bool] | None = None) -> ui.column:
@@ -66,7 +66,7 @@ class Asking:
         return box
 
     def enable_while(self, is_enabled: Callable[[], bool]) -> ui.column:
-        """Add a column whose controls can be used only while `is_enabled()`."""
+        """Add a column whose controls are enabled only while `is_enabled()` is true."""
         box = ui.column().classes("w-full gap-2")
 
         def update_box(_: str = "") -> None:
@@ -95,7 +95,7 @@ class Asking:
 class View(Asking):
     """A page, or a part of one; `build` fills its slot once, when it is first opened.
 
-    `compute` runs in a thread and calls only commands, through `calls`; `draw` runs on the event
+    `compute` runs in a thread and runs commands only, through `calls`; `draw` runs on the event
     loop. The `result` passed between them contains its calls, so what is shown, copied and pinned
     belongs to one computation, even if the next one was stopped.
     """
@@ -133,7 +133,7 @@ class View(Asking):
 
 
 class Page(View):
-    """A tab with its heading, `title`, and a sentence next to it, `summary`."""
+    """A tab with a heading, `title`, and a sentence next to the heading, `summary`."""
 
     title = summary = ""
 
@@ -145,7 +145,7 @@ class Page(View):
         self._wrong: list[ui.input] = []
         """Fields that show an error of the last computation."""
         self.place: ui.element | None = None
-        """Element that contains the page, in which tasks show notices and start downloads."""
+        """Element that contains the page; tasks show notices and start downloads in it."""
         self.prepare: Callable[[], None] = lambda: None
         self.runner = Runner(self._compute_answer, self._show, run.io_bound)
         desk.add_watcher(self._on_change)
@@ -165,7 +165,7 @@ class Page(View):
         self.refresh()
 
     def _build_head(self) -> None:
-        """Show the title and the progress of a long computation."""
+        """Show the title, and a line for the progress of a long computation."""
         if self.title:
             with ui.row().classes("page-head"):
                 heading(self.title, 1)
@@ -216,10 +216,10 @@ class Page(View):
 
 
 class Figures:
-    """A small table of numbers: names left, values right, identified by key."""
+    """A small table of numbers: names on the left, values on the right, identified by key."""
 
     def __init__(self, page: str, command: str, keys: Sequence[str], **names: str) -> None:
-        """Show the `keys` of the command's result; `names` replaces keys unclear on their own."""
+        """Show the `keys` of the command's result; `names` renames keys that are unclear alone."""
         self._cells: dict[str, Words] = {}
         meanings = result_fields(command)
         with ui.grid(columns="auto auto").classes("figures gap-x-6 gap-y-1 items-baseline"):
@@ -240,7 +240,7 @@ class Figures:
 
 
 class Box(ui.column):
-    """A column filled by `show`; unchanged content is not rebuilt."""
+    """A column that `show` fills; unchanged content is not rebuilt."""
 
     def __init__(self, show: Callable[[Any], None], classes: str = "w-full gap-1") -> None:
         super().__init__()
@@ -249,7 +249,7 @@ class Box(ui.column):
         self._shown: Any = None
 
     def fill(self, item: Any) -> bool:
-        """Show an item; return whether it differs from the previous one."""
+        """Show an item, and return whether it differs from the previous one."""
         if item is self._shown:
             return False
         self._shown = item
@@ -283,11 +283,11 @@ TONES = {
     "warning": ("no", "✗ look"),
     "failed": ("no", "✗ failed"),
 }
-"""Style and word of each level of a check."""
+"""{level of a check: (style, label)}."""
 
 
 def show_checks(result: Any) -> None:
-    """Show the table of pulls and the checks; parts missing in the result are omitted."""
+    """Show the table of pulls and the checks; parts missing from the result are omitted."""
     pulls = result.values.get("pulls", ())
     if len(pulls) > 1:
         heads = [name.capitalize() for name in HEADS]

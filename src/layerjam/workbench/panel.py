@@ -1,4 +1,4 @@
-"""A chart of a page with its pins and its download buttons, all for one computation."""
+"""A page's chart with its pins and download buttons, all for one computation."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -21,12 +21,12 @@ from layerjam.workbench.widgets import Alert, button, chart, dress, one_line
 
 
 class Panel:
-    """Panel of a chart that shows an answer; pins and downloads use the same answer."""
+    """Panel whose chart shows an answer; pins and downloads use the same answer."""
 
     chart: ui.echart
 
     def __init__(self, desk: Desk, page: str, ident: str = "", command: str = "") -> None:
-        """Create the panel; `ident` names one of several, `command` limits the pins."""
+        """Create the panel; `ident` distinguishes panels of a page, `command` limits the pins."""
         self._desk, self._page = desk, page
         self._ident, self._only = ident or page, command
         self._known: dict[str, tuple[Answer, Any]] = {}
@@ -52,7 +52,7 @@ class Panel:
         return row
 
     def build_pins(self) -> None:
-        """Build the button to pin, and the list of pins."""
+        """Build the Pin button and the list of pins."""
         with ui.row().classes("items-center gap-2"):
             tip = "Keep this curve in grey for comparison with the next one"
             self._acts.append(
@@ -63,9 +63,9 @@ class Panel:
         self._alert = Alert(f"{self._ident}-pin-problem", "text-sm")
 
     def draw(self, answer: Answer | None, chart: Mapping[str, Any] | None) -> None:
-        """Show an answer as a chart.
+        """Show an answer as `chart`.
 
-        Without a chart it is hidden, and nothing can be downloaded.
+        If `chart` is None, the chart is hidden and nothing can be downloaded.
         """
         self.shown = answer if chart else None
         self._enable_actions()
@@ -76,7 +76,7 @@ class Panel:
             self._fill_pins(self._chips, () if answer is None else answer.pins)
 
     def _enable_actions(self) -> None:
-        """Disable pins and downloads while no result is displayed."""
+        """Enable pins and downloads only while a result is displayed."""
         for act in self._acts:
             if self.shown is None:
                 act.props("inert")
@@ -84,7 +84,7 @@ class Panel:
                 act.props(remove="inert")
 
     def show(self, answer: Answer, dark: bool) -> None:
-        """Show the figure of an answer's result, together with the pinned ones."""
+        """Show an answer's result as a chart, together with the pinned ones."""
         quiet = {label: pin.result.overlay_curves() for label, pin in answer.pinned_answers.items()}
         self.draw(answer, chart_options(add_comparisons(answer.result.panes(), quiet), dark))
 
@@ -108,7 +108,7 @@ class Panel:
     # ---- pins
 
     def pinned_answers(self, call: Call) -> tuple[Pinned, ...]:
-        """Return the pinned answers that can be drawn with a call; call it in the page's thread."""
+        """Return the pinned answers that can be drawn with a call; run it in the page's thread."""
         pins: list[tuple[Answer, Any, Pin]] = []
         computed_pins, trouble = {}, []
         for pin in self._desk.state.pins:
@@ -134,7 +134,7 @@ class Panel:
         return Answer(call, result), self.besides(pin, result)
 
     def pin_answer(self, **more: str) -> None:
-        """Pin the displayed answer; `more` holds additional options of the pin."""
+        """Pin the displayed answer; `more` contains additional options for the pin."""
         self._try_action(partial(self._pin_current_answer, more))
 
     def _pin_current_answer(self, extra: Mapping[str, str]) -> None:

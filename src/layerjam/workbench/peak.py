@@ -1,4 +1,4 @@
-"""Sets the peak of a pull by hand; the vacuum or the number of sheets follows."""
+"""Sets the peak force of a pull by hand; the vacuum or the number of sheets follows."""
 
 import math
 from collections.abc import Callable
@@ -29,7 +29,7 @@ FORCE = QuantitySpec("N", "peak force of the pull", lo=0.0, example="150 N")
 
 
 class PeakSetting:
-    """The draggable marker of a chart's peak, a field for its force, and the resulting setting."""
+    """A draggable marker at the peak of a chart, a field for the peak force, and the result."""
 
     def __init__(
         self, desk: Desk, page: str, call: Callable[[], Call], limit: Callable[[], float]
@@ -41,7 +41,7 @@ class PeakSetting:
         self._peak = 0.0
 
     def build(self) -> None:
-        """Build the field and the switch in one row, and the sentence below them."""
+        """Build a row with the field and the choice of quantity, and the sentence below."""
         with ui.row().classes("items-center gap-2"):
             ui.label("Peak").classes("text-sm").tooltip("Drag the peak in the chart, or type it")
             self.field = dress(number_field("Peak force to reach [N]", "w-28"), "pull-peak")
@@ -53,12 +53,12 @@ class PeakSetting:
         self._desk.add_watcher(self._on_change)
 
     def attach_chart(self, chart: ui.echart) -> None:
-        """Make the first mark of a chart draggable."""
+        """Make the first point mark of a chart draggable."""
         chart.on("vnodeMounted", js_handler="(node) => layerjamPeaks(node)")
         chart.on("peak", self._on_drag)
 
     def fill(self, peak: float) -> None:
-        """Show a peak [N]."""
+        """Show a peak force in the field [N]."""
         self._peak = peak
         text = f"{peak:.4g}"
         if self.field.value != text and not self._seeking:
@@ -84,7 +84,7 @@ class PeakSetting:
             self.request_peak(float(f"{force:.4g}"), is_done)
 
     def request_peak(self, force: float, done: bool) -> None:
-        """Adjust the chosen quantity to a peak [N].
+        """Adjust the selected quantity to reach a peak force [N].
 
         The latest request wins; the number of sheets changes only when the marker is released.
         """
@@ -115,7 +115,7 @@ class PeakSetting:
         return min(self._most(), float(reachable_vacuum(self._desk.line.line)))
 
     def search_setting(self, force: float, by_sheets: bool) -> ToPeak:
-        """Return the setting for a peak force; runs in a thread and raises the command's errors."""
+        """Return the vacuum or number of sheets for a peak force; runs in a thread."""
         call, file = self._now(), self._desk.brake
         if by_sheets:
 
@@ -148,7 +148,7 @@ class PeakSetting:
 
 
 def sentence(result: ToPeak, force: float, by_sheets: bool) -> str:
-    """Return the value for a target peak, or the nearest possible peak."""
+    """Return a sentence with the value for a target peak, or with the nearest possible peak."""
     peak, target = show(result.force, "N"), show(force, "N")
     place = f"{result.at:g} sheets" if by_sheets else show(result.at, "Pa")
     if result.value is not None and by_sheets:

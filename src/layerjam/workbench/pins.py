@@ -1,4 +1,4 @@
-"""Pinned curves, stored as calls and computed again."""
+"""Pinned curves, stored as calls that are run again."""
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -18,11 +18,11 @@ COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 BAND = "band"
 """Option of a pinned pull that stores the error of its law, written by `LawError.text`."""
 LINES = ("rise", "regulate")
-"""Commands on a vacuum line; all others are on a brake."""
+"""Commands whose subject is a vacuum line; that of all others is a brake."""
 
 
 def make_pin(page: str, call: Call) -> Pin:
-    """Return the pin of a call on a brake or line.
+    """Return the pin for a call on a brake or line.
 
     Raises QuantityError for a call with a dropped file, because that file stays on this machine.
     """
@@ -56,7 +56,7 @@ def pin_call(pin: Pin) -> Call:
 
 
 def pin_labels(calls: Sequence[Call], current: Call) -> list[str]:
-    """Return labels that distinguish calls from the current one and, if needed, from each other."""
+    """Return labels that distinguish calls from the current one and, if necessary, each other."""
     names = [
         _describe_difference(call, [current]) or _describe_difference(call, calls) or "as shown"
         for call in calls
@@ -71,7 +71,7 @@ def pin_labels(calls: Sequence[Call], current: Call) -> list[str]:
 
 
 def _describe_difference(call: Call, from_these: Sequence[Call]) -> str:
-    """Return, as text, how a call differs from others: its brake or line, and its options."""
+    """Return what differs between a call and others, as text: brake or line, and options."""
     name, words = call.subjects[0].name.removesuffix(".toml"), []
     if any(theirs.subjects != call.subjects for theirs in from_these):
         words.append(name)
@@ -84,7 +84,7 @@ def _describe_difference(call: Call, from_these: Sequence[Call]) -> str:
 
 
 def put_pin(desk: Desk, pin: Pin) -> None:
-    """Add a pin unless it exists; QuantityError if the page already has the maximum number."""
+    """Add a pin unless it exists; raises QuantityError if the page has the maximum number."""
     pins = desk.state.pins
     if pin in pins:
         return
@@ -94,7 +94,7 @@ def put_pin(desk: Desk, pin: Pin) -> None:
 
 
 def toggle_file(desk: Desk, key: str) -> None:
-    """Pin a dropped file to the Pull page, or unpin it; QuantityError for too many pins."""
+    """Pin a dropped file to the Pull page, or unpin it; raises QuantityError for too many pins."""
     file_pin = Pin("pull", MEASURED, key)
     if file_pin in desk.state.pins:
         desk.put_pins(tuple(pin for pin in desk.state.pins if pin != file_pin))

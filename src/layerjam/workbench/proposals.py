@@ -25,9 +25,9 @@ from layerjam.workbench.kinds import OTHER_READERS, other_reader
 
 FRICTION, CALIBRATE, VALIDATE, ASIDE = "friction", "calibrate", "validate", "aside"
 FACTS = ("vacuum", "normal_force", "speed")
-"""Conditions that are proposed for a file."""
+"""Conditions for which a value is proposed."""
 NEEDED = MappingProxyType({FRICTION: "normal_force", CALIBRATE: "vacuum", VALIDATE: "vacuum"})
-"""{use of a file: metadata required for it}."""
+"""{use of a file: metadata entry that it requires}."""
 CLICKS = MappingProxyType(
     {
         "columns": "Click the headers of the force and elongation columns",
@@ -41,7 +41,7 @@ CLICKS = MappingProxyType(
         "speed": "Enter the crosshead speed, or click the header of the elongation column",
     }
 )
-"""{request of a reader: instruction on the page}."""
+"""{information that a reader requests: instruction on the page}."""
 NEAR_HIGHEST = 0.97
 """Fraction of the highest vacuum above which a pull counts as one at the highest vacuum."""
 HEAD = 4000
@@ -70,8 +70,8 @@ class SourcedValue:
 class Proposal:
     """Proposal for one dropped file.
 
-    `kind`: "measurement", one of ELSEWHERE, or "unknown". `about` states the interpretation or the
-    reason for rejection. `asks` is the key of CLICKS for the information that a measurement lacks.
+    `kind` is "measurement", a key of OTHER_READERS, or "unknown". `about` states the interpretation
+    or the reason for rejection. `asks` is the key in CLICKS of the missing information.
     """
 
     key: str
@@ -89,7 +89,7 @@ class Proposal:
         return self.kind == "measurement" and not self.asks
 
     def missing_entry(self, role: str, facts: Mapping[str, str]) -> str:
-        """Return the metadata entry that a use lacks; empty if none is missing."""
+        """Return the metadata entry that a use requires but lacks; empty if none is missing."""
         due = NEEDED.get(role, "")
         return due if due and not facts.get(due) else ""
 
@@ -97,7 +97,7 @@ class Proposal:
 def read_name(name: str) -> dict[str, SourcedValue]:
     """Return {"role", "vacuum", "normal_force", "speed": value} as given in a file's name.
 
-    A name with several pressures yields none, because it is ambiguous.
+    A name with several pressures yields no vacuum, because it is ambiguous.
     """
     stem = Path(name).stem
     values: dict[str, SourcedValue] = {}
@@ -116,7 +116,7 @@ def read_name(name: str) -> dict[str, SourcedValue]:
 
 
 def _find_quantities(stem: str, friction: bool) -> Iterator[tuple[str, str, str]]:
-    """Return (key, its text, its spelling in the name) of each quantity in a name."""
+    """Yield (key, text, spelling in the name) of each quantity in a name."""
     pressures = {(_digits(m[1]), _UNITS[m[2].lower()]): m for m in _PRESSURE.finditer(stem)}
     if len(pressures) == 1 and not friction:
         (((number, unit), match),) = pressures.items()
@@ -144,7 +144,7 @@ def _source_name(match: str) -> str:
 
 
 def find_refusal(path: Path) -> str:
-    """Return the reason why a file cannot be read, and the remedy; empty if it can be read."""
+    """Return why a file cannot be read, and the remedy; empty if it can be read."""
     try:
         for trace in open_traces(path):
             trace.read(ReadingOptions())
@@ -181,7 +181,7 @@ def propose(key: str, name: str, path: Path) -> Proposal:
 
 
 def _unread_proposal(draft: Proposal, path: Path, error: LayerjamError) -> Proposal:
-    """Return the proposal for an unreadable file: its reader, its missing entry, or "unknown"."""
+    """Complete the proposal for an unreadable file: its reader, what it lacks, or "unknown"."""
     asks = str(getattr(error, "asks", ""))
     reason = str(getattr(error, "plain", "") or error)
     if isinstance(error, MissingExtraError):
@@ -197,7 +197,7 @@ def _unread_proposal(draft: Proposal, path: Path, error: LayerjamError) -> Propo
 def _find_conditions(
     name: str, path: Path, facts: Facts, traces: Sequence[Trace]
 ) -> tuple[SourcedValue, dict[str, SourcedValue]]:
-    """Return role and metadata, from the sidecar or otherwise from the file's content or name."""
+    """Return role and metadata: from the sidecar, otherwise from the file's content or name."""
     values = read_name(name)
     facts_found = {fact: value_found for fact in FACTS if (value_found := values.get(fact))}
     facts_found |= dict(_read_content(path, traces))
@@ -246,7 +246,7 @@ def _read_beginning(path: Path) -> str:
 
 
 def _read_content(path: Path, traces: Sequence[Trace]) -> Iterator[tuple[str, SourcedValue]]:
-    """Yield (key, value) from the file itself: its header, a column, or its procedure."""
+    """Yield (key, value) from a file's content: its header, a column, or its procedure."""
     vacuums = {t.facts.vacuum for t in traces} - {None}
     if len(vacuums) == 1:
         yield (
@@ -286,9 +286,9 @@ def column_vacuum(path: Path, index: int, unit: str, names: Sequence[str]) -> So
 
 
 def assign_roles(proposals: Iterable[Proposal]) -> list[Proposal]:
-    """Return proposals of files dropped together: the highest vacuum calibrates, others validate.
+    """Assign roles to files dropped together: calibrate at the highest vacuum, else validate.
 
-    This applies only if the pulls differ in the vacuum alone; a given role is kept.
+    Roles other than calibration are kept.
     """
     files = list(proposals)
     level = {p.key: _stated_vacuum(p) for p in files if p.role.text == CALIBRATE}

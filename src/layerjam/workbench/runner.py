@@ -1,4 +1,4 @@
-"""Computations off the event loop; the latest request wins, and outdated ones never start."""
+"""Computations outside the event loop; only the latest of several waiting requests starts."""
 
 import threading
 import time
@@ -11,7 +11,7 @@ from layerjam.errors import LayerjamError
 from layerjam.workbench.widgets import button, dress, one_line
 
 PATIENCE, LONG = 0.5, 2.0
-"""Seconds after which the page reports a computation, and after which it can be stopped."""
+"""Times after which the page shows a running computation, and a button to stop it [s]."""
 LOOK = 0.3
 """Seconds between two updates of the progress."""
 
@@ -23,7 +23,7 @@ class ComputationStopped(Exception):
 class Runner:
     """Runs `compute()` in a thread and hands its result to `show(result, problem)`.
 
-    If requested again while running, it runs once more with the latest inputs.
+    If a result is requested while it runs, it runs once more with the latest inputs.
     """
 
     def __init__(
@@ -32,7 +32,7 @@ class Runner:
         show: Callable[[Any, str], None],
         in_thread: Callable[[Callable[[], Any]], Awaitable[Any]],
     ) -> None:
-        """`in_thread` awaits a function in a separate thread."""
+        """`in_thread` runs a function in a separate thread."""
         self._compute, self._show, self._elsewhere = compute, show, in_thread
         self.running = self._again = False
         self.stopping = threading.Event()
@@ -42,7 +42,7 @@ class Runner:
         """Error of the last computation."""
 
     async def request_result(self) -> None:
-        """Compute with the current inputs; return when the result is displayed or outdated."""
+        """Compute with the current inputs; return when the result is displayed, or when queued."""
         if self.running:
             self._again = True
             return
@@ -72,7 +72,7 @@ class Runner:
         self.stopping.set()
 
     def report_progress(self, phase: str, share: float) -> None:
-        """A command's progress callback, in its thread; raises Stopped if the user requested it."""
+        """Store a command's progress; raises ComputationStopped if the user requested a stop."""
         if self.stopping.is_set():
             raise ComputationStopped
         self.doing = (phase, share)

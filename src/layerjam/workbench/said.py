@@ -1,7 +1,7 @@
-"""The user's statements about dropped files: use, conditions, columns.
+"""The user's statements about dropped files: their use, conditions and columns.
 
 The desk stores them by the file's digest. They can therefore be undone, are part of the link, and
-return when the same file is dropped again. A command receives them as the file's sidecar.
+apply again when the same file is dropped again. A command receives them as the file's sidecar.
 """
 
 import json
@@ -59,7 +59,7 @@ def get_edits(desk: Desk) -> Edits:
 
 
 def put_edits(desk: Desk, changes: Mapping[str, Mapping[str, str]]) -> None:
-    """Change the metadata of files by their keys, as one undo step; an empty text removes one."""
+    """Change metadata of files, by key, as one undo step; an empty text removes an entry."""
     edits = get_edits(desk)
     for key, change in changes.items():
         edit = {**edits.get(key, {}), **change}
@@ -77,7 +77,7 @@ def check_edit(changes: Mapping[str, str]) -> None:
 
 
 def _facts_and_answers(edit: Mapping[str, str]) -> tuple[dict[str, str], dict[str, Any]]:
-    """Return the statements about a file for its sidecar: (top level, [read] table)."""
+    """Return a file's statements for its sidecar: (top-level entries, [read] table)."""
     answers: dict[str, Any] = {key: edit[key] for key in KEYS if edit.get(key)}
     for key in LISTS:
         if key in answers:
@@ -91,7 +91,7 @@ def _facts_and_answers(edit: Mapping[str, str]) -> tuple[dict[str, str], dict[st
 
 
 def sidecar_text(text: str, edit: Mapping[str, str]) -> str:
-    """Return the user's sidecar with additions of the page, which take precedence.
+    """Return the user's sidecar with the page's additions, which take precedence.
 
     Invalid TOML is returned unchanged, and invalid values from a link are not written.
     """
@@ -116,7 +116,7 @@ def sidecar_text(text: str, edit: Mapping[str, str]) -> str:
 
 
 def column_edit(path: Path, table: Preview, index: int, role: str, unit: str) -> dict[str, str]:
-    """Return the changes for a column with a new `role`; without a role it is not used.
+    """Return the changes that give a column a new `role`; "" excludes the column.
 
     A vacuum column sets the vacuum of the test to the median of its values. Raises LayerjamError.
     """

@@ -57,7 +57,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Stack:
-    """Drawing of a brake, and the data for its caption."""
+    """Drawing of a brake, and data for its caption."""
 
     boxes: tuple[Box, ...]
     labels: tuple[tuple[str, str, Point], ...]
@@ -65,12 +65,12 @@ class Stack:
     scale: int
     drawn: int
     low: Point
-    """Lowest corner of a box that contains the drawing at any vacuum and at full travel."""
+    """Lowest corner of a box that contains the drawing at any vacuum, and at full travel."""
     high: Point
 
 
 def exaggeration(thickness: float, count: int, width: float) -> int:
-    """Return the factor on drawn thicknesses, 1, 2, 5, 10, ..., that makes the stack visible."""
+    """Return the magnification of thicknesses (1, 2, 5, 10, ...) that makes the stack visible."""
     for power in range(6):
         for step in (1, 2, 5):
             times = step * 10**power
@@ -80,10 +80,10 @@ def exaggeration(thickness: float, count: int, width: float) -> int:
 
 
 def build_stack(brake: Brake, slip: float, share: float) -> Stack:
-    """Return the drawing at a slip [m] and a fraction of the full vacuum, 0 to 1.
+    """Return the drawing at a slip [m] and a fraction of full vacuum (0 to 1).
 
-    Lengths and width are to scale, thicknesses are exaggerated. Sheets of the two ends alternate;
-    if their number is odd, the left end has one more, as in eq. 1.
+    Lengths and width are to scale; thicknesses are exaggerated. Sheets of the two ends alternate;
+    if the number is odd, the left end has one more, as in eq. 1.
     """
     sheets, clamp_length = brake.sheets, brake.mount.clamped_length
     count = min(sheets.count, MAX_SHEETS)
@@ -151,7 +151,7 @@ def _sheet(number: int, thick: float, z: float, brake: Brake, span: tuple[float,
 
 
 def _screw_boxes(name: str, x: float, z: float, brake: Brake) -> Iterator[Box]:
-    """Return the screws of a cap, in a row at the holes of the sheets."""
+    """Yield the screws of a cap, in a row along the holes in the sheets."""
     width, hole = brake.sheets.width, max(brake.mount.screw_hole, 0.001)
     row = clamp_holes(0.0, width, int(brake.mount.screws_across(width)), hole)
     for number, place in enumerate(row):
@@ -168,7 +168,7 @@ def _box(name: str, centre: Point, size: Point, color: str, opacity: float = 1.0
 
 
 def describe_stack(brake: Brake, stack: Stack, slip: float) -> str:
-    """Return a description of the picture for screen readers, with the parts not to scale."""
+    """Return the picture's caption: its dimensions, and what is not to scale."""
     sheets = brake.sheets
     left = (sheets.count + 1) // 2
     note = f", {stack.drawn} of them drawn" if stack.drawn < sheets.count else ""
@@ -189,7 +189,7 @@ class Slab(Object3D, component=Path(__file__).with_name("slab.js")):
 
 
 class CameraView:
-    """A scene with a camera, buttons for its directions, and a light or dark ground."""
+    """A scene with a camera, buttons for view directions, and a light or dark background."""
 
     space: type[ui.scene] = ui.scene
 
@@ -215,7 +215,7 @@ class CameraView:
             hint("drag to rotate, scroll to zoom")
 
     def set_ground_colour(self, dark: bool) -> None:
-        """Set the colour of the ground."""
+        """Set the background colour."""
         if dark != self._dark:
             self._dark = dark
             ground = NIGHT if dark else GROUND
@@ -225,7 +225,7 @@ class CameraView:
             )
 
     def enclose_box(self, low: Point, high: Point) -> None:
-        """Move the camera so that it shows a whole box from the chosen direction."""
+        """Move the camera so that it shows a whole box from the selected direction."""
         if self._corners != (low, high):
             self._corners = (low, high)
             self._fit_camera(0.3)

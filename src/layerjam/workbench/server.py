@@ -1,4 +1,4 @@
-"""The server: on the loopback address by default; other addresses need a token."""
+"""The server. It listens on the loopback address by default; other addresses need a token."""
 
 import contextlib
 import errno
@@ -31,20 +31,20 @@ HEADERS = {
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
 }
-"""Headers that prevent loading from other sites, and embedding by other sites."""
+"""Headers that stop the page loading from, or being embedded by, other sites."""
 
 
 class _TooLarge(Exception):
-    """A body of undeclared length that exceeded the limit."""
+    """A request body of undeclared length exceeded the limit."""
 
 
 class RequestGuard:
     """ASGI middleware that rejects other users, other sites and bodies over `largest` bytes.
 
-    `names` are the host names that requests may contain, None for all. On loopback they must be
-    names of this machine, because a page of another site whose name resolves here sends that name.
-    On other addresses the token of the printed address is required. It is moved from the address to
-    a cookie, so that copied links do not contain it.
+    `names` are the host names that requests may contain; None allows all. On loopback they must be
+    names of this machine, because another site whose name resolves to this machine sends its own
+    name. On other addresses the token of the printed address is required. It is moved from the
+    address to a cookie, so that copied links do not contain it.
     """
 
     def __init__(
@@ -112,7 +112,7 @@ class RequestGuard:
         return receive_limited
 
     def _redirect_without_token(self, request: HTTPConnection) -> RedirectResponse:
-        """Redirect to the same page without the token, which the browser then stores."""
+        """Redirect to the same address without the token, and store the token in a cookie."""
         query = [(k, v) for k, v in request.query_params.multi_items() if k != "token"]
         # use one slash, because two would name another host
         place = "/" + request.url.path.lstrip("/") + (f"?{urlencode(query)}" if query else "")
@@ -141,7 +141,7 @@ BODY = 64 * 2**20
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether only this machine can reach the address."""
+    """Return whether only this machine can reach a host address."""
     if host == "localhost":
         return True
     try:
@@ -151,7 +151,7 @@ def is_loopback(host: str) -> bool:
 
 
 def check_free(host: str, port: int) -> None:
-    """Raise QuantityError if the server cannot listen on this address."""
+    """Raise QuantityError if the server cannot listen on this host and port."""
     try:
         addresses = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
     except OSError:

@@ -41,7 +41,7 @@ def kept_files(uploads: Uploads) -> tuple[KeptFile, ...]:
 
 
 def to_session(state: State, files: Sequence[KeptFile] = ()) -> str:
-    """Return the file's text; QuantityError if its files make it too large to open."""
+    """Return a session's text; raises QuantityError if its files make it too large to open."""
     document: dict[str, Any] = {"kind": KIND, "version": VERSION, **asdict(state)}
     if files:
         document["files"] = [
@@ -63,7 +63,7 @@ def to_session(state: State, files: Sequence[KeptFile] = ()) -> str:
 
 
 def from_session(data: bytes, name: str) -> Session:
-    """Return the session in a file of this `name`; FileError if it is not a session."""
+    """Return the session in a file's bytes; raises FileError if it is not a session."""
     if len(data) > LARGEST:  # the page writes smaller sessions, because 1 MB is read for each brake
         raise FileError(name, f"is larger than {LARGEST // 2**20} MB, the limit for a session")
     try:
@@ -85,9 +85,9 @@ def from_session(data: bytes, name: str) -> Session:
 
 
 def _unpack_files(entries: Any) -> list[KeptFile]:
-    """Return the files of a session, whose total size is limited to that of one dropped file.
+    """Return a session's files, whose total size is limited to that of one dropped file.
 
-    Raises Strange.
+    Raises Strange if they are invalid.
     """
     if not isinstance(entries, list) or len(entries) > MAX_FILES:
         raise Strange(f"files: expected a list of at most {MAX_FILES}")

@@ -12,9 +12,9 @@ from layerjam.simulate.sheet_motion import SheetMotion
 from layerjam.units import show
 
 WIDE, CAP, EDGE = 860.0, 16.0, 8.0
-"""Width of the drawing, width of a cap, and the margin [pixels]."""
+"""Width of the drawing, width of a cap, and margin [pixels]."""
 TALL, GAP = (9.0, 24.0), 7.0
-"""Smallest and largest height of a sheet, and the gap between two sheets [pixels]."""
+"""Minimum and maximum height of a sheet, and gap between sheets [pixels]."""
 MAX_SHEETS = 40
 """Largest number of drawn sheets."""
 ROOM = 0.3
@@ -23,18 +23,18 @@ ROOM = 0.3
 
 @dataclass(frozen=True)
 class PullView:
-    """A pull to display: its motion, its sheets, and the scale of the drawn movements."""
+    """A pull to display: its motion, its sheets, and the magnification of movements."""
 
     motion: SheetMotion
     sheets: Sheets
     factor: float
     """Magnification of movements until every interface has slid."""
     small_range: float
-    """Displacement of the moving cap [m] up to which that scale applies."""
+    """Displacement of the moving cap [m] up to which movements are magnified."""
 
     @classmethod
     def from_motion(cls, motion: SheetMotion, sheets: Sheets) -> "PullView":
-        """Return a view whose movements are magnified until those of the sheets are visible."""
+        """Return a view that magnifies movements enough to make those of the sheets visible."""
         slid = np.asarray(np.maximum.accumulate(motion.sliding, axis=0).all(axis=1))
         first = int(np.argmax(slid)) if slid.any() else len(slid) - 1
         small_range = float(motion.cap[: first + 1].max())
@@ -42,7 +42,7 @@ class PullView:
         return cls(motion, sheets, factor if factor > 1 else 1.0, small_range)
 
     def informative_sample(self) -> int:
-        """Return the most informative sample: some sheets slide and others stick, or the peak."""
+        """Return the most informative sample: one with partial slip, otherwise the peak."""
         sliding = self.motion.sliding
         frames = np.flatnonzero(sliding.any(axis=1) & ~sliding.all(axis=1))
         return int(frames[len(frames) // 2]) if len(frames) else int(np.argmax(self.motion.force))
@@ -54,7 +54,7 @@ class PullView:
     def nearest_sample(self, elongation: float, force: float) -> int:
         """Return the sample nearest to a point of the chart [m, N].
 
-        The horizontal distance has more weight, but on steep parts the vertical one distinguishes
+        The horizontal distance has more weight; on steep parts, the vertical one distinguishes
         samples.
         """
         motion = self.motion
@@ -64,7 +64,7 @@ class PullView:
 
 
 def round_down(value: float) -> float:
-    """Return the largest 1, 2 or 5 times a power of ten not above a positive number."""
+    """Return a positive number rounded down to 1, 2 or 5 times a power of ten."""
     if not value > 0:
         return 1.0
     ten = 10.0 ** math.floor(math.log10(value))
@@ -72,7 +72,7 @@ def round_down(value: float) -> float:
 
 
 def format_runs(numbers: Sequence[int]) -> str:
-    """Return ascending whole numbers as text: 1–3, 8 and 10."""
+    """Return ascending integers as text, such as "1–3, 8 and 10"."""
     ends = [k for k, (a, b) in enumerate(pairwise(numbers), 1) if b != a + 1]
     parts = [numbers[a:b] for a, b in pairwise([0, *ends, len(numbers)])]
     words = [str(p[0]) if len(p) == 1 else f"{p[0]}–{p[-1]}" for p in parts if p]
@@ -107,7 +107,7 @@ def describe_scale(view: PullView, index: int) -> str:
 def drawing(view: PullView, index: int) -> str:
     """Return the drawing as SVG: caps, sheets and interfaces.
 
-    Sliding parts are orange and hatched, sticking parts blue.
+    Sliding parts are orange and hatched; sticking parts are blue.
     """
     motion, sheets, factor = view.motion, view.sheets, view.scale(index)
     length = sheets.free_left + sheets.overlap + sheets.free_right
@@ -156,7 +156,7 @@ def key(kind: str) -> str:
 
 
 def _sheet_svg(x: float, end: float, y: float, high: float, kind: str) -> str:
-    """Return a sheet; a sliding one has hatching as well as a colour."""
+    """Return a sheet as SVG; a sliding sheet is also hatched."""
     hatch = _rectangle_svg(x, end, y, high, "sheet-hatch") if kind == "slides" else ""
     return _rectangle_svg(x, end, y, high, f"sheet-{kind}") + hatch
 
@@ -173,7 +173,7 @@ def _cap_svg(x: float, high: float, kind: str) -> str:
 
 
 def _interface_svg(begin: float, end: float, y: float, slides: bool) -> str:
-    """Return the line where two sheets touch: dashed with an arrow if they slide."""
+    """Return the line between two sheets as SVG: dashed, with an arrow, if they slide."""
     if not slides:
         return f'<path class="touch-holds" d="M{begin:.2f} {y:.2f}H{end:.2f}"/>'
     x = (begin + end) / 2

@@ -35,13 +35,13 @@ SCRIPTS = (
 )
 """Scripts loaded once, at the end of the page's body."""
 LONG_LINK = 2000
-"""Number of characters of a link above which mail programs may truncate it."""
+"""Number of characters above which mail programs may truncate a link."""
 ICON = "flat round dense size=13px color=none"
 DARK = "matchMedia('(prefers-color-scheme: dark)').matches"
 
 
 def make_desk(link: str) -> tuple[Desk, str]:
-    """Return the desk of a link, or a new one with the reason why the link was rejected."""
+    """Return the desk for a link, or a new desk and the reason why the link was rejected."""
     if not link:
         return Desk(), ""
     try:
@@ -51,7 +51,7 @@ def make_desk(link: str) -> tuple[Desk, str]:
 
 
 def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
-    """Build one tab of the browser; `prepare` is called in a thread before any computation.
+    """Build the pages of a browser tab; a thread calls `prepare` before any computation.
 
     Pages are loaded and built when they are first opened.
     """
@@ -150,11 +150,11 @@ def _build_header(
 
 
 CHECKED = {"passed": "passed", "accepted": "failed check"}
-"""{verdict on a brake file's numbers: its text in the header}."""
+"""{verdict on a brake file's numbers: text in the header}."""
 
 
 def _build_brake_choice(desk: Desk) -> None:
-    """Show the brake that all pages compute, and the origin and the verdict of its numbers."""
+    """Show the brake that all pages use, with the origin of its numbers and the verdict on them."""
     look = "flat no-caps dense color=none"
     with dress(ui.button(on_click=lambda: desk.turn("brake")), "brake-here", "brake-here", look):
         source = dress(ui.label(), "", "brake-here-source")
@@ -190,7 +190,7 @@ def _add_button(icon: str, label: str, act: Callable[[], object]) -> None:
 
 
 def _build_session_buttons(desk: Desk) -> None:
-    """Show buttons to save all settings as one file, and to open it again."""
+    """Show buttons to save all settings as one file, and to open such a file."""
 
     async def save_session() -> None:
         try:
@@ -222,7 +222,7 @@ async def _copy_code(desk: Desk, pages: dict[str, Page], language: str) -> None:
 
 
 def session_text(desk: Desk) -> str:
-    """Return the text of the file with all settings and the files in use."""
+    """Return the text of a session file, with all settings and the files in use."""
     state = desk.state.without_files({file.key for file in desk.files.used})
     return to_session(state, kept_files(desk.files))
 
@@ -247,7 +247,7 @@ async def _copy_link(desk: Desk) -> None:
 
 
 def _follow_address(desk: Desk) -> None:
-    """Update the address bar when the state stops changing; Back opens the previous tab."""
+    """Update the address bar once the state stops changing; Back opens the previous page."""
     ui.on("layerjam_page", lambda e: desk.turn(str(e.args)))
     last_link = last = desk.state
 

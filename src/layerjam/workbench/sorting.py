@@ -43,10 +43,10 @@ from layerjam.workbench.uploads import Upload
 from layerjam.workbench.widgets import Alert, button, dress, field, heading, hint, one_line, select
 
 MAX_ROWS = 12
-"""Number of files with individual fields; a table lists the others."""
+"""Maximum number of files with their own fields; a table lists the others."""
 SIDECAR = "its sidecar"
 STATED = ("its sidecar", LIST, "the file header")
-"""Sources that the readers use automatically."""
+"""Sources that the readers use without being told."""
 SOURCE = "dropped-source"
 WORDS = {"vacuum": "Vacuum", "normal_force": "Normal force", "speed": "Crosshead speed"}
 ASKED = {
@@ -61,15 +61,15 @@ EXPORTS = (
 
 
 class Sorting:
-    """The dialog; `go(page)` opens a page after files were accepted."""
+    """The dialog; `go(page)` opens a page after files are accepted."""
 
     def __init__(self, desk: Desk, go: Callable[[str], object]) -> None:
         self.desk, self.uploads, self._go = desk, desk.files, go
         self.proposals: list[Proposal] = []
         self.said: dict[str, dict[str, str]] = {}
-        """{file's key: {"role" or a metadata key: choice or typed text}}."""
+        """{file's key: {"role" or a metadata key: selected or typed text}}."""
         self.told: list[str] = []
-        """Sentences on files that are not used here: the command that reads them, or the reason."""
+        """Sentences about files that are not used here: a command to use instead, or a reason."""
         self._known: dict[tuple[str, str], Proposal] = {}
         self._turn = asyncio.Lock()
         self._open_columns: set[str] = set()
@@ -85,9 +85,9 @@ class Sorting:
         self.told.append(page_text(sentence))
 
     async def show(self, *, empty: bool = False) -> None:
-        """Make proposals for all waiting files, and open if there are any, or if `empty`.
+        """Make proposals for all waiting files; open the dialog if there are any, or if `empty`.
 
-        When empty, the dialog explains how to add files.
+        An empty dialog explains how to add files.
         """
         # files may arrive one after another: each is read once, and the last refresh shows all
         async with self._turn:
@@ -160,7 +160,7 @@ class Sorting:
                     button("Close", self.dialog.close, "dropped-close", look=look)
 
     def _build_invitation(self) -> None:
-        """Show how to add files, and where to find those in use."""
+        """Show how to add files, and where to find the files in use."""
         ui.label("Drop files anywhere in this window, or choose them here.")
         hint(EXPORTS)
         choose = button("Choose files", None, "dropped-choose", "folder_open")
@@ -227,7 +227,7 @@ class Sorting:
                 ui.label(f"not stated: type it in {UNITS[fact]}").classes(f"text-xs no {SOURCE}")
 
     def _build_table(self, files: Sequence[Proposal]) -> None:
-        """Build the table of the files without individual fields."""
+        """Build the table of files that have no fields of their own."""
         names: dict[tuple[str, ...], list[str]] = {}
         for item in files:
             role = self._chosen_role(item)
@@ -286,7 +286,7 @@ class Sorting:
         self.said.setdefault(key, {})[key_of] = text
 
     async def accept(self) -> None:
-        """Use the complete files; the others stay and show their missing metadata."""
+        """Use the files with complete metadata; the others remain and show what they lack."""
         self._problems.clear()
         edits: dict[str, dict[str, str]] = {}
         for item in self.proposals:
@@ -329,7 +329,7 @@ class Sorting:
         return self.said.get(item.key, {}).get("role", item.role.text)
 
     def _missing_entry(self, item: Proposal) -> str:
-        """Return, as text, the entry that a file lacks for its use; empty if it is complete."""
+        """Return a request for the entry that a file's use lacks; empty if none is missing."""
         role, typed_values = self._chosen_role(item), self.said.get(item.key, {})
         texts = {
             fact: typed_values.get(fact, item.facts.get(fact, SourcedValue()).text)
@@ -358,7 +358,7 @@ def _use_shown_name(item: Proposal, upload: Upload) -> Proposal:
 
 
 def _cite_list(item: Proposal, from_list: Mapping[str, frozenset[str]]) -> Proposal:
-    """Return the proposal with the list for all files as the source of metadata from it."""
+    """Return the proposal, with the list of conditions cited as a source where it is one."""
     mine = from_list.get(item.name, frozenset())
     facts = {
         fact: SourcedValue(value.text, LIST) if fact in mine and value.source == SIDECAR else value

@@ -1,6 +1,6 @@
-"""Messages of commands reworded for the page, with controls in place of flags.
+"""Messages of commands, reworded for the page: they name controls instead of flags.
 
-Fields of a page are named after the option without its dashes (`Parameter.label`), so most flags
+A page's fields are named after their options, without dashes (`Parameter.label`), so most flags
 name their control. This module lists flags with a different name, or without a control.
 """
 
@@ -15,7 +15,7 @@ FREE = MappingProxyType(
         "force_offset": "force zero",
     }
 )
-"""Additional fitted quantities, in the laboratory's words."""
+"""{additional fitted quantity: its name in the laboratory}."""
 OTHERWISE = MappingProxyType(
     {
         "accept-stick-slip": "Stick–slip",
@@ -25,7 +25,7 @@ OTHERWISE = MappingProxyType(
         "no-brake": "No brake",
     }
 )
-"""{option: its control, if the page uses a different name}."""
+"""{option: name of its control, if it differs}."""
 PHRASES = (
     (r"tensile --model stack", "'sheet by sheet' model of a pull"),
     (r"; 'layerjam pull --tare' shows its effect, and depth curves can", "; whole curves can"),
@@ -43,7 +43,7 @@ PHRASES = (
     (r" \(--sheet NAME\)", " (choose a sheet)"),
     (r"layerjam (\w[\w-]*) --[a-z-]+", r"layerjam \1"),
 )
-"""Phrases that contain more than a flag."""
+"""(pattern, replacement) of phrases that contain more than a flag."""
 _POWER = re.compile(r"(?<=[A-Za-zµΩ)])\^(-?\d+)")
 _TEN = re.compile(r"(?<=\d)e([+-]\d+)(?![\w.])")
 _KEY = re.compile(r"(?<![\w./'\"-])[a-z]{2,}(?:_[a-z]{2,})+(?![\w(./'\"-])")
@@ -57,7 +57,7 @@ _FLAG = re.compile(r"(?<![\w-])--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)")
 
 
 def typeset(text: str) -> str:
-    """Return text as it is printed: m² for m^2, 1.2 × 10⁶ for 1.2e+06, ≤ for <=, words for keys."""
+    """Return typeset text: m² for m^2, 1.2 × 10⁶ for 1.2e+06, ≤ for <=, words for keys."""
     text = _PATH.sub(lambda m: f"{m[1]} {m[2].replace('_', ' ')}", text)
     text = _KEY.sub(lambda m: m[0].replace("_", " "), text)
     text = text.replace(" >= ", " ≥ ").replace(" <= ", " ≤ ")
@@ -66,7 +66,7 @@ def typeset(text: str) -> str:
 
 
 def page_text(text: str) -> str:
-    """Return a command's message with the page's controls in place of flags."""
+    """Return a command's message with the names of controls instead of flags."""
     if "--" not in text:
         return text
     for pattern, phrase in _PHRASES:
@@ -75,19 +75,19 @@ def page_text(text: str) -> str:
 
 
 def typeset_text(text: str) -> str:
-    """Return a command's sentence for the page, with its controls and typeset units."""
+    """Return a command's message with the names of controls and typeset units."""
     return typeset(page_text(text))
 
 
 def control_name(option: str) -> str:
-    """Return the page's name of the control of an option, given without its dashes."""
+    """Return the name of an option's control; the option has no dashes."""
     return OTHERWISE.get(option) or option.replace("-", " ").capitalize()
 
 
 def format_sentence(error: object) -> str:
     """Return an error as one line in the page's terms.
 
-    The instruction for the command line is removed.
+    Instructions for the command line are removed.
     """
     text, reason = str(error), getattr(error, "reason", "")
     if getattr(error, "asks", "") and reason:

@@ -1,4 +1,4 @@
-"""State of a desk as plain values, for undo and for links."""
+"""A desk's state as plain values, for undo and for links."""
 
 import base64
 import binascii
@@ -42,9 +42,9 @@ def shared_setting(page: str, key: str) -> str:
 
 
 def _find_places(page: str, key: str) -> Iterator[tuple[str, str]]:
-    """Yield the places where a control's value may be stored; the first that exists counts.
+    """Yield the (page, key) pairs under which a value may be stored; the first found is used.
 
-    Older links contain one vacuum for each page.
+    Older links contain a separate vacuum for each page.
     """
     name = shared_setting(page, key)
     if name:
@@ -56,7 +56,7 @@ def _find_places(page: str, key: str) -> Iterator[tuple[str, str]]:
 
 @dataclass(frozen=True)
 class Pin:
-    """A pinned curve: a page, a command, a brake (catalogue name or TOML text), its options.
+    """A pinned curve: page, command, brake or line (catalogue name or TOML text), and options.
 
     For a dropped file the command is `MEASURED`, and the subject is the file's key.
     """
@@ -77,7 +77,7 @@ class State:
     brake: str = "choi2018-kapton"
     line: str = "choi2018"
     beside: str = ""
-    """A second brake for comparison; empty if there is none."""
+    """Second brake, for comparison; empty if there is none."""
     settings: dict[str, dict[str, Value]] = field(default_factory=dict)
     """{page: {control: SI value, choice or flag}}."""
     pins: tuple[Pin, ...] = ()
@@ -85,11 +85,11 @@ class State:
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Return the keys of the pinned dropped files."""
+        """Keys of the dropped files that are pinned."""
         return tuple(pin.subject for pin in self.pins if pin.command == MEASURED)
 
     def without_files(self, keys: Collection[str] = ()) -> "State":
-        """Return the state without pins of dropped files, except the files with these `keys`."""
+        """Return the state without pins of dropped files, except those with these `keys`."""
         pins = (p for p in self.pins if p.command != MEASURED or p.subject in keys)
         return replace(self, pins=tuple(pins))
 
@@ -122,7 +122,7 @@ READER = TypeAdapter(State)
 
 
 class Strange(ValueError):
-    """JSON that is not a valid state, with the place and the reason."""
+    """JSON that is not a valid state, with the location and the reason."""
 
 
 def read_state(text: str | bytes) -> State:
@@ -142,7 +142,7 @@ def to_link(state: State) -> str:
 
 
 def from_link(text: str) -> State:
-    """Return the state of a link; QuantityError if it is invalid or too long."""
+    """Return the state in a link; raises QuantityError if it is invalid or too long."""
     if len(text) > LONGEST_LINK:
         raise QuantityError(f"link: {len(text)} characters; the limit is {LONGEST_LINK}")
     try:

@@ -1,4 +1,4 @@
-"""Plain tables: a header, rows of text, numbers to the right."""
+"""Plain HTML tables: a header, rows of text, and right-aligned numbers."""
 
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -6,7 +6,7 @@ from html import escape
 from layerjam.workbench.spoken import page_text, typeset
 
 Cell = str | tuple[str, str]
-"""A text, or a text and its additional CSS classes."""
+"""A text, or a text and additional CSS classes."""
 
 
 def html(
@@ -16,9 +16,9 @@ def html(
     caption: str = "",
     ident: str = "",
 ) -> str:
-    """Return a table as HTML; `numbers` are the right-aligned columns, and no text is read as HTML.
+    """Return a table as HTML; `numbers` are the right-aligned columns, and all text is escaped.
 
-    If it is too wide it scrolls, also by the keyboard.
+    A table that is too wide can be scrolled, also with the keyboard.
     """
 
     def cells(row: Sequence[Cell], tag: str) -> str:

@@ -1,4 +1,4 @@
-"""Buttons under a chart that save its figure, its curves, and Python code or a notebook for it."""
+"""Buttons below a chart that export its figure, its curves, Python code or a notebook."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -19,15 +19,15 @@ QUIET = 'flat dense no-caps padding="4px 8px"'
 
 
 class Takeable(Protocol):
-    """Interface to a chart's content for the buttons below it."""
+    """Content of a chart that the buttons below it can export."""
 
     @property
     def name(self) -> str:
-        """Return the name of the files, without an extension."""
+        """Name of the exported files, without an extension."""
 
     @property
     def files(self) -> Mapping[str, str]:
-        """Return {name: content} of the files that the code needs."""
+        """{name: content} of the files that the code needs."""
 
     @property
     def failures(self) -> Sequence[str]:
@@ -60,7 +60,7 @@ async def download(make: Callable[[], str | bytes], name: str, kind: str = "") -
 
 
 def add_row(ident: str, chart: ui.echart, source: Callable[[], Takeable | None]) -> ui.row:
-    """Add the buttons under a chart; `source` returns the displayed answer, or None."""
+    """Add the buttons below a chart; `source` returns the displayed answer, or None."""
 
     async def take(ending: str, make: Callable[[Takeable], str | bytes], kind: str = "") -> None:
         item = source()
@@ -100,7 +100,7 @@ def add_row(ident: str, chart: ui.echart, source: Callable[[], Takeable | None])
 def curves_csv(options: Mapping[str, Any], failures: Sequence[str] = ()) -> str:
     """Return a CSV of a chart's curves: panel, curve, x and y in the units of the axes.
 
-    Comments above it state the `failures`. A name that a spreadsheet would interpret as a formula
+    Comments at the top state the `failures`. A name that a spreadsheet would interpret as a formula
     gets a leading apostrophe.
     """
     rows = list(_chart_points(options))

@@ -1,7 +1,7 @@
-"""Files dropped on the page: in a temporary folder of the tab, under generated names.
+"""Files dropped on the page, stored in the tab's temporary folder under generated names.
 
 The user's name of a file is only displayed. Nothing outside the folder is written or read. The
-folder is deleted when the tab is closed, when the program ends, or when the next one starts.
+folder is deleted when the tab is closed, when the program ends, or when it next starts.
 """
 
 import hashlib
@@ -27,19 +27,19 @@ from layerjam.workbench.call import DataFile
 from layerjam.workbench.folders import Folder
 
 LARGEST = 60 * 2**20
-"""Largest size of a file in bytes: about two million rows of time, force and elongation as text,
-and below the 64 MB of a request body.
+"""Maximum size of a file in bytes: about two million rows of time, force and elongation as text,
+less than the limit of 64 MB for a request body.
 """
 MAX_FILES = 200
-"""Largest number of measurements in one tab: four vacuums, five speeds and ten repeats."""
+"""Maximum number of measurements in a tab: four vacuums, five speeds and ten repeats."""
 ALL_TOGETHER = 500 * 2**20
-"""Largest total size of all files of one tab [bytes]."""
+"""Maximum total size of all files in a tab [bytes]."""
 SIDECAR = 64 * 2**10
-"""Largest size of a sidecar in bytes."""
+"""Maximum size of a sidecar [bytes]."""
 LONGEST_NAME = 120
 TEXTS = (".csv", ".tsv", ".txt", ".tra", ".dat", ".asc", ".log", ".xml")
 ENDINGS = (*TEXTS, ".xlsx", ".xlsm", ".xlsb", ".xls", ".ods", ENDING)
-"""Extensions kept in the generated name; others become .dat. Readers use the content."""
+"""Extensions kept in generated names; others become .dat. Readers go by the content."""
 OURS = "layerjam-file-"
 
 
@@ -56,28 +56,28 @@ class Upload(DataFile):
 
     @property
     def key(self) -> str:
-        """Short name of its content, for settings that apply again to the same file."""
+        """Short digest of the content, so that settings apply again if the same file is dropped."""
         return self.digest[:12]
 
 
 class Uploads:
     """The files of one tab.
 
-    `sidecars` is {user's name of the measurement: its sidecar's text}; it may arrive before the
-    measurement. Files whose key is in `waiting` were dropped, but their use has not been chosen
-    yet: no page uses them.
+    `sidecars` is {user's name of the measurement: its sidecar's text}; a sidecar may arrive first.
+    Files whose key is in `waiting` were dropped, but their use has not been chosen yet: no page
+    uses them.
     """
 
     def __init__(self) -> None:
         self.files: list[Upload] = []
         self.sidecars: dict[str, str] = {}
         self.listed: dict[str, str] = {}
-        """{user's name of a file: metadata from a list for all files, as a sidecar's text}."""
+        """{user's name of a file: its metadata from the list of conditions, as sidecar text}."""
         self.from_list: dict[str, frozenset[str]] = {}
-        """{name: metadata in its sidecar that are from that list}."""
+        """{name: metadata keys in its sidecar that come from that list}."""
         self.waiting: set[str] = set()
         self.refused: dict[str, str] = {}
-        """{user's name of a file that could not be read: the reason}."""
+        """{user's name of an unreadable file: the reason}."""
         self.closed = False
         self._place: Folder | None = None
         self._numbers = itertools.count(1)
@@ -125,7 +125,7 @@ class Uploads:
             raise UploadError(f"{label}: not used, because all files together would exceed 500 MB")
 
     def store_file(self, name: str, data: bytes, waits: bool = False) -> Upload | None:
-        """Store a file, or return None for a sidecar. Raises UploadError.
+        """Store a file, and return it, or None for a sidecar. Raises UploadError.
 
         No page uses the file while it `waits`, and it may be dropped again.
         """
@@ -155,7 +155,7 @@ class Uploads:
             return upload
 
     def restore_file(self, name: str, data: bytes, sidecar: str) -> None:
-        """Store a file of a session with its sidecar, for immediate use; raises UploadError.
+        """Store a session's file and its sidecar, for immediate use; raises UploadError.
 
         If the same content is already stored, the stored file is used.
         """
@@ -171,7 +171,7 @@ class Uploads:
             self.sidecars[upload.shown] = sidecar
 
     def _unused_name(self, name: str) -> str:
-        """Return the name, with a number if a different file has it."""
+        """Return the name, with a number added if a different file already has it."""
         names, plain = {f.shown for f in self.files}, Path(name)
         candidates = (f"{plain.stem} ({n}){plain.suffix}" for n in itertools.count(2))
         return next(n for n in itertools.chain([name], candidates) if n not in names)
@@ -188,7 +188,7 @@ class Uploads:
         return ""
 
     def with_sidecar(self, upload: Upload, text: str) -> Upload:
-        """Return the measurement for a call, with this text as its sidecar unless it is empty."""
+        """Write this text as the measurement's sidecar, unless empty; return it for a call."""
         if text:
             sidecar_of(upload.path).write_text(text, encoding="utf-8", newline="\n")
         else:
@@ -208,9 +208,9 @@ class Uploads:
             self.from_list.pop(file.shown, None)
 
     def take_over(self, source: "Uploads") -> bool:
-        """Move all files of another store here and close that store; return False if it has none.
+        """Move another store's files here and close that store; return whether files were moved.
 
-        Does nothing if there are already files here.
+        Nothing is moved if there are already files here.
         """
         with self._lock, source._lock:
             if self.closed or self.files or source.closed or source._place is None:
@@ -251,7 +251,7 @@ def delete_folders() -> None:
 
 
 def clean(name: str) -> str:
-    """Return the last part of a name with printable characters only, cut to a length."""
+    """Return the last component of a path, printable and at most LONGEST_NAME characters long."""
     last = re.split(r"[/\\]", str(name)[-4 * LONGEST_NAME :])[-1]
     text = " ".join("".join(c if c.isprintable() else " " for c in last).split())
     if len(text) > LONGEST_NAME:
@@ -268,14 +268,14 @@ def is_sidecar(name: str) -> bool:
 
 
 def restore_names(text: str, names: Mapping[str, str]) -> str:
-    """Return a TOML text with the user's file names in its basic strings, with escaped quotes."""
+    """Return TOML text with the user's file names, escaped for its basic strings."""
     names_quoted = {k: v.replace("\\", "\\\\").replace('"', '\\"') for k, v in names.items()}
     result: str = rename_files(text, names_quoted)
     return result
 
 
 def zip_files(files: Mapping[str, bytes]) -> bytes:
-    """Return an archive of files {name: bytes}."""
+    """Return a ZIP archive of {name: content}."""
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, data in files.items():

@@ -1,4 +1,4 @@
-"""Elements of the pages, with a name for tests, a label and a common style."""
+"""Page elements with a name for tests, a label and a common style."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -19,9 +19,9 @@ QUIET = "text-sm opacity-80"
 
 
 def dress(element: E, ident: str = "", classes: str = "", look: str = "", **more: Any) -> E:
-    """Return the element with its name in tests, classes, flags (`look`) and other attributes.
+    """Set an element's name for tests, classes, flags (`look`) and other attributes; return it.
 
-    An underscore in an attribute name represents a dash: `aria_label`.
+    Underscores in attribute names become dashes, as in `aria_label`.
     """
     if ident:
         more["data-testid"] = ident
@@ -41,12 +41,12 @@ def as_title(key: str) -> str:
 
 
 def hint(text: str) -> ui.label:
-    """Show a sentence in small, grey type."""
+    """Show a sentence in small grey type."""
     return ui.label(typeset_text(text)).classes(QUIET)
 
 
 def status(ident: str, classes: str = "", text: str = "") -> live.Words:
-    """Show a sentence that changes with every move and that screen readers announce."""
+    """Show a sentence that changes as a slider moves and that screen readers announce."""
     return dress(live.Words(text), ident, classes, role="status")
 
 
@@ -58,7 +58,7 @@ def heading(text: str, level: int = 2, ident: str = "") -> ui.label:
 
 
 class Alert(ui.label):
-    """Line that shows why an input was rejected; hidden if there is no error."""
+    """Line that shows why an input was rejected, hidden if there is no error."""
 
     def __init__(self, ident: str, classes: str = "") -> None:
         super().__init__("")
@@ -74,13 +74,13 @@ class Alert(ui.label):
 def button(
     text: str, act: Act | None, ident: str, icon: str = "", *, look: str = PLAIN, tip: str = ""
 ) -> ui.button:
-    """Return a button; `tip` explains more than its text."""
+    """Return a button; `tip` is a longer explanation."""
     element = dress(ui.button(text, icon=icon or None, on_click=act), ident, look=look)
     return element.tooltip(typeset_text(tip)) if tip else element
 
 
 def fold(title: str, ident: str = "", is_open: bool = False) -> ui.expansion:
-    """Return a panel that opens on a click."""
+    """Return a panel that a click opens and closes."""
     element = ui.expansion(title, value=is_open)
     return dress(element, ident, "w-full", "dense", header_class="font-medium")
 
@@ -118,7 +118,7 @@ def field(
     classes: str = "w-full",
     longest: int = 300,
 ) -> ui.input:
-    """Return a text field; `example` is displayed while it is empty."""
+    """Return a text field, which displays `example` while it is empty."""
     element = ui.input(label, value=value, placeholder=example)
     look = "dense outlined hide-bottom-space stack-label"
     dress(element, ident, classes, look, aria_label=label, maxlength=longest)
@@ -128,11 +128,11 @@ def field(
 ZONE = """<div class="zone-head"><span>{label}</span><q-btn flat dense round icon="add_box"
  aria-label="{label}, or choose files" @click="props.pickFiles"></q-btn>
 <span style="display: none"><q-uploader-add-trigger></q-uploader-add-trigger></span></div>"""
-"""Header that replaces Quasar's own, whose file field and button have no names."""
+"""Replaces Quasar's header, whose file field and button have no accessible names."""
 
 
 def zone(area: ui.upload, label: str, ident: str, classes: str = "w-full") -> ui.upload:
-    """Return an area to drop files into, with a button to choose them; `label` is its text."""
+    """Return an area for dropped files, with a button to choose files; `label` is its text."""
     area.add_slot("header", ZONE.format(label=label))
     return dress(area, ident, classes, "flat bordered", role="group", aria_label=label)
 
@@ -140,8 +140,8 @@ def zone(area: ui.upload, label: str, ident: str, classes: str = "w-full") -> ui
 def columns(classes: str = "", all_shown: bool = False) -> tuple[ui.column, ui.column]:
     """Lay out controls on the left and results on the right.
 
-    On a narrow screen they are stacked: the first two controls, a button that shows the others, and
-    the results; with `all_shown` all controls are visible from the start.
+    On a narrow screen, they are stacked: the first two controls, a button that shows the others,
+    and the results. With `all_shown`, all controls are visible from the start.
     """
     with ui.row().classes(f"w-full no-wrap items-start gap-6 page {classes}") as row:
         side = ui.column().classes("side")
@@ -170,7 +170,7 @@ _NUMBER = re.compile(r"\d+\.?\d*")
 
 
 def three_digits(text: str) -> str:
-    """Return a number with its unit in three significant digits: 59.9 kPa for 59.93 kPa."""
+    """Round the number in a text to three significant digits: 59.9 kPa for 59.93 kPa."""
 
     def round_number(number: re.Match[str]) -> str:
         value = float(number[0])
@@ -180,19 +180,19 @@ def three_digits(text: str) -> str:
 
 
 class Heroes:
-    """Large numbers that change with every move; tests find each by its page and key."""
+    """Large numbers that change as a slider moves; tests find each by page and key."""
 
     def __init__(self, page: str) -> None:
         self._page = page
         self._table = dress(live.Table(), f"{page}-heroes", "w-full")
 
     def fill(self, numbers: Sequence[Hero]) -> None:
-        """Show the numbers in their order."""
+        """Show the numbers in the given order."""
         self._table.set_content(headline_html(self._page, numbers))
 
 
 def headline_html(page: str, numbers: Sequence[Hero]) -> str:
-    """Return large numbers in three digits as HTML, with all digits on hover and a smaller unit."""
+    """Return large numbers as HTML: three digits, all digits on hover, and a smaller unit."""
     cells = []
     for key, name, text in numbers:
         value, _, unit = three_digits(text).rpartition(" ") if " " in text else (text, "", "")

@@ -8,15 +8,15 @@ from layerjam.workbench.page import Page
 
 @dataclass(frozen=True)
 class Tab:
-    """A tab; its page is the class `title` in the module `name` of this folder."""
+    """A tab; its page is the class `title` in the module `name` of this package."""
 
     name: str
     title: str
     light: bool = False
-    """Whether importing it does not import numerical code, which a thread may be importing."""
+    """Whether its module can be imported without the numerical code, which loads in a thread."""
 
     def load(self) -> type[Page]:
-        """Return the page; importing some pages takes a second."""
+        """Import the page and return its class; some pages take a second to import."""
         module = importlib.import_module(f"layerjam.workbench.pages.{self.name}")
         kind: type[Page] = getattr(module, self.title)
         return kind

@@ -53,9 +53,9 @@ from layerjam.workbench.widgets import (
 )
 
 DRAWN, WINDOW = 0.2, 60.0
-"""Seconds between two drawings, and seconds that are displayed."""
+"""Interval between chart updates [s], and displayed time span [s]."""
 BEAT = 250
-"""Milliseconds between two reports of the browser that the page is open."""
+"""Interval between the browser's reports that the page is open [ms]."""
 KPA = 1e3
 PROCEDURE = "evacuate to 40 kPa and hold 5 s; vent"
 STATES = MappingProxyType(
@@ -78,7 +78,7 @@ STEPS = (
     "Choose the safe state after a fault, and the position of the unpowered vent valve, to start.",
     "Hold a target and watch the vacuum follow, or run a procedure and save its recording.",
 )
-"""Instructions that are displayed before the first reading."""
+"""Instructions displayed before the first reading."""
 WIRING = (
     "Wiring: the computer controls a board by USB. The board switches the pump and the vent "
     "valve and reads the pressure sensor. Air flows from the brake past the sensor and the valve "
@@ -91,14 +91,14 @@ GONE = (
 
 
 def rest_choice() -> Choice:
-    """Choice of the unpowered vent valve's position; it has no default."""
+    """Return the choice of the unpowered vent valve's position; it has no default."""
     words = {"": "not chosen", **{state: state for state in VENT_RESTS}}
     meaning = "State of the vent valve when unpowered. A board cannot move it while resetting."
     return Choice("vent_rest", words, "", label="Unpowered vent", help=meaning)
 
 
 class Bench(Page):
-    """One bench, connected from this page."""
+    """Page that connects and controls one bench."""
 
     name, title = "bench", "Bench"
     summary = "A real or virtual board that holds the vacuum"
@@ -115,7 +115,7 @@ class Bench(Page):
         self._drawn: Any = None
         self.taken: BenchRecord | None = None
         self.required: list[tuple[Choice, str, Alert]] = []
-        """Choices without a default, the request for each, and the line that shows the request."""
+        """(choice, request, line that shows the request) of each choice without a default."""
 
     def controls(self) -> Mapping[str, Control]:
         """Return the controls for the target and the sensor."""
@@ -173,7 +173,7 @@ class Bench(Page):
         self._update_controls()
 
     def _build_first_steps(self) -> None:
-        """Instructions, and a picture of the wiring."""
+        """Build the instructions and a picture of the wiring."""
         with ui.column().classes("gap-2 items-start").style("flex: 1"):
             with dress(ui.element("ol"), "bench-steps", "list-decimal pl-6"):
                 for step in STEPS:
@@ -221,7 +221,7 @@ class Bench(Page):
             self._draw_target()
 
     def _draw_target(self) -> None:
-        """Show the chart with its target line alone, before the first reading."""
+        """Draw the chart with only its target line, before the first reading."""
         ages, target = (-WINDOW, 0.0), self.value("target")
         panes = bench_panes(
             *(ages, (math.nan, math.nan), (target, target)),
@@ -231,7 +231,7 @@ class Bench(Page):
         live.draw(self.curve, chart_options(panes, self.dark))
 
     def compute(self) -> Any:
-        """Send changed settings: a new target while one is held, and the injected fault."""
+        """Send the settings to the bench: the target while one is held, and the injected fault."""
         session = self.session
         if session is None or not session.looks or session.running is not None:
             return None
@@ -263,7 +263,7 @@ class Bench(Page):
             self._draw_target()
 
     async def _try_call(self, act: Callable[[], Any]) -> Any:
-        """Return the result, computed in a thread; None if rejected, with the reason shown."""
+        """Run an action in a thread and return its result; if rejected, show the reason."""
         if self.problem is not None:
             self.problem.show_error("")
         try:
@@ -305,7 +305,7 @@ class Bench(Page):
         return await self._try_call(lambda: session.request_action(act))
 
     async def _connected_settings(self) -> dict[str, Any] | None:
-        """Return the settings and connect the bench; None, with a message, if one is missing."""
+        """Return the settings and connect the bench; if a setting is missing, request it."""
         for item, words, alert in self.required:
             alert.show_error("" if self.word(item) else words)
         if not all(self.word(item) for item, *_ in self.required):
@@ -409,7 +409,7 @@ class Bench(Page):
 
 
 def circuit_diagram() -> str:
-    """Return the SVG of the wiring of a Pico; raises MissingExtraError if schemdraw is missing."""
+    """Return a Pico's wiring as SVG; raises MissingExtraError if schemdraw is not installed."""
     from layerjam.report.wiring import draw_wiring
     from layerjam.rig.circuit import load_circuit
 

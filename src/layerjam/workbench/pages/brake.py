@@ -42,7 +42,7 @@ PART = Choice("part", {"brake": "Performance", "build": "Build"}, "brake", help=
 
 
 class Brake(Page):
-    """Page to change a number and see its effect, or to check whether the brake can be built."""
+    """Page to change a brake's numbers and see the effect, or to check whether it can be built."""
 
     name, title = "brake", "Brake"
     summary = "Materials, mass, forces and strength"
@@ -54,7 +54,7 @@ class Brake(Page):
         self.more = OtherInputs(self, "force", ("slip", "vacuum"))
 
     def controls(self) -> Mapping[str, Control]:
-        """Return the controls for the picture's slip and vacuum, within the brake's bounds."""
+        """Return the controls for the displayed slip and vacuum, within the brake's bounds."""
         brake = self.desk.brake.brake
         lap, full = brake.sheets.overlap, self.more.atmosphere(brake.site.atmosphere)
         slip = entry("force", "slip", 0.0, (0.0, lap), label="Displayed slip")
@@ -151,7 +151,7 @@ class Brake(Page):
         return calls
 
     def compute(self) -> Any:
-        """Return (whether the result is a build, the result)."""
+        """Return (whether the Build part is open, the open part's result)."""
         return (True, self.making.compute()) if self._has_build() else (False, super().compute())
 
     def answers(self) -> Sequence[Answer]:
@@ -188,7 +188,7 @@ class Brake(Page):
 
 
 def headlines(facts: Any) -> list[Hero]:
-    """Return the forces at rest and during a pull, and the mass."""
+    """Return the headline numbers: forces at rest and during a pull, and mass."""
     return [
         ("hero-holding", "Holds at rest", show(facts.holding_force, "N")),
         ("hero-pull", "Resists a pull of up to", show(facts.max_force, "N")),
@@ -225,15 +225,15 @@ ROWS: Mapping[str, int] = MappingProxyType(
         "scale_factor": 0,
     }
 )
-"""{key of `show`: which brake is better: 1 if more is better, -1 if less, 0 if neither}."""
+"""{key of a `show` result: 1 if more is better, -1 if less is better, 0 if neither}."""
 
 
 ALIKE = 5e-5
-"""Relative difference below which numbers count as equal, because the display hides it."""
+"""Relative difference that the display cannot show; smaller differences count as none."""
 
 
 def verdict(mine: float | None, theirs: float | None, better: int) -> str:
-    """Return the first number compared with the second: sign, percent, and which is better."""
+    """Return the difference of two numbers as text: sign, percentage, and better or worse."""
     if mine is None or theirs is None:
         return ""
     if mine == theirs or (theirs and abs(mine / theirs - 1) < ALIKE):
@@ -250,9 +250,9 @@ def _format_percent(part: float) -> str:
 
 
 def comparison_html(first: Any, second: Any | None, even: bool = True) -> str:
-    """Return the brake's numbers as HTML, and the difference from a second brake as text.
+    """Return a brake's numbers as an HTML table, with its differences from a second brake.
 
-    `even` is false if only one of the two is calibrated; neither is then marked as better in force.
+    `even` is false if only one of them is calibrated; their forces are then not judged.
     """
     heads = ["", first.values["name"]]
     if second is not None:
@@ -279,7 +279,7 @@ def _class_names(words: str) -> str:
 
 
 def sources_table(file: BrakeFile) -> str:
-    """Return every number of a brake with its kind and its source in the file, as HTML."""
+    """Return an HTML table of a brake's numbers, each with its kind and its source."""
     heads = ["Number", "Value", "Kind", "Source", "Spread", "Conflict"]
     rows = []
     for path, (spec, _) in BRAKE_FIELDS.items():

@@ -1,4 +1,4 @@
-"""The Build part of the Brake page: whether it can be built, and the workshop's folder."""
+"""The Build part of the Brake page: whether a brake can be built, and a workshop folder."""
 
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -53,7 +53,7 @@ COUPONS = Choice(
     "A comb to measure the kerf, and strips to measure friction",
 )
 CONTROLS = ("cutter", "coupons", "out", "overwrite")
-"""Inputs whose control is elsewhere, or that have none; the panel contains the others."""
+"""Inputs that have a control elsewhere, or none; the panel contains the others."""
 DRAWN = Choice(
     "drawn",
     {"brake": "brake parts", "mould": "enclosure mould"},
@@ -73,7 +73,7 @@ WORDS: Mapping[bool | None, tuple[str, str]] = {
 class BuildResult:
     """Verdict of a build, and its drawn parts.
 
-    `refusal` is the message if an optional package is not installed.
+    `answer.refusal` is the message if an optional package is not installed.
     """
 
     answer: Answer
@@ -82,7 +82,7 @@ class BuildResult:
 
 @dataclass(frozen=True)
 class Folder:
-    """A folder as one archive, with its download name; empty if nothing was written."""
+    """A folder as a ZIP archive, with its download name; empty if nothing was written."""
 
     name: str
     result: Built
@@ -90,7 +90,7 @@ class Folder:
 
 
 class BuildPart(View):
-    """Part that shows checks and numbers at once, and writes the folder only on request."""
+    """Part that shows checks and numbers immediately, but writes the folder only on request."""
 
     name = "brake"
 
@@ -130,7 +130,7 @@ class BuildPart(View):
             self.list = Box(_list_assumptions)
 
     def call(self) -> Call:
-        """Return the command that writes the folder."""
+        """Return the call that writes the folder."""
         options: Options = {}
         if self.word(CUTTER) != FILE:
             options["cutter"] = self.word(CUTTER)
@@ -141,11 +141,11 @@ class BuildPart(View):
 
     @property
     def stem(self) -> str:
-        """Return the folder's name."""
+        """Name of the folder."""
         return f"{self.desk.brake.name}-build"
 
     def calls(self) -> Sequence[Call]:
-        """Return the command that writes the folder."""
+        """Return the call that writes the folder, as a list."""
         return [self.call()]
 
     def compute(self) -> BuildResult:
@@ -200,9 +200,9 @@ class BuildPart(View):
             self.trouble.show_error(folder.result.reason or "")
 
     def write_folder(self) -> Folder:
-        """Return the folder as written by the command.
+        """Return the folder that the command writes.
 
-        Libraries used for it do not stay in memory.
+        It runs in a subprocess, so that the libraries it uses do not stay in memory.
         """
         call = self.call()
         result = call.run(function=judge_build)
@@ -215,7 +215,7 @@ class BuildPart(View):
 
 
 def make_folder(call: Call, tell: Tell) -> Folder:
-    """Return the folder that a call writes, as one archive."""
+    """Return the folder that a call writes, as a ZIP archive."""
     with tempfile.TemporaryDirectory(prefix="layerjam-") as room:
         place = Path(room) / "build"
         result = call.run(out=place, progress=tell)
@@ -224,7 +224,7 @@ def make_folder(call: Call, tell: Tell) -> Folder:
 
 
 def checks_table(result: Built) -> str:
-    """Return the verdict, value and limit of every check, as HTML."""
+    """Return an HTML table with the verdict, value and limit of each check."""
     rows: list[list[Cell]] = []
     for check in result.checks:
         numbers = [_format_number(check[key], check["unit"]) for key in ("value", "limit")]
@@ -236,7 +236,7 @@ def checks_table(result: Built) -> str:
 
 
 def _format_number(value: float | None, unit: str) -> str:
-    """Return the value of a check as text; a number without a unit is shown as a fraction."""
+    """Return the value of a check as text; a number without a unit becomes a percentage."""
     if value is None:
         return "–"
     return f"{round(value, 3) + 0.0:.1%}" if unit == "1" else show(value, unit, 4)

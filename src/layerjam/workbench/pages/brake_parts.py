@@ -1,4 +1,4 @@
-"""The drawn parts of a build in a 3-D view that can be rotated."""
+"""The drawn parts of a build, in a 3-D view that the user can rotate."""
 
 import base64
 from collections.abc import Iterable, Mapping
@@ -37,14 +37,14 @@ class Surface:
 
 @dataclass(frozen=True)
 class Parts:
-    """Surfaces around the centre of the scene; `size` is their bounding box in scene units."""
+    """Surfaces centred in the scene; `size` is that of their bounding box [scene units]."""
 
     surfaces: tuple[Surface, ...]
     size: Point
 
 
 def collect_parts(drawing: "Drawing", mould: bool) -> Parts:
-    """Return the separated parts of one brake, or its opened mould."""
+    """Return the parts of one brake in exploded view, or its opened mould."""
     # import late, because the Brake page opens before the drawing code is loaded
     from layerjam.report import build_pictures, build_scene
 
@@ -55,7 +55,7 @@ def collect_parts(drawing: "Drawing", mould: bool) -> Parts:
 
 
 def surfaces(bodies: "Iterable[Body]") -> Parts:
-    """Return the bodies as one surface per colour, around their common centre."""
+    """Return the bodies as one surface per colour, centred in the scene."""
     by_colour: dict[str, list[Body]] = {}
     for body in bodies:
         by_colour.setdefault(body.colour, []).append(body)

@@ -26,7 +26,7 @@ from layerjam.workbench.tables import html
 from layerjam.workbench.widgets import columns, dress, fold, hint, status
 
 WIDE, LONG = 20, 10
-"""Largest numbers of brakes in parallel and in series on this page."""
+"""Maximum number of brakes in parallel, and in series, on this page."""
 CONTROLS = ("parallel", "series", "vacuum")
 TOTALS = (
     "brakes",
@@ -42,7 +42,7 @@ TOTALS = (
 
 
 class Arrays(Part):
-    """Part for arrays of the desk's brake: N in parallel, M in series."""
+    """Part for arrays of the desk's brake, in parallel and in series."""
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
@@ -78,14 +78,14 @@ class Arrays(Part):
             self.notes = Notes()
 
     def calls(self) -> Sequence[Call]:
-        """Compute the array, and a single brake for comparison."""
+        """Return the calls for the array, and for a single brake as a comparison."""
         subjects, vacuum = (self.desk.brake_subject(),), self.text("vacuum")
         counts = {key: int(self.value(key)) for key in ("parallel", "series")}
         options = {"vacuum": vacuum, **self.more.options()}
         return [Call("array", subjects, {**counts, **options}), Call("array", subjects, options)]
 
     def draw(self, answers: Sequence[Answer]) -> None:
-        """Draw curves, totals and notes."""
+        """Draw the curves, and show totals and notes."""
         answer, single = answers
         array = answer.result
         pins = (Pinned("one brake", single),) if array.brakes > 1 else ()
@@ -97,7 +97,7 @@ class Arrays(Part):
 
 
 def array_chart(array: Any, single: Any, dark: bool) -> dict[str, Any]:
-    """Return the chart of force versus elongation of the array and of a single brake."""
+    """Return the chart of force versus elongation for the array and for a single brake."""
     label = f"{array.parallel} × {array.series}"
     pane = array.panes()[0]
     curves = [replace(pane.curves[0], name=label, width=2.5)]
@@ -115,7 +115,7 @@ class MachineResult(NamedTuple):
 
 
 class Machines(Part):
-    """Part for the scenarios that come with the program."""
+    """Part for the scenarios supplied with the program."""
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
@@ -123,7 +123,7 @@ class Machines(Part):
 
     @cached_property
     def choice(self) -> Choice:
-        """Return the choice of scenario."""
+        """Choice of scenario."""
         titles = Call("scenario", options={"names": True}).run().titles
         names = {name: f"{name}: {title}" for name, title in titles.items()}
         return Choice("scenario", names, "seat-belt", help="Device that contains the brakes")
@@ -145,7 +145,7 @@ class Machines(Part):
         self.notes = Notes()
 
     def calls(self) -> Sequence[Call]:
-        """Return the call of the selected machine."""
+        """Return the call for the selected machine."""
         return [Call("scenario", (Subject(self.word(self.choice)),))]
 
     def compute(self) -> MachineResult:
@@ -178,7 +178,7 @@ class Machines(Part):
 
 
 def limits_table(result: Any) -> str:
-    """Return every limit, its value, and whether it is met, as HTML."""
+    """Return an HTML table of the limits: value, bound, and whether each is met."""
     rows = []
     for limit in result.record.limits:
         bound = f"{'at least' if limit.least else 'at most'} {show(limit.limit, limit.unit)}"
@@ -191,7 +191,7 @@ def limits_table(result: Any) -> str:
 
 
 def _svg_figure(name: str, svg: str, caption: str) -> str:
-    """Return a drawing in the page's colours, light or dark; its ids contain `name`."""
+    """Return a drawing with a caption, in the page's colours; its ids contain `name`."""
     from layerjam.report.page import apply_theme, read_inline_svg
 
     text = escape(caption)
@@ -212,7 +212,7 @@ PART = Choice("part", WORDS, "need", help="On this page")
 
 
 class Design(Page):
-    """Page with four parts; only the open part is computed."""
+    """Page with four parts, of which only the open one is computed."""
 
     name, title = "design", "Design"
     summary = "From a requirement to a brake"

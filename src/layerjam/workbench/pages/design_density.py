@@ -1,4 +1,4 @@
-"""Force versus mass: the current brake, those of the catalogue, and published devices."""
+"""Force versus mass: the current brake, the catalogue's brakes, and published devices."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -34,7 +34,7 @@ HEADS = ("Device", "Kind", "Mass", "Force", "Force per unit mass", "Source")
 
 
 class Density(Part):
-    """Part with a log-log chart and a table with the sources."""
+    """Part with a log-log chart, and a table with the sources of its points."""
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
@@ -42,7 +42,7 @@ class Density(Part):
         self.panel = Panel(self.desk, PAGE, f"{PAGE}-density")
 
     def controls(self) -> Mapping[str, Control]:
-        """Return the control for the vacuum of our brakes."""
+        """Return the control for the vacuum of the computed brakes."""
         sites = [self.desk.brake, *map(load, devices())]
         full = self.more.atmosphere(min(file.brake.site.atmosphere for file in sites))
         name = "Vacuum of the computed brakes"
@@ -50,7 +50,7 @@ class Density(Part):
         return map_keys(ours)
 
     def build(self) -> None:
-        """Build the picture above the table."""
+        """Build the control, the chart, and the table below."""
         with ui.column().classes("side"):
             self.slider("ours")
             self.more.build()
@@ -64,7 +64,7 @@ class Density(Part):
         self.notes = Notes()
 
     def calls(self) -> Sequence[Call]:
-        """Return the calls: first the desk's brake, then the catalogue's."""
+        """Return a comparison of the desk's brake, listed first, with the catalogue's brakes."""
         subject = self.desk.brake_subject()
         others = [Subject(name) for name in devices() if name != subject.name]
         return [
@@ -74,7 +74,7 @@ class Density(Part):
         ]
 
     def draw(self, answers: Sequence[Answer]) -> None:
-        """Draw the picture, the effect of one more sheet, and the table."""
+        """Draw the chart, and show the effect of one more sheet and the table."""
         (answer,) = answers
         result = answer.result
         self.panel.draw(answer, density_chart(result, self.page.dark))
@@ -98,7 +98,7 @@ class Density(Part):
 
 
 def density_chart(result: Any, dark: bool) -> dict[str, Any]:
-    """Return the chart: devices by kind, a line for more sheets, lines of force per unit mass."""
+    """Return the chart: devices by kind, a curve for more sheets, lines of equal force density."""
     rows, lines, _ = result.record
     first, ink = lines[0], text_colour(dark)
     masses = [r["mass"] * GRAMS for r in rows] + [m * GRAMS for m in first.masses]
@@ -132,9 +132,9 @@ def _sheet_count_line(line: Any, ink: str) -> dict[str, Any]:
 def _device_series(
     rows: Sequence[dict[str, Any]], color: str, symbol: str, ink: str, kind: str = ""
 ) -> dict[str, Any]:
-    """Return the points of a kind of device; only jamming brakes are all named.
+    """Return the points of one kind of device; only those of computed brakes are all named.
 
-    Our first brake is labelled with its name and vacuum, the others with the differences from it.
+    The first brake is labelled with its name and vacuum, others with what differs from it.
     """
     strongest = max(rows, key=lambda r: r["max_force"])["name"] if kind else ""
     data = []
@@ -156,7 +156,7 @@ def _device_series(
 
 
 def _short_name(name: str, first: str) -> str:
-    """Return the part of a name that differs from the first, "BRAKE, VACUUM"."""
+    """Return the part of a name that differs from the first name, "BRAKE, VACUUM"."""
     brake, _, vacuum = first.rpartition(", ")
     return name.removesuffix(f", {vacuum}").removeprefix(f"{brake}, ")
 
@@ -177,17 +177,17 @@ def _isolines(x: tuple[float, float], y: tuple[float, float], color: str) -> lis
 
 
 def _decade_limits(low: float, high: float) -> tuple[float, float]:
-    """Return a slightly wider span whose limits are 1, 2 or 5 times a power of ten."""
+    """Return limits outside a span, each 1, 2 or 5 times a power of ten."""
     marks = [f * 10.0**p for p in range(-9, 10) for f in (1, 2, 5)]
     return max(m for m in marks if m <= low / 1.2), min(m for m in marks if m >= high * 1.2)
 
 
 def _chart_point(mass: float, force: float) -> list[float]:
-    """Return a point of the chart, rounded for the browser; mass [kg], force [N]."""
+    """Return a point of the chart from a mass [kg] and a force [N], rounded for the browser."""
     return [float(f"{value:.5g}") for value in (mass * GRAMS, force)]
 
 
 def _cells(row: dict[str, Any]) -> list[str]:
-    """Return mass, force and force per unit mass of a device, with units."""
+    """Return a device's mass, force and force per unit mass, with units."""
     units = {"mass": "kg", "max_force": "N", "force_density": "N/kg"}
     return [show(row[key], unit) for key, unit in units.items()]

@@ -1,4 +1,4 @@
-"""Form of a requirement, kept consistent with its TOML text."""
+"""Form for a requirement, kept consistent with its TOML text."""
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -75,7 +75,7 @@ LIMITS = {
 
 
 class Form(Asking):
-    """Sliders that write a requirement based on the desk's brake; `take` receives its TOML text."""
+    """Sliders that specify a requirement for the desk's brake; `take` receives its TOML text."""
 
     name = PAGE
 
@@ -83,7 +83,7 @@ class Form(Asking):
         super().__init__(desk)
         self.take, self.text_written = take, ""
         self._follows = False
-        """Whether the text was typed, so that the form follows the text."""
+        """Whether the form is being set from typed text."""
 
     def controls(self) -> Mapping[str, Control]:
         """Return the controls of both kinds of requirement."""
@@ -115,7 +115,7 @@ class Form(Asking):
             self.slider(control.key)
 
     def current_text(self) -> str:
-        """Return the TOML text of the current numbers; raises LayerjamError."""
+        """Return the requirement as TOML text; raises LayerjamError if it is invalid."""
         file, kind = self.desk.brake, self.word(KIND)
         is_own = self.desk.state.brake not in catalogue()
         file_name = f"{file.name}.toml" if is_own else self.desk.state.brake
@@ -132,7 +132,7 @@ class Form(Asking):
         return str(request.text())
 
     def write(self) -> None:
-        """Pass on the text if the numbers have changed."""
+        """Pass the text to `take` if it has changed."""
         try:
             text = self.current_text()
         except LayerjamError as err:
@@ -145,7 +145,7 @@ class Form(Asking):
                 self.take(text)
 
     def follow(self, text: str) -> None:
-        """Set the numbers that a typed text states; its other content stays in the text only."""
+        """Set the numbers that a typed text contains; the form ignores its other content."""
         try:
             request = read_request(open_reader(text, "requirement"))
         except LayerjamError:
@@ -167,7 +167,7 @@ def _is_within(spec: Any, value: Any) -> bool:
 
 
 def form_settings(request: DesignRequest) -> dict[str, Any]:
-    """Return the form's settings that a request states."""
+    """Return the form's settings for a requirement."""
     kind = "stop" if request.stop is not None else "hold"
     values: dict[str, Any] = {"form": kind}
     keys = {"mass": "mass" if kind == "hold" else "own_mass", "stress_margin": "margin"}

@@ -1,4 +1,4 @@
-"""The result of a design as a clickable chart and as tables; this module computes nothing."""
+"""The result of a design search as a clickable chart and tables; nothing is computed here."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -20,11 +20,11 @@ PALE = "#9aa5af"
 """Grey that is visible on a dark background."""
 Row = Mapping[str, Any]
 CHOSEN, REFINED = -2, -1
-"""Keys of the chosen design, and of the refined one between grid steps."""
+"""Keys of the chosen design, and of the refined design between grid steps."""
 
 
 def all_designs(result: Any) -> dict[int, Row]:
-    """Return every design of the result, by index; the front is sorted by the first objective."""
+    """Return {index: design} of the result; the front comes first, sorted by first objective."""
     first = result.record.spec.objectives[0]
     rows: list[Row] = sorted(result.front, key=lambda d: first.sign * d[first.name])
     named_designs = [result.chosen, result.runner_up, *(f["design"] for f in result.forbidden)]
@@ -33,19 +33,19 @@ def all_designs(result: Any) -> dict[int, Row]:
 
 
 def front_indices(result: Any) -> list[int]:
-    """Return the indices of the designs on the front, sorted by the first objective."""
+    """Return the indices of the designs on the front, in order of the first objective."""
     return list(all_designs(result))[: len(result.front)]
 
 
 def pick_design(result: Any, selection: int) -> tuple[int, Row]:
-    """Return the selected design, or the chosen one if the result does not contain it."""
+    """Return (index, design) of the selected design, or of the chosen one if it is missing."""
     rows = all_designs(result)
     number = selection if selection in rows else result.chosen["number"]
     return number, rows[number]
 
 
 def find_axes(result: Any) -> dict[str, str]:
-    """Return the quantities for the axes of the front: those that differ between its designs."""
+    """Return {quantity: name} for the axes: the quantities that differ along the front."""
     out = {}
     for name in (*MERITS, *VARIABLES):
         values = {d.get(name) for d in result.front}
@@ -55,7 +55,7 @@ def find_axes(result: Any) -> dict[str, str]:
 
 
 def front_chart(result: Any, names: tuple[str, str], number: int, dark: bool) -> dict[str, Any]:
-    """Return the chart of every design on the front; value[2] of a point is the design's index."""
+    """Return the chart of the designs on the front; value[2] of a point is the design's index."""
     scales = [choose_scale(result, n) for n in names]
     ink = text_colour(dark)
     x, y = (f"{key_name(n)} [{unit}]" for n, (_, unit) in zip(names, scales, strict=True))
@@ -98,7 +98,7 @@ def points_chart(
 
 
 def scatter(name: str, data: Sequence[Any], **look: Any) -> dict[str, Any]:
-    """Return the points of one kind."""
+    """Return a series of points."""
     return dict(type="scatter", name=name, data=list(data), **look)
 
 
@@ -115,7 +115,7 @@ def _marker_style(mark: Look, word: str, ink: str, shift: tuple[float, float]) -
 
 
 def headlines(result: Any, design: Row) -> list[Hero]:
-    """Return mass, force and energy of a design; the force is the requested one."""
+    """Return the headline numbers of a design: mass, the force that is required, and energy."""
     rules = [c.name for c in result.record.spec.constraints]
     force = "max_force" if "max_force" in rules else "holding_force"
     if result.record.spec.evaluation.stop is not None:
@@ -128,7 +128,7 @@ def headlines(result: Any, design: Row) -> list[Hero]:
 
 
 def sentence(result: Any, design: Row, pull: tuple[float, float] | None) -> str:
-    """Return a sentence with each force of a design and its meaning, and any excessive mass."""
+    """Return sentences that explain a design's forces, and report a mass that is too high."""
     vacuum = f"at {show(design['vacuum'], 'Pa', 3)}"
     holds, peak = (show(design[name], "N", 3) for name in ("holding_force", "max_force"))
     end = "" if pull is None else f" and {show(pull[1], 'N', 3)} at the end of its travel"
@@ -142,9 +142,9 @@ def sentence(result: Any, design: Row, pull: tuple[float, float] | None) -> str:
 
 
 def comparison(result: Any, number: int, is_main: bool = True) -> str:
-    """Return the selected, the chosen and the refined design and the runner-up, row by row.
+    """Return a table of the selected, chosen, refined and runner-up designs, by quantity.
 
-    The main rows contain the requested quantities and the dimensions that differ.
+    The main rows contain the required quantities and the dimensions that differ.
     """
     spec = result.record.spec
     marks = {"chosen": result.chosen, "between grid steps": result.refined}
@@ -175,7 +175,7 @@ def comparison(result: Any, number: int, is_main: bool = True) -> str:
 
 
 def forbidden(result: Any) -> str:
-    """Return the table of better designs that a single constraint excludes."""
+    """Return a table of better designs, each excluded by a single constraint."""
     units = _constraint_units(result)
     rows = [
         (
@@ -193,7 +193,7 @@ def forbidden(result: Any) -> str:
 
 
 def chances(result: Any) -> str:
-    """Return the table of the probability that each constraint holds, given scatter in friction."""
+    """Return a table of the probability of meeting each constraint, given scatter in friction."""
     units = _constraint_units(result)
     rows = []
     for name, c in result.robustness.items():
@@ -206,7 +206,7 @@ def chances(result: Any) -> str:
 
 
 def slopes(result: Any) -> str:
-    """Return the table of relative changes [%] per percent increase in each number."""
+    """Return a table of the change [%] of each result per 1 % increase in each number."""
     table = result.sensitivities
     rows = []
     for n in dict.fromkeys(n for row in table.values() for n in row):
@@ -224,7 +224,7 @@ def _constraint_units(result: Any) -> dict[str, str]:
 def _format_table(
     caption: str, heads: Sequence[str], rows: Sequence[Iterable[str]], words: int, none: str = ""
 ) -> str:
-    """Return a table whose first columns are words, or the sentence `none` if it is empty."""
+    """Return a table whose first `words` columns are text, or `none` if it has no rows."""
     if none and not rows:
         return f"<p>{none}</p>"
     cells = [tuple(map(typeset_text, row)) for row in rows]
@@ -232,7 +232,7 @@ def _format_table(
 
 
 def verdict(result: Any) -> str:
-    """Return the outcome in a few sentences."""
+    """Return the outcome of the search in a few sentences."""
     if not result.feasible:
         return refusal(result)
     are = "is" if result.front_size == 1 else "are"
@@ -248,7 +248,7 @@ def verdict(result: Any) -> str:
 
 
 def refusal(result: Any) -> str:
-    """Return the constraint that excludes all designs, and the best possible value."""
+    """Return sentences about the constraint that excludes all designs."""
     text = f"Not possible: {result.reason}."
     if result.excludes:
         text += (

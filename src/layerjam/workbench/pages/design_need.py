@@ -1,4 +1,4 @@
-"""Search for a brake: specification, search and results."""
+"""Search for a brake: specification, search run and results."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -41,7 +41,7 @@ from layerjam.workbench.widgets import (
 )
 
 LONGEST = 20_000
-"""Largest number of characters of a specification on the page, which must fit into a link."""
+"""Maximum number of characters of a specification on the page; it must fit in a link."""
 STOPPED = "Stopped. Press Search to restart."
 EMPTY = "Set what the brake must do, then press Search."
 CHANGED = "The requirement has changed since the search."
@@ -52,32 +52,32 @@ TABLES = (
     ("Robustness of the selected design", "chances", False),
     ("Sensitivity of the selected design", "slopes", False),
 )
-"""(title, function in `design_front`, whether it is open at first) of each table."""
+"""(title, key, whether it is open at first) of each table."""
 
 
 class SearchResult(NamedTuple):
-    """An answer, or the reason why it is missing, with the line of the specification."""
+    """An answer, or the reason why there is none, with the line of the specification."""
 
     answer: Answer | None = None
     problem: str = ""
     line: int | None = None
     pull: tuple[float, float] | None = None
-    """Peak, and force at the end of the travel, of a pull of the chosen design [N]."""
+    """Peak force and force at the end of travel, in a pull of the chosen design [N]."""
 
     @property
     def result(self) -> Any:
-        """Return the answer's result."""
+        """Result of the answer, or None."""
         return None if self.answer is None else self.answer.result
 
     @property
     def design(self) -> Any:
-        """Return the result if a design meets the requirements, otherwise None."""
+        """The result if a design meets the requirements, otherwise None."""
         return self.result if self.result is not None and self.result.feasible else None
 
 
 @lru_cache(maxsize=8)
 def read_specification(text: str, begin: str = "") -> DesignSpecification:
-    """Return a specification from the page; raises FileError with the line.
+    """Return a specification from the page; raises FileError with the line number.
 
     No file is opened: a specification that starts from the current brake uses its text `begin`.
     """
@@ -92,7 +92,7 @@ def read_specification(text: str, begin: str = "") -> DesignSpecification:
 
 
 class NeedPart(Part):
-    """Part with the specification on the left, and the front and the designs on the right."""
+    """Part with the specification on the left, and with the front and its designs on the right."""
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
@@ -106,24 +106,24 @@ class NeedPart(Part):
 
     @property
     def is_asked(self) -> bool:
-        """Return whether a search was requested, here or by the link."""
+        """Whether a search was requested, on the page or by the link."""
         return self.desk.state.find_setting(PAGE, "spec") is not None
 
     def spec_text(self) -> tuple[str, str]:
-        """(text, name if it is an example) of the last search."""
+        """Return the text of the last search, and its name if it is an example."""
         spec = str(self.desk.get(PAGE, "spec", ""))
         return (example_texts()[spec], spec) if spec in example_texts() else (spec, "")
 
     def start_brake(self) -> str:
-        """Return the text of the brake from which the specification starts, as it was then."""
+        """Return the text of the brake on which the specification is based, as of the search."""
         return str(self.desk.get(PAGE, "begin", ""))
 
     def spec(self) -> DesignSpecification:
-        """Return the specification; raises FileError with the line."""
+        """Return the specification; raises FileError with the line number."""
         return read_specification(self.spec_text()[0], self.start_brake())
 
     def calls(self) -> Sequence[Call]:
-        """Return the search; the user's own specification is a file that can be saved."""
+        """Return the call for the search; a specification of the user's own is a file to save."""
         _, name = self.spec_text()
         if not self.is_asked:
             return []
@@ -145,7 +145,7 @@ class NeedPart(Part):
     def compute(self) -> SearchResult:
         """Return the result for the specification.
 
-        Nothing is computed twice, and stopped searches are not restarted.
+        Results are cached, and stopped searches are not restarted.
         """
         key = self._request_key()
         if self._found[0] != key:
@@ -170,7 +170,7 @@ class NeedPart(Part):
     # ---- layout
 
     def build(self) -> None:
-        """Form and text, then front and tables."""
+        """Build form and text on the left, front and tables on the right."""
         side, main = columns(all_shown=True)
         with side:
             self.form.build()
@@ -249,7 +249,7 @@ class NeedPart(Part):
         self.editor.set_value(text)
 
     def _mark_outdated(self) -> None:
-        """Offer the search if there was no search, or if the requirement has changed."""
+        """Offer the search if none was requested, or if the requirement has changed since."""
         self.advice.set_text(CHANGED if self.is_asked else EMPTY)
         self.empty.set_visibility(not self.is_asked or self.editor.value != self.spec_text()[0])
 
@@ -303,7 +303,7 @@ class NeedPart(Part):
             self.select_design(int(value[2]))
 
     def select_neighbour(self, step: int) -> None:
-        """Select the next design along the front."""
+        """Select the design that is `step` positions further along the front."""
         result = self._displayed_result()
         if result is None:
             return
@@ -324,7 +324,7 @@ class NeedPart(Part):
             self.desk.put_setting(PAGE, key, "" if event.value == usual else str(event.value))
 
     def take_design(self) -> None:
-        """Put the selected design on the desk."""
+        """Make the selected design the desk's brake."""
         result = self._displayed_result()
         if result is None:
             return
@@ -380,7 +380,7 @@ class NeedPart(Part):
             self.tables[make.__name__].set_content(make(result))
 
     def _update_axes(self, result: Any) -> tuple[str, str]:
-        """Return the axes of the front, and update the menus."""
+        """Return the quantities on the axes of the front, and update the menus."""
         names = front.find_axes(result)
         out = []
         for key, usual in zip(("x", "y"), find_front_axes(result), strict=True):
@@ -394,7 +394,7 @@ class NeedPart(Part):
 
 
 def problem(outcome: SearchResult, text: str) -> str:
-    """Return the reason for a missing result, with its line of the specification."""
+    """Return why there is no result, as HTML, with the line of the specification."""
     if not outcome.problem:
         return ""
     text_shown = escape(" ".join(outcome.problem.split()))
@@ -406,7 +406,7 @@ def problem(outcome: SearchResult, text: str) -> str:
 
 
 def pull_forces(result: Any) -> tuple[float, float] | None:
-    """Return the peak and the last force of a pull of the chosen design [N]; None if rejected."""
+    """Return peak and final force of a pull of the chosen design [N]; None if it is rejected."""
     design = result.chosen
     try:
         file = brake_of(result, design["number"])

@@ -14,11 +14,11 @@ NAMES = {
     "usable_travel": "travel",
     "energy_capacity": "energy",
 }
-"""Names of merits whose keys are unclear on their own."""
+"""Names of merits whose keys are unclear."""
 
 
 class Part(View):
-    """A part of the page, computed only while it is open."""
+    """A part of the Design page, computed only while it is open."""
 
     name = PAGE
 
@@ -28,7 +28,7 @@ class Part(View):
 
 
 def cell_text(value: Any, unit: str) -> str:
-    """Return a number of a result, formatted for a table."""
+    """Return a value from a result, formatted for a table."""
     if value is None or (isinstance(value, float) and value != value):
         return "–"
     if isinstance(value, list):
@@ -37,5 +37,5 @@ def cell_text(value: Any, unit: str) -> str:
 
 
 def key_name(key: str) -> str:
-    """Return a key as words."""
+    """Return the page's name for a key."""
     return NAMES.get(key) or typeset_text(key.replace("_", " "))

@@ -68,11 +68,11 @@ NO_ROPE = "there is neither a rope nor a brake, so nothing holds the mass"
 KEYS = ("mass", "speed", "height", "vacuum", "travel", "rope_stiffness", "no_brake", "horizontal")
 """Inputs of `drop` that have a control on the page; the "More" panel has the others."""
 HISTORY = ("vacuum_history", "reading", "columns", "decimal")
-"""Inputs that together replace the vacuum."""
+"""Inputs that specify a vacuum history, which replaces the vacuum."""
 
 
 class Drop(Page):
-    """Page to drop a mass and see it stop: without a brake, at full vacuum, at a tuned vacuum."""
+    """Page to drop a mass and see it stop: with no brake, at full vacuum, or at a tuned vacuum."""
 
     name, title = "drop", "Drop"
     summary = "The brake stops a falling mass"
@@ -101,7 +101,7 @@ class Drop(Page):
         )
 
     def build(self) -> None:
-        """Build controls, stage, charts, and the table below."""
+        """Build controls on the left, and table, stage and charts on the right."""
         desk, name = self.desk, self.name
         side, main = columns()
         with side:
@@ -148,11 +148,11 @@ class Drop(Page):
         return self.word(ON_ROPE) == "rope"
 
     def _arrival_option(self) -> str:
-        """Return how the arrival is specified: a horizontal stop has a speed but no height."""
+        """Return "speed" or "height", whichever is given; a horizontal stop has no height."""
         return "speed" if self._is_horizontal() else self.word(ARRIVES)
 
     def columns(self) -> dict[str, Call]:
-        """Return {header of a column: drop} of the table."""
+        """Return {mode: call} for the columns of the table."""
         full = self.controls()["vacuum"]
         extra = self.more.options()
         history = {key: extra.pop(key) for key in HISTORY if key in extra}
@@ -185,7 +185,7 @@ class Drop(Page):
         return inputs
 
     def calls(self) -> Sequence[Call]:
-        """Return the drops of the table, and the tuning, which includes the bound."""
+        """Return the calls for the drops in the table, and for the tuning and its bound."""
         return [*self.columns().values(), self._tuning_call()]
 
     def _tuning_call(self) -> Call:
@@ -194,7 +194,7 @@ class Drop(Page):
         return Call("tune", (self.desk.brake_subject(),), {**inputs, **site})
 
     def compute(self) -> Any:
-        """Compute every drop separately: an error in one does not affect the others."""
+        """Compute each drop separately, so that an error in one does not affect the others."""
         drops, tuning = self.columns(), try_call(self._tuning_call())
         view = "history" if "history" in drops else self.word(SHOWN)
         pins = self.panel.pinned_answers(drops.get(view, drops["full"]))
@@ -209,14 +209,14 @@ class Drop(Page):
         return view, answers, tuning, pins
 
     def answers(self) -> Sequence[Answer]:
-        """Return the requested drops of the table, and the tuning."""
+        """Return the answers for the drops in the table, and for the tuning."""
         if self.result is None:
             return []
         _, drops, tuning, _ = self.result
         return [*(answer for answer in drops.values() if answer.refusal != NO_ROPE), tuning]
 
     def draw(self, result: Any) -> None:
-        """Draw verdict, stage, charts and table."""
+        """Show verdict, stage, charts and table."""
         view, drops, tuning, pins = result
         mode, stop = view, drops[view].result
         inputs = drops[view].call.options
@@ -250,7 +250,7 @@ class Drop(Page):
 
 
 def bound_text(floor: float | None, tuning: Mapping[str, Any]) -> str:
-    """Return a sentence with the lowest deceleration [g] that any brake can reach in the travel."""
+    """Return a sentence with the lowest peak deceleration [g] that any brake needs."""
     if floor is None:
         return ""
     formula = "v²/2gd" if tuning.get("horizontal") else "v²/2gd + 1"

@@ -1,4 +1,4 @@
-"""Outcome of a drop: sentences, charts, a table with other vacuums, and advice to apply."""
+"""Outcome of a drop: sentences, charts, a table of vacuums, and suggestions to apply."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -31,20 +31,20 @@ SAMPLES = 240
 """Number of samples of the record that are sent to the browser."""
 SLOW = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
 LASTS = 4.0
-"""Shortest duration of an animation with an automatic factor [s]."""
+"""Minimum duration of an animation with automatic slow motion [s]."""
 
 
 def slow_motion_factor(lasts: float) -> float:
-    """Return the factor of slow motion with which `lasts` [s] take at least `LASTS`."""
+    """Return the smallest slow-motion factor that makes `lasts` [s] take at least `LASTS`."""
     return next((factor for factor in SLOW if factor * lasts >= LASTS), SLOW[-1])
 
 
 def series(
     record: DropRecord | BareDrop, slow: float | None = None, crash: "Crash | None" = None
 ) -> dict[str, Any] | None:
-    """Return the data for the browser, in ms, mm, N and m/s²; None if nothing moved.
+    """Return the time series for the browser, in ms, mm, N and m/s²; None if nothing moved.
 
-    `crash` is the motion after the travel is used up; the `crash` key contains its start.
+    `crash` is the motion after the travel is used up; the `crash` key is its start time.
     """
     if crash is not None and isinstance(record, DropRecord):
         # import late, so that the first page is shown before the computing code is loaded
@@ -84,10 +84,10 @@ def series(
 
 
 class Animation:
-    """The stage with its controls, and a cursor over a chart."""
+    """The animated stage with its controls, and a cursor on a chart."""
 
     def __init__(self, chart: ui.echart | None = None, cursor: ui.element | None = None) -> None:
-        """Build them in the current slot; `cursor` is an empty element laid over `chart`."""
+        """Build the stage in the current slot; `cursor` is an empty element on top of `chart`."""
         self._chart, self._cursor = chart, cursor
         if cursor is not None:
             cursor.classes("drop-cursor")
@@ -100,7 +100,7 @@ class Animation:
         self._loaded = False
 
     def load(self, content: dict[str, Any] | None) -> None:
-        """Show a time series of `series`; show nothing for None."""
+        """Load the time series from `series`; None clears the stage."""
         cursor = "" if self._cursor is None else self._cursor.html_id
         data = "null" if content is None else json.dumps({**content, "cursor": cursor})
         chart = "null" if self._chart is None else f"getElement({self._chart.id})"
@@ -116,7 +116,7 @@ class Animation:
 
 
 def verdict(stop: Any | None, refusal: str, inputs: Mapping[str, Any]) -> str:
-    """Return the outcome of a drop with these `inputs` as a sentence."""
+    """Return the outcome of a drop with these `inputs`, as a sentence."""
     if stop is None:
         return f"Cannot: {refusal.rstrip('.')}."
     if not stop.feasible:
@@ -143,7 +143,7 @@ def verdict(stop: Any | None, refusal: str, inputs: Mapping[str, Any]) -> str:
 
 
 def _crash_sentence(stop: Any) -> str:
-    """Return travel, remaining speed, and force of the impact at the end of the travel."""
+    """Return a sentence with the travel, and the speed and force of the impact at its end."""
     used = f"The travel of {show(stop.slip, 'm')} is used up with the mass still at "
     used += f"{show(stop.end_speed, 'm/s')}: it hits the end stop"
     if stop.crash_force is None:
@@ -154,7 +154,7 @@ def _crash_sentence(stop: Any) -> str:
 
 
 def _join_sentence(words: str) -> str:
-    """Return words as a sentence, with a capital and a full stop."""
+    """Return text as a sentence, with a capital letter and a full stop."""
     return f"{words[:1].upper()}{words[1:].rstrip('.')}."
 
 
@@ -163,7 +163,7 @@ GOOD = ("STOPPED", "NEVER_SLID")
 
 
 def headlines(stop: Any | None, is_tuned: bool = False) -> list[Hero]:
-    """Return the main numbers of a drop; a tuned vacuum comes first, and peaks include impacts."""
+    """Return the headline numbers of a drop: a tuned vacuum first; peaks include impacts."""
     if stop is None or not stop.feasible or stop.peak_force is None:
         return []
     crashed = stop.outcome == "BOTTOMED_OUT"
@@ -192,11 +192,11 @@ WAYS = MappingProxyType(
         "travel": "Stop within a different travel",
     }
 )
-"""{change that may stop the mass: tip of its button}."""
+"""{change that may stop the mass: tooltip of its button}."""
 
 
 class Advice:
-    """Buttons that apply settings with which the mass stops; each was tuned beforehand."""
+    """Buttons that apply settings which stop the mass; each setting was tuned beforehand."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
@@ -211,7 +211,7 @@ class Advice:
         self._row.set_visibility(False)
 
     def fill(self, tuning: Answer, failed: bool) -> None:
-        """Show the suggestions of a tuning; show nothing if the drop did not fail."""
+        """Show a tuning's suggestions if the drop failed."""
         ways = list(self._find_ways(tuning)) if failed and tuning.result is not None else []
         self._acts = {key: act for key, _, act in ways}
         self._row.set_visibility(bool(ways))
@@ -254,7 +254,7 @@ MODES = MappingProxyType(
     }
 )
 ROWS = ("outcome", "vacuum", "slip", "peak_force", "peak_g", "crash_g", "stopping_time")
-"""Rows of the comparison above the charts; the "All numbers" panel has the others."""
+"""Rows of the comparison above the charts; the "All numbers" panel contains the others."""
 LEFT_OUT = ("feasible", "reason", "speed", "accelerometer", "filter")
 OUTCOMES = MappingProxyType(
     {
@@ -272,7 +272,7 @@ Drops = Mapping[str, Answer]
 
 
 def notes(drops: Drops) -> list[str]:
-    """Return the warnings of the drops, each with its drop's name unless all drops have it."""
+    """Return the drops' warnings; one that not all drops share begins with its drop's name."""
     by_mode = {
         mode: answer.result.warnings for mode, answer in drops.items() if answer.result is not None
     }
@@ -286,7 +286,7 @@ def notes(drops: Drops) -> list[str]:
 
 
 def drop_table(drops: Drops, mode_shown: str, is_main: bool = True) -> str:
-    """Return the main or the other rows as HTML; a rejected drop shows its reason in its column."""
+    """Return the main or other rows as HTML; the column of a rejected drop shows the reason."""
     stops = {mode: answer.result for mode, answer in drops.items()}
     fine = {mode: dict(stop.rows()) for mode, stop in stops.items() if stop and stop.feasible}
     main = [key.replace("_", " ") for key in ROWS]
@@ -330,15 +330,15 @@ def _cell(key: str, text: str) -> str:
 
 
 COURSES = ("force", "travel", "deceleration")
-"""Keys of a drop's `series` that are drawn over time."""
+"""Keys of `series` that are drawn versus time."""
 
 
 def drop_chart(
     data: Mapping[str, Any], bound: float | None, pins: Mapping[str, Any], dark: bool
 ) -> dict[str, Any]:
-    """Return the three charts of a drop's `series`; `bound` is the lowest deceleration [m/s²].
+    """Return three charts of `series`; `bound` is the lowest possible deceleration [m/s²].
 
-    `pins` are other drops by their labels, drawn faintly and named next to the first chart.
+    `pins` is {label: other drop}; these are drawn faintly and named next to the first chart.
     """
     time, last, quiet = data["time"], data["last"], dict[str, list[Curve]]()
     for label, result in pins.items():

@@ -1,4 +1,4 @@
-"""Laboratory: drop files, check and correct their interpretation, and get a calibrated brake."""
+"""Laboratory: drop files, check and correct how they are read, and get a calibrated brake."""
 
 from collections.abc import Sequence
 from functools import lru_cache, partial
@@ -51,11 +51,11 @@ BY_FILE = (
     *("negative", "column", "columns", "decimal", "specimen", "sheet", "names", "speed"),
     *("normal_force", "vacuum", "exclude", "because"),
 )
-"""Inputs that the page has for each file separately: its metadata, corrections or role."""
+"""Inputs that the page offers separately for each file: metadata, corrections and role."""
 OWN_FRICTION = (*BY_FILE, "standard", "accept_stick_slip", "brake", "partial", "overwrite")
 OWN_CALIBRATION = (*BY_FILE, "depth", "free", "partial", "overwrite")
 OWN_REPORT = tuple(parameters("report").keys() - {"report_number", "customer"})
-"""Inputs whose control is elsewhere, or that have none; the panels contain the others."""
+"""Inputs that have a control elsewhere, or none; the panels contain the others."""
 LOOK = 0.2
 """Seconds between two updates of intermediate results."""
 KINDS = {"report.pdf": "application/pdf", "report.html": "text/html"}
@@ -81,9 +81,9 @@ class Laboratory(Page):
         self.rows: list[Row] = []
         self._read = lru_cache(4 * MAX_FILES)(read_row)
         self._wanted: set[str] = set()
-        """Actions requested by buttons: "sample", "report", "practice"."""
+        """Actions requested with buttons: "sample", "report" or "practice"."""
         self._begun: object = None
-        """Inputs of the running computation."""
+        """Inputs of the current computation."""
         self._divides = False
         """Whether new practice files still need to be assigned to calibration and validation."""
         self._not_taken: list[str] = []
@@ -91,7 +91,7 @@ class Laboratory(Page):
         """Whether the report in preparation is to be downloaded."""
 
     def build(self) -> None:
-        """Drop zone and settings on the left; files, results and report on the right."""
+        """Build the drop area and settings on the left; files, results and report on the right."""
         ui.context.client.on_delete(self.close)
         side, main = columns(all_shown=True)
         with side:
@@ -163,7 +163,7 @@ class Laboratory(Page):
     # ---- computation
 
     def campaign(self) -> Campaign:
-        """Return the campaign of the current files and controls."""
+        """Return a campaign with the current files and controls."""
         depth, free = self.word(self.method), self.word(FREE)
         options: Options = {
             "standard": self.word(self.standard),
@@ -177,7 +177,7 @@ class Laboratory(Page):
         return Campaign(self.rows, brake, options, folder, self.runner.report_progress)
 
     def answers(self) -> Sequence[Answer]:
-        """Return the displayed steps, in order, and the report if there is one."""
+        """Return the answers of the displayed steps, in order, and of the report, if any."""
         runs = [self.chain.done.get(name) for name in (*STEPS, "report")]
         return [Answer(step.call, step.result) for step in runs if step and step.result is not None]
 
@@ -211,7 +211,7 @@ class Laboratory(Page):
         return state.settings.get(self.name), state.brake, files.used, dict(files.sidecars)
 
     def refresh(self) -> None:
-        """Request a new computation, and cancel the one with outdated inputs."""
+        """Request a new computation, and cancel a running one whose inputs are outdated."""
         if self.runner.running and self._request_inputs() != self._begun:
             self.runner.stop()
         super().refresh()
@@ -224,7 +224,7 @@ class Laboratory(Page):
                 self._fill_tables()
 
     def draw(self, result: list[Row]) -> None:
-        """Report rejected practice files, and assign the others; save a report."""
+        """Report rejected practice files, assign roles to the others, and download a new report."""
         if self._not_taken:
             ui.notify("; ".join(self._not_taken[:5]), type="warning")
         self._not_taken.clear()
@@ -309,7 +309,7 @@ class Laboratory(Page):
             ui.download.content(text, calibration.call.out, "application/toml")
 
     def close(self) -> None:
-        """Stop the computation, because the tab is closed."""
+        """Stop the computation when the tab is closed."""
         self.runner.stop()
 
 

@@ -1,4 +1,4 @@
-"""Friction, calibration and validation; each step uses the brake of the previous one.
+"""Friction, calibration and validation; each step uses the brake from the previous one.
 
 A report of all steps is written on request.
 """
@@ -26,14 +26,14 @@ SAMPLE = "Sampling takes minutes: press 'Sample' to begin."
 WAITS = "Waiting for the calibration."
 STOPPED = "Stopped before it was finished."
 KEPT = 12
-"""Number of cached results, which are not computed again."""
+"""Number of results that are cached."""
 _drawing = threading.Lock()
-"""Lock for drawing: Matplotlib's settings are global, so figures are drawn one at a time."""
+"""Lock that serialises drawing, because Matplotlib's settings are global."""
 
 
 @dataclass(frozen=True)
 class StepResult:
-    """A computed call: its result, picture (SVG) and written brake, or its error."""
+    """A call that was run: its result, picture (SVG) and written brake, or its error."""
 
     call: Call
     result: Any = None
@@ -43,7 +43,7 @@ class StepResult:
     notice: str = ""
     """Key of the notice whose remedy solves the problem."""
     pages: Mapping[str, bytes] = field(default_factory=dict)
-    """Files of a report, if the step is a report."""
+    """{name: content} of a report's files; empty for other steps."""
 
 
 @dataclass(frozen=True)
@@ -67,14 +67,14 @@ class Campaign:
 
     @property
     def stem(self) -> str:
-        """Return the prefix of the names of files written here."""
+        """Prefix of the names of the files that the steps write."""
         stem = file_stem(self.brake)
         if self.brake.name in (f"{stem}-tested.toml", f"{stem}-calibrated.toml"):
             return f"{stem}-again"  # outputs must not replace their own inputs
         return stem
 
     def friction(self) -> list[Call]:
-        """Return the call that writes its result into the brake, and the call without a brake."""
+        """Return a call that writes its result into the brake, and one that needs no brake."""
         files, options = self.used("friction"), self.options("friction")
         writing: Options = {**options, "brake": self.brake, "partial": True}
         return [
@@ -83,13 +83,13 @@ class Campaign:
         ]
 
     def calibration(self, brake: Subject) -> Call:
-        """Return the call that fits a brake to its pulls."""
+        """Return the call that fits a brake to the calibration pulls."""
         options = {**self.options("calibrate"), "partial": True}
         out, is_written = f"{self.stem}-calibrated.toml", brake is not self.brake
         return Call("calibrate", (brake,), options, self.used("calibrate"), out, is_written)
 
     def validation(self, brake: Subject) -> Call:
-        """Return the call that compares a brake with reserved pulls."""
+        """Return the call that compares a brake with the validation pulls."""
         files, is_written = self.used("validate"), brake is not self.brake
         return Call("validate", (brake,), self.options("validate"), files, made=is_written)
 
@@ -102,9 +102,9 @@ class Campaign:
 
 
 class Chain:
-    """The steps by name: `done` holds their results, `instead` a sentence if there is no result.
+    """Steps by name: `done` contains their results, `instead` sentences for those without one.
 
-    Results are cached, so a step is not computed twice.
+    Results are cached, so that no step is computed twice.
     """
 
     def __init__(self) -> None:
@@ -113,7 +113,7 @@ class Chain:
         self._known: list[StepResult] = []
 
     def run(self, campaign: Campaign, *wanted: str) -> None:
-        """Update all steps; "sample" and "report" are started only if `wanted`."""
+        """Update all steps; sampling ("sample") and a report ("report") start only if `wanted`."""
         has_files = {name: bool(campaign.used(name)) for name in STEPS}
         self.done = {name: step for name, step in self.done.items() if has_files.get(name, True)}
         self.instead = {"validate": WAITS} if has_files["validate"] else {}
@@ -151,7 +151,7 @@ class Chain:
         return next((step for step in self._known if step.call == call), None)
 
     def _run_step(self, campaign: Campaign, call: Call) -> StepResult:
-        """Compute a step unless it is cached; an error is also a result."""
+        """Compute a step unless its result, which may be an error, is cached."""
         step = self._cached_step(call)
         if step is None:
             # also discard the dependent steps, which would appear to belong to the new result
@@ -175,7 +175,7 @@ def _written_brake(step: StepResult) -> Subject | None:
 
 
 def run_call(call: Call, folder: Path, tell: Progress) -> StepResult:
-    """Return a call's result with its written files, or its error.
+    """Run a call; return its result with the files that it writes, or its error.
 
     Other exceptions, such as a stop request, pass through.
     """
@@ -201,26 +201,26 @@ def run_call(call: Call, folder: Path, tell: Progress) -> StepResult:
 
 
 def read_pages(folder: Path) -> dict[str, bytes]:
-    """Return the files of a report by name."""
+    """Return {name: content} of a report's files."""
     paths = (path for path in sorted(folder.rglob("*")) if path.is_file())
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
 def draw_picture(name: str, result: Any) -> str:
-    """Return the figure of a result as SVG whose colours follow the page."""
+    """Return a result's figure as SVG in the page's colours."""
     with _drawing:
         return apply_theme(read_inline_svg(format_svg(result.draw(), words=True), name))
 
 
 def file_stem(brake: Subject) -> str:
-    """Return the prefix of a brake's files: safe in a path, without suffixes added by steps."""
+    """Return a brake's name as a safe file prefix, without the suffixes that steps add."""
     name = brake.name.removesuffix(".toml")
     plain = re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-")[:60] or "brake"
     return re.sub(r"(-tested|-calibrated)+$", "", plain) or "brake"
 
 
 def split_roles(rows: Sequence[Row]) -> dict[str, dict[str, str]]:
-    """Return the roles of pulls: calibrate at the highest vacuum, validate at the others."""
+    """Return the roles of pulls: calibration at the highest vacuum, validation at lower ones."""
     pulls = [r for r in rows if r.role in ("calibrate", "validate") and r.vacuum is not None]
     highest = max((r.vacuum or 0.0 for r in pulls), default=0.0)
     return {

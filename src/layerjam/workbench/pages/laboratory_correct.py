@@ -1,4 +1,4 @@
-"""Interpretation of the files selected in the table, and its correction."""
+"""Panel to view and correct how the files selected in the table are read."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -41,11 +41,11 @@ from layerjam.workbench.widgets import Alert, button, dress, field, fold, headin
 EXAMPLES = MappingProxyType({"vacuum": "94.5 kPa", "normal_force": "2.45 N", "speed": "13 mm/s"})
 DECIMALS = MappingProxyType({"": "as detected", ".": "point", ",": "comma"})
 SHOWN = 6
-"""Number of files whose curves are drawn."""
+"""Maximum number of files whose curves are drawn."""
 
 
 class Correct:
-    """Panel below the table of files."""
+    """Panel that shows and corrects the selected files."""
 
     def __init__(self, desk: Desk, remove: Callable[[Sequence[str]], None]) -> None:
         self.desk, self._remove = desk, remove
@@ -159,7 +159,7 @@ class Correct:
             self._pins.set_text("Show on the Pull page" if free else "Remove from the Pull page")
 
     def _toggle_pins(self) -> None:
-        """Show the files on the Pull page, or remove them if all are already there."""
+        """Show the files on the Pull page, or remove them from it if all are already there."""
         free = self._free_keys()
         try:
             for key in free or self._row_keys:
@@ -176,7 +176,7 @@ class Correct:
             ui.notify(f"{subject} removed from the Pull page")
 
     def _show_preview(self) -> Preview | str:
-        """Show the table of the first file, or the reason why there is none."""
+        """Return the first rows of the first file, or the reason why it has none."""
         upload = self.rows[0].upload
         try:
             return preview_file(upload.path)
@@ -184,7 +184,7 @@ class Correct:
             return str(rename_files(one_line(err), {upload.path.name: upload.shown}))
 
     def _build_columns(self, table: Preview | str) -> None:
-        """Show the clickable headers, and the metadata that no column contains."""
+        """Build the clickable column headers, and the fields for other reading options."""
         if isinstance(table, str):
             ui.label(table).classes("text-sm")
             return
@@ -233,7 +233,7 @@ class Correct:
         self._fields[key] = dress(box, look="stack-label")
 
     def _example(self, name: str) -> str:
-        """Return the stated value of a metadata entry as a placeholder, or an example."""
+        """Return a placeholder for a metadata field: the stated value, or an example."""
         values = {r.vacuum if name == "vacuum" else getattr(r.facts, name) for r in self.rows}
         value = values.pop()
         if not values and value is not None:

@@ -1,4 +1,4 @@
-"""The laboratory's files as shown on the page, readable or rejected, and practice files."""
+"""The laboratory's files, readable or rejected, as the page shows them; practice files."""
 
 import shutil
 from collections.abc import Callable
@@ -20,9 +20,9 @@ from layerjam.workbench.uploads import Upload, Uploads
 from layerjam.workbench.widgets import one_line
 
 CURVE = 400
-"""Number of samples of a file's curve that are kept for drawing."""
+"""Number of samples per curve that are kept for drawing."""
 TONES = MappingProxyType({"understood": "#00684c", "refused": "#a63d00", "left out": "#5b6672"})
-"""Dark colours behind white text; files that need a choice have a different colour."""
+"""{state: dark background colour}; files that need a choice have a different colour."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class Row:
 
     @property
     def asks(self) -> str:
-        """Return the metadata entry that its use lacks; empty if none is missing."""
+        """Metadata entry that the file's use requires but lacks; empty if none is missing."""
         if self.role in ("calibrate", "validate") and not self.refused:
             vacuums = [t.facts.vacuum for t in self.traces]
             return "vacuum?" if not vacuums or None in vacuums else ""
@@ -49,21 +49,21 @@ class Row:
 
     @property
     def is_usable(self) -> bool:
-        """Whether a step can use it."""
+        """Whether a step can use the file."""
         return not self.refused and not self.asks and self.role != "aside"
 
     @property
     def vacuum(self) -> float | None:
-        """Vacuum stated in its sidecar or its header [Pa]."""
+        """Vacuum stated in the file's sidecar or header [Pa]."""
         return self.traces[0].facts.vacuum if self.traces else self.facts.vacuum
 
     @property
     def is_synthetic(self) -> bool:
-        """Whether a program generated it."""
+        """Whether a program generated the file."""
         return any(t.facts.synthetic for t in self.traces) or self.facts.synthetic
 
     def cells(self) -> dict[str, str]:
-        """Return the cells of the table."""
+        """Return the file's cells in the table."""
         state = "left out" if self.role == "aside" else "understood"
         state = "refused" if self.refused else self.asks or state
         vacuum, force = self.vacuum, self.facts.normal_force
@@ -82,7 +82,7 @@ class Row:
 def read_rows(
     uploads: Uploads, edits: Edits, standard: str, read: Callable[..., Row], tell: Progress
 ) -> list[Row]:
-    """Return a row for each file from `read`, which may use a cache, after writing the sidecars."""
+    """Write each file's sidecar, and return the file's row from `read`, which may be cached."""
     files, rows = uploads.used, []
     for count, upload in enumerate(files):
         edit = edits.get(upload.key, {})
@@ -93,11 +93,11 @@ def read_rows(
 
 
 OF_A_FILE = (FileError, FitError, QuantityError, MissingExtraError)
-"""Errors that reading one file may raise; any other error has a different cause."""
+"""Errors that a file can cause when it is read; others have a different cause."""
 
 
 def read_row(upload: Upload, role: str, standard: str) -> Row:
-    """Read a file with its sidecar for its use; if `role` is empty, choose a suitable one."""
+    """Read a file and its sidecar as its `role` requires; if that is empty, choose a role."""
     row = Row(upload, role if role in ROLES else "calibrate")
     try:
         facts = read_facts(upload.path)
@@ -136,12 +136,12 @@ def read_row(upload: Upload, role: str, standard: str) -> Row:
 
 
 def _use_shown_name(text: object, upload: Upload) -> str:
-    """Return a sentence with the user's name of the file."""
+    """Return a sentence with the user's name for the file."""
     return str(rename_files(str(text), {upload.path.name: upload.shown}))
 
 
 def practice_files(folder: Path, tell: Callable[[str, float], None]) -> dict[str, bytes]:
-    """Return {name: content} of the virtual laboratory's campaign, with sidecars."""
+    """Return {name: content} of the practice campaign's files and their sidecars."""
     place = folder / "practice"
     shutil.rmtree(place, ignore_errors=True)
     try:

@@ -1,4 +1,4 @@
-"""The laboratory's table of files, and the results of each step: numbers, checks, notes, figure."""
+"""The laboratory's table of files, and each step's numbers, checks, notes and figure."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -59,7 +59,7 @@ ROW_CHECKBOX = """
 
 
 class Table:
-    """Table of files with their uses; selected files can be viewed and corrected below."""
+    """Table of files with their uses; a panel below shows and corrects selected files."""
 
     def __init__(
         self,
@@ -68,7 +68,7 @@ class Table:
         sidecars: Callable[[], None],
         refused: Mapping[str, str],
     ) -> None:
-        """`refused` holds {name: reason} of the dropped files that could not be read."""
+        """`refused` is {name: reason} of dropped files that could not be read."""
         self._choose, self._refused = choose, refused
         self.chosen: list[str] = []
         self._shown: Sequence[Row] | None = None
@@ -103,7 +103,7 @@ class Table:
         self.table.on("rowClick", self._on_click, js_handler="(e, row) => emit(row.id)")
 
     def fill(self, rows: Sequence[Row]) -> None:
-        """Show the current files; the selection remains."""
+        """Show the current files; keep the selection."""
         if rows is self._shown:
             return
         self._shown = rows
@@ -183,11 +183,11 @@ REMEDIES = MappingProxyType(
         "static-of-teeth": ("Evaluate the tests to ASTM D1894", {"standard": "d1894"}),
     }
 )
-"""{key of a notice: text of a button, and the settings that it applies}."""
+"""{key of a notice: (text of a button, settings that the button applies)}."""
 
 
 def result_numbers(result: Any) -> list[tuple[str, str, str]]:
-    """Return (key, name, text) of the step's numbers, with the 95 % interval if there is one."""
+    """Return (key, name, text) of a step's numbers, with 95 % intervals if there are any."""
     intervals = getattr(result, "intervals", None) or {}
     rows = []
     for f in result.keys():  # noqa: SIM118
@@ -222,7 +222,7 @@ HEROES = (
 
 
 def headlines(chain: Chain) -> list[Hero]:
-    """Return the main numbers of the steps that have a result."""
+    """Return the headline numbers of the steps that have a result."""
     numbers = []
     for step, key, name in HEROES:
         done = chain.done.get(step)
@@ -233,7 +233,7 @@ def headlines(chain: Chain) -> list[Hero]:
 
 
 def show_step(step: StepResult) -> None:
-    """Numbers, checks, figure and notes; the label for synthetic files is already above."""
+    """Show a step's numbers, checks, figure and notes; the page already labels synthetic files."""
     name, result, meanings = step.call.name, step.result, result_fields(step.call.name)
     with ui.row().classes("w-full items-start gap-8"):
         with ui.grid(columns="auto auto").classes("gap-x-6 gap-y-1 items-baseline"):

@@ -1,4 +1,4 @@
-"""Pull: force versus elongation for a vacuum, a speed and a model, with measured pulls."""
+"""Pull: force versus elongation at a vacuum and a speed, with measured pulls for comparison."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -47,13 +47,13 @@ from layerjam.workbench.widgets import (
 )
 
 STEPS = 400
-"""Number of steps of the slider along the pull."""
+"""Number of steps of the slider that moves along the pull."""
 MM = 1e3
 LEGEND = (("holds", "sticks on both sides"), ("slides", "slides on an adjacent sheet"))
 
 
 class SheetBySheet(ui.column):
-    """A side view of the stack at one elongation, for the chart above it."""
+    """A side view of the stack at one elongation of the pull in the chart above."""
 
     def __init__(self, chart: ui.echart) -> None:
         super().__init__()
@@ -82,7 +82,7 @@ class SheetBySheet(ui.column):
         self.bar.on("blur", js_handler=f"() => layerjamUnmark({chart.id})")
 
     def fill(self, motion: SheetMotion | None, sheets: Sheets) -> None:
-        """Show a new pull at the previous position; hide the view if the motion has no sheets."""
+        """Show a new pull at the previous position; hide the view if there is no sheet motion."""
         self.set_visibility(motion is not None)
         if motion is None or motion is self._motion:
             return
@@ -100,7 +100,7 @@ class SheetBySheet(ui.column):
             self.client.run_javascript(f"layerjamPointing({self.chart.id}, {self.bar.id})")
 
     def _show_sample(self, index: int) -> None:
-        """Show a sample; the slider follows only in the browser."""
+        """Show a sample; the slider follows without an event to the server."""
         if self.seen is None:
             return
         self.at = index
@@ -111,14 +111,14 @@ class SheetBySheet(ui.column):
         self.client.run_javascript(f"layerjamAlong({self.bar.id}, {place})")
 
     def _on_point(self, event: events.GenericEventArguments) -> None:
-        """Handle the pointer at [mm, N] of the chart."""
+        """Show the sample nearest to the pointer's position in the chart [mm, N]."""
         if self.seen is not None and (point := _parse_point(event.args)):
             index = self.seen.nearest_sample(point[0] / MM, point[1])
             if index != self.at:
                 self._show_sample(index)
 
     def _on_slider(self, event: events.GenericEventArguments) -> None:
-        """Move the chart's cursor after a move of the slider."""
+        """Show the sample at the slider's position, and move the chart's cursor there."""
         if self.seen is None or not isinstance(event.args, int | float):
             return
         motion = self.seen.motion
@@ -138,7 +138,7 @@ def _parse_point(args: Any) -> tuple[float, float] | None:
 
 
 STICK_SLIP = "judder"
-"""Value in links for a pull with stick–slip; old links contain it."""
+"""Stored value of the stick–slip model; old links contain it."""
 MODEL = Choice(
     "model",
     {"lumped": "lumped", "stack": "sheet by sheet", STICK_SLIP: "stick–slip"},
@@ -159,7 +159,7 @@ SAW = (
 
 
 class Pull(Page):
-    """Page to drag the vacuum and watch the force curve rise."""
+    """Page to change the vacuum and watch the force curve follow."""
 
     name, title = "pull", "Pull"
     summary = "Force needed to pull the brake apart"
@@ -234,14 +234,14 @@ class Pull(Page):
             self.notes = Notes()
 
     def _full_vacuum(self) -> float:
-        """Return the highest vacuum at the site [Pa]."""
+        """Return full vacuum at the site [Pa]."""
         return self.controls()["vacuum"].high
 
     def _is_stick_slip(self) -> bool:
         return self.word(MODEL) == STICK_SLIP
 
     def calls(self) -> Sequence[Call]:
-        """Return the call of the pull."""
+        """Return the call for the pull."""
         subjects = (self.desk.brake_subject(),)
         inputs = self.texts("vacuum", "speed")
         if self._is_stick_slip():
@@ -254,11 +254,11 @@ class Pull(Page):
         return [Call("tensile", subjects, {**inputs, **self.more_of_pull.options()})]
 
     def answers(self) -> Sequence[Answer]:
-        """Return the pull, and the calls on the measured files."""
+        """Return the answers for the pull and for the measured files."""
         return [] if self.result is None else [self.result[0], *self.result[2].answers]
 
     def compute(self) -> Any:
-        """Return the pull, the brake's largest force for the axis, the files, and the band."""
+        """Return the pull, the brake's properties (for the axis limit), the files, and the band."""
         (call,) = self.calls()
         saws = call.name == STICK_SLIP
         result = call.run(**({} if saws else {"progress": self.runner.report_progress}))
@@ -274,7 +274,7 @@ class Pull(Page):
         return Answer(call, result, pins=pins, finish=shade), self._whole[1], reading, band
 
     def _compute_band(self, call: Call, result: Any) -> pull_band.Band | None:
-        """Return the 95 % band of the displayed pull, if known."""
+        """Return the 95 % band of the displayed pull, or None if it is unknown."""
         error = pull_band.law_error(self.desk, call)
         return None if error is None else pull_band.compute_band(error, result.record, call)
 
@@ -285,7 +285,7 @@ class Pull(Page):
             self.panel.pin_answer(**{BAND: error.text()})
 
     def _read_files(self) -> Reading:
-        """Return the interpreted files; read them again if files, brake or vacuum have changed."""
+        """Return the results of the files; read files again if they, brake or vacuum changed."""
         vacuum, files = self.text("files_vacuum"), find_pulls(self.desk)
         last_key, reading = self._read
         sidecars = tuple(self.uploads.sidecars)
@@ -298,7 +298,7 @@ class Pull(Page):
         return reading
 
     def draw(self, result: Any) -> None:
-        """Draw curve and numbers."""
+        """Draw the curve, and show numbers and notes."""
         answer, brake_facts, reading, band = result
         pull, saws = answer.result, answer.call.name == STICK_SLIP
         self.pin_files.fill(Reading() if saws else reading)
@@ -327,7 +327,7 @@ class Pull(Page):
 def choose_chart(
     answer: Answer, brake_facts: Any, reading: Reading, band: pull_band.Band | None, dark: bool
 ) -> dict[str, Any]:
-    """Return the chart of a pull with pinned curves, or of one with stick–slip."""
+    """Return the chart of a pull, with or without stick–slip, and of its pinned curves."""
     name, pins = answer.call.name, answer.pins
     pins_shown = {pin.label: pin.answer.result for pin in pins if pin.answer.call.name == name}
     if name == STICK_SLIP:
@@ -338,7 +338,7 @@ def choose_chart(
 
 
 def headlines(result: Any) -> list[Hero]:
-    """Return the main numbers of a pull: peak and heat, or those of stick–slip."""
+    """Return the headline numbers of a pull: peak and heat, or those of stick–slip."""
     if result.command == STICK_SLIP or not hasattr(result, "peak_force"):
         swing = "–" if result.amplitude is None else f"± {show(result.amplitude, 'N')}"
         period = "–" if result.period is None else show(result.period, "s")

@@ -1,4 +1,4 @@
-"""The 95 % band of a calibrated brake's pull: its range of validity, and its pin."""
+"""The 95 % band of a pull of a calibrated brake: range of validity, pin and drawing."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -20,16 +20,16 @@ if TYPE_CHECKING:
     from layerjam.report.style import Figure
 
 ASKED = {"vacuum", "speed", "travel"}
-"""Options of a pull that the calibrated law covers; any other may require a different law."""
+"""Options of a pull that the calibrated law covers; a pull with others has no band."""
 POINTS = 40
-"""Elongations on each of three intervals; the number is fixed, so that the law compiles once."""
+"""Number of elongations in each of three intervals; it is fixed, so that the law compiles once."""
 
 WORDS = 0.35
 """Fraction of a figure's width that the name of a band occupies."""
 
 
 class Band(NamedTuple):
-    """Half width of the 95 % band around a force [N], at some elongations [m]."""
+    """Half-width of the 95 % band around a force [N], at some elongations [m]."""
 
     elongation: np.ndarray
     half_width: np.ndarray
@@ -42,9 +42,9 @@ class Band(NamedTuple):
 
 
 def law_error(desk: Desk, call: Call) -> "LawError | None":
-    """Return the error of the law of a pull.
+    """Return the law error for a pull.
 
-    None if this tab did not calibrate the pulled brake, or if the pull needs a different law.
+    None if this tab did not calibrate the brake, or if the law does not cover the pull.
     """
     spread = desk.laws.get(call.subjects[0].text)
     if spread is None or call.name != "tensile" or call.options.keys() != ASKED:
@@ -54,7 +54,7 @@ def law_error(desk: Desk, call: Call) -> "LawError | None":
 
 
 def compute_band(error: "LawError", record: TensileRecord, call: Call) -> Band | None:
-    """Return the band of the pull that a call records; None if the law has none at its vacuum."""
+    """Return the band of a pull's `record`; None if the law error is unknown at its vacuum."""
     u = np.asarray(record.elongation, float)
     top = float(u[int(np.argmax(record.force))])
     # include the peak itself, where the force has a kink, with more points near it than beyond
@@ -66,9 +66,9 @@ def compute_band(error: "LawError", record: TensileRecord, call: Call) -> Band |
 
 
 def pin_band(pin: Pin, result: Any) -> Band | None:
-    """Return the band that a pin keeps with its result, or None.
+    """Return the band of a pinned pull, or None if the pin has none.
 
-    Raises LayerjamError for invalid values from a link.
+    Raises LayerjamError if a link contains invalid values.
     """
     if BAND not in pin.options:
         return None
@@ -82,9 +82,9 @@ def pin_band(pin: Pin, result: Any) -> Band | None:
 
 
 def draw_bands(figure: "Figure", bands: Sequence[tuple[Band, TensileRecord, str]]) -> None:
-    """Draw bands into the figure of a pull, each around its record and in its colour.
+    """Draw bands in the figure of a pull, each around its own record and in its own colour.
 
-    Bands based on the same number of pulls are labelled once, above the end of the highest.
+    Bands from the same number of pulls share a label, above the end of the highest band.
     """
     axes, ends = figure.axes[0], dict[str, tuple[float, float]]()
     for b, record, color in bands:
@@ -98,6 +98,6 @@ def draw_bands(figure: "Figure", bands: Sequence[tuple[Band, TensileRecord, str]
 
 
 def _pull_condition(call: Call) -> tuple[float, float]:
-    """Return the vacuum [Pa] and the speed [m/s] of a pull."""
+    """Return a pull's vacuum [Pa] and speed [m/s]."""
     vacuum, speed = call.options["vacuum"], call.options["speed"]
     return parse(vacuum, "Pa", "vacuum"), parse(speed, "m/s", "speed")

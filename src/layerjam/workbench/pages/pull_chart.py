@@ -1,4 +1,4 @@
-"""The chart of the Pull page: the force with measured pulls, and residuals below."""
+"""Charts of the Pull page: computed force with measured pulls, and residuals below."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
@@ -17,9 +17,9 @@ from layerjam.workbench.pages.pull_files import Reading
 MM = 1e3
 NONE: Mapping[str, Any] = MappingProxyType({})
 LABELLED = 5
-"""Number of files named at the ends of their curves; the cursor identifies the others."""
+"""Maximum number of curves named at their ends; if there are more, only the cursor names them."""
 SHARED = 241
-"""Number of points of the common grid of overlaid curves."""
+"""Number of points of the grid that overlaid curves share."""
 FILE_COLORS = (ORANGE, GREEN, PURPLE, SKY, RED)
 
 
@@ -32,11 +32,11 @@ def pull_chart(
     files: Collection[str] = (),
     bands: Mapping[str, Band] = NONE,
 ) -> dict[str, Any]:
-    """Return force versus elongation; the axes stay fixed while vacuum, speed and model change.
+    """Return the chart of force versus elongation; vacuum, speed and model do not move its axes.
 
-    `pins` are other results by label, drawn faintly. `files` are measured pulls, drawn as points if
-    their keys are pinned. `bands` are the 95 % bands of pins by label, and of the result itself by
-    "".
+    `pins` is {label: other result}; these are drawn faintly. `files` are measured pulls, drawn as
+    points if their keys are pinned. `bands` is {label: 95 % band} of pins; the label of the result
+    itself is "".
     """
     pinned_pulls = [item for item in reading.measured if item.file.key in files]
     few = len(reading.curves or pinned_pulls) + len(pins) <= LABELLED
@@ -79,13 +79,13 @@ def pull_chart(
 
 
 def _computed_curve(result: Any, label: str, notes: Mapping[str, str]) -> Curve:
-    """Return the curve of a computed pull; the displayed one has its note under ""."""
+    """Return the curve of a computed pull; the note of the displayed pull has the key ""."""
     note = notes.get("" if label == "computed" else label, "")
     return replace(result.panes()[0].curves[0], color=GREY, name=label, width=1.2, note=note)
 
 
 def _band_edges(result: Any, band: Band, label: str) -> list[Curve]:
-    """Return the lower and the upper edge of a computed pull's band."""
+    """Return the lower and upper edges of a computed pull's band."""
     x, color = band.elongation, GREY if label else BLUE
     force = np.interp(x, result.record.elongation, result.record.force)
     name = f"{label or 'computed'}, {band.name}"
@@ -97,7 +97,7 @@ def _band_edges(result: Any, band: Band, label: str) -> list[Curve]:
 
 
 def _resample_curves(curves: Sequence[Curve], grid: np.ndarray) -> list[Curve]:
-    """Return the curves on one grid; the cursor reads only curves with a point at its position."""
+    """Return the curves on one grid, because the cursor reads only points at its own position."""
     result = []
     for curve in curves:
         order = np.argsort(curve.x, kind="stable")
@@ -110,7 +110,7 @@ def _resample_curves(curves: Sequence[Curve], grid: np.ndarray) -> list[Curve]:
 def stick_slip_chart(
     result: Any, brake_facts: Any, dark: bool, pins: Mapping[str, Any] = NONE
 ) -> dict[str, Any]:
-    """Return the chart of a pull with stick–slip, with the curves of `pins`."""
+    """Return the chart of a stick–slip pull, with the curves of `pins`."""
     quiet = {label: pin_result.overlay_curves() for label, pin_result in pins.items()}
     (pane,) = add_comparisons(result.panes(), quiet)
     top = round_up(max(brake_facts.holding_force, pane.y_range[1]))

@@ -1,4 +1,4 @@
-"""Measured pulls on the Pull page: dropped, interpreted, compared with the brake, and pinned."""
+"""Measured pulls on the Pull page: reading, comparison with the brake, and pins."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -31,7 +31,7 @@ from layerjam.workbench.widgets import Alert, button, dress, hint
 
 @dataclass(frozen=True)
 class MeasuredPull:
-    """A measured pull from a dropped file, without a model."""
+    """A measured pull from a dropped file, not compared with a model."""
 
     file: Upload
     trace: Trace
@@ -45,7 +45,7 @@ class MeasuredPull:
 
     @property
     def about(self) -> str:
-        """Return the vacuum stated by the file or its sidecar, and the user's name of the file."""
+        """Stated vacuum, and the user's name for the file."""
         vacuum = self.trace.facts.vacuum
         vacuum_text = "vacuum not stated" if vacuum is None else show(vacuum, "Pa", 3)
         specimen = f", specimen {self.trace.specimen}" if self.trace.specimen else ""
@@ -54,7 +54,7 @@ class MeasuredPull:
 
 @dataclass(frozen=True)
 class Reading:
-    """Results of `pull` and `validate` for the files, or the reasons why they were rejected."""
+    """Results of `pull` and `validate` for the files, or the reasons why these were rejected."""
 
     files: tuple[Upload, ...] = ()
     answers: tuple[Answer, ...] = ()
@@ -63,21 +63,21 @@ class Reading:
 
     @property
     def understood(self) -> Any:
-        """Return the result of `pull`."""
+        """Result of `pull`, or None."""
         return self.answers[0].result if self.answers else None
 
     @property
     def compared(self) -> Any:
-        """Return the result of `validate`."""
+        """Result of `validate`, or None."""
         return self.answers[1].result if len(self.answers) > 1 else None
 
     def shown_name(self, path: str) -> str:
-        """Return the user's name of a file."""
+        """Return a path with the user's name for the file."""
         name: str = rename_files(path, {file.path.name: file.shown for file in self.files})
         return name
 
     def sentences(self, name: str) -> list[str]:
-        """Return the interpretation of one file, or the reasons why it was rejected."""
+        """Return sentences on how one file was read, or why it was rejected."""
         if self.understood is None:
             return []
         lines = [
@@ -93,7 +93,7 @@ class Reading:
 
     @cached_property
     def measured(self) -> Sequence[MeasuredPull]:
-        """Yield every readable pull from its onset; a file may contain several."""
+        """Every readable pull; a file may contain several."""
         files = {str(file.path): file for file in self.files}
         record = () if self.understood is None else self.understood.record
         return [
@@ -102,12 +102,12 @@ class Reading:
 
     @property
     def curves(self) -> Sequence[CurveError]:
-        """Return the compared pulls; empty if there are none."""
+        """Pulls compared with the model; empty if there are none."""
         return () if self.compared is None else self.compared.record[1].curves
 
 
 def find_pulls(desk: Desk) -> tuple[Upload, ...]:
-    """Return the pulls among the tab's files for a call, with their sidecars."""
+    """Return those of the tab's files that may contain pulls, with their sidecars written."""
     uploads, edits, files = desk.files, get_edits(desk), []
     for upload in uploads.used:
         edit = edits.get(upload.key, {})
@@ -120,7 +120,7 @@ def find_pulls(desk: Desk) -> tuple[Upload, ...]:
 def read_pulls(
     files: tuple[Upload, ...], brake: Subject, vacuum: str, tell: Callable[[str, float], None]
 ) -> Reading:
-    """Run both commands on the files; errors are text with the user's file names."""
+    """Run `pull` and `validate` on the files; errors contain the user's file names."""
     if not files:
         return Reading()
     pull = try_call(Call("pull", files=files), progress=tell)
@@ -132,7 +132,7 @@ def read_pulls(
 
 
 class MeasuredFiles:
-    """Drop area, and list of the pulls with their interpretation."""
+    """Drop area, and a list of the files and how they were read."""
 
     def __init__(self, desk: Desk) -> None:
         self.desk = desk
@@ -164,7 +164,7 @@ class MeasuredFiles:
 
 
 def show_errors(reading: Reading) -> None:
-    """Show MAPE, RMSE and bias of every pull, and the checks; nothing if there are no files."""
+    """Show each pull's MAPE, RMSE and bias, and the checks; show nothing without files."""
     if reading.compared is None:
         return
     hint(
@@ -188,7 +188,7 @@ TITLE = "Pin a measured curve"
 
 
 def pinned_files(desk: Desk, reading: Reading) -> tuple[Pinned, ...]:
-    """Return the pinned measured curves that are present, each with its file's own answer."""
+    """Return the pinned measured curves whose files are present, each with its own answer."""
     by_key, pins = {pull.file.key: pull for pull in reversed(reading.measured)}, []
     for pin in desk.state.pins:
         pull = by_key.get(pin.subject) if pin.command == MEASURED else None
@@ -203,7 +203,7 @@ def pinned_files(desk: Desk, reading: Reading) -> tuple[Pinned, ...]:
 
 
 class PinFiles:
-    """A button that pins a dropped pull: the only one, or one chosen from a list."""
+    """A button that pins a measured pull: the only one, or one selected from a menu."""
 
     def __init__(self, desk: Desk, panel: Panel) -> None:
         self._desk, self._panel = desk, panel

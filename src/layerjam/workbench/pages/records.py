@@ -1,4 +1,4 @@
-"""The desk's brake or line: select, open, save, and show the source of every number."""
+"""Editor for the desk's brake or line: select, open, save, and cite a source for each number."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -18,17 +18,17 @@ from layerjam.workbench.spoken import typeset_text
 from layerjam.workbench.widgets import Alert, button, dress, field, fold, one_line, select
 
 NEW_KINDS = ("measured", "data sheet", "handbook", "assumed")
-"""Kinds of source for a number typed here; files may contain other kinds."""
+"""Kinds of source available for typed numbers; files may contain others."""
 CUSTOM, NONE = "own", "none"
 
 
 @dataclass(frozen=True)
 class Kind:
-    """Kind of record that is edited: a brake or a line.
+    """Kind of record to edit: a brake or a line.
 
-    `groups` maps a table of its file to the heading of its fields, and `fields` a dotted path to
-    (specification, required). `origin` holds the desk's keys for the kind and the source of new
-    numbers. The `optional` tables may be absent.
+    `groups` maps each table of the file to a heading, and `fields` each dotted path to
+    (specification, required). `origin` contains the desk's keys for the kind and the source of new
+    numbers. Tables in `optional` may be absent.
     """
 
     what: str
@@ -40,7 +40,7 @@ class Kind:
     origin: tuple[str, str]
     optional: tuple[str, ...] = ()
     parts: Callable[[str], Mapping[str, str]] = lambda table: {}
-    """{table: {part of the catalogue: its title}}."""
+    """Function that returns {catalogue part: title} for a table."""
 
     def paths(self, table: str) -> list[str]:
         """Return the dotted paths of one table, in the file's order."""
@@ -48,7 +48,7 @@ class Kind:
 
 
 class Editor:
-    """Editor of the desk's record; errors appear next to the field."""
+    """Editor for the desk's record; errors appear next to the field that causes them."""
 
     def __init__(self, desk: Desk, kind: Kind) -> None:
         self.desk, self.kind = desk, kind
@@ -60,17 +60,17 @@ class Editor:
 
     @property
     def file(self) -> Any:
-        """Return the desk's record."""
+        """The desk's record."""
         return getattr(self.desk, self.kind.what)
 
     @property
     def text(self) -> str:
-        """Return the record's catalogue name or TOML text."""
+        """Catalogue name or TOML text of the record."""
         return str(getattr(self.desk.state, self.kind.what))
 
     @property
     def catalogue_names(self) -> list[str]:
-        """Return the names of the catalogue."""
+        """Names of the catalogue's records."""
         return SHELVES[self.kind.what].names()
 
     def value(self, path: str) -> Any:
@@ -80,7 +80,7 @@ class Editor:
     # ---- selection of the file
 
     def build_selection(self) -> None:
-        """Build the selection of a file from the catalogue or disk, its name, and saving."""
+        """Build the fields to select a record, open a file, save it, and rename the record."""
         page, kind = self.kind.page, self.kind.what
         self.problem = Alert(f"{page}-{kind}-problem")
         self._chosen = select({}, kind.capitalize(), self.kind.ident, self._on_choose)
@@ -115,7 +115,7 @@ class Editor:
             self.desk.put_file(self.kind.what, str(event.value))
 
     def _save_toml(self) -> None:
-        """Return the unchanged TOML text, with its comments and sources."""
+        """Download the TOML text, including its comments and sources."""
         ui.download.content(self.file.text.encode(), f"{self.file.name}.toml", "application/toml")
 
     def _on_rename(self) -> None:
@@ -133,9 +133,9 @@ class Editor:
     def change_values(
         self, changes: Mapping[str, str | None], takes: Mapping[str, str | None] | None = None
     ) -> str:
-        """Change numbers, or the parts of whole tables.
+        """Change numbers, or the catalogue parts of tables (`takes`).
 
-        Return the reason if the changes are rejected.
+        Return the reason if the changes are rejected, otherwise "".
         """
         kind, source = self.origin()
         # only unchanged numbers keep the catalogue's name
@@ -153,7 +153,7 @@ class Editor:
         return ""
 
     def build_folds(self, open_groups: tuple[str, ...] = ()) -> None:
-        """Build one panel for each table; its fields are built when it is first opened."""
+        """Build a panel for each table; a panel's fields are built when it is first opened."""
         for table, title in self.kind.groups.items():
             ident = f"{self.kind.page}-group-{table}"
             self._folds[table] = fold(title, ident, table in open_groups)
@@ -163,7 +163,7 @@ class Editor:
                 self._folds[table].on_value_change(partial(self._fill_fold, table))
 
     def row(self, path: str) -> "FieldRow":
-        """Return the field of a number, building its panel if needed."""
+        """Return the field for a number, and build its panel first if necessary."""
         self._fill_fold(path.rpartition(".")[0])
         return self.rows[path]
 
@@ -192,7 +192,7 @@ class Editor:
         self._fill_parts()
 
     def current_part(self, table: str) -> str:
-        """Return the part of a table: its name, OWN for custom numbers, or NONE if it is absent."""
+        """Return a table's catalogue part, CUSTOM for custom numbers, or NONE if it is absent."""
         absent = table in self.kind.optional and self.value(table) is None
         return str(self.file.parts.get(table, NONE if absent else CUSTOM))
 
@@ -202,7 +202,7 @@ class Editor:
             box.set_value(part if part in (box.options or ()) else CUSTOM)
 
     def take_part(self, table: str, part: str) -> None:
-        """Choose a different part of the catalogue for a table, or none."""
+        """Use a different catalogue part for a table, or remove the table."""
         if part in (CUSTOM, self.current_part(table)):
             return
         problem = self.change_values({}, {table: None if part == NONE else part})
@@ -213,7 +213,7 @@ class Editor:
     # ---- source of new numbers
 
     def origin(self) -> tuple[str, str]:
-        """Return the kind and the source of numbers typed from now on."""
+        """Return the kind and the source that typed numbers get."""
         return read_word(self.desk, self.kind.page, self._kind_choice), self._source_text()
 
     @property
@@ -225,7 +225,7 @@ class Editor:
         return str(self.desk.get(self.kind.page, self.kind.origin[1], ""))[:200]
 
     def build_origin(self) -> None:
-        """Build the fields for the source of all numbers that are typed from now on."""
+        """Build the fields for the kind and the source that typed numbers get."""
         page, key = self.kind.page, self.kind.origin[1]
         with fold("Source of new numbers"):
             menu(self.desk, page, self._kind_choice)
@@ -243,7 +243,7 @@ class Editor:
 
 
 def build_opener(desk: Desk, kind: str, page: str, problem: Alert) -> None:
-    """Build a button that loads the user's own TOML file; `problem` shows errors."""
+    """Build a button that loads a TOML file of the user's; `problem` shows errors."""
 
     async def on_upload(event: events.UploadEventArguments) -> None:
         upload.reset()
@@ -268,7 +268,7 @@ def build_opener(desk: Desk, kind: str, page: str, problem: Alert) -> None:
 
 
 class FieldRow:
-    """One number: name, value with unit, and source."""
+    """Row for one number: name, field for the value with its unit, and source."""
 
     def __init__(self, editor: Editor, path: str) -> None:
         self.editor, self.path = editor, path
@@ -287,7 +287,7 @@ class FieldRow:
         self.fill()
 
     def value_text(self) -> str:
-        """Return the displayed value; empty if it is unknown."""
+        """Return the value as text; empty if it is unknown."""
         value = self.editor.value(self.path)
         if value is None:
             return ""
@@ -298,7 +298,7 @@ class FieldRow:
         return exact_text(float(f"{value:.12g}"), self.spec.unit)
 
     def fill(self) -> None:
-        """Show value and source of the current record."""
+        """Show the number's current value and source."""
         text = self.value_text()
         self.field.set_value(text)
         self.field.error = None
@@ -308,7 +308,7 @@ class FieldRow:
         self.source.set_visibility(bool(origin_text))
 
     def on_type(self) -> None:
-        """Apply the typed text, or show an error below.
+        """Apply the typed text, or show an error below the field.
 
         Numbers of a new table are kept until the table is complete.
         """
@@ -326,5 +326,5 @@ class FieldRow:
 
 
 def bare_unit(text: str, spec: QuantitySpec) -> str:
-    """Return the unit of a bare number: the displayed unit, otherwise the usual one."""
+    """Return the unit for a bare number: that of the displayed text, otherwise the usual one."""
     return text.partition(" ")[2] or usual_unit(spec.unit)

@@ -39,30 +39,30 @@ INTRODUCTION = (
     "freely now hold."
 )
 PULL, HELD = MappingProxyType({"speed": "1 mm/s"}), 0.04
-"""Speed of the pull on this page, and its travel [m] if the sheets are long enough."""
+"""Speed and maximum travel [m] of the pull on this page; short sheets limit the travel."""
 FALL = MappingProxyType({"mass": "1 kg", "height": "30 cm"})
-"""Mass and height of the drop that the button requests, without a rope."""
+"""Mass and height of the button's drop, which has no rope."""
 MM, DIGITS = 1e3, 3
 
 
 class Start(Page):
-    """Page with the brake, its vacuum and its force."""
+    """Page with a slider for the vacuum, the brake and its force."""
 
     name = "start"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self.dropped = False
-        """Whether the button was pressed; from then on every vacuum also includes the drop."""
+        """Whether the button was pressed; from then on, the drop is computed at every vacuum."""
         self._play = False
         self._full: tuple[object, Any] = (None, None)
 
     def controls(self) -> Mapping[str, Control]:
-        """Return the control of the vacuum."""
+        """Return the control for the vacuum."""
         return map_keys(vacuum_entry("tensile", "vacuum", self.desk.brake.brake.site.atmosphere))
 
     def build(self) -> None:
-        """Build the introduction, brake and force, the slider, and three links."""
+        """Build introduction, slider and cards on the left; force, view and chart on the right."""
         with ui.column().classes("page-head gap-1"):
             heading("Sheets that slide until the air is pumped out", 1)
             dress(ui.label(INTRODUCTION), "start-what", "start-say")
@@ -132,7 +132,7 @@ class Start(Page):
         self.refresh()
 
     def calls(self) -> Sequence[Call]:
-        """Return the pull, and the drop once it was requested."""
+        """Return the calls for the pull and, once requested, for the drop."""
         subject, vacuum = (self.desk.brake_subject(),), self.texts("vacuum")
         pull = Call("tensile", subject, {**vacuum, **PULL, "travel": self._travel_text()})
         return [pull, Call("drop", subject, {**FALL, **vacuum})] if self.dropped else [pull]
@@ -152,7 +152,7 @@ class Start(Page):
         return answer, self._full[1], *map(try_call, drops)
 
     def draw(self, result: Any) -> None:
-        """Show the brake, its load, its curve, and the outcome of the drop."""
+        """Show the brake, the mass it can hold, its force curve, and the outcome of the drop."""
         answer, full, *fall = result
         pull, brake = answer.result, self.desk.brake.brake
         vacuum = parse(answer.call.options["vacuum"], "Pa", "vacuum")
@@ -173,7 +173,7 @@ class Start(Page):
 
 
 def holding_sentence(pull: Any, gravity: float) -> str:
-    """Return the mass that the force of a pull can hold, rounded down, as text."""
+    """Return a sentence with the mass, rounded down, that a pull's peak force can hold."""
     force = show(pull.peak_force, "N", DIGITS)
     if pull.peak_elongation >= pull.record.elongation[-1]:
         stretch = show(pull.peak_elongation, "m", 2)
@@ -185,7 +185,7 @@ def holding_sentence(pull: Any, gravity: float) -> str:
 
 
 def round_down(value: float, digits: int = DIGITS) -> float:
-    """Return a positive number, rounded down to the given number of digits."""
+    """Round a positive number down to the given number of significant digits."""
     step = 10.0 ** (math.floor(math.log10(value)) + 1 - digits)
     return math.floor(value / step + 1e-9) * step
 
@@ -211,7 +211,7 @@ def drop_sentence(stop: Any | None, refusal: str) -> str:
 
 
 def force_chart(pull: Any, full: Any, dark: bool) -> dict[str, Any]:
-    """Return force versus elongation, with a thin line for full vacuum; the axes stay fixed."""
+    """Return the chart of force versus elongation, with full vacuum as a thin line."""
     pane, full_curve = pull.panes()[0], full.panes()[0].curves[0]
     quiet = replace(full_curve, color=GREY, name="full", dash="dashed", width=1.2)
     curves = [replace(pane.curves[0], width=3.5), quiet]

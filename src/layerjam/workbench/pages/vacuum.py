@@ -1,4 +1,4 @@
-"""Vacuum: response of a line, a controller that holds the vacuum, and faults to test it."""
+"""Vacuum: a line's step response, a controller that holds the vacuum, and test faults."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -79,7 +79,7 @@ KEY = (
     "Below zero, the pump runs backwards."
 )
 LONGEST, SHORTEST = 1200.0, 1e-3
-"""Longest simulated time, and shortest time between samples, on this page [s]."""
+"""Maximum simulated time, and minimum sampling interval, on this page [s]."""
 LOOP = (
     "fault_at",
     "fault_time",
@@ -96,7 +96,7 @@ LOOP = (
 
 
 def law_choice() -> Choice:
-    """Return the choice of the controller's law."""
+    """Return the choice of control law."""
     meanings = "; ".join(f"{kind}: {meaning}" for kind, meaning in KINDS.items())
     words = {kind: "PI" if kind == "pi" else kind for kind in KINDS}
     return Choice("kind", words, "pi", label="Law", help=meanings)
@@ -116,7 +116,7 @@ def fault_choice() -> Choice:
 
 
 class Vacuum(Page):
-    """Page for a line: its step response, its controller, its faults."""
+    """Page for a vacuum line: step response, controller and faults."""
 
     name, title = "vacuum", "Vacuum"
     summary = "Time to reach the vacuum, and regulators that hold it"
@@ -147,7 +147,7 @@ class Vacuum(Page):
         )
 
     def build(self) -> None:
-        """Build step response and controller, each with its controls next to its result."""
+        """Build step response and controller, each with its controls to the left of its result."""
         with ui.column().classes("w-full page gap-3"):
             self.problem_line()
             heading("Step response")
@@ -216,7 +216,7 @@ class Vacuum(Page):
         self.regulated.set_visibility(False)
 
     def calls(self) -> Sequence[Call]:
-        """Return the step, and the controller once a safe state is chosen."""
+        """Return the calls for the step response and, with a safe state, for the controller."""
         subjects, safe = (self.desk.subject("line"),), self.word(self.safe)
         common = self.texts("target")
         if self.word(self.fluid) != "air":
@@ -235,12 +235,12 @@ class Vacuum(Page):
         return [*calls, Call("regulate", subjects, {**inputs, **extra})]
 
     def compute(self) -> list[Answer]:
-        """Compute each separately: an error in one does not affect the other."""
+        """Compute each call separately, so that an error in one does not affect the other."""
         panels = zip((self.steps, self.loop), self.calls(), strict=False)
         return [replace(try_call(call), pins=panel.pinned_answers(call)) for panel, call in panels]
 
     def draw(self, result: Sequence[Answer]) -> None:
-        """Draw both charts and their texts."""
+        """Draw both charts, and show their texts and notes."""
         rise, *loops = result
         self._draw_rise(rise)
         runs = [loop for loop in loops if loop.result is not None]
@@ -281,7 +281,7 @@ class Vacuum(Page):
 
 
 def verdict(result: Any) -> str:
-    """Return the reported fault, its time, and the effect of the safe state, as text."""
+    """Return sentences on the reported fault, its time, and the effect of the safe state."""
     target, end = show(result.target, "Pa"), float(result.record[1].vacuum[-1])
     ending = f"at the end the vacuum is {show(end, 'Pa', 3) if end >= 1 else 'gone'}"
     if result.fault is None and result.outcome == "HEALTHY":
@@ -308,7 +308,7 @@ def _hero(key: str, name: str, value: float | None, unit: str) -> Hero:
 
 
 def headlines(rise: Any) -> list[Hero]:
-    """Return the main numbers of a step; a dash marks unknown ones."""
+    """Return the headline numbers of a step response; a dash marks unknown ones."""
     return [
         _hero("rise_time", "Rise time (10 to 90 %)", rise.rise_time, "s"),
         _hero("reachable", "Maximum vacuum", rise.reachable, "Pa"),
@@ -319,7 +319,7 @@ def headlines(rise: Any) -> list[Hero]:
 
 
 def loop_headlines(result: Any) -> list[Hero]:
-    """Return the main numbers of a regulated run; after a fault, the detection time."""
+    """Return the headline numbers of a regulated run; the detection time if a fault is set."""
     if result.fault is not None:
         detected = _hero("detected", "Detected after", result.said_after, "s")
     else:
@@ -332,7 +332,7 @@ def loop_headlines(result: Any) -> list[Hero]:
 
 
 def detection_table(result: Any) -> str:
-    """Return each fault and its longest detection time, as HTML."""
+    """Return a list of the faults and their longest detection times, as HTML."""
     rows = "".join(
         f"<dt>{as_title(name.lower())}</dt>"
         f"<dd>{'not seen' if time is None else show(time, 's', 3)}</dd>"
