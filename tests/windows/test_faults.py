@@ -216,7 +216,7 @@ def test_every_extra_can_be_resolved_on_windows() -> None:
 
 
 def test_a_busy_port_is_named_as_busy(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    busy = "is used by another program; choose a different one with --port"
+    busy = "is in use by another program; choose a different one with --port"
     assert server._bind_problem(errno.EACCES, "127.0.0.1", 8080) == f"port: 8080 {busy}"
     assert "above 1023" in server._bind_problem(errno.EACCES, "127.0.0.1", 80)
     options: list[int] = []

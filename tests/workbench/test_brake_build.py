@@ -69,7 +69,7 @@ def test_a_refusal_is_the_commands_and_makes_nothing(tmp_path):
     assert refused.reason.startswith("C15: ")
     table = checks_table(refused)
     assert table.count("✗ refused") == 1
-    assert "! look" in table  # what is only warned of
+    assert "! check" in table  # what is only warned of
     folder = page.making.write_folder()
     assert (folder.content, folder.result.reason) == (b"", refused.reason)
 
@@ -78,7 +78,7 @@ def test_every_check_is_a_row_with_its_number_and_limit():
     result = shown(page_of()).answer.result
     rows = checks_table(result).split("<tr>")[2:]
     assert len(rows) == len(result.checks)
-    words = {True: "✓ ok", False: "! look", None: "– not checked"}
+    words = {True: "✓ ok", False: "! check", None: "– not checked"}
     for row, check in zip(rows, result.checks, strict=True):
         assert words[check["ok"]] in row
         assert f"<td>{check['code']}</td>" in row

@@ -212,7 +212,7 @@ def test_the_tabs_go_by_arrow_keys_and_focus_is_seen(tab):
 def test_a_link_of_rubbish_opens_a_fresh_page_with_a_sentence(chromium, workbench):
     page = chromium.new_page()
     page.goto(f"{workbench}?s=rubbish")
-    page.get_by_text("the page starts with default values").wait_for(timeout=LONG)
+    page.get_by_text("the page uses the default values").wait_for(timeout=LONG)
     page.wait_for_selector(TABS["start"], timeout=LONG)
     page.close()
 
@@ -271,7 +271,7 @@ def refused(*options):
 
 def test_a_used_port_and_a_strange_host_are_refused_in_a_sentence(workbench):
     port = str(urlsplit(workbench).port)
-    assert f"port: {port} is used by another program" in refused("--port", port)
+    assert f"port: {port} is in use by another program" in refused("--port", port)
     assert "not an address of this machine" in refused("--host", "rubbish")
     assert "not an address of this machine" in refused("--host", "192.0.2.7")
 

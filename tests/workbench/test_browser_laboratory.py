@@ -138,8 +138,8 @@ def test_from_my_files_a_pull_is_pinned_and_let_go_by_keyboard(tab):
     tab.keyboard.press("Space")
     pinned = "[data-testid=pull-pins] >> text=measured, 80 kPa, pull_80kPa.csv"
     for name, said, state in (
-        ("Show on the Pull page", "It is on the Pull page", "visible"),
-        ("Remove from the Pull page", "It was removed from the Pull page", "detached"),
+        ("Show on the Pull page", "The file is on the Pull page", "visible"),
+        ("Remove from the Pull page", "The file was removed from the Pull page", "detached"),
     ):
         tab.get_by_role("button", name=name).focus()
         tab.keyboard.press("Enter")

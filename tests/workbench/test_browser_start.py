@@ -37,7 +37,7 @@ def seen(page) -> tuple[float, float, float, float]:
 
 @pytest.fixture
 def start(tab):
-    says(tab, "start-words", "can hang on it")
+    says(tab, "start-words", "The brake can hold")
     tab.wait_for_selector(f"{at('start-chart')} canvas", timeout=LONG)
     return tab
 

@@ -32,7 +32,7 @@ def vacuum(tab):
 
 
 def test_a_fault_is_switched_on_and_said(vacuum):
-    says(vacuum, "verdict", "The regulator does not run until you choose a safe state")
+    says(vacuum, "verdict", "The controller does not run until you choose a safe state")
     vacuum.locator(at("safe_state")).get_by_text("hold", exact=True).click()
     says(vacuum, "verdict", "No fault was reported. The rise to 94.5 kPa")
     vacuum.click(at("fault"))

@@ -111,7 +111,7 @@ def test_bounds_in_size_and_number_are_said(tab, monkeypatch):
 
 def test_the_same_content_counts_once_and_the_same_name_is_numbered(tab):
     tab.store_file("a.csv", b"1")
-    with pytest.raises(UploadError, match=r"b.csv: a.csv already has this content"):
+    with pytest.raises(UploadError, match=r"b.csv has the same content as a.csv"):
         tab.store_file("b.csv", b"1")
     assert tab.store_file("a.csv", b"2").shown == "a (2).csv"
 

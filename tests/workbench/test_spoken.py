@@ -72,7 +72,7 @@ def test_a_flag_becomes_the_name_of_its_field():
     ("there is no mean (--accept-stick-slip uses the midpoint)",
      "there is no mean ('Stick–slip' uses the midpoint)"),
     ("depth curves can fit it (--free force_offset)",
-     "depth curves can fit it ('Also fit': force zero)"),
+     "depth curves can fit it ('Also fit': force offset)"),
     ("a preload, or the load cell's zero (--tare subtracts it)",
      "a preload, or the load cell's zero"),
     ("a dash -- and 3--4 and --", "a dash -- and 3--4 and --"),

@@ -139,7 +139,7 @@ def test_the_page_stands_drops_a_kilogram_and_takes_another_brake():
         async with standing(Start) as (user, pages):
             force = tensile(KAPTON, vacuum="94.5 kPa", speed="1 mm/s", travel="40 mm").peak_force
             await user.should_see(f"{force:.0f} N", retries=300)
-            await user.should_see("A mass of up to 17.9 kg can hang on it")
+            await user.should_see("The brake can hold 17.9 kg against gravity")
             await user.should_not_see("1 kg falls")
             user.find("Drop a kilogram").click()
             await user.should_see("1 kg falls 30 cm: the brake slips", retries=100)

@@ -82,7 +82,7 @@ def test_the_page_stands_and_the_line_can_be_changed():
     async def use() -> None:
         async with standing(Vacuum) as (user, pages):
             await user.should_see("10 to 90 % in 3.9 s", retries=300)
-            await user.should_see("The regulator does not run until you choose a safe state")
+            await user.should_see("The controller does not run until you choose a safe state")
             page = pages[-1]
             page.desk.put_setting("vacuum", "safe_state", "release")
             await user.should_see("No fault was reported. The rise to 94.5 kPa", retries=100)

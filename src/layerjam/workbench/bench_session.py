@@ -281,7 +281,7 @@ class BenchRecord:
 
     def notebook(self) -> str:
         """Return a Jupyter notebook that contains the readings and draws them."""
-        return figure_notebook("Run notes", self._python_source())
+        return figure_notebook("Bench readings", self._python_source())
 
     def _python_source(self) -> str:
         lists = (f"{k} = [{', '.join(map(repr, v))}]\n" for k, v in self.columns.items())

@@ -136,14 +136,14 @@ class Dropping:
             return ""
         if kind == "specification":
             return f"{name} is a design specification; open it on the Design page"
-        return f"{name} has no field of a brake, a vacuum line or a sidecar NAME.csv.toml"
+        return f"{name} contains no field of a brake, vacuum line or NAME.csv.toml sidecar"
 
     def _put_on_desk(self, kind: str, name: str, text: str) -> str:
         """Put the first brake on the desk, and a second one next to it for comparison."""
         slot = kind
         if kind == "brake":
             if self._brakes == 2:
-                return f"{name}: not used, because two brakes were dropped before it"
+                return f"{name}: not used, because two brakes were already dropped"
             slot = "beside" if self._brakes else "brake"
         try:
             self.desk.put_file(slot, text if "\n" in text else f"{text}\n")
@@ -189,8 +189,8 @@ class Dropping:
                 )
             if not targets:
                 self.sorting.add_sentence(
-                    f"{stem}.toml: describes a test, but no file here is named "
-                    f"{stem}; rename it NAME.csv.toml, after the file NAME.csv"
+                    f"{stem}.toml describes a test, but no file here is named "
+                    f"{stem}; rename it NAME.csv.toml to match the measurement NAME.csv"
                 )
         self._facts.clear()
         names, contradictions = attach_list(self.uploads)
@@ -199,7 +199,7 @@ class Dropping:
         if self._came_list:
             self._came_list = False
             lacking = len(self.uploads.listed) - len(names)
-            note = f"; {lacking} more that it lists are still missing" if lacking else ""
+            note = f"; still missing: {lacking} of those listed" if lacking else ""
             count = "1 file" if len(names) == 1 else f"{len(names)} files"
             ui.notify(f"{LIST}: conditions read for {count}{note}", type="positive")
             self.desk.files_changed()
@@ -230,7 +230,7 @@ class Dropping:
         cause = {
             0: "could not be read by the browser; if it is a folder, drop its files instead",
             400: "its name cannot be sent; use a shorter name without special characters",
-            413: f"is too large: at most {LARGEST // 2**20} MB are allowed",
+            413: f"is too large; the limit is {LARGEST // 2**20} MB",
         }.get(int(status), "could not be uploaded; drop it again")
         for name in names:
             self.sorting.add_sentence(f"{clean(str(name))}: {cause}")
@@ -248,7 +248,7 @@ class FilesHere:
             hint(
                 "CSV, TSV, TXT, TRA, XLSX, ODS, and NAME.csv.toml sidecars, many at "
                 f"once. Up to {MAX_FILES} files of {LARGEST // 2**20} MB. They stay on "
-                "this computer. Every page can use them, also after a reload. They are "
+                "this computer. Every page can use them, even after a reload. They are "
                 "deleted when you close the browser tab, and links do not include "
                 "them."
             )
@@ -307,8 +307,8 @@ def attach_list(uploads: Uploads) -> tuple[list[str], list[str]]:
             if list_values[key] != values[key]:
                 notes.append(
                     f"{file.shown}: its sidecar states {key.replace('_', ' ')} "
-                    f"{_fact_text(key, values[key])}, {LIST} {_fact_text(key, list_values[key])}; "
-                    "the sidecar takes precedence"
+                    f"{_fact_text(key, values[key])}, but {LIST} states "
+                    f"{_fact_text(key, list_values[key])}; the sidecar takes precedence"
                 )
         uploads.from_list[file.shown] = frozenset(list_values.keys() - values.keys())
         uploads.sidecars[file.shown] = merge_sidecars(text, of_list)

@@ -22,11 +22,11 @@ PULLS: Mapping[str, Callable[[str], str]] = MappingProxyType(
         "FINISHED": lambda end: f"Pulled to {end}; the brake held together.",
         "SEPARATED": lambda end: f"The sheets came apart at {end}: the overlap was used up.",
         "SNAPS": lambda end: (
-            f"It snaps at {end}: the brake's force falls with slip faster than the "
+            f"The brake snaps at {end}: its force falls with slip faster than the "
             "pulling spring relaxes."
         ),
         "CLOSED_BY_SLEEVE": lambda _: (
-            "Unloaded, the enclosure pulled the brake back: friction no longer held it."
+            "During unloading, the enclosure pulled the brake back: friction no longer held it."
         ),
         "BOTTOMED_OUT": lambda end: f"Pulled to the end of the travel, {end}.",
     }
@@ -39,9 +39,9 @@ def describe_slide(slid: Any) -> str:
     pace = show(slid.record.speed, "m/s")
     if slid.outcome == "JUDDERS":
         times = "once" if slid.events == 1 else f"{slid.events} times"
-        return f"At {pace} it sticks and slips: {times} in this run."
+        return f"At {pace} the brake sticks and slips, {times} in this run."
     if slid.outcome == "STEADY_SLIDING":
-        return f"At {pace} it slides steadily; no stick–slip remains."
+        return f"At {pace} the brake slides steadily; no stick–slip remains."
     if slid.outcome == "STUCK":
         return "The sheets never slid: the pull ended before static friction was overcome."
-    return f"At {pace} the pull ended before either stick–slip or steady sliding had settled."
+    return f"At {pace} the pull ended before stick–slip or steady sliding was established."

@@ -280,7 +280,7 @@ class Notes:
 TONES = {
     "passed": ("yes", "✓ ok"),
     "note": ("yes", "note"),
-    "warning": ("no", "✗ look"),
+    "warning": ("no", "✗ check"),
     "failed": ("no", "✗ failed"),
 }
 """{level of a check: (style, label)}."""

@@ -20,7 +20,7 @@ FOLLOWS = Choice(
     "follows",
     {"vacuum": "vacuum", "sheets": "sheets"},
     "vacuum",
-    label="sets the",
+    label="Adjusts the",
     help="Quantity that changes when you drag or type the peak",
 )
 MAX_SHEETS = 500

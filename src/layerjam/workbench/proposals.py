@@ -37,7 +37,7 @@ CLICKS = MappingProxyType(
         "elongation column and choose 'reverse its sign'",
         "decimal": "Choose the decimal separator",
         "specimen": "Choose a specimen",
-        "sheet": "Choose a sheet",
+        "sheet": "Choose a worksheet",
         "speed": "Enter the crosshead speed, or click the header of the elongation column",
     }
 )
@@ -232,7 +232,7 @@ def _find_role(
         return SourcedValue(FRICTION, f"its first lines: {word[0]}")
     if "vacuum" in facts_found:
         return SourcedValue(CALIBRATE, f"a vacuum is known ({facts_found['vacuum'].source})")
-    return SourcedValue(CALIBRATE, "force versus elongation, no sign of a friction test")
+    return SourcedValue(CALIBRATE, "force versus elongation, with no sign of a friction test")
 
 
 def _read_beginning(path: Path) -> str:

@@ -95,7 +95,7 @@ def waiting_line(page: str, runner: Runner) -> None:
         start = (start or time_now) if runner.running else None
         if start is not None and time_now - start > PATIENCE:
             phase, share = runner.doing
-            label.set_text(f"Updating: {phase or 'the first time takes some seconds'}")
+            label.set_text(f"Updating: {phase or 'the first time takes a few seconds'}")
             stop.set_visibility(time_now - start > LONG)
             bar.set_value(round(share, 3))
         row.set_visibility(start is not None and time_now - start > PATIENCE)

@@ -177,7 +177,7 @@ def describe_stack(brake: Brake, stack: Stack, slip: float) -> str:
         f"{sheets.count - left} on the right (orange); they overlap by "
         f"{show(sheets.overlap - slip, 'm', 3)} of {show(sheets.overlap, 'm', 3)}. "
         f"Lengths and width have the same scale; the thickness is drawn {stack.scale} "
-        "times larger. The gaps suggest the vacuum; they are not computed."
+        "times larger. The gaps indicate the vacuum; they are not computed."
     )
 
 
@@ -205,7 +205,7 @@ class CameraView:
         self.scene.on("init", js_handler=f"() => layerjamStill(getElement({self.scene.id}))")
         self.scene.on("init", lambda: self._fit_camera(0.0))
         with ui.row().classes("gap-1 items-center") as self.row:
-            ui.label("Seen").classes("text-sm")
+            ui.label("View").classes("text-sm")
             for name, place in views.items():
                 key = f"{ident}-{name.replace(' ', '-')}"
                 view = button(

@@ -169,7 +169,7 @@ def check_free(host: str, port: int) -> None:
 def _bind_problem(number: int | None, host: str, port: int) -> str:
     # Windows may report a busy port as access denied
     if number == errno.EADDRINUSE or (number == errno.EACCES and port > 1023):
-        return f"port: {port} is used by another program; choose a different one with --port"
+        return f"port: {port} is in use by another program; choose a different one with --port"
     if number == errno.EACCES:
         return f"port: no permission to use {port}; choose one above 1023 with --port"
     return f"host: '{host[:60]}' is not an address of this machine"

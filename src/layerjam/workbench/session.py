@@ -56,8 +56,8 @@ def to_session(state: State, files: Sequence[KeptFile] = ()) -> str:
     size = max(len(text.encode()), sum(len(f.data) for f in files))
     if files and size > LARGEST:
         raise QuantityError(
-            f"session: with its files it is {size / 2**20:.0f} MB; at most "
-            f"{LARGEST // 2**20} MB can be reopened, so remove a file"
+            f"session: {size / 2**20:.0f} MB with its files; the limit is "
+            f"{LARGEST // 2**20} MB, so remove a file"
         )
     return text
 

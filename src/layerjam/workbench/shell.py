@@ -236,7 +236,7 @@ async def _copy_link(desk: Desk) -> None:
         lacks = f". A link cannot contain files, so {files} not included: save a session instead"
     length = len(to_link(desk.state))
     if length > LONG_LINK:
-        lacks += f". Mail programs truncate its {length} characters: save the session instead"
+        lacks += f". Mail programs may truncate its {length} characters: save the session instead"
     if await copy_text("window.location.href"):
         ui.notify(f"The address of this page contains all settings and was copied{lacks}")
     else:

@@ -46,7 +46,7 @@ MAX_ROWS = 12
 """Maximum number of files with their own fields; a table lists the others."""
 SIDECAR = "its sidecar"
 STATED = ("its sidecar", LIST, "the file header")
-"""Sources that the readers use without being told."""
+"""Sources that the readers use by default."""
 SOURCE = "dropped-source"
 WORDS = {"vacuum": "Vacuum", "normal_force": "Normal force", "speed": "Crosshead speed"}
 ASKED = {
@@ -122,7 +122,7 @@ class Sorting:
                 item = _cite_list(_use_shown_name(item, upload), self.uploads.from_list)
                 self._known[upload.key, text] = item
             if edit.get("role") in ROLES:
-                item = replace(item, role=SourcedValue(edit["role"], "as you chose before"))
+                item = replace(item, role=SourcedValue(edit["role"], "your earlier choice"))
             result.append(item)
         return result
 
@@ -224,7 +224,7 @@ class Sorting:
             if value.source:
                 ui.label(value.source).classes(f"text-xs opacity-80 {SOURCE}")
             else:
-                ui.label(f"not stated: type it in {UNITS[fact]}").classes(f"text-xs no {SOURCE}")
+                ui.label(f"not stated: type it [{UNITS[fact]}]").classes(f"text-xs no {SOURCE}")
 
     def _build_table(self, files: Sequence[Proposal]) -> None:
         """Build the table of files that have no fields of their own."""
@@ -237,7 +237,7 @@ class Sorting:
         rows = [[", ".join(equal), *cells] for cells, equal in names.items()]
         heads = ["File", "Used as", "Vacuum or force", "Source"]
         ui.html(html(heads, rows, (), "More files", "dropped-more"), sanitize=False)
-        hint("Change them in the laboratory, one by one or many at once.")
+        hint("Change these in the Laboratory, one by one or several at once.")
 
     def _build_columns(self, item: Proposal) -> None:
         upload, edit = self._find_upload(item.key), get_edits(self.desk).get(item.key, {})

@@ -12,7 +12,7 @@ FREE = MappingProxyType(
         "": "nothing more",
         "pressure_exponent": "pressure exponent",
         "speed": "speed",
-        "force_offset": "force zero",
+        "force_offset": "force offset",
     }
 )
 """{additional fitted quantity: its name in the laboratory}."""
@@ -40,7 +40,7 @@ PHRASES = (
     ),
     (r" \(--decimal\)", " (choose the decimal separator)"),
     (r" \(--specimen 1\)", " (choose a specimen)"),
-    (r" \(--sheet NAME\)", " (choose a sheet)"),
+    (r" \(--sheet NAME\)", " (choose a worksheet)"),
     (r"layerjam (\w[\w-]*) --[a-z-]+", r"layerjam \1"),
 )
 """(pattern, replacement) of phrases that contain more than a flag."""

@@ -155,6 +155,4 @@ def from_link(text: str) -> State:
     except Strange as err:
         raise QuantityError(f"link: {err}; the page uses the default values") from None
     except (binascii.Error, zlib.error, ValueError):
-        raise QuantityError(
-            "link: it cannot be read; the page starts with default values"
-        ) from None
+        raise QuantityError("link: it cannot be read; the page uses the default values") from None

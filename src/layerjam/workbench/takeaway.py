@@ -12,7 +12,7 @@ from layerjam.toml_files.table_text import comment, format_rows
 from layerjam.workbench import copying
 from layerjam.workbench.widgets import button, one_line
 
-NOTHING = "nothing is computed yet"
+NOTHING = "nothing has been computed yet"
 ENDINGS = ("svg", "png", "pdf")
 NOTEBOOK = "application/x-ipynb+json"
 QUIET = 'flat dense no-caps padding="4px 8px"'
@@ -89,9 +89,9 @@ def add_row(ident: str, chart: ui.echart, source: Callable[[], Takeable | None])
 
         curves = partial(take, "-curves.csv", format_curves, "text/csv")
         button("curves as CSV", curves, f"{ident}-curves", look=QUIET, tip=tip)
-        tip = "Code that computes and draws it"
+        tip = "Python code that computes and draws the chart"
         button("Python", python, f"{ident}-python", look=QUIET, tip=tip)
-        tip = "A Jupyter notebook that computes and draws it"
+        tip = "Jupyter notebook that computes and draws the chart"
         cells = partial(take, ".ipynb", methodcaller("notebook"), NOTEBOOK)
         button("notebook", cells, f"{ident}-notebook", look=QUIET, tip=tip)
     return buttons

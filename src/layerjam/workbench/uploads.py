@@ -109,7 +109,7 @@ class Uploads:
                 )
             if len(self.sidecars) >= 2 * MAX_FILES:
                 raise UploadError(
-                    f"{label}: not used, because {len(self.sidecars)} sidecars are already here"
+                    f"{label}: not used, because the limit of {2 * MAX_FILES} sidecars is reached"
                 )
             return
         if size > LARGEST:
@@ -143,7 +143,7 @@ class Uploads:
                 if file.digest == digest and waits and file.key in self.waiting:
                     return file
                 if file.digest == digest:
-                    raise UploadError(f"{label}: {file.shown} already has this content")
+                    raise UploadError(f"{label} has the same content as {file.shown}")
             ending = Path(label).suffix.lower()
             ending = ending if ending in ENDINGS else ".dat"
             path = self.folder / f"{OURS}{next(self._numbers):04d}{ending}"

@@ -61,7 +61,7 @@ PROCEDURE = "evacuate to 40 kPa and hold 5 s; vent"
 STATES = MappingProxyType(
     {
         "SAFE": "Safe state; nothing is running",
-        "RUN": "The regulator is running",
+        "RUN": "The controller is running",
         "FAULT": "Fault; the bench is in its safe state",
         "DRIVE": "Outputs under manual control",
     }
@@ -75,7 +75,7 @@ NOT_YET = "Not connected. Connect the virtual board, or enter the address of you
 STEPS = (
     "Connect. The virtual board needs no hardware; your own board has an address such as "
     "serial:/dev/ttyACM0.",
-    "Choose the safe state after a fault, and the position of the unpowered vent valve, to start.",
+    "Choose the safe state after a fault and the position of the unpowered vent valve.",
     "Hold a target and watch the vacuum follow, or run a procedure and save its recording.",
 )
 """Instructions displayed before the first reading."""
@@ -93,7 +93,7 @@ GONE = (
 def rest_choice() -> Choice:
     """Return the choice of the unpowered vent valve's position; it has no default."""
     words = {"": "not chosen", **{state: state for state in VENT_RESTS}}
-    meaning = "State of the vent valve when unpowered. A board cannot move it while resetting."
+    meaning = "Position of the vent valve when unpowered. A board cannot move it during a reset."
     return Choice("vent_rest", words, "", label="Unpowered vent", help=meaning)
 
 
@@ -107,7 +107,7 @@ class Bench(Page):
         super().__init__(desk)
         self.law, self.safe, self.rest = law_choice(), safe_choice(), rest_choice()
         words = {name: f"{name.replace('-', ' ')}: {text}" for name, text in PROVOKED.items()}
-        self.broken = Choice("broken", {"none": "nothing", **words}, "none", label="Break")
+        self.broken = Choice("broken", {"none": "none", **words}, "none", label="Fault")
         self.present = Presence()
         self.session: Session | None = None
         self.folder: Path | None = None
@@ -144,7 +144,7 @@ class Bench(Page):
             with fold("Run a procedure and record it", "bench-procedure-fold", is_open=True):
                 self._build_procedure()
             with fold("Sensor of a real board", "bench-sensor"):
-                hint("Required if the line file specifies no sensor. A virtual board has its own.")
+                hint("Required if the line file specifies no sensor. A virtual board has one.")
                 self.slider("sensor_range")
             with ui.column().classes("w-full") as self.breaking, fold("Inject a fault"):
                 menu(self.desk, self.name, self.broken)
@@ -300,7 +300,7 @@ class Bench(Page):
         session = self.session
         if session is None:
             if self.problem is not None:
-                self.problem.show_error("Nothing is connected")
+                self.problem.show_error("No board is connected")
             return None
         return await self._try_call(lambda: session.request_action(act))
 

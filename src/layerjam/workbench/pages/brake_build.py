@@ -64,7 +64,7 @@ DRAWN = Choice(
 REFUSED = ("✗ refused", "no font-medium whitespace-nowrap")
 WORDS: Mapping[bool | None, tuple[str, str]] = {
     True: ("✓ ok", "yes whitespace-nowrap"),
-    False: ("! look", "no whitespace-nowrap"),
+    False: ("! check", "no whitespace-nowrap"),
     None: ("– not checked", "opacity-80 whitespace-nowrap"),
 }
 

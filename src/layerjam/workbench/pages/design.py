@@ -126,7 +126,7 @@ class Machines(Part):
         """Choice of scenario."""
         titles = Call("scenario", options={"names": True}).run().titles
         names = {name: f"{name}: {title}" for name, title in titles.items()}
-        return Choice("scenario", names, "seat-belt", help="Device that contains the brakes")
+        return Choice("scenario", names, "seat-belt", help="Machine that contains the brakes")
 
     def build(self) -> None:
         """Build scenario, verdict, limits, pictures and the table of all numbers."""
@@ -171,7 +171,7 @@ class Machines(Part):
             (key_name(k), cell_text(v, result.units.get(k, ""))) for k, v in result.results.items()
         ]
         rows.append(("mass of the brakes", cell_text(result.mass, "kg")))
-        count = "none is sufficient" if result.brakes_needed is None else str(result.brakes_needed)
+        count = "no number is enough" if result.brakes_needed is None else str(result.brakes_needed)
         rows.append(("brakes required", count))
         self.results.set_content(html(("Quantity", "Value"), rows, (1,), "Results"))
         self.notes.fill(result.warnings)

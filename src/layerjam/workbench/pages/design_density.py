@@ -80,14 +80,14 @@ class Density(Part):
         self.panel.draw(answer, density_chart(result, self.page.dark))
         sheet = result.sheet
         self.sheet.set_text(
-            f"One more sheet in {sheet['brake']} at {show(sheet['vacuum'], 'Pa')}: "
+            f"One more sheet in {sheet['brake']} at {show(sheet['vacuum'], 'Pa')} adds "
             f"{show(sheet['force_per_sheet'], 'N', 3)} and {show(sheet['mass_per_sheet'], 'kg', 3)}"
             f"; the paper reports {show(sheet['paper_force'], 'N', 3)} and "
             f"{show(sheet['paper_mass'], 'kg', 3)} ({sheet['why']})."
         )
         lacking = ", ".join(result.none_found)
         self.missing.set_text(
-            f"Not drawn because no published device was found: {lacking}." if lacking else ""
+            f"Not drawn, because no published device was found: {lacking}." if lacking else ""
         )
         rows = [
             (r["name"], r["kind"], *_cells(r), " ".join(filter(None, (r["source"], r["note"]))))

@@ -21,7 +21,7 @@ FORCE_MOMENT = Choice(
     "when",
     {"rest": "at rest", "sliding": "while sliding"},
     "rest",
-    label="Resist it",
+    label="Resist the force",
     help="At rest: before the sheets slip. While sliding: the peak of a pull, which is lower",
 )
 PREFER = Choice(

@@ -155,7 +155,7 @@ def comparison(result: Any, number: int, is_main: bool = True) -> str:
         sign = "at most" if c.most else "at least"
         limits.setdefault(c.name, []).append(f"{sign} {show(c.limit, c.unit)}")
     for o in spec.objectives:
-        limits.setdefault(o.name, []).append("least" if o.least else "most")
+        limits.setdefault(o.name, []).append("lowest" if o.least else "highest")
     rows = []
     names = dict.fromkeys(("mass", "drawn_mass", *limits, "film", *VARIABLES, *MERITS))
     for name in names:
@@ -200,7 +200,7 @@ def chances(result: Any) -> str:
         shares = (f"{c['probability']:.1%}", f"{c['error']:.1%}")
         span = (cell_text(c[end], units.get(name, "1")) for end in ("low", "high"))
         rows.append(("all constraints" if name == "all" else name, *shares, *span))
-    heads = ("Constraint", "holds", "±", "5 % below", "5 % above")
+    heads = ("Constraint", "Probability", "±", "5th percentile", "95th percentile")
     none = "The brake file states no scatter in friction, so scatter is ignored."
     return _format_table("Robustness of the selected design", heads, rows, 1, none)
 

@@ -212,13 +212,13 @@ class NeedPart(Part):
                 button(f"example {name}", partial(self.use_text, text), f"{PAGE}-example-{name}")
         hint(
             "Updated from the form. Refer to brakes, films and lines in the catalogue by name, and "
-            "to the current brake as NAME.toml. Other files are not read. Ctrl Enter searches."
+            "to the current brake as NAME.toml. No other file is read. Ctrl+Enter starts a search."
         )
 
     def _build_results(self) -> None:
         with ui.row().classes("w-full items-center gap-2"):
             self.over = {}
-            for key, label in (("x", "Across"), ("y", "Up")):
+            for key, label in (("x", "Horizontal axis"), ("y", "Vertical axis")):
                 on_select = partial(self._on_axis, key)
                 self.over[key] = select({}, label, f"{PAGE}-{key}", on_select, classes="w-44")
             for arrow, direction, step in (("left", "previous", -1), ("right", "next", 1)):
@@ -336,7 +336,7 @@ class NeedPart(Part):
             ui.notify(one_line(err), type="warning")
             return
         count = int(design["series"] * design["parallel"])
-        note = f"; the design has {count} of them" if count > 1 else ""
+        note = f"; the design has {count} of these" if count > 1 else ""
         ui.notify(
             f"{file.name} is now the current brake, used at {show(design['vacuum'], 'Pa')}{note}"
         )

@@ -56,7 +56,7 @@ SHOWN = Choice(
     {key: MODES[key] for key in ("none", "full", "tuned", "value")},
     "tuned",
     label="Vacuum",
-    help="No brake: the mass on the rope alone. Tuned: the vacuum that uses the travel above",
+    help="No brake: the mass on the rope alone. Tuned: the vacuum that uses all the travel",
 )
 SLOWLY = Choice(
     "slow",
@@ -255,6 +255,6 @@ def bound_text(floor: float | None, tuning: Mapping[str, Any]) -> str:
         return ""
     formula = "v²/2gd" if tuning.get("horizontal") else "v²/2gd + 1"
     return (
-        f"No brake can stop it within {tuning['travel']} plus the stretch of the rope "
+        f"No brake can stop the mass within {tuning['travel']} plus the stretch of the rope "
         f"with a peak below {show(floor, '1', 3)} g ({formula}, for a constant force)."
     )

@@ -118,9 +118,9 @@ class Animation:
 def verdict(stop: Any | None, refusal: str, inputs: Mapping[str, Any]) -> str:
     """Return the outcome of a drop with these `inputs`, as a sentence."""
     if stop is None:
-        return f"Cannot: {refusal.rstrip('.')}."
+        return f"Not possible: {refusal.rstrip('.')}."
     if not stop.feasible:
-        return f"Cannot: {str(stop.reason).rstrip('.')}."
+        return f"Not possible: {str(stop.reason).rstrip('.')}."
     if stop.outcome == "BOTTOMED_OUT":
         return _crash_sentence(stop)
     if stop.outcome is None:
@@ -144,7 +144,7 @@ def verdict(stop: Any | None, refusal: str, inputs: Mapping[str, Any]) -> str:
 
 def _crash_sentence(stop: Any) -> str:
     """Return a sentence with the travel, and the speed and force of the impact at its end."""
-    used = f"The travel of {show(stop.slip, 'm')} is used up with the mass still at "
+    used = f"The travel of {show(stop.slip, 'm')} is used up with the mass still moving at "
     used += f"{show(stop.end_speed, 'm/s')}: it hits the end stop"
     if stop.crash_force is None:
         return f"{used}. The impact force is unknown, because no rope is given."
@@ -309,7 +309,7 @@ def drop_table(drops: Drops, mode_shown: str, is_main: bool = True) -> str:
             elif i == 0:
                 reason = drops[mode].refusal if stop is None else str(stop.reason)
                 ident = f'data-testid="drop-{mode}-outcome"'
-                text_cell = f"cannot: {escape(reason)}"
+                text_cell = f"not possible: {escape(reason)}"
                 ident = ident if is_main else ""
                 cells.append(f'<td rowspan="{len(names)}" class="cannot" {ident}>{text_cell}</td>')
         rows.append(f"<tr>{''.join(cells)}</tr>")
@@ -355,7 +355,7 @@ def drop_chart(
         "marks": [peak],
         "share": 1.1,
     }
-    least = [] if bound is None else [(bound, "least", GREEN)]
+    least = [] if bound is None else [(bound, "lowest possible", GREEN)]
     common: dict[str, Any] = {"x": "time since the rope became taut [ms]", "x_range": (0, last)}
     if data["crash"] is not None:
         common["spans"] = [(min(data["crash"], 0.995 * last), last, RED)]

@@ -35,7 +35,7 @@ STANDARDS = {"paper": "as in the paper", "d1894": "ASTM D1894", "iso8295": "ISO 
 METHODS = {"exact": "peaks", "curves": "whole curves", "bayesian": "Bayesian"}
 STICK_SLIP = Choice(
     "judder",
-    {"no": "not averaged", "yes": "middle of its envelope"},
+    {"no": "not averaged", "yes": "midpoint of its envelope"},
     "no",
     label="Stick–slip",
     help="Whether the midpoint of stick–slip counts as kinetic friction",
@@ -145,7 +145,7 @@ class Laboratory(Page):
         for check in step.result.failed_checks:
             words.append(f"Not written: check '{check['name']}' failed, {check['reason']}.")
         if step.result.pdf is None and not step.result.failed_checks:
-            words.append("No PDF: the optional part 'pdf' is not installed.")
+            words.append("No PDF: the optional extra 'pdf' is not installed.")
         dress(ui.label(spoken.page_text(" ".join(words))), "laboratory-report-words", "opacity-80")
 
         def download_pages() -> None:
@@ -158,7 +158,7 @@ class Laboratory(Page):
                 _add_button(
                     name, "download", partial(_download_page, step, name), name.replace(".", "-")
                 )
-            _add_button("Everything (ZIP)", "folder_zip", download_pages, "report-zip")
+            _add_button("All files (ZIP)", "folder_zip", download_pages, "report-zip")
 
     # ---- computation
 

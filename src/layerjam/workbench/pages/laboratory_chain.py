@@ -24,7 +24,7 @@ from layerjam.workbench.widgets import one_line
 STEPS = ("friction", "calibrate", "validate")
 SAMPLE = "Sampling takes minutes: press 'Sample' to begin."
 WAITS = "Waiting for the calibration."
-STOPPED = "Stopped before it was finished."
+STOPPED = "Stopped before completion."
 KEPT = 12
 """Number of results that are cached."""
 _drawing = threading.Lock()

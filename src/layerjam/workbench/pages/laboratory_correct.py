@@ -127,7 +127,7 @@ class Correct:
         with ui.row().classes("w-full items-end gap-3"):
             self._add_select("role", "Used as", ROLES, width="w-56")
             for name in FACTS:
-                tip = f"{get_spec(Facts, name).text}, with its unit; leave empty to use the sidecar"
+                tip = f"{get_spec(Facts, name).text}, with its unit; if empty, the file's value"
                 self._add_text(name, name.replace("_", " ").capitalize(), self._example(name), tip)
         table = self._show_preview()
         is_refused = any(r.refused for r in self.rows)
@@ -169,10 +169,11 @@ class Correct:
             return
         self._trouble.show_error("")
         if free:
-            subject = "It is" if len(free) == 1 else f"{len(free)} files are"
+            subject = "The file is" if len(free) == 1 else f"{len(free)} files are"
             ui.notify(f"{subject} on the Pull page, next to the computed curve")
         else:
-            subject = "It was" if len(self._row_keys) == 1 else f"{len(self._row_keys)} files were"
+            count = len(self._row_keys)
+            subject = "The file was" if count == 1 else f"{count} files were"
             ui.notify(f"{subject} removed from the Pull page")
 
     def _show_preview(self) -> Preview | str:
@@ -197,8 +198,8 @@ class Correct:
             if len(self.rows[0].traces) > 1 or self._said.get("specimen"):
                 self._add_text("specimen", "Specimen", "such as 1")
             if table.sheets or self._said.get("sheet"):
-                names = {"": "all sheets with curves", **{name: name for name in table.sheets}}
-                self._add_select("sheet", "Sheet", names)
+                names = {"": "all worksheets with curves", **{name: name for name in table.sheets}}
+                self._add_select("sheet", "Worksheet", names)
 
     def _on_click(self, table: Preview, index: int, role: str, unit: str) -> None:
         upload = self.rows[0].upload

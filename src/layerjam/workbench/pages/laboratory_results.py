@@ -76,11 +76,11 @@ class Table:
             self.count = dress(ui.label(NO_FILES), "laboratory-count", role="status")
             with ui.row().classes("gap-2") as self.more:
                 text, tip = (
-                    "Calibrate on the highest vacuum",
-                    ("and validate on the pulls at other vacuums"),
+                    "Calibrate at the highest vacuum",
+                    "Validate on the pulls at other vacuums",
                 )
                 button(text, divide, "laboratory-divide", "call_split", tip=tip)
-                tip = "NAME.toml for every file, with the settings of this page, as a ZIP"
+                tip = "A NAME.toml sidecar for every file, with this page's settings (ZIP)"
                 button("Sidecars", sidecars, "laboratory-sidecars", "download", tip=tip)
         columns = [
             {"name": k, "label": label, "field": k, "align": "left", "sortable": True}
@@ -179,8 +179,8 @@ class Card:
 
 REMEDIES = MappingProxyType(
     {
-        "no-kinetic-friction": ("Use the midpoint of the stick–slip", {"judder": "yes"}),
-        "static-of-teeth": ("Evaluate the tests to ASTM D1894", {"standard": "d1894"}),
+        "no-kinetic-friction": ("Use the midpoint of stick–slip", {"judder": "yes"}),
+        "static-of-teeth": ("Evaluate the tests according to ASTM D1894", {"standard": "d1894"}),
     }
 )
 """{key of a notice: (text of a button, settings that the button applies)}."""
@@ -193,7 +193,7 @@ def result_numbers(result: Any) -> list[tuple[str, str, str]]:
     for f in result.keys():  # noqa: SIM118
         value, unit = getattr(result, f.name), result.units.get(f.name)
         if f.name == "kinetic" and value is None:
-            rows.append((f.name, "Kinetic", "sticks and slips"))
+            rows.append((f.name, "Kinetic", "stick–slip"))
         if unit is None or not f.metadata["listed"] or value is None:
             continue
 

@@ -77,7 +77,7 @@ def pin_band(pin: Pin, result: Any) -> Band | None:
 
     call = pin_call(pin)
     if call.options.keys() != ASKED:
-        raise QuantityError("band: needs a pull at one vacuum, one speed and one travel")
+        raise QuantityError("band: requires a pull with a vacuum, a speed and a travel only")
     return compute_band(LawError.read(str(pin.options[BAND])), result.record, call)
 
 

@@ -160,7 +160,7 @@ class MeasuredFiles:
                 ui.label(page_text(sentence)).classes("text-xs opacity-80")
         files = self.desk.files
         for name in sorted({*files.sidecars} - {f.shown for f in files.files}):
-            ui.label(f"{name}.toml was dropped without {name}").classes("text-xs opacity-80")
+            ui.label(f"{name}.toml was added without {name}").classes("text-xs opacity-80")
 
 
 def show_errors(reading: Reading) -> None:
@@ -168,7 +168,7 @@ def show_errors(reading: Reading) -> None:
     if reading.compared is None:
         return
     hint(
-        "Each file with the model at its vacuum (dashed). Below the curve: the residual, "
+        "Each file, with the model at its vacuum (dashed). Below the curve: the residual, "
         "measured minus model, over the compared range."
     )
     heads = ["File", "Vacuum", "Speed", "MAPE", "RMSE", "Model − measured"]

@@ -94,7 +94,7 @@ class Start(Page):
 
     def _build_cards(self) -> None:
         with ui.element("div").classes("start-cards"):
-            with self._build_card("Try", "Another brake from the catalogue:"):
+            with self._build_card("Try", "A different brake from the catalogue:"):
                 self.tried = {}
                 with ui.row().classes("gap-2"):
                     for name in devices():
@@ -105,7 +105,7 @@ class Start(Page):
                 problem = Alert("start-brake-problem")
                 with ui.row().classes("gap-2"):
                     turn = partial(self.desk.turn, "brake")
-                    button("Change this one", turn, "start-edit", "edit")
+                    button("Change this brake", turn, "start-edit", "edit")
                     build_opener(self.desk, "brake", self.name, problem)
             with self._build_card("My files", "Friction tests and pulls from a test machine:"):
                 choose = self.desk.choose_files
@@ -177,10 +177,10 @@ def holding_sentence(pull: Any, gravity: float) -> str:
     force = show(pull.peak_force, "N", DIGITS)
     if pull.peak_elongation >= pull.record.elongation[-1]:
         stretch = show(pull.peak_elongation, "m", 2)
-        return f"The sheets do not hold yet; at {stretch}, the enclosure pulls with {force}."
+        return f"The sheets do not hold yet: stretched {stretch}, the enclosure pulls with {force}."
     return (
-        f"A mass of up to {show(round_down(pull.peak_force / gravity), 'kg', DIGITS)} "
-        "can hang on it."
+        f"The brake can hold {show(round_down(pull.peak_force / gravity), 'kg', DIGITS)} "
+        "against gravity."
     )
 
 
@@ -203,10 +203,10 @@ def drop_sentence(stop: Any | None, refusal: str) -> str:
             f"of travel and still moves at {show(stop.end_speed, 'm/s', 2)}."
         )
     if stop.outcome == "NEVER_SLID":
-        return f"{begins}: the brake holds it, and its sheets do not slide at all."
+        return f"{begins}: the brake holds the mass, and no sheet slides."
     return (
-        f"{begins}: the brake slips {show(stop.slip, 'm', 3)} and stops it within "
-        f"{show(stop.stopping_time, 's', 2)}, with at most {show(stop.peak_g, '1', 3)} g."
+        f"{begins}: the brake slips {show(stop.slip, 'm', 3)} and stops the mass within "
+        f"{show(stop.stopping_time, 's', 2)}, at up to {show(stop.peak_g, '1', 3)} g."
     )
 
 

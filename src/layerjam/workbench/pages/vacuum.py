@@ -71,7 +71,7 @@ CONTROLS = ("target", "fluid", "safe_state", "kind", "fault", "fault_at", "durat
 """Inputs of `regulate` that have a control on the page, in addition to those of the sensor."""
 SENSOR = ("sensor_range", "noise")
 NOT_CHOSEN = (
-    "The regulator does not run until you choose a safe state. After a fault, 'release' "
+    "The controller does not run until you choose a safe state. After a fault, 'release' "
     "frees the brake and 'hold' keeps it jammed; choose according to the load on the brake."
 )
 KEY = (
@@ -119,7 +119,7 @@ class Vacuum(Page):
     """Page for a vacuum line: step response, controller and faults."""
 
     name, title = "vacuum", "Vacuum"
-    summary = "Time to reach the vacuum, and regulators that hold it"
+    summary = "Time to reach the vacuum, and controllers that hold it"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -161,7 +161,7 @@ class Vacuum(Page):
                     self.line.build_origin()
             with main:
                 self._build_step_response()
-            heading("Regulator")
+            heading("Controller")
             side, main = columns()
             with side:
                 self._build_loop_controls()
@@ -181,7 +181,7 @@ class Vacuum(Page):
                 self.slider("duration")
                 self.slider("sample_time")
                 with self.show_while(self._lacks_sensor):
-                    hint("The line has no sensor. A sensor of this range and noise is assumed.")
+                    hint("The line has no sensor. A sensor with this range and noise is assumed.")
                     for key in SENSOR:
                         self.slider(key)
         self.more.build()
@@ -203,7 +203,7 @@ class Vacuum(Page):
         self.verdict = status("vacuum-verdict", text=NOT_CHOSEN)
         with ui.row().classes("w-full beside items-start gap-4") as self.regulated:
             with ui.column().classes("gap-0").style("flex: 1; min-width: 0"):
-                label = "Regulated vacuum and command over time"
+                label = "Controlled vacuum and command over time"
                 self.loop.build("vacuum-loop", label, "width: 100%; height: max(430px, 46vh)")
                 self.loop.build_pins()
                 hint(KEY)
@@ -248,7 +248,7 @@ class Vacuum(Page):
         if not runs:
             self.loop.draw(None, None)
             self.loop_heroes.fill([])
-            self.verdict.set_text(f"Cannot: {loops[0].refusal}" if loops else NOT_CHOSEN)
+            self.verdict.set_text(f"Not possible: {loops[0].refusal}" if loops else NOT_CHOSEN)
         else:
             self._draw_loop(runs[0])
         warnings = [w for answer in (rise, *runs) if answer.result for w in answer.result.warnings]
@@ -258,10 +258,10 @@ class Vacuum(Page):
         rise = answer.result
         if rise is None:
             self.steps.draw(answer, None)
-            self.rise_words.set_text(f"Cannot: {answer.refusal}.")
+            self.rise_words.set_text(f"Not possible: {answer.refusal}.")
             self.heroes.fill([])
             return
-        words = f"Cannot: {rise.reason}."
+        words = f"Not possible: {rise.reason}."
         if rise.feasible:
             risen = f"rises from 10 to 90 % in {show(rise.rise_time, 's', 3)}"
             words = f"A vacuum of {show(rise.target, 'Pa')} in {rise.fluid} {risen}."
@@ -335,7 +335,7 @@ def detection_table(result: Any) -> str:
     """Return a list of the faults and their longest detection times, as HTML."""
     rows = "".join(
         f"<dt>{as_title(name.lower())}</dt>"
-        f"<dd>{'not seen' if time is None else show(time, 's', 3)}</dd>"
+        f"<dd>{'not detected' if time is None else show(time, 's', 3)}</dd>"
         for name, time in result.detection.items()
     )
     return f'<dl class="vacuum-times">{rows}</dl>'
