@@ -17,7 +17,7 @@ from typing import Any
 
 import socketio
 
-from layerjam.workbench.state import State, to_link
+from layerjam.workbench.state import State, format_link
 
 SLIDER = "pull-vacuum"
 LOW, HIGH = 70.0, 90.0
@@ -36,7 +36,7 @@ class Session:
 
     async def begin(self) -> None:
         """Load the page as a browser does, and wait for its slider."""
-        link = f"{self.place}?s={to_link(State(page='pull'))}"
+        link = f"{self.place}?s={format_link(State(page='pull'))}"
         text = await asyncio.to_thread(lambda: urllib.request.urlopen(link).read().decode())
         found = re.search(r"'client_id': '([^']+)'", text)
         assert found is not None

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.timing import Row, number_text
-from layerjam.workbench.state import State, to_link
+from layerjam.workbench.state import State, format_link
 
 MOVES = 200
 PAUSE = 0.2
@@ -201,7 +201,7 @@ def opened(browser: Any, place: str, scene: Scene) -> Any:
     """A tab of its own session, ready and watched, its slider in focus."""
     page = browser.new_context(viewport={"width": 1280, "height": 800}).new_page()
     state = State(page=scene.tab, settings={scene.tab: dict(scene.setting)})
-    page.goto(f"{place}?s={to_link(state)}")
+    page.goto(f"{place}?s={format_link(state)}")
     scene.ready(page)
     page.wait_for_timeout(1500)
     page.evaluate(WATCH if scene.chart else READ, at(scene.watched))

@@ -125,16 +125,16 @@ def test_the_page_has_its_control_and_copies_it(dive: Any) -> None:
     pytest.importorskip("nicegui")
     from layerjam.workbench import more
     from layerjam.workbench.call import Call, result_fields
-    from layerjam.workbench.controls import entry
+    from layerjam.workbench.controls import control
 
     (depth,) = more.find_other_inputs("dive", ())
     assert depth.spec == DEPTH and "at most 300 m" in more.find_refusal(depth, "1 km")
-    control = entry("dive", "depth", 12.0, (1.0, 40.0))
-    assert control.spec == DEPTH and "at most 300 m" in control.help
-    call = Call("dive", options={"depth": control.text(12.0)})
+    depth_control = control("dive", "depth", 12.0, (1.0, 40.0))
+    assert depth_control.spec == DEPTH and "at most 300 m" in depth_control.help
+    call = Call("dive", options={"depth": depth_control.text(12.0)})
     assert call.run().pressure == dive(depth=12).pressure
-    assert split_command(call.command()) == ["layerjam", "dive", "--depth", "12 m"]
-    assert 'lj.dive(depth="12 m")' in call.python()
+    assert split_command(call.command_line()) == ["layerjam", "dive", "--depth", "12 m"]
+    assert 'lj.dive(depth="12 m")' in call.python_code()
     assert result_fields("dive")["pressure"] == "pressure above the surface's"
 
 

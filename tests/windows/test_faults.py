@@ -221,10 +221,10 @@ def test_a_busy_port_is_named_as_busy(here: Path, monkeypatch: pytest.MonkeyPatc
     assert "above 1023" in server._bind_problem(errno.EACCES, "127.0.0.1", 80)
     options: list[int] = []
     monkeypatch.setattr(socket.socket, "setsockopt", lambda *words: options.append(words[2]))
-    server.check_free("127.0.0.1", 0)
+    server.check_address("127.0.0.1", 0)
     assert socket.SO_REUSEADDR not in options
     monkeypatch.setattr(system, "WINDOWS", False)
-    server.check_free("127.0.0.1", 0)
+    server.check_address("127.0.0.1", 0)
     assert socket.SO_REUSEADDR in options
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from layerjam.workbench.state import State, to_link
+from layerjam.workbench.state import State, format_link
 
 LONG = 90_000
 FILLED = {
@@ -74,7 +74,7 @@ def opened(page, place, tab, settings=None):
     if page.url.startswith("http"):
         page.evaluate("sessionStorage.clear()")
     state = State(page=tab, settings={tab: settings} if settings else {})
-    page.goto(f"{place}?s={to_link(state)}")
+    page.goto(f"{place}?s={format_link(state)}")
     page.wait_for_selector(f"{PANEL} h1", timeout=LONG)
     page.evaluate(QUIET)
 

@@ -7,7 +7,7 @@ from contextlib import asynccontextmanager
 from nicegui.testing import user_simulation
 
 from layerjam.workbench.pages.all import Tab
-from layerjam.workbench.shell import frame
+from layerjam.workbench.shell import build_frame
 
 
 @asynccontextmanager
@@ -25,6 +25,6 @@ async def standing(kind, link=""):
             return Seen
 
     tab = Only(kind.name, kind.__name__, "")
-    async with user_simulation(lambda: frame(link, [tab], lambda: None)) as user:
+    async with user_simulation(lambda: build_frame(link, [tab], lambda: None)) as user:
         await user.open("/")
         yield user, pages

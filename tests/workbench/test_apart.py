@@ -11,8 +11,8 @@ import pytest
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.workbench.answer import Answer, file_bytes
-from layerjam.workbench.bench_session import BenchRecord, Look
-from layerjam.workbench.call import Call, DataFile, Subject, as_python, disambiguate
+from layerjam.workbench.bench_session import BenchRecord, BenchState
+from layerjam.workbench.call import Call, DataFile, Subject, disambiguate, python_code
 
 KAPTON = "choi2018-kapton"
 SAID = {"vacuum": "60 kPa", "speed": "1 mm/s", "travel": "20 mm"}
@@ -32,7 +32,7 @@ def test_the_copied_python_of_two_brakes_of_one_name_computes_both(tmp_path, mon
         (tmp_path / name).write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     space = {}
-    exec(as_python(own.calls, own.pinned_calls), space)
+    exec(python_code(own.calls, own.pinned_calls), space)
     assert space["result"].values == shown.run().values
     assert space["pinned"]["before"].values == pinned.run().values
     assert space["result"].peak_force != pytest.approx(space["pinned"]["before"].peak_force)
@@ -53,13 +53,13 @@ def test_a_record_of_the_laboratory_is_drawn_as_the_command_draws_it(tmp_path):
     path.write_bytes(file_bytes(Call("tensile", (Subject(KAPTON),), SAID).run(), "csv"))
     taken = Answer(Call("pull", files=(DataFile("pull.csv", path),)), title="pull")
     assert taken.figure("svg").startswith(b"<?xml")
-    assert "pull.csv" in taken.python() and "layerjam-file" not in taken.python()
+    assert "pull.csv" in taken.python_code() and "layerjam-file" not in taken.python_code()
 
 
 def looks():
     for k in range(50):
         vacuum = None if k == 7 else 40e3 * (1 - np.exp(-k / 10))
-        yield Look(3.0 + k / 10, vacuum, 40e3, 0.5, False, "RUN", None)
+        yield BenchState(3.0 + k / 10, vacuum, 40e3, 0.5, False, "RUN", None)
 
 
 def test_what_was_seen_of_a_bench_is_drawn_by_the_lines_that_are_copied(tmp_path, monkeypatch):
@@ -67,7 +67,7 @@ def test_what_was_seen_of_a_bench_is_drawn_by_the_lines_that_are_copied(tmp_path
     assert shown.columns["time"][-1] == pytest.approx(4.9)
     assert np.isnan(shown.columns["vacuum"][7])
     monkeypatch.chdir(tmp_path)
-    exec(shown.python(), {})
+    exec(shown.python_code(), {})
     assert Path("bench.svg").read_bytes() == shown.figure("svg")
     assert b"computed, not measured" in shown.figure("svg")
     space = {}

@@ -33,7 +33,7 @@ def session(there):
     made.regulator = bench_regulator(ADDRESS, load_line("choi2018"), TARGET, "release", "pi", 103e3)
     yield made
     made.close()
-    assert made.has_ended(10)
+    assert made.wait_until_ended(10)
 
 
 def until(session, what, seconds=20.0):
@@ -61,7 +61,7 @@ def test_it_holds_names_a_fault_and_records(session, tmp_path):
     assert broken.fault == "NOT_A_NUMBER"
     session.request_action(lambda b: inject_fault(b, "none", session.regulator, TARGET)).result(10)
     session.request_action(lambda b: b.clear()).result(10)
-    done = session.record("evacuate to 30 kPa; vent", tmp_path / "run.ljrun", {}).result(60)
+    done = session.record_run("evacuate to 30 kPa; vent", tmp_path / "run.ljrun", {}).result(60)
     assert done.outcome == "FINISHED" and done.gaps == 0 and done.simulated
 
 
@@ -80,7 +80,7 @@ def test_a_refusal_is_told_and_the_session_goes_on(session):
 def test_a_page_that_is_gone_ends_its_procedure(session, there, tmp_path):
     on(session)
     session.request_action(lambda b: b.off()).result(10)
-    running = session.record("evacuate to 30 kPa and hold 1000 s", tmp_path / "run.ljrun", {})
+    running = session.record_run("evacuate to 30 kPa and hold 1000 s", tmp_path / "run.ljrun", {})
     until(session, lambda look: look.vacuum and look.vacuum > 25e3)
     there[0] = False
     assert running.result(30).outcome == "OPERATOR_STOPPED"

@@ -18,7 +18,7 @@ from layerjam.units import get
 from layerjam.workbench import live
 from layerjam.workbench.controls import add_unit
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pages.brake import KIND, ROWS, Brake, comparison_html, verdict
+from layerjam.workbench.pages.brake import KIND, ROWS, Brake, compare_numbers, comparison_html
 from layerjam.workbench.pages.records import bare_unit
 from layerjam.workbench.scene import (
     MAX_SHEETS,
@@ -26,9 +26,9 @@ from layerjam.workbench.scene import (
     StackView,
     build_stack,
     describe_stack,
-    exaggeration,
+    find_magnification,
 )
-from layerjam.workbench.state import from_link, to_link
+from layerjam.workbench.state import format_link, parse_link
 from strategies import one, random_brakes, seeds
 from workbench.standing import standing
 
@@ -120,8 +120,8 @@ def test_vacuum_draws_sheets_and_enclosure_together():
 
 
 def test_what_is_not_to_scale_is_said():
-    assert exaggeration(KAPTON.sheets.thickness, 11, KAPTON.sheets.width) == 5
-    assert exaggeration(0.01, 11, 0.05) == 1
+    assert find_magnification(KAPTON.sheets.thickness, 11, KAPTON.sheets.width) == 5
+    assert find_magnification(0.01, 11, 0.05) == 1
     many = replace(KAPTON, sheets=replace(KAPTON.sheets, count=100))
     stack = build_stack(many, 0.01, 1.0)
     assert stack.drawn == MAX_SHEETS
@@ -161,16 +161,16 @@ def test_the_comparison_says_which_is_better_in_words():
     stronger = here.max_force > beside.max_force
     assert ("▲" if stronger else "▼") in force
     assert (", better" if stronger else ", worse") in force
-    assert verdict(2.0, 1.0, -1) == "▼ +100.0%, worse"
-    assert verdict(0.5, 1.0, -1) == "▲ −50.0%, better"
-    assert verdict(1.0, 1.0, 1) == "same"
-    assert verdict(None, 1.0, 1) == ""
+    assert compare_numbers(2.0, 1.0, -1) == "▼ +100.0%, worse"
+    assert compare_numbers(0.5, 1.0, -1) == "▲ −50.0%, better"
+    assert compare_numbers(1.0, 1.0, 1) == "same"
+    assert compare_numbers(None, 1.0, 1) == ""
     # what "0.00 %" would be said of is no difference, to either side and for either direction
     for part in (4.9e-5, -4.9e-5):
-        assert {verdict(1 + part, 1.0, better) for better in (-1, 0, 1)} == {"same"}
-    assert verdict(1 + 5.1e-5, 1.0, -1) == "▼ +0.01%, worse"
-    assert verdict(2.0, 1.0, 0) == "+100.0%"
-    assert verdict(2.0, 0.0, 1) == "▲ more than zero, better"
+        assert {compare_numbers(1 + part, 1.0, better) for better in (-1, 0, 1)} == {"same"}
+    assert compare_numbers(1 + 5.1e-5, 1.0, -1) == "▼ +0.01%, worse"
+    assert compare_numbers(2.0, 1.0, 0) == "+100.0%"
+    assert compare_numbers(2.0, 0.0, 1) == "▲ more than zero, better"
 
 
 def test_an_edited_brake_is_undone_and_comes_back_by_its_link():
@@ -180,7 +180,7 @@ def test_an_edited_brake_is_undone_and_comes_back_by_its_link():
     assert "is shorter than" in page.editor.change_values({"sheets.overlap": "600 mm"})
     assert page.editor.change_values({"sheets.count": "21"}) == ""
     assert page.desk.brake.name == "choi2018-kapton-edited"
-    again = Desk(from_link(to_link(page.desk.state)))
+    again = Desk(parse_link(format_link(page.desk.state)))
     assert again.brake.brake == page.desk.brake.brake
     page.desk.undo()
     assert get(page.desk.brake.brake, "sheets.count") == 11

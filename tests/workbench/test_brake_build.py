@@ -119,11 +119,11 @@ def test_the_browser_is_given_the_parts_that_are_made():
 def test_what_is_copied_writes_the_folder():
     page = page_of(cutter="knife", coupons="yes")
     (call,) = page.calls()
-    assert call.command() == (
+    assert call.command_line() == (
         "layerjam build choi2018-kapton --cutter knife --coupons --out choi2018-kapton-build "
         "--overwrite"
     )
-    assert 'lj.build("choi2018-kapton", cutter="knife", coupons=True, out=' in call.python()
+    assert 'lj.build("choi2018-kapton", cutter="knife", coupons=True, out=' in call.python_code()
     assert [c.name for c in page_of(part="brake").calls()] == ["show", "force"]
 
 
@@ -168,10 +168,10 @@ def test_what_is_copied_runs_in_a_fresh_process(kind, tmp_path):
     page = page_of(**SET)
     (call,) = page.calls()
     if kind == "python":
-        words = [sys.executable, "-c", call.python()]
+        words = [sys.executable, "-c", call.python_code()]
     else:
         code = "from layerjam.cli.start import run; run()"
-        words = [sys.executable, "-c", code, *split_command(call.command())[1:]]
+        words = [sys.executable, "-c", code, *split_command(call.command_line())[1:]]
     done = subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     listed = json.loads((tmp_path / call.out / "build.json").read_text("utf-8"))

@@ -9,7 +9,7 @@ import pytest
 from layerjam.report.chart import Curve, Pane
 from layerjam.workbench.charts import FONT, chart_options
 from layerjam.workbench.pages.all import TABS
-from layerjam.workbench.session import to_session
+from layerjam.workbench.session import format_session
 from layerjam.workbench.state import State
 from workbench.access import (
     COLORS,
@@ -132,7 +132,7 @@ def test_nothing_stands_against_what_opens_over_a_page(page, axe, tmp_path, dark
     page.keyboard.press("Escape")
     page.wait_for_selector(at("dropped-use"), state="hidden")
     session = tmp_path / "mine.json"
-    session.write_text(to_session(State()))
+    session.write_text(format_session(State()))
     zone.set_input_files(session)
     page.wait_for_selector(".q-notification")
     page.wait_for_timeout(400)

@@ -8,7 +8,7 @@ import pytest
 
 from layerjam.commands.tensile import tensile
 from layerjam.workbench.answer import file_bytes
-from layerjam.workbench.state import State, to_link
+from layerjam.workbench.state import State, format_link
 
 pytestmark = pytest.mark.slow
 
@@ -119,7 +119,7 @@ def test_a_build_is_drawn_and_its_folder_downloaded(tab, tmp_path):
 
 
 def test_the_cursor_and_the_keyboard_say_which_sheets_slide(chromium, workbench):
-    link = to_link(State(page="pull", settings={"pull": {"model": "stack"}}))
+    link = format_link(State(page="pull", settings={"pull": {"model": "stack"}}))
     tab = chromium.new_page(viewport={"width": 1280, "height": 800})
     tab.goto(f"{workbench}?s={link}")
     said = cell(tab, "pull-sheets-said")

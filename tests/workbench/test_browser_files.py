@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import layerjam as lj
-from layerjam.workbench.pages.laboratory_files import practice_files
+from layerjam.workbench.pages.laboratory_files import make_practice_files
 
 pytestmark = pytest.mark.slow
 LONG = 120_000
@@ -58,7 +58,7 @@ class User:
 @pytest.fixture(scope="module")
 def two(tmp_path_factory):
     """A friction test and a pull as machines write them, without sidecars."""
-    made = practice_files(tmp_path_factory.mktemp("two"), lambda *_: None)
+    made = make_practice_files(tmp_path_factory.mktemp("two"), lambda *_: None)
     named = {"friction_Kapton.csv": "friction_choi2018-kapton_1", "94.5kPa_2.csv": "94.5kPa_7mms_1"}
     found = []
     for name, part in named.items():

@@ -17,7 +17,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from layerjam.units import show
-from layerjam.workbench.widgets import three_digits
+from layerjam.workbench.widgets import round_value
 from printed import split_command
 from workbench.access import CONTRAST
 from workbench.conftest import running
@@ -120,7 +120,7 @@ def test_what_is_copied_gives_the_number_on_the_page(pull, tmp_path):
     words = [sys.executable, "-m", "layerjam.cli.main", *words[1:], "--json"]
     said = subprocess.run(words, capture_output=True, text=True, check=True, cwd=tmp_path)
     force = json.loads(said.stdout)["peak_force"]
-    assert three_digits(show(force, "N")) == shown
+    assert round_value(show(force, "N")) == shown
     code = copied(pull, "copy-as-python") + "\nprint(result.peak_force.hex())"
     said = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path

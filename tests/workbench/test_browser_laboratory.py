@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from layerjam.workbench.pages.laboratory_files import practice_files
+from layerjam.workbench.pages.laboratory_files import make_practice_files
 
 pytestmark = pytest.mark.slow
 LONG = 60_000
@@ -37,7 +37,7 @@ def laboratory(tab):
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("campaign")
-    for name, data in practice_files(folder, lambda *_: None).items():
+    for name, data in make_practice_files(folder, lambda *_: None).items():
         (folder / name).write_bytes(data)
     return sorted(p for p in folder.iterdir() if p.is_file())
 

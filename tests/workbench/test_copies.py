@@ -13,13 +13,13 @@ import pytest
 
 from layerjam.cli.main import main
 from layerjam.commands.results import Result
-from layerjam.workbench.call import Call, DataFile, Subject, as_python
+from layerjam.workbench.call import Call, DataFile, Subject, python_code
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.brake import Brake
 from layerjam.workbench.pages.design import Design
 from layerjam.workbench.pages.drop import Drop
 from layerjam.workbench.pages.laboratory import Laboratory
-from layerjam.workbench.pages.laboratory_files import practice_files
+from layerjam.workbench.pages.laboratory_files import make_practice_files
 from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.pages.vacuum import Vacuum
 from layerjam.workbench.said import put_edits
@@ -84,13 +84,13 @@ def asked(kind, settings) -> list[tuple[str, Result]]:
     calls = page.calls()
     results = results_in(found)[: len(calls)]
     assert len(results) == len(calls), kind.name
-    assert as_python(calls).count("import") == 1
-    return [(call.python(), r) for call, r in zip(calls, results, strict=True)]
+    assert python_code(calls).count("import") == 1
+    return [(call.python_code(), r) for call, r in zip(calls, results, strict=True)]
 
 
 @pytest.fixture(scope="module")
 def practice(tmp_path_factory):
-    return practice_files(tmp_path_factory.mktemp("practice"), lambda *_: None)
+    return make_practice_files(tmp_path_factory.mktemp("practice"), lambda *_: None)
 
 
 def of_the_laboratory(practice, folder) -> list[tuple[str, Result]]:
@@ -104,7 +104,7 @@ def of_the_laboratory(practice, folder) -> list[tuple[str, Result]]:
     rows = page.compute()
     put_edits(page.desk, {r.upload.key: {"role": "validate"} for r in rows if r.vacuum == 40e3})
     page.compute()
-    made = [(done.call.python(), done.result) for done in page.chain.done.values()]
+    made = [(done.call.python_code(), done.result) for done in page.chain.done.values()]
     page.close()
     assert len(made) == 3
     return made
@@ -122,10 +122,10 @@ def test_a_copy_that_writes_a_brake_runs_as_often_as_one_likes(tmp_path, monkeyp
     found = []
     for _ in range(3):
         space: dict[str, object] = {}
-        exec(call.python(), space)
+        exec(call.python_code(), space)
         found.append((space["result"].json(), (tmp_path / "tested.toml").read_text()))
     assert found[0] == found[1] == found[2]
-    assert main([*split_command(call.command())[1:], "--json"]) == 0
+    assert main([*split_command(call.command_line())[1:], "--json"]) == 0
     assert (tmp_path / "tested.toml").read_text() == found[0][1]
 
 

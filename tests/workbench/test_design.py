@@ -22,8 +22,8 @@ from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages import design_front as front
 from layerjam.workbench.pages.design import Design, array_chart, limits_table
 from layerjam.workbench.pages.design_density import density_chart
-from layerjam.workbench.pages.design_need import STOPPED, SearchResult, problem
-from layerjam.workbench.state import State, from_link, to_link
+from layerjam.workbench.pages.design_need import STOPPED, SearchResult, describe_problem
+from layerjam.workbench.state import State, format_link, parse_link
 from workbench.standing import standing
 
 SMALL = """name = "small <b>"
@@ -61,16 +61,16 @@ def test_the_page_asks_what_the_verbs_answer(small):
 
 def test_an_example_is_copied_by_its_name():
     assert page_of().calls() == [] and page_of().compute()[1] == SearchResult()
-    assert page_of(spec="wrist").calls()[0].command() == "layerjam design wrist"
-    assert page_of(spec="stop").calls()[0].command() == "layerjam design stop"
-    assert page_of(spec=SMALL).calls()[0].command() == "layerjam design small-b.toml"
+    assert page_of(spec="wrist").calls()[0].command_line() == "layerjam design wrist"
+    assert page_of(spec="stop").calls()[0].command_line() == "layerjam design stop"
+    assert page_of(spec=SMALL).calls()[0].command_line() == "layerjam design small-b.toml"
 
 
 def test_a_link_brings_the_specification_back_and_the_brake_it_began_from(small):
     own = brake_of(small, small.chosen["number"]).text
     text = SMALL.replace("choi2018-kapton", f"small-b-{small.chosen['number']}.toml")
     page = page_of(spec=text, begin=own)
-    again = Design(Desk(from_link(to_link(page.desk.state))))
+    again = Design(Desk(parse_link(format_link(page.desk.state))))
     assert again.parts["need"].spec().brake.text == own
     (call,) = again.calls()
     assert call.subjects[0].name == "small-b.toml"
@@ -105,7 +105,7 @@ def test_refusals_are_words_with_their_line(text, line, words):
     found = page.compute()[1]
     assert found.result is None and words in found.problem
     assert line is None or found.line == line
-    said = problem(found, text)
+    said = describe_problem(found, text)
     assert "<b>" not in said
     with pytest.raises(FileError):
         page.calls()
@@ -113,7 +113,7 @@ def test_refusals_are_words_with_their_line(text, line, words):
 
 def test_what_kills_a_specification_is_said():
     found = page_of(spec=IMPOSSIBLE).compute()[1]
-    said = front.verdict(found.result)
+    said = front.outcome_text(found.result)
     assert said.startswith("Not possible: holding_force >= 300 kN cannot be met")
     assert "none of the" in said
 
@@ -143,12 +143,12 @@ def test_walking_along_the_front_meets_every_design(small):
 
 
 def test_tables_tell_everything_and_escape_it(small):
-    said = front.comparison(small, front.CHOSEN)
+    said = front.comparison_table(small, front.CHOSEN)
     for words in ("at most 60 g", "at least 300 N", "runner-up", "between grid steps", " mm"):
         assert words in said
-    assert "width ≤ 20 mm" in front.forbidden(small)
-    assert "all constraints" in front.chances(small)
-    assert "1 % increase in" in front.slopes(small)
+    assert "width ≤ 20 mm" in front.exclusion_table(small)
+    assert "all constraints" in front.probability_table(small)
+    assert "1 % increase in" in front.sensitivity_table(small)
 
 
 def test_pictures_hold_what_was_answered():
@@ -191,7 +191,7 @@ async def until(true) -> None:
 
 def test_the_page_stands(monkeypatch):
     async def use() -> None:
-        link = to_link(State(page="design", settings={"design": {"spec": SMALL}}))
+        link = format_link(State(page="design", settings={"design": {"spec": SMALL}}))
         async with standing(Design, link) as (user, pages):
             await user.should_see("designs meet all constraints", retries=300)
             need = pages[-1].parts["need"]
@@ -201,7 +201,7 @@ def test_the_page_stands(monkeypatch):
             need.select_design(numbers[0])
             need.select_neighbour(1)
             assert need.selection() == numbers[1]
-            need.take_design()
+            need.use_design()
             assert desk.brake.name == f"small-b-{numbers[1]}"
             await user.should_see("is now the current brake")
             assert f'brake = "{desk.brake.name}.toml"' in need.editor.value
@@ -213,7 +213,7 @@ def test_the_page_stands(monkeypatch):
             # what is typed as TOML moves the form, and stays as it was typed
             typed = need.editor.value.replace("holding_force >= 300 N", "max_force >= 220 N")
             need.editor.set_value(typed)
-            need.form.follow(typed)
+            need.form.follow_text(typed)
             assert desk.get("design", "hold_force", 0) == 220
             assert desk.get("design", "when", "") == "sliding" and need.editor.value == typed
             assert need.empty.visible, "it is not searched yet"
@@ -223,7 +223,7 @@ def test_the_page_stands(monkeypatch):
             before, name = first, desk.brake.name
             desk.put_setting("design", "spec", SMALL.replace("300 N", "250 N"))
             picked = need.selection()
-            need.take_design()
+            need.use_design()
             need.select_neighbour(1)
             assert need.panel.shown is None and need.answers() == []
             assert desk.brake.name == name and need.selection() == picked
@@ -234,7 +234,7 @@ def test_the_page_stands(monkeypatch):
             await until(lambda: need.results.visible)
             assert need._displayed_result() is need._found[1].result is not before
             need.select_design(front.front_indices(need._displayed_result())[-1])
-            need.take_design()
+            need.use_design()
             assert desk.brake.text == brake_of(need._displayed_result(), need.selection()).text
             need.editor.set_value(IMPOSSIBLE)
             need.start_search()

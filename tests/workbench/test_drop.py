@@ -18,13 +18,13 @@ from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.drop import KEYS, NO_ROPE, Drop
 from layerjam.workbench.pages.drop_outcome import (
     SLOW,
+    describe_drop,
     drop_table,
-    notes,
-    series,
+    list_notes,
     slow_motion_factor,
-    verdict,
+    time_series,
 )
-from layerjam.workbench.state import State, from_link, to_link
+from layerjam.workbench.state import State, format_link, parse_link
 from layerjam.workbench.uploads import Upload
 from workbench.standing import standing
 
@@ -51,7 +51,7 @@ def test_the_page_asks_what_the_verbs_answer():
 
 def test_a_link_brings_the_drop_back():
     page = page_of(mass=2.0, direction="horizontal", shown="full")
-    again = Drop(Desk(from_link(to_link(page.desk.state))))
+    again = Drop(Desk(parse_link(format_link(page.desk.state))))
     assert again.calls() == page.calls()
     assert again.calls()[0].options["horizontal"] is True
     # rubbish in a link leaves the defaults
@@ -65,7 +65,7 @@ def test_without_a_rope_no_brake_is_refused_in_words_and_the_rest_answered():
     assert drops["none"].result is None and drops["none"].refusal == NO_ROPE
     assert drops["full"].result.feasible
     assert [answer.call for answer in page.answers()] == page.calls() and len(page.calls()) == 3
-    assert "Not possible: there is neither a rope" in verdict(None, drops[shown].refusal, {})
+    assert "Not possible: there is neither a rope" in describe_drop(None, drops[shown].refusal, {})
 
 
 @pytest.mark.parametrize(
@@ -89,11 +89,11 @@ def test_without_a_rope_no_brake_is_refused_in_words_and_the_rest_answered():
 def test_what_happened_in_words(settings, words):
     shown, drops, *_ = page_of(**settings).compute()
     answer = drops[shown]
-    assert verdict(answer.result, answer.refusal, answer.call.options).startswith(words)
+    assert describe_drop(answer.result, answer.refusal, answer.call.options).startswith(words)
     html = drop_table(drops, shown)
     assert 6 <= html.count("<tr>") <= 8 and html.count("<th") <= 12
     assert "Dissipated energy" in drop_table(drops, shown, is_main=False)
-    said = notes(drops)
+    said = list_notes(drops)
     assert len(said) == len(set(said))
 
 
@@ -111,7 +111,7 @@ def test_what_the_fold_more_holds_reaches_the_command(tmp_path):
                accelerometer="adxl193")  # fmt: skip
     assert drops["history"].result.peak_force == own.peak_force
     assert drops["none"].result.accelerometer == "adxl193"
-    words = page.columns()["history"].command()
+    words = page.table_calls()["history"].command_line()
     assert "--vacuum-history 'my log.csv'" in words and "--vacuum " not in words
     odd = page_of(rope_damping="20 furlongs", atmosphere="12 s")
     assert odd.calls() == page_of().calls()
@@ -124,7 +124,7 @@ def test_the_table_holds_no_markup_of_others():
 
 def test_what_is_sent_is_the_record():
     record = drop(KAPTON, **CASE, vacuum="tuned", travel="40 mm").record
-    made = series(record)
+    made = time_series(record)
     time = np.array(made["time"]) / 1e3
     for key, column, factor in (
         ("travel", record.travel, 1e3), ("force", record.force, 1.0), ("slip", record.slip, 1e3),
@@ -134,7 +134,7 @@ def test_what_is_sent_is_the_record():
         assert made[key] == pytest.approx(exact, abs=1e-4 * np.abs(exact).max())
     assert max(made["force"]) == pytest.approx(record.force.max(), rel=1e-4)
     assert made["slow"] == 100.0 and not made["horizontal"] and made["brake"]
-    bare = series(drop(KAPTON, **CASE, no_brake=True).record)
+    bare = time_series(drop(KAPTON, **CASE, no_brake=True).record)
     assert not bare["brake"] and bare["slip"] == []
     assert max(bare["travel"]) == pytest.approx(max(bare["force"]) / 16.8, rel=1e-3)
     for lasts in (1e-6, 0.01, 0.3, 60.0):
@@ -190,21 +190,21 @@ def test_the_page_stands_and_follows_its_controls():
 def test_a_drop_that_crashes_is_drawn_to_its_standstill_behind_the_travel():
     shown, drops, *_ = page_of(shown="value", vacuum=5e3).compute()
     stop = drops[shown].result
-    made = series(stop.record, None, stop.crash)
+    made = time_series(stop.record, None, stop.crash)
     assert made["crash"] == pytest.approx(stop.record.time[-1] * 1e3)
     assert made["last"] > made["crash"]
     assert made["top"] == pytest.approx(stop.crash_force, rel=1e-4)
     after = np.array(made["time"]) > made["crash"] * (1 + 1e-6)
     assert set(np.array(made["slip"])[after]) == {60.0}
     assert made["travel"][-1] == pytest.approx(stop.crash.travel[-1] * 1e3, rel=1e-4)
-    assert f"{stop.crash_g:.3g} g" in verdict(stop, "", {})
+    assert f"{stop.crash_g:.3g} g" in describe_drop(stop, "", {})
     # without a rope the record ends where it crashes, and nobody knows how hard
     bare = drop(KAPTON, mass="1 kg", speed="1.5 m/s", vacuum="5 kPa")
-    alone = series(bare.record, None, bare.crash)
+    alone = time_series(bare.record, None, bare.crash)
     assert alone["crash"] == pytest.approx(alone["last"])
-    assert "The impact force is unknown" in verdict(bare, "", {})
+    assert "The impact force is unknown" in describe_drop(bare, "", {})
     fine = drop(KAPTON, **CASE, vacuum="50 kPa")
-    assert series(fine.record, None, fine.crash)["crash"] is None
+    assert time_series(fine.record, None, fine.crash)["crash"] is None
 
 
 def test_what_would_stop_it_is_looked_for_once(monkeypatch):

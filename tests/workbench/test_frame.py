@@ -25,8 +25,8 @@ from layerjam.workbench.controls import Control, read_number
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.all import TABS
 from layerjam.workbench.runner import ComputationStopped, Runner
-from layerjam.workbench.server import LOCAL, RequestGuard, check_free, is_loopback
-from layerjam.workbench.state import LARGEST, State, from_link, to_link
+from layerjam.workbench.server import LOCAL, RequestGuard, check_address, is_loopback
+from layerjam.workbench.state import LARGEST, State, format_link, parse_link
 from printed import split_command
 
 WORD = st.text(max_size=20)
@@ -36,13 +36,13 @@ VALUE = st.one_of(WORD, st.booleans(), st.floats(allow_nan=False, allow_infinity
 @given(st.dictionaries(WORD, st.dictionaries(WORD, VALUE, min_size=1, max_size=4), max_size=4))
 def test_a_link_brings_everything_back(settings):
     state = State(page="pull", brake="choi2018-ptfe", beside="choi2018-kapton", settings=settings)
-    assert from_link(to_link(state)) == state
+    assert parse_link(format_link(state)) == state
 
 
 @given(st.text(max_size=300))
 def test_rubbish_is_no_link(text):
     try:
-        from_link(text)
+        parse_link(text)
     except QuantityError as err:
         assert "link:" in str(err)
 
@@ -66,7 +66,7 @@ def packed(plain: bytes) -> str:
 )
 def test_a_link_of_the_wrong_kind_is_refused(text):
     with pytest.raises(QuantityError, match="link:"):
-        from_link(text)
+        parse_link(text)
 
 
 def test_a_link_never_opens_a_path():
@@ -121,7 +121,7 @@ def test_the_command_that_is_copied_gives_the_same_numbers(tmp_path):
         sys.executable,
         "-m",
         "layerjam.cli.main",
-        *split_command(call.command())[1:],
+        *split_command(call.command_line())[1:],
         "--json",
     ]
     said = subprocess.run(words, capture_output=True, text=True, check=True, cwd=tmp_path)
@@ -131,7 +131,7 @@ def test_the_command_that_is_copied_gives_the_same_numbers(tmp_path):
 def test_flags_and_quotes_of_a_command():
     call = Call("drop", (Subject("my brake.toml"),), {"no_brake": True, "horizontal": False})
     words = ["layerjam", "drop", "my brake.toml", "--no-brake"]
-    assert split_command(call.command()) == words
+    assert split_command(call.command_line()) == words
 
 
 def test_thin_keeps_extremes():
@@ -159,10 +159,10 @@ def test_where_nothing_can_listen_is_told_before_the_server_starts():
         taken.listen()
         port = taken.getsockname()[1]
         with pytest.raises(QuantityError, match=f"port: {port} is used"):
-            check_free("127.0.0.1", port)
-    check_free("127.0.0.1", port)
+            check_address("127.0.0.1", port)
+    check_address("127.0.0.1", port)
     with pytest.raises(QuantityError, match="not an address of this machine"):
-        check_free("192.0.2.7", port)
+        check_address("192.0.2.7", port)
 
 
 def test_every_tab_has_its_page():
@@ -190,13 +190,13 @@ def test_a_chart_is_sent_only_what_changed(monkeypatch):
     def made(high, tooltip="a", curves=1):
         return {"xAxis": {"max": 4}, "tooltip": tooltip, "series": [{"data": [[0, high]]}] * curves}
 
-    live.draw(chart, made(1))
+    live.draw_chart(chart, made(1))
     assert (sent, chart.whole) == ([], 1)
-    live.draw(chart, made(2))
+    live.draw_chart(chart, made(2))
     assert (sent, chart.whole) == ([("charts", {"series": [{"data": [[0, 2]]}]})], 1)
     assert chart.options == made(2)
-    live.draw(chart, made(2, curves=2))
-    live.draw(chart, made(2, tooltip="b", curves=2))
+    live.draw_chart(chart, made(2, curves=2))
+    live.draw_chart(chart, made(2, tooltip="b", curves=2))
     assert (len(sent), chart.whole) == (1, 3)
 
 

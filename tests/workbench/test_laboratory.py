@@ -24,10 +24,10 @@ from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages import laboratory, laboratory_chain
 from layerjam.workbench.pages import laboratory_files as files_of
 from layerjam.workbench.pages.laboratory_chain import Campaign, Chain, file_stem, split_roles
-from layerjam.workbench.pages.laboratory_files import practice_files, read_row
+from layerjam.workbench.pages.laboratory_files import make_practice_files, read_row
 from layerjam.workbench.runner import ComputationStopped
 from layerjam.workbench.said import check_edit, get_edits, put_edits, sidecar_text
-from layerjam.workbench.uploads import UploadError, Uploads, clean, is_sidecar, restore_names
+from layerjam.workbench.uploads import UploadError, Uploads, clean_name, is_sidecar, restore_names
 from printed import split_command
 from workbench.standing import standing
 
@@ -44,7 +44,7 @@ def quiet(what: str, share: float) -> None:
 
 @pytest.fixture(scope="module")
 def practice(tmp_path_factory):
-    return practice_files(tmp_path_factory.mktemp("practice"), quiet)
+    return make_practice_files(tmp_path_factory.mktemp("practice"), quiet)
 
 
 @pytest.fixture
@@ -86,10 +86,10 @@ def test_a_name_never_becomes_a_path(tab, name):
 @given(st.text(max_size=300))
 @settings(max_examples=200, deadline=None)
 def test_a_cleaned_name_is_short_printable_and_stays_as_it_is(name):
-    once = clean(name)
+    once = clean_name(name)
     assert 0 < len(once) <= up.LONGEST_NAME
     assert once.isprintable()
-    assert clean(once) == once
+    assert clean_name(once) == once
 
 
 def test_bounds_in_size_and_number_are_said(tab, monkeypatch):
@@ -153,7 +153,7 @@ def test_a_vacuum_set_on_the_page_stands_in_the_sidecar_and_can_be_undone(tab):
     tab.store_file("pull.csv", PULL)
     desk = Desk()
     (row,) = rows_of(tab, desk)
-    assert row.asks == "vacuum?" and not row.is_usable
+    assert row.missing_entry == "vacuum?" and not row.is_usable
     put_edits(desk, {row.upload.key: {"vacuum": "80 kPa"}})
     (row,) = rows_of(tab, desk)
     assert row.is_usable and row.vacuum == 80e3 and row.upload.edited
@@ -242,7 +242,7 @@ def test_what_is_written_and_said_names_files_as_the_user_does(campaign):
     for done in chain.done.values():
         shown = json.dumps([dict(done.result.values), list(done.result.warnings)], default=str)
         written = "" if done.brake is None else done.brake.text
-        for text in (shown, written, done.call.python(), done.call.command()):
+        for text in (shown, written, done.call.python_code(), done.call.command_line()):
             assert "layerjam-file" not in text and str(tab.folder) not in text
         assert done.picture.lstrip().startswith("<svg")
     names = [f["name"] for f in chain.done["calibrate"].brake.notes["files"]]
@@ -257,7 +257,7 @@ def test_the_command_says_the_same_as_python(campaign, practice, tmp_path, monke
         (tmp_path / name).write_bytes(data)
     monkeypatch.chdir(tmp_path)
     for verb in ("friction", "calibrate"):
-        words = split_command(chain.done[verb].call.command())
+        words = split_command(chain.done[verb].call.command_line())
         monkeypatch.setattr("sys.argv", [*words, "--json"])
         with contextlib.suppress(SystemExit):
             main()
@@ -277,7 +277,7 @@ def test_sampling_is_never_begun_unasked_and_can_be_stopped(campaign):
     tab, rows, _ = campaign
     chain, asked = Chain(), {"depth": "bayesian"}
     chain.run(campaign_of(rows, tab, **asked))
-    assert "press 'Sample'" in chain.instead["calibrate"] and "validate" not in chain.done
+    assert "press 'Sample'" in chain.messages["calibrate"] and "validate" not in chain.done
 
     def stop(what: str, share: float) -> None:
         if what.startswith("calibrate"):
@@ -285,9 +285,9 @@ def test_sampling_is_never_begun_unasked_and_can_be_stopped(campaign):
 
     with pytest.raises(ComputationStopped):
         chain.run(campaign_of(rows, tab, **asked, tell=stop), "sample")
-    assert "Stopped" in chain.instead["calibrate"]
+    assert "Stopped" in chain.messages["calibrate"]
     chain.run(campaign_of(rows, tab, **asked))
-    assert "press 'Sample'" in chain.instead["calibrate"]
+    assert "press 'Sample'" in chain.messages["calibrate"]
 
 
 def test_a_step_that_was_stopped_takes_those_that_rest_on_it_along(campaign):
@@ -347,12 +347,12 @@ def test_names_in_toml_and_copied_text_are_quoted():
     assert tomllib.loads(text) == {"a": f"peak of {odd}"}
     file = DataFile(odd, Path("/nowhere/layerjam-file-0001.csv"))
     step = Call("pull", files=(file,))
-    assert split_command(step.command()) == ["layerjam", "pull", odd]
+    assert split_command(step.command_line()) == ["layerjam", "pull", odd]
     space: dict = {}
-    exec(step.python().splitlines()[2].replace("lj.pull", "list"), space)
+    exec(step.python_code().splitlines()[2].replace("lj.pull", "list"), space)
     assert space["result"] == [odd]
     dashed = replace(file, shown="-x.csv")
-    assert "./-x.csv" in Call("pull", files=(dashed,)).command()
+    assert "./-x.csv" in Call("pull", files=(dashed,)).command_line()
 
 
 @given(st.text(max_size=80))
@@ -378,7 +378,7 @@ def test_the_practice_button_calibrates_on_no_pull_that_it_validates_on(practice
         return before(call, folder, tell)
 
     monkeypatch.setattr(laboratory_chain, "run_call", seen)
-    monkeypatch.setattr(laboratory, "practice_files", lambda *_: few(practice))
+    monkeypatch.setattr(laboratory, "make_practice_files", lambda *_: few(practice))
 
     async def press() -> None:
         async with standing(laboratory.Laboratory) as (_, pages):

@@ -8,8 +8,8 @@ from layerjam.errors import FileError
 from layerjam.measure.conditions import read_conditions
 from layerjam.measure.options import ReadingOptions
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.dropping import attach_list, is_list, read_list
-from layerjam.workbench.proposals import propose
+from layerjam.workbench.dropping import attach_conditions, is_conditions_list, read_conditions_list
+from layerjam.workbench.proposals import propose_use
 from layerjam.workbench.said import sidecar_text
 from layerjam.workbench.sorting import _cite_list
 from layerjam.workbench.uploads import Uploads
@@ -34,26 +34,26 @@ def dropped(tab, *names):
 
 def test_the_page_reads_what_the_commands_read(tab, tmp_path):
     (tmp_path / "conditions.csv").write_text(TEXT)
-    tab.listed = read_list(TEXT.encode(), "conditions.csv")
+    tab.listed = read_conditions_list(TEXT.encode(), "conditions.csv")
     files = dropped(tab, "a.csv", "b.csv", "slide.csv", "other.csv")
-    taken, told = attach_list(tab)
+    taken, told = attach_conditions(tab)
     assert taken == ["a.csv", "b.csv", "slide.csv"] and told == []
     for one in files[:3]:
         (tmp_path / one.shown).write_bytes(ROWS)
         by_command = read_conditions(tmp_path / one.shown, ReadingOptions())
-        laid = tab.with_sidecar(one, tab.sidecars[one.shown])
+        laid = tab.write_sidecar(one, tab.sidecars[one.shown])
         assert read_conditions(laid.path, ReadingOptions()) == by_command
     assert "other.csv" not in tab.sidecars
 
 
 def test_a_proposal_says_that_it_comes_from_the_list(tab):
-    tab.listed = read_list(TEXT.encode(), "conditions.csv")
+    tab.listed = read_conditions_list(TEXT.encode(), "conditions.csv")
     a, _, slide = dropped(tab, "a.csv", "b.csv", "slide.csv")
-    attach_list(tab)
+    attach_conditions(tab)
     found = {}
     for one in (a, slide):
-        laid = tab.with_sidecar(one, sidecar_text(tab.sidecars[one.shown], {}))
-        found[one.shown] = _cite_list(propose(one.key, one.shown, laid.path), tab.from_list)
+        laid = tab.write_sidecar(one, sidecar_text(tab.sidecars[one.shown], {}))
+        found[one.shown] = _cite_list(propose_use(one.key, one.shown, laid.path), tab.from_list)
     assert found["a.csv"].facts["vacuum"].text == "94.5 kPa"
     assert found["a.csv"].facts["vacuum"].source == "conditions.csv"
     assert found["a.csv"].role.text == "calibrate"
@@ -62,16 +62,16 @@ def test_a_proposal_says_that_it_comes_from_the_list(tab):
 
 
 def test_files_that_come_later_are_known_and_a_sidecar_counts_over_the_list(tab):
-    tab.listed = read_list(TEXT.encode(), "conditions.csv")
-    assert attach_list(tab) == ([], [])
+    tab.listed = read_conditions_list(TEXT.encode(), "conditions.csv")
+    assert attach_conditions(tab) == ([], [])
     tab.store_file("later.csv.toml", b'vacuum = "30 kPa"\nspeed = "1 mm/s"\n')
     dropped(tab, "later.csv")
-    taken, told = attach_list(tab)
+    taken, told = attach_conditions(tab)
     assert taken == ["later.csv"]
     (sentence,) = told
     assert "its sidecar states vacuum 30 kPa, conditions.csv 20 kPa" in sentence
     assert "20" not in tab.sidecars["later.csv"] and tab.from_list["later.csv"] == frozenset()
-    assert attach_list(tab) == (["later.csv"], []), "it is said once"
+    assert attach_conditions(tab) == (["later.csv"], []), "it is said once"
     tab.remove([tab.files[0].key])
     assert tab.from_list == {} and tab.listed
 
@@ -84,11 +84,13 @@ def test_files_that_come_later_are_known_and_a_sidecar_counts_over_the_list(tab)
 ])  # fmt: skip
 def test_a_bad_list_is_refused_by_its_name(data, says):
     with pytest.raises(FileError, match=says) as caught:
-        read_list(data, "conditions.csv")
+        read_conditions_list(data, "conditions.csv")
     assert str(caught.value).startswith("conditions.csv")
 
 
 def test_only_a_file_of_that_name_is_a_list():
-    assert is_list("Conditions.CSV") and is_list("a/b/conditions.csv")
-    assert not is_list("conditions.csv.toml") and not is_list("my conditions.csv")
+    assert is_conditions_list("Conditions.CSV") and is_conditions_list("a/b/conditions.csv")
+    assert not is_conditions_list("conditions.csv.toml") and not is_conditions_list(
+        "my conditions.csv"
+    )
     assert Desk().files.listed == {}

@@ -9,7 +9,7 @@ import pytest
 
 from layerjam.report.chart import Curve, Pane
 from layerjam.workbench.charts import MOST_ROOM, chart_options
-from layerjam.workbench.tables import html, typeset
+from layerjam.workbench.tables import html_table, typeset_symbols
 from layerjam.workbench.widgets import read_asset
 
 
@@ -28,11 +28,11 @@ from layerjam.workbench.widgets import read_asset
     ],
 )
 def test_numbers_are_printed_with_raised_figures(plain, printed):
-    assert typeset(plain) == printed
+    assert typeset_symbols(plain) == printed
 
 
 def test_only_columns_of_numbers_are_printed_so():
-    made = html(("", "Value"), [("film^2", "2 m^2")], (1,))
+    made = html_table(("", "Value"), [("film^2", "2 m^2")], (1,))
     assert "film^2" in made and "2 m²" in made
     assert '<th scope="col"></th>' not in made  # a head without words is none
 

@@ -7,7 +7,7 @@ import pytest
 from layerjam.commands.tensile import tensile
 from layerjam.workbench.desk import Desk, resize_stack
 from layerjam.workbench.pages.pull import Pull
-from layerjam.workbench.peak import MAX_SHEETS, sentence
+from layerjam.workbench.peak import MAX_SHEETS, describe_result
 from layerjam.workbench.state import State
 
 KAPTON = "choi2018-kapton"
@@ -28,11 +28,11 @@ def peak(vacuum, brake=KAPTON):
 def test_the_vacuum_found_gives_the_peak_of_the_command(page):
     found = page.peak.search_setting(150.0, by_sheets=False)
     assert peak(found.value) == pytest.approx(150.0, rel=1e-7)
-    assert sentence(found, 150.0, False).endswith("gives a peak of 150 N.")
+    assert describe_result(found, 150.0, False).endswith("gives a peak of 150 N.")
     beyond = page.peak.search_setting(900.0, by_sheets=False)
     assert beyond.value is None
     assert beyond.force == peak(page.controls()["vacuum"].high)
-    assert "the highest possible peak is" in sentence(beyond, 900.0, False)
+    assert "the highest possible peak is" in describe_result(beyond, 900.0, False)
 
 
 def test_the_sheets_found_are_the_nearest_at_this_vacuum(page):
@@ -40,8 +40,8 @@ def test_the_sheets_found_are_the_nearest_at_this_vacuum(page):
     file = page.desk.brake
     about = {n: abs(peak(60e3, resize_stack(file, n)) - 300.0) for n in range(2, 60)}
     assert found.value == min(about, key=about.__getitem__)
-    assert f"{int(found.value)} sheets" in sentence(found, 300.0, True)
-    beyond = sentence(page.peak.search_setting(1e6, by_sheets=True), 1e6, True)
+    assert f"{int(found.value)} sheets" in describe_result(found, 300.0, True)
+    beyond = describe_result(page.peak.search_setting(1e6, by_sheets=True), 1e6, True)
     assert beyond.startswith(f"No number of sheets up to {MAX_SHEETS} sheets gives")
 
 

@@ -17,15 +17,21 @@ from hypothesis import strategies as st
 from layerjam.errors import FileError, QuantityError
 from layerjam.workbench import desk as desks
 from layerjam.workbench import session
-from layerjam.workbench.answer import notebook
+from layerjam.workbench.answer import build_notebook
 from layerjam.workbench.charts import MARKS, mark_points
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages import pull_files
-from layerjam.workbench.pages.pull import Pull, choose_chart
+from layerjam.workbench.pages.pull import Pull, make_chart
 from layerjam.workbench.pages.pull_files import Reading
-from layerjam.workbench.pins import MAX_PINS, toggle_file
-from layerjam.workbench.session import KIND, KeptFile, from_session, kept_files, to_session
-from layerjam.workbench.state import MEASURED, Pin, State, from_link, to_link
+from layerjam.workbench.pins import MAX_PINS, toggle_file_pin
+from layerjam.workbench.session import (
+    KIND,
+    KeptFile,
+    format_session,
+    parse_session,
+    read_kept_files,
+)
+from layerjam.workbench.state import MEASURED, Pin, State, format_link, parse_link
 from workbench.standing import standing
 
 ELONGATION = np.linspace(0.0, 20.0, 801)
@@ -50,7 +56,7 @@ def page_with(**sidecars: bytes) -> Pull:
 def page():
     """One measured pull, pinned and computed."""
     made = page_with(mine=NAMES["60 kPa"])
-    toggle_file(made.desk, made.uploads.files[0].key)
+    toggle_file_pin(made.desk, made.uploads.files[0].key)
     made.result = made.compute()
     yield made
     made.uploads.close()
@@ -62,7 +68,7 @@ def pinned(page) -> list[str]:
 
 
 def test_a_pinned_file_is_drawn_as_the_file_has_it_and_called_measured(page):
-    chart = choose_chart(*page.result, False)
+    chart = make_chart(*page.result, False)
     (own,) = [s for s in chart["series"] if s["name"] == "measured, 60 kPa, mine.csv"]
     pairs = [p["value"] if isinstance(p, dict) else p for p in own["data"]]
     x, y = np.array([p for p in pairs if p[1] is not None]).T
@@ -85,7 +91,7 @@ def test_a_pinned_file_is_drawn_as_the_file_has_it_and_called_measured(page):
 def test_synthetic_files_and_those_without_a_vacuum_say_so():
     page = page_with(made=NAMES["made"], unsaid=b'speed = "1 mm/s"\n')
     for file in page.uploads.files:
-        toggle_file(page.desk, file.key)
+        toggle_file_pin(page.desk, file.key)
     labels = pinned(page)
     page.uploads.close()
     assert labels == [
@@ -97,8 +103,8 @@ def test_synthetic_files_and_those_without_a_vacuum_say_so():
 def test_of_many_files_the_pinned_one_is_named():
     page = page_with(**{f"pull{k}": NAMES["60 kPa"] for k in range(7)})
     key = page.uploads.files[4].key
-    toggle_file(page.desk, key)
-    chart = choose_chart(*page.compute(), False)
+    toggle_file_pin(page.desk, key)
+    chart = make_chart(*page.compute(), False)
     named = [s["name"] for s in chart["series"] if s["endLabel"]["show"]]
     page.uploads.close()
     assert named == ["computed", "measured, 60 kPa, pull4.csv"]
@@ -108,19 +114,21 @@ def test_nothing_is_read_again_under_a_slider_and_nothing_of_it_is_in_the_link(p
     reading = page.result[2]
     page.desk.put_setting("pull", "vacuum", 50e3)
     assert page.compute()[2] is reading
-    assert from_link(to_link(page.desk.state)).pins == ()
+    assert parse_link(format_link(page.desk.state)).pins == ()
     key = page.uploads.files[0].key
     assert (
         key
-        not in zlib.decompress(base64.urlsafe_b64decode(to_link(page.desk.state) + "==")).decode()
+        not in zlib.decompress(
+            base64.urlsafe_b64decode(format_link(page.desk.state) + "==")
+        ).decode()
     )
 
 
 def test_a_session_carries_it_into_another_tab(page):
     state = page.desk.state
     page.uploads.store_file("waits.csv", b"x", waits=True)
-    text = to_session(state, kept_files(page.uploads))
-    opened = from_session(text.encode(), "a.json")
+    text = format_session(state, read_kept_files(page.uploads))
+    opened = parse_session(text.encode(), "a.json")
     assert opened.state == state
     assert opened.files == (KeptFile("mine.csv", CSV, NAMES["60 kPa"].decode()),)
     other = Pull(Desk())
@@ -130,7 +138,7 @@ def test_a_session_carries_it_into_another_tab(page):
         other.uploads.restore_file(one.name, one.data, one.sidecar)  # twice is once
     assert len(other.uploads.files) == 2
     other.desk.restore_state(opened.state)
-    other.desk.files_changed()
+    other.desk.announce_files()
     labels = pinned(other)
     other.uploads.close()
     assert labels == ["measured, 60 kPa, mine (2).csv"]
@@ -139,12 +147,12 @@ def test_a_session_carries_it_into_another_tab(page):
 def test_the_pin_goes_with_the_file_and_undo_draws_nothing_that_is_gone(page):
     desk, key = page.desk, page.uploads.files[0].key
     assert desk.state.files == (key,)
-    toggle_file(desk, key)
+    toggle_file_pin(desk, key)
     assert desk.state.files == ()
     desk.undo()
     assert desk.state.files == (key,)
-    page.uploads.remove([key])
-    desk.files_changed()
+    page.uploads.remove_files([key])
+    desk.announce_files()
     assert desk.state.files == ()
     desk.redo()
     desk.undo()
@@ -155,9 +163,9 @@ def test_there_is_an_end_to_pins():
     page = page_with(**{f"pull{k}": NAMES["60 kPa"] for k in range(MAX_PINS + 1)})
     *enough, more = [file.key for file in page.uploads.files]
     for key in enough:
-        toggle_file(page.desk, key)
+        toggle_file_pin(page.desk, key)
     with pytest.raises(QuantityError, match="unpin one"):
-        toggle_file(page.desk, more)
+        toggle_file_pin(page.desk, more)
     assert page.desk.state.files == tuple(enough)
     page.uploads.close()
 
@@ -168,16 +176,16 @@ def test_figure_and_python_hold_it(page, tmp_path, monkeypatch):
     assert list(taken.pinned_answers) == ["measured, 60 kPa, mine.csv"]
     (tmp_path / "mine.csv").write_bytes(CSV)
     (tmp_path / "mine.csv.toml").write_bytes(NAMES["60 kPa"])
-    exec(taken.python(), {})
+    exec(taken.python_code(), {})
     assert (tmp_path / "tensile.svg").read_bytes() == taken.figure("svg")
     assert b"measured, 60 kPa" in taken.figure("svg")
-    assert "- `mine.csv`" in notebook("a", [taken.call], taken.pinned_calls)
+    assert "- `mine.csv`" in build_notebook("a", [taken.call], taken.pinned_calls)
     page.desk.put_setting("pull", "model", "judder")  # over time there is nothing to compare
     assert pinned(page) == []
     assert list(page.calls_to_copy()[1]) == list(taken.pinned_answers), (
         "the page shows what was computed last"
     )
-    assert 'result.plot("tensile.svg", overwrite=True, beside=pinned)' in taken.python()
+    assert 'result.plot("tensile.svg", overwrite=True, beside=pinned)' in taken.python_code()
 
 
 def packed(data: bytes) -> str:
@@ -203,7 +211,7 @@ def test_a_session_with_rubbish_for_files_is_refused(files, says, monkeypatch):
     monkeypatch.setattr(session, "LARGEST", 20_000)
     text = json.dumps({"kind": KIND, "version": 1, **asdict(State()), "files": files})
     with pytest.raises(FileError, match=says) as caught:
-        from_session(text.encode(), "mine.json")
+        parse_session(text.encode(), "mine.json")
     assert "mine.json" in str(caught.value)
 
 
@@ -211,10 +219,10 @@ def test_a_session_that_would_not_be_opened_is_not_written(monkeypatch):
     noise = np.random.default_rng(1).bytes(4_000)  # larger as text than it is
     for data in (noise, bytes(5_001)):
         monkeypatch.setattr(session, "LARGEST", 10_000)
-        assert from_session(to_session(State(), [KeptFile("a", data)]).encode(), "a").files
+        assert parse_session(format_session(State(), [KeptFile("a", data)]).encode(), "a").files
         monkeypatch.setattr(session, "LARGEST", 5_000)
         with pytest.raises(QuantityError, match="remove a file"):
-            to_session(State(), [KeptFile("a", data)])
+            format_session(State(), [KeptFile("a", data)])
 
 
 def test_a_pin_without_its_file_draws_nothing():
@@ -264,7 +272,7 @@ def test_a_click_pins_the_one_file_that_is_there_and_a_second_takes_it_away():
             await user.should_not_see(pull_files.TITLE)
             page.uploads.store_file("mine.csv.toml", NAMES["60 kPa"])
             page.uploads.store_file("mine.csv", CSV)
-            page.desk.files_changed()
+            page.desk.announce_files()
             await user.should_see(pull_files.TITLE, retries=300)
             user.find(pull_files.TITLE).click()
             await user.should_see("measured, 60 kPa, mine.csv", retries=100)
@@ -276,7 +284,7 @@ def test_a_click_pins_the_one_file_that_is_there_and_a_second_takes_it_away():
 
 
 def test_no_files_no_labels():
-    assert pull_files.pinned_files(Desk(), Reading()) == ()
+    assert pull_files.collect_pinned_files(Desk(), Reading()) == ()
 
 
 def test_a_reload_keeps_files_and_pins_and_a_duplicated_tab_does_not_take_them(page):
@@ -284,15 +292,15 @@ def test_a_reload_keeps_files_and_pins_and_a_duplicated_tab_does_not_take_them(p
     path = page.uploads.files[0].path
     old.laws["a brake"] = None
     first = SimpleNamespace(tab_id="one", is_deleted=False)
-    desks.take_over(first, old)
+    desks.move_files(first, old)
     twin = Desk()
-    desks.take_over(SimpleNamespace(tab_id="one", is_deleted=False), twin)
+    desks.move_files(SimpleNamespace(tab_id="one", is_deleted=False), twin)
     assert twin.files.files == []
-    desks.take_over(first, old)
+    desks.move_files(first, old)
     first.tab_id = None  # the browser went away
-    new = Desk(from_link(to_link(old.state)))
+    new = Desk(parse_link(format_link(old.state)))
     assert new.state.files == ()
-    desks.take_over(SimpleNamespace(tab_id="one", is_deleted=False), new)
+    desks.move_files(SimpleNamespace(tab_id="one", is_deleted=False), new)
     assert new.state.files == (key,) and new.laws.keys() == {"a brake"}
     old.files.close()
     desks.forget_desk(old)

@@ -15,12 +15,12 @@ from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, DataFile, Subject
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.drop import Drop
-from layerjam.workbench.pages.drop_outcome import drop_chart, series
-from layerjam.workbench.pages.pull import STICK_SLIP, Pull, choose_chart
+from layerjam.workbench.pages.drop_outcome import drop_chart, time_series
+from layerjam.workbench.pages.pull import STICK_SLIP, Pull, make_chart
 from layerjam.workbench.pages.pull_chart import stick_slip_chart
 from layerjam.workbench.pages.vacuum import Vacuum
-from layerjam.workbench.pins import MAX_PINS, make_pin, pin_call, pin_labels
-from layerjam.workbench.state import Pin, State, from_link, to_link
+from layerjam.workbench.pins import MAX_PINS, make_call, make_pin, make_pin_labels
+from layerjam.workbench.state import Pin, State, format_link, parse_link
 from workbench.standing import standing
 
 KAPTON, PTFE = "choi2018-kapton", "choi2018-ptfe"
@@ -33,7 +33,7 @@ def call(vacuum="60 kPa", brake=KAPTON, **more) -> Call:
 
 def test_a_pin_goes_with_the_link_and_gives_the_numbers_of_the_command():
     pin = make_pin("pull", call("40 kPa"))
-    state = from_link(to_link(State(page="pull", pins=(pin,))))
+    state = parse_link(format_link(State(page="pull", pins=(pin,))))
     assert state.pins == (pin,)
     page = Pull(Desk(state))
     page.result = answer, whole, reading, band = page.compute()
@@ -42,11 +42,11 @@ def test_a_pin_goes_with_the_link_and_gives_the_numbers_of_the_command():
     assert kept.answer.result.values == own.values
     # not computed twice
     assert page.compute()[0].pins[0].answer is kept.answer
-    chart = choose_chart(answer, whole, reading, band, False)
+    chart = make_chart(answer, whole, reading, band, False)
     quiet = chart["series"][-1]
     assert quiet["name"] == kept.label
     assert max(y for _, y in quiet["data"]) == pytest.approx(own.peak_force, rel=1e-5)
-    assert "beside=pinned" in answer.python()
+    assert "beside=pinned" in answer.python_code()
     assert list(page.calls_to_copy()[1].values()) == [call("40 kPa")]
     page.uploads.close()
 
@@ -55,25 +55,25 @@ def test_a_pin_goes_with_the_link_and_gives_the_numbers_of_the_command():
 def test_a_sawtooth_is_pinned_and_drawn_beside_another():
     said = {"vacuum": "60 kPa", "speed": "1 mm/s"}
     kept = make_pin("pull", Call(STICK_SLIP, (Subject(KAPTON),), said))
-    pinned = pin_call(kept).run()
+    pinned = make_call(kept).run()
     shown = Call(STICK_SLIP, (Subject(KAPTON),), {**said, "vacuum": "40 kPa"}).run()
     whole = Call("show", (Subject(KAPTON),)).run()
     names = [
         line.get("name")
         for line in stick_slip_chart(shown, whole, False, {"60 kPa": pinned})["series"]
     ]
-    assert "60 kPa" in names and from_link(to_link(State(pins=(kept,)))).pins == (kept,)
+    assert "60 kPa" in names and parse_link(format_link(State(pins=(kept,)))).pins == (kept,)
 
 
 def test_the_label_says_what_differs():
     shown = call("94.5 kPa")
-    assert pin_labels([call("60 kPa"), call("94.5 kPa", PTFE)], shown) == ["60 kPa", PTFE]
-    assert pin_labels([call("60 kPa", PTFE)], shown) == [f"{PTFE}, 60 kPa"]
-    assert pin_labels([call("94.5 kPa")], shown) == ["as shown"]
-    assert pin_labels([call("94.5 kPa", model="stack")], shown) == ["stack"]
-    assert pin_labels([shown], call("94.5 kPa", model="stack")) == ["no model"]
+    assert make_pin_labels([call("60 kPa"), call("94.5 kPa", PTFE)], shown) == ["60 kPa", PTFE]
+    assert make_pin_labels([call("60 kPa", PTFE)], shown) == [f"{PTFE}, 60 kPa"]
+    assert make_pin_labels([call("94.5 kPa")], shown) == ["as shown"]
+    assert make_pin_labels([call("94.5 kPa", model="stack")], shown) == ["stack"]
+    assert make_pin_labels([shown], call("94.5 kPa", model="stack")) == ["no model"]
     many = [call("60 kPa"), call("60 kPa", model="stack"), call("60 kPa", PTFE), call("60 kPa")]
-    made = pin_labels(many, shown)
+    made = make_pin_labels(many, shown)
     assert len(set(made)) == len(made)
 
 
@@ -93,7 +93,7 @@ def test_the_label_says_what_differs():
 )
 def test_a_link_can_ask_for_nothing_but_curves_of_the_page(pin):
     with pytest.raises(LayerjamError):
-        pin_call(pin)
+        make_call(pin)
     page = Pull(Desk(State(page="pull", pins=(pin,))))
     assert page.compute()[0].pins == ()
     page.uploads.close()
@@ -103,13 +103,13 @@ def test_a_drop_is_pinned_and_drawn_with_its_own_end():
     options = {"mass": "1 kg", "speed": "1.5 m/s", "rope_stiffness": "16.8 kN/m"}
     pins = (Pin("drop", "drop", KAPTON, {**options, "vacuum": "60 kPa"}),)
     page = Drop(Desk(State(page="drop", pins=pins, settings={"drop": {"shown": "full"}})))
-    call = page.columns()["full"]
+    call = page.table_calls()["full"]
     own, slower = call.run(), drop(KAPTON, vacuum="60 kPa", **options)
     answer = Answer(call, own, pins=page.panel.pinned_answers(call))
     assert list(answer.pinned_calls) == ["60 kPa"]
     assert slower.stopping_time > own.stopping_time
     beside = {label: one.result for label, one in answer.pinned_answers.items()}
-    chart = drop_chart(series(own.record), None, beside, False)
+    chart = drop_chart(time_series(own.record), None, beside, False)
     quiet = [s for s in chart["series"] if s["name"] == "60 kPa"]
     ends = (slower.peak_force, slower.record.travel[-1] * 1e3, slower.peak_deceleration)
     for one, most in zip(quiet, ends, strict=True):

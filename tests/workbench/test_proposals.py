@@ -13,8 +13,14 @@ from layerjam.measure.preview import preview_file
 from layerjam.measure.readers.read import read_trace
 from layerjam.units import parse
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.kinds import toml_kind
-from layerjam.workbench.proposals import CLICKS, assign_roles, find_refusal, propose, read_name
+from layerjam.workbench.kinds import detect_toml_kind
+from layerjam.workbench.proposals import (
+    CLICKS,
+    assign_roles,
+    find_read_error,
+    parse_file_name,
+    propose_use,
+)
 from layerjam.workbench.said import column_edit, get_edits, put_edits, reverse_sign, sidecar_text
 from layerjam.workbench.uploads import Uploads
 
@@ -48,7 +54,7 @@ def make_pull_rows(mark: str = ",", sign: float = 1.0) -> list[str]:
     ("a12345678kPa.csv", "", "", ""),
 ])  # fmt: skip
 def test_what_a_name_says(name, role, vacuum, force):
-    said = read_name(name)
+    said = parse_file_name(name)
     found = {what: said[what].text for what in said}
     assert found.get("role", "") == role
     assert found.get("vacuum", "") == vacuum
@@ -60,7 +66,7 @@ def test_what_a_name_says(name, role, vacuum, force):
 @settings(max_examples=60, deadline=None)
 def test_a_vacuum_in_a_name_is_the_number_that_stands_there(tenths, unit, mark):
     number = tenths / 10
-    said = read_name(f"pull{mark}{number}{unit}{mark}3.csv")["vacuum"].text
+    said = parse_file_name(f"pull{mark}{number}{unit}{mark}3.csv")["vacuum"].text
     assert parse(said, "Pa", "vacuum") == pytest.approx(number * (1e3 if unit == "kPa" else 100))
 
 
@@ -68,18 +74,18 @@ def test_the_sidecar_counts_before_content_and_content_before_the_name(tmp_path)
     rows = [f"{row},{60.0 + (i % 3) / 10}" for i, row in enumerate(make_pull_rows())]
     head = "Extension (mm),Load (N),Vacuum (kPa)"
     path = written(tmp_path, "pull_94.5kPa.csv", *rows, head=head)
-    found = propose("k", path.name, path)
+    found = propose_use("k", path.name, path)
     assert found.is_usable and found.role.text == "calibrate"
     assert parse(found.facts["vacuum"].text, "Pa", "vacuum") == pytest.approx(60.1e3)
     assert "'Vacuum'" in found.facts["vacuum"].source
     (tmp_path / "pull_94.5kPa.csv.toml").write_text('vacuum = "30 kPa"\n')
-    found = propose("k", path.name, path)
+    found = propose_use("k", path.name, path)
     assert (found.facts["vacuum"].text, found.facts["vacuum"].source) == ("30 kPa", "its sidecar")
 
 
 def test_of_pulls_at_several_vacuums_the_highest_calibrate(tmp_path):
     names = ["pull_94.5kPa_1.csv", "pull_94kPa_2.csv", "pull_40kPa.csv", "pull.csv"]
-    found = [propose(n, n, written(tmp_path, n, *make_pull_rows(), head="mm,N")) for n in names]
+    found = [propose_use(n, n, written(tmp_path, n, *make_pull_rows(), head="mm,N")) for n in names]
     roles = {one.key: one.role.text for one in assign_roles(found)}
     assert roles == dict(zip(names, ["calibrate", "calibrate", "validate", "calibrate"],
                              strict=True))  # fmt: skip
@@ -89,8 +95,8 @@ def test_of_pulls_at_several_vacuums_the_highest_calibrate(tmp_path):
 def test_two_clicks_make_a_table_without_names_a_measurement(tmp_path):
     rows = [f"{i};{row}" for i, row in enumerate(make_pull_rows(";", sign=-1.0))]
     path = written(tmp_path, "friction.dat", *rows)
-    assert propose("k", path.name, path).asks == "columns"
-    assert CLICKS["columns"] in find_refusal(path) and "--" not in find_refusal(path)
+    assert propose_use("k", path.name, path).asks == "columns"
+    assert CLICKS["columns"] in find_read_error(path) and "--" not in find_read_error(path)
     said = column_edit(path, preview_file(path), 1, "elongation", "mm")
     assert said["columns"] == "skip,elongation:mm,skip"
     shown = preview_file(path, ReadingOptions(columns=said["columns"]))
@@ -98,10 +104,10 @@ def test_two_clicks_make_a_table_without_names_a_measurement(tmp_path):
     said |= column_edit(path, shown, 2, "force", "N")
     assert said["columns"] == "skip,elongation:mm,force:N"
     path.with_name("friction.dat.toml").write_text(sidecar_text("", said))
-    assert propose("k", path.name, path).asks == "force-sign"
+    assert propose_use("k", path.name, path).asks == "force-sign"
     said |= reverse_sign(said, "force")
     path.with_name("friction.dat.toml").write_text(sidecar_text("", said))
-    assert propose("k", path.name, path).is_usable
+    assert propose_use("k", path.name, path).is_usable
     assert read_trace(path).force.max() == pytest.approx(max(FORCE))
     assert reverse_sign(said, "force") == {"negative": ""}
 
@@ -127,15 +133,15 @@ def test_another_unit_outranks_the_one_in_the_head(tmp_path):
     ('a = 1\n', ""), ("no toml", ""),
 ])  # fmt: skip
 def test_a_toml_goes_where_its_keys_belong(text, kind):
-    assert toml_kind(text) == kind
+    assert detect_toml_kind(text) == kind
 
 
 def test_what_waits_is_used_by_nobody_and_may_come_again():
     tab = Uploads()
     first = tab.store_file("a.csv", b"1", waits=True)
-    assert tab.used == [] and tab.store_file("b.csv", b"1", waits=True) == first
+    assert tab.files_in_use == [] and tab.store_file("b.csv", b"1", waits=True) == first
     tab.waiting.clear()
-    assert tab.used == [first]
+    assert tab.files_in_use == [first]
     tab.close()
 
 
@@ -173,7 +179,7 @@ def test_real_exports_are_used_after_two_clicks_or_told_where_to_go(tmp_path, na
     path = tmp_path / Path(name).name
     path.write_bytes((DATA / name).read_bytes())
     beside = path.with_name(f"{path.name}.toml")
-    found = propose("k", path.name, path)
+    found = propose_use("k", path.name, path)
     done = 1  # "Use all"
     if found.asks == "force-sign":
         beside.write_text(sidecar_text("", reverse_sign({}, "force")))
@@ -183,5 +189,5 @@ def test_real_exports_are_used_after_two_clicks_or_told_where_to_go(tmp_path, na
         done += 1
     told = f"{found.about}. {CLICKS.get(found.asks, '')}"
     assert says in told and "--" not in told
-    after = propose("k", path.name, path)
+    after = propose_use("k", path.name, path)
     assert (done if after.is_usable else None) == clicks, after

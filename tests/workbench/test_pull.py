@@ -58,7 +58,7 @@ def test_each_model_asks_its_verb(page_of):
     call = page_of(vacuum=60e3, model="judder", damping=5.0).calls()[0]
     options = ("--vacuum", "60 kPa", "--speed", "1 mm/s", "--damping", "5 N s/m")
     words = ["layerjam", "stick-slip", "choi2018-kapton", *options]
-    assert split_command(call.command()) == words
+    assert split_command(call.command_line()) == words
 
 
 @pytest.mark.slow
@@ -75,15 +75,15 @@ def test_files_are_held_against_the_model_and_what_is_left_over_is_drawn(page_of
     page.uploads.store_file("../../a pull.csv", measured(1.1))
     page.result = answer, whole, reading, _ = page.compute()
     assert [c.call.name for c in page.answers()] == ["tensile", "pull", "validate"]
-    assert not reading.lacking
+    assert not reading.lacks_vacuum
     (curve,) = reading.curves
     assert curve.vacuum == 60e3
     # ten percent more than the model leaves a tenth of it over
     np.testing.assert_allclose(curve.residual, 0.1 * curve.model, rtol=0.02)
     np.testing.assert_array_equal(curve.residual, curve.measured - curve.model)
-    assert list(reading.shown_name(p) for p in reading.understood.understood) == ["a pull.csv"]
+    assert list(reading.shown_name(p) for p in reading.pull_result.understood) == ["a pull.csv"]
     words = ["layerjam", "validate", "choi2018-kapton", "a pull.csv"]
-    assert split_command(page.answers()[2].call.command()) == words
+    assert split_command(page.answers()[2].call.command_line()) == words
     chart = pull_chart(answer.result, whole, reading, False)
     below = [s for s in chart["series"] if s["yAxisIndex"] == 1]
     assert [s["name"] for s in below] == ["60 kPa, a pull.csv, residual"]
@@ -99,7 +99,7 @@ def test_a_file_without_a_vacuum_takes_the_one_given_for_it(page_of):
     page = page_of(vacuum=20e3, files_vacuum=60e3)
     page.uploads.store_file("pull.csv", measured())
     reading = page.compute()[2]
-    assert reading.lacking
+    assert reading.lacks_vacuum
     assert reading.curves[0].vacuum == 60e3
     assert reading.curves[0].mape < 0.01
     page.desk.put_setting("pull", "files_vacuum", 30e3)
@@ -140,7 +140,7 @@ def test_the_figure_taken_away_is_that_of_the_command(page_of, tmp_path, capsys,
     page = page_of(vacuum=60e3, travel=0.03)
     answer = page.compute()[0].result
     out = tmp_path / f"figure.{ending}"
-    command = split_command(page.calls()[0].command())[1:]
+    command = split_command(page.calls()[0].command_line())[1:]
     assert main([*command, "--figure", str(out), "--json"]) == 0
     capsys.readouterr()
     assert file_bytes(answer, ending) == out.read_bytes()

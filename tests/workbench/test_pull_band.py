@@ -16,12 +16,12 @@ from layerjam.identify.calibration.law_spread import LawSpread
 from layerjam.identify.shape import SHAPE
 from layerjam.report.chart import Curve
 from layerjam.workbench import answer as answers
-from layerjam.workbench.charts import band
+from layerjam.workbench.charts import band_series
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pages.pull import PIN_BAND, Pull, choose_chart
+from layerjam.workbench.pages.pull import PIN_BAND, Pull, make_chart
 from layerjam.workbench.pages.pull_band import law_error
-from layerjam.workbench.pins import BAND, pin_call
-from layerjam.workbench.state import Pin, State, from_link, to_link
+from layerjam.workbench.pins import BAND, make_call
+from layerjam.workbench.state import Pin, State, format_link, parse_link
 from layerjam.workbench.takeaway import curves_csv
 from workbench.standing import standing
 
@@ -44,7 +44,7 @@ def page():
 def drawn(page):
     """The chart of what the page computes now."""
     answer, whole, reading, shown = page.result = page.compute()
-    return answer.result, shown, choose_chart(answer, whole, reading, shown, False)
+    return answer.result, shown, make_chart(answer, whole, reading, shown, False)
 
 
 def test_past_the_peak_the_band_is_that_of_the_friction(page):
@@ -74,7 +74,7 @@ def test_past_the_peak_the_band_is_that_of_the_friction(page):
 
 def test_the_ground_is_enclosed_by_both_edges():
     x = np.linspace(0, 4, 5)
-    made = band(Curve(x, x - 1.0), Curve(x, x + 1.0))["data"]
+    made = band_series(Curve(x, x - 1.0), Curve(x, x + 1.0))["data"]
     assert made == [[k, k + 1.0] for k in x] + [[k, k - 1.0] for k in x[::-1]]
     # by the shoelace formula 2 high times 4 wide
     a, b = np.array(made).T
@@ -95,7 +95,7 @@ def test_a_pinned_band_goes_with_the_link_and_needs_no_calibration_there(page):
     _, before, _ = drawn(page)
     text = law_error(page.desk, page.calls()[0]).text()
     pin = Pin("pull", "tensile", CALIBRATED, {**page.calls()[0].options, BAND: text})
-    other = Pull(Desk(from_link(to_link(State(page="pull", pins=(pin,))))))
+    other = Pull(Desk(parse_link(format_link(State(page="pull", pins=(pin,))))))
     _, shown, chart = drawn(other)
     assert shown is None
     (one,) = other.result[0].pins
@@ -120,7 +120,7 @@ def test_a_band_that_a_link_made_up_is_refused_in_words(text):
 
 def test_no_other_command_keeps_one():
     with pytest.raises(LayerjamError):
-        pin_call(Pin("drop", "drop", KAPTON, {"mass": "1 kg", BAND: "[]"}))
+        make_call(Pin("drop", "drop", KAPTON, {"mass": "1 kg", BAND: "[]"}))
 
 
 @pytest.mark.slow

@@ -18,7 +18,7 @@ from layerjam.toml_files.toml import MAX_BYTES
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.pins import MAX_PINS
-from layerjam.workbench.session import KIND, from_session, to_session
+from layerjam.workbench.session import KIND, format_session, parse_session
 from layerjam.workbench.state import Pin, State
 from layerjam.workbench.uploads import LARGEST
 from workbench.standing import standing
@@ -36,7 +36,7 @@ STATE = State(page="pull", brake=EDITED, beside=PTFE, pins=(PIN,)).put_setting(
 @given(st.dictionaries(WORD, st.dictionaries(WORD, VALUE, max_size=3), max_size=3))
 def test_a_session_brings_everything_back(settings):
     state = replace(STATE, settings=settings)
-    assert from_session(to_session(state).encode(), "a.json") == (state, ())
+    assert parse_session(format_session(state).encode(), "a.json") == (state, ())
 
 
 def file_of(**changed) -> bytes:
@@ -61,7 +61,7 @@ def file_of(**changed) -> bytes:
 )
 def test_rubbish_is_refused_with_the_files_name(data, says):
     with pytest.raises(FileError, match=says) as caught:
-        from_session(data, "mine.json")
+        parse_session(data, "mine.json")
     assert "mine.json" in str(caught.value)
 
 
@@ -72,9 +72,9 @@ def test_what_the_page_writes_of_the_largest_brakes_is_opened_again():
     assert 0.99 * MAX_BYTES < len(whole) < MAX_BYTES
     pins = tuple(replace(PIN, page=page, subject=whole) for page in ("pull",) * MAX_PINS)
     state = replace(STATE, brake=whole, beside=whole, pins=pins)
-    data = to_session(state).encode()
+    data = format_session(state).encode()
     assert 1_000_000 < len(data) < LARGEST
-    assert from_session(data, "a.json").state == state
+    assert parse_session(data, "a.json").state == state
 
 
 def test_a_session_is_one_step_of_undo_and_a_brake_that_cannot_be_read_changes_nothing():

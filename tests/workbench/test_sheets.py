@@ -22,7 +22,7 @@ from layerjam.workbench.sheets_drawing import (
     MAX_SHEETS,
     PullView,
     describe_scale,
-    drawing,
+    draw_stack,
     format_runs,
     round_down,
     slip_sentence,
@@ -86,7 +86,7 @@ def spans(svg: str, kind: str) -> list[tuple[float, float]]:
 def test_sheets_are_drawn_to_the_scale_that_is_said(seen, share):
     motion, sheets = seen.motion, seen.sheets
     at = round(share * (len(motion.force) - 1))
-    svg = drawing(seen, at)
+    svg = draw_stack(seen, at)
     drawn = spans(svg, "sheet-holds") + spans(svg, "sheet-slides")
     assert len(drawn) == sheets.count
     assert len(spans(svg, "sheet-hatch")) == len(spans(svg, "sheet-slides"))
@@ -107,10 +107,10 @@ def test_sheets_are_drawn_to_the_scale_that_is_said(seen, share):
 
 def test_movements_are_large_before_all_slide_and_true_after(seen):
     motion = seen.motion
-    assert seen.scale(seen.informative_sample()) == seen.factor > 50
+    assert seen.magnification(seen.informative_sample()) == seen.factor > 50
     assert "times larger" in describe_scale(seen, 0)
     last = len(motion.force) - 1
-    assert seen.scale(last) == 1.0 and "to scale" in describe_scale(seen, last)
+    assert seen.magnification(last) == 1.0 and "to scale" in describe_scale(seen, last)
 
 
 def test_the_cursor_finds_its_sample_on_a_pull_that_turns():
@@ -132,7 +132,7 @@ def test_a_thick_stack_is_drawn_in_part_and_says_so():
     file = replace(file, brake=replace(file.brake, sheets=sheets))
     motion = sheet_motion(*tensile_stack(file, simple_pull(10e3, 1e-3, 2e-3)))
     thick = PullView.from_motion(motion, sheets)
-    svg = drawing(thick, thick.informative_sample())
+    svg = draw_stack(thick, thick.informative_sample())
     assert len(spans(svg, "sheet-holds") + spans(svg, "sheet-slides")) == MAX_SHEETS
     assert f"{MAX_SHEETS} of 301 sheets are drawn" in svg
 

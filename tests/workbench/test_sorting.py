@@ -25,7 +25,7 @@ MORE = accumulate(repeat("\n"))
 @pytest.fixture
 def read(monkeypatch):
     """{file: how often it was read}, each time slowly as a large file is; "most" at once."""
-    counts, door, plain = Counter(), Counter(), sorting.propose
+    counts, door, plain = Counter(), Counter(), sorting.propose_use
 
     def slow(key, name, path):
         door["now"] += 1
@@ -35,7 +35,7 @@ def read(monkeypatch):
         door["now"] -= 1
         return plain(key, name, path)
 
-    monkeypatch.setattr(sorting, "propose", slow)
+    monkeypatch.setattr(sorting, "propose_use", slow)
     return counts
 
 
@@ -76,7 +76,7 @@ def test_each_of_many_files_is_read_once_and_what_was_accepted_is_not_asked_agai
             user.find("Use this").click()
             await until(lambda: names_in(user) == {"pull_100hPa.csv", "pull_7000Pa.csv"})
             await asyncio.sleep(2 * SOON)
-            assert [f.shown for f in pages[-1].uploads.used] == ["pull_60kPa.csv"]
+            assert [f.shown for f in pages[-1].uploads.files_in_use] == ["pull_60kPa.csv"]
 
     asyncio.run(use())
     assert read.pop("most") == 1

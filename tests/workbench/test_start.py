@@ -19,8 +19,8 @@ from layerjam.identify.origin import ORIGINS, describe_origin
 from layerjam.toml_files.source import Source
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.all import TABS
-from layerjam.workbench.pages.start import Start, drop_sentence, holding_sentence, round_down
-from layerjam.workbench.state import SAME, State, from_link, to_link
+from layerjam.workbench.pages.start import Start, drop_sentence, holding_sentence, round_down_digits
+from layerjam.workbench.state import SAME, State, format_link, parse_link
 from workbench.standing import standing
 
 KAPTON = "choi2018-kapton"
@@ -32,8 +32,8 @@ CONTROLS = SAME["vacuum"]
 def test_one_vacuum_on_every_page(mover, vacuum, other, old):
     state = State(settings={other[0]: {other[1]: old, "kept": 3.0}})
     # a link of before there was one vacuum: its page shows what it showed
-    assert from_link(to_link(state)).get(*other, 1.0) == old
-    moved = from_link(to_link(state.put_setting(*mover, vacuum)))
+    assert parse_link(format_link(state)).get(*other, 1.0) == old
+    moved = parse_link(format_link(state.put_setting(*mover, vacuum)))
     assert {moved.get(page, key, -1.0) for page, key in CONTROLS} == {vacuum}
     assert moved.get(other[0], "kept", 0.0) == 3.0
     assert moved.get("pull", "speed", 7.0) == 7.0
@@ -54,7 +54,7 @@ def test_undo_brings_the_vacuum_of_every_page_back():
 
 @given(st.floats(1e-6, 1e6))
 def test_what_hangs_is_rounded_down_and_by_little(value):
-    made = round_down(value)
+    made = round_down_digits(value)
     assert made <= value * (1 + 1e-9)
     assert value - made <= 0.0101 * value
 

@@ -11,12 +11,12 @@ import threading
 import pytest
 from nicegui import ui
 
-from layerjam.workbench.call import Call, as_python
+from layerjam.workbench.call import Call, python_code
 from layerjam.workbench.pages.design import Design
 from layerjam.workbench.pages.drop import Drop
 from layerjam.workbench.pages.pull import Pull
-from layerjam.workbench.pins import pin_call
-from layerjam.workbench.state import State, to_link
+from layerjam.workbench.pins import make_call
+from layerjam.workbench.state import State, format_link
 from workbench.standing import standing
 
 
@@ -77,7 +77,7 @@ def test_figure_python_and_pin_are_one(
     kind, settings, key, value, seen, before, held, tmp_path, monkeypatch
 ):
     async def use() -> None:
-        link = to_link(State(page=kind.name, settings={kind.name: settings}))
+        link = format_link(State(page=kind.name, settings={kind.name: settings}))
         async with standing(kind, link) as (user, pages):
             await user.should_see(seen, retries=600)
             page = pages[-1]
@@ -91,19 +91,19 @@ def test_figure_python_and_pin_are_one(
             assert page.value(key) == value, "the control has moved on"
             assert page.panel.shown is shown and page.panel.chart.options["series"] is drawn
             # the figure that is taken away, the Python under the chart and that of the header
-            space = run_lines(shown.python(), tmp_path, monkeypatch)
+            space = run_lines(shown.python_code(), tmp_path, monkeypatch)
             assert space["result"].values == shown.result.values
             (figure,) = tmp_path.glob("*.svg")
             assert figure.read_bytes() == shown.figure("svg")
             calls, _ = page.calls_to_copy()
-            assert as_python(calls) and shown.call in calls
+            assert python_code(calls) and shown.call in calls
             for call in calls:
                 assert call.options.items() & before.items() or call.name not in ("drop", "tensile")
             # the pin
             page.panel.pin_answer()
             (pin,) = page.desk.state.pins
             assert pin.options.items() >= before.items()
-            assert pin_call(pin) == shown.call
+            assert make_call(pin) == shown.call
             await page.wait_until_idle()
             # and with the next computation all of them follow
             page.refresh()
@@ -118,7 +118,7 @@ def test_a_machine_stays_with_its_copy(held):
     async def use() -> None:
         part, key = "machines", "scenario"
         settings = {"design": {"part": part, key: "slow-stop"}}
-        async with standing(Design, to_link(State(page="design", settings=settings))) as (
+        async with standing(Design, format_link(State(page="design", settings=settings))) as (
             user,
             pages,
         ):
@@ -154,7 +154,7 @@ count = [11, 21, 31]
 width = { from = "10 mm", to = "30 mm", step = "10 mm" }
 """
         settings = {"design": {"spec": small}}
-        async with standing(Design, to_link(State(page="design", settings=settings))) as (
+        async with standing(Design, format_link(State(page="design", settings=settings))) as (
             user,
             pages,
         ):

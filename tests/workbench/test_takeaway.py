@@ -16,8 +16,8 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import LayerjamError
 from layerjam.report.chart import Curve, Pane
-from layerjam.workbench.answer import Answer, Pinned, notebook
-from layerjam.workbench.call import Call, Subject, as_python
+from layerjam.workbench.answer import Answer, Pinned, build_notebook
+from layerjam.workbench.call import Call, Subject, python_code
 from layerjam.workbench.charts import chart_options
 from layerjam.workbench.takeaway import curves_csv
 
@@ -38,7 +38,7 @@ def test_the_copied_python_draws_the_figure_that_the_button_gives(tmp_path, monk
     monkeypatch.chdir(tmp_path)
     shown = taken()
     for _ in range(2):  # a second run writes the same figure again
-        exec(shown.python(), {})
+        exec(shown.python_code(), {})
     assert (tmp_path / "tensile.svg").read_bytes() == shown.figure("svg")
     # the pinned curve is in it: without it the figure is another
     assert shown.figure("svg") != Answer(shown.call, shown.result).figure("svg")
@@ -52,11 +52,11 @@ def test_only_results_of_one_command_are_drawn_over_one_another():
 
 
 def test_two_calls_of_a_command_write_two_figures_and_what_may_lack_a_curve_is_asked():
-    text = as_python([pull("60 kPa"), pull("90 kPa")])
+    text = python_code([pull("60 kPa"), pull("90 kPa")])
     assert '"tensile-1.svg"' in text and '"tensile-2.svg"' in text
     fall = Call("drop", (Subject(KAPTON),), {"mass": "1 kg", "speed": "1 m/s"})
-    assert "if result.has_curve:\n    result.plot(" in as_python([fall])
-    assert "plot" not in as_python([Call("tune", (Subject(KAPTON),))])
+    assert "if result.has_curve:\n    result.plot(" in python_code([fall])
+    assert "plot" not in python_code([Call("tune", (Subject(KAPTON),))])
 
 
 def test_the_curves_of_a_chart_read_back_and_hold_no_formula():
@@ -112,7 +112,7 @@ def test_a_notebook_holds_the_brakes_that_are_in_no_catalogue(tmp_path, monkeypa
     files = [BrakeFile.read(text, "a brake") for text in (own, f"{own}# edited\n")]
     said = pull("60 kPa").options
     calls = [Call("tensile", (Subject("mine.toml", file),), said) for file in files]
-    book = notebook("mine", calls)
+    book = build_notebook("mine", calls)
     run_cells(book, tmp_path, monkeypatch)
     assert (tmp_path / "mine.toml").read_text("utf-8") == files[0].text
     assert (tmp_path / "mine-2.toml").read_text("utf-8") == files[1].text

@@ -12,8 +12,8 @@ from layerjam.commands.regulate import regulate
 from layerjam.commands.vacuum_line import rise
 from layerjam.errors import LayerjamError
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pages.vacuum import Vacuum, detection_table, fault_choice, verdict
-from layerjam.workbench.state import State, from_link, to_link
+from layerjam.workbench.pages.vacuum import Vacuum, describe_fault, detection_table, fault_choice
+from layerjam.workbench.state import State, format_link, parse_link
 from workbench.standing import standing
 
 SEEN = {"sensor_range": "103 kPa", "noise": "50 Pa", "duration": "20 s", "sample_time": "10 ms"}
@@ -44,7 +44,7 @@ def test_the_page_asks_what_the_verbs_answer():
 def test_a_link_brings_line_and_settings_back():
     text = edit_line("choi2018", {"chamber.volume": "5 mL"}, name="mine").text
     page = page_of(text, safe_state="hold", target=40e3)
-    again = Vacuum(Desk(from_link(to_link(page.desk.state))))
+    again = Vacuum(Desk(parse_link(format_link(page.desk.state))))
     assert again.calls() == page.calls()
     assert again.calls()[0].subjects[0].name == "mine.toml"
 
@@ -60,7 +60,7 @@ def test_the_verdict_in_words(fault):
     answer = page.compute()[1]
     loop = answer.result
     assert not answer.refusal
-    words = verdict(loop)
+    words = describe_fault(loop)
     assert words.startswith("From 0.5 s on, ")
     assert ("reported nothing" in words) == (loop.outcome == "HEALTHY")
     if loop.outcome != "HEALTHY":
@@ -88,25 +88,25 @@ def test_the_page_stands_and_the_line_can_be_changed():
             await user.should_see("No fault was reported. The rise to 94.5 kPa", retries=100)
             line = page.line
             for path in FIELDS:
-                line.row(path)
+                line.field_row(path)
             assert set(line.rows) == set(FIELDS)
-            typed = line.row("chamber.volume").field
+            typed = line.field_row("chamber.volume").field
             typed.set_value("15.006")  # in the unit shown
-            line.row("chamber.volume").on_type()
+            line.field_row("chamber.volume").on_type()
             assert page.desk.line.line.chamber.volume == pytest.approx(15.006e-6)
             assert page.desk.line.name == "choi2018-edited"
             await user.should_see("10 to 90 % in 7.8 s", retries=100)
             typed.set_value("15 kPa")
-            line.row("chamber.volume").on_type()
+            line.field_row("chamber.volume").on_type()
             assert "units of m^3" in typed.error
             # a tube stands only with its bore; its length waits for it
-            line.row("tube.length").field.set_value("1 m")
-            line.row("tube.length").on_type()
-            assert "tube.bore" in line.row("tube.length").field.error
-            line.row("tube.bore").field.set_value("3 mm")
-            line.row("tube.bore").on_type()
+            line.field_row("tube.length").field.set_value("1 m")
+            line.field_row("tube.length").on_type()
+            assert "tube.bore" in line.field_row("tube.length").field.error
+            line.field_row("tube.bore").field.set_value("3 mm")
+            line.field_row("tube.bore").on_type()
             assert page.desk.line.line.tube.length == 1.0
-            line.take_part("valve", "smc-vt307v")
+            line.use_part("valve", "smc-vt307v")
             assert page.desk.line.parts["valve"] == "smc-vt307v"
             for _ in range(3):
                 page.desk.undo()

@@ -70,15 +70,17 @@ def _receive_result(pipe: Connection, tell: Tell) -> Any:
         if kind == "made":
             return content
         if kind == "failed":
-            raise _rebuild(*content)
+            raise _rebuild_error(*content)
         doing = content
         tell(*doing)
 
 
-def _rebuild(kind: type[Exception], texts: tuple[Any, ...], facts: dict[str, Any]) -> Exception:
+def _rebuild_error(
+    kind: type[Exception], args: tuple[Any, ...], facts: dict[str, Any]
+) -> Exception:
     """Return the error as raised in the subprocess, without calling its constructor again."""
     error = kind.__new__(kind)
-    error.args = texts
+    error.args = args
     error.__dict__.update(facts)
     return error
 

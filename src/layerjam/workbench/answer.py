@@ -16,7 +16,7 @@ from layerjam.commands.results import Result
 from layerjam.errors import LayerjamError, find_error_quantity
 from layerjam.report.style import Figure, save
 from layerjam.verdict import list_failures
-from layerjam.workbench.call import Call, CallExport, as_python, disambiguate, python_parts
+from layerjam.workbench.call import Call, CallExport, disambiguate, python_blocks, python_code
 from layerjam.workbench.state import Pin
 from layerjam.workbench.widgets import one_line
 
@@ -65,10 +65,10 @@ class Answer:
         pinned_results = {label: answer.result for label, answer in self.pinned_answers.items()}
         return file_bytes(self.result or self.call.run(), ending, pinned_results, self.finish)
 
-    def python(self) -> str:
+    def python_code(self) -> str:
         """Return Python code that computes and draws the figure in a new process."""
         export = self._export_calls
-        return as_python(export.calls, export.pinned_calls)
+        return python_code(export.calls, export.pinned_calls)
 
     @property
     def files(self) -> Mapping[str, str]:
@@ -81,7 +81,7 @@ class Answer:
 
     def notebook(self) -> str:
         """Return a Jupyter notebook that computes and draws the figure."""
-        return notebook(self.name, [self.call], self.pinned_calls)
+        return build_notebook(self.name, [self.call], self.pinned_calls)
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ SHOWING = "from IPython.display import SVG, display\n"
 """Import statement for code that displays a figure."""
 
 
-def notebook(
+def build_notebook(
     title: str, calls: Sequence[Call], pinned_calls: Mapping[str, Call] = MappingProxyType({})
 ) -> str:
     """Return the notebook as JSON; running it needs layerjam and Jupyter.
@@ -147,7 +147,7 @@ def notebook(
     folder when run. It states which measured files belong in that folder.
     """
     export = disambiguate(calls, pinned_calls)
-    head, *blocks = python_parts(export.calls, export.pinned_calls, display=True)
+    head, *blocks = python_blocks(export.calls, export.pinned_calls, display=True)
     files = [
         file.shown for call in (*export.calls, *export.pinned_calls.values()) for file in call.data
     ]
@@ -159,7 +159,7 @@ def notebook(
     return _notebook_json([*cells, *map(_code_cell, blocks)])
 
 
-def figure_notebook(title: str, lines: str) -> str:
+def build_figure_notebook(title: str, lines: str) -> str:
     """Return a notebook as JSON; the Python code `lines` creates its `figure`."""
     heading = f"# {title}\n\nCreated by the layerjam workbench; it requires layerjam.\n"
     return _notebook_json([_markdown_cell(heading), _code_cell(f"{lines}figure\n")])
@@ -192,7 +192,7 @@ def _introduction(title: str, calls: Sequence[Call], files: Sequence[str]) -> st
     if names:
         listing = "".join(f"- `{name}`\n" for name in names)
         lines.append(f"First put these files in the notebook's folder:\n\n{listing}")
-    lines += [f"    {line}\n" for call in calls for line in call.command().splitlines()]
+    lines += [f"    {line}\n" for call in calls for line in call.command_line().splitlines()]
     return "\n".join(lines)
 
 

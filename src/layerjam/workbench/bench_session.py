@@ -29,7 +29,7 @@ from layerjam.rig.recorder import Block
 from layerjam.rig.stop import Stop
 from layerjam.rig.telemetry import PERIOD
 from layerjam.units import exact_text
-from layerjam.workbench.answer import figure_notebook
+from layerjam.workbench.answer import build_figure_notebook
 
 LEASE = 3.0
 """Seconds after which a closed page no longer keeps a brake jammed."""
@@ -43,7 +43,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Look:
+class BenchState:
     """State of the bench at one moment; `vacuum` is None if the sensor provides no reading."""
 
     time: float
@@ -62,7 +62,7 @@ class Session:
 
     bench: ProcedureBench
     alive: Callable[[], bool]
-    looks: deque[Look] = field(default_factory=lambda: deque(maxlen=SEEN))
+    looks: deque[BenchState] = field(default_factory=lambda: deque(maxlen=SEEN))
     lost: str = ""
     """Reason for the loss of the connection; "" while connected."""
     running: Stop | None = None
@@ -111,7 +111,7 @@ class Session:
             self.running.request_stop()
         self._over.set()
 
-    def has_ended(self, seconds: float) -> bool:
+    def wait_until_ended(self, seconds: float) -> bool:
         """Return whether the thread ends within the given number of seconds."""
         self._thread.join(seconds)
         return not self._thread.is_alive()
@@ -144,7 +144,7 @@ class Session:
         if fault and fault not in self._faults:
             self._faults[fault] = self.bench.fault or str(fault)
         self.looks.append(
-            Look(
+            BenchState(
                 time=int(parts[0]) * PERIOD * 1e-6,
                 vacuum=None if abs(vacuum) > 1e37 else vacuum,
                 target=float(parts[2]),
@@ -155,10 +155,10 @@ class Session:
             )
         )
 
-    def record(self, procedure: str, out: Path, meta: dict[str, object]) -> Future[RunResult]:
+    def record_run(self, procedure: str, out: Path, meta: dict[str, object]) -> Future[RunResult]:
         """Run and record a procedure; it ends if the page is closed."""
 
-        def carry_out(bench: ProcedureBench) -> RunResult:
+        def run_procedure(bench: ProcedureBench) -> RunResult:
             stop = self.running = Stop()
             try:
                 return bench.run(
@@ -168,7 +168,7 @@ class Session:
                 self.running = None
                 bench.lock()
 
-        return self.request_action(carry_out)
+        return self.request_action(run_procedure)
 
     def _on_block(self, block: Block) -> None:
         if not self.alive() and self.running is not None:
@@ -177,7 +177,7 @@ class Session:
         for row in block.rows[::RECORDED_EVERY]:
             vacuum = float(row["vacuum"])
             self.looks.append(
-                Look(
+                BenchState(
                     time=int(row["seq"]) * PERIOD * 1e-6,
                     vacuum=None if vacuum != vacuum else vacuum,
                     target=float(row["target"]),
@@ -250,7 +250,7 @@ def inject_fault(bench: ProcedureBench, fault: str, regulator: Regulator, target
 class BenchRecord:
     """Readings of a bench, and whether its board is virtual."""
 
-    looks: Sequence[Look]
+    looks: Sequence[BenchState]
     simulated: bool
     name: str = "bench"
     files: Mapping[str, str] = field(default_factory=dict)
@@ -274,14 +274,14 @@ class BenchRecord:
         with tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
             return style.save(figure, Path(folder) / f"figure.{ending}").read_bytes()
 
-    def python(self) -> str:
+    def python_code(self) -> str:
         """Return code that contains the readings and draws them."""
         saving = f'style.save(figure, Path("{self.name}.svg"), overwrite=True)'
         return f"from pathlib import Path\n{self._python_source()}{saving}\n"
 
     def notebook(self) -> str:
         """Return a Jupyter notebook that contains the readings and draws them."""
-        return figure_notebook("Bench readings", self._python_source())
+        return build_figure_notebook("Bench readings", self._python_source())
 
     def _python_source(self) -> str:
         lists = (f"{k} = [{', '.join(map(repr, v))}]\n" for k, v in self.columns.items())

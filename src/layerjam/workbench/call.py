@@ -114,9 +114,9 @@ class Call:
         if self.files:
             yield self.files
 
-    def python(self) -> str:
+    def python_code(self) -> str:
         """Return code that reproduces the numbers in a new process."""
-        return as_python([self])
+        return python_code([self])
 
     def python_expression(self) -> str:
         """Return the call as a Python expression that refers to files by name."""
@@ -145,7 +145,7 @@ class Call:
             draws = ["if result.has_curve:", *(f"    {line}" for line in draws)]
         return text + "".join(f"{line}\n" for line in draws)
 
-    def command(self) -> str:
+    def command_line(self) -> str:
         """Return the call as a command line."""
         words = ["layerjam", load_entry(self.name).name]
         for value in self._positional_values():
@@ -164,23 +164,23 @@ class Call:
         return _file_note([self]) + format_command_line(words)
 
 
-def as_python(
+def python_code(
     calls: Sequence[Call], pinned_calls: Mapping[str, Call] = MappingProxyType({})
 ) -> str:
     """Return code that reproduces the numbers and figures of several calls in a new process.
 
     `pinned_calls` are drawn, with their labels, in the figure of the first call that allows them.
     """
-    head, *blocks = python_parts(calls, pinned_calls)
+    head, *blocks = python_blocks(calls, pinned_calls)
     return f"{head}\n{''.join(blocks)}" if blocks else ""
 
 
-def python_parts(
+def python_blocks(
     calls: Sequence[Call],
     pinned_calls: Mapping[str, Call] = MappingProxyType({}),
     display: bool = False,
 ) -> list[str]:
-    """Return the parts of `as_python`: the imports, then the code of each call.
+    """Return the parts of `python_code`: the imports, then the code of each call.
 
     With `display`, the code shows its figures using IPython's `display` and `SVG`.
     """

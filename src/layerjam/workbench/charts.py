@@ -105,11 +105,10 @@ def _pane_series(pane: Pane, ink: str, pixels: float) -> list[dict[str, Any]]:
         }
         series[0]["markArea"] = {"silent": True, "data": [_span_area(*span) for span in pane.spans]}
     _separate_end_labels(pane, series, pixels)
-    return series + [band(*edges) for edges in pane.bands]
+    return series + [band_series(*edges) for edges in pane.bands]
 
 
 def _separate_end_labels(pane: Pane, series: Sequence[dict[str, Any]], pixels: float) -> None:
-    """Move names at curve ends down where they would overlap."""
     lines = zip((curve.end[1] for curve in pane.lines), series, strict=True)
     ends = [(y, item["endLabel"]) for y, item in lines if item["endLabel"]["show"] and y == y]
     low, high = pane.y_range[0] or 0.0, pane.y_range[1] or max((y for y, _ in ends), default=1.0)
@@ -131,7 +130,6 @@ def text_colour(dark: bool) -> str:
 
 
 def _label_width(curves: Sequence[Curve]) -> int:
-    """Return the width of the curve names to the right of a chart [pixels]."""
     longest = max((len(f"{c.name}  {c.note}".strip()) for c in curves if c.labelled), default=0)
     return min(max(28, 14 + 7 * longest), MOST_ROOM)
 
@@ -184,12 +182,11 @@ def _cursor_text(panes: Sequence[Pane], firsts: Sequence[int]) -> str:
 
 
 def _name_and_unit(axis: str) -> tuple[str, str]:
-    """Return the name and the unit of an axis that is labelled "name [unit]"."""
     name, _, unit = axis.partition(" [")
     return name, unit.rstrip("]").replace("-", "")
 
 
-def band(low: Curve, high: Curve) -> dict[str, Any]:
+def band_series(low: Curve, high: Curve) -> dict[str, Any]:
     """Return the coloured area between two curves at the same x, as one closed line of zero width.
 
     ECharts stacks areas only on a category axis. For a line that returns to its start, the area is

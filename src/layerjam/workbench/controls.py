@@ -84,7 +84,7 @@ class Control:
         return replace(self, spec=replace(self.spec, lo=lo, hi=hi), default=default)
 
 
-def entry(
+def control(
     command: str, name: str, default: float, span: tuple[float, float], **more: Any
 ) -> Control:
     """Return the control for one parameter of a command, with its declared meaning and bounds."""
@@ -99,10 +99,10 @@ USUAL_VACUUM = 94.5e3
 """Initial vacuum of all pages [Pa], as in the paper's pulls."""
 
 
-def vacuum_entry(command: str, name: str, full: float, low: float = 0.0, **more: Any) -> Control:
+def vacuum_control(command: str, name: str, full: float, low: float = 0.0, **more: Any) -> Control:
     """Return the control for the shared vacuum, from `low` to full vacuum at the site [Pa]."""
     span = (low, full)
-    return entry(command, name, min(USUAL_VACUUM, full), span, **more).narrow(high=full)
+    return control(command, name, min(USUAL_VACUUM, full), span, **more).narrow(high=full)
 
 
 def map_keys(*controls: Control) -> dict[str, Control]:
@@ -126,7 +126,7 @@ class Choice:
         return self.label or self.key.replace("_", " ").capitalize()
 
 
-def word_choice(command: str, name: str, words: Mapping[str, str], **more: str) -> Choice:
+def make_choice(command: str, name: str, words: Mapping[str, str], **more: str) -> Choice:
     """Return the choice for one parameter of a command; `words` describes the options."""
     parameter = parameters(command)[name]
     labels = {word: words.get(word, word.replace("-", " ")) for word in parameter.words}
@@ -173,7 +173,7 @@ class Slider:
             self.bar = dress(bar, ident, look="dense", aria_label=control.name)
         self.bar.mirror_value(self.field)
         self.bar.on_value_change(self._on_move)
-        on_typed(self.field, self._on_type)
+        on_submit(self.field, self._on_type)
         desk.add_watcher(self._on_change)
         self._update_range()
         self._fill_field()
@@ -250,7 +250,7 @@ def number_field(label: str, width: str) -> ui.input:
     return dress(ui.input(), "", width, look, aria_label=label, input_class="text-right")
 
 
-def on_typed(field: ui.input, act: Callable[[], None]) -> None:
+def on_submit(field: ui.input, act: Callable[[], None]) -> None:
     """Call `act` when the user leaves a field or presses Enter in it."""
     field.on("keydown.enter", act)
     field.on("blur", act)
@@ -266,7 +266,7 @@ def add_unit(text: str, unit: str) -> str:
     return f"{text} {unit}".strip()
 
 
-def choice(desk: Desk, page: str, item: Choice) -> None:
+def add_choice(desk: Desk, page: str, item: Choice) -> None:
     """Show the options as a row of buttons."""
     with ui.row().classes("w-full items-center justify-between"):
         ui.label(item.name).classes("text-sm").tooltip(page_text(item.help or item.name))
@@ -276,7 +276,7 @@ def choice(desk: Desk, page: str, item: Choice) -> None:
     _bind_box(desk, page, item, toggle)
 
 
-def tabs(desk: Desk, page: str, item: Choice) -> None:
+def add_tabs(desk: Desk, page: str, item: Choice) -> None:
     """Show the parts of a page as tabs below its heading."""
     toggle = ui.toggle(dict(item.words), value=read_word(desk, page, item))
     look = "dense no-caps flat"
@@ -284,7 +284,7 @@ def tabs(desk: Desk, page: str, item: Choice) -> None:
     _bind_box(desk, page, item, toggle)
 
 
-def menu(desk: Desk, page: str, item: Choice) -> None:
+def add_menu(desk: Desk, page: str, item: Choice) -> None:
     """Show the options as a drop-down list, if they do not fit in a row."""
     ident, selected_word = f"{page}-{item.key}", read_word(desk, page, item)
     _bind_box(

@@ -12,18 +12,12 @@ WORDS = {"python": "Python", "bash": "a command"}
 
 
 async def copy_text(text: str) -> bool:
-    """Copy text to the clipboard; return whether the browser allowed it.
-
-    `text` is JavaScript that returns the text.
-    """
+    """Copy the value of the JavaScript `text`; return whether the browser allowed it."""
     return await ui.run_javascript(f"layerjamCopied({text})", timeout=5.0) is True
 
 
 async def show_copy(text: str, language: str, files: Mapping[str, str]) -> None:
-    """Copy "python" or "bash" text and show it, with buttons to save the `files` it needs.
-
-    `files` is {name: content}.
-    """
+    """Copy "python" or "bash" text and show it, with buttons to save `files` {name: content}."""
     if not text:
         ui.notify("nothing to copy on this page yet")
         return

@@ -42,7 +42,7 @@ class Desk:
         self._moved = ("", "")
         self._when = 0.0
         self._watching: list[Callable[[str], None]] = []
-        self.turn: Callable[[str], object] = self.open
+        self.show_tab: Callable[[str], object] = self.open
         """Function that opens the tab of a page; set by the frame."""
         self._load_records()
 
@@ -62,7 +62,7 @@ class Desk:
         """
         self._watching.append(callback)
 
-    def files_changed(self) -> None:
+    def announce_files(self) -> None:
         """Notify the watchers that files or sidecars have changed.
 
         Removing a file also removes its pin. This is not an undo step, because undo cannot restore
@@ -73,21 +73,21 @@ class Desk:
             self.state = remaining
         self._notify_watchers("files")
 
-    def take_over(self, before: "Desk") -> None:
+    def take_over_files(self, before: "Desk") -> None:
         """Take over a discarded desk's files, with their pins, and its calibrations."""
-        if not self.files.take_over(before.files):
+        if not self.files.take_over_files(before.files):
             return
         self.laws |= before.laws
         current = self.state.pins
         pins = (p for p in before.state.pins if p.command == MEASURED and p not in current)
         self.state = replace(self.state, pins=(*current, *pins))
-        self.files_changed()
+        self.announce_files()
 
-    def request_files(self) -> None:
+    def show_proposals(self) -> None:
         """Show the proposals for the waiting files."""
         self._notify_watchers("waiting")
 
-    def choose_files(self) -> None:
+    def show_files_dialog(self) -> None:
         """Show the "Dropped files" dialog, even if no files are waiting."""
         self._notify_watchers("choosing")
 
@@ -242,7 +242,7 @@ class Connection(Protocol):
 _desks: dict[str, tuple[Connection, Desk]] = {}
 
 
-def take_over(client: Connection, desk: Desk) -> None:
+def move_files(client: Connection, desk: Desk) -> None:
     """Move a tab's files, with their pins and calibrations, from its previous desk to `desk`.
 
     A tab whose page is still open keeps its files, so a duplicated tab starts without any.
@@ -253,7 +253,7 @@ def take_over(client: Connection, desk: Desk) -> None:
     left, before = _desks.get(tab, (client, desk))
     _desks[tab] = (client, desk)
     if before is not desk and left.tab_id is None and not left.is_deleted:
-        desk.take_over(before)
+        desk.take_over_files(before)
 
 
 def forget_desk(desk: Desk) -> None:

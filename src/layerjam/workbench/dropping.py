@@ -16,10 +16,17 @@ from layerjam.toml_files.toml import MAX_BYTES, decode_toml, parse_toml
 from layerjam.toml_files.writer import dump_toml
 from layerjam.units import QuantitySpec, build, get_spec, show
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.kinds import toml_kind
-from layerjam.workbench.session import ENDING, from_session
+from layerjam.workbench.kinds import detect_toml_kind
+from layerjam.workbench.session import ENDING, parse_session
 from layerjam.workbench.sorting import Sorting
-from layerjam.workbench.uploads import LARGEST, MAX_FILES, UploadError, Uploads, clean, is_sidecar
+from layerjam.workbench.uploads import (
+    LARGEST,
+    MAX_FILES,
+    UploadError,
+    Uploads,
+    clean_name,
+    is_sidecar,
+)
 from layerjam.workbench.widgets import button, dress, hint, one_line
 
 AT_ONCE = 1000
@@ -63,8 +70,8 @@ class Dropping:
             background_tasks.create(self._show_dialog(empty=True), name="layerjam files")
 
     async def _receive_file(self, event: events.UploadEventArguments) -> None:
-        name = clean(event.file.name)
-        if is_list(name):
+        name = clean_name(event.file.name)
+        if is_conditions_list(name):
             problem = await self._store_list(name, event.file)
         elif name.lower().endswith(ENDING):
             problem = await self._open_session(name, event.file)
@@ -82,7 +89,7 @@ class Dropping:
     async def _store_list(self, name: str, file: FileUpload) -> str:
         """Store a list of conditions for many files; return the reason if it is invalid."""
         try:
-            self.uploads.listed = read_list(await file.read(), name)
+            self.uploads.listed = read_conditions_list(await file.read(), name)
         except LayerjamError as err:
             return one_line(err)
         self.uploads.from_list.clear()
@@ -90,10 +97,9 @@ class Dropping:
         return ""
 
     async def _open_session(self, name: str, file: FileUpload) -> str:
-        """Load a saved session; return the reason if it is rejected."""
         try:
             data = await file.read()
-            session = await run.io_bound(from_session, data, name)
+            session = await run.io_bound(parse_session, data, name)
             # the program or the tab was closed in the meantime
             if session is None or self.uploads.closed:
                 return ""
@@ -106,7 +112,7 @@ class Dropping:
             self.desk.restore_state(state)
         except LayerjamError as err:
             return one_line(err)
-        self.desk.files_changed()
+        self.desk.announce_files()
         ui.notify(f"{name} was opened; use Undo to go back", type="positive")
         self.go(state.page)
         return ""
@@ -121,7 +127,7 @@ class Dropping:
             parse_toml(text, name)
         except FileError as err:
             return str(err)
-        kind = toml_kind(text)
+        kind = detect_toml_kind(text)
         if kind in ("brake", "line"):
             return self._put_on_desk(kind, name, text)
         if is_sidecar(name):
@@ -129,7 +135,7 @@ class Dropping:
                 self.uploads.store_file(name, data)
             except UploadError as err:
                 return str(err)
-            self.desk.files_changed()
+            self.desk.announce_files()
             return ""
         if kind == "sidecar":
             self._facts[name[: -len(".toml")]] = text
@@ -193,7 +199,7 @@ class Dropping:
                     f"{stem}; rename it NAME.csv.toml to match the measurement NAME.csv"
                 )
         self._facts.clear()
-        names, contradictions = attach_list(self.uploads)
+        names, contradictions = attach_conditions(self.uploads)
         for sentence in contradictions:
             self.sorting.add_sentence(sentence)
         if self._came_list:
@@ -202,7 +208,7 @@ class Dropping:
             note = f"; still missing: {lacking} of those listed" if lacking else ""
             count = "1 file" if len(names) == 1 else f"{len(names)} files"
             ui.notify(f"{LIST}: conditions read for {count}{note}", type="positive")
-            self.desk.files_changed()
+            self.desk.announce_files()
 
     def _on_reject(self, event: events.GenericEventArguments) -> None:
         *entries, last = event.args
@@ -214,12 +220,12 @@ class Dropping:
                     self.sorting.add_sentence(str(err))
             elif cause == "max-files":
                 self.sorting.add_sentence(
-                    f"{clean(str(name))}: not used, because at most {AT_ONCE} files can be "
+                    f"{clean_name(str(name))}: not used, because at most {AT_ONCE} files can be "
                     "dropped at once"
                 )
             else:
                 self.sorting.add_sentence(
-                    f"{clean(str(name))}: not used, because it is already being uploaded"
+                    f"{clean_name(str(name))}: not used, because it is already being uploaded"
                 )
         if int(last[2]) > len(entries):
             self.sorting.add_sentence(f"{int(last[2]) - len(entries)} more files were not used")
@@ -233,12 +239,12 @@ class Dropping:
             413: f"is too large; the limit is {LARGEST // 2**20} MB",
         }.get(int(status), "could not be uploaded; drop it again")
         for name in names:
-            self.sorting.add_sentence(f"{clean(str(name))}: {cause}")
+            self.sorting.add_sentence(f"{clean_name(str(name))}: {cause}")
         self.zone.reset()
         self._schedule_dialog()
 
 
-class FilesHere:
+class DropHint:
     """Note on a page that files can be dropped, with buttons to choose and to accept files."""
 
     def __init__(self, desk: Desk, page: str) -> None:
@@ -256,14 +262,14 @@ class FilesHere:
             choose.on("click", js_handler="() => layerjamPick()")
             look = "unelevated dense no-caps color=primary"
             self._waiting = button(
-                "", desk.request_files, f"{page}-waiting", "help_outline", look=look
+                "", desk.show_proposals, f"{page}-waiting", "help_outline", look=look
             )
         desk.add_watcher(
-            lambda what: self.fill_dialog() if what in ("files", "settings", "undo") else None
+            lambda what: self.update_count() if what in ("files", "settings", "undo") else None
         )
-        self.fill_dialog()
+        self.update_count()
 
-    def fill_dialog(self) -> None:
+    def update_count(self) -> None:
         """Show the number of files that are waiting to be accepted."""
         count = len(self.desk.files.waiting)
         text = "1 file to sort" if count == 1 else f"{count} files to sort"
@@ -271,12 +277,12 @@ class FilesHere:
         self._waiting.set_visibility(count > 0)
 
 
-def is_list(name: str) -> bool:
+def is_conditions_list(name: str) -> bool:
     """Return whether a file has the name that the commands expect of a list of conditions."""
-    return clean(name).lower() == LIST
+    return clean_name(name).lower() == LIST
 
 
-def read_list(data: bytes, name: str) -> dict[str, str]:
+def read_conditions_list(data: bytes, name: str) -> dict[str, str]:
     """Return {file name: its conditions as sidecar text} from a list of conditions.
 
     Raises FileError, with the line number, if the list is invalid.
@@ -284,10 +290,10 @@ def read_list(data: bytes, name: str) -> dict[str, str]:
     if len(data) > MAX_BYTES:
         raise FileError(name, f"is larger than {MAX_BYTES // 1000} kB, the limit for such a list")
     entries = parse_list(decode_toml(data, name), name)
-    return {clean(file): format_facts(build(Facts, values)) for file, values in entries.items()}
+    return {clean_name(k): format_facts(build(Facts, values)) for k, values in entries.items()}
 
 
-def attach_list(uploads: Uploads) -> tuple[list[str], list[str]]:
+def attach_conditions(uploads: Uploads) -> tuple[list[str], list[str]]:
     """Complete sidecars from the list; return (names of listed files, contradictions).
 
     If the sidecar and the list state the same entry, the sidecar takes precedence and a notice

@@ -46,7 +46,7 @@ OTHER_READERS = MappingProxyType(
 """{kind of file: description and command}."""
 
 
-def toml_kind(text: str) -> str:
+def detect_toml_kind(text: str) -> str:
     """Return the kind of a TOML text: "brake", "line", "specification", "sidecar", or ""."""
     try:
         keys = set(parse_toml(text, "the file"))
@@ -68,7 +68,7 @@ def _top_level_keys(paths: Mapping[str, object]) -> set[str]:
     return {path.partition(".")[0] for path in paths} - {"name", "title", "site", "gas"}
 
 
-def other_reader(path: Path) -> str:
+def find_other_reader(path: Path) -> str:
     """Return the kind, in OTHER_READERS, of a file that no page reads; "" if it has none."""
     from layerjam.identify.rubber.tensile import read_rubber
 

@@ -136,7 +136,7 @@ class Bar(ui.slider):
         self.update()
 
 
-def draw(chart: ui.echart, options: dict[str, Any]) -> None:
+def draw_chart(chart: ui.echart, options: dict[str, Any]) -> None:
     """Update a chart's options; replace all of them only if its series or cursor have changed."""
     old = chart.options
     # NiceGUI's own method would wrap every number for change tracking and send it at once

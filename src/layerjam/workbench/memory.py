@@ -31,7 +31,7 @@ def forget_tab() -> None:
         _frozen_pages.clear()
 
 
-async def freeze_later(page: str) -> None:
+async def freeze_after_result(page: str) -> None:
     """Call `freeze_modules` once the page's first result has reached the browser."""
     if page not in _frozen_pages:
         _frozen_pages.add(page)

@@ -11,7 +11,7 @@ from layerjam.commands.quantities import ATMOSPHERE
 from layerjam.errors import LayerjamError
 from layerjam.units import usual_unit
 from layerjam.workbench.call import Options, parameters
-from layerjam.workbench.controls import add_unit, on_typed
+from layerjam.workbench.controls import add_unit, on_submit
 from layerjam.workbench.page import Page
 from layerjam.workbench.spoken import page_text
 from layerjam.workbench.uploads import LARGEST, Uploads
@@ -122,12 +122,11 @@ class OtherInputs:
                 self.desk.put_setting(self.page.name, p.name, text)
                 box.set_value(text)
 
-        on_typed(box, on_type)
+        on_submit(box, on_type)
         self.page.fields[p.name] = box
         return box
 
     def _build_upload(self, p: Parameter, ident: str, label: str) -> None:
-        """Build the field for a file, which stays on this machine and is not part of a link."""
         uploads = self.files[p.name]
 
         async def on_file(event: events.UploadEventArguments) -> None:
@@ -136,7 +135,7 @@ class OtherInputs:
             show_file()
 
         def remove_files() -> None:
-            uploads.remove(f.key for f in uploads.files)
+            uploads.remove_files(f.key for f in uploads.files)
             alert.show_error("")
             show_file()
 

@@ -16,14 +16,14 @@ from layerjam.workbench.call import Call, Options, result_fields
 from layerjam.workbench.controls import Choice, Control, Slider, read_number, read_word
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Words
-from layerjam.workbench.memory import freeze_later
-from layerjam.workbench.runner import Runner, waiting_line
+from layerjam.workbench.memory import freeze_after_result
+from layerjam.workbench.runner import Runner, add_progress_line
 from layerjam.workbench.spoken import typeset_text
-from layerjam.workbench.tables import html
+from layerjam.workbench.tables import html_table
 from layerjam.workbench.widgets import QUIET, Alert, as_title, dress, heading, hint
 
 
-class Asking:
+class ControlGroup:
     """Object with controls whose values the desk stores under `name`."""
 
     name = ""
@@ -57,7 +57,7 @@ class Asking:
         """Return the selected option."""
         return read_word(self.desk, self.name, option)
 
-    def slider(self, key: str, is_shown: Callable[[], bool] | None = None) -> ui.column:
+    def add_slider(self, key: str, is_shown: Callable[[], bool] | None = None) -> ui.column:
         """Add a control's slider; with `is_shown` it is visible only while that returns true."""
         with self.show_while(is_shown) as box:
             control = self.controls()[key]
@@ -92,7 +92,7 @@ class Asking:
         return box
 
 
-class View(Asking):
+class View(ControlGroup):
     """A page, or a part of one; `build` fills its slot once, when it is first opened.
 
     `compute` runs in a thread and runs commands only, through `calls`; `draw` runs on the event
@@ -165,12 +165,11 @@ class Page(View):
         self.refresh()
 
     def _build_head(self) -> None:
-        """Show the title, and a line for the progress of a long computation."""
         if self.title:
             with ui.row().classes("page-head"):
                 heading(self.title, 1)
                 hint(self.summary)
-        waiting_line(self.name, self.runner)
+        add_progress_line(self.name, self.runner)
 
     def refresh(self) -> None:
         """Compute again with the latest inputs."""
@@ -192,10 +191,9 @@ class Page(View):
             self.result = result
             with self.place or contextlib.nullcontext():
                 self.draw(result)
-        background_tasks.create(freeze_later(self.name), name="layerjam settles")
+        background_tasks.create(freeze_after_result(self.name), name="layerjam settles")
 
     def _show_problems(self, problems: Sequence[tuple[str | None, str]]) -> None:
-        """Show errors, given as (quantity, sentence), below the fields of their quantities."""
         for field in self._wrong:
             field.error = None
         self._wrong = []
@@ -205,7 +203,7 @@ class Page(View):
                 self.fields[key].error = typeset_text(sentence)
                 self._wrong.append(self.fields[key])
 
-    def problem_line(self) -> None:
+    def add_alert(self) -> None:
         """Create the line that shows why inputs are rejected."""
         self.problem = Alert(f"{self.name}-problem")
 
@@ -292,7 +290,7 @@ def show_checks(result: Any) -> None:
     if len(pulls) > 1:
         heads = [name.capitalize() for name in HEADS]
         live.Table().set_content(
-            html(heads, map(format_cells, pulls), range(6), TITLE, "pull-by-pull")
+            html_table(heads, map(format_cells, pulls), range(6), TITLE, "pull-by-pull")
         )
     for check in result.values.get("checks", ()):
         with ui.row().classes("no-wrap gap-2 items-baseline"):

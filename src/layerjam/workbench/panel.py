@@ -15,7 +15,7 @@ from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import chart_options
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pins import make_pin, pin_call, pin_labels, put_pin, toggle_file
+from layerjam.workbench.pins import make_call, make_pin, make_pin_labels, put_pin, toggle_file_pin
 from layerjam.workbench.state import MEASURED, Pin
 from layerjam.workbench.widgets import Alert, button, chart, dress, one_line
 
@@ -30,7 +30,7 @@ class Panel:
         self._desk, self._page = desk, page
         self._ident, self._only = ident or page, command
         self._known: dict[str, tuple[Answer, Any]] = {}
-        self.besides: Callable[[Pin, Any], Any] = lambda pin, result: None
+        self.compute_extra: Callable[[Pin, Any], Any] = lambda pin, result: None
         """Function that returns the page's additional result for a pin; may raise LayerjamError."""
         self._acts: list[ui.element] = []
         self._chips: ui.row | None = None
@@ -44,9 +44,9 @@ class Panel:
         """Build the chart; `label` describes it for screen readers."""
         self.chart = chart(ident, label, look, act)
 
-    def build_row(self) -> ui.row:
+    def build_exports(self) -> ui.row:
         """Build the download buttons."""
-        row = takeaway.add_row(self._ident, self.chart, lambda: self.shown)
+        row = takeaway.add_exports(self._ident, self.chart, lambda: self.shown)
         self._acts.append(row)
         self._enable_actions()
         return row
@@ -63,15 +63,12 @@ class Panel:
         self._alert = Alert(f"{self._ident}-pin-problem", "text-sm")
 
     def draw(self, answer: Answer | None, chart: Mapping[str, Any] | None) -> None:
-        """Show an answer as `chart`.
-
-        If `chart` is None, the chart is hidden and nothing can be downloaded.
-        """
+        """Show an answer as `chart`; None hides the chart and disables the downloads."""
         self.shown = answer if chart else None
         self._enable_actions()
         self.chart.set_visibility(chart is not None)
         if chart:
-            live.draw(self.chart, dict(chart))
+            live.draw_chart(self.chart, dict(chart))
         if self._chips is not None:
             self._fill_pins(self._chips, () if answer is None else answer.pins)
 
@@ -89,7 +86,6 @@ class Panel:
         self.draw(answer, chart_options(add_comparisons(answer.result.panes(), quiet), dark))
 
     def _fill_pins(self, chips: ui.row, pins: tuple[Pinned, ...]) -> None:
-        """Show the pins; unchanged ones are not rebuilt."""
         if self.problem:
             self._alert.show_error(self.problem)
         items = tuple((pin.pin, pin.label) for pin in pins if pin.pin is not None)
@@ -125,13 +121,13 @@ class Panel:
                 pins.append((*computed_pins[key], pin))
         self._known = computed_pins
         self.problem = "; ".join(dict.fromkeys(trouble))
-        names = pin_labels([answer.call for answer, *_ in pins], call)
+        names = make_pin_labels([answer.call for answer, *_ in pins], call)
         return tuple(Pinned(name, *pin) for name, pin in zip(names, pins, strict=True))
 
     def _compute_pin(self, pin: Pin) -> tuple[Answer, Any]:
-        call = pin_call(pin)
+        call = make_call(pin)
         result = call.run()
-        return Answer(call, result), self.besides(pin, result)
+        return Answer(call, result), self.compute_extra(pin, result)
 
     def pin_answer(self, **more: str) -> None:
         """Pin the displayed answer; `more` contains additional options for the pin."""
@@ -145,7 +141,7 @@ class Panel:
 
     def pin_file(self, key: str) -> None:
         """Pin a dropped file's curve, or unpin it."""
-        self._try_action(partial(toggle_file, self._desk, key))
+        self._try_action(partial(toggle_file_pin, self._desk, key))
 
     def _try_action(self, act: Callable[[], None]) -> None:
         try:

@@ -12,7 +12,14 @@ from layerjam.fluid.closed_forms import reachable_vacuum
 from layerjam.simulate.to_peak import ToPeak, find_sheet_count_for_peak, find_vacuum_for_peak
 from layerjam.units import QuantitySpec, exact_text, show
 from layerjam.workbench.call import Call, Subject
-from layerjam.workbench.controls import Choice, add_unit, choice, number_field, on_typed, read_word
+from layerjam.workbench.controls import (
+    Choice,
+    add_choice,
+    add_unit,
+    number_field,
+    on_submit,
+    read_word,
+)
 from layerjam.workbench.desk import Desk, resize_stack, set_sheets
 from layerjam.workbench.widgets import dress, one_line, status
 
@@ -46,10 +53,10 @@ class PeakSetting:
             ui.label("Peak").classes("text-sm").tooltip("Drag the peak in the chart, or type it")
             self.field = dress(number_field("Peak force to reach [N]", "w-28"), "pull-peak")
             self.field.props["suffix"] = "N"
-            on_typed(self.field, self._on_type)
+            on_submit(self.field, self._on_type)
             with ui.row().classes("items-center"):
-                choice(self._desk, self._page, FOLLOWS)
-        self.said = status("pull-peak-said", "text-sm")
+                add_choice(self._desk, self._page, FOLLOWS)
+        self.message = status("pull-peak-said", "text-sm")
         self._desk.add_watcher(self._on_change)
 
     def attach_chart(self, chart: ui.echart) -> None:
@@ -106,7 +113,7 @@ class PeakSetting:
                         return
                     self._apply_result(result, force, by_sheets)
                 except LayerjamError as err:
-                    self.said.set_text(one_line(err))
+                    self.message.set_text(one_line(err))
         finally:
             self._seeking = False
 
@@ -139,15 +146,15 @@ class PeakSetting:
         else:
             # use whole pascals, so that the value is readable
             self._desk.put_setting(self._page, "vacuum", float(round(result.value)), follow=True)
-        self.said.set_text(sentence(result, force, by_sheets))
+        self.message.set_text(describe_result(result, force, by_sheets))
 
     def _on_change(self, change: str) -> None:
         """Clear the sentence when something else changes."""
         if change in ("settings", "undo", "brake", "line"):
-            self.said.set_text("")
+            self.message.set_text("")
 
 
-def sentence(result: ToPeak, force: float, by_sheets: bool) -> str:
+def describe_result(result: ToPeak, force: float, by_sheets: bool) -> str:
     """Return a sentence with the value for a target peak, or with the nearest possible peak."""
     peak, target = show(result.force, "N"), show(force, "N")
     place = f"{result.at:g} sheets" if by_sheets else show(result.at, "Pa")

@@ -36,7 +36,7 @@ def make_pin(page: str, call: Call) -> Pin:
     return Pin(page, call.name, call.subjects[0].text, plain)
 
 
-def pin_call(pin: Pin) -> Call:
+def make_call(pin: Pin) -> Call:
     """Return the call of a pin.
 
     Raises QuantityError for a pin that no page can create, such as a path in a link.
@@ -55,7 +55,7 @@ def pin_call(pin: Pin) -> Call:
     return Call(pin.command, (subject,), options)
 
 
-def pin_labels(calls: Sequence[Call], current: Call) -> list[str]:
+def make_pin_labels(calls: Sequence[Call], current: Call) -> list[str]:
     """Return labels that distinguish calls from the current one and, if necessary, each other."""
     names = [
         _describe_difference(call, [current]) or _describe_difference(call, calls) or "as shown"
@@ -93,7 +93,7 @@ def put_pin(desk: Desk, pin: Pin) -> None:
     desk.put_pins((*pins, pin))
 
 
-def toggle_file(desk: Desk, key: str) -> None:
+def toggle_file_pin(desk: Desk, key: str) -> None:
     """Pin a dropped file to the Pull page, or unpin it; raises QuantityError for too many pins."""
     file_pin = Pin("pull", MEASURED, key)
     if file_pin in desk.state.pins:

@@ -21,7 +21,7 @@ from layerjam.measure.runs import ENDING, read_run
 from layerjam.measure.sidecar import Facts, read_facts
 from layerjam.measure.trace import Trace
 from layerjam.units import get_spec, show
-from layerjam.workbench.kinds import OTHER_READERS, other_reader
+from layerjam.workbench.kinds import OTHER_READERS, find_other_reader
 
 FRICTION, CALIBRATE, VALIDATE, ASIDE = "friction", "calibrate", "validate", "aside"
 FACTS = ("vacuum", "normal_force", "speed")
@@ -94,7 +94,7 @@ class Proposal:
         return due if due and not facts.get(due) else ""
 
 
-def read_name(name: str) -> dict[str, SourcedValue]:
+def parse_file_name(name: str) -> dict[str, SourcedValue]:
     """Return {"role", "vacuum", "normal_force", "speed": value} as given in a file's name.
 
     A name with several pressures yields no vacuum, because it is ambiguous.
@@ -103,21 +103,21 @@ def read_name(name: str) -> dict[str, SourcedValue]:
     values: dict[str, SourcedValue] = {}
     friction, pull = _FRICTION.search(stem), _PULL.search(stem)
     if friction:
-        values["role"] = SourcedValue(FRICTION, _source_name(friction[0]))
+        values["role"] = SourcedValue(FRICTION, _cite_name(friction[0]))
     elif pull:
-        values["role"] = SourcedValue(CALIBRATE, _source_name(pull[0]))
+        values["role"] = SourcedValue(CALIBRATE, _cite_name(pull[0]))
     for fact, text, written_as in _find_quantities(stem, bool(friction)):
         try:
             get_spec(Facts, fact).read(text, fact)
         except LayerjamError:
             continue
-        values[fact] = SourcedValue(text, _source_name(written_as))
+        values[fact] = SourcedValue(text, _cite_name(written_as))
     return values
 
 
 def _find_quantities(stem: str, friction: bool) -> Iterator[tuple[str, str, str]]:
     """Yield (key, text, spelling in the name) of each quantity in a name."""
-    pressures = {(_digits(m[1]), _UNITS[m[2].lower()]): m for m in _PRESSURE.finditer(stem)}
+    pressures = {(_decimal(m[1]), _UNITS[m[2].lower()]): m for m in _PRESSURE.finditer(stem)}
     if len(pressures) == 1 and not friction:
         (((number, unit), match),) = pressures.items()
         if not match[3]:  # an absolute pressure is not a vacuum
@@ -125,25 +125,25 @@ def _find_quantities(stem: str, friction: bool) -> Iterator[tuple[str, str, str]
     forces = list(_FORCE.finditer(stem))
     weights = list(_WEIGHT.finditer(stem))
     if friction and len(forces) == 1:
-        yield "normal_force", f"{_digits(forces[0][1])} {forces[0][2]}", forces[0][0]
+        yield "normal_force", f"{_decimal(forces[0][1])} {forces[0][2]}", forces[0][0]
     elif friction and not forces and len(weights) == 1:
         unit = {"g": "gf", "kg": "kgf"}[weights[0][2]]
-        yield ("normal_force", f"{_digits(weights[0][1])} {unit}", f"{weights[0][0]}, its weight")
+        yield ("normal_force", f"{_decimal(weights[0][1])} {unit}", f"{weights[0][0]}, its weight")
     speeds = list(_SPEED.finditer(stem))
     if len(speeds) == 1:
         per = "min" if speeds[0][2].lower() == "min" else "s"
-        yield "speed", f"{_digits(speeds[0][1])} mm/{per}", speeds[0][0]
+        yield "speed", f"{_decimal(speeds[0][1])} mm/{per}", speeds[0][0]
 
 
-def _digits(number: str) -> str:
+def _decimal(number: str) -> str:
     return number.replace(",", ".").replace("p", ".")
 
 
-def _source_name(match: str) -> str:
+def _cite_name(match: str) -> str:
     return f"its name: {match.strip(' _-')}"
 
 
-def find_refusal(path: Path) -> str:
+def find_read_error(path: Path) -> str:
     """Return why a file cannot be read, and the remedy; empty if it can be read."""
     try:
         for trace in open_traces(path):
@@ -155,7 +155,7 @@ def find_refusal(path: Path) -> str:
     return ""
 
 
-def propose(key: str, name: str, path: Path) -> Proposal:
+def propose_use(key: str, name: str, path: Path) -> Proposal:
     """Return the proposal for one file, whose sidecar holds the user's statements.
 
     Raises nothing: reading errors are in `about`, which names the file by its path.
@@ -169,7 +169,7 @@ def propose(key: str, name: str, path: Path) -> Proposal:
         traces = [trace.read(ReadingOptions()) for trace in open_traces(path)]
     except LayerjamError as err:
         role, facts_found = _find_conditions(name, path, facts, ())
-        return _unread_proposal(replace(draft, role=role, facts=facts_found), path, err)
+        return _complete_proposal(replace(draft, role=role, facts=facts_found), path, err)
     longest = max(traces, key=len)
     force, travel = float(longest.force.max()), float(np.ptp(longest.elongation))
     summary = f"{len(longest)} samples over {show(travel, 'm', 3)}, up to {show(force, 'N', 3)}"
@@ -180,13 +180,13 @@ def propose(key: str, name: str, path: Path) -> Proposal:
     return replace(draft, about=summary, synthetic=synthetic, role=role, facts=facts_found)
 
 
-def _unread_proposal(draft: Proposal, path: Path, error: LayerjamError) -> Proposal:
+def _complete_proposal(draft: Proposal, path: Path, error: LayerjamError) -> Proposal:
     """Complete the proposal for an unreadable file: its reader, what it lacks, or "unknown"."""
     asks = str(getattr(error, "asks", ""))
     reason = str(getattr(error, "plain", "") or error)
     if isinstance(error, MissingExtraError):
         return replace(draft, kind="unknown", about=reason)
-    kind = other_reader(path)
+    kind = find_other_reader(path)
     if kind:
         return replace(draft, kind=kind, about=OTHER_READERS[kind].sentence(draft.name))
     if asks in CLICKS:
@@ -198,7 +198,7 @@ def _find_conditions(
     name: str, path: Path, facts: Facts, traces: Sequence[Trace]
 ) -> tuple[SourcedValue, dict[str, SourcedValue]]:
     """Return role and metadata: from the sidecar, otherwise from the file's content or name."""
-    values = read_name(name)
+    values = parse_file_name(name)
     facts_found = {fact: value_found for fact in FACTS if (value_found := values.get(fact))}
     facts_found |= dict(_read_content(path, traces))
     facts_found |= {
@@ -286,10 +286,7 @@ def column_vacuum(path: Path, index: int, unit: str, names: Sequence[str]) -> So
 
 
 def assign_roles(proposals: Iterable[Proposal]) -> list[Proposal]:
-    """Assign roles to files dropped together: calibrate at the highest vacuum, else validate.
-
-    Roles other than calibration are kept.
-    """
+    """Assign roles to pulls dropped together: calibrate at the highest vacuum, else validate."""
     files = list(proposals)
     level = {p.key: _stated_vacuum(p) for p in files if p.role.text == CALIBRATE}
     highest = max((v for v in level.values() if v is not None), default=None)

@@ -78,7 +78,7 @@ class Runner:
         self.doing = (phase, share)
 
 
-def waiting_line(page: str, runner: Runner) -> None:
+def add_progress_line(page: str, runner: Runner) -> None:
     """Show a long computation, its progress, and a button to stop it."""
     with ui.row().classes("waiting items-center no-wrap gap-3") as row:
         ui.spinner(size="sm")

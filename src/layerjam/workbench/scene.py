@@ -69,7 +69,7 @@ class Stack:
     high: Point
 
 
-def exaggeration(thickness: float, count: int, width: float) -> int:
+def find_magnification(thickness: float, count: int, width: float) -> int:
     """Return the magnification of thicknesses (1, 2, 5, 10, ...) that makes the stack visible."""
     for power in range(6):
         for step in (1, 2, 5):
@@ -87,7 +87,7 @@ def build_stack(brake: Brake, slip: float, share: float) -> Stack:
     """
     sheets, clamp_length = brake.sheets, brake.mount.clamped_length
     count = min(sheets.count, MAX_SHEETS)
-    scale = exaggeration(sheets.thickness, count, sheets.width)
+    scale = find_magnification(sheets.thickness, count, sheets.width)
     thick = sheets.thickness * scale
     gap = thick * (LOOSE + (TIGHT - LOOSE) * share)
     height, loosest = (count * thick + (count - 1) * g for g in (gap, thick * LOOSE))
@@ -95,22 +95,22 @@ def build_stack(brake: Brake, slip: float, share: float) -> Stack:
     # the left cap is fixed, and the origin is the middle of the brake at rest
     start, end = -(free + lap + free_right) / 2, (free + lap + free_right) / 2 + slip
     boxes = [
-        _sheet(i, thick, (i + 0.5) * thick + i * gap - height / 2, brake, (start, end))
+        _sheet_box(i, thick, (i + 0.5) * thick + i * gap - height / 2, brake, (start, end))
         for i in range(count)
     ]
     cap = max(1.2 * clamp_length, 0.06 * (free + lap + free_right))
     tall = height + 3 * thick
     for name, inner, side in (("left cap", start, -1), ("right cap", end, 1)):
         middle = inner + side * cap / 2
-        boxes.append(_box(name, (middle, 0, 0), (cap, 1.25 * sheets.width, tall), GREY))
+        boxes.append(_make_box(name, (middle, 0, 0), (cap, 1.25 * sheets.width, tall), GREY))
         boxes += _screw_boxes(name, middle, tall / 2, brake)
     room = (0.25 + 1.5 * (1 - share)) * thick
     around = (end - start, sheets.width + 2 * room, height + 2 * room)
-    boxes.append(_box("enclosure", ((start + end) / 2, 0, 0), around, "#9fb4c4", 0.28))
+    boxes.append(_make_box("enclosure", ((start + end) / 2, 0, 0), around, "#9fb4c4", 0.28))
     low = -tall / 2 - 2.5 * thick
     left, right = start + free + slip, start + free + lap
     overlap_mark = ((left + right) / 2, -sheets.width / 2, low)
-    boxes.append(_box("overlap", overlap_mark, (max(right - left, 1e-5), 0.0006, 0.0012), INK))
+    boxes.append(_make_box("overlap", overlap_mark, (max(right - left, 1e-5), 0.0006, 0.0012), INK))
     tip = start + free + lap + free_right + sheets.usable_travel
     boxes += _ghost_boxes(end + cap, tip, cap, (1.25 * sheets.width, tall, height))
     labels = (
@@ -129,16 +129,15 @@ def build_stack(brake: Brake, slip: float, share: float) -> Stack:
 
 
 def _ghost_boxes(start: float, end: float, cap: float, size: Point) -> Iterator[Box]:
-    """Yield the boxes of the pulled half at full travel: its cap at `end` and its sheets."""
     wide, tall, height = size
-    yield _box("ghost cap", (end + cap / 2, 0, 0), (cap, wide, tall), GREY, 0.22)
+    yield _make_box("ghost cap", (end + cap / 2, 0, 0), (cap, wide, tall), GREY, 0.22)
     if end > start:
-        yield _box(
+        yield _make_box(
             "ghost", ((start + end) / 2, 0, 0), (end - start, wide / 1.25, height), ORANGE, 0.14
         )
 
 
-def _sheet(number: int, thick: float, z: float, brake: Brake, span: tuple[float, float]) -> Box:
+def _sheet_box(number: int, thick: float, z: float, brake: Brake, span: tuple[float, float]) -> Box:
     """Return a sheet at its height; the left cap holds sheets with an even index."""
     sheets, clamp_length = brake.sheets, brake.mount.clamped_length
     if number % 2 == 0:
@@ -147,23 +146,22 @@ def _sheet(number: int, thick: float, z: float, brake: Brake, span: tuple[float,
         ends = (span[1] - sheets.free_right - sheets.overlap, span[1] + clamp_length)
     size = (ends[1] - ends[0], sheets.width, thick)
     color = ORANGE if number % 2 else BLUE
-    return _box(f"sheet {number}", (sum(ends) / 2, 0, z), size, color)
+    return _make_box(f"sheet {number}", (sum(ends) / 2, 0, z), size, color)
 
 
 def _screw_boxes(name: str, x: float, z: float, brake: Brake) -> Iterator[Box]:
-    """Yield the screws of a cap, in a row along the holes in the sheets."""
     width, hole = brake.sheets.width, max(brake.mount.screw_hole, 0.001)
     row = clamp_holes(0.0, width, int(brake.mount.screws_across(width)), hole)
     for number, place in enumerate(row):
         size = (hole, hole, 0.5 * hole)
-        yield _box(f"screw {number} {name}", (x, place.y, z), size, "#39424b")
+        yield _make_box(f"screw {number} {name}", (x, place.y, z), size, "#39424b")
 
 
 def _to_units(x: float, y: float, z: float) -> Point:
     return (x / UNIT, y / UNIT, z / UNIT)
 
 
-def _box(name: str, centre: Point, size: Point, color: str, opacity: float = 1.0) -> Box:
+def _make_box(name: str, centre: Point, size: Point, color: str, opacity: float = 1.0) -> Box:
     return Box(name, _to_units(*centre), _to_units(*size), color, opacity)
 
 

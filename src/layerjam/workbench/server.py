@@ -93,7 +93,6 @@ class RequestGuard:
         return 413, f"at most {self.largest // 2**20} MB are accepted at once"
 
     def _is_token(self, token: str | None) -> bool:
-        """Return whether a text equals the token; False if the server has none."""
         mine = (self.token or "").encode()
         return bool(self.token) and hmac.compare_digest((token or "").encode(), mine)
 
@@ -150,7 +149,7 @@ def is_loopback(host: str) -> bool:
         raise QuantityError(f"host: '{host[:60]}' is not an address of this machine") from None
 
 
-def check_free(host: str, port: int) -> None:
+def check_address(host: str, port: int) -> None:
     """Raise QuantityError if the server cannot listen on this host and port."""
     try:
         addresses = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
@@ -186,18 +185,18 @@ def serve(
 
     if not is_loopback(host):
         token = token or secrets.token_urlsafe(18)
-    check_free(host, port)
+    check_address(host, port)
     from layerjam.workbench import live
     from layerjam.workbench.folders import remove_stale_folders
     from layerjam.workbench.pages.all import TABS
-    from layerjam.workbench.shell import frame
+    from layerjam.workbench.shell import build_frame
     from layerjam.workbench.uploads import delete_folders
 
     live.check_version()
 
     @ui.page("/", title="layerjam workbench", dark=None)
     def page(s: str = "") -> None:
-        frame(s, TABS, lambda: prepare(engine))
+        build_frame(s, TABS, lambda: prepare_first_page(engine))
 
     host_name = f"[{host}]" if ":" in host else host
     names = (*LOCAL, host_name) if is_loopback(host) else None
@@ -206,7 +205,7 @@ def serve(
     greeting = f"workbench: {place}{f'?token={token}' if token else ''}  (press Ctrl-C to stop)"
     app.on_startup(lambda: print(greeting, flush=True))
     # the server is idle while the browser opens and loads the page
-    app.on_startup(threading.Thread(target=prepare, args=(engine,)).start)
+    app.on_startup(threading.Thread(target=prepare_first_page, args=(engine,)).start)
     app.on_startup(lambda: run.io_bound(remove_stale_folders))
     app.on_shutdown(delete_folders)
     with contextlib.suppress(KeyboardInterrupt):
@@ -228,7 +227,7 @@ def serve(
 _preparing, _is_ready = threading.Lock(), threading.Event()
 
 
-def prepare(engine: Callable[[], None]) -> None:
+def prepare_first_page(engine: Callable[[], None]) -> None:
     """Load the code of the first page and compute its result once, while the page is loading."""
     with _preparing:
         if _is_ready.is_set():

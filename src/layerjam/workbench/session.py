@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
 from layerjam.errors import FileError, QuantityError
-from layerjam.workbench.state import State, Strange, read_state
+from layerjam.workbench.state import InvalidStateError, State, read_state
 from layerjam.workbench.uploads import LARGEST, MAX_FILES, Uploads
 
 ENDING = ".json"
@@ -32,15 +32,15 @@ class Session(NamedTuple):
     files: tuple[KeptFile, ...] = ()
 
 
-def kept_files(uploads: Uploads) -> tuple[KeptFile, ...]:
+def read_kept_files(uploads: Uploads) -> tuple[KeptFile, ...]:
     """Return the files that the pages of a tab use."""
     return tuple(
         KeptFile(file.shown, file.path.read_bytes(), uploads.sidecars.get(file.shown, ""))
-        for file in uploads.used
+        for file in uploads.files_in_use
     )
 
 
-def to_session(state: State, files: Sequence[KeptFile] = ()) -> str:
+def format_session(state: State, files: Sequence[KeptFile] = ()) -> str:
     """Return a session's text; raises QuantityError if its files make it too large to open."""
     document: dict[str, Any] = {"kind": KIND, "version": VERSION, **asdict(state)}
     if files:
@@ -62,7 +62,7 @@ def to_session(state: State, files: Sequence[KeptFile] = ()) -> str:
     return text
 
 
-def from_session(data: bytes, name: str) -> Session:
+def parse_session(data: bytes, name: str) -> Session:
     """Return the session in a file's bytes; raises FileError if it is not a session."""
     if len(data) > LARGEST:  # the page writes smaller sessions, because 1 MB is read for each brake
         raise FileError(name, f"is larger than {LARGEST // 2**20} MB, the limit for a session")
@@ -80,32 +80,29 @@ def from_session(data: bytes, name: str) -> Session:
         raise FileError(name, f"is {reason}")
     try:
         return Session(read_state(text), tuple(_unpack_files(document.get("files", []))))
-    except Strange as err:
+    except InvalidStateError as err:
         raise FileError(name, f"contains unknown fields: {err}") from None
 
 
 def _unpack_files(entries: Any) -> list[KeptFile]:
-    """Return a session's files, whose total size is limited to that of one dropped file.
-
-    Raises Strange if they are invalid.
-    """
+    """Return a session's files, at most LARGEST bytes in all; raises InvalidStateError."""
     if not isinstance(entries, list) or len(entries) > MAX_FILES:
-        raise Strange(f"files: expected a list of at most {MAX_FILES}")
+        raise InvalidStateError(f"files: expected a list of at most {MAX_FILES}")
     files, left = [], LARGEST
     for place, entry in enumerate(entries):
         fields = entry if isinstance(entry, dict) else {}
         name, sidecar, content = (fields.get(key) for key in ("name", "sidecar", "content"))
         if not (isinstance(name, str) and isinstance(sidecar, str) and isinstance(content, str)):
-            raise Strange(f"files.{place}: name, sidecar and content must be strings")
+            raise InvalidStateError(f"files.{place}: name, sidecar and content must be strings")
         reader = zlib.decompressobj()
         try:
             data = reader.decompress(base64.b64decode(content, validate=True), left + 1)
         except (binascii.Error, zlib.error, ValueError):
-            raise Strange(f"files.{place}.content: it cannot be decompressed") from None
+            raise InvalidStateError(f"files.{place}.content: it cannot be decompressed") from None
         left -= len(data)
         if left < 0:
-            raise Strange(f"files: together they are larger than {LARGEST // 2**20} MB")
+            raise InvalidStateError(f"files: together they are larger than {LARGEST // 2**20} MB")
         if not reader.eof:
-            raise Strange(f"files.{place}.content: it is truncated")
+            raise InvalidStateError(f"files.{place}.content: it is truncated")
         files.append(KeptFile(name, data, sidecar))
     return files

@@ -47,7 +47,7 @@ class PullView:
         frames = np.flatnonzero(sliding.any(axis=1) & ~sliding.all(axis=1))
         return int(frames[len(frames) // 2]) if len(frames) else int(np.argmax(self.motion.force))
 
-    def scale(self, index: int) -> float:
+    def magnification(self, index: int) -> float:
         """Return the magnification of movements at a sample."""
         return self.factor if self.motion.cap[index] <= self.small_range else 1.0
 
@@ -98,18 +98,15 @@ def slip_sentence(view: PullView, index: int) -> str:
 
 def describe_scale(view: PullView, index: int) -> str:
     """Return the scale of the drawing, as text."""
-    factor, count = view.scale(index), len(view.motion.moving)
+    factor, count = view.magnification(index), len(view.motion.moving)
     large = "to scale" if factor == 1 else f"{factor:.6g} times larger"
     note = "" if count <= MAX_SHEETS else f" {MAX_SHEETS} of {count} sheets are drawn."
     return f"Movements are drawn {large}; the thickness is not to scale.{note}"
 
 
-def drawing(view: PullView, index: int) -> str:
-    """Return the drawing as SVG: caps, sheets and interfaces.
-
-    Sliding parts are orange and hatched; sticking parts are blue.
-    """
-    motion, sheets, factor = view.motion, view.sheets, view.scale(index)
+def draw_stack(view: PullView, index: int) -> str:
+    """Return the stack as SVG; sliding parts are orange and hatched, sticking parts blue."""
+    motion, sheets, factor = view.motion, view.sheets, view.magnification(index)
     length = sheets.free_left + sheets.overlap + sheets.free_right
     room = max(float(motion.cap.max()), view.factor * view.small_range)
     per_metre = (WIDE - 2 * (EDGE + CAP)) / (length + room)
@@ -150,13 +147,12 @@ HATCH = (
 )
 
 
-def key(kind: str) -> str:
+def legend_symbol(kind: str) -> str:
     """Return the legend's symbol for a sheet that "holds" or "slides"."""
     return f'<svg class="sheets-key">{_sheet_svg(0.0, 26.0, 0.0, 12.0, kind)}</svg>'
 
 
 def _sheet_svg(x: float, end: float, y: float, high: float, kind: str) -> str:
-    """Return a sheet as SVG; a sliding sheet is also hatched."""
     hatch = _rectangle_svg(x, end, y, high, "sheet-hatch") if kind == "slides" else ""
     return _rectangle_svg(x, end, y, high, f"sheet-{kind}") + hatch
 

@@ -8,15 +8,15 @@ from nicegui import run, ui
 
 from layerjam.errors import LayerjamError
 from layerjam.identify.origin import describe_origin
-from layerjam.workbench.call import as_python, disambiguate
+from layerjam.workbench.call import disambiguate, python_code
 from layerjam.workbench.copying import copy_text, show_copy
-from layerjam.workbench.desk import Desk, forget_desk, take_over
+from layerjam.workbench.desk import Desk, forget_desk, move_files
 from layerjam.workbench.dropping import Dropping
 from layerjam.workbench.memory import forget_tab
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.all import Tab
-from layerjam.workbench.session import ENDING, kept_files, to_session
-from layerjam.workbench.state import LONGEST_LINK, from_link, to_link
+from layerjam.workbench.session import ENDING, format_session, read_kept_files
+from layerjam.workbench.state import LONGEST_LINK, format_link, parse_link
 from layerjam.workbench.widgets import button, dress, read_asset
 
 # animated panels move away while the user clicks them
@@ -45,12 +45,12 @@ def make_desk(link: str) -> tuple[Desk, str]:
     if not link:
         return Desk(), ""
     try:
-        return Desk(from_link(link)), ""
+        return Desk(parse_link(link)), ""
     except LayerjamError as err:
         return Desk(), str(err)
 
 
-def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
+def build_frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
     """Build the pages of a browser tab; a thread calls `prepare` before any computation.
 
     Pages are loaded and built when they are first opened.
@@ -81,7 +81,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
         if name in kinds:  # a session may name a page of a different version
             panels.set_value(name)
 
-    desk.turn = show_page
+    desk.show_tab = show_page
 
     def load_page(tab: Tab) -> type[Page]:
         if not tab.light:
@@ -116,7 +116,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
         except TimeoutError:
             system = False
         dark.set_value(system)
-        take_over(client, desk)
+        move_files(client, desk)
         await open_tab(desk.state.page)
 
     ui.timer(0.01, start_tab, once=True)
@@ -156,7 +156,9 @@ CHECKED = {"passed": "passed", "accepted": "failed check"}
 def _build_brake_choice(desk: Desk) -> None:
     """Show the brake that all pages use, with the origin of its numbers and the verdict on them."""
     look = "flat no-caps dense color=none"
-    with dress(ui.button(on_click=lambda: desk.turn("brake")), "brake-here", "brake-here", look):
+    with dress(
+        ui.button(on_click=lambda: desk.show_tab("brake")), "brake-here", "brake-here", look
+    ):
         source = dress(ui.label(), "", "brake-here-source")
         name = dress(ui.label(), "brake-here-name", "brake-here-name")
         word = dress(ui.label(), "brake-here-origin", "brake-here-origin")
@@ -190,8 +192,6 @@ def _add_button(icon: str, label: str, act: Callable[[], object]) -> None:
 
 
 def _build_session_buttons(desk: Desk) -> None:
-    """Show buttons to save all settings as one file, and to open such a file."""
-
     async def save_session() -> None:
         try:
             text = await run.io_bound(session_text, desk)
@@ -212,9 +212,9 @@ async def _copy_code(desk: Desk, pages: dict[str, Page], language: str) -> None:
     try:
         calls, pinned_calls = ([], {}) if page is None else page.calls_to_copy()
         export = disambiguate(calls, pinned_calls if language == "python" else {})
-        text = "\n".join(c.command() for c in export.calls)
+        text = "\n".join(c.command_line() for c in export.calls)
         if language == "python":
-            text = as_python(export.calls, export.pinned_calls)
+            text = python_code(export.calls, export.pinned_calls)
     except LayerjamError as err:
         ui.notify(str(err), type="warning")
         return
@@ -223,18 +223,17 @@ async def _copy_code(desk: Desk, pages: dict[str, Page], language: str) -> None:
 
 def session_text(desk: Desk) -> str:
     """Return the text of a session file, with all settings and the files in use."""
-    state = desk.state.without_files({file.key for file in desk.files.used})
-    return to_session(state, kept_files(desk.files))
+    state = desk.state.without_files({file.key for file in desk.files.files_in_use})
+    return format_session(state, read_kept_files(desk.files))
 
 
 async def _copy_link(desk: Desk) -> None:
-    """Copy the address, and report which data it does not contain."""
-    count = len(desk.files.used)
+    count = len(desk.files.files_in_use)
     lacks = ""
     if count:
         files = "your file is" if count == 1 else f"your {count} files are"
         lacks = f". A link cannot contain files, so {files} not included: save a session instead"
-    length = len(to_link(desk.state))
+    length = len(format_link(desk.state))
     if length > LONG_LINK:
         lacks += f". Mail programs may truncate its {length} characters: save the session instead"
     if await copy_text("window.location.href"):
@@ -248,7 +247,7 @@ async def _copy_link(desk: Desk) -> None:
 
 def _follow_address(desk: Desk) -> None:
     """Update the address bar once the state stops changing; Back opens the previous page."""
-    ui.on("layerjam_page", lambda e: desk.turn(str(e.args)))
+    ui.on("layerjam_page", lambda e: desk.show_tab(str(e.args)))
     last_link = last = desk.state
 
     def follow_state() -> None:
@@ -256,7 +255,7 @@ def _follow_address(desk: Desk) -> None:
         rests, last = desk.state is last, desk.state
         if not rests or last is last_link:
             return
-        last_link, link = last, to_link(last)
+        last_link, link = last, format_link(last)
         if len(link) <= LONGEST_LINK:
             ui.run_javascript(
                 "const u = new URL(window.location); u.searchParams.set('s', "

@@ -24,7 +24,7 @@ from layerjam.workbench.proposals import (
     Proposal,
     SourcedValue,
     assign_roles,
-    propose,
+    propose_use,
 )
 from layerjam.workbench.said import (
     ROLES,
@@ -38,7 +38,7 @@ from layerjam.workbench.said import (
     sidecar_text,
 )
 from layerjam.workbench.spoken import page_text
-from layerjam.workbench.tables import html
+from layerjam.workbench.tables import html_table
 from layerjam.workbench.uploads import Upload
 from layerjam.workbench.widgets import Alert, button, dress, field, heading, hint, one_line, select
 
@@ -101,7 +101,7 @@ class Sorting:
             names = ", ".join(p.name for p in others if p.about == about)
             self.told.append(page_text(f"{names}: {about}"))
         self.uploads.refused |= {p.name: p.about for p in others if p.kind == "unknown"}
-        self.uploads.remove(p.key for p in others)
+        self.uploads.remove_files(p.key for p in others)
         self.proposals = assign_roles(p for p in proposals if p.kind == "measurement")
         self._fill_rows()
         if self.proposals or self.told or empty:
@@ -110,15 +110,14 @@ class Sorting:
             self.dialog.close()  # no file needs an answer, and none was rejected
 
     def _propose_uses(self) -> list[Proposal]:
-        """Return a proposal for each waiting file; runs in a thread."""
         edits, result = get_edits(self.desk), []
         for upload in [f for f in list(self.uploads.files) if f.key in self.uploads.waiting]:
             edit = edits.get(upload.key, {})
             text = sidecar_text(self.uploads.sidecars.get(upload.shown, ""), edit)
             item = self._known.get((upload.key, text))
             if item is None:
-                upload_copy = self.uploads.with_sidecar(upload, text)
-                item = propose(upload.key, upload.shown, upload_copy.path)
+                upload_copy = self.uploads.write_sidecar(upload, text)
+                item = propose_use(upload.key, upload.shown, upload_copy.path)
                 item = _cite_list(_use_shown_name(item, upload), self.uploads.from_list)
                 self._known[upload.key, text] = item
             if edit.get("role") in ROLES:
@@ -160,12 +159,11 @@ class Sorting:
                     button("Close", self.dialog.close, "dropped-close", look=look)
 
     def _build_invitation(self) -> None:
-        """Show how to add files, and where to find the files in use."""
         ui.label("Drop files anywhere in this window, or choose them here.")
         hint(EXPORTS)
         choose = button("Choose files", None, "dropped-choose", "folder_open")
         choose.on("click", js_handler="() => layerjamPick()")
-        if count := len(self.uploads.used):
+        if count := len(self.uploads.files_in_use):
             text = "1 file is already in use" if count == 1 else f"{count} files are already in use"
             with ui.row().classes("items-center gap-2"):
                 ui.label(f"{text}.")
@@ -227,7 +225,6 @@ class Sorting:
                 ui.label(f"not stated: type it [{UNITS[fact]}]").classes(f"text-xs no {SOURCE}")
 
     def _build_table(self, files: Sequence[Proposal]) -> None:
-        """Build the table of files that have no fields of their own."""
         names: dict[tuple[str, ...], list[str]] = {}
         for item in files:
             role = self._chosen_role(item)
@@ -236,7 +233,7 @@ class Sorting:
             names.setdefault((ROLES[role], value.text, sources), []).append(item.name)
         rows = [[", ".join(equal), *cells] for cells, equal in names.items()]
         heads = ["File", "Used as", "Vacuum or force", "Source"]
-        ui.html(html(heads, rows, (), "More files", "dropped-more"), sanitize=False)
+        ui.html(html_table(heads, rows, (), "More files", "dropped-more"), sanitize=False)
         hint("Change these in the Laboratory, one by one or several at once.")
 
     def _build_columns(self, item: Proposal) -> None:
@@ -248,7 +245,7 @@ class Sorting:
         except LayerjamError as err:
             hint(rename_files(one_line(err), {upload.path.name: upload.shown}))
             return
-        act, turn = partial(self._on_click, item, table), partial(self._on_turn, item)
+        act, turn = partial(self._on_click, item, table), partial(self._on_reverse, item)
         ColumnTable(table, negated_columns(edit), act, turn)
 
     # ---- user actions
@@ -267,7 +264,7 @@ class Sorting:
             return
         await self._change_edit(item.key, change)
 
-    async def _on_turn(self, item: Proposal, role: str) -> None:
+    async def _on_reverse(self, item: Proposal, role: str) -> None:
         edit = get_edits(self.desk).get(item.key, {})
         await self._change_edit(item.key, reverse_sign(edit, role))
 
@@ -307,7 +304,7 @@ class Sorting:
         self.proposals = [p for p in self.proposals if p.key not in edits]
         if edits:
             put_edits(self.desk, edits)
-            self.desk.files_changed()
+            self.desk.announce_files()
         if self.proposals:
             self._fill_rows()
             return
@@ -348,7 +345,7 @@ class Sorting:
 
     def _on_close(self) -> None:
         self.told.clear()
-        self.desk.files_changed()
+        self.desk.announce_files()
 
 
 def _use_shown_name(item: Proposal, upload: Upload) -> Proposal:

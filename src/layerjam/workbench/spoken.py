@@ -56,7 +56,7 @@ _PHRASES = tuple((re.compile(pattern), phrase) for pattern, phrase in PHRASES)
 _FLAG = re.compile(r"(?<![\w-])--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)")
 
 
-def typeset(text: str) -> str:
+def typeset_symbols(text: str) -> str:
     """Return typeset text: m² for m^2, 1.2 × 10⁶ for 1.2e+06, ≤ for <=, words for keys."""
     text = _PATH.sub(lambda m: f"{m[1]} {m[2].replace('_', ' ')}", text)
     text = _KEY.sub(lambda m: m[0].replace("_", " "), text)
@@ -76,7 +76,7 @@ def page_text(text: str) -> str:
 
 def typeset_text(text: str) -> str:
     """Return a command's message with the names of controls and typeset units."""
-    return typeset(page_text(text))
+    return typeset_symbols(page_text(text))
 
 
 def control_name(option: str) -> str:
@@ -85,10 +85,7 @@ def control_name(option: str) -> str:
 
 
 def format_sentence(error: object) -> str:
-    """Return an error as one line in the page's terms.
-
-    Instructions for the command line are removed.
-    """
+    """Return an error as one line in the page's terms, without command-line instructions."""
     text, reason = str(error), getattr(error, "reason", "")
     if getattr(error, "asks", "") and reason:
         text = text.replace(reason, str(getattr(error, "plain", reason)))

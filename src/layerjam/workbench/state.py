@@ -121,27 +121,27 @@ class State:
 READER = TypeAdapter(State)
 
 
-class Strange(ValueError):
+class InvalidStateError(ValueError):
     """JSON that is not a valid state, with the location and the reason."""
 
 
 def read_state(text: str | bytes) -> State:
-    """Return the state in a JSON text; raises Strange."""
+    """Return the state in a JSON text; raises InvalidStateError."""
     try:
         return READER.validate_json(text)
     except ValidationError as err:
         first = err.errors()[0]
         location = ".".join(str(part)[:40] for part in first["loc"]) or "its content"
-        raise Strange(f"{location}: {first['msg']}") from None
+        raise InvalidStateError(f"{location}: {first['msg']}") from None
 
 
-def to_link(state: State) -> str:
+def format_link(state: State) -> str:
     """Return the state as text for an address, without pinned files."""
     text = json.dumps(asdict(state.without_files()), separators=(",", ":"), allow_nan=False)
     return base64.urlsafe_b64encode(zlib.compress(text.encode(), 9)).decode().rstrip("=")
 
 
-def from_link(text: str) -> State:
+def parse_link(text: str) -> State:
     """Return the state in a link; raises QuantityError if it is invalid or too long."""
     if len(text) > LONGEST_LINK:
         raise QuantityError(f"link: {len(text)} characters; the limit is {LONGEST_LINK}")
@@ -152,7 +152,7 @@ def from_link(text: str) -> State:
         if reader.unconsumed_tail or not reader.eof:
             raise ValueError("too large")
         return read_state(plain)
-    except Strange as err:
+    except InvalidStateError as err:
         raise QuantityError(f"link: {err}; the page uses the default values") from None
     except (binascii.Error, zlib.error, ValueError):
         raise QuantityError("link: it cannot be read; the page uses the default values") from None

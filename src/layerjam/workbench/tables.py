@@ -3,13 +3,13 @@
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from layerjam.workbench.spoken import page_text, typeset
+from layerjam.workbench.spoken import page_text, typeset_symbols
 
 Cell = str | tuple[str, str]
 """A text, or a text and additional CSS classes."""
 
 
-def html(
+def html_table(
     heads: Sequence[str],
     rows: Iterable[Sequence[Cell]],
     numbers: Sequence[int] = (),
@@ -26,7 +26,7 @@ def html(
         for place, cell in enumerate(row):
             text, classes = (cell, "") if isinstance(cell, str) else cell
             kind = f"{'num' if place in numbers else ''} {classes}".strip()
-            text = typeset(text) if place in numbers else text
+            text = typeset_symbols(text) if place in numbers else text
             # an empty header is not a heading for screen readers
             name = "th" if tag == "th" and text else "td"
             scope = ' scope="col"' if name == "th" else ""

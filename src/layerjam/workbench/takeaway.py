@@ -18,7 +18,7 @@ NOTEBOOK = "application/x-ipynb+json"
 QUIET = 'flat dense no-caps padding="4px 8px"'
 
 
-class Takeable(Protocol):
+class Exportable(Protocol):
     """Content of a chart that the buttons below it can export."""
 
     @property
@@ -36,14 +36,14 @@ class Takeable(Protocol):
     def figure(self, ending: str) -> bytes:
         """Return the figure as bytes."""
 
-    def python(self) -> str:
+    def python_code(self) -> str:
         """Return Python code that draws the chart in a new process."""
 
     def notebook(self) -> str:
         """Return a Jupyter notebook that draws the chart."""
 
 
-async def download(make: Callable[[], str | bytes], name: str, kind: str = "") -> None:
+async def save_result(make: Callable[[], str | bytes], name: str, kind: str = "") -> None:
     """Download the result of `make`, which runs in a separate thread.
 
     An error or an empty result is reported instead.
@@ -59,40 +59,42 @@ async def download(make: Callable[[], str | bytes], name: str, kind: str = "") -
         ui.notify(NOTHING)
 
 
-def add_row(ident: str, chart: ui.echart, source: Callable[[], Takeable | None]) -> ui.row:
+def add_exports(ident: str, chart: ui.echart, source: Callable[[], Exportable | None]) -> ui.row:
     """Add the buttons below a chart; `source` returns the displayed answer, or None."""
 
-    async def take(ending: str, make: Callable[[Takeable], str | bytes], kind: str = "") -> None:
+    async def export(
+        ending: str, make: Callable[[Exportable], str | bytes], kind: str = ""
+    ) -> None:
         item = source()
         if item is None:
             ui.notify(NOTHING)
         else:
-            await download(partial(make, item), f"{item.name}{ending}", kind)
+            await save_result(partial(make, item), f"{item.name}{ending}", kind)
 
-    async def python() -> None:
+    async def show_python() -> None:
         item = source()
         if item is None:
             ui.notify(NOTHING)
         else:
-            await copying.show_copy(item.python(), "python", item.files)
+            await copying.show_copy(item.python_code(), "python", item.files)
 
     with ui.row().classes("items-center gap-1") as buttons:
         ui.label("Export").classes("text-sm")
         for ending in ENDINGS:
             tip = f"Figure as {ending.upper()}"
-            act = partial(take, f".{ending}", methodcaller("figure", ending))
+            act = partial(export, f".{ending}", methodcaller("figure", ending))
             button(ending.upper(), act, f"{ident}-figure-{ending}", look=QUIET, tip=tip)
         tip = "All curves of the chart, as drawn"
 
-        def format_curves(item: Takeable) -> str:
+        def format_curves(item: Exportable) -> str:
             return curves_csv(chart.options, item.failures)
 
-        curves = partial(take, "-curves.csv", format_curves, "text/csv")
+        curves = partial(export, "-curves.csv", format_curves, "text/csv")
         button("curves as CSV", curves, f"{ident}-curves", look=QUIET, tip=tip)
         tip = "Python code that computes and draws the chart"
-        button("Python", python, f"{ident}-python", look=QUIET, tip=tip)
+        button("Python", show_python, f"{ident}-python", look=QUIET, tip=tip)
         tip = "Jupyter notebook that computes and draws the chart"
-        cells = partial(take, ".ipynb", methodcaller("notebook"), NOTEBOOK)
+        cells = partial(export, ".ipynb", methodcaller("notebook"), NOTEBOOK)
         button("notebook", cells, f"{ident}-notebook", look=QUIET, tip=tip)
     return buttons
 

@@ -95,13 +95,13 @@ class Uploads:
         return self._place.path
 
     @property
-    def used(self) -> list[Upload]:
+    def files_in_use(self) -> list[Upload]:
         """Return the files that pages use."""
         return [f for f in list(self.files) if f.key not in self.waiting]
 
     def check_room(self, name: str, size: int) -> None:
         """Raise UploadError if a file of this size is too large, or if there are too many."""
-        label = clean(name)
+        label = clean_name(name)
         if is_sidecar(name):
             if size > SIDECAR:
                 raise UploadError(
@@ -131,7 +131,7 @@ class Uploads:
         """
         with self._lock:
             self.check_room(name, len(data))
-            label = clean(name)
+            label = clean_name(name)
             if is_sidecar(name):
                 try:
                     self.sidecars[label[: -len(".toml")]] = decode_toml(data, label)
@@ -159,13 +159,14 @@ class Uploads:
 
         If the same content is already stored, the stored file is used.
         """
+        label = clean_name(name)
         if len(sidecar.encode()) > SIDECAR:
-            raise UploadError(f"{clean(name)}: its sidecar is larger than {SIDECAR // 1024} kB")
+            raise UploadError(f"{label}: its sidecar is larger than {SIDECAR // 1024} kB")
         digest = hashlib.sha256(data).hexdigest()
         existing = next((f for f in list(self.files) if f.digest == digest), None)
         upload = existing or self.store_file(name, data)
         if upload is None:
-            raise UploadError(f"{clean(name)}: is named like a sidecar, not like a measurement")
+            raise UploadError(f"{label}: is named like a sidecar, not like a measurement")
         self.waiting.discard(upload.key)
         if existing is None and sidecar:
             self.sidecars[upload.shown] = sidecar
@@ -184,10 +185,10 @@ class Uploads:
         except UploadError as err:
             return str(err)
         except OSError as err:
-            return f"{clean(file.name)}: could not be stored: {err.strerror or 'no room'}"
+            return f"{clean_name(file.name)}: could not be stored: {err.strerror or 'no room'}"
         return ""
 
-    def with_sidecar(self, upload: Upload, text: str) -> Upload:
+    def write_sidecar(self, upload: Upload, text: str) -> Upload:
         """Write this text as the measurement's sidecar, unless empty; return it for a call."""
         if text:
             sidecar_of(upload.path).write_text(text, encoding="utf-8", newline="\n")
@@ -196,7 +197,7 @@ class Uploads:
         edited = text != self.sidecars.get(upload.shown, "")
         return replace(upload, sidecar=text, edited=edited)
 
-    def remove(self, keys: Iterable[str]) -> None:
+    def remove_files(self, keys: Iterable[str]) -> None:
         """Remove files from the tab and from the disk."""
         key_set = set(keys)
         for file in [f for f in self.files if f.key in key_set]:
@@ -207,7 +208,7 @@ class Uploads:
             self.sidecars.pop(file.shown, None)
             self.from_list.pop(file.shown, None)
 
-    def take_over(self, source: "Uploads") -> bool:
+    def take_over_files(self, source: "Uploads") -> bool:
         """Move another store's files here and close that store; return whether files were moved.
 
         Nothing is moved if there are already files here.
@@ -250,7 +251,7 @@ def delete_folders() -> None:
         tab.close()
 
 
-def clean(name: str) -> str:
+def clean_name(name: str) -> str:
     """Return the last component of a path, printable and at most LONGEST_NAME characters long."""
     last = re.split(r"[/\\]", str(name)[-4 * LONGEST_NAME :])[-1]
     text = " ".join("".join(c if c.isprintable() else " " for c in last).split())
@@ -263,7 +264,7 @@ def clean(name: str) -> str:
 
 def is_sidecar(name: str) -> bool:
     """Return whether a file is named NAME.csv.toml, the sidecar of another file."""
-    text = clean(name).lower()
+    text = clean_name(name).lower()
     return text.endswith(".toml") and "." in text[: -len(".toml")]
 
 

@@ -169,7 +169,7 @@ Hero = tuple[str, str, str]
 _NUMBER = re.compile(r"\d+\.?\d*")
 
 
-def three_digits(text: str) -> str:
+def round_value(text: str) -> str:
     """Round the number in a text to three significant digits: 59.9 kPa for 59.93 kPa."""
 
     def round_number(number: re.Match[str]) -> str:
@@ -195,7 +195,7 @@ def headline_html(page: str, numbers: Sequence[Hero]) -> str:
     """Return large numbers as HTML: three digits, all digits on hover, and a smaller unit."""
     cells = []
     for key, name, text in numbers:
-        value, _, unit = three_digits(text).rpartition(" ") if " " in text else (text, "", "")
+        value, _, unit = round_value(text).rpartition(" ") if " " in text else (text, "", "")
         small = f" <small>{escape(unit)}</small>" if unit else ""
         ident = escape(f"{page}-{key}")
         cell = f'<dd data-testid="{ident}" title="{escape(text)}">{escape(value)}{small}</dd>'

@@ -25,7 +25,7 @@ from layerjam.workbench import live, takeaway
 from layerjam.workbench.bench_session import (
     LEASE,
     BenchRecord,
-    Look,
+    BenchState,
     Presence,
     Session,
     bench_regulator,
@@ -33,7 +33,7 @@ from layerjam.workbench.bench_session import (
     inject_fault,
 )
 from layerjam.workbench.charts import chart_options
-from layerjam.workbench.controls import Choice, Control, choice, entry, map_keys, menu
+from layerjam.workbench.controls import Choice, Control, add_choice, add_menu, control, map_keys
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.vacuum import law_choice, safe_choice
@@ -120,9 +120,9 @@ class Bench(Page):
     def controls(self) -> Mapping[str, Control]:
         """Return the controls for the target and the sensor."""
         full = self.desk.line.line.site.atmosphere
-        target = entry("rise", "target", min(40e3, 0.6 * full), (0.01 * full, 0.99 * full))
+        target = control("rise", "target", min(40e3, 0.6 * full), (0.01 * full, 0.99 * full))
         return map_keys(
-            target.narrow(high=full), entry("regulate", "sensor_range", 103e3, (10e3, 200e3))
+            target.narrow(high=full), control("regulate", "sensor_range", 103e3, (10e3, 200e3))
         )
 
     def build(self) -> None:
@@ -131,23 +131,23 @@ class Bench(Page):
         with side:
             self._build_connection()
             for item, words in ((self.safe, NO_SAFE_STATE), (self.rest, NO_VENT_REST)):
-                choice(self.desk, self.name, item)
+                add_choice(self.desk, self.name, item)
                 self.required.append((item, words, Alert(f"bench-{item.key}-problem", "text-sm")))
-            choice(self.desk, self.name, self.law)
-            self.slider("target")
+            add_choice(self.desk, self.name, self.law)
+            self.add_slider("target")
             with ui.row().classes("gap-2"):
                 button("Hold the target", self._hold_target, "bench-on", "play_arrow")
                 look = "dense no-caps color=negative padding='4px 10px'"
                 button("Off", self._switch_off, "bench-off", "stop", look=look)
                 button("Clear fault", self._clear_fault, "bench-clear")
-            self.problem_line()
+            self.add_alert()
             with fold("Run a procedure and record it", "bench-procedure-fold", is_open=True):
                 self._build_procedure()
             with fold("Sensor of a real board", "bench-sensor"):
                 hint("Required if the line file specifies no sensor. A virtual board has one.")
-                self.slider("sensor_range")
+                self.add_slider("sensor_range")
             with ui.column().classes("w-full") as self.breaking, fold("Inject a fault"):
-                menu(self.desk, self.name, self.broken)
+                add_menu(self.desk, self.name, self.broken)
         with main:
             self.banner = status("bench-simulated", "text-sm font-medium")
             with ui.row().classes("items-baseline gap-6"):
@@ -157,7 +157,7 @@ class Bench(Page):
                 self._build_first_steps()
             label = "Vacuum and target over the last minute"
             self.curve = chart("bench-chart", label, "width: 100%; height: max(280px, 42vh)")
-            self.watched = takeaway.add_row(self.name, self.curve, lambda: self.taken)
+            self.watched = takeaway.add_exports(self.name, self.curve, lambda: self.taken)
             self.facts = status("bench-facts", QUIET)
             self.outcome = status("bench-outcome", "text-base")
             with ui.row().classes("gap-2") as self.keep:
@@ -173,7 +173,6 @@ class Bench(Page):
         self._update_controls()
 
     def _build_first_steps(self) -> None:
-        """Build the instructions and a picture of the wiring."""
         with ui.column().classes("gap-2 items-start").style("flex: 1"):
             with dress(ui.element("ol"), "bench-steps", "list-decimal pl-6"):
                 for step in STEPS:
@@ -183,7 +182,7 @@ class Bench(Page):
                 text, look = "Connect the virtual board", "no-caps"
                 button(text, self._connect_bench, "bench-first", "link", look=look)
                 tip = "Wiring of a Raspberry Pi Pico with every part, as SVG"
-                act = partial(takeaway.download, circuit_diagram, "wiring.svg", "image/svg+xml")
+                act = partial(takeaway.save_result, circuit_diagram, "wiring.svg", "image/svg+xml")
                 button("Circuit diagram", act, "bench-circuit", "download", tip=tip)
         picture = ui.html(read_asset("pages/bench_wiring.html"), sanitize=False)
         dress(picture, "bench-wiring", "figure", role="img", aria_label=WIRING).style("flex: 1")
@@ -221,14 +220,13 @@ class Bench(Page):
             self._draw_target()
 
     def _draw_target(self) -> None:
-        """Draw the chart with only its target line, before the first reading."""
         ages, target = (-WINDOW, 0.0), self.value("target")
         panes = bench_panes(
             *(ages, (math.nan, math.nan), (target, target)),
             x_range=ages,
             x="time before now [s]",
         )
-        live.draw(self.curve, chart_options(panes, self.dark))
+        live.draw_chart(self.curve, chart_options(panes, self.dark))
 
     def compute(self) -> Any:
         """Send the settings to the bench: the target while one is held, and the injected fault."""
@@ -356,7 +354,7 @@ class Bench(Page):
 
         def start_recording() -> Future[RunResult]:
             session.request_action(declare_settings).result(10)
-            return session.record(str(self.procedure.value), out, meta)
+            return session.record_run(str(self.procedure.value), out, meta)
 
         self.outcome.set_text("Running …")
         self.done = await self._try_call(start_recording)
@@ -397,9 +395,10 @@ class Bench(Page):
         self.taken = BenchRecord(window, session.bench.simulated)
         ages = [look.time - end for look in window]
         series = {**self.taken.columns, "time": ages, "x": "time before now [s]"}
-        live.draw(self.curve, chart_options(bench_panes(**series, x_range=(-WINDOW, 0)), self.dark))
+        panes = bench_panes(**series, x_range=(-WINDOW, 0))
+        live.draw_chart(self.curve, chart_options(panes, self.dark))
 
-    def _show_message(self, look: Look) -> None:
+    def _show_message(self, look: BenchState) -> None:
         vacuum = "no reading" if look.vacuum is None else f"{look.vacuum / KPA:.1f} kPa"
         self.number.set_text(vacuum)
         state = STATES.get(look.state, look.state)

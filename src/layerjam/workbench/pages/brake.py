@@ -14,14 +14,14 @@ from layerjam.units import get, parse, show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, result_fields
-from layerjam.workbench.controls import Choice, Control, entry, map_keys, tabs, vacuum_entry
+from layerjam.workbench.controls import Choice, Control, add_tabs, control, map_keys, vacuum_control
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Figures, Notes, Page
 from layerjam.workbench.pages.brake_build import BuildPart
 from layerjam.workbench.pages.records import CUSTOM, Editor, Kind
 from layerjam.workbench.scene import StackView, build_stack, describe_stack
-from layerjam.workbench.tables import Cell, html
+from layerjam.workbench.tables import Cell, html_table
 from layerjam.workbench.widgets import Hero, Heroes, as_title, button, columns, fold, select, status
 
 GROUPS = {
@@ -57,17 +57,17 @@ class Brake(Page):
         """Return the controls for the displayed slip and vacuum, within the brake's bounds."""
         brake = self.desk.brake.brake
         lap, full = brake.sheets.overlap, self.more.atmosphere(brake.site.atmosphere)
-        slip = entry("force", "slip", 0.0, (0.0, lap), label="Displayed slip")
-        vacuum = vacuum_entry("force", "vacuum", full, label="Displayed vacuum")
+        slip = control("force", "slip", 0.0, (0.0, lap), label="Displayed slip")
+        vacuum = vacuum_control("force", "vacuum", full, label="Displayed vacuum")
         return map_keys(slip.narrow(high=lap), vacuum)
 
     def build(self) -> None:
         """Build the fields for the brake's numbers on the left and the results on the right."""
-        tabs(self.desk, self.name, PART)
+        add_tabs(self.desk, self.name, PART)
         side, main = columns("brake-page")
         with side:
             self.editor.build_selection()
-            self.problem_line()
+            self.add_alert()
             self.editor.build_folds(("sheets",))
             self.editor.build_origin()
         with main:
@@ -99,7 +99,7 @@ class Brake(Page):
                 self.words = ui.label().classes("text-sm opacity-80")
             with ui.column().style("width: 250px; flex: none"):
                 for key in self.controls():
-                    self.slider(key)
+                    self.add_slider(key)
                 keys = ("force", "sheet_friction", "enclosure_force")
                 self.figures = Figures(self.name, "force", keys)
                 self.more.build()
@@ -177,7 +177,7 @@ class Brake(Page):
         self.figures.fill(force)
         full = self.more.atmosphere(brake.site.atmosphere)
         self.heroes.fill(headlines(facts))
-        self.sentence.set_text(sentence(facts, force, full, slip, vacuum))
+        self.sentence.set_text(describe_forces(facts, force, full, slip, vacuum))
         second_file = self.desk.beside
         unlike = calibration_notices(
             [self.desk.brake, *([] if second_file is None else [second_file])]
@@ -196,7 +196,7 @@ def headlines(facts: Any) -> list[Hero]:
     ]
 
 
-def sentence(facts: Any, force: Any, full: float, slip: float, vacuum: float) -> str:
+def describe_forces(facts: Any, force: Any, full: float, slip: float, vacuum: float) -> str:
     """Return a sentence with the page's three forces, each with its vacuum."""
     holds, pulled = show(facts.holding_force, "N", 3), show(facts.max_force, "N", 3)
     return (
@@ -232,7 +232,7 @@ ALIKE = 5e-5
 """Relative difference that the display cannot show; smaller differences count as none."""
 
 
-def verdict(mine: float | None, theirs: float | None, better: int) -> str:
+def compare_numbers(mine: float | None, theirs: float | None, better: int) -> str:
     """Return the difference of two numbers as text: sign, percentage, and better or worse."""
     if mine is None or theirs is None:
         return ""
@@ -266,10 +266,10 @@ def comparison_html(first: Any, second: Any | None, even: bool = True) -> str:
         if second is not None:
             theirs = second.values[key]
             judged = even or key not in WITH_FACTOR
-            words = verdict(mine, theirs, better if judged else 0)
+            words = compare_numbers(mine, theirs, better if judged else 0)
             row += [show(theirs, unit), (words, _class_names(words))]
         rows.append(row)
-    return html(heads, rows, (1, 2, 3), "The brake", "brake-numbers")
+    return html_table(heads, rows, (1, 2, 3), "The brake", "brake-numbers")
 
 
 def _class_names(words: str) -> str:
@@ -290,4 +290,4 @@ def sources_table(file: BrakeFile) -> str:
         if source is not None:
             source_texts = (source.kind, source.text, source.spread, source.conflict)
         rows.append([as_title(path.replace(".", ", ")), show(value, spec.unit, 6), *source_texts])
-    return html(heads, rows, (1,), "Sources", "brake-sources")
+    return html_table(heads, rows, (1,), "Sources", "brake-sources")

@@ -16,13 +16,13 @@ from layerjam.workbench import live
 from layerjam.workbench.alone import Tell, run_in_subprocess
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Options, warning_key
-from layerjam.workbench.controls import Choice, choice
+from layerjam.workbench.controls import Choice, add_choice
 from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Box, Figures, Notes, Page, View
 from layerjam.workbench.pages.brake_parts import Parts, PartsView, collect_parts
-from layerjam.workbench.runner import Runner, waiting_line
+from layerjam.workbench.runner import Runner, add_progress_line
 from layerjam.workbench.spoken import page_text
-from layerjam.workbench.tables import Cell, html
+from layerjam.workbench.tables import Cell, html_table
 from layerjam.workbench.uploads import zip_files
 from layerjam.workbench.widgets import Alert, button, fold, hint, one_line, status
 
@@ -71,10 +71,7 @@ WORDS: Mapping[bool | None, tuple[str, str]] = {
 
 @dataclass(frozen=True)
 class BuildResult:
-    """Verdict of a build, and its drawn parts.
-
-    `answer.refusal` is the message if an optional package is not installed.
-    """
+    """Verdict of a build (`answer.refusal` if a package is missing), and its drawn parts."""
 
     answer: Answer
     parts: Parts | None = None
@@ -109,20 +106,20 @@ class BuildPart(View):
             with ui.column().classes("gap-2 grow").style("min-width: 320px"):
                 self.verdict = status("brake-build-verdict", "text-lg font-medium")
                 self.reason = Alert("brake-build-reason", "text-sm")
-                choice(self.desk, self.name, CUTTER)
-                choice(self.desk, self.name, COUPONS)
+                add_choice(self.desk, self.name, CUTTER)
+                add_choice(self.desk, self.name, COUPONS)
                 self.more.build()
                 with ui.row().classes("w-full items-center gap-3"):
                     act, text = self.download, "Workshop folder (ZIP)"
                     self.button = button(text, act, "brake-build-download", "folder_zip")
                     hint("Patterns, parts to print, mould, instructions and parts list")
-                waiting_line("brake-build", self.maker)
+                add_progress_line("brake-build", self.maker)
                 self.trouble = Alert("brake-build-problem", "text-sm")
                 self.after = status("brake-build-after", "text-sm")
             with ui.column().style("width: 280px; flex: none"):
                 self.figures = Figures("brake-build", "build", NUMBERS)
         with ui.column().classes("w-full gap-1") as self.picture:
-            choice(self.desk, self.name, DRAWN)
+            add_choice(self.desk, self.name, DRAWN)
             self.view = PartsView("brake-build-scene")
         self.table = live.Table()
         self.notes = Notes()
@@ -200,10 +197,7 @@ class BuildPart(View):
             self.trouble.show_error(folder.result.reason or "")
 
     def write_folder(self) -> Folder:
-        """Return the folder that the command writes.
-
-        It runs in a subprocess, so that the libraries it uses do not stay in memory.
-        """
+        """Return the folder that the command writes; a subprocess frees the memory it needs."""
         call = self.call()
         result = call.run(function=judge_build)
         if not result.feasible:
@@ -232,7 +226,7 @@ def checks_table(result: Built) -> str:
         word = REFUSED if refuses else WORDS[check["ok"]]
         rows.append([word, check["code"], *numbers, check["text"]])
     heads = ["Verdict", "Check", "Number", "Limit", "Result"]
-    return html(heads, rows, (2, 3), "Build checks", "brake-build-checks")
+    return html_table(heads, rows, (2, 3), "Build checks", "brake-build-checks")
 
 
 def _format_number(value: float | None, unit: str) -> str:

@@ -39,7 +39,7 @@ class Surface:
 class Parts:
     """Surfaces centred in the scene; `size` is that of their bounding box [scene units]."""
 
-    surfaces: tuple[Surface, ...]
+    merge_bodies: tuple[Surface, ...]
     size: Point
 
 
@@ -50,11 +50,12 @@ def collect_parts(drawing: "Drawing", mould: bool) -> Parts:
 
     world = build_scene.make_scene(drawing.build, drawing.lengths)
     if mould:
-        return surfaces(build_pictures.separate_mould(world).values())
-    return surfaces(body for part in build_pictures.separate_parts(world).values() for body in part)
+        return merge_bodies(build_pictures.separate_mould(world).values())
+    parts = build_pictures.separate_parts(world).values()
+    return merge_bodies(body for part in parts for body in part)
 
 
-def surfaces(bodies: "Iterable[Body]") -> Parts:
+def merge_bodies(bodies: "Iterable[Body]") -> Parts:
     """Return the bodies as one surface per colour, centred in the scene."""
     by_colour: dict[str, list[Body]] = {}
     for body in bodies:

@@ -13,7 +13,15 @@ from layerjam.units import show
 from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import chart_options
-from layerjam.workbench.controls import Choice, Control, entry, map_keys, menu, tabs, vacuum_entry
+from layerjam.workbench.controls import (
+    Choice,
+    Control,
+    add_menu,
+    add_tabs,
+    control,
+    map_keys,
+    vacuum_control,
+)
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.outcomes import describe_pull
@@ -22,7 +30,7 @@ from layerjam.workbench.pages.design_density import Density
 from layerjam.workbench.pages.design_need import NeedPart
 from layerjam.workbench.pages.design_part import PAGE, Part, cell_text, key_name
 from layerjam.workbench.panel import Panel
-from layerjam.workbench.tables import html
+from layerjam.workbench.tables import html_table
 from layerjam.workbench.widgets import columns, dress, fold, hint, status
 
 WIDE, LONG = 20, 10
@@ -52,9 +60,9 @@ class Arrays(Part):
     def controls(self) -> Mapping[str, Control]:
         """Return the controls for the numbers of brakes and their vacuum."""
         full = self.more.atmosphere(self.desk.brake.brake.site.atmosphere)
-        vacuum = vacuum_entry("array", "vacuum", full, 0.01 * full)
-        rows = entry("array", "parallel", 2, (1, WIDE), label="In parallel", steps=WIDE - 1)
-        row = entry("array", "series", 2, (1, LONG), label="In series", steps=LONG - 1)
+        vacuum = vacuum_control("array", "vacuum", full, 0.01 * full)
+        rows = control("array", "parallel", 2, (1, WIDE), label="In parallel", steps=WIDE - 1)
+        row = control("array", "series", 2, (1, LONG), label="In series", steps=LONG - 1)
         return map_keys(rows.narrow(high=WIDE), row.narrow(high=LONG), vacuum)
 
     def build(self) -> None:
@@ -62,14 +70,14 @@ class Arrays(Part):
         side, main = columns()
         with side:
             for key in CONTROLS:
-                self.slider(key)
+                self.add_slider(key)
             self.more.build()
             self.figures = Figures(f"{PAGE}-array", "array", TOTALS)
         with main:
             self.outcome = status(f"{PAGE}-array-outcome")
             label = "Force versus elongation of the array and of one brake"
             self.panel.build(f"{PAGE}-array-chart", label)
-            self.panel.build_row()
+            self.panel.build_exports()
             hint(
                 "In series, the weakest brake slips first, and the others relax. The "
                 "next one slips only when the first reaches its end stop. This produces "
@@ -131,7 +139,7 @@ class Machines(Part):
     def build(self) -> None:
         """Build scenario, verdict, limits, pictures and the table of all numbers."""
         with ui.column().classes("w-full").style("max-width: 640px"):
-            menu(self.desk, PAGE, self.choice)
+            add_menu(self.desk, PAGE, self.choice)
         self.verdict = status(f"{PAGE}-verdict", "text-base")
         self.verdict.style("max-width: 75ch")
         self.limits = dress(ui.html("", sanitize=False), f"{PAGE}-limits", "w-full")
@@ -173,7 +181,7 @@ class Machines(Part):
         rows.append(("mass of the brakes", cell_text(result.mass, "kg")))
         count = "no number is enough" if result.brakes_needed is None else str(result.brakes_needed)
         rows.append(("brakes required", count))
-        self.results.set_content(html(("Quantity", "Value"), rows, (1,), "Results"))
+        self.results.set_content(html_table(("Quantity", "Value"), rows, (1,), "Results"))
         self.notes.fill(result.warnings)
 
 
@@ -187,7 +195,7 @@ def limits_table(result: Any) -> str:
             verdict = f"missed by a factor of {limit.factor:.3g}"
         value = cell_text(limit.value, limit.unit)
         rows.append((limit.name, value, bound, "met" if limit.met else verdict))
-    return html(("Limit", "Value", "Allowed", ""), rows, (1, 2), "Limits")
+    return html_table(("Limit", "Value", "Allowed", ""), rows, (1, 2), "Limits")
 
 
 def _svg_figure(name: str, svg: str, caption: str) -> str:
@@ -225,15 +233,15 @@ class Design(Page):
     def build(self) -> None:
         """Build the choice of a part, and below it the parts, each when first opened."""
         with ui.column().classes("w-full page gap-3"):
-            tabs(self.desk, self.name, PART)
-            self.problem_line()
+            add_tabs(self.desk, self.name, PART)
+            self.add_alert()
             for key in self.parts:
                 self.boxes[key] = ui.column().classes("w-full gap-3")
                 self.boxes[key].set_visibility(False)
         self.desk.add_watcher(lambda _: self._open_part())
         self._open_part()
 
-    def part(self) -> Part:
+    def current_part(self) -> Part:
         """Return the open part."""
         return self.parts[self.word(PART)]
 
@@ -248,20 +256,20 @@ class Design(Page):
 
     def calls(self) -> Sequence[Call]:
         """Return the open part's calls."""
-        return self.part().calls()
+        return self.current_part().calls()
 
     def compute(self) -> Any:
         """Return the open part and its results."""
-        part = self.part()
+        part = self.current_part()
         return part, part.compute()
 
     def answers(self) -> Sequence[Answer]:
         """Return the answers of the open part."""
-        return self.part().answers()
+        return self.current_part().answers()
 
     def draw(self, result: Any) -> None:
         """Draw the results if their part is still open."""
         part, answers = result
-        if part is self.part():
+        if part is self.current_part():
             part.result = answers
             part.draw(answers)

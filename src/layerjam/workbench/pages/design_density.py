@@ -13,13 +13,13 @@ from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import text_colour
-from layerjam.workbench.controls import Control, map_keys, vacuum_entry
+from layerjam.workbench.controls import Control, map_keys, vacuum_control
 from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages.design_front import PALE, points_chart, scatter
 from layerjam.workbench.pages.design_part import PAGE, Part
 from layerjam.workbench.panel import Panel
-from layerjam.workbench.tables import html
+from layerjam.workbench.tables import html_table
 from layerjam.workbench.widgets import dress, hint
 
 GRAMS = 1e3
@@ -46,18 +46,18 @@ class Density(Part):
         sites = [self.desk.brake, *map(load, devices())]
         full = self.more.atmosphere(min(file.brake.site.atmosphere for file in sites))
         name = "Vacuum of the computed brakes"
-        ours = vacuum_entry("compare", "vacuum", full, 0.05 * full, key="ours", label=name)
+        ours = vacuum_control("compare", "vacuum", full, 0.05 * full, key="ours", label=name)
         return map_keys(ours)
 
     def build(self) -> None:
         """Build the control, the chart, and the table below."""
         with ui.column().classes("side"):
-            self.slider("ours")
+            self.add_slider("ours")
             self.more.build()
         label = "Force versus mass on logarithmic axes; the table below lists the numbers"
         look = "width: 100%; height: max(540px, 60vh)"
         self.panel.build(f"{PAGE}-density-chart", label, look)
-        self.panel.build_row()
+        self.panel.build_exports()
         self.sheet = dress(live.Words(""), f"{PAGE}-sheet", "text-sm")
         self.missing = hint("")
         self.table = dress(live.Table(), f"{PAGE}-density-table", "w-full")
@@ -93,7 +93,7 @@ class Density(Part):
             (r["name"], r["kind"], *_cells(r), " ".join(filter(None, (r["source"], r["note"]))))
             for r in result.devices
         ]
-        self.table.set_content(html(HEADS, rows, (2, 3, 4), "Force versus mass of devices"))
+        self.table.set_content(html_table(HEADS, rows, (2, 3, 4), "Force versus mass of devices"))
         self.notes.fill(result.warnings)
 
 
@@ -183,11 +183,9 @@ def _decade_limits(low: float, high: float) -> tuple[float, float]:
 
 
 def _chart_point(mass: float, force: float) -> list[float]:
-    """Return a point of the chart from a mass [kg] and a force [N], rounded for the browser."""
     return [float(f"{value:.5g}") for value in (mass * GRAMS, force)]
 
 
 def _cells(row: dict[str, Any]) -> list[str]:
-    """Return a device's mass, force and force per unit mass, with units."""
     units = {"mass": "kg", "max_force": "N", "force_density": "N/kg"}
     return [show(row[key], unit) for key, unit in units.items()]

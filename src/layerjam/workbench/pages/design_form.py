@@ -10,9 +10,9 @@ from layerjam.design.few_numbers import FORCES, HOLD, PREFERENCES, STOP, hold, s
 from layerjam.design.request import DesignRequest, Range, open_reader, read_request
 from layerjam.device.load import catalogue
 from layerjam.errors import LayerjamError
-from layerjam.workbench.controls import Choice, Control, choice, map_keys
+from layerjam.workbench.controls import Choice, Control, add_choice, map_keys
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.page import Asking
+from layerjam.workbench.page import ControlGroup
 from layerjam.workbench.pages.design_part import PAGE
 from layerjam.workbench.widgets import Alert, dress, heading, hint, one_line, read_asset
 
@@ -74,7 +74,7 @@ LIMITS = {
 """{kind of requirement: controls of its limits}."""
 
 
-class Form(Asking):
+class Form(ControlGroup):
     """Sliders that specify a requirement for the desk's brake; `take` receives its TOML text."""
 
     name = PAGE
@@ -92,27 +92,27 @@ class Form(Asking):
 
     def build(self) -> None:
         """Build the controls for duty, limits and preference."""
-        choice(self.desk, PAGE, KIND)
+        add_choice(self.desk, PAGE, KIND)
         for kind in MAKERS:
             with self.show_while(lambda kind=kind: self.word(KIND) == kind):  # type: ignore[misc]
                 self._build_sliders(ASKED[kind][:1])
                 if kind == "hold":
-                    choice(self.desk, PAGE, FORCE_MOMENT)
+                    add_choice(self.desk, PAGE, FORCE_MOMENT)
                     drawing = ui.html(read_asset("pages/force_moment.html"), sanitize=False)
                     dress(drawing, classes="figure", role="img", aria_label=FORCE_MOMENT.help)
                 self._build_sliders(ASKED[kind][1:])
                 heading("Limits")
                 self._build_sliders(LIMITS[kind])
-        choice(self.desk, PAGE, PREFER)
+        add_choice(self.desk, PAGE, PREFER)
         self.refused = Alert(f"{PAGE}-form-problem", "text-sm")
         hint("The search starts from the current brake and its film.")
-        self.desk.add_watcher(lambda change: self.write() if change != "page" else None)
+        self.desk.add_watcher(lambda change: self.write_text() if change != "page" else None)
         with suppress(LayerjamError):
             self.text_written = self.current_text()
 
     def _build_sliders(self, controls: tuple[Control, ...]) -> None:
         for control in controls:
-            self.slider(control.key)
+            self.add_slider(control.key)
 
     def current_text(self) -> str:
         """Return the requirement as TOML text; raises LayerjamError if it is invalid."""
@@ -131,7 +131,7 @@ class Form(Asking):
         )
         return str(request.text())
 
-    def write(self) -> None:
+    def write_text(self) -> None:
         """Pass the text to `take` if it has changed."""
         try:
             text = self.current_text()
@@ -144,7 +144,7 @@ class Form(Asking):
             if not self._follows:
                 self.take(text)
 
-    def follow(self, text: str) -> None:
+    def follow_text(self, text: str) -> None:
         """Set the numbers that a typed text contains; the form ignores its other content."""
         try:
             request = read_request(open_reader(text, "requirement"))

@@ -13,7 +13,7 @@ from layerjam.units import show
 from layerjam.workbench.charts import chart_options, text_colour
 from layerjam.workbench.pages.design_part import cell_text, key_name
 from layerjam.workbench.spoken import typeset_text
-from layerjam.workbench.tables import html
+from layerjam.workbench.tables import html_table
 from layerjam.workbench.widgets import Hero
 
 PALE = "#9aa5af"
@@ -127,7 +127,7 @@ def headlines(result: Any, design: Row) -> list[Hero]:
     ]
 
 
-def sentence(result: Any, design: Row, pull: tuple[float, float] | None) -> str:
+def forces_text(result: Any, design: Row, pull: tuple[float, float] | None) -> str:
     """Return sentences that explain a design's forces, and report a mass that is too high."""
     vacuum = f"at {show(design['vacuum'], 'Pa', 3)}"
     holds, peak = (show(design[name], "N", 3) for name in ("holding_force", "max_force"))
@@ -141,7 +141,7 @@ def sentence(result: Any, design: Row, pull: tuple[float, float] | None) -> str:
     return text
 
 
-def comparison(result: Any, number: int, is_main: bool = True) -> str:
+def comparison_table(result: Any, number: int, is_main: bool = True) -> str:
     """Return a table of the selected, chosen, refined and runner-up designs, by quantity.
 
     The main rows contain the required quantities and the dimensions that differ.
@@ -160,9 +160,9 @@ def comparison(result: Any, number: int, is_main: bool = True) -> str:
     names = dict.fromkeys(("mass", "drawn_mass", *limits, "film", *VARIABLES, *MERITS))
     for name in names:
         cells = [cell_text(d.get(name), result.units.get(name, "1")) for d in columns.values()]
-        is_asked = name in limits or name in ("mass", "drawn_mass")
+        is_requested = name in limits or name in ("mass", "drawn_mass")
         differs = len(set(cells)) > 1 and (name == "film" or name in VARIABLES)
-        if set(cells) == {"–"} or is_main != (is_asked or differs):
+        if set(cells) == {"–"} or is_main != (is_requested or differs):
             continue
         if name == "drawn_mass":
             bounds = [c.limit for c in spec.constraints if c.name in ("mass", name) and c.most]
@@ -174,7 +174,7 @@ def comparison(result: Any, number: int, is_main: bool = True) -> str:
     return _format_table("Comparison of designs", ("", "required", *columns), rows, 2, none)
 
 
-def forbidden(result: Any) -> str:
+def exclusion_table(result: Any) -> str:
     """Return a table of better designs, each excluded by a single constraint."""
     units = _constraint_units(result)
     rows = [
@@ -192,7 +192,7 @@ def forbidden(result: Any) -> str:
     return _format_table("Designs excluded by one constraint", heads, rows, 2, none)
 
 
-def chances(result: Any) -> str:
+def probability_table(result: Any) -> str:
     """Return a table of the probability of meeting each constraint, given scatter in friction."""
     units = _constraint_units(result)
     rows = []
@@ -205,7 +205,7 @@ def chances(result: Any) -> str:
     return _format_table("Robustness of the selected design", heads, rows, 1, none)
 
 
-def slopes(result: Any) -> str:
+def sensitivity_table(result: Any) -> str:
     """Return a table of the change [%] of each result per 1 % increase in each number."""
     table = result.sensitivities
     rows = []
@@ -228,13 +228,13 @@ def _format_table(
     if none and not rows:
         return f"<p>{none}</p>"
     cells = [tuple(map(typeset_text, row)) for row in rows]
-    return html(heads, cells, range(words, len(heads)), caption)
+    return html_table(heads, cells, range(words, len(heads)), caption)
 
 
-def verdict(result: Any) -> str:
+def outcome_text(result: Any) -> str:
     """Return the outcome of the search in a few sentences."""
     if not result.feasible:
-        return refusal(result)
+        return refusal_text(result)
     are = "is" if result.front_size == 1 else "are"
     text = (
         f"{result.feasible_designs:,} of {result.designs:,} designs meet all constraints; "
@@ -247,7 +247,7 @@ def verdict(result: Any) -> str:
     return text
 
 
-def refusal(result: Any) -> str:
+def refusal_text(result: Any) -> str:
     """Return sentences about the constraint that excludes all designs."""
     text = f"Not possible: {result.reason}."
     if result.excludes:

@@ -59,7 +59,7 @@ class SearchResult(NamedTuple):
     """An answer, or the reason why there is none, with the line of the specification."""
 
     answer: Answer | None = None
-    problem: str = ""
+    describe_problem: str = ""
     line: int | None = None
     pull: tuple[float, float] | None = None
     """Peak force and force at the end of travel, in a pull of the chosen design [N]."""
@@ -105,7 +105,7 @@ class NeedPart(Part):
     # ---- requirement
 
     @property
-    def is_asked(self) -> bool:
+    def is_requested(self) -> bool:
         """Whether a search was requested, on the page or by the link."""
         return self.desk.state.find_setting(PAGE, "spec") is not None
 
@@ -125,7 +125,7 @@ class NeedPart(Part):
     def calls(self) -> Sequence[Call]:
         """Return the call for the search; a specification of the user's own is a file to save."""
         _, name = self.spec_text()
-        if not self.is_asked:
+        if not self.is_requested:
             return []
         if name:
             return [Call("design", (Subject(name),))]
@@ -143,17 +143,14 @@ class NeedPart(Part):
         return None if self.panel.shown is None else self.panel.shown.result
 
     def compute(self) -> SearchResult:
-        """Return the result for the specification.
-
-        Results are cached, and stopped searches are not restarted.
-        """
+        """Return the result for the specification, from the cache if possible."""
         key = self._request_key()
         if self._found[0] != key:
             self._found = (key, self._run_search())
         return self._found[1]
 
     def _run_search(self) -> SearchResult:
-        if not self.is_asked:
+        if not self.is_requested:
             return SearchResult()
         try:
             (call,) = self.calls()
@@ -195,21 +192,21 @@ class NeedPart(Part):
             with self.notes_fold:
                 self.notes = Notes()
         self.desk.add_watcher(self._on_change)
-        if self.is_asked:
-            self.form.follow(self.spec_text()[0])
+        if self.is_requested:
+            self.form.follow_text(self.spec_text()[0])
 
     def _build_specification(self) -> None:
-        text = self.spec_text()[0] if self.is_asked else self.form.text_written
+        text = self.spec_text()[0] if self.is_requested else self.form.text_written
         area = ui.textarea("Requirement (TOML)", value=text)
         label, look = "Specification as TOML", "outlined spellcheck=false wrap=off"
         self.editor = dress(area, f"{PAGE}-spec", "w-full design-spec", look, aria_label=label)
         dress(self.editor, maxlength=LONGEST).on("keydown.ctrl.enter", self.start_search)
         self.editor.on_value_change(lambda _: self._mark_outdated())
-        self.editor.on("blur", lambda: self.form.follow(str(self.editor.value or "")))
+        self.editor.on("blur", lambda: self.form.follow_text(str(self.editor.value or "")))
         with ui.row().classes("items-center gap-2"):
             button("Save TOML", self.save_text, f"{PAGE}-save", "download")
             for name, text in example_texts().items():
-                button(f"example {name}", partial(self.use_text, text), f"{PAGE}-example-{name}")
+                button(f"example {name}", partial(self.use_example, text), f"{PAGE}-example-{name}")
         hint(
             "Updated from the form. Refer to brakes, films and lines in the catalogue by name, and "
             "to the current brake as NAME.toml. No other file is read. Ctrl+Enter starts a search."
@@ -227,7 +224,7 @@ class NeedPart(Part):
                 walker = button("", act, f"{PAGE}-{direction}", icon, look=look, tip=caption)
                 dress(walker, aria_label=caption)
             text, look = "Use this brake on all pages", "no-caps dense"
-            button(text, self.take_design, f"{PAGE}-take", "move_down", look=look)
+            button(text, self.use_design, f"{PAGE}-take", "move_down", look=look)
         caption = "The Pareto front; use the buttons above to move along it"
         size = "width: 100%; height: max(400px, 50vh)"
         self.panel.build(f"{PAGE}-front", caption, size, self._on_click)
@@ -236,7 +233,7 @@ class NeedPart(Part):
         for title, key, is_open in TABLES:
             with fold(title, is_open=is_open):
                 self.tables[key] = dress(live.Table(), f"{PAGE}-{key}", "w-full")
-        self.panel.build_row()
+        self.panel.build_exports()
 
     def _on_change(self, change: str) -> None:
         if change == "undo" and self._spec_seen != self.spec_text()[0]:
@@ -250,11 +247,10 @@ class NeedPart(Part):
 
     def _mark_outdated(self) -> None:
         """Offer the search if none was requested, or if the requirement has changed since."""
-        self.advice.set_text(CHANGED if self.is_asked else EMPTY)
-        self.empty.set_visibility(not self.is_asked or self.editor.value != self.spec_text()[0])
+        self.advice.set_text(CHANGED if self.is_requested else EMPTY)
+        self.empty.set_visibility(not self.is_requested or self.editor.value != self.spec_text()[0])
 
     def _hide_front(self) -> None:
-        """Hide the previous front and its buttons during a search."""
         self.panel.draw(None, None)
         self.result = None
         self.empty.set_visibility(False)
@@ -265,10 +261,10 @@ class NeedPart(Part):
 
     # ---- user actions
 
-    def use_text(self, text: str) -> None:
+    def use_example(self, text: str) -> None:
         """Search with the text of an example."""
         self.editor.set_value(text)
-        self.form.follow(text)
+        self.form.follow_text(text)
         self.start_search()
 
     def start_search(self, _: object = None) -> None:
@@ -323,7 +319,7 @@ class NeedPart(Part):
             usual = find_front_axes(result)[key == "y"]
             self.desk.put_setting(PAGE, key, "" if event.value == usual else str(event.value))
 
-    def take_design(self) -> None:
+    def use_design(self) -> None:
         """Make the selected design the desk's brake."""
         result = self._displayed_result()
         if result is None:
@@ -348,11 +344,11 @@ class NeedPart(Part):
         key, of_now = self._found
         if of_now is not outcome or key != self._request_key():
             return
-        self.trouble.set_content(problem(outcome, self.spec_text()[0]))
+        self.trouble.set_content(describe_problem(outcome, self.spec_text()[0]))
         result = outcome.result
         self._mark_outdated()
         self.results.set_visibility(outcome.design is not None)
-        self.verdict.set_text("" if result is None else typeset_text(front.verdict(result)))
+        self.verdict.set_text("" if result is None else typeset_text(front.outcome_text(result)))
         warnings = [] if result is None else result.warnings
         self.notes.fill(warnings)
         self.notes_fold.set_text(f"{len(warnings)} {'note' if len(warnings) == 1 else 'notes'}")
@@ -372,12 +368,15 @@ class NeedPart(Part):
         self.panel.draw(outcome.answer, chart)
         self.heroes.fill(front.headlines(result, design))
         is_chosen = number == result.chosen["number"]
-        self.sentence.set_text(front.sentence(result, design, outcome.pull if is_chosen else None))
+        self.sentence.set_text(
+            front.forces_text(result, design, outcome.pull if is_chosen else None)
+        )
         self.looked.set_text(f"Selected: {describe_design(design)}")
         for key, is_main in (("comparison", True), ("all_rows", False)):
-            self.tables[key].set_content(front.comparison(result, number, is_main))
-        for make in (front.forbidden, front.chances, front.slopes):
-            self.tables[make.__name__].set_content(make(result))
+            self.tables[key].set_content(front.comparison_table(result, number, is_main))
+        tables = (front.exclusion_table, front.probability_table, front.sensitivity_table)
+        for key, make in zip(("forbidden", "chances", "slopes"), tables, strict=True):
+            self.tables[key].set_content(make(result))
 
     def _update_axes(self, result: Any) -> tuple[str, str]:
         """Return the quantities on the axes of the front, and update the menus."""
@@ -393,7 +392,7 @@ class NeedPart(Part):
         return out[0], out[1]
 
 
-def problem(outcome: SearchResult, text: str) -> str:
+def describe_problem(outcome: SearchResult, text: str) -> str:
     """Return why there is no result, as HTML, with the line of the specification."""
     if not outcome.problem:
         return ""

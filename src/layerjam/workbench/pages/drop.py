@@ -11,7 +11,15 @@ from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, try_call
 from layerjam.workbench.call import Call, Options
-from layerjam.workbench.controls import Choice, Control, choice, entry, map_keys, menu, vacuum_entry
+from layerjam.workbench.controls import (
+    Choice,
+    Control,
+    add_choice,
+    add_menu,
+    control,
+    map_keys,
+    vacuum_control,
+)
 from layerjam.workbench.desk import Desk, read_device
 from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Notes, Page
@@ -21,12 +29,12 @@ from layerjam.workbench.pages.drop_outcome import (
     SLOW,
     Advice,
     Animation,
+    describe_drop,
     drop_chart,
     drop_table,
     headlines,
-    notes,
-    series,
-    verdict,
+    list_notes,
+    time_series,
 )
 from layerjam.workbench.panel import Panel
 from layerjam.workbench.widgets import Heroes, columns, dress, fold, status
@@ -87,17 +95,17 @@ class Drop(Page):
         brake = self.desk.brake.brake
         usable = brake.sheets.usable_travel
         full = self.more.atmosphere(brake.site.atmosphere)
-        travel = entry(
+        travel = control(
             "drop", "travel", min(0.04, usable), (0.001, usable), label="Stopping travel"
         )
-        rope = entry("drop", "rope_stiffness", 16.8e3, (500.0, 100e3), label="Rope stiffness")
+        rope = control("drop", "rope_stiffness", 16.8e3, (500.0, 100e3), label="Rope stiffness")
         return map_keys(
-            entry("drop", "mass", 1.0, (0.05, 10.0), unit="kg"),
-            entry("drop", "speed", 1.5, (0.05, 6.0), unit="m/s"),
-            entry("drop", "height", 0.1, (0.005, 2.0), unit="m"),
+            control("drop", "mass", 1.0, (0.05, 10.0), unit="kg"),
+            control("drop", "speed", 1.5, (0.05, 6.0), unit="m/s"),
+            control("drop", "height", 0.1, (0.005, 2.0), unit="m"),
             rope,
             travel.narrow(high=usable),
-            vacuum_entry("drop", "vacuum", full),
+            vacuum_control("drop", "vacuum", full),
         )
 
     def build(self) -> None:
@@ -105,20 +113,20 @@ class Drop(Page):
         desk, name = self.desk, self.name
         side, main = columns()
         with side:
-            self.slider("mass")
-            choice(desk, name, DIRECTION)
+            self.add_slider("mass")
+            add_choice(desk, name, DIRECTION)
             with self.show_while(lambda: not self._is_horizontal()):
-                choice(desk, name, ARRIVES)
-            self.slider("speed", lambda: self._arrival_option() == "speed")
-            self.slider("height", lambda: self._arrival_option() == "height")
-            choice(desk, name, ON_ROPE)
-            self.slider("rope_stiffness", self._has_rope)
-            self.slider("travel")
-            choice(desk, name, SHOWN)
-            self.slider("vacuum", lambda: self.word(SHOWN) == "value")
-            menu(desk, name, SLOWLY)
+                add_choice(desk, name, ARRIVES)
+            self.add_slider("speed", lambda: self._arrival_option() == "speed")
+            self.add_slider("height", lambda: self._arrival_option() == "height")
+            add_choice(desk, name, ON_ROPE)
+            self.add_slider("rope_stiffness", self._has_rope)
+            self.add_slider("travel")
+            add_choice(desk, name, SHOWN)
+            self.add_slider("vacuum", lambda: self.word(SHOWN) == "value")
+            add_menu(desk, name, SLOWLY)
             self.more.build()
-            self.problem_line()
+            self.add_alert()
         with main:
             self.heroes = Heroes(name)
             self.verdict = status("drop-verdict", "text-lg")
@@ -135,7 +143,7 @@ class Drop(Page):
                     self.animation = Animation(self.panel.chart, cursor)
             with ui.row().classes("w-full items-center gap-x-6"):
                 self.panel.build_pins()
-                self.panel.build_row()
+                self.panel.build_exports()
             with fold("All numbers", "drop-numbers"):
                 self.others = dress(live.Table(), "drop-others", "w-full plain-scroll")
             self.bound = dress(live.Words(""), "drop-bound", "text-sm")
@@ -151,7 +159,7 @@ class Drop(Page):
         """Return "speed" or "height", whichever is given; a horizontal stop has no height."""
         return "speed" if self._is_horizontal() else self.word(ARRIVES)
 
-    def columns(self) -> dict[str, Call]:
+    def table_calls(self) -> dict[str, Call]:
         """Return {mode: call} for the columns of the table."""
         full = self.controls()["vacuum"]
         extra = self.more.options()
@@ -186,7 +194,7 @@ class Drop(Page):
 
     def calls(self) -> Sequence[Call]:
         """Return the calls for the drops in the table, and for the tuning and its bound."""
-        return [*self.columns().values(), self._tuning_call()]
+        return [*self.table_calls().values(), self._tuning_call()]
 
     def _tuning_call(self) -> Call:
         inputs = {**self._common_options(), "travel": self.text("travel")}
@@ -195,7 +203,7 @@ class Drop(Page):
 
     def compute(self) -> Any:
         """Compute each drop separately, so that an error in one does not affect the others."""
-        drops, tuning = self.columns(), try_call(self._tuning_call())
+        drops, tuning = self.table_calls(), try_call(self._tuning_call())
         view = "history" if "history" in drops else self.word(SHOWN)
         pins = self.panel.pinned_answers(drops.get(view, drops["full"]))
         answers: dict[str, Answer] = {}
@@ -220,18 +228,18 @@ class Drop(Page):
         view, drops, tuning, pins = result
         mode, stop = view, drops[view].result
         inputs = drops[view].call.options
-        sentence = verdict(stop, drops[view].refusal, inputs)
+        sentence = describe_drop(stop, drops[view].refusal, inputs)
         failed = stop is None or stop.outcome not in GOOD
         if view == "tuned" and stop is not None and stop.record is None and drops["full"].result:
             mode, stop = "full", drops["full"].result
-            sentence = f"{sentence} The chart shows full vacuum: {verdict(stop, '', inputs)}"
+            sentence = f"{sentence} The chart shows full vacuum: {describe_drop(stop, '', inputs)}"
         self.verdict.set_text(sentence)
         self.heroes.fill(headlines(stop, mode == "tuned"))
         texts = tuning.call.options
         self.advice.fill(tuning, failed and view != "none")
         record = stop.record if stop is not None else None
         slow = None if self.word(SLOWLY) == "auto" else float(self.word(SLOWLY))
-        data = None if record is None else series(record, slow, stop.crash)
+        data = None if record is None else time_series(record, slow, stop.crash)
         floor = None if tuning.result is None else tuning.result.floor_g
         title = f"{drops[mode].name}-{mode}"
         answer, chart = replace(drops[mode], pins=pins, title=title), None
@@ -242,14 +250,14 @@ class Drop(Page):
             least = None if floor is None else floor * g - (0.0 if texts.get("horizontal") else g)
             chart = drop_chart(data, least, quiet, self.dark)
         self.panel.draw(answer, chart)
-        self.animation.load(data)
+        self.animation.load_series(data)
         self.table.set_content(drop_table(drops, view))
         self.others.set_content(drop_table(drops, view, is_main=False))
-        self.bound.set_text(bound_text(floor, texts))
-        self.notes.fill(notes(drops))
+        self.bound.set_text(bound_sentence(floor, texts))
+        self.notes.fill(list_notes(drops))
 
 
-def bound_text(floor: float | None, tuning: Mapping[str, Any]) -> str:
+def bound_sentence(floor: float | None, tuning: Mapping[str, Any]) -> str:
     """Return a sentence with the lowest peak deceleration [g] that any brake needs."""
     if floor is None:
         return ""

@@ -21,7 +21,7 @@ from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import result_fields
 from layerjam.workbench.charts import chart_options
 from layerjam.workbench.desk import Desk, set_sheets
-from layerjam.workbench.widgets import Hero, button, dress, read_asset, three_digits
+from layerjam.workbench.widgets import Hero, button, dress, read_asset, round_value
 
 if TYPE_CHECKING:
     from layerjam.simulate.crash import Crash
@@ -39,7 +39,7 @@ def slow_motion_factor(lasts: float) -> float:
     return next((factor for factor in SLOW if factor * lasts >= LASTS), SLOW[-1])
 
 
-def series(
+def time_series(
     record: DropRecord | BareDrop, slow: float | None = None, crash: "Crash | None" = None
 ) -> dict[str, Any] | None:
     """Return the time series for the browser, in ms, mm, N and m/s²; None if nothing moved.
@@ -50,7 +50,7 @@ def series(
         # import late, so that the first page is shown before the computing code is loaded
         from layerjam.simulate.crash import append_crash
 
-        data = series(append_crash(record, crash), slow)
+        data = time_series(append_crash(record, crash), slow)
         return None if data is None else {**data, "crash": float(record.time[-1] * 1e3)}
     keep = record.time >= 0
     time, travel = record.time[keep], record.travel[keep]
@@ -99,8 +99,8 @@ class Animation:
         stage.set_content(page)
         self._loaded = False
 
-    def load(self, content: dict[str, Any] | None) -> None:
-        """Load the time series from `series`; None clears the stage."""
+    def load_series(self, content: dict[str, Any] | None) -> None:
+        """Load the time series from `time_series`; None clears the stage."""
         cursor = "" if self._cursor is None else self._cursor.html_id
         data = "null" if content is None else json.dumps({**content, "cursor": cursor})
         chart = "null" if self._chart is None else f"getElement({self._chart.id})"
@@ -115,7 +115,7 @@ class Animation:
         self._client.run_javascript(f"layerjamDropAt('{self._root}').play()")
 
 
-def verdict(stop: Any | None, refusal: str, inputs: Mapping[str, Any]) -> str:
+def describe_drop(stop: Any | None, refusal: str, inputs: Mapping[str, Any]) -> str:
     """Return the outcome of a drop with these `inputs`, as a sentence."""
     if stop is None:
         return f"Not possible: {refusal.rstrip('.')}."
@@ -127,7 +127,7 @@ def verdict(stop: Any | None, refusal: str, inputs: Mapping[str, Any]) -> str:
         return _join_sentence(str(stop.reason))
     if stop.stopping_time is None:
         return "The mass is still moving at the end of the simulation."
-    after = f"in {three_digits(show(stop.stopping_time, 's'))}"
+    after = f"in {round_value(show(stop.stopping_time, 's'))}"
     if stop.outcome == "NEVER_SLID":
         return f"Stopped {after} by the rope alone: the sheets never slid."
     if stop.outcome == "CLOSED_BY_SLEEVE":
@@ -143,7 +143,6 @@ def verdict(stop: Any | None, refusal: str, inputs: Mapping[str, Any]) -> str:
 
 
 def _crash_sentence(stop: Any) -> str:
-    """Return a sentence with the travel, and the speed and force of the impact at its end."""
     used = f"The travel of {show(stop.slip, 'm')} is used up with the mass still moving at "
     used += f"{show(stop.end_speed, 'm/s')}: it hits the end stop"
     if stop.crash_force is None:
@@ -154,7 +153,6 @@ def _crash_sentence(stop: Any) -> str:
 
 
 def _join_sentence(words: str) -> str:
-    """Return text as a sentence, with a capital letter and a full stop."""
     return f"{words[:1].upper()}{words[1:].rstrip('.')}."
 
 
@@ -271,7 +269,7 @@ Drops = Mapping[str, Answer]
 """{mode: answer}."""
 
 
-def notes(drops: Drops) -> list[str]:
+def list_notes(drops: Drops) -> list[str]:
     """Return the drops' warnings; one that not all drops share begins with its drop's name."""
     by_mode = {
         mode: answer.result.warnings for mode, answer in drops.items() if answer.result is not None
@@ -304,7 +302,7 @@ def drop_table(drops: Drops, mode_shown: str, is_main: bool = True) -> str:
         for mode, stop in stops.items():
             if mode in fine:
                 ident = f'data-testid="drop-{mode}-{key}"'
-                text = _cell(key, fine[mode].get(name, "–"))
+                text = _cell_text(key, fine[mode].get(name, "–"))
                 cells.append(f"<td{_mode_mark(mode, mode_shown)} {ident}>{escape(text)}</td>")
             elif i == 0:
                 reason = drops[mode].refusal if stop is None else str(stop.reason)
@@ -325,24 +323,24 @@ def _mode_mark(mode: str, mode_shown: str) -> str:
     return ' class="shown"' if mode == mode_shown else ""
 
 
-def _cell(key: str, text: str) -> str:
+def _cell_text(key: str, text: str) -> str:
     return OUTCOMES.get(text, text) if key == "outcome" else text.replace("^2", "²")
 
 
 COURSES = ("force", "travel", "deceleration")
-"""Keys of `series` that are drawn versus time."""
+"""Keys of `time_series` that are drawn versus time."""
 
 
 def drop_chart(
     data: Mapping[str, Any], bound: float | None, pins: Mapping[str, Any], dark: bool
 ) -> dict[str, Any]:
-    """Return three charts of `series`; `bound` is the lowest possible deceleration [m/s²].
+    """Return three charts of `time_series`; `bound` is the lowest possible deceleration [m/s²].
 
     `pins` is {label: other drop}; these are drawn faintly and named next to the first chart.
     """
     time, last, quiet = data["time"], data["last"], dict[str, list[Curve]]()
     for label, result in pins.items():
-        curves = series(result.record, crash=result.crash)
+        curves = time_series(result.record, crash=result.crash)
         if curves is not None:  # draw only if something moved
             quiet[label] = [Curve(curves["time"], curves[key]) for key in COURSES]
     force, travel, deceleration = ([Curve(time, data[key])] for key in COURSES)

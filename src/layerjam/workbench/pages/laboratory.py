@@ -11,9 +11,9 @@ from layerjam.measure.sidecar import SIDECAR_ENDING
 from layerjam.workbench import spoken
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Options, parameters, warning_key
-from layerjam.workbench.controls import Choice, choice, menu, word_choice
+from layerjam.workbench.controls import Choice, add_choice, add_menu, make_choice
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.dropping import FilesHere
+from layerjam.workbench.dropping import DropHint
 from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.laboratory_chain import (
@@ -24,8 +24,8 @@ from layerjam.workbench.pages.laboratory_chain import (
     StepResult,
     split_roles,
 )
-from layerjam.workbench.pages.laboratory_correct import Correct
-from layerjam.workbench.pages.laboratory_files import Row, practice_files, read_row, read_rows
+from layerjam.workbench.pages.laboratory_correct import CorrectionPanel
+from layerjam.workbench.pages.laboratory_files import Row, make_practice_files, read_row, read_rows
 from layerjam.workbench.pages.laboratory_results import Card, Table, headlines, show_step
 from layerjam.workbench.said import get_edits, put_edits
 from layerjam.workbench.uploads import MAX_FILES, UploadError, zip_files
@@ -71,8 +71,8 @@ class Laboratory(Page):
         super().__init__(desk)
         self.uploads, self.chain = desk.files, Chain()
         labels = spoken.OTHERWISE
-        self.standard = word_choice("friction", "standard", STANDARDS, label=labels["standard"])
-        self.method = word_choice("calibrate", "depth", METHODS, label=labels["depth"])
+        self.standard = make_choice("friction", "standard", STANDARDS, label=labels["standard"])
+        self.method = make_choice("calibrate", "depth", METHODS, label=labels["depth"])
         self.more = {
             "More options for friction tests": OtherInputs(self, "friction", OWN_FRICTION),
             "More options for the calibration": OtherInputs(self, "calibrate", OWN_CALIBRATION),
@@ -84,10 +84,10 @@ class Laboratory(Page):
         """Actions requested with buttons: "sample", "report" or "practice"."""
         self._begun: object = None
         """Inputs of the current computation."""
-        self._divides = False
+        self._needs_roles = False
         """Whether new practice files still need to be assigned to calibration and validation."""
-        self._not_taken: list[str] = []
-        self._gives = False
+        self._rejected: list[str] = []
+        self._saves_report = False
         """Whether the report in preparation is to be downloaded."""
 
     def build(self) -> None:
@@ -95,7 +95,7 @@ class Laboratory(Page):
         ui.context.client.on_delete(self.close)
         side, main = columns(all_shown=True)
         with side:
-            FilesHere(self.desk, self.name)
+            DropHint(self.desk, self.name)
             tip = (
                 "A virtual laboratory campaign for the choi2018-kapton brake; none of it was "
                 "measured"
@@ -104,13 +104,13 @@ class Laboratory(Page):
             key, look = "laboratory-practice", "flat dense no-caps"
             button(text, practice, key, "science", look=look, tip=tip)
             ui.separator()
-            menu(self.desk, self.name, self.standard)
-            choice(self.desk, self.name, STICK_SLIP)
-            choice(self.desk, self.name, self.method)
-            menu(self.desk, self.name, FREE)
+            add_menu(self.desk, self.name, self.standard)
+            add_choice(self.desk, self.name, STICK_SLIP)
+            add_choice(self.desk, self.name, self.method)
+            add_menu(self.desk, self.name, FREE)
             for title, inputs in self.more.items():
                 inputs.build(title)
-            self.problem_line()
+            self.add_alert()
         with main.classes("gap-4"):
             self.heroes = Heroes(self.name)
             synthetic = "Synthetic: a program wrote some of these files; they were not measured"
@@ -118,7 +118,7 @@ class Laboratory(Page):
             self.table = Table(
                 self._on_choose, self._assign_roles, self._download_sidecars, self.uploads.refused
             )
-            self.correct = Correct(self.desk, self._on_remove)
+            self.correct = CorrectionPanel(self.desk, self._on_remove)
             self.cards = [
                 Card(self.desk, "friction", show_step),
                 Card(self.desk, "calibrate", show_step, self._add_buttons),
@@ -193,22 +193,23 @@ class Laboratory(Page):
         )
         if not self.rows:
             self.chain = Chain()
-        elif not self._divides:
+        elif not self._needs_roles:
             self.chain.run(self.campaign(), *actions)
         return self.rows
 
     def _load_practice_files(self) -> None:
-        for name, data in practice_files(self.uploads.folder, self.runner.report_progress).items():
+        folder, tell = self.uploads.folder, self.runner.report_progress
+        for name, data in make_practice_files(folder, tell).items():
             try:
                 self.uploads.store_file(name, data)
             except UploadError as err:
-                self._not_taken.append(str(err))
-        self._divides = True
+                self._rejected.append(str(err))
+        self._needs_roles = True
 
     def _request_inputs(self) -> object:
         """Return everything that the computation depends on."""
         state, files = self.desk.state, self.uploads
-        return state.settings.get(self.name), state.brake, files.used, dict(files.sidecars)
+        return state.settings.get(self.name), state.brake, files.files_in_use, dict(files.sidecars)
 
     def refresh(self) -> None:
         """Request a new computation, and cancel a running one whose inputs are outdated."""
@@ -225,21 +226,20 @@ class Laboratory(Page):
 
     def draw(self, result: list[Row]) -> None:
         """Report rejected practice files, assign roles to the others, and download a new report."""
-        if self._not_taken:
-            ui.notify("; ".join(self._not_taken[:5]), type="warning")
-        self._not_taken.clear()
-        if self._divides:
-            self._divides = False
+        if self._rejected:
+            ui.notify("; ".join(self._rejected[:5]), type="warning")
+        self._rejected.clear()
+        if self._needs_roles:
+            self._needs_roles = False
             self._assign_roles()
             self.refresh()
         report = self.chain.done.get("report")
-        if self._gives and report is not None and report.pages:
+        if self._saves_report and report is not None and report.pages:
             _download_page(report, next(name for name in KINDS if name in report.pages))
             ui.notify("The report was created and saved to your downloads", type="positive")
-        self._gives = False
+        self._saves_report = False
 
     def _update_results(self) -> None:
-        """Show intermediate results during the computation."""
         if self.runner.running and self.desk.state.page == self.name:
             self._fill_tables()
 
@@ -252,7 +252,7 @@ class Laboratory(Page):
             card.fill(self.chain)
         for control in (self.take, self.toml):
             control.set_visibility(self._calibration_step() is not None)
-        self.sample.set_visibility(self.chain.instead.get("calibrate") == SAMPLE)
+        self.sample.set_visibility(self.chain.messages.get("calibrate") == SAMPLE)
         self.make.set_enabled(any(r.is_usable for r in self.rows))
 
     def _calibration_step(self) -> StepResult | None:
@@ -263,16 +263,16 @@ class Laboratory(Page):
 
     def _request_action(self, action: str) -> None:
         self._wanted.add(action)
-        self._gives = action == "report"
+        self._saves_report = action == "report"
         self.refresh()
 
     def _on_choose(self, keys: Sequence[str]) -> None:
         self.correct.fill([r for r in self.rows if r.upload.key in keys], self.dark)
 
     def _on_remove(self, keys: Sequence[str]) -> None:
-        self.uploads.remove(keys)
+        self.uploads.remove_files(keys)
         self.table.chosen = []
-        self.desk.files_changed()
+        self.desk.announce_files()
 
     def _assign_roles(self) -> None:
         put_edits(self.desk, split_roles(self.rows))

@@ -56,7 +56,7 @@ class Campaign:
     folder: Path
     tell: Progress
 
-    def used(self, role: str) -> tuple[DataFile, ...]:
+    def select_files(self, role: str) -> tuple[DataFile, ...]:
         """Return the input files of a step."""
         return tuple(r.upload for r in self.rows if r.is_usable and r.role == role)
 
@@ -75,7 +75,7 @@ class Campaign:
 
     def friction(self) -> list[Call]:
         """Return a call that writes its result into the brake, and one that needs no brake."""
-        files, options = self.used("friction"), self.options("friction")
+        files, options = self.select_files("friction"), self.options("friction")
         writing: Options = {**options, "brake": self.brake, "partial": True}
         return [
             Call("friction", options=writing, files=files, out=f"{self.stem}-tested.toml"),
@@ -86,17 +86,17 @@ class Campaign:
         """Return the call that fits a brake to the calibration pulls."""
         options = {**self.options("calibrate"), "partial": True}
         out, is_written = f"{self.stem}-calibrated.toml", brake is not self.brake
-        return Call("calibrate", (brake,), options, self.used("calibrate"), out, is_written)
+        return Call("calibrate", (brake,), options, self.select_files("calibrate"), out, is_written)
 
     def validation(self, brake: Subject) -> Call:
         """Return the call that compares a brake with the validation pulls."""
-        files, is_written = self.used("validate"), brake is not self.brake
+        files, is_written = self.select_files("validate"), brake is not self.brake
         return Call("validate", (brake,), self.options("validate"), files, made=is_written)
 
     def report(self) -> Call:
         """Return the call that writes a report of all files."""
         uses = (("friction", "friction"), ("pulls", "calibrate"), ("validate", "validate"))
-        files: Options = {key: self.used(role) for key, role in uses if self.used(role)}
+        files: Options = {key: f for key, role in uses if (f := self.select_files(role))}
         options = {**files, **self.options("report")}
         return Call("report", (self.brake,), options, out=f"{file_stem(self.brake)}-report")
 
@@ -109,14 +109,14 @@ class Chain:
 
     def __init__(self) -> None:
         self.done: dict[str, StepResult] = {}
-        self.instead: dict[str, str] = {}
+        self.messages: dict[str, str] = {}
         self._known: list[StepResult] = []
 
     def run(self, campaign: Campaign, *wanted: str) -> None:
         """Update all steps; sampling ("sample") and a report ("report") start only if `wanted`."""
-        has_files = {name: bool(campaign.used(name)) for name in STEPS}
+        has_files = {name: bool(campaign.select_files(name)) for name in STEPS}
         self.done = {name: step for name, step in self.done.items() if has_files.get(name, True)}
-        self.instead = {"validate": WAITS} if has_files["validate"] else {}
+        self.messages = {"validate": WAITS} if has_files["validate"] else {}
         brake, calibrated_brake = campaign.brake, None
         if has_files["friction"]:
             brake = self._run_friction(campaign) or brake
@@ -143,7 +143,7 @@ class Chain:
         call = campaign.calibration(brake)
         if call.options.get("depth") == "bayesian" and not (sample or self._cached_step(call)):
             self.done.pop("calibrate", None)
-            self.instead["calibrate"] = SAMPLE
+            self.messages["calibrate"] = SAMPLE
             return None
         return _written_brake(self._run_step(campaign, call))
 
@@ -158,14 +158,14 @@ class Chain:
             steps = (*STEPS, "report")
             for name in steps[steps.index(call.name) :]:
                 self.done.pop(name, None)
-            self.instead[call.name] = STOPPED
+            self.messages[call.name] = STOPPED
             step = run_call(call, campaign.folder, campaign.tell)
             if step.result is not None and call.name in STEPS:
                 self.done[call.name] = step  # the numbers are shown while the figure is drawn
                 campaign.tell(f"{call.name}: drawing", 1.0)
                 step = replace(step, picture=draw_picture(call.name, step.result))
             self._known = [*self._known[1 - KEPT :], step]
-        self.instead.pop(call.name, None)
+        self.messages.pop(call.name, None)
         self.done[call.name] = step
         return step
 
@@ -186,13 +186,13 @@ def run_call(call: Call, folder: Path, tell: Progress) -> StepResult:
     place = folder / call.out
     extra: dict[str, Any] = {"out": place, "overwrite": True} if call.out else {}
     if call.name == "report":
-        extra |= {"names": call.names, "command": call.command().splitlines()[-1]}
+        extra |= {"names": call.names, "command": call.command_line().splitlines()[-1]}
     try:
         result = call.run(progress=report, **extra)
         if call.out and place.is_file():
             text = restore_names(place.read_text(encoding="utf-8"), call.names)
             return StepResult(call, result, BrakeFile.read(text, call.out))
-        return StepResult(call, result, pages=read_pages(place) if call.out else {})
+        return StepResult(call, result, pages=read_report_files(place) if call.out else {})
     except LayerjamError as err:
         return StepResult(call, problem=one_line(err), notice=getattr(err, "notice", ""))
     finally:
@@ -200,7 +200,7 @@ def run_call(call: Call, folder: Path, tell: Progress) -> StepResult:
             shutil.rmtree(place, ignore_errors=True)
 
 
-def read_pages(folder: Path) -> dict[str, bytes]:
+def read_report_files(folder: Path) -> dict[str, bytes]:
     """Return {name: content} of a report's files."""
     paths = (path for path in sorted(folder.rglob("*")) if path.is_file())
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}

@@ -23,7 +23,7 @@ from layerjam.workbench.controls import add_unit
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.laboratory_files import Row
 from layerjam.workbench.panel import Panel
-from layerjam.workbench.pins import toggle_file
+from layerjam.workbench.pins import toggle_file_pin
 from layerjam.workbench.proposals import CALIBRATE, FACTS, VALIDATE
 from layerjam.workbench.said import (
     ROLES,
@@ -44,7 +44,7 @@ SHOWN = 6
 """Maximum number of files whose curves are drawn."""
 
 
-class Correct:
+class CorrectionPanel:
     """Panel that shows and corrects the selected files."""
 
     def __init__(self, desk: Desk, remove: Callable[[Sequence[str]], None]) -> None:
@@ -62,7 +62,7 @@ class Correct:
                     look = "width:100%; height:260px"
                     self._panel = Panel(desk, "laboratory", "laboratory-record")
                     self._panel.build("laboratory-record", "Measured curve", look)
-                    self._panel.build_row()
+                    self._panel.build_exports()
             self._below = ui.column().classes("w-full gap-3")
         self.box.set_visibility(False)
 
@@ -73,7 +73,7 @@ class Correct:
     def fill(self, rows: Sequence[Row], dark: bool) -> None:
         """Show the details of some files; unchanged content is not rebuilt."""
         if self._shown == (*rows, dark):
-            self._fill_pin()
+            self._update_pin_button()
             return
         self._shown, self.rows = (*rows, dark), list(rows)
         self.box.set_visibility(bool(rows))
@@ -129,7 +129,7 @@ class Correct:
             for name in FACTS:
                 tip = f"{get_spec(Facts, name).text}, with its unit; if empty, the file's value"
                 self._add_text(name, name.replace("_", " ").capitalize(), self._example(name), tip)
-        table = self._show_preview()
+        table = self._read_preview()
         is_refused = any(r.refused for r in self.rows)
         with (
             fold("Columns, units, signs", "laboratory-correct", is_refused),
@@ -148,22 +148,22 @@ class Correct:
             if all(r.traces and r.role in (CALIBRATE, VALIDATE) for r in self.rows):
                 look = "flat dense no-caps"
                 self._pins = button("", self._toggle_pins, "laboratory-pin", "push_pin", look=look)
-                self._fill_pin()
+                self._update_pin_button()
 
-    def _free_keys(self) -> list[str]:
+    def _unpinned_keys(self) -> list[str]:
         return [key for key in self._row_keys if key not in self.desk.state.files]
 
-    def _fill_pin(self) -> None:
+    def _update_pin_button(self) -> None:
         if self._pins is not None:
-            free = bool(self._free_keys())
+            free = bool(self._unpinned_keys())
             self._pins.set_text("Show on the Pull page" if free else "Remove from the Pull page")
 
     def _toggle_pins(self) -> None:
         """Show the files on the Pull page, or remove them from it if all are already there."""
-        free = self._free_keys()
+        free = self._unpinned_keys()
         try:
             for key in free or self._row_keys:
-                toggle_file(self.desk, key)
+                toggle_file_pin(self.desk, key)
         except LayerjamError as err:
             self._trouble.show_error(one_line(err))
             return
@@ -176,7 +176,7 @@ class Correct:
             subject = "The file was" if count == 1 else f"{count} files were"
             ui.notify(f"{subject} removed from the Pull page")
 
-    def _show_preview(self) -> Preview | str:
+    def _read_preview(self) -> Preview | str:
         """Return the first rows of the first file, or the reason why it has none."""
         upload = self.rows[0].upload
         try:
@@ -185,14 +185,13 @@ class Correct:
             return str(rename_files(one_line(err), {upload.path.name: upload.shown}))
 
     def _build_columns(self, table: Preview | str) -> None:
-        """Build the clickable column headers, and the fields for other reading options."""
         if isinstance(table, str):
             ui.label(table).classes("text-sm")
             return
         note = "" if len(self.rows) == 1 else f" Your choice applies to all {len(self.rows)} files."
         ui.label(f"Click a column header to choose its content.{note}").classes("text-sm")
         negative = negated_columns(self._said)
-        ColumnTable(table, negative, partial(self._on_click, table), self._on_turn)
+        ColumnTable(table, negative, partial(self._on_click, table), self._on_reverse)
         with ui.row().classes("items-end gap-3"):
             self._add_select("decimal", "Decimal separator", DECIMALS)
             if len(self.rows[0].traces) > 1 or self._said.get("specimen"):
@@ -213,7 +212,7 @@ class Correct:
             return
         put_edits(self.desk, dict.fromkeys(self._row_keys, change))
 
-    def _on_turn(self, role: str) -> None:
+    def _on_reverse(self, role: str) -> None:
         put_edits(self.desk, dict.fromkeys(self._row_keys, reverse_sign(self._said, role)))
 
     def _add_text(
@@ -262,6 +261,5 @@ class Correct:
 
 
 def _option_help(key: str) -> str:
-    """Return the help of a reading option; empty if there is no such option."""
     option = parameters("pull").get(key)
     return "" if option is None else str(option.sentence)

@@ -13,7 +13,7 @@ from layerjam.measure.sidecar import SIDECAR_ENDING, Facts, read_facts
 from layerjam.measure.trace import Trace
 from layerjam.units import show
 from layerjam.workbench.call import Call, Options, Subject
-from layerjam.workbench.proposals import find_refusal
+from layerjam.workbench.proposals import find_read_error
 from layerjam.workbench.said import ROLES, Edits, sidecar_text
 from layerjam.workbench.spoken import page_text
 from layerjam.workbench.uploads import Upload, Uploads
@@ -38,7 +38,7 @@ class Row:
     traces: tuple[Trace, ...] = ()
 
     @property
-    def asks(self) -> str:
+    def missing_entry(self) -> str:
         """Metadata entry that the file's use requires but lacks; empty if none is missing."""
         if self.role in ("calibrate", "validate") and not self.refused:
             vacuums = [t.facts.vacuum for t in self.traces]
@@ -50,7 +50,7 @@ class Row:
     @property
     def is_usable(self) -> bool:
         """Whether a step can use the file."""
-        return not self.refused and not self.asks and self.role != "aside"
+        return not self.refused and not self.missing_entry and self.role != "aside"
 
     @property
     def vacuum(self) -> float | None:
@@ -62,10 +62,10 @@ class Row:
         """Whether a program generated the file."""
         return any(t.facts.synthetic for t in self.traces) or self.facts.synthetic
 
-    def cells(self) -> dict[str, str]:
+    def table_cells(self) -> dict[str, str]:
         """Return the file's cells in the table."""
         state = "left out" if self.role == "aside" else "understood"
-        state = "refused" if self.refused else self.asks or state
+        state = "refused" if self.refused else self.missing_entry or state
         vacuum, force = self.vacuum, self.facts.normal_force
         return {
             "id": self.upload.key,
@@ -83,12 +83,12 @@ def read_rows(
     uploads: Uploads, edits: Edits, standard: str, read: Callable[..., Row], tell: Progress
 ) -> list[Row]:
     """Write each file's sidecar, and return the file's row from `read`, which may be cached."""
-    files, rows = uploads.used, []
+    files, rows = uploads.files_in_use, []
     for count, upload in enumerate(files):
         edit = edits.get(upload.key, {})
         text = sidecar_text(uploads.sidecars.get(upload.shown, ""), edit)
         tell(f"reading {upload.shown}", count / len(files))
-        rows.append(read(uploads.with_sidecar(upload, text), edit.get("role", ""), standard))
+        rows.append(read(uploads.write_sidecar(upload, text), edit.get("role", ""), standard))
     return rows
 
 
@@ -116,7 +116,7 @@ def read_row(upload: Upload, role: str, standard: str) -> Row:
     try:
         result = call.run()
     except OF_A_FILE as err:
-        reason = find_refusal(upload.path) or one_line(err).removeprefix(f"{upload.shown}: ")
+        reason = find_read_error(upload.path) or one_line(err).removeprefix(f"{upload.shown}: ")
         return replace(row, refused=_use_shown_name(reason, upload))
     traces = result.record[0] if is_friction else [t for t, _ in result.record]
     if is_friction and standard != "paper" and not facts.normal_force:
@@ -124,7 +124,7 @@ def read_row(upload: Upload, role: str, standard: str) -> Row:
     readings = dict.fromkeys(s for sentences in result.understood.values() for s in sentences)
     problem = page_text("; ".join(f"{path}: {reason}" for path, reason in result.refused.items()))
     if not traces:
-        problem = _use_shown_name(find_refusal(upload.path) or problem, upload)
+        problem = _use_shown_name(find_read_error(upload.path) or problem, upload)
     return replace(
         row,
         facts=facts,
@@ -136,11 +136,10 @@ def read_row(upload: Upload, role: str, standard: str) -> Row:
 
 
 def _use_shown_name(text: object, upload: Upload) -> str:
-    """Return a sentence with the user's name for the file."""
     return str(rename_files(str(text), {upload.path.name: upload.shown}))
 
 
-def practice_files(folder: Path, tell: Callable[[str, float], None]) -> dict[str, bytes]:
+def make_practice_files(folder: Path, tell: Callable[[str, float], None]) -> dict[str, bytes]:
     """Return {name: content} of the practice campaign's files and their sidecars."""
     place = folder / "practice"
     shutil.rmtree(place, ignore_errors=True)

@@ -118,11 +118,11 @@ class Table:
         self.count.set_text(page_text(text) if count else NO_FILES)
         for part in (self.table, self.more):
             part.set_visibility(bool(rows))
-        self.table.rows = [row.cells() for row in rows]
+        self.table.rows = [row.table_cells() for row in rows]
         self.chosen = [row.upload.key for row in rows if row.upload.key in self.chosen]
-        self._tick()
+        self._update_selection()
 
-    def _tick(self) -> None:
+    def _update_selection(self) -> None:
         self.table.selected = [c for c in self.table.rows if c["id"] in self.chosen]
 
     def _on_select(self, event: events.TableSelectionEventArguments) -> None:
@@ -132,7 +132,7 @@ class Table:
     def _on_click(self, event: events.GenericEventArguments) -> None:
         key = str(event.args)
         self.chosen = [] if self.chosen == [key] else [key]
-        self._tick()
+        self._update_selection()
         self._choose(self.chosen)
 
 
@@ -156,7 +156,7 @@ class Card:
 
     def fill(self, chain: Chain) -> None:
         """Show the step's result, or the reason why there is none."""
-        waits = chain.instead.get(self.name) or CARDS[self.name][1]
+        waits = chain.messages.get(self.name) or CARDS[self.name][1]
         self._box.fill(chain.done.get(self.name) or waits)
 
     def _show(self, content: StepResult | str) -> None:

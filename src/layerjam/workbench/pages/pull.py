@@ -14,7 +14,14 @@ from layerjam.units import show
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.answer import Answer, file_bytes
 from layerjam.workbench.call import Call
-from layerjam.workbench.controls import Choice, Control, choice, entry, map_keys, vacuum_entry
+from layerjam.workbench.controls import (
+    Choice,
+    Control,
+    add_choice,
+    control,
+    map_keys,
+    vacuum_control,
+)
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.outcomes import describe_pull, describe_slide
@@ -25,15 +32,21 @@ from layerjam.workbench.pages.pull_files import (
     MeasuredFiles,
     PinFiles,
     Reading,
+    collect_pinned_files,
     find_pulls,
-    pinned_files,
     read_pulls,
     show_errors,
 )
 from layerjam.workbench.panel import Panel
 from layerjam.workbench.peak import PeakSetting
 from layerjam.workbench.pins import BAND
-from layerjam.workbench.sheets_drawing import PullView, describe_scale, drawing, key, slip_sentence
+from layerjam.workbench.sheets_drawing import (
+    PullView,
+    describe_scale,
+    draw_stack,
+    legend_symbol,
+    slip_sentence,
+)
 from layerjam.workbench.widgets import (
     Hero,
     Heroes,
@@ -72,7 +85,7 @@ class SheetBySheet(ui.column):
             with ui.row().classes("items-center gap-x-5 gap-y-1"):
                 for kind, text in LEGEND:
                     with ui.row().classes("items-center gap-2 no-wrap"):
-                        ui.html(key(kind), sanitize=False).props("aria-hidden=true")
+                        ui.html(legend_symbol(kind), sanitize=False).props("aria-hidden=true")
                         ui.label(text).classes("text-sm")
                 self.scale = dress(live.Words(""), "pull-sheets-scale", "text-sm")
         # use the event's own value, because the server's value of the slider lags behind the
@@ -106,12 +119,11 @@ class SheetBySheet(ui.column):
         self.at = index
         self.words.set_text(slip_sentence(self.seen, index))
         self.scale.set_text(describe_scale(self.seen, index))
-        self.drawn.set_content(drawing(self.seen, index))
+        self.drawn.set_content(draw_stack(self.seen, index))
         place = round(STEPS * index / max(len(self.seen.motion.force) - 1, 1))
         self.client.run_javascript(f"layerjamAlong({self.bar.id}, {place})")
 
     def _on_point(self, event: events.GenericEventArguments) -> None:
-        """Show the sample nearest to the pointer's position in the chart [mm, N]."""
         if self.seen is not None and (point := _parse_point(event.args)):
             index = self.seen.nearest_sample(point[0] / MM, point[1])
             if index != self.at:
@@ -172,7 +184,7 @@ class Pull(Page):
         self._read: tuple[object, Reading] = (None, Reading())
         self._whole: tuple[object, Any] = (None, None)
         self.panel = Panel(desk, self.name)
-        self.panel.besides = pull_band.pin_band
+        self.panel.compute_extra = pull_band.compute_pinned_band
         self.peak = PeakSetting(desk, self.name, lambda: self.calls()[0], self._full_vacuum)
 
     def controls(self) -> Mapping[str, Control]:
@@ -180,13 +192,13 @@ class Pull(Page):
         brake = self.desk.brake.brake
         inputs = self.more_of_saw if self._is_stick_slip() else self.more_of_pull
         full, usable = inputs.atmosphere(brake.site.atmosphere), brake.sheets.usable_travel
-        vacuum = vacuum_entry("tensile", "vacuum", full)
+        vacuum = vacuum_control("tensile", "vacuum", full)
         lacking = "Vacuum for files that do not state one"
         return map_keys(
             vacuum,
-            entry("tensile", "speed", 0.001, (1e-4, 0.05)),
-            entry("tensile", "travel", min(0.04, usable), (0.001, usable), label="Elongation"),
-            entry(STICK_SLIP, "damping", 0.0, (0.0, 100.0)),
+            control("tensile", "speed", 0.001, (1e-4, 0.05)),
+            control("tensile", "travel", min(0.04, usable), (0.001, usable), label="Elongation"),
+            control(STICK_SLIP, "damping", 0.0, (0.0, 100.0)),
             replace(vacuum, key="files_vacuum", label=lacking),
         )
 
@@ -194,18 +206,18 @@ class Pull(Page):
         """Build controls on the left and the curve on the right."""
         side, main = columns()
         with side:
-            self.slider("vacuum")
-            self.slider("speed")
-            self.slider("travel", lambda: not self._is_stick_slip())
-            self.slider("damping", self._is_stick_slip)
-            choice(self.desk, self.name, MODEL)
-            self.problem_line()
+            self.add_slider("vacuum")
+            self.add_slider("speed")
+            self.add_slider("travel", lambda: not self._is_stick_slip())
+            self.add_slider("damping", self._is_stick_slip)
+            add_choice(self.desk, self.name, MODEL)
+            self.add_alert()
             with self.show_while(lambda: not self._is_stick_slip()):
                 self.more_of_pull.build()
             with self.show_while(self._is_stick_slip):
                 self.more_of_saw.build()
             self.measured = MeasuredFiles(self.desk)
-            self.of_files = self.slider("files_vacuum")
+            self.of_files = self.add_slider("files_vacuum")
         with main:
             self.heroes = Heroes(self.name)
             with ui.row().classes("w-full items-center gap-x-6 gap-y-1"):
@@ -219,7 +231,7 @@ class Pull(Page):
             self.panel.build("pull-chart", "Force versus elongation")
             self.by_sheet = SheetBySheet(self.panel.chart)
             self.peak.attach_chart(self.panel.chart)
-            with self.panel.build_row():
+            with self.panel.build_exports():
                 record = partial(self._download_result, f"tensile {STICK_SLIP}", "csv")
                 button("record as CSV", record, "pull-record", look=takeaway.QUIET)
                 compare = partial(self._download_result, "validate", "svg")
@@ -234,7 +246,6 @@ class Pull(Page):
             self.notes = Notes()
 
     def _full_vacuum(self) -> float:
-        """Return full vacuum at the site [Pa]."""
         return self.controls()["vacuum"].high
 
     def _is_stick_slip(self) -> bool:
@@ -267,14 +278,13 @@ class Pull(Page):
         pins, reading = self.panel.pinned_answers(call), self._read_files()
         band = self._compute_band(call, result)
         if not saws:
-            pins = (*pinned_files(self.desk, reading), *pins)
+            pins = (*collect_pinned_files(self.desk, reading), *pins)
         bands = [(pin.more, pin.answer.result.record, GREY) for pin in pins if pin.more]
         bands += [(band, result.record, BLUE)] if band else []
         shade = partial(pull_band.draw_bands, bands=bands) if bands else None
         return Answer(call, result, pins=pins, finish=shade), self._whole[1], reading, band
 
     def _compute_band(self, call: Call, result: Any) -> pull_band.Band | None:
-        """Return the 95 % band of the displayed pull, or None if it is unknown."""
         error = pull_band.law_error(self.desk, call)
         return None if error is None else pull_band.compute_band(error, result.record, call)
 
@@ -289,12 +299,12 @@ class Pull(Page):
         vacuum, files = self.text("files_vacuum"), find_pulls(self.desk)
         last_key, reading = self._read
         sidecars = tuple(self.uploads.sidecars)
-        key = (files, sidecars, self.desk.state.brake, vacuum if reading.lacking else "")
+        key = (files, sidecars, self.desk.state.brake, vacuum if reading.lacks_vacuum else "")
         if last_key != key:
             reading = read_pulls(
                 files, self.desk.brake_subject(), vacuum, self.runner.report_progress
             )
-            self._read = ((*key[:3], vacuum if reading.lacking else ""), reading)
+            self._read = ((*key[:3], vacuum if reading.lacks_vacuum else ""), reading)
         return reading
 
     def draw(self, result: Any) -> None:
@@ -303,10 +313,10 @@ class Pull(Page):
         pull, saws = answer.result, answer.call.name == STICK_SLIP
         self.pin_files.fill(Reading() if saws else reading)
         self.pin_band.set_visibility(band is not None)
-        self.of_files.set_visibility(reading.lacking)
+        self.of_files.set_visibility(reading.lacks_vacuum)
         self.compared.set_visibility(bool(reading.curves) and not saws)
         self.errors.set_visibility(not saws)
-        self.panel.draw(answer, choose_chart(answer, brake_facts, reading, band, self.dark))
+        self.panel.draw(answer, make_chart(answer, brake_facts, reading, band, self.dark))
         if not saws:
             self.peak.fill(pull.peak_force)
         (self.saw if saws else self.pulled).fill(pull)
@@ -321,10 +331,10 @@ class Pull(Page):
         for answer in self.answers():
             if answer.call.name in command.split() and answer.result is not None:
                 make = partial(file_bytes, answer.result, ending)
-                await takeaway.download(make, f"{answer.name}.{ending}")
+                await takeaway.save_result(make, f"{answer.name}.{ending}")
 
 
-def choose_chart(
+def make_chart(
     answer: Answer, brake_facts: Any, reading: Reading, band: pull_band.Band | None, dark: bool
 ) -> dict[str, Any]:
     """Return the chart of a pull, with or without stick–slip, and of its pinned curves."""

@@ -12,7 +12,7 @@ from layerjam.simulate.record import TensileRecord
 from layerjam.units import parse
 from layerjam.workbench.call import Call
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pins import BAND, pin_call
+from layerjam.workbench.pins import BAND, make_call
 from layerjam.workbench.state import Pin
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def compute_band(error: "LawError", record: TensileRecord, call: Call) -> Band |
     return Band(elongation, half, error.pulls) if np.isfinite(half).all() else None
 
 
-def pin_band(pin: Pin, result: Any) -> Band | None:
+def compute_pinned_band(pin: Pin, result: Any) -> Band | None:
     """Return the band of a pinned pull, or None if the pin has none.
 
     Raises LayerjamError if a link contains invalid values.
@@ -75,7 +75,7 @@ def pin_band(pin: Pin, result: Any) -> Band | None:
     # import late: it is slow, and only a pinned band needs it
     from layerjam.identify.calibration.law_spread import LawError
 
-    call = pin_call(pin)
+    call = make_call(pin)
     if call.options.keys() != ASKED:
         raise QuantityError("band: requires a pull with a vacuum, a speed and a travel only")
     return compute_band(LawError.read(str(pin.options[BAND])), result.record, call)
@@ -98,6 +98,5 @@ def draw_bands(figure: "Figure", bands: Sequence[tuple[Band, TensileRecord, str]
 
 
 def _pull_condition(call: Call) -> tuple[float, float]:
-    """Return a pull's vacuum [Pa] and speed [m/s]."""
     vacuum, speed = call.options["vacuum"], call.options["speed"]
     return parse(vacuum, "Pa", "vacuum"), parse(speed, "m/s", "speed")

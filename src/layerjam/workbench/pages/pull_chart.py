@@ -38,7 +38,7 @@ def pull_chart(
     points if their keys are pinned. `bands` is {label: 95 % band} of pins; the label of the result
     itself is "".
     """
-    pinned_pulls = [item for item in reading.measured if item.file.key in files]
+    pinned_pulls = [item for item in reading.measured_pulls if item.file.key in files]
     few = len(reading.curves or pinned_pulls) + len(pins) <= LABELLED
     notes = {label: item.name for label, item in bands.items()}
     curves = [replace(_computed_curve(result, "computed", notes), color=BLUE, width=2.5)]
@@ -85,7 +85,6 @@ def _computed_curve(result: Any, label: str, notes: Mapping[str, str]) -> Curve:
 
 
 def _band_edges(result: Any, band: Band, label: str) -> list[Curve]:
-    """Return the lower and upper edges of a computed pull's band."""
     x, color = band.elongation, GREY if label else BLUE
     force = np.interp(x, result.record.elongation, result.record.force)
     name = f"{label or 'computed'}, {band.name}"

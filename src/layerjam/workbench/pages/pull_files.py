@@ -17,14 +17,14 @@ from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, Pinned, try_call
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.dropping import FilesHere
+from layerjam.workbench.dropping import DropHint
 from layerjam.workbench.page import Box, Notes, show_checks
 from layerjam.workbench.panel import Panel
 from layerjam.workbench.proposals import ASIDE, FRICTION
 from layerjam.workbench.said import get_edits, sidecar_text
 from layerjam.workbench.spoken import page_text
 from layerjam.workbench.state import MEASURED
-from layerjam.workbench.tables import html
+from layerjam.workbench.tables import html_table
 from layerjam.workbench.uploads import Upload
 from layerjam.workbench.widgets import Alert, button, dress, hint
 
@@ -41,10 +41,10 @@ class MeasuredPull:
     def label(self) -> str:
         """Label with the origin (measured or synthetic), the vacuum and the file."""
         word = "synthetic" if self.trace.synthetic else "measured"
-        return f"{word}, {self.about}"
+        return f"{word}, {self.description}"
 
     @property
-    def about(self) -> str:
+    def description(self) -> str:
         """Stated vacuum, and the user's name for the file."""
         vacuum = self.trace.facts.vacuum
         vacuum_text = "vacuum not stated" if vacuum is None else show(vacuum, "Pa", 3)
@@ -58,16 +58,16 @@ class Reading:
 
     files: tuple[Upload, ...] = ()
     answers: tuple[Answer, ...] = ()
-    lacking: bool = False
+    lacks_vacuum: bool = False
     """Whether the vacuum of a file is missing."""
 
     @property
-    def understood(self) -> Any:
+    def pull_result(self) -> Any:
         """Result of `pull`, or None."""
         return self.answers[0].result if self.answers else None
 
     @property
-    def compared(self) -> Any:
+    def validation(self) -> Any:
         """Result of `validate`, or None."""
         return self.answers[1].result if len(self.answers) > 1 else None
 
@@ -78,24 +78,24 @@ class Reading:
 
     def sentences(self, name: str) -> list[str]:
         """Return sentences on how one file was read, or why it was rejected."""
-        if self.understood is None:
+        if self.pull_result is None:
             return []
         lines = [
             f"not used: {reason}"
-            for result in (self.understood, self.compared)
+            for result in (self.pull_result, self.validation)
             for path, reason in (result.refused.items() if result is not None else ())
             if path.startswith(name)
         ]
-        for path, sentences in self.understood.understood.items():
+        for path, sentences in self.pull_result.understood.items():
             if path.split(", specimen ")[0] == name:
                 lines.append("; ".join(sentences))
         return list(dict.fromkeys(lines))
 
     @cached_property
-    def measured(self) -> Sequence[MeasuredPull]:
+    def measured_pulls(self) -> Sequence[MeasuredPull]:
         """Every readable pull; a file may contain several."""
         files = {str(file.path): file for file in self.files}
-        record = () if self.understood is None else self.understood.record
+        record = () if self.pull_result is None else self.pull_result.record
         return [
             MeasuredPull(files[trace.path], trace, summary.features) for trace, summary in record
         ]
@@ -103,17 +103,17 @@ class Reading:
     @property
     def curves(self) -> Sequence[CurveError]:
         """Pulls compared with the model; empty if there are none."""
-        return () if self.compared is None else self.compared.record[1].curves
+        return () if self.validation is None else self.validation.record[1].curves
 
 
 def find_pulls(desk: Desk) -> tuple[Upload, ...]:
     """Return those of the tab's files that may contain pulls, with their sidecars written."""
     uploads, edits, files = desk.files, get_edits(desk), []
-    for upload in uploads.used:
+    for upload in uploads.files_in_use:
         edit = edits.get(upload.key, {})
         if edit.get("role") not in (FRICTION, ASIDE):
             text = sidecar_text(uploads.sidecars.get(upload.shown, ""), edit)
-            files.append(uploads.with_sidecar(upload, text))
+            files.append(uploads.write_sidecar(upload, text))
     return tuple(files)
 
 
@@ -136,13 +136,13 @@ class MeasuredFiles:
 
     def __init__(self, desk: Desk) -> None:
         self.desk = desk
-        FilesHere(desk, "pull")
+        DropHint(desk, "pull")
         self._trouble = Alert("pull-file-problem", "text-sm")
         self.list = dress(Box(self._show_reading), "pull-files")
 
     def _remove_file(self, key: str) -> None:
-        self.desk.files.remove([key])
-        self.desk.files_changed()
+        self.desk.files.remove_files([key])
+        self.desk.announce_files()
 
     def fill(self, reading: Reading) -> None:
         """Show the results of the files."""
@@ -165,7 +165,7 @@ class MeasuredFiles:
 
 def show_errors(reading: Reading) -> None:
     """Show each pull's MAPE, RMSE and bias, and the checks; show nothing without files."""
-    if reading.compared is None:
+    if reading.validation is None:
         return
     hint(
         "Each file, with the model at its vacuum (dashed). Below the curve: the residual, "
@@ -173,29 +173,29 @@ def show_errors(reading: Reading) -> None:
     )
     heads = ["File", "Vacuum", "Speed", "MAPE", "RMSE", "Model − measured"]
     rows = []
-    for row in reading.compared.files:
+    for row in reading.validation.files:
         vacuum, speed = show(row["vacuum"], "Pa"), show(row["speed"], "m/s", 3)
         error, bias = show(row["rmse"], "N", 3), show(row["bias"], "N", 3)
         mape, bias = f"{row['mape']:.2%}", bias.replace("-", "−")
         rows.append([row["path"], vacuum, speed, mape, error, bias])
-    table = html(heads, rows, range(1, 6), "Residuals", "pull-errors")
+    table = html_table(heads, rows, range(1, 6), "Residuals", "pull-errors")
     live.Table().set_content(table)
-    show_checks(reading.compared)
-    Notes().fill(list(dict.fromkeys(reading.compared.warnings)))
+    show_checks(reading.validation)
+    Notes().fill(list(dict.fromkeys(reading.validation.warnings)))
 
 
 TITLE = "Pin a measured curve"
 
 
-def pinned_files(desk: Desk, reading: Reading) -> tuple[Pinned, ...]:
+def collect_pinned_files(desk: Desk, reading: Reading) -> tuple[Pinned, ...]:
     """Return the pinned measured curves whose files are present, each with its own answer."""
-    by_key, pins = {pull.file.key: pull for pull in reversed(reading.measured)}, []
+    by_key, pins = {pull.file.key: pull for pull in reversed(reading.measured_pulls)}, []
     for pin in desk.state.pins:
         pull = by_key.get(pin.subject) if pin.command == MEASURED else None
         if pull is not None:
-            path, record = pull.file.path, reading.understood.record
+            path, record = pull.file.path, reading.pull_result.record
             records = [pair for pair in record if Path(pair[0].path) == path]
-            result = replace(reading.understood, record=records)
+            result = replace(reading.pull_result, record=records)
             pins.append(
                 Pinned(pull.label, Answer(Call("pull", files=(pull.file,)), result), pin=pin)
             )
@@ -219,7 +219,7 @@ class PinFiles:
     def fill(self, reading: Reading) -> None:
         """Show the current pulls; unchanged ones are not rebuilt."""
         pins = self._desk.state.files
-        self._names = {pull.file.key: pull.about for pull in reversed(reading.measured)}
+        self._names = {pull.file.key: pull.description for pull in reversed(reading.measured_pulls)}
         content = (tuple(self._names.items()), pins)
         if content == self._shown:
             return

@@ -12,7 +12,14 @@ from layerjam.fluid.parts import FAMILIES
 from layerjam.toml_files.source import KINDS
 from layerjam.toml_files.toml import MAX_BYTES, decode_toml
 from layerjam.units import QuantitySpec, exact_text, get, show, usual_unit
-from layerjam.workbench.controls import Choice, add_unit, menu, number_field, on_typed, read_word
+from layerjam.workbench.controls import (
+    Choice,
+    add_menu,
+    add_unit,
+    number_field,
+    on_submit,
+    read_word,
+)
 from layerjam.workbench.desk import SHELVES, Desk
 from layerjam.workbench.spoken import typeset_text
 from layerjam.workbench.widgets import Alert, button, dress, field, fold, one_line, select
@@ -85,10 +92,10 @@ class Editor:
         self.problem = Alert(f"{page}-{kind}-problem")
         self._chosen = select({}, kind.capitalize(), self.kind.ident, self._on_choose)
         with ui.row().classes("w-full gap-2 no-wrap"):
-            build_opener(self.desk, kind, page, self.problem)
+            build_open_button(self.desk, kind, page, self.problem)
             button("Save TOML", self._save_toml, f"{page}-save", "download")
         self._named = field("Name", f"{page}-name", longest=80)
-        on_typed(self._named, self._on_rename)
+        on_submit(self._named, self._on_rename)
         self.desk.add_watcher(
             lambda kind: self.fill() if kind in (self.kind.what, "undo") else None
         )
@@ -162,7 +169,7 @@ class Editor:
             else:  # build lazily: hidden panels delay the first page
                 self._folds[table].on_value_change(partial(self._fill_fold, table))
 
-    def row(self, path: str) -> "FieldRow":
+    def field_row(self, path: str) -> "FieldRow":
         """Return the field for a number, and build its panel first if necessary."""
         self._fill_fold(path.rpartition(".")[0])
         return self.rows[path]
@@ -174,7 +181,7 @@ class Editor:
             if table in FAMILIES and self.kind.what == "line":
                 self._build_part_choice(table)
             elif table in self.kind.optional:
-                drop = partial(self.take_part, table, NONE)
+                drop = partial(self.use_part, table, NONE)
                 title, ident = self.kind.groups[table].lower(), f"{self.kind.page}-without-{table}"
                 button(f"No {title}", drop, ident, "close", look="flat dense no-caps")
             for path in self.kind.paths(table):
@@ -185,7 +192,7 @@ class Editor:
         parts = {CUSTOM: "custom values", **none, **self.kind.parts(table)}
 
         def on_select(event: events.ValueChangeEventArguments[Any]) -> None:
-            self.take_part(table, str(event.value))
+            self.use_part(table, str(event.value))
 
         box = select(parts, "Part", f"{self.kind.page}-part-{table}", on_select)
         self._parts[table] = dress(box, aria_label=f"Catalogue part for the {table}")
@@ -201,7 +208,7 @@ class Editor:
             part = self.current_part(table)
             box.set_value(part if part in (box.options or ()) else CUSTOM)
 
-    def take_part(self, table: str, part: str) -> None:
+    def use_part(self, table: str, part: str) -> None:
         """Use a different catalogue part for a table, or remove the table."""
         if part in (CUSTOM, self.current_part(table)):
             return
@@ -228,7 +235,7 @@ class Editor:
         """Build the fields for the kind and the source that typed numbers get."""
         page, key = self.kind.page, self.kind.origin[1]
         with fold("Source of new numbers"):
-            menu(self.desk, page, self._kind_choice)
+            add_menu(self.desk, page, self._kind_choice)
             example = "caliper, 3 readings"
             box = field(
                 "Source", f"{page}-{key}", self._source_text(), example=example, longest=200
@@ -242,7 +249,7 @@ class Editor:
         self.desk.add_watcher(show_kind)
 
 
-def build_opener(desk: Desk, kind: str, page: str, problem: Alert) -> None:
+def build_open_button(desk: Desk, kind: str, page: str, problem: Alert) -> None:
     """Build a button that loads a TOML file of the user's; `problem` shows errors."""
 
     async def on_upload(event: events.UploadEventArguments) -> None:
@@ -283,7 +290,7 @@ class FieldRow:
                 dress(self.field, ident, placeholder="" if is_required else "unknown")
             source = "text-xs opacity-80 source-line"
             self.source = dress(ui.label(), f"{ident}-source", source)
-        on_typed(self.field, self.on_type)
+        on_submit(self.field, self.on_type)
         self.fill()
 
     def value_text(self) -> str:

@@ -16,22 +16,13 @@ from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, try_call
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import chart_options, round_up
-from layerjam.workbench.controls import Control, map_keys, vacuum_entry
+from layerjam.workbench.controls import Control, map_keys, vacuum_control
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
-from layerjam.workbench.pages.drop_outcome import Animation, series
-from layerjam.workbench.pages.records import build_opener
+from layerjam.workbench.pages.drop_outcome import Animation, time_series
+from layerjam.workbench.pages.records import build_open_button
 from layerjam.workbench.scene import StackView, build_stack, describe_stack
-from layerjam.workbench.widgets import (
-    Alert,
-    button,
-    chart,
-    columns,
-    dress,
-    heading,
-    hint,
-    status,
-)
+from layerjam.workbench.widgets import Alert, button, chart, columns, dress, heading, hint, status
 
 INTRODUCTION = (
     "A layer-jamming brake is a stack of thin sheets in a soft, airtight enclosure. Pump "
@@ -59,7 +50,7 @@ class Start(Page):
 
     def controls(self) -> Mapping[str, Control]:
         """Return the control for the vacuum."""
-        return map_keys(vacuum_entry("tensile", "vacuum", self.desk.brake.brake.site.atmosphere))
+        return map_keys(vacuum_control("tensile", "vacuum", self.desk.brake.brake.site.atmosphere))
 
     def build(self) -> None:
         """Build introduction, slider and cards on the left; force, view and chart on the right."""
@@ -69,9 +60,9 @@ class Start(Page):
         side, main = columns("start-page", all_shown=True)
         with side:
             with ui.column().classes("w-full gap-3 start-set"):
-                self.slider("vacuum")
-                button("Drop a kilogram", self._mass_to_drop, "start-drop", "south", look="no-caps")
-                self.problem_line()
+                self.add_slider("vacuum")
+                button("Drop a kilogram", self._drop_mass, "start-drop", "south", look="no-caps")
+                self.add_alert()
             self._build_cards()
         with main:
             self._build_force()
@@ -104,11 +95,11 @@ class Start(Page):
             with self._build_card("My brake", "Its numbers, each with its source:"):
                 problem = Alert("start-brake-problem")
                 with ui.row().classes("gap-2"):
-                    turn = partial(self.desk.turn, "brake")
+                    turn = partial(self.desk.show_tab, "brake")
                     button("Change this brake", turn, "start-edit", "edit")
-                    build_opener(self.desk, "brake", self.name, problem)
+                    build_open_button(self.desk, "brake", self.name, problem)
             with self._build_card("My files", "Friction tests and pulls from a test machine:"):
-                choose = self.desk.choose_files
+                choose = self.desk.show_files_dialog
                 button("Drop or choose files", choose, "start-files", "upload_file")
         self.desk.add_watcher(
             lambda what: self._mark_current() if what in ("brake", "undo") else None
@@ -126,7 +117,7 @@ class Start(Page):
         for name, button_ in self.tried.items():
             dress(button_, aria_pressed=str(name == self.desk.state.brake).lower())
 
-    def _mass_to_drop(self) -> None:
+    def _drop_mass(self) -> None:
         self.dropped = self._play = True
         self.stage.set_visibility(self.dropped)
         self.refresh()
@@ -158,7 +149,7 @@ class Start(Page):
         vacuum = parse(answer.call.options["vacuum"], "Pa", "vacuum")
         self.hero.set_text(show(pull.peak_force, "N", DIGITS))
         self.words.set_text(holding_sentence(pull, brake.site.gravity))
-        live.draw(self.chart, force_chart(pull, full, self.dark))
+        live.draw_chart(self.chart, force_chart(pull, full, self.dark))
         stack = build_stack(brake, 0.0, vacuum / brake.site.atmosphere)
         self.view.show(stack, describe_stack(brake, stack, 0.0), self.dark)
         if not fall:
@@ -166,7 +157,7 @@ class Start(Page):
         stop = fall[0].result
         self.happened.set_text(drop_sentence(stop, fall[0].refusal))
         record = stop.record if stop is not None and stop.feasible else None
-        self.animation.load(None if record is None else series(record))
+        self.animation.load_series(None if record is None else time_series(record))
         if self._play:
             self._play = False
             self.animation.play()
@@ -179,12 +170,12 @@ def holding_sentence(pull: Any, gravity: float) -> str:
         stretch = show(pull.peak_elongation, "m", 2)
         return f"The sheets do not hold yet: stretched {stretch}, the enclosure pulls with {force}."
     return (
-        f"The brake can hold {show(round_down(pull.peak_force / gravity), 'kg', DIGITS)} "
+        f"The brake can hold {show(round_down_digits(pull.peak_force / gravity), 'kg', DIGITS)} "
         "against gravity."
     )
 
 
-def round_down(value: float, digits: int = DIGITS) -> float:
+def round_down_digits(value: float, digits: int = DIGITS) -> float:
     """Round a positive number down to the given number of significant digits."""
     step = 10.0 ** (math.floor(math.log10(value)) + 1 - digits)
     return math.floor(value / step + 1e-9) * step

@@ -18,12 +18,12 @@ from layerjam.workbench.call import Call
 from layerjam.workbench.controls import (
     Choice,
     Control,
-    choice,
-    entry,
+    add_choice,
+    add_menu,
+    control,
+    make_choice,
     map_keys,
-    menu,
-    vacuum_entry,
-    word_choice,
+    vacuum_control,
 )
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.more import OtherInputs
@@ -125,7 +125,7 @@ class Vacuum(Page):
         super().__init__(desk)
         self.line = Editor(desk, LINE)
         self.more = OtherInputs(self, "regulate", (*CONTROLS, *SENSOR))
-        self.fluid = word_choice("rise", "fluid", {})
+        self.fluid = make_choice("rise", "fluid", {})
         self.law, self.safe, self.fault = law_choice(), safe_choice(), fault_choice()
         self.steps = Panel(desk, self.name, command="rise")
         self.loop = Panel(desk, self.name, "vacuum-loop", command="regulate")
@@ -133,28 +133,28 @@ class Vacuum(Page):
     def controls(self) -> Mapping[str, Control]:
         """Return the controls, with the bounds that the line sets."""
         full = self.more.atmosphere(self.desk.line.line.site.atmosphere)
-        target = vacuum_entry("rise", "target", full, 0.01 * full)
-        lasts = entry("regulate", "duration", 20.0, (1.0, 120.0), unit="s", label="Simulated time")
-        sample = entry("regulate", "sample_time", 0.01, (SHORTEST, 0.1), unit="ms")
+        target = vacuum_control("rise", "target", full, 0.01 * full)
+        span = control("regulate", "duration", 20.0, (1.0, 120.0), unit="s", label="Simulated time")
+        sample = control("regulate", "sample_time", 0.01, (SHORTEST, 0.1), unit="ms")
         begins = {"unit": "s", "label": "Start of the fault"}
         return map_keys(
             target,
-            entry("regulate", "fault_at", 10.0, (0.0, 30.0), **begins),
-            lasts.narrow(high=LONGEST),
+            control("regulate", "fault_at", 10.0, (0.0, 30.0), **begins),
+            span.narrow(high=LONGEST),
             sample.narrow(SHORTEST),
-            entry("regulate", "sensor_range", 103e3, (10e3, 200e3)),
-            entry("regulate", "noise", 50.0, (0.0, 500.0), unit="Pa"),
+            control("regulate", "sensor_range", 103e3, (10e3, 200e3)),
+            control("regulate", "noise", 50.0, (0.0, 500.0), unit="Pa"),
         )
 
     def build(self) -> None:
         """Build step response and controller, each with its controls to the left of its result."""
         with ui.column().classes("w-full page gap-3"):
-            self.problem_line()
+            self.add_alert()
             heading("Step response")
             side, main = columns()
             with side:
-                self.slider("target")
-                choice(self.desk, self.name, self.fluid)
+                self.add_slider("target")
+                add_choice(self.desk, self.name, self.fluid)
                 self.line.build_selection()
                 with fold("Parts and numbers of the line", "vacuum-numbers"):
                     self.line.build_folds()
@@ -170,20 +170,20 @@ class Vacuum(Page):
             self.notes = Notes()
 
     def _build_loop_controls(self) -> None:
-        choice(self.desk, self.name, self.safe)
+        add_choice(self.desk, self.name, self.safe)
         with self.show_while(lambda: not self.word(self.safe)):
             hint("Law, fault and sampling take effect once a safe state is chosen.")
         with self.enable_while(lambda: bool(self.word(self.safe))):
-            choice(self.desk, self.name, self.law)
-            menu(self.desk, self.name, self.fault)
-            self.slider("fault_at", lambda: self.word(self.fault) != "none")
+            add_choice(self.desk, self.name, self.law)
+            add_menu(self.desk, self.name, self.fault)
+            self.add_slider("fault_at", lambda: self.word(self.fault) != "none")
             with fold("Sampling and sensor", "vacuum-sampling"):
-                self.slider("duration")
-                self.slider("sample_time")
+                self.add_slider("duration")
+                self.add_slider("sample_time")
                 with self.show_while(self._lacks_sensor):
                     hint("The line has no sensor. A sensor with this range and noise is assumed.")
                     for key in SENSOR:
-                        self.slider(key)
+                        self.add_slider(key)
         self.more.build()
 
     def _lacks_sensor(self) -> bool:
@@ -196,7 +196,7 @@ class Vacuum(Page):
             self.steps.build_pins()
         look = "width: 100%; height: max(260px, 34vh)"
         self.steps.build("vacuum-chart", "Vacuum over time at full pump power", look)
-        self.steps.build_row()
+        self.steps.build_exports()
 
     def _build_regulator(self) -> None:
         self.loop_heroes = Heroes("vacuum-loop")
@@ -207,7 +207,7 @@ class Vacuum(Page):
                 self.loop.build("vacuum-loop", label, "width: 100%; height: max(430px, 46vh)")
                 self.loop.build_pins()
                 hint(KEY)
-                self.loop.build_row()
+                self.loop.build_exports()
             with ui.column().style("width: 240px; flex: none"):
                 self.loop_figures = Figures("vacuum-loop", "regulate", LOOP)
                 label = "Longest detection time of each fault at this vacuum"
@@ -275,12 +275,12 @@ class Vacuum(Page):
         # error and ripple refer to the target, which the safe state abandons
         given_up = () if result.outcome == "HEALTHY" else ("steady_error", "ripple")
         self.loop_figures.fill(result, but=given_up)
-        self.verdict.set_text(verdict(result))
+        self.verdict.set_text(describe_fault(result))
         self.loop_heroes.fill(loop_headlines(result))
         self.detection.set_content(detection_table(result))
 
 
-def verdict(result: Any) -> str:
+def describe_fault(result: Any) -> str:
     """Return sentences on the reported fault, its time, and the effect of the safe state."""
     target, end = show(result.target, "Pa"), float(result.record[1].vacuum[-1])
     ending = f"at the end the vacuum is {show(end, 'Pa', 3) if end >= 1 else 'gone'}"
