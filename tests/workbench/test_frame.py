@@ -158,7 +158,7 @@ def test_where_nothing_can_listen_is_told_before_the_server_starts():
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        with pytest.raises(QuantityError, match=f"port: {port} is used"):
+        with pytest.raises(QuantityError, match=f"port: {port} is in use"):
             check_address("127.0.0.1", port)
     check_address("127.0.0.1", port)
     with pytest.raises(QuantityError, match="not an address of this machine"):

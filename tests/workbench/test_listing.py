@@ -69,10 +69,10 @@ def test_files_that_come_later_are_known_and_a_sidecar_counts_over_the_list(tab)
     taken, told = attach_conditions(tab)
     assert taken == ["later.csv"]
     (sentence,) = told
-    assert "its sidecar states vacuum 30 kPa, conditions.csv 20 kPa" in sentence
+    assert "its sidecar states vacuum 30 kPa, but conditions.csv states 20 kPa" in sentence
     assert "20" not in tab.sidecars["later.csv"] and tab.from_list["later.csv"] == frozenset()
     assert attach_conditions(tab) == (["later.csv"], []), "it is said once"
-    tab.remove([tab.files[0].key])
+    tab.remove_files([tab.files[0].key])
     assert tab.from_list == {} and tab.listed
 
 

@@ -39,7 +39,7 @@ class Surface:
 class Parts:
     """Surfaces centred in the scene; `size` is that of their bounding box [scene units]."""
 
-    merge_bodies: tuple[Surface, ...]
+    surfaces: tuple[Surface, ...]
     size: Point
 
 

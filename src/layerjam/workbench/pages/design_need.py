@@ -59,7 +59,7 @@ class SearchResult(NamedTuple):
     """An answer, or the reason why there is none, with the line of the specification."""
 
     answer: Answer | None = None
-    describe_problem: str = ""
+    problem: str = ""
     line: int | None = None
     pull: tuple[float, float] | None = None
     """Peak force and force at the end of travel, in a pull of the chosen design [N]."""

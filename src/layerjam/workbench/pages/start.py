@@ -169,10 +169,8 @@ def holding_sentence(pull: Any, gravity: float) -> str:
     if pull.peak_elongation >= pull.record.elongation[-1]:
         stretch = show(pull.peak_elongation, "m", 2)
         return f"The sheets do not hold yet: stretched {stretch}, the enclosure pulls with {force}."
-    return (
-        f"The brake can hold {show(round_down_digits(pull.peak_force / gravity), 'kg', DIGITS)} "
-        "against gravity."
-    )
+    mass = show(round_down_digits(pull.peak_force / gravity), "kg", DIGITS)
+    return f"The brake can hold up to {mass} against gravity."
 
 
 def round_down_digits(value: float, digits: int = DIGITS) -> float:
