@@ -32,7 +32,8 @@ DIGESTS = {
 }
 TESTS = ("units", "toml_files", "device", "fluid", "measure", "records", "dataset", "control",
          "fabricate", "interop", "campaigns", "design", "mechanics", "identify", "simulate",
-         "report", "cli", "commands", "workbench", "paper", "electronics")  # fmt: skip
+         "report", "cli", "commands", "workbench", "paper", "electronics", "rig",
+         "kernel")  # fmt: skip
 """Folders of the tests that run, unless others are named."""
 PART = "--part"
 RUN = """
