@@ -1,4 +1,4 @@
-"""Two brakes over a pulley, which together act in both directions (paper, section II-A).
+"""Two brakes on one pulley, which together resist rotation both ways (paper, section II-A).
 
 Turning the pulley by an angle pulls one brake and slackens the other. A slack brake carries no
 force.
@@ -19,7 +19,7 @@ STRETCH = QuantitySpec("m", "elongation of both brakes at angle zero", hi=1)
 
 
 class Pair(NamedTuple):
-    """An antagonistic pair along a history of angles, each of shape (N,)."""
+    """Response of an antagonistic pair to a history of N angles; shape (N,) if not stated."""
 
     angle: np.ndarray
     """Angle [rad]."""
@@ -30,11 +30,11 @@ class Pair(NamedTuple):
     slips: np.ndarray
     """Slips of the two brakes [m], shape (N, 2)."""
     work: np.ndarray
-    """Work of the shaft on the pair, including that of the pretension [J]."""
+    """Work done by the shaft on the pair, including the pretensioning [J]."""
     heat: np.ndarray
     """Energy dissipated so far [J]."""
     stored: np.ndarray
-    """Elastic energy now stored [J]."""
+    """Elastic energy currently stored [J]."""
 
 
 def pair(
@@ -46,10 +46,11 @@ def pair(
 ) -> Pair:
     """Return the response of two brakes while a pulley turns slowly through angles [rad].
 
-    Both brakes start stretched by `pretension` [m of elongation] at angle zero. Then u1 =
+    At angle zero, both brakes are already stretched by `pretension` [m]. Their elongations are u1 =
     pretension + r angle and u2 = pretension - r angle, and the torque is (F1 - F2) r, with `radius`
-    r [m]. If both are taut without slip, the stiffness about neutral is (k1 + k2) r^2. Slip and
-    reversal follow each brake's own law with its memory (`brake_cycle`), at constant vacuums [Pa].
+    r [m]. If both are taut without slip, the stiffness about angle zero is (k1 + k2) r^2. Slip and
+    reversal follow each brake's own history-dependent law (`brake_cycle`), at constant vacuums
+    [Pa].
 
     Raises QuantityError for angles that are not finite, a radius or pretension out of bounds, a
     vacuum above the site's atmosphere, or if a brake separates or snaps.
@@ -89,6 +90,6 @@ def pair(
 
 
 def neutral_stiffness(brakes: tuple[Brake, Brake], radius: float) -> float:
-    """Return (k1 + k2) r^2 [N m/rad], with both brakes taut and not slipping; radius [m]."""
+    """Return the stiffness (k1 + k2) r^2 [N m/rad] of two taut brakes without slip; radius [m]."""
     RADIUS.check(radius, "radius")
     return sum(float(working_stiffness(b)) for b in brakes) * radius**2

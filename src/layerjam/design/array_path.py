@@ -1,9 +1,9 @@
-"""Force path of a chain of brakes: which stage slips at each elongation while others relax.
+"""Force–elongation path of a chain of brakes, where one stage slips while the others relax.
 
 The pull law yields a polyline of force versus elongation for every brake; all later steps are exact
-for polylines. A brake's force rises to a peak and then falls, so only one stage in a series, the
-weakest, can slip at falling force at a time. The path alternates between rising to the lowest next
-peak and falling to the valley after it, until every stage is at its end.
+for polylines. A brake's force rises to a peak and then falls, so only one stage at a time, the
+weakest of the series, can slip while the force falls. The path alternates between rising to the
+lowest next peak and falling to the valley after it, until every stage has reached its end.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from layerjam.units import show
 KNOTS = 400
 _SAME = 1e-12
 _STOP = 1e7
-"""Force [N] up to which a stop line extends, above the force of any chain of brakes."""
+"""Rise [N] of the force on a stop, greater than the force of any chain of brakes."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Backbone:
     slack: float = 0.0
 
     def add_slack(self, slack: float) -> "Backbone":
-        """Return this backbone shifted by a slack [m], below which there is no force."""
+        """Return this backbone shifted by a slack [m], within which the force is zero."""
         if not slack:
             return self
         rows = (self.elongation + slack, self.force, self.slip)
@@ -101,7 +101,7 @@ class _Stage:
 
     @property
     def frontier(self) -> float:
-        """Force at the farthest point that has been reached."""
+        """Force at the farthest point reached so far."""
         return float(np.interp(self.front, self.u, self.f))
 
     def turns(self) -> tuple[float, float, float]:
@@ -121,11 +121,11 @@ class _Stage:
         return float(f[top]), float(u[top]), float(u[valley])
 
     def slips(self, front: np.ndarray) -> np.ndarray:
-        """Return the slip of each member, shape (N, M), if the stage has been at `front` (N,)."""
+        """Return the slip of each member, shape (N, M), once the path has reached `front` (N,)."""
         return np.column_stack([np.interp(front, m.elongation, m.slip) for m in self.members])
 
     def relax(self, force: np.ndarray) -> np.ndarray:
-        """Return the elongation at a force below the frontier's, at which taut members relax."""
+        """Return the elongation after taut members relax to a force below the frontier's."""
         slack, k = np.array([(m.slack, m.stiffness) for m in self.members]).T
         start = self.slips(np.array([self.front]))[0] + slack
         order = np.argsort(start, kind="stable")
@@ -135,7 +135,7 @@ class _Stage:
         return np.where(force >= knot_forces[-1], last, np.interp(force, knot_forces, start))
 
     def follow_rise(self, force: np.ndarray, top: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return (elongation, front) at rising forces (N,); `top` ends the rise."""
+        """Return (elongation, front) at rising forces (N,); the rise ends at elongation `top`."""
         u = np.concatenate([[self.front], self.u[(self.u > self.front) & (self.u < top)], [top]])
         f = np.maximum.accumulate(np.interp(u, self.u, self.f))
         new_front = np.maximum(np.interp(force, f, u), self.front)

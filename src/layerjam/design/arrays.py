@@ -30,7 +30,7 @@ class Member:
     """One brake of an array, at a constant vacuum.
 
     The stage lengthens by `slack` [m] before this brake carries force. With `stop`, a strap carries
-    the load at the usable travel; otherwise the sheets separate at the end of the overlap.
+    the load once the usable travel is used up; otherwise the sheets separate after the overlap.
     """
 
     brake: Brake
@@ -81,7 +81,7 @@ class Array:
 
 
 def single(brake: Brake, vacuum: float, **how: float | bool) -> Array:
-    """Return an array of one brake at a vacuum [Pa]; `how` are `slack` and `stop` of Member."""
+    """Return an array of one brake at a vacuum [Pa]; `how` sets a Member's `slack` and `stop`."""
     return Array(chains=(((Member(brake=brake, vacuum=vacuum, **how),),),))  # type: ignore[arg-type]
 
 
@@ -103,7 +103,7 @@ def in_series(*parts: Array) -> Array:
 
 
 def in_parallel(*parts: Array) -> Array:
-    """Return arrays connected in parallel, whose elongations are equal and whose forces add up.
+    """Return arrays connected in parallel, which share one elongation and whose forces add up.
 
     Single-stage chains remain separate chains. To put parallel brakes into one stage of a longer
     chain, use Array.
@@ -117,9 +117,9 @@ class Totals(NamedTuple):
     mass: float
     """Mass [kg]."""
     travel: float
-    """Elongation by slip alone until the first chain is at its end [m]."""
+    """Elongation due to slip alone until the first chain reaches its end [m]."""
     energy: float
-    """Work to slip every brake over its own travel at its vacuum [J]."""
+    """Work required to slip every brake over its own travel at its vacuum [J]."""
     stiffness: float
     """Stiffness before any slip, with all slack taken up [N/m]."""
     volume: float | None
@@ -131,8 +131,8 @@ def totals(array: Array, chamber: float | None = None) -> Totals:
     """Return mass, travel, energy, stiffness and line volume of an array.
 
     `chamber` is the gas volume [m^3] of one brake with its fittings (`chamber.volume` of its line);
-    every brake has one, and they add up. A stage ends with its first member: its travel is the
-    smallest sum of slack and travel.
+    every brake has this volume. A stage ends when any of its members does: its travel is the
+    smallest sum of slack and travel among them.
     """
     if chamber is not None:
         VOLUME.check(chamber, "chamber")
@@ -157,10 +157,10 @@ def totals(array: Array, chamber: float | None = None) -> Totals:
 class ArrayLoading:
     """One slow pull of an array from rest; N samples, M members in the order of `members`.
 
-    `outcome` is BOTTOMED_OUT (every stage of a chain is at its stop), SEPARATED (a brake without a
-    stop has separated), FINISHED (the requested elongation was reached) or SNAPS (the force of a
+    `outcome` is BOTTOMED_OUT (all stages of a chain are at their stops), SEPARATED (a brake without
+    a stop has separated), FINISHED (the requested elongation was reached) or SNAPS (the force of a
     slipping brake falls faster than the others relax; the record ends there). `order` lists the
-    events in sequence: (elongation [m], index among `members`, "runs" (past its peak) or "ends").
+    events in sequence: (elongation [m], index among `members`, "runs" at a peak or "ends").
     """
 
     elongation: np.ndarray = field(repr=False)
@@ -188,11 +188,11 @@ def pull(array: Array, until: float | None = None) -> ArrayLoading:
 
     Members of a stage share one elongation, and each force follows the member's own law. Stages of
     a chain share one force. The stage with the lowest next peak slips; if peaks are equal, the one
-    listed first. A brake's force falls once it slides: the others then relax without further slip,
-    and the next one slips only when the first is at its stop. Only first loading is covered:
-    members relax elastically and carry no force below zero.
+    listed first. Once a brake slides, its force falls: the others relax without further slip, and
+    the next one slips only when the first has reached its stop. Only first loading is covered:
+    members relax elastically and carry no compression.
 
-    Raises QuantityError for a brake that snaps even on its own.
+    Raises QuantityError for a brake that would snap even on its own.
     """
     backbones = _make_backbones(array.members)
     paths, first = [], 0
@@ -258,7 +258,7 @@ def _member_work(members: Sequence[Member], slips: np.ndarray, forces: np.ndarra
 def _event_order(
     members: Sequence[Member], grid: np.ndarray, slips: np.ndarray, backbones: Sequence[Backbone]
 ) -> tuple[tuple[float, int, str], ...]:
-    """Return when each member passes its peak (and slips alone), and when it reaches its end."""
+    """Return the events of all members: passing a peak (and slipping alone) and reaching an end."""
     events = []
     for i, m in enumerate(members):
         is_running = slips[:, i] > backbones[i].peak_slip * (1 + 1e-9) + 1e-12

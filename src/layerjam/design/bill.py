@@ -1,8 +1,8 @@
 """Bill of materials of a design: film, plastic and mass as drawn, and the margin of `build`.
 
 Drawing a brake belongs to a higher layer (`fabricate`), which passes a function that accepts brakes
-whose sheets are arrays. Lengths in a drawn brake change in steps (screws, nuts), so its bill of
-materials is neither traced nor interpolated.
+whose sheets are arrays. Screws and nuts come in fixed sizes, so lengths in a drawn brake change in
+steps, and its bill of materials is neither traced nor interpolated.
 """
 
 from dataclasses import replace
@@ -39,7 +39,7 @@ class Bill(NamedTuple):
     printed: Any
     """Volume of printed parts that stay in the brake [m³]."""
     tools: Any
-    """Volume of mould and core, which can cast any number of brakes [m³]."""
+    """Volume of mould and core, with which any number of brakes can be cast [m³]."""
     mass: Any
     """Mass as drawn [kg] of the parts with a known mass."""
     margin: Any
@@ -58,10 +58,10 @@ class Draw(Protocol):
 
 @jax.jit
 def _bill_columns(point: Point, base: Brake) -> Any:
-    """Return one row for each quantity in SHEETS and FILM of some designs, and four more rows.
+    """Return one row per quantity in SHEETS and FILM, with one column per design, and four more.
 
-    These are the wall, the maximum force of one brake at the site's full vacuum, the number of
-    brakes in the design, and whether the design can be built.
+    The four are the wall thickness, the maximum force of one brake at the site's full vacuum, the
+    number of brakes in the design, and whether the design can be built.
     """
     brake = make_brake(point, base)
     rows = [getattr(brake.sheets, name) for name in SHEETS]

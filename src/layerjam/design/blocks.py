@@ -1,8 +1,9 @@
-"""Sweep on disk: one Parquet file per block, either complete or absent, and finally a manifest.
+"""Sweep stored on disk: one complete Parquet file per block and, written last, a manifest.
 
-The file of a block contains the designs that it keeps (its front, and those the verdict mentions)
-with all variables and merits; its metadata contains the totals of the whole block. The same block
-always produces the same bytes on any machine, so computing one twice changes nothing.
+The file of a block contains the designs kept from the block (its Pareto front, and those the
+verdict mentions) with all variables and merits; its metadata contains the totals of the whole
+block. The same block always produces the same bytes on any machine, so a block may be computed
+twice.
 """
 
 import contextlib
@@ -29,7 +30,7 @@ from layerjam.units import QuantitySpec
 MANIFEST, FRONT, NOTE = "manifest.json", "front.parquet", "sweep.json"
 LOCK, FOLDER = ".lock", "blocks"
 COUNTED = ("examined", "built", "feasible", "failed", "low", "high")
-"""Totals over all designs of a block, which are in its metadata; other fields are in the table."""
+"""Totals over all designs of a block, stored in its metadata; the table has the other fields."""
 
 
 def import_parquet() -> Any:
@@ -109,7 +110,7 @@ def decode_block(search: Search, data: bytes | Path, mark: str, index: int) -> S
 
 
 class Store:
-    """Folder of one sweep; as a context manager, it locks out any second process."""
+    """Folder of one sweep; as a context manager, it locks out other processes."""
 
     def __init__(self, folder: str | Path, search: Search) -> None:
         self.folder, self.search, self.spec = Path(folder), search, search.spec
@@ -174,7 +175,7 @@ class Store:
         return self.folder / FOLDER / f"block-{index:07d}.parquet"
 
     def read(self, index: int) -> SweepResult | None:
-        """Return an earlier block, or None if it is missing or incomplete."""
+        """Return a block stored earlier, or None if it is missing or incomplete."""
         path = self.path(index)
         return decode_block(self.search, path, self.mark, index) if path.is_file() else None
 

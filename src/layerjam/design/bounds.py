@@ -1,4 +1,4 @@
-"""Test, before a sweep, of whether a specification can be met, by corners of boxes of designs.
+"""Feasibility test of a specification before a sweep, which evaluates corners of boxes of designs.
 
 Many merits are monotonic in every variable, so their best value in a box of designs is at a corner.
 A box in which no design can meet a constraint is discarded; the others are cut in two. If no box is
@@ -20,7 +20,7 @@ from layerjam.design.stopping import gravity, least_peak
 from layerjam.units import show
 
 MOST_BOXES = 1_000_000
-"""Maximum number of boxes to examine; after that, the sweep has to find the answer."""
+"""Maximum number of boxes to examine; beyond it, only the sweep can decide."""
 UNBUILDABLE = "none of the designs can be built: travel, overlap and width contradict one another"
 FEASIBLE, IMPOSSIBLE, UNKNOWN = "feasible", "impossible", "unknown"
 
@@ -47,14 +47,14 @@ _FOLLOWS: dict[str, tuple[str, str]] = {
     "rise_time": ("vacuum series parallel", ""),
     "gas_work": ("vacuum series parallel", ""),
 }
-"""{merit: (variables with which it rises, those with which it falls)}; no other variable changes
+"""{merit: (variables with which it rises, those with which it falls)}; no other variables affect
 it. Free lengths change the friction only if the sheets fan out. For merits that are not listed, the
 direction is unknown.
 """
 
 
 def merit_direction(merit: str, variable: str, tied: bool) -> int | None:
-    """Return 1, -1 or 0 if a merit rises, falls or is constant with a variable; None if unknown.
+    """Return 1 if a merit rises with a variable, -1 if it falls, 0 if neither; None if unknown.
 
     If `tied`, the usable travel follows the overlap. Otherwise, a weak brake's force at the end of
     travel, and its work, may fall as the overlap increases.
@@ -86,7 +86,7 @@ def _stress_direction(merit: str, variable: str, tied: bool) -> int | None:
 
 @dataclass(frozen=True)
 class Proof:
-    """Outcome of a search by boxes."""
+    """Outcome of a feasibility test."""
 
     outcome: str
     number: int | None = None
@@ -126,7 +126,7 @@ class Boxes:
         return low, high
 
     def corner(self, low: Numbers, high: Numbers, c: Constraint) -> tuple[Numbers, Any]:
-        """Return the indices of the best corner for a constraint, and which boxes it bounds."""
+        """Return the best corner of each box for a constraint, and whether it is a bound."""
         best, sure = low.copy(), np.ones(len(low), bool)
         for axis, sign in enumerate(self.signs(c.name), 1):
             wide = high[:, axis] > low[:, axis]
@@ -137,7 +137,7 @@ class Boxes:
         return best, sure
 
     def prove(self, constraints: Sequence[Constraint]) -> Proof:
-        """Return whether any design can meet all constraints that have bounds at corners."""
+        """Return a proof that a design, or none, meets all constraints with bounds at corners."""
         rules = [c for c in constraints if c.name not in LATE_MERITS]
         if not rules:
             return Proof(UNKNOWN)
@@ -196,7 +196,7 @@ class Boxes:
         return BestValue(value, True)
 
     def single(self, c: Constraint) -> float | None:
-        """Return the best value of the quantity of c from corners alone, or None if unbounded."""
+        """Return the best value of a constraint's quantity from corners, or None if unbounded."""
         best, sure = self.corner(*self.initial_boxes(), c)
         values = self.values(self.grid.number(best.T), c)
         if not sure.all() or not np.isfinite(values).all():
@@ -214,7 +214,7 @@ class Boxes:
 
 
 def _bisect_boxes(low: Numbers, high: Numbers, first: Any) -> tuple[Numbers, Numbers]:
-    """Return the boxes, each cut in two along its longest side, measured in units of `first`."""
+    """Return the boxes, each cut in two along its longest side, with sides weighted by `first`."""
     if not len(low):
         return low, high
     side = np.argmax((high - low) * first, axis=1)
@@ -233,7 +233,7 @@ class Exclusion:
     """Constraint that fails, or None if nothing can be built."""
     reason: str
     reachable: float | None = None
-    """Best value of its quantity while the other constraints are met."""
+    """Best value of the constraint's quantity if the others are met."""
     unit: str = "1"
     others: tuple[str, ...] = ()
     """Constraints that must be relaxed to meet it; empty if it fails alone."""
@@ -292,7 +292,7 @@ def describe_shortfall(c: Constraint, best: float | None, exact: bool = True) ->
 
 
 def _physical_exclusion(search: Search) -> Exclusion | None:
-    """Return the exclusion if a stop is impossible for every brake of the grid, or for any."""
+    """Return the reason why no brake of the grid, or no brake at all, can stop the mass."""
     stop = search.spec.evaluation.stop
     if stop is None or stop.travel is None:
         return None

@@ -1,7 +1,7 @@
 """Blocks of a sweep on a Dask cluster: workers compute them, and this process writes them.
 
-A task is one block and returns the bytes of its file, so workers need no shared disk. The blocks of
-a lost worker are computed again by another, with the same bytes as a result.
+A task is one block and returns the bytes of its file, so workers need no shared disk. Another
+worker recomputes the blocks of a lost worker, and the resulting bytes are the same.
 """
 
 import contextlib
@@ -22,12 +22,12 @@ BLOCKS_PER_THREAD = 3
 PATIENCE = 20.0
 """Seconds to wait for the scheduler and for the first worker."""
 TRIM_THRESHOLD, MMAP_THRESHOLD, KEPT = -1, -3, 1 << 28
-"""Options for glibc's mallopt, and the number of bytes that it keeps."""
+"""Options for glibc's mallopt, and the number of freed bytes that it keeps."""
 _search_lock = threading.Lock()
 
 
 class ClusterError(LayerjamError):
-    """Error of a cluster that cannot be reached or has failed."""
+    """Error raised if a cluster cannot be reached or has failed."""
 
 
 @functools.lru_cache(maxsize=4)
@@ -61,7 +61,7 @@ def compute_block(pickled_search: bytes, index: int) -> bytes:
 
 @contextlib.contextmanager
 def _connect_client(scheduler: str) -> Iterator[tuple[Any, Any]]:
-    """Yield (the Dask module, a client) for a cluster that has a worker."""
+    """Yield (Dask module, client) for a cluster that has at least one worker."""
     with MissingExtraError.raise_if_missing("a sweep on a cluster (dask)", "cluster"):
         import distributed
     dask: Any = distributed
@@ -78,7 +78,7 @@ def _connect_client(scheduler: str) -> Iterator[tuple[Any, Any]]:
 
 
 def check_cluster(scheduler: str) -> None:
-    """Raise the errors of `compute_blocks` if the cluster cannot be reached."""
+    """Raise the same errors as `compute_blocks` if the cluster cannot be reached."""
     with _connect_client(scheduler):
         pass
 

@@ -11,7 +11,7 @@ from layerjam.units import show
 
 KIND = "layer-jamming brake"
 PAPER_VACUUM = 94.5e3
-"""Vacuum of the paper's tests [Pa], at which it states 17.5 N per sheet."""
+"""Vacuum of the paper's tests [Pa], for which the paper states 17.5 N per sheet."""
 LOWER = (PAPER_VACUUM, 50e3, 20e3)
 STACKED = (2, 5, 10)
 OF_SOME = {
@@ -30,8 +30,8 @@ def compare_devices(
 ) -> tuple[list[dict[str, Any]], dict[str, Any], list[SheetLine], PublishedDevices]:
     """Return (rows, effect of one more sheet, lines of sheet counts, published devices).
 
-    There is one of `vacuums` [Pa] for each brake. The first brake also has rows at lower vacuums,
-    and for several in parallel.
+    `vacuums` [Pa] has one value per brake. The first brake also has rows at lower vacuums, and for
+    several such brakes in parallel.
     """
     others = published_devices()
     first, full = brakes[0], vacuums[0]
@@ -87,7 +87,7 @@ def _friction_note(file: BrakeFile) -> str:
 
 
 def _sheet_effect(file: BrakeFile, paper: PublishedDevice) -> dict[str, Any]:
-    """Return the effect of one more sheet at the paper's vacuum, with the paper's values."""
+    """Return the effect of one more sheet at the paper's vacuum, and the paper's values for it."""
     vacuum = min(PAPER_VACUUM, file.brake.site.atmosphere)
     force, weight = added_sheet_effect(file.brake, vacuum)
     return {

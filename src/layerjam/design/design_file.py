@@ -17,7 +17,7 @@ from layerjam.units import get, quantities
 from layerjam.verdict import Acceptance, remaining
 
 CARRIED = (*OF_A_FIT, "stiffness_measured", "fittings_mass")
-"""Values of one brake as built that may differ for another brake."""
+"""Quantities calibrated or measured on one brake, which may differ for a new brake."""
 
 
 def make_design_file(
@@ -27,10 +27,10 @@ def make_design_file(
     name: str,
     acceptances: Sequence[Acceptance] = (),
 ) -> BrakeFile:
-    """Return one brake of a design, read back from its own text.
+    """Return the file of one brake of a design, parsed from its own TOML text.
 
-    `values` is the design as text. `acceptances` are the accepted failed checks of the design.
-    Those of the base brake are kept if the numbers that they concern are kept.
+    `values` is the design as text. `acceptances` are the design's failed checks that the user has
+    accepted. Those of the base brake are kept if their numbers are unchanged.
     """
     base, brake = spec.brake, design_brake(spec, point)
     film = str(values["film"])

@@ -54,7 +54,7 @@ STOP: Mapping[str, QuantitySpec] = MappingProxyType(
 """Requirements of a brake that stops a mass."""
 STEPS = 20
 VACUUMS = (0.6, 0.8, 0.93)
-"""Fractions of the site's atmospheric pressure; the paper's pump reached 94.5 of 101.3 kPa."""
+"""Vacuums as fractions of atmospheric pressure; the paper's pump reached 94.5 of 101.3 kPa."""
 Number = str | float
 
 
@@ -128,7 +128,7 @@ def stop(
     vacuum: Number | None = None,
     prefer: str = "mass",
 ) -> DesignRequest:
-    """Return the request for brakes that stop a mass within a travel and with less than a force.
+    """Return the request for brakes that stop a mass within a travel and with a limited force.
 
     The mass moves horizontally; `own_mass`, `width` and `length` limit the brakes. Raises
     QuantityError as `hold` does.

@@ -44,7 +44,7 @@ def added_sheet_effect(brake: Brake, vacuum: float) -> tuple[float, float]:
 
 
 def make_sheet_line(name: str, brake: Brake, vacuum: float) -> SheetLine:
-    """Return a brake with its own number of sheets and larger ones from SHEETS; vacuum [Pa]."""
+    """Return a brake's force and mass for its own and larger numbers of sheets; vacuum [Pa]."""
     count = brake.sheets.count
     counts = (count, *(n for n in SHEETS if n > count))
     variants = [with_sheets(brake, n) for n in counts]

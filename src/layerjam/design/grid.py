@@ -1,4 +1,4 @@
-"""Designs of a specification as one long row, from design number to values and back."""
+"""Numbered designs of a specification, with conversion between design numbers and values."""
 
 import functools
 import math
@@ -36,7 +36,7 @@ AXES = tuple(n for n in VARIABLES if n != "thickness")
 
 @dataclass(frozen=True)
 class Grid:
-    """Values of every variable; design numbers count through them, the last axis varying fastest.
+    """Values of every variable; their combinations are numbered, the last axis varying fastest.
 
     `stock` and `thickness` are rows of the same length: a film and a thickness in which it is sold.
     `axes` has a row for every other variable; `usable_travel` may be absent. `ranges` maps the
@@ -51,7 +51,7 @@ class Grid:
 
     @functools.cached_property
     def shape(self) -> tuple[int, ...]:
-        """Number of values on the film axis and on each other axis."""
+        """Number of values on each axis; the film axis is the first."""
         return (len(self.thickness), *(len(v) for v in self.axes.values()))
 
     @property
@@ -107,7 +107,7 @@ class Evaluation:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Merits in the rows of the kernel, in order."""
+        """Names of the merits in the kernel's rows, in order."""
         out = [n for n in MERITS if n not in (*LINE_MERITS, *LATE_MERITS, "judder_margin")]
         out += ["judder_margin"] * (self.stick_slip is not None)
         return (*out, *(LINE_MERITS if self.line is not None else ()))

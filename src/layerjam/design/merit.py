@@ -138,7 +138,7 @@ class StickSlipPull:
 
 
 def make_stock(film: Film, scale_factor: Any = 1.0, amplification_held: Any = None) -> Stock:
-    """Return a film as a stock, with a calibration factor and the fanning it includes."""
+    """Return a film as a stock, with a scale factor and the fanning that this factor includes."""
     values = {name: getattr(film, name) for name in Stock._fields if name not in OF_A_FIT}
     strength = math.nan if film.strength is None else film.strength
     fan = math.nan if amplification_held is None else amplification_held
@@ -148,7 +148,7 @@ def make_stock(film: Film, scale_factor: Any = 1.0, amplification_held: Any = No
 
 
 def make_point(brake: Brake, vacuum: Any = None) -> Point:
-    """Return the design that is identical to a brake, at the site's full vacuum by default."""
+    """Return the design that reproduces a brake, at the site's full vacuum by default."""
     sheets = brake.sheets
     fittings = brake.fittings_mass
     if brake.weighed_mass is not None:
@@ -170,7 +170,7 @@ def make_brake(point: Point, base: Brake) -> Brake:
     """Return one brake of a design, as a record of arrays, with missing values from the base.
 
     An offset x0 turns overlap into free length on both sides. The stiffness is that of the sheets
-    in series with the mount of the base, if that has been measured.
+    in series with the base brake's mount, if its stiffness has been measured.
     """
     start = base.sheets
     ends = base.mount.clamped_length
@@ -272,7 +272,7 @@ def line_merits(vacuum: float, line: Line, brakes: float) -> tuple[float, float]
     """Return `rise_time` [s] and `gas_work` [J] if every brake has the same chamber as the line.
 
     The rise time is NaN if the vacuum is never reached. The closed forms assume a rigid chamber at
-    one temperature and no significant tube; both results are proportional to the chamber volume.
+    one temperature and no tube resistance; both results are proportional to the chamber volume.
     """
     chamber = replace(
         line.chamber, volume=line.chamber.volume * brakes, shrink=line.chamber.shrink * brakes

@@ -1,7 +1,7 @@
 """Local search that starts from the best design of a grid and uses gradients.
 
 JAX differentiates the merits; the search is SciPy's SLSQP on their logarithms. Film, thickness,
-whole numbers, and variables for which the specification has a list or a single value do not change.
+whole numbers and variables with a list or a single value in the specification stay fixed.
 """
 
 import functools
@@ -32,10 +32,10 @@ Array = npt.NDArray[np.float64]
 LENGTHS = tuple(n for n, spec in VARIABLES.items() if not spec.whole and n != "usable_travel")
 FILM = tuple(n for n in Stock._fields if n != "strength")
 SLOPE_STEP = 1e-5
-"""Relative step for the slopes of merits that are not traced: the line and the drawn brake."""
+"""Relative step for slopes of merits that are not traced: those of the line and the drawn brake."""
 ACCURACY = 1e-9
 ROUNDS, DRAWN_ROUNDS = 200, 40
-"""Number of rounds of the search; fewer with drawn parts, on whose steps it cannot converge."""
+"""Maximum number of iterations; fewer with drawn parts, whose steps prevent convergence."""
 BAD = 1e3
 """Cost of an invalid design, larger than the ln of any merit."""
 
@@ -108,9 +108,9 @@ class Smooth:
         }
 
     def _stencil(self, x: Array) -> dict[str, Array]:
-        """Return DRAWN_MERITS at x, and one SLOPE_STEP above and below it for `among`.
+        """Return DRAWN_MERITS at x, and at one SLOPE_STEP above and below x for each of `among`.
 
-        The last result is kept, because several callers need the same point.
+        The last result is cached, because several callers need the same point.
         """
         if self.last[0] != x.tobytes():
             step = (SLOPE_STEP * np.diag(np.where(x > 0, x, 1e-3)))[self.among]
@@ -187,7 +187,7 @@ class RefinedDesign:
 
 
 def refine(spec: DesignSpecification, number: int) -> RefinedDesign | None:
-    """Return the best design near one of the grid; None if nothing is continuous or none fits."""
+    """Return the best design near one of the grid; None if none fits or nothing is continuous."""
     if not spec.grid.ranges:
         return None
     point = spec.grid.point(number)
@@ -214,7 +214,7 @@ def refine(spec: DesignSpecification, number: int) -> RefinedDesign | None:
 
 
 class LocalSearch:
-    """Search over the continuous variables of one design, each scaled to 0 to 1 over its range."""
+    """Search over the continuous variables of one design, each scaled to the range from 0 to 1."""
 
     def __init__(self, smooth: Smooth, live: list[Constraint]) -> None:
         self.smooth, goals = smooth, smooth.spec.objectives

@@ -67,7 +67,7 @@ class AxisSpec(AsItIs):
         return self.item.limits()
 
     def read(self, text: object, name: str) -> Axis:
-        """Return the values in SI; raises QuantityError for none, too many or repeated values."""
+        """Return the values in SI; raises QuantityError for no, too many or duplicate values."""
         if not isinstance(text, dict):
             values = ListSpec(each=self.item, distinct=True, single=True).read(text, name)
             if not 0 < len(values) <= MOST_VALUES:
@@ -128,7 +128,8 @@ class FilmChoice:
 class DesignRequest:
     """Specification file as a record: variables, constraints and objectives.
 
-    Brake, line and films are names, yet to be read. `vary` maps variables to their values.
+    Brake, line and films are names that are not resolved yet. `vary` maps variables to
+    their values.
     """
 
     name: str = value(_TEXT, "")

@@ -56,14 +56,14 @@ class Constraint:
 
 
 BUILDABLE = Constraint("buildable", False, 1.0)
-"""Constraint that `build` neither rejects a design nor finds it too weak."""
+"""Constraint that `build` accepts the design and finds it strong enough."""
 DEFAULTS = ("buildable", "drawn_mass")
-"""Names by which a request turns off `BUILDABLE`, or limits on the mass as drawn."""
+"""Names with which a request disables `BUILDABLE`, or limits on the mass as drawn."""
 
 
 @dataclass(frozen=True)
 class Objective:
-    """Objective to minimise or maximise `name`; `weight` times ln(name) counts in the choice."""
+    """Objective to minimise or maximise `name`; `weight` times ln(name) is part of the score."""
 
     name: str
     least: bool
@@ -128,7 +128,7 @@ class ObjectiveSpec(AsItIs):
 
 
 def _match_form(pattern: str, text: object, name: str, kind: str, form: str) -> tuple[str, ...]:
-    """Return the parts of a sentence; raises QuantityError if it does not have this form."""
+    """Return the parts of a text; raises QuantityError if the text does not match the pattern."""
     if not isinstance(text, str):
         raise QuantityError.of(name, "must be a list of texts in quotes")
     match = re.fullmatch(pattern, text)
@@ -173,7 +173,7 @@ class DesignSpecification:
     """Names of DEFAULTS that do not apply."""
 
     def set_drawing(self, draw: Draw) -> "DesignSpecification":
-        """Return the specification with a function that draws brakes, and the rules that this adds.
+        """Return the specification with a function that draws brakes, and with two more rules.
 
         Each design must be `BUILDABLE`, and a limit on the mass applies to the mass as drawn.
         """

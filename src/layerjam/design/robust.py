@@ -16,7 +16,7 @@ class Chance(NamedTuple):
 
     probability: float
     error: float
-    """Standard error, never below the weight of one sample."""
+    """Standard error of the probability, at least 1/samples."""
     low: float
     """5 % quantile of the quantity [SI]; NaN if more than 5 % of the samples have no value."""
     high: float

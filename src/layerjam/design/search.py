@@ -1,4 +1,4 @@
-"""Sweep of all designs of a specification, block by block, which keeps the front and highlights.
+"""Block-by-block sweep of all designs of a specification; it keeps the Pareto front and highlights.
 
 A block of designs is cut into chunks that fit into the cache, one per core. The outcome depends
 neither on the number of cores nor on the order in which they finish.
@@ -24,16 +24,17 @@ CHUNK = PIECE
 BLOCK = 1 << 20
 """Number of designs in a block, the smallest unit that is stored, repeated or sent to a machine."""
 FAMILIES = 8
-"""Number of best families (film, thickness, whole numbers), which a finer search may reorder."""
+"""Number of best families (film, thickness, whole numbers); a finer search may reorder them."""
 
 
 @dataclass(frozen=True)
 class SweepResult:
     """Outcome of a run over designs; two runs can be added.
 
-    `failed` counts the built designs that violate each constraint. `low` and `high` are the limits
-    of each merit (infinite if no design has it). `numbers`, ascending, are the highlighted designs,
-    and `asked` are the quantities of their constraints and objectives, shape (quantities, n).
+    `failed` counts the built designs that violate each constraint. `low` and `high` are the lowest
+    and highest values of each merit (infinite if no design has it). `numbers`, ascending, are the
+    highlighted designs; `asked` contains the quantities in constraints and objectives, shape
+    (quantities, n).
     """
 
     examined: int
@@ -100,7 +101,7 @@ class Search:
         return results[0]
 
     def quantity(self, name: str, values: Array, numbers: Numbers) -> Array:
-        """Return a merit from the kernel's rows, or a design variable."""
+        """Return the values of a merit, from the kernel's rows, or of a design variable."""
         if name in self.row:
             return values[self.row[name]]
         return np.asarray(self.spec.grid.columns(numbers)[name], float)
@@ -132,7 +133,7 @@ class Search:
         return self._keep_highlights(run)
 
     def _late_stop_merits(self, numbers: Numbers, values: Array, drawn_rows: Array) -> Array:
-        """Return stop merits of designs that may meet all but one constraint, NaN for others."""
+        """Return stop merits of designs with at most one violation so far, NaN for the others."""
         count = self._count_violations(numbers, values)
         for c in self.spec.constraints:
             if c.name in self.spec.drawn_merits:
@@ -143,7 +144,7 @@ class Search:
         return rows
 
     def _late_drawn_merits(self, numbers: Numbers, values: Array) -> Array:
-        """Return drawn merits of designs that may meet all but one constraint, NaN for others."""
+        """Return drawn merits of designs with at most one violation so far, NaN for the others."""
         candidates = self._count_violations(numbers, values) <= 1
         rows = np.full((len(self.spec.drawn_merits), len(numbers)), math.nan)
         rows[:, candidates] = self.drawn_merits(numbers[candidates])
@@ -206,7 +207,7 @@ class Search:
         return replace(run, numbers=run.numbers[places], asked=run.asked[:, places])
 
     def family(self, numbers: Numbers) -> Numbers:
-        """Return a number shared by all designs with the same film, thickness and whole numbers."""
+        """Return a number for the family (same film, thickness, whole numbers) of each design."""
         grid = self.spec.grid
         film, *places = grid.digits(numbers)
         out = film
@@ -234,7 +235,7 @@ class Search:
         return self._keep_highlights(run)
 
     def summary(self, run: SweepResult) -> dict[str, Any]:
-        """Return a run as JSON, with its designs by number."""
+        """Return a run as JSON, with its designs identified by number."""
         picks, numbers, family = self.find_highlights(run), run.numbers, self.family(run.numbers)
         spans = {"low": run.low, "high": run.high}
         return {

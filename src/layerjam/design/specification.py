@@ -172,7 +172,7 @@ def _stop_constraints(stop: StopRequirement | None) -> tuple[Constraint, ...]:
 
 
 def _friction_scatter(request: DesignRequest, file: BrakeFile) -> Scatter | None:
-    """Return the requested scatter, or else that in the brake's own friction sources."""
+    """Return the requested scatter, or else the one stated in the brake's friction sources."""
     fields = {} if request.scatter is None else vars(request.scatter).copy()
     from_sources = {n: file.sources[p].sd for n in _FRICTION if (p := f"film.{n}") in file.sources}
     sds = {n: sd for n in _FRICTION if (sd := fields.pop(n, None)) is not None}

@@ -1,4 +1,4 @@
-"""Stop requirement of a design: it is exact for brakes in parallel.
+"""Stop requirement of a design, with exact stops for brakes in parallel.
 
 Brakes in series are assumed to be rigid.
 """
@@ -17,7 +17,7 @@ from layerjam.toml_files.values import value
 from layerjam.units import FlagSpec, like, quantity, record
 
 RIGID = 1e12
-"""Stiffness [N/m] of a brake in series: so high that the energy in its spring is negligible."""
+"""Stiffness [N/m] of a brake in series: so high that the elastic energy is negligible."""
 
 
 @record
@@ -32,15 +32,15 @@ class StopRequirement:
 
 
 def gravity(need: StopRequirement, base: Brake) -> Any:
-    """Return the gravity along the pull [m/s^2]."""
+    """Return the acceleration of gravity along the pull [m/s^2]."""
     return jnp.where(need.horizontal, 0.0, base.site.gravity)
 
 
 def stops(point: Point, base: Brake, need: StopRequirement, most_in_row: int) -> dict[str, Any]:
-    """Return `stop_slip` [m] and `stop_peak` [N] at each design's vacuum; NaN without a stop.
-
-    Identical brakes in parallel share mass and force. In series, they slip one after another, each
-    to the end of its travel, and are assumed to be rigid. `most_in_row` is the largest `series`.
+    """Return `stop_slip` [m] and `stop_peak` [N] at each design's vacuum; NaN if the mass does not
+    stop. Identical brakes in parallel share mass and force equally. In series, they slip one after
+    another, each to the end of its travel, and are assumed to be rigid. `most_in_row` is the
+    largest `series`.
     """
     brake = make_brake(point, base)
     valid = is_buildable(point, brake)

@@ -1,4 +1,4 @@
-"""Verdict of a search: the chosen design, why the runner-up lost, and what excludes better ones."""
+"""Verdict of a search: the chosen design, the runner-up, and constraints that exclude others."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -72,7 +72,7 @@ def format_percent(part: float, sign: str = "+") -> str:
 
 
 def near_winners(search: Search, result: SweepResult, picks: Highlights) -> list[dict[str, Any]]:
-    """Return designs that only one constraint keeps from winning, and their excess."""
+    """Return better designs that only one constraint excludes, and by how much."""
     rows = []
     score = picks.scores[picks.best[0]]
     for i, k in sorted(picks.obstacle.items(), key=lambda item: (picks.scores[item[1]], item[1])):
@@ -103,7 +103,7 @@ def build_refusal(search: Search, c: Constraint, number: int) -> str:
 
 
 def binding_constraints(design: Mapping[str, Any], spec: DesignSpecification) -> list[str]:
-    """Return the constraints that are met with less than 2 % to spare."""
+    """Return the constraints that are met with a margin below 2 %."""
     out = []
     for c in spec.constraints:
         room = abs(design[c.name] - c.limit) / abs(c.limit) if c.limit else math.inf
@@ -148,7 +148,7 @@ def explain_failure(search: Search, result: SweepResult, picks: Highlights) -> E
 
 
 LIKELY = 0.5
-"""Lowest probability of meeting all constraints, given scatter in friction, that passes a check."""
+"""Lowest acceptable probability of meeting all constraints, given the scatter in friction."""
 
 
 def design_checks(file: BrakeFile, vacuum: float, chances: Mapping[str, Chance]) -> Iterator[Check]:
