@@ -37,10 +37,10 @@ def gravity(need: StopRequirement, base: Brake) -> Any:
 
 
 def stops(point: Point, base: Brake, need: StopRequirement, most_in_row: int) -> dict[str, Any]:
-    """Return `stop_slip` [m] and `stop_peak` [N] at each design's vacuum; NaN if the mass does not
-    stop. Identical brakes in parallel share mass and force equally. In series, they slip one after
-    another, each to the end of its travel, and are assumed to be rigid. `most_in_row` is the
-    largest `series`.
+    """Return `stop_slip` [m] and `stop_peak` [N] at each design's vacuum; NaN without a stop.
+
+    Identical brakes in parallel share mass and force equally. In series, they slip one after
+    another, each to the end of its travel, and count as rigid. `most_in_row` is the largest `series`.
     """
     brake = make_brake(point, base)
     valid = is_buildable(point, brake)

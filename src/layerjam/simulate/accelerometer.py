@@ -4,9 +4,9 @@ An accelerometer reads specific force, which is the force on the mass divided by
 reads 0 in free fall and 1 g at rest on the brake, so gravity is part of the reading and is not
 subtracted. An ideal sensor reads the peak F_peak/M, which in g is `peak_g` of `drop`.
 
-The order is that of a measuring chain: analogue low-pass, samples, noise, range, quantization, then
-the digital filter of SAE J211-1. Outside the record the signal keeps its first and last values.
-This is exact before a drop: the mass falls freely and the reading is 0.
+The steps are those of a measuring chain: analogue low-pass, sampling, noise, range, quantization,
+then the digital filter of SAE J211-1. Outside the record the signal keeps its first and last
+values. This is exact before a drop: the mass falls freely and the reading is 0.
 """
 
 from dataclasses import dataclass
@@ -27,10 +27,10 @@ KINDS = ("bessel", "butterworth")
 LEAST_RATE = 10
 """Lowest sampling rate of SAE J211-1, in multiples of the class."""
 FINE = 400
-"""Sampling rate of a sensor without a given rate, in multiples of the cutoff.
+"""Default sampling rate of a sensor, in multiples of the cutoff.
 
-The reading of a peak at the cutoff frequency, between two samples, is then too low by at most the
-fraction (pi/400)^2/2 = 3e-5.
+A peak at the cutoff frequency that lies between two samples is then read too low by at most a
+fraction of (pi/400)^2/2 = 3e-5.
 """
 MOST_SAMPLES = 5_000_000
 _INSTANT = 1e-12
@@ -45,10 +45,10 @@ Signal = DropRecord | tuple[Any, Any]
 @explain_arguments
 @dataclass(frozen=True, kw_only=True)
 class Accelerometer:
-    """Accelerometer and its converter, along the pull; None means no limit.
+    """Accelerometer along the pull, with its analogue-to-digital converter; None means no limit.
 
-    `kind` is the low-pass, bessel or butterworth, both -3 dB at `bandwidth`. `noise` is white from
-    sample to sample and needs a `seed`, so that results are reproducible.
+    `kind` is the type of low-pass, bessel or butterworth, both -3 dB at `bandwidth`. `noise` is
+    white and needs a `seed`, so that results are reproducible.
     """
 
     name: str = "ideal"
@@ -133,13 +133,13 @@ class Reading:
 
 
 def specific_force(record: DropRecord) -> tuple[Array, Array]:
-    """Return time [s] and F/M [m/s^2] of a drop, shape (N,) each, up to the slack rope.
+    """Return time [s] and F/M [m/s^2] of a drop, shape (N,) each, until the rope is slack.
 
     A record that ends at its first standstill ends under full load, but a filter needs later
     samples. At constant vacuum and without damping the brake sticks there. The mass then swings
     back on the spring of rope, mount and sheets, in closed form, until it flies and the reading is
     0. Any other record is unchanged; specify a `duration` to include the rebound. A damped rope
-    pulls from the first instant, so a zero is added just before it.
+    pulls from the first instant, so a zero is added just before that.
     """
     time, force = np.asarray(record.time, float), np.asarray(record.force, float)
     if _is_swinging_back(record):
@@ -192,10 +192,10 @@ def lowpass_poles(kind: str, order: int, bandwidth: float) -> Array:
 def low_pass(time: Any, value: Any, poles: Array, first: float, rate: float, count: int) -> Any:
     """Return a signal after an analogue low-pass, at `count` instants from `first` [s].
 
-    `rate` [Hz] is their spacing. The response is exact: between its samples (`time`, `value`, shape
-    (N,), any spacing) the signal is a straight line, whose response is a closed form for each pole.
-    Therefore only frequencies that pass through the filter can alias. Before `first` the filter is
-    at rest at the signal's value there. The filter is 1 at zero frequency.
+    `rate` [Hz] is their spacing. The response is exact: the signal is linear between its samples
+    (`time`, `value`, shape (N,), any spacing), and a line has a closed-form response for each pole.
+    Therefore only frequencies that pass through the filter can alias. At `first`, the filter has
+    settled at the signal's value. Its gain at zero frequency is 1.
     """
     from scipy.signal import lfilter
 
@@ -234,7 +234,7 @@ def _phi2(x: Array) -> Array:
 
 
 def cfc_coefficients(cfc: float, rate: float) -> tuple[Array, Array]:
-    """Return (a, b) of SAE J211-1, appendix C, of shape (3,) and (2,).
+    """Return the filter coefficients (a, b) of SAE J211-1, appendix C, of shape (3,) and (2,).
 
     y_i = a0 x_i + a1 x_i-1 + a2 x_i-2 + b1 y_i-1 + b2 y_i-2 is a 2-pole Butterworth low-pass by the
     bilinear transform. Its cutoff is 2.0775 times the class, so two passes give -3 dB at class/0.6.
@@ -283,11 +283,11 @@ def filter_memory(cfc: float) -> float:
 def measure_acceleration(
     signal: Signal, sensor: Accelerometer = IDEAL, cfc: float | None = None
 ) -> Reading:
-    """Return the reading of a stop by `sensor`, through SAE J211-1 class `cfc` if not None.
+    """Return the reading of a stop by `sensor`, filtered by SAE J211-1 class `cfc` if not None.
 
-    `signal` is the record of a drop or (time [s], specific force [m/s^2]), rising times, shape (N,)
-    each. A sensor without a sampling rate is sampled at 400 times its cutoff, the lower of its
-    low-pass and the class. A sensor without low-pass, rate and filter returns the signal unchanged.
+    `signal` is the record of a drop or (time [s], specific force [m/s^2]), with rising times, shape
+    (N,) each. A sensor without a sampling rate is sampled at 400 times its cutoff, the lower of its
+    low-pass and the class. Without low-pass, rate and class, the signal is returned unchanged.
     Raises QuantityError for a rate below ten times the class, for a class that is not in SAE
     J211-1, and for an invalid signal.
     """
@@ -355,7 +355,7 @@ def _sampling_rate(sensor: Accelerometer, cfc: float | None) -> float | None:
 def _sample_signal(
     time: Array, value: Array, sensor: Accelerometer, cfc: float | None, rate: float
 ) -> tuple[Array, Array]:
-    """Return instants and values after the analogue low-pass, with room for the filters."""
+    """Return instants and values after the analogue low-pass, extended so that filters settle."""
     room = filter_memory(cfc) if cfc is not None else 0.010
     poles = None
     if sensor.bandwidth is not None:

@@ -43,7 +43,7 @@ class Constants(NamedTuple):
 
 
 def loop_constants(brake: Brake) -> Constants | None:
-    """Return the constants of a brake for the compiled loop, or None if the loop lacks its laws."""
+    """Return a brake's constants for the compiled loop, or None if the loop lacks a law of it."""
     effects = (brake.speed_law, brake.hyperelastic, brake.mount.spacers)
     if any(part is not None for part in effects) or not is_proportional(brake):
         return None
@@ -56,7 +56,7 @@ def loop_constants(brake: Brake) -> Constants | None:
 CHUNK = 1 << 17
 """Number of cases between two progress reports; their results stay in the cores' caches."""
 QUICK = 16
-"""Number of chunks per call of the compiled loop, about 20 ms, if the pieces are not needed."""
+"""Number of chunks per call of the compiled loop (about 20 ms) if there is no sink."""
 LARGEST = 4 << 30
 """Largest size of results in memory [bytes]; larger ones need a sink."""
 Sink = Callable[[int, Mapping[str, Array]], None]
@@ -111,14 +111,14 @@ def batch(
     unchanged: samples of a history, or None for no input. `brake` may be the file or its name.
 
     The result is a labelled Dataset with the axes in the order given. A result with the name of an
-    axis (the speed of a march) becomes NAME_reached. With `sink`, called as sink(first, {name:
+    axis (the speed of a march) is renamed NAME_reached. With `sink`, called as sink(first, {name:
     values}) with flat pieces in order, nothing is stored and the number of cases is returned.
     `wanted` selects results of the law; `out` provides arrays of float64 to reuse. `progress` is
-    called with (done, all). Ctrl-C ends the batch with the cases done; the others are NaN,
-    attribute `done`.
+    called with (done, all). Ctrl-C ends the batch: attribute `done` counts the completed cases, the
+    others are NaN.
 
-    It works in blocks of `block` cases on all cores; the exact `stop` runs as one compiled loop.
-    Raises QuantityError for arrays that do not fit, and for more than 4 GiB without a sink.
+    Blocks of `block` cases run on all cores; the exact `stop` runs as one compiled loop.
+    Raises QuantityError for arrays of mismatched shapes, and for more than 4 GiB without a sink.
     """
     if block < 1:
         raise QuantityError(f"block: {block} cases are not allowed; use 1 or more")
@@ -247,7 +247,7 @@ def _make_runner(
     brake: Brake,
     block: int,
 ) -> tuple[Run, tuple[str, ...], bool]:
-    """Return the evaluator of flat cases, names of its results, and whether it is compiled C."""
+    """Return the evaluator of flat cases, its results' names, and whether it is compiled C."""
     constants = loop_constants(brake) if law is stop else None
     of_brake = any(s.name.startswith("brake.") for s in sweeps)
     loop = None if constants is None or law_constants or of_brake else find_stop_loop()
@@ -285,7 +285,7 @@ def _compiled_run(
 
 @functools.lru_cache(maxsize=64)
 def _compile_blocks(law: Callable[..., Any], names: tuple[str, ...]) -> tuple[Any, Any]:
-    """Return the law on one block, and compiled over blocks that stay in the cache."""
+    """Return the law for one block, and its compiled form for several blocks."""
     order = [n for n in inspect.signature(law).parameters if n != "brake"]
 
     def evaluate(values: tuple[Any, ...], constants: Mapping[str, Any], brake: Brake) -> Any:
@@ -347,7 +347,7 @@ def _check_samples(name: str, data: Any) -> Array:
 
 
 def _replace_field(record: Any, path: list[str], value: Any) -> Any:
-    """Return the record with one field replaced at any depth; unchecked, because it is traced."""
+    """Return the record with one field, at any depth, replaced by a traced, unvalidated value."""
     names = {n: getattr(record, n) for n in record.__dataclass_fields__}
     names[path[0]] = value if len(path) == 1 else _replace_field(names[path[0]], path[1:], value)
     new = object.__new__(type(record))

@@ -1,9 +1,9 @@
-"""Brake and line together in time: enclosure stretch, pump and vacuum affect one another.
+"""Coupled simulation of brake and line: enclosure stretch, pump and vacuum affect one another.
 
-The method is waveform relaxation. The history of the slip determines that of the vacuum (equations
-of the line), and the vacuum that of the slip (solver of the brake in time), until neither changes.
-The force P A_s of a volume A_s per unit slip is not added to the brake's law, because the
-calibration by a pull contains it (`gas_force` gives its size).
+The method is waveform relaxation. The slip determines the vacuum (equations of the line), and the
+vacuum determines the slip (solver of the brake in time); this is repeated until neither changes. If
+the gas volume grows by A_s per unit slip, the vacuum P adds a force P A_s (`gas_force`). It is not
+added to the brake's law, because a brake calibrated by a pull already includes it.
 """
 
 from dataclasses import dataclass
@@ -25,35 +25,35 @@ from layerjam.units import show
 
 Array = npt.NDArray[np.float64]
 TOLERANCE = 1e-6
-"""Relative change of slip, peak and vacuum between rounds at convergence."""
+"""Relative change of slip, peak and vacuum between iterations at convergence."""
 ROUNDS = 25
 NODES = 241
-"""Number of instants for which a round passes the vacuum on; others are interpolated linearly."""
+"""Number of instants at which an iteration samples the vacuum for the brake's solver."""
 MATTERS = 0.01
 """Relative change of slip or peak above which the coupling matters."""
 
 
 @dataclass(frozen=True, eq=False)
 class CoupledStop:
-    """Stop with its line, and the same stop at constant vacuum for comparison."""
+    """Stop coupled with its vacuum line, and the same stop at constant vacuum for comparison."""
 
     timed: TimedStop
     record: DropRecord
     line: Response
-    """Chamber, tube and reservoir from taut rope to standstill; for water only the pressure."""
+    """State of chamber, tube and reservoir until the standstill; for water only the pressure."""
     constant: TimedStop
     """The exact stop at the vacuum of the taut rope."""
     changes: tuple[float, ...]
-    """Largest relative change of slip, peak and vacuum, round by round."""
+    """Largest relative change of slip, peak and vacuum in each iteration."""
 
     @property
     def rounds(self) -> int:
-        """Number of rounds."""
+        """Number of iterations."""
         return len(self.changes)
 
     @property
     def remaining(self) -> float:
-        """Relative change in the last round [1]."""
+        """Relative change in the last iteration [1]."""
         return self.changes[-1]
 
     @property
@@ -73,7 +73,7 @@ class CoupledStop:
 
     @property
     def matters(self) -> bool:
-        """Return whether outcome, slip or peak (by more than 1 %) changes from constant vacuum."""
+        """Return whether the coupling changes the outcome, or slip or peak by more than 1 %."""
         stop, constant = self.timed, self.constant
         return (
             stop.outcome is not constant.outcome
@@ -90,11 +90,11 @@ class CoupledStop:
 def integrate_line_along(
     line: Line, start: Array, time: Array, slip: Array, drive: Drive, water: bool = False
 ) -> Response:
-    """Return the line at times [s] for a given slip of the brake [m], shape (N,) each.
+    """Return the state of the line at times [s] for a given slip of the brake [m], shape (N,) each.
 
-    Monotone cubics (PCHIP) interpolate the slip, so that its rate has no jumps. For air it uses
-    LSODA at a relative error of 1e-9 and conserves gas to within rounding; for water C P = F t +
-    A_s slip, until it boils.
+    Monotone cubics (PCHIP) interpolate the slip, so that the slip speed is continuous. For air,
+    LSODA integrates with a relative error of 1e-9 and conserves gas to within rounding. For water,
+    C P = F t + A_s slip until the water boils.
     """
     if water:
         return _integrate_water_along(line, start, time, slip, drive)
@@ -148,7 +148,7 @@ def coupled_drop(
     """Stop a mass [kg] that arrives with `speed` [m/s] while the line is active; all in SI.
 
     `start` is the line's state at the taut rope, or its vacuum [Pa]; `drive` sets pump and
-    reservoir during the stop (its slip is not used). Raises QuantityError if the rounds do not
+    reservoir during the stop (its slip is not used). Raises QuantityError if the iterations do not
     converge to `tolerance`, or for invalid inputs.
     """
     a = line.site.atmosphere

@@ -20,7 +20,7 @@ SAMPLES = 400
 
 @dataclass(frozen=True)
 class Crash:
-    """Mass from the end of the travel to its standstill; arrays of shape (N,), SI."""
+    """Motion of the mass from the end of the travel to its standstill; arrays of shape (N,), SI."""
 
     time: Array = field(repr=False)
     """Time from the taut rope [s]."""
@@ -72,7 +72,7 @@ def crash(record: DropRecord) -> Crash | None:
 
 
 def append_crash(record: DropRecord, motion: Crash) -> DropRecord:
-    """Return the drop with its motion after the end of the travel: the brake no longer moves."""
+    """Return the drop, extended by the motion after the end of the travel; the brake is still."""
     after: dict[str, Array] = {
         "time": motion.time,
         "travel": motion.travel,

@@ -1,6 +1,6 @@
 """Drop of a mass on the brake (paper, section III-E), exact at constant vacuum.
 
-Time counts from the taut rope. Without a brake the mass hangs on the rope alone.
+The rope becomes taut at time zero. Without a brake, the mass hangs on the rope alone.
 """
 
 from collections.abc import Mapping, Sequence
@@ -131,8 +131,8 @@ def make_record(
 ) -> tuple[TimedStop, DropRecord]:
     """Return a stop with its reason if it snapped, and its record with all warnings.
 
-    `spring` [N/m] is the stiffness in series with the brake, `vacuum` [Pa] that of the stop.
-    `before` and `after` surround the warnings of the stop itself.
+    `spring` [N/m] is the stiffness in series with the brake, `vacuum` [Pa] the vacuum of the stop.
+    `before` and `after` are put before and after the warnings of the stop itself.
     """
     brake = file.brake
     if result.outcome is Outcome.SNAPS:
@@ -231,8 +231,8 @@ def _append_slide(
 ) -> tuple[dict[str, Array], float, float]:
     """Return the columns with the integrated slide of a stop with a speed law.
 
-    Also returns the highest sliding speed [m/s], and the relative difference of a coarser run in
-    slip, time and force.
+    Also returns the highest sliding speed [m/s], and the relative difference in slip, time and
+    force from a run with longer steps.
     """
     vacuum, spring, brake = case[2], case[3], case[5]
     first, course = stop_course(law, *case)
@@ -256,7 +256,7 @@ def _append_slide(
 def _slip_samples(end: float, vacuum: float, brake: Brake) -> Array:
     """Return slips [m] up to `end`, dense at both ends, where the force bends and the speed drops.
 
-    They include that of the largest force. Their number is always SAMPLES, so that the laws
+    They include the slip of the largest force. Their number is always SAMPLES, so that the laws
     compile once.
     """
     if brake.hyperelastic is not None:

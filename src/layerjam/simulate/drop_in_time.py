@@ -63,12 +63,12 @@ CLOSE = 1e-6
 """Relative change of slip and time, after halving the step, below which a run is accepted."""
 MOST_HALVINGS, MOST_STEPS = 7, 4_000_000
 STILL = 1e-20
-"""Energy of a motion that counts as rest, relative to that in the hanging spring."""
+"""Energy below which a motion counts as rest, relative to that of the spring under the weight."""
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 class _Case(NamedTuple):
-    """Start of a drop, and the loads acting on it."""
+    """Start of a drop, and its loads, vacuum and brake."""
 
     start: Motion
     vacuum: Vacuum
@@ -77,7 +77,7 @@ class _Case(NamedTuple):
 
 
 def _next_step(motion: Motion, until: Any, dt: Any, vacuum: Vacuum) -> Any:
-    """Return the next step [s]: `dt`, or less up to the end or the next sample of a history."""
+    """Return the next step [s]: `dt`, or the time to the end or next sample if that is less."""
     step = jnp.minimum(dt, until - motion.time)
     if vacuum.time is None:
         return step
@@ -89,7 +89,7 @@ def _next_step(motion: Motion, until: Any, dt: Any, vacuum: Vacuum) -> Any:
 
 @jax.jit
 def _march_motion(motion: Motion, max_steps: Any, until: Any, dt: Any, case: _Case) -> Motion:
-    """Return the state after an event, a number of steps or a time [s]."""
+    """Return the state at the next event, or after some number of steps, or at a time [s]."""
     last = until - 1e-9 * dt
 
     def continues(state: tuple[Any, Motion]) -> Any:
@@ -133,7 +133,7 @@ def drop_in_time(
     `vacuum` is one number or a History. With `duration` [s] the run continues after the first
     standstill (rebound, slack rope) up to that time. The values remain those of the first
     standstill; if there is none by then, the outcome is FINISHED. The integration ends once the
-    mass hangs at rest. By default the `step` [s] is halved until slip and time change by less than
+    mass hangs at rest. By default, the `step` [s] is halved until slip and time change by less than
     1e-6. `progress` is called with the time reached [s]; KeyboardInterrupt from it ends the run.
 
     Raises QuantityError for values out of bounds, for damping without a rope, for a step longer
@@ -178,14 +178,14 @@ def drop_in_time(
 
 
 def _speed_notices(file: BrakeFile, states: list[Motion], error: float | None) -> list[Notice]:
-    """Return notices about friction and speed; `error` is that of slip and time, or None."""
+    """Return notices about friction and speed; `error` is the relative error in slip and time."""
     if not is_speed_dependent(file.brake):
         return list_stop_notices(file)
     return list_stop_notices(file, max(float(state.pace) for state in states), error)
 
 
 def _choose_step(case: _Case, step: float | None, until: float) -> tuple[float, Motion, list[str]]:
-    """Return the step [s], its first event, and a warning if it is still too long."""
+    """Return the step [s], the first event with it, and a warning if the step is still too long."""
     if step is not None:
         return step, _find_event(case, step, until), []
     load = case.load
@@ -268,7 +268,7 @@ def _outcome_name(state: Motion) -> Outcome:
 
 
 def _is_hanging(state: Motion, case: _Case) -> bool:
-    """Return whether the mass hangs at rest on a brake that holds it, at a constant vacuum."""
+    """Return whether the mass hangs at rest on a brake that holds it at a constant vacuum."""
     load, vacuum = case.load, case.vacuum
     if bool(state.slack) or int(state.outcome) != MOVING or not float(load.gravity):
         return False

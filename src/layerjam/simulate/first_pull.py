@@ -1,4 +1,4 @@
-"""First pull of a brake with a hyperelastic enclosure at one vacuum, and its rejected cases."""
+"""First pull of a brake with a hyperelastic enclosure at one vacuum; rejects all other cases."""
 
 from typing import Any
 
@@ -47,8 +47,8 @@ def is_first_pull(elongation: Array, vacuum: Array) -> bool:
 def first_peak(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
     """Return slip [m] and force [N] at the peak, and whether part of the enclosure still rests.
 
-    While part of a face rests, dx/dN = 2 e/q. The force then peaks when the strain at the ends
-    equals q divided by the fall of the sheets' friction.
+    While part of a face rests, dx/dN = 2 e/q, with slip x, force N, end strain e and friction q per
+    length. The force then peaks at e = q divided by the fall of the sheets' friction with slip.
     """
     sheets, strip = sheet_law(vacuum, brake), make_strip(vacuum, brake)
     limit = strip.rubber.strain
@@ -93,7 +93,7 @@ def _first_pull_state(elongation: Any, vacuum: Any, brake: Brake) -> tuple[Any, 
 
 
 def overstretch_error(vacuum: float, brake: Brake) -> QuantityError:
-    """Return the error of a pull beyond the fitted strain, at a vacuum [Pa]."""
+    """Return the error to raise for a pull beyond the fitted strain, at a vacuum [Pa]."""
     slip = float(largest_slip(vacuum, brake))
     return QuantityError.of(
         "hyperelastic.strain",
@@ -103,7 +103,7 @@ def overstretch_error(vacuum: float, brake: Brake) -> QuantityError:
 
 
 def first_pull(elongation: Array, vacuum: Array, brake: Brake) -> Cycle:
-    """Return the brake along a rising elongation [m], shape (N,), at one vacuum [Pa].
+    """Return the state of a brake along a rising elongation [m], shape (N,), at one vacuum [Pa].
 
     Raises QuantityError if the enclosure is stretched beyond the fitted strain.
     """

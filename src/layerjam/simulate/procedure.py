@@ -1,4 +1,4 @@
-"""Test procedure as typed steps and as text, for the simulator, the bench and sidecars.
+"""Test procedure as a list of steps and as text, for the simulator, the bench and sidecars.
 
 ``"evacuate to 94.5 kPa; pull at 13 mm/s until 40 mm; return at 13 mm/s to 0 mm"``
 """
@@ -64,7 +64,7 @@ class Hold(_Step):
 
 @dataclass(frozen=True, kw_only=True)
 class Pull(_Step):
-    """Move the crosshead out at `speed` [m/s] until elongation `until` [m]."""
+    """Move the crosshead out at `speed` [m/s] to the elongation `until` [m]."""
 
     sentence = "pull at {speed} until {until}"
     speed: float = _quantity_pattern(CROSSHEAD_SPEED)
@@ -72,13 +72,13 @@ class Pull(_Step):
 
     @property
     def end(self) -> float:
-        """Elongation at its end [m]."""
+        """Elongation at the end of the step [m]."""
         return self.until
 
 
 @dataclass(frozen=True, kw_only=True)
 class Return(_Step):
-    """Move the crosshead back at `speed` [m/s] to the elongation `to` [m]."""
+    """Move the crosshead back at `speed` [m/s] to elongation `to` [m]."""
 
     sentence = "return at {speed} to {to}"
     speed: float = _quantity_pattern(CROSSHEAD_SPEED)
@@ -86,7 +86,7 @@ class Return(_Step):
 
     @property
     def end(self) -> float:
-        """Elongation at its end [m]."""
+        """Elongation at the end of the step [m]."""
         return self.to
 
 

@@ -1,6 +1,6 @@
 """Quantities shared by simulations, measured files, designs and commands.
 
-`replace` changes the meaning or example of one, `units.like` makes it a field.
+`replace` changes the meaning or example of a quantity, `units.like` makes it a field.
 """
 
 from collections.abc import Mapping
@@ -42,7 +42,7 @@ SEED = QuantitySpec("1", "seed of the random number generator", hi=2**63 - 1, wh
 
 
 def check_inputs(values: Mapping[str, float | None], limits: Mapping[str, QuantitySpec]) -> None:
-    """Raise QuantityError for a number that is not None and outside its limits."""
+    """Raise QuantityError for a number outside its limits; None is allowed."""
     for name, value in values.items():
         if value is not None:
             limits[name].check(value, name.replace("_", " "))

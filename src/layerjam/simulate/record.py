@@ -1,4 +1,4 @@
-"""Results as arrays with units, a named outcome, and all inputs needed to repeat them."""
+"""Results as arrays with units, a named outcome, and all inputs needed to repeat the simulation."""
 
 import io
 from collections.abc import Iterator
@@ -37,7 +37,7 @@ class Outcome(StrEnum):
 
 
 def column(unit: str, text: str) -> Any:
-    """Return a field that holds one array, shape (N,)."""
+    """Return a field that contains one array, shape (N,)."""
     return field(repr=False, metadata={"quantity": QuantitySpec(unit, text)})
 
 
@@ -127,7 +127,7 @@ class Record:
 
 
 def header_values(record: Record, **units: str) -> dict[str, str]:
-    """Return numbers of a record with their units, as in its header."""
+    """Return the numbers of a record with their units, as in the record's header."""
     return {
         name.replace("_", " "): f"{getattr(record, name)!r} {unit}" for name, unit in units.items()
     }
@@ -147,7 +147,7 @@ class PullRecord(Record):
 class TensileRecord(PullRecord):
     """Simulated pull; arrays have shape (N,), SI units.
 
-    `outcome` is its end; `brake`, `procedure` (its text) and `model` allow it to be repeated.
+    `outcome` is the reason for its end; `brake`, `procedure` (as text) and `model` allow a repeat.
     """
 
     command: ClassVar[str] = "tensile"
@@ -159,7 +159,7 @@ class TensileRecord(PullRecord):
     procedure: str
     model: str = "lumped"
     engine: str = "law"
-    """"kernel" (compiled C) or "law" (`brake_cycle`), equal within 1.8e-9 N; not stored in files.
+    """Solver: "kernel" (C) or "law" (`brake_cycle`), which agree within 1.8e-9 N; not in files.
     """
 
     def conditions(self) -> dict[str, str]:
@@ -169,12 +169,12 @@ class TensileRecord(PullRecord):
 
 @dataclass(frozen=True, kw_only=True)
 class DropRecord(Record):
-    """Simulated stop of a mass; arrays have shape (N,), SI units; time counts from the taut rope.
+    """Simulated stop of a mass; arrays have shape (N,), SI units; the rope is taut at time zero.
 
     `mass`, `speed` (on arrival), `vacuum` (at the taut rope), `rope_stiffness` (None without a
     rope), `rope_damping` and `gravity` (along the pull) allow it to be repeated. The
-    `vacuum_in_time` column holds a changing vacuum. `step` [s] is that of the solver in time, None
-    for the exact one.
+    `vacuum_in_time` column contains a changing vacuum. `step` [s] is that of the solver in time,
+    None for the exact solver.
     """
 
     command: ClassVar[str] = "drop"

@@ -14,7 +14,7 @@ import numpy as np
 Array = np.ndarray[Any, np.dtype[np.float64]]
 SAMPLES = 2000
 FADED = 1e-7
-"""Relative distance from the weight within which a creeping force counts as equal to it."""
+"""Relative difference below which a creeping force counts as equal to the weight."""
 _INSTANT = 1e-9
 """Time before the taut rope at which the record starts [s]."""
 
@@ -81,8 +81,8 @@ def standstill_time(
 ) -> float:
     """Return the time [s] at which the speed first falls to zero; infinite if it never does.
 
-    An overdamped mass has one only if speed (d - sqrt(d^2 - w0^2)) > g. A slower mass creeps down
-    to its equilibrium and never swings beyond.
+    An overdamped mass stops only if speed (d - sqrt(d^2 - w0^2)) > g. A slower one creeps down to
+    its equilibrium and never moves beyond it.
     """
     osc = oscillator(mass, spring, damping)
     if speed == 0 and gravity == 0:
@@ -152,8 +152,8 @@ def simulate_bare_drop(
 ) -> BareDrop:
     """Return the specific force of a bare drop until the rope is slack or hangs at rest.
 
-    The free fall before it counts as 0; later bounces are omitted. `site` [m/s^2] is the gravity
-    for readings in g.
+    The reading is 0 in the free fall before; later bounces are omitted. `site` [m/s^2] is the
+    gravity for readings in g.
     """
     osc = oscillator(mass, spring, damping)
     # long enough for the rope to become slack (half a swing and the return) or the motion to fade

@@ -13,7 +13,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 EVEN, MAX_SAMPLES = 300, 2000
-"""Number of evenly spread samples, and the maximum including changes of interfaces."""
+"""Number of evenly spread samples, and maximum number with those at changes of interfaces."""
 
 
 @dataclass(frozen=True, kw_only=True)

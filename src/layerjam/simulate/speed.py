@@ -119,7 +119,7 @@ def machine_notices(file: BrakeFile) -> list[Notice]:
 def _law_notice(
     file: BrakeFile, words: str, fastest: float, unmeasured: bool = True
 ) -> list[Notice]:
-    """Return a notice on how friction follows the speed law, or that no law was measured."""
+    """Return a notice that friction follows the speed law, or that no such law was measured."""
     if file.brake.speed_law is None:
         return [UNMEASURED] if unmeasured else []
     if not is_speed_dependent(file.brake):

@@ -25,7 +25,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 def _split_procedure(procedure: Procedure) -> tuple[Evacuate, list[Pull | Return | Hold]]:
-    """Return the evacuation and the later steps; raises ProcedureError if not supported."""
+    """Return the evacuation and the later steps; raises ProcedureError for unsupported steps."""
     first, *others = procedure.steps
     if not isinstance(first, Evacuate) or not any(isinstance(s, Pull) for s in others):
         raise ProcedureError(
@@ -68,7 +68,7 @@ def _sample_path(
 
 
 def fix_sliding_speed(speed: float, brake: Brake) -> Brake:
-    """Return the brake with kinetic friction at a speed [m/s], and static friction no lower."""
+    """Return the brake with kinetic friction at a speed [m/s], and no lower static friction."""
     sliding = fix_speed(speed, brake)
     static = max(float(brake.film.static), float(sliding.film.kinetic))
     return replace(sliding, film=replace(sliding.film, static=static))

@@ -1,4 +1,4 @@
-"""Layout of a brake's stack: interfaces that differ, misaligned sheets, a housing."""
+"""Layout of a brake's stack: differences between interfaces, misaligned sheets, a housing."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -24,8 +24,8 @@ class FannedFriction:
 
     The middle interfaces have the highest pressure: each has the mean of exp(alpha (1 - s^2)) over
     its part of the stack's half height s, so that together they have the factor of the lumped law.
-    The stack model needs friction that falls linearly with the slip. At each increment it gets the
-    tangent to the interface's own friction at its current slip.
+    The stack model needs friction that falls linearly with the slip. Each increment therefore uses
+    the tangent to an interface's own friction at its current slip.
     """
 
     flat: Array
@@ -36,12 +36,12 @@ class FannedFriction:
     """Ratio of static to kinetic friction of the film."""
     kinetic: Fan
     static: Fan
-    """The same fanning under static friction."""
+    """Fanning of the same sheets under static friction."""
 
     def lines(self, slip: Any) -> tuple[Array, Array, Array]:
-        """Return friction [N] and length [m] of the tangents at a slip [m], and static/kinetic.
+        """Return friction [N] and length [m] of the tangents at a slip [m], and a ratio.
 
-        A tangent is friction (1 - slip/length).
+        A tangent is friction (1 - slip/length); the ratio is that of static to kinetic friction.
         """
         slip = np.clip(slip, 0.0, self.length * (1 - 1e-12))
         factor, shrink = _interface_factors(slip, self.kinetic)
@@ -87,9 +87,9 @@ def fanned_friction(
 ) -> FannedFriction | None:
     """Return the friction of interfaces that carry `flat` [N] over `length` [m] without fanning.
 
-    None for a brake that does not state whether it has spacers. Scatter and missing vacuum change
-    an interface's own friction, but not the pressure from its neighbours. Raises QuantityError for
-    sheets that fan out by more than 45 degrees.
+    Returns None if the brake does not state whether it has spacers. Scatter and missing vacuum
+    change an interface's own friction, but not the pressure from its neighbours. Raises
+    QuantityError for sheets that fan out by more than 45 degrees.
     """
     kinetic, still = sheet_law(vacuum, brake).fan, static_law(vacuum, brake).fan
     if kinetic is None or still is None:
@@ -116,7 +116,7 @@ class Interfaces:
 
     @classmethod
     def misaligned(cls, shifts: Array) -> "Interfaces":
-        """Return interfaces of sheets that protrude `shifts` [m], shape (n,), too far.
+        """Return the interfaces of sheets that protrude too far by `shifts` [m], shape (n,).
 
         An interface gains the overlap of both of its sheets. Free lengths are unchanged, because
         the parts of a sheet that stretch next to a neighbour's end are not modelled separately.
@@ -126,11 +126,12 @@ class Interfaces:
 
     @classmethod
     def missing_vacuum(cls, count: int, middle: float) -> "Interfaces":
-        """Return a stack of `count` sheets whose middle has a fraction `middle` of the vacuum.
+        """Return the interfaces of `count` sheets, with a fraction `middle` of the vacuum midway.
 
         The fraction falls parabolically from 1 at the outermost interfaces (assumed: the effect of
         a uniform leak through sheets of the same resistance). The vacuum in an interface presses
-        its sheets, because the pressure in the stack equals the atmosphere throughout.
+        its sheets together, because the total pressure across the stack equals atmospheric
+        pressure.
         """
         if not 0 <= middle <= 1:
             raise QuantityError(f"middle: {middle!r} is not a fraction; 0 to 1 is allowed")
@@ -145,9 +146,10 @@ class Housing:
 
     Each wall is fixed to the cap opposite to that of the sheet on which it rubs; on the sheet's own
     cap it would move with the sheet and only share its stretch. `friction` [N] of a wall at rest,
-    one number or (first, last), has not been measured. Over the wall's `contact` length [m] it
-    falls to zero as the sheet is drawn out; without a length (a lip, a guide) it is constant.
-    `stiffness` [N/m] is that of a wall, by default a hundred times a sheet's.
+    one number or (first, last), has not been measured. Over the wall's
+    `contact` length [m] it falls to zero as the sheet is drawn out; without a length (a lip, a
+    guide) it is constant. `stiffness` [N/m] is that of a wall, by default a hundred times a
+    sheet's.
     """
 
     friction: float | tuple[float, float]
@@ -180,10 +182,10 @@ def stack_of(
 
     `static` uses table I's static friction before an interface moves; the paper and the lumped
     brake use kinetic friction throughout, and that of a housing is unknown. With `one_by_one`,
-    interfaces that a breakaway overloads slip one at a time, the most overloaded first; otherwise
-    together. `mount` [N/m] by default makes the stack as stiff as measured before onset, infinite
-    if not measured. Raises QuantityError for interfaces or a housing that do not fit the brake, and
-    for `one_by_one` without `static`.
+    interfaces that a breakaway overloads slip one at a time, the most overloaded first; otherwise,
+    they slip together. `mount` [N/m] is by default such that the stack is as stiff as measured
+    before onset, infinite if not measured. Raises QuantityError for interfaces or a housing that do
+    not fit the brake, and for `one_by_one` without `static`.
     """
     if one_by_one and not static:
         raise QuantityError.of(

@@ -1,4 +1,4 @@
-"""Scatter of peak and stiffness from scatter of interfaces, by Monte Carlo over whole stacks."""
+"""Monte Carlo simulation of stacks: scatter of peak and stiffness due to scatter of interfaces."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -35,7 +35,7 @@ class Spread(Peaks):
 def draw_normal(first: int, last: int, count: int, seed: int) -> Array:
     """Return standard normal numbers for samples `first` to `last`, shape (last - first, count).
 
-    Each sample has its own place in a counter-based generator, so chunks do not change the numbers.
+    Each sample uses its own counter in the generator, so the numbers do not depend on chunks.
     """
     from scipy.special import ndtri
 
@@ -61,7 +61,7 @@ def peak_spread(
 ) -> Spread:
     """Pull many stacks whose interface friction scatters log-normally, relative SD `scatter`.
 
-    The mean friction is kept. `interfaces`, `housing`, `static` and `one_by_one` apply to all
+    The mean friction is unchanged. `interfaces`, `housing`, `static` and `one_by_one` apply to all
     stacks. The numbers depend only on `seed`, not on `chunk` or the number of threads. `progress`
     is called with (done, asked) after each chunk; after Ctrl-C the stacks so far are returned.
     """

@@ -1,7 +1,7 @@
 """Stick–slip: the brake pulled steadily through its mount, with a mass that sticks and slips.
 
-The moving cap and its load are one mass, rig and sheets one spring. Friction follows a Stribeck law
-and falls with slip as the overlap is used up; the enclosure pulls in parallel.
+The moving cap and its load are one mass; the rig and the sheets are one spring. Friction follows a
+Stribeck law and falls with slip as the overlap is used up; the enclosure pulls in parallel.
 """
 
 from dataclasses import dataclass, field, replace
@@ -137,7 +137,7 @@ def make_slide(
     slip: Any = 0.0,
     frozen: bool = False,
 ) -> Slide:
-    """Return the brake as a mass on a spring; `frozen` keeps friction at its value at `slip` [m].
+    """Return the brake as a mass on a spring; `frozen` fixes friction at its value at `slip` [m].
 
     Entries broadcast. The crosshead does not stop and the run has no end yet; set `ramp` and `end`.
     """
@@ -181,9 +181,9 @@ class Bounds(NamedTuple):
 
 
 def force_bounds(run: Slide, speed: Any = None) -> Bounds:
-    """Return static and kinetic force [N] of a frozen slide.
+    """Return static and kinetic force [N] of a slide with constant friction.
 
-    With a speed law the kinetic force is that at a `speed` [m/s], by default of the crosshead.
+    With a speed law, the kinetic force is that at `speed` [m/s], by default the crosshead's.
     """
     kinetic = run.level + np.asarray(run.base)
     if run.law is not None:
@@ -219,8 +219,8 @@ def stick_slip(
 
     `mass` [kg] is by default `moving_mass`, the spring `series_stiffness`; `damping` [N s/m] acts
     parallel to the spring. Without `travel` the pull is long enough for a dozen events. The
-    crosshead then rests for `hold` [s]. `step` [s] bounds the steps; the result does not depend on
-    it while the sheets stick. Raises FitError if the run would take too many steps.
+    crosshead then rests for `hold` [s]. `step` [s] limits the length of steps; the result does not
+    depend on it while the sheets stick. Raises FitError if the run would take too many steps.
     """
     brake = file.brake
     replace(VACUUM, hi=brake.site.atmosphere).check(vacuum, "vacuum")
@@ -273,7 +273,7 @@ def stick_slip(
 
 
 def _crosshead_travel(run: Slide, brake: Brake, speed: float, slip: float) -> float:
-    """Return crosshead travel [m] for TEETH events, or for the swings of a fast pull."""
+    """Return the crosshead travel [m] for TEETH events, or for the oscillations of a fast pull."""
     static = float(run.level - run.fall * slip) * (1 + float(run.rise))
     kinetic = float(run.level - run.fall * slip)
     # without friction there are no teeth
@@ -299,7 +299,7 @@ class Tooth(NamedTuple):
 
     judders: Array
     amplitude: Array
-    """Half the swing of the force [N]; 0 if the brake slides steadily."""
+    """Half the peak-to-peak force [N]; 0 if the brake slides steadily."""
     force_high: Array
     force_low: Array
     slip: Array
@@ -312,7 +312,7 @@ def single_event(run: Slide, swings: int = 300) -> Tooth:
     """Return one event of a slide with constant friction, or none; entries of `run` may be arrays.
 
     A mass that sticks again starts its next slip like this one, so one event describes all. Without
-    an event the motion is followed for some number of `swings`.
+    an event, the motion is simulated for `swings` natural periods.
     """
     static, _ = force_bounds(run)
     omega = np.sqrt(np.asarray(run.spring) / run.mass)
@@ -361,8 +361,8 @@ def amplitude_map(
 def find_critical_speed(run: Slide) -> float:
     """Return the speed [m/s] above which stick–slip from rest decays, with constant friction.
 
-    Closed form for the jump law while the spring stays taut; otherwise found by simulations to
-    within 0.1 %. Infinite without damping.
+    It is a closed form for the jump law while the spring stays taut; otherwise, simulations find it
+    to within 0.1 %. It is infinite without damping.
     """
     static, kinetic = (float(v) for v in force_bounds(run, 0.0))
     drag = float(run.damping) + float(run.level) * float(run.viscous)

@@ -115,14 +115,14 @@ def _run_history(
 
 
 def _largest_return(slip: Array) -> float:
-    """Return the largest return of the slip from its maximum so far [m]."""
+    """Return the largest decrease of the slip from an earlier maximum [m]."""
     return float((np.maximum.accumulate(slip) - slip).max())
 
 
 def outcome_warnings(
     outcome: Outcome, vacuum: float, elongation: Array, slip: Array, brake: Brake
 ) -> list[str]:
-    """Return warnings on the outcome of a pull at a vacuum [Pa], for either model."""
+    """Return warnings about the outcome of a pull at a vacuum [Pa], lumped or sheet by sheet."""
     texts = []
     if outcome is Outcome.SNAPS:
         least = show(float(least_stiffness(vacuum, brake)), "N/m")

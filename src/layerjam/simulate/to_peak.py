@@ -1,4 +1,4 @@
-"""Vacuum, or number of sheets, at which a pull peaks at a given force.
+"""Search for the vacuum, or the number of sheets, that makes a pull peak at a given force.
 
 The pull is a function: the lumped brake, the stack, or any model with a rising peak.
 """
@@ -16,7 +16,7 @@ FEWEST = 2
 
 @dataclass(frozen=True)
 class ToPeak:
-    """Setting that produces the requested peak, or the nearest peak if none does."""
+    """Setting that produces the requested peak, or the nearest possible peak."""
 
     value: float | None
     """Vacuum [Pa] or number of sheets; None if no value produces the force."""

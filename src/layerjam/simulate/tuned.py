@@ -1,4 +1,4 @@
-"""Search for the vacuum that stops a mass after a travel, and advice if there is none.
+"""Search for the vacuum that stops a mass after a given travel, and advice if there is none.
 
 The function `tuned_stop` determines whether a case can be tuned. All advice is tested: a search
 over many cases finds it, and a test of the single case confirms it.
@@ -22,20 +22,20 @@ from layerjam.units import get_spec
 Array = npt.NDArray[np.float64]
 MOST_SHEETS, MOST_BRAKES = 499, 999
 TRAVELS = SPEEDS = 500
-"""Number of travels and speeds that are tried, and of further ones between two of them."""
+"""Number of travels and speeds tried, and number of further ones between two neighbours."""
 AT_ONCE = 512
 """Number of cases per call, always the same, so that the law compiles once."""
 FEW = 65
-"""The same, and the number of travels and speeds, if every stop must be integrated."""
+"""The same number, also of travels and speeds, if every stop must be integrated."""
 MARGINS = np.array([1e-12, 1e-9, 1e-6, 1e-3])
 """Relative distances from the ends of a range at which a speed is tried."""
 DIGITS = 4
-"""Digits of a suggested travel, which users read and type."""
+"""Number of significant digits of a suggested travel, which users read and type."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """A mass to be stopped, the slip after which it stops, number of parallel brakes; SI."""
+    """A mass to be stopped, the slip after which it stops, and number of parallel brakes; SI."""
 
     brake: Brake
     mass: float
@@ -82,7 +82,7 @@ def _batch_size(case: Case, size: int = AT_ONCE) -> int:
 
 
 def can_tune(case: Case, name: str, values: Array) -> npt.NDArray[np.bool_]:
-    """Return whether the case can be tuned with each of several values of one of its numbers."""
+    """Return whether the case can be tuned with each of several values of one quantity."""
     size = _batch_size(case)
     pieces = [values[i : i + size] for i in range(0, len(values), size)]
     return np.concatenate([_can_tune_batch(case, name, piece, size) for piece in pieces])
@@ -156,10 +156,10 @@ def suggest_brake_count(case: Case) -> int | None:
 
 
 def balanced_speeds(case: Case) -> tuple[float, float]:
-    """Return speeds [m/s] between which the energy balance holds; NaN if the weight cannot be held.
+    """Return the limits [m/s] of speeds with an energy balance; NaN if the weight cannot be held.
 
-    On a soft rope the mass does not reach the travel at all of them; `find_tunable_speeds` returns
-    those at which it does.
+    On a soft rope, the mass uses up the travel at only some of these speeds; `find_tunable_speeds`
+    returns those at which it does.
     """
     mass, _, travel, rope, gravity, brake = _tuning_arguments(case)
     low, high = speed_range(mass, travel, rope, gravity, brake)

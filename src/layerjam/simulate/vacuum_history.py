@@ -60,7 +60,7 @@ class History:
         """Return a leaking vacuum [Pa]; the line is shut off `held` [s] before the taut rope.
 
         `leak_time` [s] is the volume of the chamber divided by the conductance of the leak. The
-        samples follow `fluid.closed_forms.held_vacuum` to 1.2e-7 of `vacuum`, ending at 2.4e-7.
+        samples follow `fluid.closed_forms.held_vacuum` to 1.2e-7 of `vacuum`, down to 2.4e-7.
         """
         if not vacuum > 0:
             return cls(np.array([-held, 1.0 - held]), np.full(2, vacuum))
@@ -85,7 +85,7 @@ class History:
             )
 
     def remarks(self) -> list[str]:
-        """Return a notice if the history does not begin with the drop."""
+        """Return a notice if the history does not begin at the instant when the rope is taut."""
         first, vacuum = float(self.time[0]), show(float(self.vacuum[0]), "Pa")
         if first > 0:
             return [
