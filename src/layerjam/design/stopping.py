@@ -40,7 +40,7 @@ def stops(point: Point, base: Brake, need: StopRequirement, most_in_row: int) ->
     """Return `stop_slip` [m] and `stop_peak` [N] at each design's vacuum; NaN without a stop.
 
     Identical brakes in parallel share mass and force equally. In series, they slip one after
-    another, each to the end of its travel, and count as rigid. `most_in_row` is the largest `series`.
+    another, each to the end of its travel, and count as rigid. `most_in_row`: largest `series`.
     """
     brake = make_brake(point, base)
     valid = is_buildable(point, brake)

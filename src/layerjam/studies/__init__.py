@@ -1,1 +1,1 @@
-"""Users of the library: a reproduction of the paper, and four machines."""
+"""Applications of the library: a reproduction of the paper, and four machines."""

@@ -1,4 +1,4 @@
-"""Claims of the paper, our results, and verdicts computed from both."""
+"""Claims of the paper, our results, and the verdicts that follow from both."""
 
 import tomllib
 from collections.abc import Iterable, Mapping
@@ -45,7 +45,7 @@ VERDICTS: Mapping[Basis, tuple[Verdict, Verdict]] = MappingProxyType(
 
 @dataclass(frozen=True, kw_only=True)
 class PrintedClaim:
-    """A claim in paper.toml, with the printed value in `unit`."""
+    """A claim as in paper.toml, with the value that the paper prints, in `unit`."""
 
     claim: str
     section: str
@@ -73,7 +73,7 @@ class Claim:
     because: str
     why: str
     again: str
-    """Key of the claim that it repeats; empty if the claim itself is counted."""
+    """Key of the claim that this one repeats; empty if this claim is counted."""
 
     def row(self) -> dict[str, float | str | None]:
         """Return the row for results.json."""
@@ -82,7 +82,7 @@ class Claim:
 
 @cache
 def load_paper() -> Mapping[str, Any]:
-    """Return the tables of paper.toml: `part` as a list, `claim` keyed by claim."""
+    """Return the tables of paper.toml: `part` is a list, and `claim` is keyed by claim."""
     text = (files("layerjam.studies.choi2018") / "paper.toml").read_text(encoding="utf-8")
     return MappingProxyType(tomllib.loads(text))
 
@@ -95,9 +95,9 @@ def claim(
     instead: Mapping[str, Any] | None = None,
     **words: Any,
 ) -> Claim:
-    """Return a claim in paper.toml, given its key, with our value or whether it `holds`.
+    """Return a judged claim of paper.toml, given its key and our value, or whether it `holds`.
 
-    `words` fill the placeholders in its sentences; `instead` replaces entries of the file.
+    `words` fill the placeholders in the claim's sentences; `instead` replaces entries of the file.
     """
     return judge_claim(
         PrintedClaim(**(load_paper()["claim"][key] | (instead or {}))), ours, holds, **words
@@ -107,7 +107,7 @@ def claim(
 def judge_claim(
     row: PrintedClaim, ours: float | str | None = None, holds: bool | None = None, **words: Any
 ) -> Claim:
-    """Return a claim with its verdict, by comparing a number or a statement, or neither.
+    """Return a claim with its verdict, based on a number, on a statement, or on neither.
 
     A number agrees if it is within the tolerance, by default half of the last printed digit. The
     basis of our result limits the meaning of an agreement. Raises ValueError if the claim requires
@@ -146,6 +146,6 @@ def judge_claim(
 
 
 def count_verdicts(claims: Iterable[Claim]) -> dict[Verdict, int]:
-    """Return the number of claims for each verdict, without claims that repeat others."""
+    """Return the number of claims with each verdict, except claims that repeat others."""
     verdicts = [claim.verdict for claim in claims if not claim.again]
     return {verdict: verdicts.count(verdict) for verdict in Verdict}

@@ -27,7 +27,7 @@ NAMES = {
     "choi2018-ptfe-fiberglass": "PTFE-coated fibreglass",
 }
 STIFFNESSES = {"choi2018-kapton": (131e3, 107e3), "choi2018-ptfe": (55e3, 42e3)}
-"""Stiffnesses from the paper's text and from the caption of its Fig. 8 [N/m]."""
+"""Stiffnesses in the paper's text and in the caption of its Fig. 8 [N/m]."""
 
 
 def _run_pull(vacuum: float, brake: Brake, end: float = TESTED) -> tuple[np.ndarray, np.ndarray]:
@@ -83,7 +83,7 @@ def draw_fig7_9() -> style.Figure:
 
 @style.use_style
 def draw_fig8(fits: Mapping[str, Calibration]) -> style.Figure:
-    """Draw the calibration pulls near their peaks, with lines for the paper's two stiffnesses.
+    """Draw the calibration pulls near their peaks, and lines with the paper's two stiffnesses.
 
     `fits` contains the procedure's calibration for each film.
     """
@@ -116,7 +116,7 @@ def draw_fig8(fits: Mapping[str, Calibration]) -> style.Figure:
 
 @style.use_style
 def draw_eq5() -> style.Figure:
-    """Draw eq. 5 as printed, and eq. 5 with x inside the root."""
+    """Draw eq. 5 as printed, and eq. 5 with x under the root."""
     brake = load("choi2018-kapton").brake
     x = np.linspace(0, TESTED, 300)
     right = np.asarray(enclosure_force(x, FULL, brake))

@@ -36,7 +36,7 @@ def load_brake_and_rope() -> tuple[Brake, float]:
 
 @cache_threadsafe
 def simulate_stops() -> tuple[DropRecord, DropRecord]:
-    """Return the paper's stop of 1 kg at 2.5 m/s at full vacuum, and tuned to slip 40 mm."""
+    """Return the paper's stop of 1 kg at 2.5 m/s, at full vacuum and at that for 40 mm of slip."""
     brake, rope = load_brake_and_rope()
     vacuum = float(tuned_vacuum(MASS, SPEED, SLIP, series_spring(brake, rope), G, brake))
     file = load("choi2018-kapton")
@@ -52,7 +52,7 @@ def bare_peak(rope: Any, speed: float) -> Any:
 
 
 def simulate_rope(rope: float, speed: float = FASTEST) -> tuple[np.ndarray, np.ndarray]:
-    """Return time [s] and specific force [m/s^2] of the mass on the rope alone, taut to slack."""
+    """Return time [s] and specific force [m/s^2] of the mass on the rope alone, while taut."""
     omega = np.sqrt(rope / MASS)
     swing = (bare_peak(rope, speed) - 1) * G
     angle = np.linspace(-1, 1, 2001) * np.arccos(-G / swing)
@@ -77,7 +77,7 @@ def find_cutoffs() -> tuple[float, float]:
 
 
 def _find_cutoff(signal: tuple[np.ndarray, np.ndarray], peak: float) -> float:
-    """Return the cutoff [Hz] for a filtered peak of `peak` [g], which grows with the cutoff."""
+    """Return the cutoff [Hz] that gives a filtered peak of `peak` [g], which rises with it."""
     from scipy.optimize import brentq
 
     root = brentq(lambda x: filtered_peak(signal, float(np.exp(x))) - peak, *np.log([1, 300]))
@@ -85,11 +85,11 @@ def _find_cutoff(signal: tuple[np.ndarray, np.ndarray], peak: float) -> float:
 
 
 def max_bare_reading(cutoff: float) -> float:
-    """Return the largest filtered reading [g] of the mass at 3.7 m/s on any rope.
+    """Return the highest filtered reading [g] of the mass that any rope stops from 3.7 m/s.
 
-    An infinitely stiff rope reverses the mass instantly. The reading is then 2 v times the filter's
-    maximum impulse response, which for this shape is pi fc/(sqrt(2) (sqrt(2) - 1)^(1/4)). With
-    softer ropes, gravity also acts during the reversal.
+    An infinitely stiff rope reverses the mass instantly. The reading is then 2 v times the maximum
+    of the filter's impulse response, which is pi fc/(sqrt(2) (sqrt(2) - 1)^(1/4)). With softer
+    ropes, gravity also acts during the reversal.
     """
     stiff = 2 * FASTEST * np.pi * cutoff / (np.sqrt(2) * (np.sqrt(2) - 1) ** 0.25) / G
     ropes = np.geomspace(1e3, 1e6, 13)
@@ -101,7 +101,7 @@ class RopeStudy:
     """Peaks [g] of the stop versus rope stiffness [N/m], shape (N,); NaN if none.
 
     `tuned` is at the vacuum for 40 mm of slip, if the brake slips at all, `full` is at 94.5 kPa,
-    and `simulate_rope` is without a brake. The speed is 2.5 m/s.
+    and `bare` is without a brake. The speed is 2.5 m/s.
     """
 
     rope: np.ndarray
@@ -132,7 +132,7 @@ def study_ropes(points: int = 400) -> RopeStudy:
 
 
 def claims() -> list[Claim]:
-    """Return the claims on the peaks in Fig. 11, and on the filter or rope that they require."""
+    """Return the claims about the peaks in Fig. 11, and the filter or rope that they require."""
     from scipy.optimize import brentq
 
     (full, tuned_stop), study = simulate_stops(), study_ropes()

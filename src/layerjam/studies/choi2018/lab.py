@@ -1,4 +1,4 @@
-"""Claims about procedures (friction tests, calibration, validation), tested on synthetic files.
+"""Claims about procedures (friction test, calibration, validation), tested with synthetic files.
 
 The paper's raw curves are not published. This module runs the paper's procedure on files from a
 virtual test machine whose true values are the paper's results, and checks that it recovers them.
@@ -77,7 +77,7 @@ def write_friction_files(file: BrakeFile, folder: Path) -> list[Path]:
 
 
 def write_pulls(file: BrakeFile, folder: Path, pulls: Pulls, layout: str, stem: str) -> list[Path]:
-    """Write pulls of a brake as files in one layout, with names that begin with `stem`."""
+    """Write pulls of a brake as files of one layout, with names that begin with `stem`."""
     spec = Spec(brakes=(Truth(brake=file),), seed=7, pulls=pulls, machine=PULL_MACHINE)
     film, ending = NAMES[file.name].lower(), LAYOUTS[layout].ending
     paths = []
@@ -143,7 +143,7 @@ def friction_claims() -> list[Claim]:
 
 
 def _read_by_eq8_and_eq9(name: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the text of two claims: whether the printed a and k result from eq. 8 and 9."""
+    """Return the values for two claims: whether the printed a and k follow from eq. 8 and 9."""
     brake, variant_name = load(name).brake, f"{name}-eq9"
     printed_pair = brake.scale_factor, brake.stiffness_measured or np.nan
     factor, slope = factor_and_stiffness_of_eq8_and_eq9(*printed_pair, FULL, brake)

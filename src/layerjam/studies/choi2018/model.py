@@ -121,7 +121,7 @@ def claim_fluids() -> list[Claim]:
 
 
 def claim_stiffnesses() -> list[Claim]:
-    """Return the claims in section III-D: measured stiffness, text compared with caption."""
+    """Return the claims in section III-D: measured stiffness in the text and in the caption."""
     kapton, ptfe = load_brakes()
     out = []
     for name in CALIBRATED:
@@ -142,7 +142,7 @@ def claim_stiffnesses() -> list[Claim]:
 
 
 def _claim_enclosure_share() -> Claim:
-    """Return the enclosure's share of the peak force, at the slip and at the elongation."""
+    """Return the claim on the enclosure's share of the peak force, by slip and by elongation."""
     shares: dict[str, Any] = {}
     for name in CALIBRATED:
         brake = load(name).brake

@@ -1,4 +1,4 @@
-"""The recomputed paper on one page: every claim with our result, and the figures."""
+"""One page with the recomputed paper: every claim with our result, and the figures."""
 
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
@@ -71,7 +71,7 @@ MARKS = {
     Verdict.OURS: "!",
 }
 LAB_SHARE = 0.2
-"""Fraction of the total time that the procedures on synthetic files take."""
+"""Fraction of the total time required by the procedures on synthetic files."""
 Draw = Callable[[], "style.Figure"]
 MACHINES = {
     "seat-belt": page.draw_belt_versus_displacement,
@@ -87,7 +87,7 @@ def _analyse_machine(name: str) -> Result:
 
 
 def machine_claims() -> list[Claim]:
-    """Return the paper's proposals, with our verdicts."""
+    """Return the machines that the paper proposes, with our verdicts."""
     results = {name: _analyse_machine(name) for name in MACHINES}
     words = {True: "feasible", False: "not as built"}
     return [claim(name, words[r.feasible], reason=r.reason) for name, r in results.items()]
@@ -141,7 +141,7 @@ def write_report(
     extra: Sequence[Part] = (),
     numbers: Sequence[tuple[str, str]] = (),
 ) -> dict[Verdict, int]:
-    """Write report.html, results.json and figures/*.svg to `out`; return the tally of verdicts.
+    """Write report.html, results.json and figures/*.svg to `out`; return the verdict counts.
 
     `extra` parts and `numbers` come first on the page (the demo uses them). Raises FileError if the
     report exists and `overwrite` is not set, or if the folder cannot be created.
@@ -237,7 +237,7 @@ def make_main_part(
     validation: Validation,
     vacuum: tuple[float, float, float],
 ) -> Part:
-    """Return the part of the page that shows one analysis, from the files to a vacuum.
+    """Return the part of the page with one analysis, from measured files to a required vacuum.
 
     `vacuum` is (slip [m], required force [N], vacuum [Pa]).
     """

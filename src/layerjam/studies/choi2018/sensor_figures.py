@@ -1,4 +1,4 @@
-"""Accelerometer readings of the paper's stop, and conditions that would explain its numbers."""
+"""Accelerometer readings of the paper's stop, and conditions that would explain its peaks."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Claims on stick–slip (Fig. 4) and wet sheets (Fig. 6), and the study behind the former."""
+"""Claims about stick–slip (Fig. 4) and wet sheets (Fig. 6), and a study of stick–slip."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -32,9 +32,9 @@ class FilmJudder:
     """Stick–slip of one film at 94.5 kPa."""
 
     together: float
-    """Ratio of half the sawtooth's swing to the kinetic force, from Table I alone."""
+    """Ratio of half the sawtooth's peak-to-peak force to the kinetic force, from Table I alone."""
     apart: float
-    """The same ratio with the bound for staggered sliding."""
+    """The same ratio with the upper bound for staggered sliding."""
     slack: bool
     """Whether the spring becomes slack, from Table I alone."""
     stiffness: float
@@ -42,7 +42,7 @@ class FilmJudder:
     mass: float
     """Mass [kg]."""
     judders: Array
-    """Whether there is stick–slip at 1 mm/s with the staggered bound, shape (DAMPING, STRIBECK)."""
+    """Whether stick–slip occurs at 1 mm/s with the staggered bound, shape (DAMPING, STRIBECK)."""
     settles: float
     """Smallest damping [N s/m] without stick–slip at 1 mm/s, for a small v_s."""
 

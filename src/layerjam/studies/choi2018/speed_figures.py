@@ -1,4 +1,4 @@
-"""Figures of stick–slip and speed: the map, Fig. 4 explained, and Fig. 6."""
+"""Figures of stick–slip and speed: a map of stick–slip, an explanation of Fig. 4, and Fig. 6."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -83,7 +83,7 @@ def _draw_mount(axes: style.Axes) -> None:
 
 @style.use_style
 def draw_fig4_stick_slip() -> style.Figure:
-    """Draw table I, staggered sliding, and the range in which only Kapton shows stick–slip."""
+    """Draw stick–slip by Table I, with staggered sliding, and where only Kapton shows it."""
     from matplotlib.colors import ListedColormap
 
     study = study_fig4()

@@ -2,9 +2,9 @@
 
 The clutch closes at some point in the stride. Dorsiflexion of the ankle then stretches the spring
 in series with the brakes, which must not slip, and plantarflexion recovers the energy. Before the
-next stride the vacuum must be released; otherwise the clutch pulls the foot down in swing. When the
-clutch closes, the vacuum rises from zero at full pump power. The brakes are assumed to hold with
-their kinetic friction; the additional static friction is not counted.
+next stride the vacuum must be released; otherwise, the clutch pulls the foot down during swing.
+When the clutch closes, the vacuum rises from zero at full pump power. The brakes are assumed to
+hold with their kinetic friction; the additional static friction is not counted.
 """
 
 import math
@@ -37,12 +37,12 @@ RATES = np.geomspace(2e-3, 6.0, 400)
 
 
 class Stride(NamedTuple):
-    """A stride from the closing of the clutch; shape (N,), or (N, B) for B stride rates."""
+    """A stride that starts when the clutch closes; shape (N,), or (N, B) for B stride rates."""
 
     force: Array
     slip: Array
     hold: Array
-    """Holding force of the clutch at the momentary vacuum [N]."""
+    """Holding force of the clutch at the current vacuum [N]."""
     vacuum: Array
 
 
@@ -58,7 +58,7 @@ class Record(NamedTuple):
     slips: Array
     """Largest slip at each of RATES [m]."""
     window: tuple[float, float]
-    """Phases of the stride at which the clutch closes and the spring is slack again."""
+    """Phases of the stride at which the clutch closes and the spring becomes slack again."""
 
 
 @declare_fields("ankle-clutch")
@@ -109,7 +109,7 @@ class AnkleClutch(Machine):
         return Stride(force, slip, np.asarray(straps.onset), vacuum)
 
     def analyse(self) -> Result:
-        """Analyse the holding force, readiness, energy return and speed of the clutch."""
+        """Analyse the holding force, readiness, returned energy and speed of the clutch."""
         brakes, brake, rate = self.brakes, self.brake.brake, self.gait.stride_rate
         line = scale_line(self.line.line, brakes.count)
         part, angle, payout, window = self.stretch()
@@ -184,7 +184,7 @@ class AnkleClutch(Machine):
 
 @jax.jit
 def _slip_and_force(payout: Any, step: Any, straps: Strap) -> tuple[Any, Any]:
-    """Return (slip, force) along a stride; payout (N,) or (N, B), with strap values to match.
+    """Return (slip, force) along a stride; payout and strap values have shape (N,) or (N, B).
 
     `step` [s] is the time between two samples; it is unused without a speed law.
     """
@@ -207,7 +207,7 @@ def _slip_and_force(payout: Any, step: Any, straps: Strap) -> tuple[Any, Any]:
 
 
 def vacuum_after(time: Array, limit: float, line: Line) -> Array:
-    """Return the vacuum [Pa] at a time [s] after pumping started at zero, up to `limit` [Pa].
+    """Return the vacuum [Pa] at a time [s] after pumping starts from zero, up to `limit` [Pa].
 
     The closed form is inverted by interpolation between 2000 pressures.
     """
@@ -230,7 +230,7 @@ def compute_energies(payout: Array, stride: Stride) -> tuple[float, float, float
 
 
 def fall_time(vacuum: float, line: Line) -> float:
-    """Return the time [s] from 90 to 10 % of a vacuum [Pa], by valve or by reversed pump."""
+    """Return the fall time [s], from 90 to 10 % of a vacuum [Pa], by valve or by reversed pump."""
     if line.valve is not None:
         return fall_by_valve(vacuum, line)
     time = fall_by_pump(vacuum, line)

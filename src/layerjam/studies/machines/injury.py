@@ -25,13 +25,13 @@ def bric(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> float:
 
 
 def concussion_risk(value: float) -> float:
-    """Return the probability of an injury of at least AIS 2 at a BrIC (Takhounts et al. 2013)."""
+    """Return the probability of an AIS 2+ injury, given the BrIC (Takhounts et al. 2013)."""
     scale, shape = _AIS2
     return -math.expm1(-((value / scale) ** shape))
 
 
 def hic15(acceleration: Array, dt: float) -> float:
-    """Return HIC15 of the head's resultant acceleration [m/s^2] at equal steps [s], shape (N,)."""
+    """Return HIC15 of the head's resultant acceleration [m/s^2], shape (N,), at equal steps [s]."""
     # ten samples per millisecond are enough, because windows are counted in samples
     stride = max(1, int(1e-4 / dt))
     return head_injury_criterion(acceleration[::stride], 1 / (dt * stride), HIC_WINDOW)[0]

@@ -1,10 +1,10 @@
 """Helmet and neck guard (paper, Fig. 13b): brakes restrain a head that a blow turns.
 
-The helmeted head turns about one axis of the neck: I w' = t(t) - r T(r angle - slack). t is the
-torque of the blow, given as the angular acceleration without brakes, and T the tension of the
+The head with its helmet turns about one axis of the neck: I w' = t(t) - r T(r angle - slack). t is
+the torque of the blow, given as the angular acceleration without brakes, and T the tension of the
 brakes at their lever arm r. The equation is that of the seat belt's strap, with travel = r angle
 and mass = I/r^2. The stiffness and muscles of the neck, the compliance of the shoulders and the
-linear motion of the head are ignored. Brakes resist turning in one direction only.
+linear motion of the head are ignored. The brakes resist rotation in one direction only.
 """
 
 import math
@@ -33,11 +33,11 @@ from layerjam.studies.machines.verdict import Machine, Result
 from layerjam.units import nested, show
 
 STEPS = 8000
-"""Number of steps during a blow, and during the four times as long period after it."""
+"""Number of time steps for a blow and for the period after it, which is four times as long."""
 CHAIN_LIMIT = 200
 """Largest number of parallel brakes examined."""
 STIFFER = 2.0 ** np.arange(11)
-"""Multiples of the straps' stiffness that are examined."""
+"""Factors by which stiffer straps are examined."""
 
 
 class HeadTurn(NamedTuple):
@@ -61,7 +61,7 @@ class Record(NamedTuple):
 
     turned: tuple[HeadTurn, ...]
     tried: pandas.DataFrame
-    """Numbers of chains with the existing straps, and the maximum angular acceleration `turns`."""
+    """One row per number of chains of existing straps; `turns`: peak angular acceleration."""
 
 
 @declare_fields("neck-guard")
@@ -78,7 +78,7 @@ class NeckGuard(Machine):
         return float(about_center + (head.mass + head.helmet_mass) * head.height**2)
 
     def trial(self) -> tuple[Trial, float]:
-        """Return (trial of the head under the blow, its change in angular velocity [rad/s])."""
+        """Return (trial of the head under the blow, change in angular velocity [rad/s])."""
         blow, r = self.blow, self.guard.lever
         # peak of a pulse with unit velocity change in unit time
         unit = {"half-sine": math.pi / 2, "haversine": 2.0, "trapezoid": 1.25}[blow.pulse]
@@ -88,7 +88,7 @@ class NeckGuard(Machine):
         return Trial(self, body, self.guard.stiffness, free * r, dt), change
 
     def turn(self, name: str, trial: Trial, strap: Strap) -> HeadTurn:
-        """Return the head's motion under a blow if restrained by a strap."""
+        """Return the motion of a head that is restrained by a strap during a blow."""
         r = self.guard.lever
         ride_made = ride(trial.drive, trial.dt, trial.body, strap)
         angular = ride_made.acceleration / r
@@ -145,10 +145,10 @@ class NeckGuard(Machine):
         return result
 
     def search(self, trial: Trial) -> tuple[pandas.DataFrame, dict[str, Any]]:
-        """Return (rows for 1 to CHAIN_LIMIT chains, the row of the first sufficient number or {}).
+        """Return (rows for 1 to CHAIN_LIMIT chains, row of the smallest sufficient number or {}).
 
         If none is enough with these straps (`as_built` False), the softest sufficient straps of
-        STIFFER times their stiffness are used (`stiffness`). Brakes that snap are excluded.
+        STIFFER times their stiffness are used (`stiffness`). Brakes that may snap are excluded.
         """
         counts, webbing = np.arange(1, CHAIN_LIMIT + 1), self.guard.stiffness * STIFFER
         rows = trial.run_grid(webbing=webbing, parallel=counts)

@@ -1,6 +1,6 @@
 """A machine's result as a complete folder: report.html, results.json and figures.
 
-The pictures show the effect on the person and the decisive quantity.
+The figures show the effect on the person and the decisive quantity.
 """
 
 import functools
@@ -255,7 +255,7 @@ PICTURES: dict[str, Callable[[Result], style.Figure]] = {
     "rehabilitation-time": draw_exercise_versus_time,
     "rehabilitation-angle": draw_exercise_versus_angle,
 }
-"""{picture: function that draws it}; captions and page order are those of the kind of machine."""
+"""{picture: function that draws it}; the machine's kind sets captions and order."""
 
 
 MET = Word("✓ met", "verdict reproduced")

@@ -11,11 +11,11 @@ from layerjam.measure.log import ACCELERATION, TIME, read_log
 Array = npt.NDArray[np.float64]
 SHAPES = ("half-sine", "haversine", "trapezoid")
 RAMP = 0.2
-"""Fraction of a trapezoid's duration in which it rises; the fall is equally long (assumed)."""
+"""Fraction of a trapezoid's duration in which it rises; the fall is assumed to last as long."""
 
 
 def compute_pulse(shape: str, change: float, duration: float, time: Array) -> Array:
-    """Return the acceleration [m/s^2] at times [s], (N,), whose integral is `change` [m/s]."""
+    """Return the acceleration [m/s^2] at times [s], (N,), with the integral `change` [m/s]."""
     part = time / duration
     inside = (part >= 0) & (part <= 1)
     if shape == "half-sine":
@@ -45,7 +45,7 @@ def read_record(path: Path) -> tuple[Array, Array]:
 def make_drive(
     shape: str, change: float, duration: float, after: float, steps: int, folder: Path
 ) -> tuple[Array, float, float]:
-    """Return (acceleration [m/s^2] at equal steps, step [s], velocity change [m/s]).
+    """Return (acceleration [m/s^2] at equal time steps, step [s], velocity change [m/s]).
 
     The `steps` cover the pulse and `after` [s] without load. A `shape` that is a path is read as a
     log, with its own velocity change and duration.

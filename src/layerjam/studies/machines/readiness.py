@@ -13,7 +13,7 @@ from layerjam.units import quantity, record, show
 
 @record
 class VacuumSupply:
-    """Mode of the vacuum supply, and the available time."""
+    """Mode of the vacuum supply, and the time available to build up the vacuum."""
 
     mode: str = word(
         "whether the vacuum is always present or built up after a warning", "standing", "triggered"
@@ -30,7 +30,7 @@ class Ready(NamedTuple):
 
 
 def scale_line(line: Line, brakes: float) -> Line:
-    """Return the vacuum line with the gas volume of several brakes; its file has that of one.
+    """Return a vacuum line, given for one brake, with the gas volume of several brakes.
 
     Tubes between the brakes are ignored.
     """
@@ -47,7 +47,7 @@ def scale_line(line: Line, brakes: float) -> Line:
 
 
 def vacuum_time(vacuum: float, line: Line) -> float:
-    """Return the time [s] from zero to a vacuum [Pa] at full pump power; infinity if never."""
+    """Return the time [s] to pump from zero to a vacuum [Pa]; infinity if it is out of reach."""
     a = line.site.atmosphere
     if vacuum >= reachable_vacuum(line):
         return math.inf
@@ -58,7 +58,7 @@ def vacuum_time(vacuum: float, line: Line) -> float:
 def check_readiness(
     scenario: Scenario, supply: VacuumSupply, vacuum: float, *, tuned: bool = False
 ) -> Ready:
-    """Return the limit on the time to reach the vacuum, if it must be built up, and notes."""
+    """Return the time to reach the vacuum, a limit on it if there is a warning first, and notes."""
     line, brakes = scenario.line, scenario.brakes.count
     time = vacuum_time(vacuum, scale_line(line.line, brakes))
     words = show(time, "s", 3) if math.isfinite(time) else "forever"

@@ -1,10 +1,10 @@
 """Rehabilitation of elbow or finger flexion (paper, Fig. 13d): resistance prescribed by angle.
 
 A cord on a pulley about the joint extends the brakes in flexion. The target resistance is a torque
-that depends on the angle, plus one proportional to speed. A controller sets the vacuum for it, by
-the inverse law of the brake. In extension the target is zero: the cord only pulls, the vacuum is
-released, and the enclosure retracts the brakes as far as the remaining friction allows. The
-remaining extension becomes slack in the next flexion. The body's own torques, the stretch of the
+that depends on the angle, plus one proportional to speed. A controller sets the corresponding
+vacuum by the inverse law of the brake. In extension the target is zero: the cord only pulls, the
+vacuum is released, and the enclosure retracts the brakes as far as the remaining friction allows.
+Any remaining extension is slack in the next flexion. The body's own torques, the stretch of the
 cord and the compliance of the brace are ignored.
 """
 
@@ -28,7 +28,7 @@ from layerjam.studies.machines.verdict import Machine, Result
 from layerjam.units import show
 
 SPEEDS = np.radians(np.concatenate([np.arange(0.25, 10, 0.25), np.arange(10, 181, 1.0)]))
-"""Mean speeds examined [rad/s]."""
+"""Mean angular speeds examined [rad/s]."""
 FINE = 512
 """Number of samples per flexion, for the fraction that can be followed."""
 
@@ -55,7 +55,7 @@ class Record(NamedTuple):
     shares: Array
     """Fraction of a flexion that can be followed at each of SPEEDS."""
     reachable: Array
-    """Torque of all brakes at full vacuum, with the angle at which it applies, shape (2, M)."""
+    """Angle, and torque of all brakes there at full vacuum, shape (2, M)."""
 
 
 @declare_fields("rehabilitation")
@@ -100,7 +100,7 @@ class Rehabilitation(Machine):
             )
 
     def session(self, speed: float, repetitions: int, dt: float) -> Session:
-        """Return repetitions of rest, flexion, hold and extension; each turn is half a cosine."""
+        """Return repetitions of rest, flexion, hold and extension; each move is half a cosine."""
         exercise = self.exercise
         turn = max(round((exercise.end - exercise.start) / speed / dt), 2)
         hold, rest_samples = round(exercise.hold / dt), round(exercise.rest / dt)
@@ -116,7 +116,7 @@ class Rehabilitation(Machine):
         return Session(time, angle, pace, torque, flexing)
 
     def regulator(self) -> Regulator:
-        """Return the controller, up to 60 kPa, for the line with the volume of all brakes.
+        """Return the controller, up to 60 kPa, for the vacuum line with the volume of all brakes.
 
         Raises QuantityError if the line cannot vent or there is no safe state.
         """
@@ -158,7 +158,7 @@ class Rehabilitation(Machine):
         return torque + self.exercise.viscosity * np.maximum(pace, 0.0)
 
     def analyse(self) -> Result:
-        """Compare the torque with its target; report unreachable parts and the return stroke."""
+        """Compare the torque with its target; report unreachable ranges and the return stroke."""
         brakes, r = self.brakes, self.orthosis.pulley
         exercise, brake = self.exercise, self.brake.brake
         controller = self.regulator()
@@ -205,7 +205,7 @@ class Rehabilitation(Machine):
         return result
 
     def lost_angle(self, vacuum: float, slip: float) -> float:
-        """Return the angle [rad] by which friction keeps the enclosure extended."""
+        """Return the angle [rad] by which friction prevents the enclosure from retracting fully."""
         slips = np.linspace(0.0, slip, 400)[1:]
         closes = np.asarray(self_closing_vacuum(slips, fix_speed(0.0, self.brake.brake))) > vacuum
         held_slip = 0.0 if closes.all() else float(slips[np.flatnonzero(~closes)[-1]])

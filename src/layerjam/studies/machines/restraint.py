@@ -5,8 +5,8 @@ the total slip of all brakes in a chain. The force of a brake falls after its pe
 brakes therefore slip one after another, each to the end of its travel, where an end stop of webbing
 carries the load. The order does not matter for identical brakes. At a payout that exceeds all
 earlier ones, the slip is the closed form of a slow pull (mechanics, section 2). Below that payout
-the strap is elastic, and it can only pull. When all travel is used, end stops hold the strap. The
-slip of the other brakes in a chain before their peak (0.19 mm each at full vacuum) is ignored.
+the strap is elastic, and it can only pull. When all travel is used up, end stops hold the strap.
+The slip of the other brakes in a chain before their peak (0.19 mm each at full vacuum) is ignored.
 
 If friction grows with the sliding speed (a brake with a speed law), identical brakes in a chain
 share its slip evenly, and nothing snaps: force k (u - S) = R(S/s, S'/s). s is the number of brakes
@@ -36,23 +36,23 @@ from layerjam.simulate.speed import remove_idle_speed_law
 from layerjam.studies.machines.scenario import Array, Scenario
 
 ROOMS = (256, 4096)
-"""Numbers of lanes (cases) computed at once; fewer are padded."""
+"""Numbers of cases (lanes) computed at once; smaller batches are padded."""
 NEWTON = 60
 SETTLED = 1e-11
-"""Last step of a converged search, relative to the strap's slip in one time step."""
+"""Size of the last step of a converged search, relative to the slip in one time step."""
 LITTLE = 1e-9
 """Smallest slip per time step [m] that the search assumes."""
 
 
 class Strap(NamedTuple):
-    """Constants of a strap with all its chains; leaves broadcast."""
+    """Constants of a strap with all its chains; the fields broadcast."""
 
     stiffness: Any
     """Stiffness k of the stuck brakes and the webbing in series [N/m]."""
     onset: Any
-    """Force at which an unused brake begins to slide, N c L2 [N]; infinite if nothing slides."""
+    """Force at which an unused brake at rest slides, N c L2 [N]; infinite if nothing slides."""
     fall: Any
-    """Fall of friction with slip, N c [N/m], at a speed law's test speed; the onset is at rest."""
+    """Fall of friction with slip, N c [N/m]; with a speed law, at the law's test speed."""
     sleeve: EnclosureLaw
     travel: Any
     """Usable travel of one brake [m]."""
@@ -88,7 +88,7 @@ def make_strap(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Bra
 
 
 def make_limiter(force: Any, stiffness: Any, travel: Any = jnp.inf) -> Strap:
-    """Return a load limiter: elastic up to a force [N], which is then constant over `travel` [m].
+    """Return a load limiter: elastic up to a force [N], then constant in force over `travel` [m].
 
     With an infinite force, it is plain webbing.
     """
@@ -104,7 +104,8 @@ def least_stiffness(strap: Strap) -> Any:
     """Return the stiffness of the strap [N/m] below which its brakes may snap.
 
     Because friction falls by onset/L2 per metre, a strap of stiffness k slides steadily only if the
-    onset is at most k L2. Zero if friction grows with speed, which stabilises any spring.
+    onset is at most k L2. It is zero if friction grows with speed, which keeps slip steady on any
+    spring.
     """
     return strap.fall if strap.law is None else 0.0 * strap.fall
 
@@ -115,10 +116,10 @@ def snaps(strap: Strap) -> Any:
 
 
 def chain_slip(payout: Any, before: Any, strap: Strap) -> Any:
-    """Return the slip [m] of a chain at a payout [m], at least its earlier slip `before`.
+    """Return the slip [m] of a chain at a payout [m], which is at least the earlier slip `before`.
 
-    A call uses at most one brake's travel; the next call continues with the next brake. A strap
-    that snaps uses one travel instantly.
+    A call uses at most one brake's travel; the next call continues with the next brake. In a strap
+    that snaps, a brake uses up its travel instantly.
     """
     finite = jnp.where(jnp.isfinite(strap.travel), strap.travel, 1.0)
     used = jnp.where(jnp.isfinite(strap.travel), jnp.floor(before / finite * (1 + 1e-12)), 0.0)
@@ -192,7 +193,7 @@ class Body(NamedTuple):
 
 
 class Ride(NamedTuple):
-    """State of a ride at one time, or versus time as arrays of shape (N, ...)."""
+    """State of a restrained body at one time, or versus time in arrays of shape (N, ...)."""
 
     time: Any
     way: Any
@@ -213,7 +214,7 @@ class Ride(NamedTuple):
 
 
 class Extremes(NamedTuple):
-    """Maximum values of the simulated cases, and the final slip; arrays in the lanes' shape."""
+    """Maximum values of the simulated cases, final speed and slip; arrays in the cases' shape."""
 
     way: Any
     force: Any
@@ -292,7 +293,7 @@ def ride(drive: Any, dt: float, body: Body, strap: Strap) -> Ride:
 
 
 def extremes(drive: Any, dt: float, body: Body, strap: Strap) -> Extremes:
-    """Return the maximum values of many rides; body and strap may have lanes, shape (B,)."""
+    """Return the maximum values of many cases; body and strap may have arrays of shape (B,)."""
     leaves, tree = jax.tree.flatten((_to_doubles(body), strap))
     wide = np.broadcast_arrays(*(np.asarray(a) for a in leaves))
     shape, count = wide[0].shape, wide[0].size
@@ -310,7 +311,7 @@ def _to_doubles(body: Body) -> Body:
 
 
 COARSE = 4
-"""Stride through the steps of the drive in a search."""
+"""Interval, in steps of the drive, between the samples that a search uses."""
 
 
 class Trial(NamedTuple):
@@ -323,7 +324,7 @@ class Trial(NamedTuple):
     dt: float
 
     def strap(self, **instead: Any) -> Strap:
-        """Return the scenario's strap, with any of its values replaced."""
+        """Return the scenario's strap, with some of its values replaced by `instead`."""
         brakes = self.scenario.brakes
         brake = require_flat(remove_idle_speed_law(self.scenario.brake.brake), "the restraint")
         settings = {"parallel": brakes.parallel, "series": brakes.series, "vacuum": brakes.vacuum}

@@ -1,8 +1,8 @@
 """A scenario file: the person, the load case, the brakes, and the limits of a machine.
 
-It is TOML and read like brakes and lines: every number has a unit, a kind and a source. There are
-also words (one of several, or a path) and curves ("0 2.5 4 deg"). `kinds/NAME.toml` declares the
-content of a machine's scenario, its limits and its pictures.
+The TOML file is read like those of brakes and lines: every number has a unit, a kind and a source.
+Other entries are words (one of several, or a path) and curves ("0 2.5 4 deg"). `kinds/NAME.toml`
+declares the content of a machine's scenario, its limits and its pictures.
 """
 
 import re
@@ -70,7 +70,7 @@ class Brakes:
 
 
 def word(text: str, *choices: str) -> Any:
-    """Return a field for a word in the file: one of `choices`, or any text if there are none."""
+    """Return a field for a word in a file: one of `choices`, or any text if that is empty."""
     return value(TextSpec(text=text, choices=choices, blank=False))
 
 
@@ -114,7 +114,7 @@ class Scenario:
     """Folder to which paths in the file are relative."""
 
     def together(self) -> None:
-        """Raise QuantityError if values contradict each other."""
+        """Raise QuantityError if values of the scenario contradict each other."""
         vacuum, atmosphere = self.brakes.vacuum, self.brake.brake.site.atmosphere
         if vacuum > atmosphere:
             raise QuantityError.of(
@@ -178,7 +178,7 @@ def declare_fields(machine: str) -> Callable[[type[S]], type[S]]:
 
 
 def _declared_field(declaration: Mapping[str, Any]) -> Any:
-    """Return the declared field, or None if a table of fields is declared."""
+    """Return the field that an entry declares, or None if the entry is a table of fields."""
     if "like" in declaration:
         owner, name = str(declaration["like"]).split(".")
         return like(get_spec(_KNOWN[owner], name))

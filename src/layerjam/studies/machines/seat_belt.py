@@ -1,9 +1,9 @@
-"""Seat belt (paper, Fig. 13a): an occupant thrown into a belt that contains brakes.
+"""Seat belt (paper, Fig. 13a): in a crash, an occupant is thrown into a belt with brakes.
 
-The part of the occupant that the shoulder belt restrains is one mass. In the frame of the car it is
-driven by the car's deceleration and restrained by the belt: m x'' = m a(t) - g T(g x - slack). T is
-the belt tension. g is the payout per metre of chest travel, and therefore also the ratio of the
-force on the chest to T. Airbag, knees, pretensioner, chest compression and the lap belt's share are
+The part of the occupant that the shoulder belt restrains is one mass. In the frame of the car, the
+car's deceleration drives it and the belt restrains it: m x'' = m a(t) - g T(g x - slack). T is the
+belt tension. g is the payout per metre of chest travel, and therefore also the ratio of the force
+on the chest to T. Airbag, knees, pretensioner, chest compression and the lap belt's share are
 ignored.
 """
 
@@ -36,13 +36,13 @@ from layerjam.units import nested, show
 STEPS = 8000
 MOST_SERIES, MOST_PARALLEL = 24, 1024
 STIFFER = 2.0 ** np.arange(9)
-"""Multiples of the webbing stiffness that are examined."""
+"""Factors by which stiffer webbing is examined."""
 LEVELS = 40
-"""Number of vacuums examined to find the tuned one."""
+"""Number of vacuums tried in the search for the lowest sufficient one."""
 
 
 class HeldOccupant(NamedTuple):
-    """The occupant in one kind of restraint, in SI units."""
+    """Motion of the occupant in one kind of restraint, in SI units."""
 
     name: str
     ride: Ride
@@ -146,7 +146,7 @@ class SeatBelt(Machine):
         )
 
     def list_stopping_belts(self, trial: Trial, **grid: Any) -> pandas.DataFrame:
-        """Return the belts in a grid that stop the occupant within the space, with travel left."""
+        """Return a grid's belts that stop the occupant within the space and with travel left."""
         rows = trial.run_grid(**grid)
         names = {"way": "excursion", "held": "chest_acceleration", "force": "belt_force"}
         rows = rows[rows.stops & (rows.way <= self.limits.space)].rename(columns=names)
@@ -181,7 +181,7 @@ class SeatBelt(Machine):
         return math.inf if excess(webbing) > 0 else float(brentq(excess, 0.0, webbing, rtol=1e-12))
 
     def search(self, trial: Trial) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return (required belt, belt with the smallest force), empty if none is sufficient.
+        """Return (required belt, belt with the smallest force), both empty if none is sufficient.
 
         A grid of chains is examined, then every number near the best. The best belt stops the
         occupant within the space with travel left, and has the fewest brakes that also meet the

@@ -1,4 +1,4 @@
-"""Verdict on a machine: every limit with its value, and the decisive limit with its factor."""
+"""Verdict on a machine: every limit and its value, and the decisive limit and its factor."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -18,7 +18,7 @@ from layerjam.units import get, record, show
 class Limit:
     """A value and its `limit`, which is an upper limit, or a lower one if `least` is set.
 
-    Both are in SI units; if `value` is not finite, it is never reached.
+    Both are in SI units; `value` is not finite if it is never reached.
     """
 
     name: str
@@ -65,7 +65,7 @@ def find_deciding_limit(limits: Sequence[Limit]) -> Limit:
 
 @dataclass(kw_only=True)
 class Result:
-    """Result of a machine; `own` contains its own results in SI units, `units` their units.
+    """Result of a machine; `own` contains machine-specific results in SI units, `units` the units.
 
     `bounding` contains values for limits that are not results; `record` is used for drawings.
     """
@@ -101,12 +101,12 @@ class Result:
         self.units |= dict.fromkeys(values, unit)
 
     def take(self, group: str, values: Mapping[str, Any], prefix: str) -> None:
-        """Add the results of a declared group, with a prefix; missing results are None."""
+        """Add the results of a group declared by the kind, with a prefix; None if missing."""
         for key, unit in load_kind(self.scenario.machine)["results"][group].items():
             self.add(unit, **{prefix + key: values.get(key)})
 
     def bound(self, unit: str, **values: Any) -> None:
-        """Add values, in one unit, that are used only for limits."""
+        """Add values, all in one unit, that serve only as limits' values."""
         self.bounding |= values
         self.units |= dict.fromkeys(values, unit)
 
