@@ -15,7 +15,7 @@ from benchmarks.timing import Row, median
 from layerjam.device.load import load
 from layerjam.mechanics.stack.pull import pull_stack
 from layerjam.mechanics.stack.solve import Stack
-from layerjam.simulate.stack_layout import stack_of
+from layerjam.simulate.stack_layout import make_stack
 from layerjam.simulate.stack_spread import peak_spread
 
 VACUUM = 94.5e3
@@ -30,7 +30,7 @@ def stack_with(count: int) -> Stack:
     On the mount of 11 sheets a stack of 600 snaps, and the pull ends there.
     """
     brake = load("choi2018-kapton").brake
-    return stack_of(
+    return make_stack(
         replace(brake, sheets=replace(brake.sheets, count=count)), VACUUM, mount=140e3 * count / 11
     )
 

@@ -33,7 +33,7 @@ _FORMER = {
     "layerjam.simulate.accelerometer": "Reading seen:measure_acceleration",
     "layerjam.simulate.drop_in_time": "drop_in_time",
     "layerjam.simulate.stack": "tensile_stack",
-    "layerjam.simulate.stack_layout": "stack_of",
+    "layerjam.simulate.stack_layout": "stack_of:make_stack",
     "layerjam.simulate.stack_spread": "Spread peak_spread",
     "layerjam.simulate.stick_slip": "JudderRecord:StickSlipRecord amplitude_map",
     "layerjam.studies.machines.apply": "apply:scenario machines",

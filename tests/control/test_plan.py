@@ -208,7 +208,7 @@ def test_a_stretching_sleeve_is_stopped_with_its_line():
     assert made.full.coupled is not None and made.tuned.coupled is not None
     assert made.tuned.coupled.line.imbalance < 1e-10
     # the tuned vacuum is for a constant one: the stretching stops the mass before
-    assert made.tuned.slip < 0.9 * 0.04 and made.tuned.coupled.matters
+    assert made.tuned.slip < 0.9 * 0.04 and made.tuned.coupled.is_significant
     assert made.full.coupled.line.line is line
     rigid = predict_stop(KAPTON, CASE, 60e3, During(PAPER, Drive()))
     assert rigid.coupled is None

@@ -166,7 +166,7 @@ def test_blocks_on_disk_hold_what_was_asked() -> None:
     from layerjam.design.blocks import decode_block
 
     mark = fingerprint(search.spec, search.size)
-    back = decode_block(search, encode_block(search, 0, search.block(0), mark), mark, 0)
+    back = decode_block(search, encode_block(search, 0, search.run_block(0), mark), mark, 0)
     assert back is not None and np.isfinite(back.asked).any()
     for at, number in enumerate(back.numbers.tolist()):
         design = search.design(number)

@@ -15,7 +15,7 @@ from layerjam.design.force_density import (
     added_sheet_effect,
     make_sheet_line,
     peak_force,
-    with_sheets,
+    set_sheet_count,
 )
 from layerjam.design.published import published_devices, read_published_devices
 from layerjam.device.brake import mass, sheet_mass
@@ -99,7 +99,7 @@ def test_more_sheets_approach_the_density_of_a_sheet() -> None:
     line = make_sheet_line("kapton", KAPTON, 94.5e3)
     density = np.array(line.forces) / np.array(line.masses)
     assert np.all(np.diff(density) > 0)
-    many = with_sheets(KAPTON, 10_000)
+    many = set_sheet_count(KAPTON, 10_000)
     interface = 0.875 * 0.24 * 0.013 * 0.068 * 94.5e3
     _, weight = added_sheet_effect(KAPTON, 94.5e3)
     assert peak_force(many, 94.5e3) / mass(many) == pytest.approx(interface / weight, rel=5e-3)
@@ -108,8 +108,8 @@ def test_more_sheets_approach_the_density_of_a_sheet() -> None:
 
 def test_a_weighed_brake_gains_what_the_model_says() -> None:
     weighed = replace(KAPTON, weighed_mass=0.025)
-    gain = mass(with_sheets(KAPTON, 21)) - mass(KAPTON)
-    assert mass(with_sheets(weighed, 21)) == pytest.approx(0.025 + gain, rel=1e-12)
+    gain = mass(set_sheet_count(KAPTON, 21)) - mass(KAPTON)
+    assert mass(set_sheet_count(weighed, 21)) == pytest.approx(0.025 + gain, rel=1e-12)
 
 
 def test_vacuum_and_brakes_are_taken_as_given() -> None:

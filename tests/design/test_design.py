@@ -231,8 +231,8 @@ def test_a_proof_of_impossibility_agrees_with_trying_all(hold, mass, work, margi
         ["minimise mass"],
     ))  # fmt: skip
     search = Search(asked)
-    found = search.all()
-    proof = Boxes(search).prove(asked.constraints)
+    found = search.run_all()
+    proof = Boxes(search).prove_feasibility(asked.constraints)
     assert proof.outcome == ("feasible" if found.feasible else "impossible")
     assert (prove_impossible(search) is None) == (found.feasible > 0)
 

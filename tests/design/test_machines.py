@@ -122,7 +122,7 @@ def test_a_belt_that_has_not_stopped_yet_does_not_count() -> None:
     scenario = load_scenario("slow-stop")
     assert isinstance(scenario, seat_belt.SeatBelt)
     push, dt, _ = make_drive("half-sine", 2.0, 0.02, 0.5, 8000, Path())
-    trial = Trial(scenario, scenario.trial()[0].body, 2e5, push, dt)
+    trial = Trial(scenario, scenario.make_trial()[0].body, 2e5, push, dt)
     whole = scenario.list_stopping_belts(trial, series=4, parallel=[6, 8])
     assert list(whole["count"]) == [24, 32] and whole.sound.all() and whole.as_built.all()
     short = trial._replace(drive=push[:800])
@@ -133,10 +133,10 @@ def test_turning_is_moving_with_inertia_over_lever_squared() -> None:
     """Twice the lever: four times the stiffness and twice the force felt; same turn."""
     scenario = changed("neck-guard", brakes__parallel="4")
     assert isinstance(scenario, neck_guard.NeckGuard)
-    near = scenario.turn("near", scenario.trial()[0], make_limiter(200.0, 4e5))
+    near = scenario.simulate_turn("near", scenario.make_trial()[0], make_limiter(200.0, 4e5))
     guard = replace(scenario.guard, lever=2 * scenario.guard.lever)
     wide: neck_guard.NeckGuard = replace(scenario, guard=guard)
-    far = wide.turn("far", wide.trial()[0], make_limiter(100.0, 1e5))
+    far = wide.simulate_turn("far", wide.make_trial()[0], make_limiter(100.0, 1e5))
     np.testing.assert_allclose(far.angular, near.angular, rtol=1e-9, atol=1e-6)
     assert far.rotation == pytest.approx(near.rotation, rel=1e-9)
     assert scenario.inertia == pytest.approx(0.0852, rel=1e-3)
@@ -230,16 +230,16 @@ def test_the_exercise_goes_from_start_to_end_and_back() -> None:
     scenario = load_scenario("rehabilitation")
     exercise = scenario.exercise
     assert isinstance(scenario, rehabilitation.Rehabilitation)
-    made = scenario.session(exercise.speed, 3, 0.01)
+    made = scenario.make_session(exercise.speed, 3, 0.01)
     assert made.angle.min() == pytest.approx(exercise.start)
     assert made.angle.max() == pytest.approx(exercise.end, rel=1e-3)
     flexion = made.speed[made.flexing]
     assert flexion.mean() == pytest.approx(exercise.speed, rel=0.01)
     assert made.torque[made.speed < -0.01].max() == 0
     # at rest the torque of the start is ready, and speed adds its own
-    wanted = scenario.target_at(np.array([exercise.start]), np.array([0.0]))
+    wanted = scenario.target_torque(np.array([exercise.start]), np.array([0.0]))
     assert wanted[0] == pytest.approx(1.0) and made.torque[0] == pytest.approx(1.0)
-    faster = scenario.target_at(np.array([exercise.start]), np.array([2.0]))
+    faster = scenario.target_torque(np.array([exercise.start]), np.array([2.0]))
     assert faster[0] - wanted[0] == pytest.approx(2.0 * exercise.viscosity)
 
 

@@ -17,7 +17,7 @@ from layerjam.design.arrays import Member, grid, totals
 from layerjam.design.bounds import merit_direction
 from layerjam.design.grid import AXES
 from layerjam.design.merit import MERITS, StickSlipPull, line_merits, make_point, merits
-from layerjam.design.stopping import StopRequirement, stops
+from layerjam.design.stopping import StopRequirement, run_stops
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.fluid.file import load_line
@@ -30,7 +30,7 @@ SHOWN = (
     "holding_force", "max_force", "usable_travel", "energy_capacity", "mass", "force_density",
     "sheet_stress", "clamp_stress", "buckling_force",
 )  # fmt: skip
-_batch, stopped = jax.jit(merits), jax.jit(stops, static_argnames="most_in_row")
+_batch, stopped = jax.jit(merits), jax.jit(run_stops, static_argnames="max_series")
 
 
 def batch(point, base, *more):
@@ -147,10 +147,10 @@ def test_a_stop_of_one_is_that_of_drop_and_two_share_it():
     need = StopRequirement(mass=1.0, speed=2.5, travel=0.06)
     point = make_point(KAPTON, 94.5e3)
     told = drop("choi2018-kapton", mass="1 kg", speed="2.5 m/s", vacuum="94.5 kPa")
-    alone = stopped(point, KAPTON, need, most_in_row=3)
+    alone = stopped(point, KAPTON, need, max_series=3)
     assert float(alone["stop_slip"]) == pytest.approx(told.slip, rel=1e-12)
     assert float(alone["stop_peak"]) == pytest.approx(told.peak_force, rel=1e-12)
-    both = stopped(point._replace(parallel=2.0), KAPTON, replace(need, mass=2.0), most_in_row=3)
+    both = stopped(point._replace(parallel=2.0), KAPTON, replace(need, mass=2.0), max_series=3)
     assert float(both["stop_slip"]) == pytest.approx(told.slip, rel=1e-12)
     assert float(both["stop_peak"]) == pytest.approx(2 * told.peak_force, rel=1e-12)
 
@@ -159,7 +159,7 @@ def test_a_stop_of_one_is_that_of_drop_and_two_share_it():
 def test_brakes_in_series_take_the_energy_one_after_another(gravity, speed):
     point = make_point(KAPTON, 94.5e3)._replace(series=3.0)
     need = StopRequirement(mass=4.0, speed=speed, horizontal=not gravity)
-    made = stopped(point, KAPTON, need, most_in_row=3)
+    made = stopped(point, KAPTON, need, max_series=3)
     slip = float(made["stop_slip"])
     whole, rest = int(slip // 0.06), slip % 0.06
     taken = whole * float(slip_work(0.06, 94.5e3, KAPTON))
@@ -167,7 +167,7 @@ def test_brakes_in_series_take_the_energy_one_after_another(gravity, speed):
     assert whole == 2
     assert taken == pytest.approx(0.5 * 4 * speed**2 + 4 * gravity * slip, rel=1e-6)
     # one more joule than all three can take
-    lost = stopped(point, KAPTON, replace(need, mass=6.0), most_in_row=3)
+    lost = stopped(point, KAPTON, replace(need, mass=6.0), max_series=3)
     assert math.isnan(lost["stop_slip"]) and math.isnan(lost["stop_peak"])
 
 

@@ -23,11 +23,11 @@ from layerjam.studies.machines.pulse import make_drive
 from layerjam.studies.machines.registry import load_scenario
 from layerjam.studies.machines.restraint import (
     Body,
+    can_snap,
     difference_growth,
-    extremes,
     make_strap,
-    ride,
-    snaps,
+    simulate_extremes,
+    simulate_ride,
 )
 from strategies import KAPTON, unchecked
 
@@ -81,11 +81,11 @@ def test_a_body_in_its_strap_is_what_another_integrator_finds(chains: int, serie
     way, force, slips = thrown(push, until, chains, series, body, webbing)
     assert np.ptp(slips) < 1e-6 * slips.max()
     strap = make_strap(chains, series, VACUUM, webbing, FAST)
-    assert not bool(snaps(strap))
+    assert not bool(can_snap(strap))
     for steps in (1000, 2000, 4000):
         free, dt, change = make_drive("haversine", 4.0, duration, until - duration, steps, Path())
         assert change == pytest.approx(4.0, rel=1e-6)
-        made = ride(free, dt, body, strap)
+        made = simulate_ride(free, dt, body, strap)
         assert 5e-3 < made.slip[-1] / series < 0.04
         errors.append(abs(made.slip[-1] / slips.sum() - 1))
     assert made.way.max() == pytest.approx(way, rel=2e-4)
@@ -93,12 +93,12 @@ def test_a_body_in_its_strap_is_what_another_integrator_finds(chains: int, serie
     assert errors[2] < 2e-4
     assert errors[2] < 0.5 * errors[0]
     # lanes are single rides
-    most = extremes(
+    most = simulate_extremes(
         free, dt, body, make_strap(np.array([2, chains]), series, VACUUM, webbing, FAST)
     )
     assert most.slip[1] == pytest.approx(made.slip[-1], rel=1e-8)
     # and friction at the test speed lets the body go farther
-    plain = ride(free, dt, body, make_strap(chains, series, VACUUM, webbing, KAPTON))
+    plain = simulate_ride(free, dt, body, make_strap(chains, series, VACUUM, webbing, KAPTON))
     assert plain.way.max() > 1.1 * made.way.max()
 
 
@@ -127,7 +127,7 @@ def test_the_clutch_slips_as_another_integrator_says() -> None:
     weak = replace(clutch, brake=file, brakes=replace(clutch.brakes, vacuum=30e3))
     rate = weak.gait.stride_rate
     stride = weak.simulate_stride(rate, None)
-    part, _, payout, _ = weak.stretch()
+    part, _, payout, _ = weak.stretch_spring()
     time = (part - part[0]) / rate
     n, own = weak.brakes.parallel, file.brake
     chain = weak.brakes.series / (n * (own.stiffness_measured or np.nan))

@@ -30,19 +30,19 @@ def test_the_verdict_names_the_limit_missed_most() -> None:
     high = Limit(name="b", value=1.0, limit=5.0, unit="m", least=True)
     fine = Limit(name="c", value=0.5, limit=1.0, unit="m")
     never = Limit(name="d", value=math.inf, limit=1.0, unit="s")
-    assert (low.met, high.met, fine.met, never.met) == (False, False, True, False)
+    assert (low.is_met, high.is_met, fine.is_met, never.is_met) == (False, False, True, False)
     assert (low.factor, high.factor, fine.factor, never.factor) == (2.0, 5.0, 0.5, math.inf)
     assert find_deciding_limit([low, high, fine]) is high and find_deciding_limit([fine]) is fine
     assert "never reached" in never.sentence() and "factor of 5" in high.sentence()
-    assert not Limit(name="n", value=math.nan, limit=1.0, unit="1").met
-    assert Limit(name="at", value=1.0, limit=1.0, unit="1").met
+    assert not Limit(name="n", value=math.nan, limit=1.0, unit="1").is_met
+    assert Limit(name="at", value=1.0, limit=1.0, unit="1").is_met
 
 
 def test_every_number_of_a_scenario_says_where_it_is_from() -> None:
     assert scenarios() == ["ankle-clutch", "neck-guard", "rehabilitation", "seat-belt", "slow-stop"]
     for name in scenarios():
         scenario = load_scenario(name)
-        for path, value, source in scenario.cited():
+        for path, value, source in scenario.list_sources():
             assert value and "unstated" not in source and len(source) > 8, path
         assumed = [p for p, s in scenario.sources.items() if s.kind == "assumed"]
         said = " ".join(scenario.warnings())

@@ -88,9 +88,9 @@ def test_the_front_can_be_read_as_a_table(whole):
 def test_a_block_is_the_same_bytes_each_time_and_read_back_whole():
     search = Search(read(), BLOCK)
     mark = fingerprint(search.spec, BLOCK)
-    first, second = (encode_block(search, 3, search.block(3), mark) for _ in range(2))
+    first, second = (encode_block(search, 3, search.run_block(3), mark) for _ in range(2))
     assert first == second
-    back, found = decode_block(search, first, mark, 3), search.block(3)
+    back, found = decode_block(search, first, mark, 3), search.run_block(3)
     assert back is not None
     np.testing.assert_equal(vars(back), vars(found))
     np.testing.assert_equal(search.summary(back), search.summary(found))
@@ -104,7 +104,7 @@ def test_a_block_without_a_find_is_kept_too(tmp_path):
     asked = read(SPEC.replace("150 N", "600 N"))
     answer = sweep(asked, out=tmp_path / "s", block=BLOCK)
     with Store(tmp_path / "s", Search(asked, BLOCK)) as store:
-        empty = [i for i, found in enumerate(store.blocks(TOTAL)) if not found.feasible]
+        empty = [i for i, found in enumerate(store.read_blocks(TOTAL)) if not found.feasible]
     assert answer.complete and 0 in empty and len(empty) < TOTAL
     np.testing.assert_equal(answer.chosen, design(asked).chosen)
 

@@ -17,7 +17,7 @@ from layerjam.mechanics.memory import enclosure_cycle
 from layerjam.mechanics.stack.lasso import fused_lasso
 from layerjam.mechanics.stack.pull import pull_stack
 from layerjam.mechanics.stack.solve import Stack
-from layerjam.simulate.stack_layout import Housing, Interfaces, stack_of
+from layerjam.simulate.stack_layout import Housing, Interfaces, make_stack
 from strategies import KAPTON, PTFE, area
 
 FULL = 94.5e3
@@ -26,7 +26,7 @@ SLOPE = C / KAPTON.sheets.overlap
 
 
 def rigid(static: bool = False, count: int = 11, ratio: float | None = None) -> Stack:
-    stack = stack_of(KAPTON, FULL, static=static, enclosure=False, mount=np.inf)
+    stack = make_stack(KAPTON, FULL, static=static, enclosure=False, mount=np.inf)
     if ratio is not None:
         stack = stack._replace(ratio=np.full(10, ratio))
     if count == 11:
@@ -42,7 +42,7 @@ def rigid(static: bool = False, count: int = 11, ratio: float | None = None) -> 
 
 
 def mounted(**more: object) -> Stack:
-    return stack_of(KAPTON, FULL, **more)  # type: ignore[arg-type]
+    return make_stack(KAPTON, FULL, **more)  # type: ignore[arg-type]
 
 
 def through(*turns: float, n: int = 200) -> np.ndarray:
@@ -240,7 +240,7 @@ def test_no_history_wins_energy(seed, turns, static, vacuum):
     brake = (KAPTON, PTFE)[seed % 2]
     each = Interfaces(friction=np.exp(random.normal(0, 0.3, brake.sheets.count - 1)))
     walls = Housing(friction=float(random.uniform(0, 10))) if seed % 3 == 0 else None
-    stack = stack_of(brake, vacuum, interfaces=each, housing=walls, static=static)
+    stack = make_stack(brake, vacuum, interfaces=each, housing=walls, static=static)
     reach = random.choice([3, 20, 300]) * stack.friction.sum() / 131e3
     far = [min(reach, 0.06) * t for t in turns]
     path = through(0, *far, 0, *far, 0, n=300)
@@ -289,7 +289,7 @@ def test_the_low_vacuum_sleeve_closes_the_brake_as_in_the_lumped_one():
     from strategies import padded
 
     path = through(0, 0.04, 0, n=300)
-    stack = stack_of(KAPTON, 2e3)
+    stack = make_stack(KAPTON, 2e3)
     run = pull_stack(path, stack)
     long, vacuum, count = padded(path, 2e3)
     lumped = brake_cycle(long, vacuum, KAPTON)
@@ -304,7 +304,7 @@ def test_the_low_vacuum_sleeve_closes_the_brake_as_in_the_lumped_one():
 
 def frictionless(vacuum: float) -> Stack:
     """Two faces on stiff sheets and nothing else: their gap is the cap's way."""
-    stack = stack_of(KAPTON, vacuum, mount=np.inf)
+    stack = make_stack(KAPTON, vacuum, mount=np.inf)
     return stack._replace(friction=np.zeros(10), springs=np.full(11, 1e10))
 
 
@@ -445,6 +445,6 @@ def test_progress_is_told():
 
 def test_catalogue_brakes_run_with_static_friction_to_the_end():
     for name in ("choi2018-kapton", "choi2018-ptfe"):
-        stack = stack_of(load(name).brake, FULL, static=True)
+        stack = make_stack(load(name).brake, FULL, static=True)
         run = pull_stack(np.linspace(0, 0.04, 400), stack)
         assert len(run.force) == 400

@@ -7,7 +7,7 @@ import pytest
 
 from layerjam.mechanics.stack.batch import find_peaks
 from layerjam.mechanics.stack.pull import pull_stack
-from layerjam.simulate.stack_layout import stack_of
+from layerjam.simulate.stack_layout import make_stack
 from strategies import KAPTON
 
 FULL = 94.5e3
@@ -18,9 +18,9 @@ C = 175.4298
 def test_many_stacks_are_each_what_one_is():
     random = np.random.default_rng(2)
     for stack in (
-        stack_of(KAPTON, FULL),
-        stack_of(KAPTON, FULL, enclosure=False, mount=np.inf),
-        stack_of(KAPTON, FULL, static=True),
+        make_stack(KAPTON, FULL),
+        make_stack(KAPTON, FULL, enclosure=False, mount=np.inf),
+        make_stack(KAPTON, FULL, static=True),
     ):
         friction = stack.friction * np.exp(random.normal(0, 0.1, (6, 10)))
         friction[0] = stack.friction
@@ -46,7 +46,7 @@ def test_many_stacks_are_each_what_one_is():
 
 
 def test_a_batch_keeps_what_could_not_be_followed_apart():
-    stack = stack_of(KAPTON, FULL, mount=2000.0)
+    stack = make_stack(KAPTON, FULL, mount=2000.0)
     friction = np.stack([stack.friction, stack.friction * 0.5])
     length = np.broadcast_to(stack.length, friction.shape)
     peaks = find_peaks(stack, friction, length, 0.2)
@@ -55,7 +55,7 @@ def test_a_batch_keeps_what_could_not_be_followed_apart():
 
 
 def test_no_peak_within_the_travel_gives_the_end():
-    stack = stack_of(KAPTON, 500.0)
+    stack = make_stack(KAPTON, 500.0)
     peaks = find_peaks(stack, stack.friction[None], stack.length[None], 0.03)
     run = pull_stack(np.linspace(0, 0.03, 500), stack)
     assert peaks.elongation[0] == pytest.approx(0.03)

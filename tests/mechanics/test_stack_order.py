@@ -8,7 +8,7 @@ import pytest
 from layerjam.errors import QuantityError
 from layerjam.mechanics.stack.pull import pull_stack
 from layerjam.mechanics.stack.solve import Stack
-from layerjam.simulate.stack_layout import Interfaces, stack_of
+from layerjam.simulate.stack_layout import Interfaces, make_stack
 from mechanics.brute_stack import BruteStack
 from strategies import KAPTON, PTFE
 
@@ -23,7 +23,7 @@ def uneven(seed: int, one_by_one: bool, mount: float | None) -> tuple[Stack, flo
     each = Interfaces(
         friction=np.exp(random.normal(0, 0.3, 10)), extra_overlap=random.uniform(-5e-3, 5e-3, 10)
     )
-    stack = stack_of(
+    stack = make_stack(
         brake,
         FULL,
         interfaces=each,
@@ -66,7 +66,7 @@ def test_increments_change_nothing_on_a_rigid_mount_either(one_by_one: bool) -> 
 def test_like_interfaces_break_in_pairs_in_either_order() -> None:
     path = np.linspace(0, 2e-4, 301)
     runs = [
-        pull_stack(path, stack_of(KAPTON, FULL, static=True, one_by_one=alone, mount=np.inf))
+        pull_stack(path, make_stack(KAPTON, FULL, static=True, one_by_one=alone, mount=np.inf))
         for alone in (False, True)
     ]
     for run in runs:
@@ -87,7 +87,7 @@ def test_the_order_changes_the_peak() -> None:
 def test_no_break_wins_energy(one_by_one: bool) -> None:
     for seed in range(20):
         stack, end = uneven(seed, one_by_one, (np.inf, None)[seed % 2])
-        stack = stack._replace(face=stack_of(KAPTON, FULL).face)
+        stack = stack._replace(face=make_stack(KAPTON, FULL).face)
         path = np.concatenate([np.linspace(0, end, 60), np.linspace(end, 0.2 * end, 40)[1:]])
         run = pull_stack(path, stack)
         assert (np.diff(run.heat) >= -1e-13 * run.work.max()).all()
@@ -96,4 +96,4 @@ def test_no_break_wins_energy(one_by_one: bool) -> None:
 
 def test_one_by_one_belongs_to_static_friction() -> None:
     with pytest.raises(QuantityError, match=r"one_by_one: .* set static too"):
-        stack_of(KAPTON, FULL, one_by_one=True)
+        make_stack(KAPTON, FULL, one_by_one=True)

@@ -61,7 +61,7 @@ def test_shut_off_and_not_stretching_is_constant_vacuum():
     assert made.timed.slip == pytest.approx(exact.slip, rel=1e-7)
     assert made.timed.peak_force == pytest.approx(exact.peak_force, rel=1e-7)
     assert made.vacuum_change == pytest.approx(0.0, abs=1e-9)
-    assert made.rounds <= 2 and not made.matters
+    assert made.rounds <= 2 and not made.is_significant
 
 
 @pytest.mark.slow
@@ -97,7 +97,7 @@ def test_gas_and_energy_are_accounted_for(polytropic):
     made = coupled_drop(KAPTON, line, **CASE, start=state, drive=Drive(store=1.0))
     assert made.line.imbalance < 1e-10
     assert energy_imbalance(made) < 1e-9
-    assert made.matters and made.vacuum_change > 5e3
+    assert made.is_significant and made.vacuum_change > 5e3
     assert made.timed.outcome is Outcome.STOPPED
 
 
@@ -109,7 +109,7 @@ def test_stretching_stops_sooner_at_part_vacuum_and_hardly_at_full():
     full = coupled_drop(KAPTON, line, **CASE, start=94.5e3, drive=SHUT)
     assert part.slip_change < -0.15 * float(part.constant.slip)
     assert abs(full.slip_change) < 0.005 * float(full.constant.slip)
-    assert part.matters and not full.matters
+    assert part.is_significant and not full.is_significant
     assert part.vacuum_change == pytest.approx(boyle(40e3, part.timed.slip, line) - 40e3, rel=1e-4)
 
 
@@ -122,7 +122,7 @@ def test_the_rounds_converge_faster_than_a_geometric_row():
     changes = changes[changes > 1e-7]
     ratios = changes[1:] / changes[:-1]
     assert len(ratios) >= 3 and (ratios < 0.5).all() and ratios[-1] < ratios[0]
-    assert made.remaining <= 1e-7
+    assert made.last_change <= 1e-7
 
 
 @pytest.mark.slow

@@ -27,7 +27,7 @@ from layerjam.mechanics.enclosure import enclosure_force
 from layerjam.mechanics.stick_slip.wet import ILLUSTRATIVE, wet_force
 from layerjam.simulate.drop_in_time import History, drop_in_time
 from layerjam.simulate.procedure import parse_procedure
-from layerjam.simulate.stack_layout import stack_of
+from layerjam.simulate.stack_layout import make_stack
 from layerjam.simulate.tensile import tensile
 
 FILE = lj.load("choi2018-kapton")
@@ -184,7 +184,7 @@ def test_the_commands_take_the_share_and_the_gauge_reads_the_vacuum():
     assert made.record.brake.brake.vacuum_share == share
     partly = replace(bare, vacuum_share=share)
     np.testing.assert_allclose(
-        stack_of(partly, FULL).friction, share * stack_of(bare, FULL).friction, rtol=1e-12
+        make_stack(partly, FULL).friction, share * make_stack(bare, FULL).friction, rtol=1e-12
     )
     # a mass on a stiff brake: m v^2/2 = c (L2 d - d^2/2) + 2/3 e d^(3/2) - m g d
     stop = lj.drop(bare, mass=1.0, speed=2.5, vacuum=FULL, vacuum_share=share)

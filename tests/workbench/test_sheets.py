@@ -16,7 +16,7 @@ from layerjam.mechanics.friction import friction_per_contact
 from layerjam.simulate.procedure import simple_pull
 from layerjam.simulate.sheet_motion import sheet_motion
 from layerjam.simulate.stack import tensile_stack
-from layerjam.simulate.stack_layout import Housing, stack_of
+from layerjam.simulate.stack_layout import Housing, make_stack
 from layerjam.workbench.pages.pull import _parse_point
 from layerjam.workbench.sheets_drawing import (
     MAX_SHEETS,
@@ -62,7 +62,7 @@ def test_a_housings_walls_hang_on_the_cap_opposite_to_their_sheet():
     file, housing = load(KAPTON), Housing(friction=3.0)
     record, pull = tensile_stack(file, simple_pull(60e3, 1e-3, 5e-3), housing=housing)
     moving = sheet_motion(record, pull).moving
-    np.testing.assert_array_equal(moving, stack_of(file.brake, 60e3, housing=housing).right)
+    np.testing.assert_array_equal(moving, make_stack(file.brake, 60e3, housing=housing).right)
 
 
 def test_what_slides_bears_its_friction_and_the_sentence_counts_it(seen):

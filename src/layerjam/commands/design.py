@@ -187,7 +187,7 @@ def design(
     conflict = prove_impossible(search, progress)
     if conflict is not None:
         return infeasible_result(DesignResult.create, search, conflict)
-    return best_result(DesignResult.create, search, search.all(progress), accept)
+    return best_result(DesignResult.create, search, search.run_all(progress), accept)
 
 
 def brake_of(result: DesignResult, number: int | None = None) -> BrakeFile:
@@ -345,7 +345,7 @@ def _spec_notices(spec: DesignSpecification) -> Iterator[str]:
             "fittings_mass is the same for every width and height; vary it, or measure it",
             "fittings-mass",
         )
-    if spec.evaluation.stop is not None and spec.grid.most_in_row > 1:
+    if spec.evaluation.stop is not None and spec.grid.max_series > 1:
         yield Notice(
             "brakes in series are assumed rigid, each using up its travel before the next",
             "rigid-series",

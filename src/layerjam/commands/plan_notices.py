@@ -47,7 +47,7 @@ def list_plan_notices(plan: "Plan", build: "Build | None") -> Iterator[Notice]:
         yield ONLY_COMPLIANCE
     modes = {"full": plan.full} if plan.capped else {"full": plan.full, "tuned": plan.tuned}
     for name, mode in modes.items():
-        if mode.coupled is not None and mode.coupled.matters:
+        if mode.coupled is not None and mode.coupled.is_significant:
             yield Notice(
                 f"{name} vacuum: the enclosure's stretching changes slip or peak by more "
                 f"than {MATTERS:.0%}; probabilities and sizes assume a constant vacuum",

@@ -120,7 +120,7 @@ def stick_slip(
         slip=slip,
         travel=travel,
     )
-    start = record.frozen(slip)
+    start = record.freeze_friction(slip)
     bounds = simulation.Bounds(*(float(v) for v in simulation.force_bounds(start)))
     ratio = damping / (2 * math.sqrt(record.stiffness * record.mass))
     notices += _assumption_notices(record, mass is None)
@@ -193,7 +193,7 @@ def _last_slip_results(record: StickSlipRecord) -> dict[str, float]:
         return {}
     high, low = float(events.force_high[-1]), float(events.force_low[-1])
     slip_at_break = float(np.interp(events.break_time[-1], record.time, record.slip))
-    level = float(force_bounds(record.frozen(slip_at_break)).kinetic)
+    level = float(force_bounds(record.freeze_friction(slip_at_break)).kinetic)
     out = {"amplitude": (high - low) / 2, "force_high": high, "force_low": low}
     out["slip_per_event"] = float(events.slip[-1])
     if level:

@@ -60,7 +60,7 @@ def sweep(
     from layerjam.design.search import BLOCK, Search
 
     search = Search(spec, BLOCK if block is None else block)
-    total = search.blocks()
+    total = search.count_blocks()
     make = functools.partial(DesignSweep.create, out=str(out), blocks=total)
     conflict = prove_impossible(search)
     if conflict is not None:
@@ -71,7 +71,7 @@ def sweep(
 
         check_cluster(scheduler)
     with Store(out, search) as store:
-        todo = store.missing(total)
+        todo = store.find_missing_blocks(total)
         designs_done = before = total - len(todo)
         try:
             for index, data in _compute_blocks(search, todo, store, scheduler):
@@ -80,7 +80,7 @@ def sweep(
                 if progress is not None:
                     progress("designs", designs_done / total)
         except KeyboardInterrupt:
-            designs_done = total - len(store.missing(total))
+            designs_done = total - len(store.find_missing_blocks(total))
             notice = (
                 f"stopped: {designs_done} of {total} blocks are done; run the same command to "
                 "resume"
@@ -91,12 +91,12 @@ def sweep(
                 complete=False,
                 blocks_done=designs_done,
                 blocks_found=before,
-                bytes=store.bytes(),
+                bytes=store.size_in_bytes(),
                 warnings=[Notice(notice, "stopped")],
             )
-        sweep_result = store.finish(total)
+        sweep_result = store.write_manifest(total)
         whole_chunk = functools.partial(
-            make, complete=True, blocks_done=total, blocks_found=before, bytes=store.bytes()
+            make, complete=True, blocks_done=total, blocks_found=before, bytes=store.size_in_bytes()
         )
         return best_result(whole_chunk, search, sweep_result, accept)
 
@@ -115,4 +115,4 @@ def _compute_blocks(
         return
     with Workers() as pool:
         for index in todo:
-            yield index, encode_block(search, index, search.block(index, pool), store.mark)
+            yield index, encode_block(search, index, search.run_block(index, pool), store.mark)

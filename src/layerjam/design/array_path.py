@@ -48,7 +48,7 @@ class Backbone:
         return replace(self, elongation=u, force=force, slip=slip, end=end, slack=slack)
 
 
-def backbone(brake: Brake, vacuum: float, travel: float, stop: bool, name: str) -> Backbone:
+def make_backbone(brake: Brake, vacuum: float, travel: float, stop: bool, name: str) -> Backbone:
     """Return a brake's backbone at a vacuum [Pa] over a travel [m]; QuantityError if it snaps."""
     k = float(working_stiffness(brake))
     soft = float(least_stiffness(vacuum, brake))
@@ -100,11 +100,11 @@ class _Stage:
         self.front = 0.0
 
     @property
-    def frontier(self) -> float:
+    def front_force(self) -> float:
         """Force at the farthest point reached so far."""
         return float(np.interp(self.front, self.u, self.f))
 
-    def turns(self) -> tuple[float, float, float]:
+    def find_next_peak(self) -> tuple[float, float, float]:
         """Return the next peak: (force, elongation, elongation of the valley after it).
 
         A final rise onto a stop has an infinite peak. Without a stop, the end itself is the peak.
@@ -120,14 +120,14 @@ class _Stage:
         valley = top + int(rises[0]) if len(rises) else len(u) - 1
         return float(f[top]), float(u[top]), float(u[valley])
 
-    def slips(self, front: np.ndarray) -> np.ndarray:
+    def member_slips(self, front: np.ndarray) -> np.ndarray:
         """Return the slip of each member, shape (N, M), once the path has reached `front` (N,)."""
         return np.column_stack([np.interp(front, m.elongation, m.slip) for m in self.members])
 
-    def relax(self, force: np.ndarray) -> np.ndarray:
-        """Return the elongation after taut members relax to a force below the frontier's."""
+    def relax_members(self, force: np.ndarray) -> np.ndarray:
+        """Return the elongation after taut members relax to a force below `front_force`."""
         slack, k = np.array([(m.slack, m.stiffness) for m in self.members]).T
-        start = self.slips(np.array([self.front]))[0] + slack
+        start = self.member_slips(np.array([self.front]))[0] + slack
         order = np.argsort(start, kind="stable")
         start, k = start[order], k[order]
         knot_forces = np.concatenate([[0.0], np.cumsum(np.diff(start) * np.cumsum(k)[:-1])])
@@ -139,9 +139,9 @@ class _Stage:
         u = np.concatenate([[self.front], self.u[(self.u > self.front) & (self.u < top)], [top]])
         f = np.maximum.accumulate(np.interp(u, self.u, self.f))
         new_front = np.maximum(np.interp(force, f, u), self.front)
-        is_new = force > self.frontier
+        is_new = force > self.front_force
         front = np.where(is_new, new_front, self.front)
-        return np.where(is_new, front, self.relax(force)), front
+        return np.where(is_new, front, self.relax_members(force)), front
 
 
 def follow_chain(stages: Sequence[Sequence[Backbone]]) -> Path:
@@ -151,7 +151,7 @@ def follow_chain(stages: Sequence[Sequence[Backbone]]) -> Path:
     blocks = [_take_up_slack(chain)]
     outcome = Outcome.BOTTOMED_OUT
     while True:
-        turns = [stage.turns() for stage in chain]
+        turns = [stage.find_next_peak() for stage in chain]
         peaks = np.array([t[0] for t in turns])
         least = float(peaks.min())
         # if peaks are equal, the first brake listed slips
@@ -206,18 +206,18 @@ def _follow_fall(
     u = stage.u[(stage.u > top) & (stage.u <= valley)]
     force = np.interp(u, stage.u, stage.f)
     motion = [
-        (u, u) if neighbour is stage else (neighbour.relax(force), np.full(len(u), neighbour.front))
-        for neighbour in chain
+        (u, u) if other is stage else (other.relax_members(force), np.full(len(u), other.front))
+        for other in chain
     ]
     stage.front = valley
-    return stage.frontier, (force, np.array(motion))
+    return stage.front_force, (force, np.array(motion))
 
 
 def _join_blocks(chain: Sequence[_Stage], blocks: Sequence[_Block], outcome: Outcome) -> Path:
     force, motion = (np.concatenate(parts, axis=-1) for parts in zip(*blocks, strict=True))
     slips, forces = [], []
     for stage, (place, front) in zip(chain, motion, strict=True):
-        slip = stage.slips(front)
+        slip = stage.member_slips(front)
         slack, k = np.array([(m.slack, m.stiffness) for m in stage.members]).T
         slips.append(slip)
         forces.append(np.maximum(k * (place[:, None] - slack - slip), 0.0))

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from layerjam.design.array_path import Backbone, Path, backbone, follow_chain
+from layerjam.design.array_path import Backbone, Path, follow_chain, make_backbone
 from layerjam.device.brake import Brake, mass, validate
 from layerjam.errors import QuantityError
 from layerjam.mechanics.energy import slip_work
@@ -231,7 +231,7 @@ def _make_backbones(members: Sequence[Member]) -> list[Backbone]:
     for index, m in enumerate(members, 1):
         plain = replace(m, slack=0.0, name="")
         if plain not in backbones:
-            backbones[plain] = backbone(m.brake, m.vacuum, m.travel, m.stop, f"member {index}")
+            backbones[plain] = make_backbone(m.brake, m.vacuum, m.travel, m.stop, f"member {index}")
     return [backbones[replace(m, slack=0.0, name="")].add_slack(m.slack) for m in members]
 
 

@@ -174,34 +174,34 @@ class Store:
         """Return the path of block `index`."""
         return self.folder / FOLDER / f"block-{index:07d}.parquet"
 
-    def read(self, index: int) -> SweepResult | None:
+    def read_block(self, index: int) -> SweepResult | None:
         """Return a block stored earlier, or None if it is missing or incomplete."""
         path = self.path(index)
         return decode_block(self.search, path, self.mark, index) if path.is_file() else None
 
-    def missing(self, total: int) -> list[int]:
+    def find_missing_blocks(self, total: int) -> list[int]:
         """Return the numbers of the blocks that are still to be computed."""
-        return [i for i in range(total) if self.read(i) is None]
+        return [i for i in range(total) if self.read_block(i) is None]
 
     def write_block(self, index: int, data: "bytes") -> None:
         """Write a block, completely or not at all."""
         write_block(self.path(index), data)
 
-    def blocks(self, total: int) -> Iterator[SweepResult]:
+    def read_blocks(self, total: int) -> Iterator[SweepResult]:
         """Yield all blocks in order; raises FileError if one is missing."""
         for index in range(total):
-            result = self.read(index)
+            result = self.read_block(index)
             if result is None:
                 raise FileError(self.path(index), "is missing or incomplete; run the sweep again")
             yield result
 
-    def finish(self, total: int) -> SweepResult:
+    def write_manifest(self, total: int) -> SweepResult:
         """Write the front of all designs and then the manifest; return the sum of all blocks."""
         search = self.search
         rows: list[dict[str, Any]] = []
 
-        def all_parts() -> Iterator[SweepResult]:
-            for index, result in enumerate(self.blocks(total)):
+        def list_blocks() -> Iterator[SweepResult]:
+            for index, result in enumerate(self.read_blocks(total)):
                 path = self.path(index)
                 rows.append(
                     {
@@ -214,7 +214,7 @@ class Store:
                 )
                 yield result
 
-        result = search.sum(all_parts())
+        result = search.add_runs(list_blocks())
         front = result.numbers[search.find_highlights(result).front]
         table = table_bytes(search, front, np.ones(len(front), bool), {"fingerprint": self.mark})
         write_block(self.folder / FRONT, table)
@@ -235,9 +235,12 @@ class Store:
         write_block(self.folder / MANIFEST, (json.dumps(manifest, indent=1) + "\n").encode())
         return result
 
-    def bytes(self) -> int:
+    def size_in_bytes(self) -> int:
         """Return the size of the sweep on disk."""
         return sum(p.stat().st_size for p in self.folder.rglob("*") if p.is_file())
+
+    read, missing, blocks = read_block, find_missing_blocks, read_blocks  # former names
+    finish, bytes = write_manifest, size_in_bytes
 
 
 def write_block(path: Path, data: bytes) -> None:

@@ -16,7 +16,7 @@ from layerjam.design.grid import Array, Numbers
 from layerjam.design.merit import LATE_MERITS, VARIABLES
 from layerjam.design.requirements import Constraint
 from layerjam.design.search import Search
-from layerjam.design.stopping import gravity, least_peak
+from layerjam.design.stopping import gravity_along_pull, least_peak
 from layerjam.units import show
 
 MOST_BOXES = 1_000_000
@@ -113,7 +113,7 @@ class Boxes:
         self.search, self.grid = search, search.spec.grid
         self.progress = progress or (lambda *_: None)
 
-    def signs(self, merit: str) -> list[int | None]:
+    def directions(self, merit: str) -> list[int | None]:
         """Return the direction, or None, of a merit with each variable."""
         tied = "usable_travel" not in self.grid.axes
         return [merit_direction(merit, variable, tied) for variable in self.grid.axes]
@@ -125,10 +125,10 @@ class Boxes:
         low[:, 0] = high[:, 0] = np.arange(shape[0])
         return low, high
 
-    def corner(self, low: Numbers, high: Numbers, c: Constraint) -> tuple[Numbers, Any]:
+    def best_corners(self, low: Numbers, high: Numbers, c: Constraint) -> tuple[Numbers, Any]:
         """Return the best corner of each box for a constraint, and whether it is a bound."""
         best, sure = low.copy(), np.ones(len(low), bool)
-        for axis, sign in enumerate(self.signs(c.name), 1):
+        for axis, sign in enumerate(self.directions(c.name), 1):
             wide = high[:, axis] > low[:, axis]
             if sign is None:
                 sure &= ~wide
@@ -136,7 +136,7 @@ class Boxes:
                 best[:, axis] = high[:, axis]
         return best, sure
 
-    def prove(self, constraints: Sequence[Constraint]) -> Proof:
+    def prove_feasibility(self, constraints: Sequence[Constraint]) -> Proof:
         """Return a proof that a design, or none, meets all constraints with bounds at corners."""
         rules = [c for c in constraints if c.name not in LATE_MERITS]
         if not rules:
@@ -145,7 +145,7 @@ class Boxes:
         low, high = self.initial_boxes()
         count = 0
         # an unknown direction provides no bound until the box is only one value wide
-        unsure = [None in signs for signs in zip(*(self.signs(c.name) for c in rules), strict=True)]
+        unsure = [None in d for d in zip(*(self.directions(c.name) for c in rules), strict=True)]
         first = np.where([False, *unsure], 1e3, 1.0)
         while len(low):
             count += len(low)
@@ -154,7 +154,7 @@ class Boxes:
                 return Proof(UNKNOWN)
             is_open = np.ones(len(low), bool)
             for c in rules:
-                best, sure = self.corner(low, high, c)
+                best, sure = self.best_corners(low, high, c)
                 numbers = self.grid.number(best.T)
                 rows = self.search.kernel.all_merits(numbers, stop=False)
                 is_built = np.isfinite(rows[self.search.row["mass"]])
@@ -174,43 +174,46 @@ class Boxes:
 
     def best_value(self, c: Constraint, others: Sequence[Constraint]) -> BestValue:
         """Return the best value of a quantity while the others are met, to 1e-4 of the limit."""
-        if not others and (best := self.single(c)) is not None:
+        if not others and (best := self.best_corner_value(c)) is not None:
             return BestValue(best, True)
-        number = self.prove(others).number if others else self.grid.size - 1
+        number = self.prove_feasibility(others).number if others else self.grid.size - 1
         if number is None:
             return BestValue(None, False)
-        value, limit = self.value(number, c), c.limit
+        value, limit = self.constraint_value(number, c), c.limit
         for _ in range(ROUNDS):
             if not math.isfinite(value):
                 return BestValue(None, False)
             if abs(limit - value) <= 1e-4 * abs(limit):
                 return BestValue(value, True)
             middle = (value + limit) / 2
-            proof = self.prove([*others, replace(c, limit=middle)])
+            proof = self.prove_feasibility([*others, replace(c, limit=middle)])
             if proof.number is not None:
-                value = self.value(proof.number, c)
+                value = self.constraint_value(proof.number, c)
             elif proof.outcome == IMPOSSIBLE:
                 limit = middle
             else:
                 return BestValue(value, False)
         return BestValue(value, True)
 
-    def single(self, c: Constraint) -> float | None:
+    def best_corner_value(self, c: Constraint) -> float | None:
         """Return the best value of a constraint's quantity from corners, or None if unbounded."""
-        best, sure = self.corner(*self.initial_boxes(), c)
-        values = self.values(self.grid.number(best.T), c)
+        best, sure = self.best_corners(*self.initial_boxes(), c)
+        values = self.constraint_values(self.grid.number(best.T), c)
         if not sure.all() or not np.isfinite(values).all():
             return None
         return float(values.min() if c.most else values.max())
 
-    def values(self, numbers: Numbers, c: Constraint) -> Array:
+    def constraint_values(self, numbers: Numbers, c: Constraint) -> Array:
         """Return a constraint's quantity (not one of a stop) for designs, given their numbers."""
         merits = self.search.kernel.all_merits(numbers, stop=False)
         return self.search.quantity(c.name, merits, numbers)
 
-    def value(self, number: int, c: Constraint) -> float:
+    def constraint_value(self, number: int, c: Constraint) -> float:
         """Return a constraint's quantity for one design, given its number."""
-        return float(self.values(np.array([number]), c)[0])
+        return float(self.constraint_values(np.array([number]), c)[0])
+
+    signs, corner, prove = directions, best_corners, prove_feasibility  # former names
+    single, values, value = best_corner_value, constraint_values, constraint_value
 
 
 def _bisect_boxes(low: Numbers, high: Numbers, first: Any) -> tuple[Numbers, Numbers]:
@@ -247,21 +250,21 @@ def prove_impossible(
     """Return the constraints that cannot be met together, or None if that cannot be proved."""
     boxes = Boxes(search, progress)
     anything = Constraint("mass", False, 0.0)
-    if boxes.prove([anything]).outcome == IMPOSSIBLE:
+    if boxes.prove_feasibility([anything]).outcome == IMPOSSIBLE:
         return Exclusion(None, UNBUILDABLE)
     exclusion = _physical_exclusion(search)
     if exclusion is not None:
         return exclusion
     rules = list(search.spec.constraints)
     for c in rules:
-        if boxes.prove([c]).outcome == IMPOSSIBLE:
+        if boxes.prove_feasibility([c]).outcome == IMPOSSIBLE:
             return _make_exclusion(boxes, c, [])
-    if boxes.prove(rules).outcome != IMPOSSIBLE:
+    if boxes.prove_feasibility(rules).outcome != IMPOSSIBLE:
         return None
     core = [c for c in rules if c.name not in LATE_MERITS]
     for c in tuple(core):
         others = [o for o in core if o is not c]
-        if boxes.prove(others).outcome == IMPOSSIBLE:
+        if boxes.prove_feasibility(others).outcome == IMPOSSIBLE:
             core = others
     return min(
         (_make_exclusion(boxes, c, [o for o in core if o is not c]) for c in core),
@@ -297,15 +300,15 @@ def _physical_exclusion(search: Search) -> Exclusion | None:
     if stop is None or stop.travel is None:
         return None
     soft = Boxes(search)
-    least = soft.single(Constraint("stiffness", True, 1.0))
+    least = soft.best_corner_value(Constraint("stiffness", True, 1.0))
     if least is None or not least > 0:
         return None
-    strongest = soft.single(Constraint("max_force", False, 1.0))
+    strongest = soft.best_corner_value(Constraint("max_force", False, 1.0))
     force = min(f for f in (stop.force, strongest, math.inf) if f is not None)
     if math.isinf(force):
         return None
     distance = stop.travel + force / least
-    fall = gravity(stop, search.spec.evaluation.base)
+    fall = gravity_along_pull(stop, search.spec.evaluation.base)
     least_force = float(least_peak(stop.mass, stop.speed, distance, fall))
     slip = Constraint("stop_slip", True, stop.travel)
     if stop.force is not None and stop.force < least_force:
@@ -324,9 +327,9 @@ def _physical_exclusion(search: Search) -> Exclusion | None:
         return Exclusion(str(slip), reason, strongest, "N")
     energy = stop.mass * stop.speed**2 / 2
     c = Constraint("energy_capacity", False, energy - force**2 / (2 * least))
-    if c.limit <= 0 or soft.prove([c]).outcome != IMPOSSIBLE:
+    if c.limit <= 0 or soft.prove_feasibility([c]).outcome != IMPOSSIBLE:
         return None
-    best = soft.single(c)
+    best = soft.best_corner_value(c)
     reason = (
         f"the mass carries {show(energy, 'J')}{describe_shortfall(c, best)} "
         "(largest energy_capacity of these brakes)"

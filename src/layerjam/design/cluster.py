@@ -56,7 +56,7 @@ def compute_block(pickled_search: bytes, index: int) -> bytes:
     """Return the file of one block, computed on a worker."""
     with _search_lock:
         search, mark = _load_search(pickled_search)
-    return encode_block(search, index, search.block(index), mark)
+    return encode_block(search, index, search.run_block(index), mark)
 
 
 @contextlib.contextmanager

@@ -25,7 +25,7 @@ def peak_force(brake: Brake, vacuum: float) -> float:
     return float(pull.peak(vacuum, brake.sheets.usable_travel, brake).force)
 
 
-def with_sheets(brake: Brake, count: int) -> Brake:
+def set_sheet_count(brake: Brake, count: int) -> Brake:
     """Return the brake with a different number of sheets; caps and fittings keep their mass.
 
     For a weighed brake, the difference between the weighed mass and the model is kept.
@@ -39,7 +39,7 @@ def with_sheets(brake: Brake, count: int) -> Brake:
 
 def added_sheet_effect(brake: Brake, vacuum: float) -> tuple[float, float]:
     """Return the force [N] and mass [kg] that one more sheet adds, enclosure included."""
-    thicker = with_sheets(brake, brake.sheets.count + 1)
+    thicker = set_sheet_count(brake, brake.sheets.count + 1)
     return peak_force(thicker, vacuum) - peak_force(brake, vacuum), mass(thicker) - mass(brake)
 
 
@@ -47,7 +47,7 @@ def make_sheet_line(name: str, brake: Brake, vacuum: float) -> SheetLine:
     """Return a brake's force and mass for its own and larger numbers of sheets; vacuum [Pa]."""
     count = brake.sheets.count
     counts = (count, *(n for n in SHEETS if n > count))
-    variants = [with_sheets(brake, n) for n in counts]
+    variants = [set_sheet_count(brake, n) for n in counts]
     return SheetLine(
         brake=name,
         vacuum=vacuum,

@@ -23,7 +23,7 @@ from layerjam.design.merit import (
     Stock,
     merits,
 )
-from layerjam.design.stopping import StopRequirement, stops
+from layerjam.design.stopping import StopRequirement, run_stops
 from layerjam.device.brake import Brake
 
 Array = npt.NDArray[np.float64]
@@ -60,7 +60,7 @@ class Grid:
         return math.prod(self.shape)
 
     @property
-    def most_in_row(self) -> int:
+    def max_series(self) -> int:
         """Largest number of brakes in series."""
         return int(self.axes["series"].max())
 
@@ -91,6 +91,8 @@ class Grid:
             "film": self.names[self.digits(number)[0]],
             **{n: int(v) if VARIABLES[n].whole else float(v) for n, v in columns},
         }
+
+    most_in_row = max_series  # former name
 
 
 @dataclass(frozen=True)
@@ -130,7 +132,7 @@ def _merits(
 
 @functools.partial(jax.jit, static_argnames=("row",))
 def _stop_rows(point: Point, base: Brake, requirement: StopRequirement, *, row: int) -> Any:
-    out = stops(point, base, requirement, row)
+    out = run_stops(point, base, requirement, row)
     return jnp.stack([out[n] for n in STOP_MERITS])
 
 
@@ -163,7 +165,7 @@ class Kernel:
         if len(numbers) == 0 or self.evaluation.stop is None:
             return np.full((len(STOP_MERITS), len(numbers)), math.nan)
         point, evaluation = self.grid.point(_pad_numbers(numbers)), self.evaluation
-        rows = _stop_rows(point, evaluation.base, evaluation.stop, row=self.grid.most_in_row)
+        rows = _stop_rows(point, evaluation.base, evaluation.stop, row=self.grid.max_series)
         return np.asarray(rows)[:, : len(numbers)]
 
     def drawn_merits(self, numbers: Numbers) -> dict[str, Array]:

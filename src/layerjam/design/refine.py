@@ -80,7 +80,7 @@ class Smooth:
         self.start = np.array([float(getattr(place[n], n)) for n in self.names])
         evaluation = spec.evaluation
         self.more = (evaluation.base, evaluation.stick_slip, evaluation.stop)
-        self.row = spec.grid.most_in_row
+        self.row = spec.grid.max_series
         merits = {n for n in evaluation.all_names if n not in LINE_MERITS}
         self.order = tuple(sorted(merits))
         self.brakes = float(point.series) * float(point.parallel)
@@ -107,7 +107,7 @@ class Smooth:
             n: row[: len(x)] for n, row in drawn_merits(point, source.base, source.draw).items()
         }
 
-    def _stencil(self, x: Array) -> dict[str, Array]:
+    def _stencil_merits(self, x: Array) -> dict[str, Array]:
         """Return DRAWN_MERITS at x, and at one SLOPE_STEP above and below x for each of `among`.
 
         The last result is cached, because several callers need the same point.
@@ -119,14 +119,14 @@ class Smooth:
         return self.last[1]
 
     def _drawn_merits(self, x: Array) -> dict[str, float]:
-        return {n: _safe_ln(float(row[0])) for n, row in self._stencil(x).items()}
+        return {n: _safe_ln(float(row[0])) for n, row in self._stencil_merits(x).items()}
 
     def _drawn_slopes(self, x: Array) -> dict[str, Array]:
         """Return d ln(merit)/d variable by differences, one-sided if one side cannot be built."""
         place = x[self.among]
         step = SLOPE_STEP * np.where(place > 0, place, 1e-3)
         out = {}
-        for name, values in self._stencil(x).items():
+        for name, values in self._stencil_merits(x).items():
             with np.errstate(invalid="ignore", divide="ignore"):
                 centre, *sides = np.split(np.log(values), [1, 1 + len(place)])
             up, down = (
@@ -197,17 +197,17 @@ def refine(spec: DesignSpecification, number: int) -> RefinedDesign | None:
         return None
     live = [c for c in spec.constraints if c.name in free and c.limit > 0]
     search = LocalSearch(Smooth(spec, point, spec.grid.ranges), live)
-    y = search.best()
+    y = search.find_best_point()
     if y is None or not search.cost(y) < BAD:
         return None
-    logs = search.smooth.log_merits(search.full(y))
+    logs = search.smooth.log_merits(search.all_values(y))
     binding = [str(c) for c in live if abs(logs[c.name] - math.log(c.limit)) < 1e-6]
     for n, part in zip(spec.grid.ranges, y, strict=True):
         if min(part, 1 - part) < 1e-6:
             binding.append(f"{n} at its {'minimum' if part < 0.5 else 'maximum'}")
     values = dict(zip(spec.grid.ranges, search.to_values(y).tolist(), strict=True))
     merits = {n: math.exp(logs[n]) if n in logs else math.nan for n in MERITS}
-    last = search.full(y)[None, :]
+    last = search.all_values(y)[None, :]
     merits |= {n: float(row[0]) for n, row in search.smooth.drawn_merits(last).items()}
     design = {**spec.grid.values(number), **values, **merits, "binding": binding}
     return RefinedDesign(number, values, search.cost(y), design)
@@ -230,7 +230,7 @@ class LocalSearch:
         """Return the values of the continuous variables at a point of the scaled ranges."""
         return np.asarray(self.low + y * (self.high - self.low))
 
-    def full(self, y: Array) -> Array:
+    def all_values(self, y: Array) -> Array:
         """Return the values of all variables at a point of the scaled ranges."""
         x = self.smooth.start.copy()
         x[self.places] = self.to_values(y)
@@ -238,23 +238,23 @@ class LocalSearch:
 
     def cost(self, y: Array) -> float:
         """Return the sum of weight times signed ln(objective)."""
-        logs = self.smooth.log_merits(self.full(y))
+        logs = self.smooth.log_merits(self.all_values(y))
         value = float(self.weights @ [logs[n] for n in self.goals])
         return value if math.isfinite(value) else BAD
 
     def constraint_margins(self, y: Array) -> Array:
         """Return the ln of the margin to each limit, which is negative if the limit is exceeded."""
-        logs = self.smooth.log_merits(self.full(y))
+        logs = self.smooth.log_merits(self.all_values(y))
         left = (self.limits - [logs[n] for n in self.live]) * self.signs
         return np.nan_to_num(left, nan=-BAD, posinf=BAD, neginf=-BAD)
 
     def slopes(self, y: Array, names: list[str]) -> Array:
         """Return the gradients of the ln of some quantities, shape (quantities, variables)."""
-        gradients = self.smooth.slopes(self.full(y))
+        gradients = self.smooth.slopes(self.all_values(y))
         rows = np.array([gradients[n][self.places] for n in names])
         return np.asarray(np.nan_to_num(rows * (self.high - self.low)))
 
-    def best(self) -> Array | None:
+    def find_best_point(self) -> Array | None:
         """Return the best point, or None if none meets the constraints."""
         from scipy.optimize import minimize
 
@@ -283,6 +283,8 @@ class LocalSearch:
             if (self.constraint_margins(nearer) >= -ACCURACY).all():
                 return np.asarray(nearer)
         return None
+
+    full, best = all_values, find_best_point  # former names
 
 
 def sensitivities(

@@ -41,7 +41,7 @@ def robustness(spec: DesignSpecification, point: Point) -> dict[str, Chance]:
     )
     point, evaluation = point._replace(stock=film_samples), spec.evaluation
     out = all_merits(
-        point, evaluation.base, evaluation.stick_slip, evaluation.stop, spec.grid.most_in_row
+        point, evaluation.base, evaluation.stick_slip, evaluation.stop, spec.grid.max_series
     )
     all_hold = np.ones(scatter.samples, bool)
     chances: dict[str, Chance] = {}

@@ -77,25 +77,25 @@ class Search:
         self.signs = np.array([o.sign for o in spec.objectives])
         self.weights = np.array([o.weight for o in spec.objectives])
 
-    def blocks(self) -> int:
+    def count_blocks(self) -> int:
         """Return the number of blocks."""
         return -(-self.spec.grid.size // self.size)
 
-    def block(self, index: int, pool: Workers | None = None) -> SweepResult:
+    def run_block(self, index: int, pool: Workers | None = None) -> SweepResult:
         """Return the outcome of block number `index`."""
         first = index * self.size
         end = min(first + self.size, self.spec.grid.size)
         starts = range(first, end, CHUNK)
         spread: Callable[..., Iterable[SweepResult]] = map if pool is None else pool.map
-        return self.sum(spread(lambda s: self.chunk(s, min(CHUNK, end - s)), starts))
+        return self.add_runs(spread(lambda s: self.run_chunk(s, min(CHUNK, end - s)), starts))
 
-    def all(self, progress: Callable[[str, float], None] | None = None) -> SweepResult:
+    def run_all(self, progress: Callable[[str, float], None] | None = None) -> SweepResult:
         """Return the outcome of all designs, in memory."""
-        total = self.blocks()
+        total = self.count_blocks()
         results: list[SweepResult] = []
         with Workers() as pool:
             for index in range(total):
-                results = [self.sum([*results, self.block(index, pool)])]
+                results = [self.add_runs([*results, self.run_block(index, pool)])]
                 if progress is not None:
                     progress("designs", (index + 1) / total)
         return results[0]
@@ -106,7 +106,7 @@ class Search:
             return values[self.row[name]]
         return np.asarray(self.spec.grid.columns(numbers)[name], float)
 
-    def chunk(self, first: int, count: int) -> SweepResult:
+    def run_chunk(self, first: int, count: int) -> SweepResult:
         """Return the outcome of `count` designs starting at index `first`."""
         numbers = np.arange(first, first + count, dtype=np.int64)
         values = self.kernel.merits(numbers)
@@ -118,7 +118,7 @@ class Search:
             values = np.concatenate([values, self._late_stop_merits(numbers, values, drawn_rows)])
         values = np.concatenate([values, drawn_rows])
         quantities = np.stack([self.quantity(name, values, numbers) for name in self.wanted])
-        meets = self.meets(quantities)
+        meets = self.check_constraints(quantities)
         low, high = (np.where(np.isfinite(values), values, end) for end in (math.inf, -math.inf))
         run = SweepResult(
             examined=count,
@@ -138,7 +138,7 @@ class Search:
         for c in self.spec.constraints:
             if c.name in self.spec.drawn_merits:
                 count += ~c.is_met(drawn_rows[self.spec.drawn_merits.index(c.name)])
-        candidates = (count <= 1) & self.may_stop(values)
+        candidates = (count <= 1) & self.can_stop(values)
         rows = np.full((len(STOP_MERITS), len(numbers)), math.nan)
         rows[:, candidates] = self.kernel.stops(numbers[candidates])
         return rows
@@ -164,7 +164,7 @@ class Search:
                 count += ~c.is_met(self.quantity(c.name, values, numbers))
         return count
 
-    def may_stop(self, values: Array) -> npt.NDArray[np.bool_]:
+    def can_stop(self, values: Array) -> npt.NDArray[np.bool_]:
         """Return whether travel and stretch of each design can absorb the energy of the mass."""
         row, stop = self.row, self.spec.evaluation.stop
         stretch = values[row["max_force"]] ** 2 / (2 * values[row["stiffness"]])
@@ -172,7 +172,7 @@ class Search:
         energy = 0.0 if stop is None else stop.mass * stop.speed**2 / 2
         return np.asarray(capacity > energy * (1 - 1e-9))
 
-    def meets(self, quantities: Array) -> npt.NDArray[np.bool_]:
+    def check_constraints(self, quantities: Array) -> npt.NDArray[np.bool_]:
         """Return which constraints are met, shape (constraints, n)."""
         constraints = self.spec.constraints
         rows = [c.is_met(row) for c, row in zip(constraints, quantities, strict=False)]
@@ -181,13 +181,13 @@ class Search:
     def find_highlights(self, run: SweepResult) -> Highlights:
         """Return the highlighted designs of a run."""
         quantities, constraints = run.asked, self.spec.constraints
-        is_broken = ~self.meets(quantities)
+        is_broken = ~self.check_constraints(quantities)
         failures = is_broken.sum(axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             costs = np.log(quantities[len(constraints) :]).T * self.signs
             scores = costs @ self.weights
         fits = failures == 0
-        family, remaining, best = self.family(run.numbers), fits.copy(), list[int]()
+        family, remaining, best = self.families(run.numbers), fits.copy(), list[int]()
         while len(best) < FAMILIES and (place := _masked_argmin(scores, remaining)) is not None:
             best.append(place)
             remaining &= family != family[place]
@@ -206,7 +206,7 @@ class Search:
         places = np.unique(np.concatenate([highlights.front, np.array(single, np.int64)]))
         return replace(run, numbers=run.numbers[places], asked=run.asked[:, places])
 
-    def family(self, numbers: Numbers) -> Numbers:
+    def families(self, numbers: Numbers) -> Numbers:
         """Return a number for the family (same film, thickness, whole numbers) of each design."""
         grid = self.spec.grid
         film, *places = grid.digits(numbers)
@@ -216,7 +216,7 @@ class Search:
                 out = out * len(grid.axes[name]) + place
         return np.asarray(out)
 
-    def sum(self, parts: Iterable[SweepResult]) -> SweepResult:
+    def add_runs(self, parts: Iterable[SweepResult]) -> SweepResult:
         """Return the sum of several runs, in their order."""
         columns = zip(*(vars(part).values() for part in parts), strict=True)
         examined_counts, built_counts, feasible, failed_counts, low, high, numbers, quantities = (
@@ -236,7 +236,7 @@ class Search:
 
     def summary(self, run: SweepResult) -> dict[str, Any]:
         """Return a run as JSON, with its designs identified by number."""
-        picks, numbers, family = self.find_highlights(run), run.numbers, self.family(run.numbers)
+        picks, numbers, family = self.find_highlights(run), run.numbers, self.families(run.numbers)
         spans = {"low": run.low, "high": run.high}
         return {
             "examined": run.examined,
@@ -273,6 +273,9 @@ class Search:
             }
             for row, number in enumerate(numbers.tolist())
         ]
+
+    all, block, blocks, chunk, sum = run_all, run_block, count_blocks, run_chunk, add_runs
+    may_stop, meets, family = can_stop, check_constraints, families  # former names
 
 
 def _masked_argmin(values: Array, among: npt.NDArray[np.bool_]) -> int | None:

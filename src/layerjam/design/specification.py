@@ -42,10 +42,7 @@ def example_texts() -> dict[str, str]:
 
 
 def load_spec(spec: str | Path) -> DesignSpecification:
-    """Return a specification, given the name of an example or the path of its file.
-
-    Raises FileError, or UnknownNameError with the nearest names.
-    """
+    """Return a specification by example name or path; raises FileError or UnknownNameError."""
     return read_spec(*load_text("specification", spec, example_texts()))
 
 

@@ -31,26 +31,26 @@ class StopRequirement:
     horizontal: bool = value(FlagSpec(text="whether the mass moves horizontally"), False)
 
 
-def gravity(need: StopRequirement, base: Brake) -> Any:
+def gravity_along_pull(need: StopRequirement, base: Brake) -> Any:
     """Return the acceleration of gravity along the pull [m/s^2]."""
     return jnp.where(need.horizontal, 0.0, base.site.gravity)
 
 
-def stops(point: Point, base: Brake, need: StopRequirement, most_in_row: int) -> dict[str, Any]:
+def run_stops(point: Point, base: Brake, need: StopRequirement, max_series: int) -> dict[str, Any]:
     """Return `stop_slip` [m] and `stop_peak` [N] at each design's vacuum; NaN without a stop.
 
     Identical brakes in parallel share mass and force equally. In series, they slip one after
-    another, each to the end of its travel, and count as rigid. `most_in_row`: largest `series`.
+    another, each to the end of its travel, and count as rigid. `max_series`: largest `series`.
     """
     brake = make_brake(point, base)
     valid = is_buildable(point, brake)
     share = need.mass / point.parallel
     zero = jnp.zeros_like(share + brake.sheets.usable_travel + point.series)
     spring = jnp.where(point.series > 1, RIGID, working_stiffness(brake)) + zero
-    fall = gravity(need, base)
+    fall = gravity_along_pull(need, base)
     speed, slip, peak = need.speed + zero, zero, zero
     is_moving, is_stopped = zero == 0, zero > 0
-    for turn in range(most_in_row):
+    for turn in range(max_series):
         result = stop(share + zero, speed, point.vacuum + zero, spring, fall + zero, brake)
         slip = slip + jnp.where(is_moving, result.slip, 0.0)
         peak = jnp.maximum(peak, jnp.where(is_moving, result.peak_force, 0.0))
@@ -69,14 +69,17 @@ def all_merits(
     base: Brake,
     stick_slip: StickSlipPull | None,
     need: StopRequirement | None,
-    most_in_row: int,
+    max_series: int,
 ) -> dict[str, Any]:
     """Return all figures of merit of designs, including those of a stop if required."""
-    stop_merits = {} if need is None else stops(point, base, need, most_in_row)
-    return merits(point, base, stick_slip) | stop_merits
+    extra_merits = {} if need is None else run_stops(point, base, need, max_series)
+    return merits(point, base, stick_slip) | extra_merits
 
 
 @law
 def least_peak(mass: Any, speed: Any, travel: Any, gravity: Any) -> Any:
     """Return the lowest possible peak force [N] of a stop within a travel [m], M (v^2/2z + g)."""
     return mass * (speed**2 / (2 * travel) + gravity)
+
+
+gravity, stops = gravity_along_pull, run_stops  # former names

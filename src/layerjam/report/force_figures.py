@@ -45,7 +45,7 @@ def tensile_panes(record: TensileRecord) -> list[Pane]:
 
 def bounds_panes(record: StickSlipRecord) -> list[Pane]:
     """Return the pane of force versus elongation with the bounds of the stick–slip."""
-    static, kinetic = force_bounds(record.frozen(record.slip))
+    static, kinetic = force_bounds(record.freeze_friction(record.slip))
     u = record.elongation * MM
     curves = [
         Curve(u, record.force, width=1.5),

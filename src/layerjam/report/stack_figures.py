@@ -7,7 +7,7 @@ from layerjam.mechanics.stack.pull import pull_stack
 from layerjam.mechanics.stiffness import stiffness_sliding
 from layerjam.report import style
 from layerjam.report.style import BLUE, GREEN, GREY, INK, KN, ORANGE, PURPLE, RED, SKY
-from layerjam.simulate.stack_layout import stack_of
+from layerjam.simulate.stack_layout import make_stack
 from layerjam.simulate.stack_spread import Spread, peak_spread
 
 save = style.save
@@ -19,7 +19,7 @@ _PAIRS = (RED, ORANGE, GREEN, PURPLE, BLUE)
 def compile_loops() -> None:
     """Compile the stack's loops in advance, because the first run takes ten seconds."""
     file = load("choi2018-kapton")
-    pull_stack(np.zeros(2), stack_of(file.brake, VACUUM, mount=np.inf))
+    pull_stack(np.zeros(2), make_stack(file.brake, VACUUM, mount=np.inf))
     peak_spread(file, VACUUM, 0.0, samples=1)
 
 
@@ -30,7 +30,7 @@ def draw_onset() -> style.Figure:
     It also shows the load of each sheet at the moment of slip.
     """
     brake = load("choi2018-kapton").brake
-    stack = stack_of(brake, VACUUM, mount=np.inf)
+    stack = make_stack(brake, VACUUM, mount=np.inf)
     u = np.linspace(0, 0.16e-3, 1601)
     run = pull_stack(u, stack)
     starts = run.sliding.argmax(axis=0)

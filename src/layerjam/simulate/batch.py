@@ -252,11 +252,11 @@ def _make_runner(
     of_brake = any(s.name.startswith("brake.") for s in sweeps)
     loop = None if constants is None or law_constants or of_brake else find_stop_loop()
     if loop is not None:
-        return _compiled_run(loop, np.array(constants), sweeps, brake), Stop._fields, True
-    return *_traced_run(law, sweeps, law_constants, brake, block), False
+        return _make_compiled_run(loop, np.array(constants), sweeps, brake), Stop._fields, True
+    return *_make_traced_run(law, sweeps, law_constants, brake, block), False
 
 
-def _compiled_run(
+def _make_compiled_run(
     loop: Callable[..., int], constants: Array, sweeps: list[Sweep], brake: Brake
 ) -> Run:
     """Return the evaluator of exact stops by the compiled kernel."""
@@ -300,7 +300,7 @@ def _compile_blocks(law: Callable[..., Any], names: tuple[str, ...]) -> tuple[An
     )
 
 
-def _traced_run(
+def _make_traced_run(
     law: Callable[..., Any], sweeps: list[Sweep], fixed: Mapping[str, Any], brake: Brake, block: int
 ) -> tuple[Run, tuple[str, ...]]:
     evaluate, evaluate_block = _compile_blocks(law, tuple(s.name for s in sweeps))

@@ -52,7 +52,7 @@ class CoupledStop:
         return len(self.changes)
 
     @property
-    def remaining(self) -> float:
+    def last_change(self) -> float:
         """Relative change in the last iteration [1]."""
         return self.changes[-1]
 
@@ -72,7 +72,7 @@ class CoupledStop:
         return self.timed.peak_force - self.constant.peak_force
 
     @property
-    def matters(self) -> bool:
+    def is_significant(self) -> bool:
         """Return whether the coupling changes the outcome, or slip or peak by more than 1 %."""
         stop, constant = self.timed, self.constant
         return (
@@ -85,6 +85,8 @@ class CoupledStop:
     def gas_force(self) -> float:
         """P A_s at the taut rope [N]: the force equivalent to the volume per unit slip."""
         return float(self.line.vacuum[0]) * self.line.line.chamber.volume_per_slip
+
+    matters, remaining = is_significant, last_change  # former names
 
 
 def integrate_line_along(

@@ -12,7 +12,7 @@ import numpy as np
 
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.record import DropRecord, Outcome
-from layerjam.simulate.rope_alone import displacement, oscillator, peak_time, standstill_time
+from layerjam.simulate.rope_alone import displacement, make_oscillator, peak_time, standstill_time
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 SAMPLES = 400
@@ -47,7 +47,7 @@ def crash(record: DropRecord) -> Crash | None:
     if record.outcome is not Outcome.BOTTOMED_OUT or rope is None:
         return None
     mass, damping = record.mass, record.rope_damping
-    system = oscillator(mass, rope, damping)
+    system = make_oscillator(mass, rope, damping)
     sag = record.gravity / system.stiff
     brake_stretch = float(record.force[-1]) / float(working_stiffness(record.brake.brake))
     stretch = float(record.travel[-1] - record.slip[-1]) - brake_stretch

@@ -177,10 +177,7 @@ def _compute_columns(
     gravity: float,
     brake: Brake,
 ) -> dict[str, Array]:
-    """Return a DropRecord's columns: the elastic part, then the slide to slip `end`.
-
-    The elastic samples are equally spaced in time.
-    """
+    """Return a DropRecord's columns: elastic, equally spaced in time, then the slide to `end`."""
     case = (mass, speed, vacuum, spring, gravity, brake)
     law = brake.speed_law if is_speed_dependent(brake) else None
     slides = end > 0 and law is None

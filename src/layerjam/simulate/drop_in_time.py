@@ -163,7 +163,7 @@ def drop_in_time(
         )
     states = _follow_motion(case, dt, until, event, progress)
     result = _make_stop(event, states[-1], case)
-    remarks = vacuum.remarks() if isinstance(vacuum, History) else []
+    remarks = vacuum.list_notices() if isinstance(vacuum, History) else []
     columns = {
         column: np.array([float(getattr(state, name)) for state in states])
         for name, column in _COLUMNS.items()

@@ -55,7 +55,7 @@ class Oscillator(NamedTuple):
     """w0^2 [1/s^2]"""
 
 
-def oscillator(mass: float, spring: float, damping: float) -> Oscillator:
+def make_oscillator(mass: float, spring: float, damping: float) -> Oscillator:
     """Return the constants of a mass [kg] on a spring [N/m] and a damper [N s/m]."""
     decay, natural = damping / (2 * mass), math.sqrt(spring / mass)
     return Oscillator(decay, (natural - decay) * (natural + decay), natural**2)
@@ -84,7 +84,7 @@ def standstill_time(
     An overdamped mass stops only if speed (d - sqrt(d^2 - w0^2)) > g. A slower one creeps down to
     its equilibrium and never moves beyond it.
     """
-    osc = oscillator(mass, spring, damping)
+    osc = make_oscillator(mass, spring, damping)
     if speed == 0 and gravity == 0:
         return 0.0
     lean = osc.decay * speed - gravity
@@ -126,7 +126,7 @@ def simulate_damped_rope(
     heat are then those at infinite time. Mass [kg], speed [m/s], spring [N/m], damping [N s/m],
     gravity along the pull [m/s^2]; all in closed form.
     """
-    osc, weight = oscillator(mass, spring, damping), mass * gravity
+    osc, weight = make_oscillator(mass, spring, damping), mass * gravity
     time = standstill_time(mass, speed, spring, damping, gravity)
     top = peak_time(mass, speed, osc, gravity, time)
     ends = [damping * speed, float(_rope_force([top], mass, speed, osc, gravity)[0])]
@@ -155,7 +155,7 @@ def simulate_bare_drop(
     The reading is 0 in the free fall before; later bounces are omitted. `site` [m/s^2] is the
     gravity for readings in g.
     """
-    osc = oscillator(mass, spring, damping)
+    osc = make_oscillator(mass, spring, damping)
     # long enough for the rope to become slack (half a swing and the return) or the motion to fade
     slow = osc.decay if osc.square > 0 else osc.stiff / (osc.decay + math.sqrt(-osc.square))
     fades = math.inf if slow == 0 else -math.log(FADED) / slow

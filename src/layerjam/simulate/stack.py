@@ -16,7 +16,7 @@ from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return
 from layerjam.simulate.record import Outcome, TensileRecord
 from layerjam.simulate.speed import list_stack_notices
-from layerjam.simulate.stack_layout import Housing, Interfaces, make_fanned_friction, stack_of
+from layerjam.simulate.stack_layout import Housing, Interfaces, make_fanned_friction, make_stack
 from layerjam.simulate.tensile import outcome_warnings
 
 FINE, COARSE = 2400, 1200
@@ -86,19 +86,18 @@ def tensile_stack(
 ) -> tuple[TensileRecord, StackPull]:
     """Pull a brake sheet by sheet: one evacuation, then pulls, returns and holds.
 
-    Returns the record (slip is the mean over the interfaces) and the motion of every sheet and
-    interface. Outcomes are those of the lumped brake; CLOSED_BY_SLEEVE if every interface slides
-    back when unloaded. `interfaces`, `housing`, `static` and `one_by_one` are those of `stack_of`.
-    `progress` is called with the completed fraction. With a speed law every interface has the
-    friction at the first move's speed. Raises ProcedureError for a procedure that changes the
-    vacuum or does not pull.
+    Returns the record (with the interfaces' mean slip) and the motion of all sheets and interfaces.
+    Outcomes are those of the lumped brake; CLOSED_BY_SLEEVE if every interface slides back when
+    unloaded. `interfaces`, `housing`, `static` and `one_by_one` are as in `make_stack`. `progress`
+    is called with the completed fraction. With a speed law, every interface has the friction at the
+    first move's speed. Raises ProcedureError if the procedure changes the vacuum or does not pull.
     """
     first_step, moves = _split_procedure(procedure)
     speeds = [step.speed for step in moves if not isinstance(step, Hold)]
     brake = fix_sliding_speed(speeds[0], file.brake)
     vacuum = first_step.to
     layout: Any = {"interfaces": interfaces, "housing": housing, "static": static}
-    stack = stack_of(brake, vacuum, one_by_one=one_by_one, **layout)
+    stack = make_stack(brake, vacuum, one_by_one=one_by_one, **layout)
     lengths, fan = stack.length.copy(), make_fanned_friction(brake, vacuum, interfaces, static)
     time, path = _sample_path(first_step, moves, brake)
     if fan is not None:

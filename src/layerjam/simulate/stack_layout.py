@@ -38,7 +38,7 @@ class FannedFriction:
     static: Fan
     """Fanning of the same sheets under static friction."""
 
-    def lines(self, slip: Any) -> tuple[Array, Array, Array]:
+    def tangents(self, slip: Any) -> tuple[Array, Array, Array]:
         """Return friction [N] and length [m] of the tangents at a slip [m], and a ratio.
 
         A tangent is friction (1 - slip/length); the ratio is that of static to kinetic friction.
@@ -61,13 +61,13 @@ class FannedFriction:
         `slip` has an entry for every interface of the stack. Returns False once no sheets overlap.
         """
         first, last = stack.ends
-        friction, length, ratio = self.lines(slip[first:last])
+        friction, length, ratio = self.tangents(slip[first:last])
         stack.friction[first:last], stack.length[first:last] = friction, length
         if self.ratio > 1:
             stack.ratio[first:last] = ratio
         return bool((slip[first:last] < self.length * (1 - 1e-9)).any())
 
-    put = apply_to_stack  # former name
+    put, lines = apply_to_stack, tangents  # former names
 
 
 def _interface_factors(slip: Array, fan: Fan) -> tuple[Array, Array]:
@@ -82,7 +82,7 @@ def _interface_factors(slip: Array, fan: Fan) -> tuple[Array, Array]:
     return (growth * _WEIGHTS).sum(1) / 2, fades * (growth * depth * _WEIGHTS).sum(1) / 2
 
 
-def fanned_friction(
+def add_fanning(
     brake: Brake, vacuum: float, flat: Array, length: Array, static: bool
 ) -> FannedFriction | None:
     """Return the friction of interfaces that carry `flat` [N] over `length` [m] without fanning.
@@ -167,7 +167,7 @@ def _expand_per_interface(values: float | Array, count: int, name: str) -> Array
 
 
 @in_double_precision
-def stack_of(
+def make_stack(
     brake: Brake,
     vacuum: float,
     *,
@@ -216,7 +216,7 @@ def stack_of(
         face=np.array(values if enclosure else [0.0, 0.0, 1.0]),
         one_by_one=one_by_one,
     )
-    fan = fanned_friction(brake, vacuum, friction, length, static)
+    fan = add_fanning(brake, vacuum, friction, length, static)
     if fan is not None:
         fan.apply_to_stack(np.zeros(count - 1), stack)
     return stack if housing is None else _add_walls(stack, housing)
@@ -229,7 +229,7 @@ def make_fanned_friction(
     if brake.mount.spacers is None or brake.mount.spacers:
         return None
     friction, length = _resting_interfaces(brake, vacuum, interfaces or Interfaces())
-    return fanned_friction(brake, vacuum, friction, length, static)
+    return add_fanning(brake, vacuum, friction, length, static)
 
 
 def _resting_interfaces(brake: Brake, vacuum: float, layout: Interfaces) -> tuple[Array, Array]:
@@ -268,4 +268,4 @@ def _add_walls(stack: Stack, housing: Housing) -> Stack:
     )
 
 
-fan_of_stack = make_fanned_friction  # former name
+fan_of_stack, stack_of, fanned_friction = make_fanned_friction, make_stack, add_fanning  # former

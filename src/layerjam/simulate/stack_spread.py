@@ -11,7 +11,7 @@ from layerjam.errors import LayerjamError, QuantityError
 from layerjam.mechanics.pull import peak
 from layerjam.mechanics.stack.batch import Peaks, find_peaks
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.simulate.stack_layout import Housing, Interfaces, stack_of
+from layerjam.simulate.stack_layout import Housing, Interfaces, make_stack
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 CHUNK = 2000
@@ -76,7 +76,7 @@ def peak_spread(
         )
     brake = file.brake
     layout: Any = {"interfaces": interfaces, "housing": housing, "static": static}
-    stack = stack_of(brake, vacuum, one_by_one=one_by_one, **layout)
+    stack = make_stack(brake, vacuum, one_by_one=one_by_one, **layout)
     top = float(peak(vacuum, brake.sheets.overlap, brake).force)
     end = brake.sheets.usable_travel + 2 * top / float(working_stiffness(brake))
     first, last = (int(e) for e in stack.ends)

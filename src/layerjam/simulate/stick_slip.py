@@ -100,10 +100,12 @@ class StickSlipRecord(PullRecord):
             "viscous growth": f"{curve.viscous!r} s/m",
         }
 
-    def frozen(self, slip: Any) -> Slide:
+    def freeze_friction(self, slip: Any) -> Slide:
         """Return this slide with constant friction, as at a slip [m]; slips broadcast."""
         inputs: dict[str, Any] = {name: getattr(self, name) for name in _INPUTS}
         return make_slide(self.brake.brake, slip=slip, frozen=True, **inputs)
+
+    frozen = freeze_friction  # former name
 
 
 _INPUTS = ("vacuum", "speed", "mass", "stiffness", "damping", "stribeck")

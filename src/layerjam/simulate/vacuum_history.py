@@ -72,8 +72,6 @@ class History:
         """Return the vacuum [Pa] at times [s]."""
         return np.asarray(np.interp(time, self.time, self.vacuum))
 
-    at = interpolate  # former name
-
     def check_site(self, atmosphere: float) -> None:
         """Raise QuantityError if the vacuum exceeds the atmosphere [Pa]."""
         excess = np.flatnonzero(self.vacuum > atmosphere)
@@ -84,7 +82,7 @@ class History:
                 f"{show(atmosphere, 'Pa', 6)}; reduce it"
             )
 
-    def remarks(self) -> list[str]:
+    def list_notices(self) -> list[str]:
         """Return a notice if the history does not begin at the instant when the rope is taut."""
         first, vacuum = float(self.time[0]), show(float(self.vacuum[0]), "Pa")
         if first > 0:
@@ -98,3 +96,5 @@ class History:
                 f"at time 0 of the history with {show(float(self.interpolate(0.0)), 'Pa')}"
             ]
         return []
+
+    at, remarks = interpolate, list_notices  # former names

@@ -38,7 +38,7 @@ def _run_pull(vacuum: float, brake: Brake, end: float = TESTED) -> tuple[np.ndar
     return u, np.asarray(force_at_elongation(u, vacuum, brake))
 
 
-def _frame_pull(
+def _format_axes(
     axes: style.Axes, ends: list[tuple[float, str, str]], detail: str, name: str
 ) -> None:
     """Draw the axes of a pull to 40 mm, as in the paper, with a label at each curve's end."""
@@ -59,7 +59,7 @@ def draw_fig4() -> style.Figure:
             ends.append((float(force[-1]), f"{vacuum * KPA:.1f} kPa", color))
         guess = any(s.kind == "handbook" for p, s in file.sources.items() if "film.kin" in p)
         detail = "handbook friction, not calibrated" if guess else "calibrated by the paper"
-        _frame_pull(axes, ends, f"model; {detail}", film)
+        _format_axes(axes, ends, f"model; {detail}", film)
     return figure
 
 
@@ -77,16 +77,13 @@ def draw_fig7_9() -> style.Figure:
             axes.plot(u * MM, after, color=color)
             ends.append((float(after[-1]), f"{vacuum * KPA:.1f} kPa", color))
         detail = f"model: a = 1 (dashed), a = {brake.scale_factor:g} (solid)"
-        _frame_pull(axes, ends, detail, NAMES[name])
+        _format_axes(axes, ends, detail, NAMES[name])
     return figure
 
 
 @style.use_style
 def draw_fig8(fits: Mapping[str, Calibration]) -> style.Figure:
-    """Draw the calibration pulls near their peaks, and lines with the paper's two stiffnesses.
-
-    `fits` contains the procedure's calibration for each film.
-    """
+    """Draw the calibration `fits` near their peaks, and lines with the paper's two stiffnesses."""
     figure, panels = style.make_axes(columns=2, width=8.6, height=3.9)
     for axes, name in zip(panels, CALIBRATED, strict=True):
         brake, (text, caption), ours = (
@@ -135,7 +132,7 @@ def draw_eq5() -> style.Figure:
         low.plot(x * MM, force, color=color)
         ends.append((float(force[-1]), f"{vacuum * KPA:g} kPa", color))
     detail = "whole brake; the enclosure saturates at low vacuum"
-    _frame_pull(low, ends, detail, "When the slope turns positive")
+    _format_axes(low, ends, detail, "When the slope turns positive")
     low.set_xlabel("slip [mm]")
     return figure
 

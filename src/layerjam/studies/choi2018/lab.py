@@ -142,7 +142,7 @@ def friction_claims() -> list[Claim]:
     return out
 
 
-def _read_by_eq8_and_eq9(name: str) -> tuple[dict[str, Any], dict[str, Any]]:
+def _apply_eq8_and_eq9(name: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the values for two claims: whether the printed a and k follow from eq. 8 and 9."""
     brake, variant_name = load(name).brake, f"{name}-eq9"
     printed_pair = brake.scale_factor, brake.stiffness_measured or np.nan
@@ -164,7 +164,7 @@ def calibration_claims() -> list[Claim]:
         k = {"paper": (run.file.brake.stiffness_measured or np.nan) / 1e3}
         eq9 = (result.stiffness_eq9 or np.nan) / 1e3
         error = result.standard_errors["scale_factor"] or 0
-        film, (eq8_words, eq9_words) = NAMES[name], _read_by_eq8_and_eq9(name)
+        film, (eq8_words, eq9_words) = NAMES[name], _apply_eq8_and_eq9(name)
         out += [
             claim("scale-factor", result.scale_factor, instead=a, film=film, error=error),
             claim("eq8", result.scale_factor_eq8, instead=a, film=film, **eq8_words),

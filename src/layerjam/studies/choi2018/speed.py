@@ -47,7 +47,7 @@ class FilmJudder:
     """Smallest damping [N s/m] without stick–slip at 1 mm/s, for a small v_s."""
 
 
-def _saw_share(static: float, kinetic: float, stiffness: float, mass: float) -> tuple[float, bool]:
+def _saw_ratio(static: float, kinetic: float, stiffness: float, mass: float) -> tuple[float, bool]:
     saw = slow_saw(static, kinetic, stiffness, mass, SLOW)
     return float(saw.force_high - saw.force_low) / 2 / kinetic, bool(saw.slack)
 
@@ -75,8 +75,8 @@ def _study_film(name: str) -> FilmJudder:
     # the ratio to the kinetic peak of the same stack excludes the enclosure's force at the peak
     staggered_force = kinetic * tops[0] / tops[1]
     spring, mass = series_stiffness(brake), moving_mass(brake)
-    together, slack = _saw_share(static, kinetic, spring, mass)
-    staggered_share, _ = _saw_share(staggered_force, kinetic, spring, mass)
+    together, slack = _saw_ratio(static, kinetic, spring, mass)
+    staggered_share, _ = _saw_ratio(staggered_force, kinetic, spring, mass)
     curve = film_curve(brake)
     ratio = staggered_force / kinetic
     slide = make_slide(

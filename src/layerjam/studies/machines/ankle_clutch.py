@@ -78,7 +78,7 @@ class AnkleClutch(Machine):
         if part[0] != 0 or part[-1] != 1 or (np.diff(part) <= 0).any():
             raise QuantityError.of("gait.part", "must rise from 0 to 100 % of the stride")
 
-    def stretch(self) -> tuple[Array, Array, Array, tuple[float, float]]:
+    def stretch_spring(self) -> tuple[Array, Array, Array, tuple[float, float]]:
         """Return (phase of the stride, angle, payout, window), starting when the clutch closes.
 
         The payout [m] is measured from the angle at which the clutch closes; it ends when the ankle
@@ -94,11 +94,11 @@ class AnkleClutch(Machine):
 
     def simulate_stride(self, rate: Any, line: Line | None) -> Stride:
         """Return a stride at rates [Hz]; without a line, the vacuum is present from the start."""
-        part, _, payout, _ = self.stretch()
+        part, _, payout, _ = self.stretch_spring()
         brakes, time = self.brakes, np.divide.outer(part - part[0], rate)
         vacuum = np.full_like(time, brakes.vacuum)
         if line is not None:
-            vacuum = vacuum_after(time, brakes.vacuum, line)
+            vacuum = pumped_vacuum(time, brakes.vacuum, line)
         brake = require_flat(remove_idle_speed_law(self.brake.brake), "the ankle clutch")
         straps: Strap = restraint.make_strap(
             brakes.parallel, brakes.series, vacuum, self.spring.stiffness, brake
@@ -112,7 +112,7 @@ class AnkleClutch(Machine):
         """Analyse the holding force, readiness, returned energy and speed of the clutch."""
         brakes, brake, rate = self.brakes, self.brake.brake, self.gait.stride_rate
         line = scale_line(self.line.line, brakes.count)
-        part, angle, payout, window = self.stretch()
+        part, angle, payout, window = self.stretch_spring()
         stride, ready = self.simulate_stride(rate, line), self.simulate_stride(rate, None)
         slips = self.simulate_stride(RATES, line).slip.max(axis=0)
         fastest = last_acceptable(RATES, slips <= self.limits.slip)
@@ -157,7 +157,7 @@ class AnkleClutch(Machine):
             ),
             f"pump_work is the work of an ideal pump for one jam of {brakes.count} brakes",
         ]
-        result.judge()
+        result.add_limits()
         result.brakes_needed = brakes_needed
         result.needed = self.describe_need(brakes_needed, result.own)
         return result
@@ -206,7 +206,7 @@ def _slip_and_force(payout: Any, step: Any, straps: Strap) -> tuple[Any, Any]:
     return rows_out
 
 
-def vacuum_after(time: Array, limit: float, line: Line) -> Array:
+def pumped_vacuum(time: Array, limit: float, line: Line) -> Array:
     """Return the vacuum [Pa] at a time [s] after pumping starts from zero, up to `limit` [Pa].
 
     The closed form is inverted by interpolation between 2000 pressures.
@@ -238,10 +238,7 @@ def fall_time(vacuum: float, line: Line) -> float:
 
 
 def last_acceptable(values: Array, fine: Any) -> float:
-    """Return the largest of ascending values before the first that is not acceptable.
-
-    It is 0 if none is acceptable.
-    """
+    """Return the largest of ascending values before the first unacceptable one, or 0."""
     if not fine[0]:
         return 0.0
     return float(values[-1] if fine.all() else values[int(np.argmin(fine)) - 1])

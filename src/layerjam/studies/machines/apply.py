@@ -76,7 +76,7 @@ class MachineResult(Result):
             return
         yield from ("", "limits")
         for limit in self.record.limits:
-            yield f"  {'met' if limit.met else 'MISSED'}: {limit.sentence()}"
+            yield f"  {'met' if limit.is_met else 'MISSED'}: {limit.sentence()}"
         yield from ("", str(self.conclusion))
 
 

@@ -26,7 +26,7 @@ from layerjam.studies.machines.restraint import (
     best_row,
     least_stiffness,
     make_limiter,
-    ride,
+    simulate_ride,
 )
 from layerjam.studies.machines.scenario import Array, declare_fields
 from layerjam.studies.machines.verdict import Machine, Result
@@ -77,7 +77,7 @@ class NeckGuard(Machine):
         about_center = head.mass * head.gyration**2 * head.helmet_factor
         return float(about_center + (head.mass + head.helmet_mass) * head.height**2)
 
-    def trial(self) -> tuple[Trial, float]:
+    def make_trial(self) -> tuple[Trial, float]:
         """Return (trial of the head under the blow, change in angular velocity [rad/s])."""
         blow, r = self.blow, self.guard.lever
         # peak of a pulse with unit velocity change in unit time
@@ -87,10 +87,10 @@ class NeckGuard(Machine):
         body = Body(self.inertia / r**2, 1.0, self.guard.slack)
         return Trial(self, body, self.guard.stiffness, free * r, dt), change
 
-    def turn(self, name: str, trial: Trial, strap: Strap) -> HeadTurn:
+    def simulate_turn(self, name: str, trial: Trial, strap: Strap) -> HeadTurn:
         """Return the motion of a head that is restrained by a strap during a blow."""
         r = self.guard.lever
-        ride_made = ride(trial.drive, trial.dt, trial.body, strap)
+        ride_made = simulate_ride(trial.drive, trial.dt, trial.body, strap)
         angular = ride_made.acceleration / r
         linear = head_acceleration(angular, ride_made.speed / r, self.head.height)
         top, speed = float(np.abs(angular).max()), float(np.abs(ride_made.speed).max()) / r
@@ -107,11 +107,11 @@ class NeckGuard(Machine):
     def analyse(self) -> Result:
         """Analyse the head's rotation with and without brakes, their number and their readiness."""
         brakes, lever = self.brakes, self.guard.lever
-        trial, change = self.trial()
+        trial, change = self.make_trial()
         strap = trial.strap()
-        bare = self.turn("without brakes", trial, make_limiter(0.0, 1.0))
-        with_brakes = self.turn("with brakes", trial, strap)
-        table, best = self.search(trial)
+        bare = self.simulate_turn("without brakes", trial, make_limiter(0.0, 1.0))
+        with_brakes = self.simulate_turn("with brakes", trial, strap)
+        table, best = self.find_chains(trial)
         ready = check_readiness(self, self.supply, brakes.vacuum)
         locked_torque = self.torque(brakes.parallel)
         force, end = float(with_brakes.ride.force.max()), float(strap.travel) * brakes.series
@@ -121,30 +121,30 @@ class NeckGuard(Machine):
         )
         result.add("kg m^2", inertia=self.inertia)
         result.add("rad/s", change=change)
-        result.take("turn", bare._asdict(), "bare_")
-        result.take("turn", with_brakes._asdict(), "")
+        result.add_group("turn", bare._asdict(), "bare_")
+        result.add_group("turn", with_brakes._asdict(), "")
         result.add("1", reduction=1 - with_brakes.acceleration / bare.acceleration)
         result.add("N", brake_force=force, neck_compression=force)
         result.add("N m", brake_torque=force * lever, locked_torque=locked_torque)
         result.add("m", slip=slip, travel=end)
         result.add("1", bottomed_out=bool(slip >= end * (1 - 1e-9)))
         result.add("s", vacuum_time=ready.time)
-        result.take("needed", best, "needed_")
-        result.bound("N/m", stiffness=strap.stiffness, fall=least_stiffness(strap))
-        result.bound("N m", felt=locked_torque if self.supply.mode == "standing" else 0.0)
+        result.add_group("needed", best, "needed_")
+        result.add_bounds("N/m", stiffness=strap.stiffness, fall=least_stiffness(strap))
+        result.add_bounds("N m", felt=locked_torque if self.supply.mode == "standing" else 0.0)
         result.warnings += [
             f"the brakes press head and neck together with up to {show(force, 'N')}; no "
             "source gives a limit for that",
             "only rotation is modelled: HIC15 ignores the linear acceleration of the blow",
         ]
         result.warnings += self.note_slip(slip, with_brakes.ride.pace)
-        result.judge()
+        result.add_limits()
         result.limits += ready.limits
         result.brakes_needed = best.get("count")
         result.needed = self.describe_need(best, ready.time)
         return result
 
-    def search(self, trial: Trial) -> tuple[pandas.DataFrame, dict[str, Any]]:
+    def find_chains(self, trial: Trial) -> tuple[pandas.DataFrame, dict[str, Any]]:
         """Return (rows for 1 to CHAIN_LIMIT chains, row of the smallest sufficient number or {}).
 
         If none is enough with these straps (`as_built` False), the softest sufficient straps of

@@ -273,7 +273,7 @@ def write_page(result: Result, values: str, out: Path, progress: Progress) -> Pa
 
 def make_page(result: Result) -> Page:
     """Return the page of a machine."""
-    scenario, met = result.scenario, sum(limit.met for limit in result.limits)
+    scenario, met = result.scenario, sum(limit.is_met for limit in result.limits)
     feasible = Word("✓ feasible", "reproduced"), Word("≠ not feasible", "differs")
     count = "none is sufficient" if result.brakes_needed is None else str(result.brakes_needed)
     return Page(
@@ -299,7 +299,7 @@ def _make_parts(result: Result) -> list[Part]:
             Word(show(limit.value, limit.unit), "value"),
             "at least" if limit.least else "at most",
             Word(show(limit.limit, limit.unit), "value"),
-            MET if limit.met else MISSED,
+            MET if limit.is_met else MISSED,
         ]
         for limit in result.limits
     ]
@@ -313,7 +313,7 @@ def _make_parts(result: Result) -> list[Part]:
     ]
     cited = [
         [Word(path, "claim"), Word(value, "words"), Word(source, "why")]
-        for path, value, source in result.scenario.cited()
+        for path, value, source in result.scenario.list_sources()
     ]
     head = ["what", "value", "", "allowed", "verdict"]
     sources = Table(id="sources-table", head=["entry", "value", "source"], rows=cited)

@@ -30,10 +30,7 @@ class Ready(NamedTuple):
 
 
 def scale_line(line: Line, brakes: float) -> Line:
-    """Return a vacuum line, given for one brake, with the gas volume of several brakes.
-
-    Tubes between the brakes are ignored.
-    """
+    """Return a brake's vacuum line with the gas volume of several, without tubes between them."""
     chamber = line.chamber
     water = None if chamber.compliance is None else chamber.compliance * brakes
     volume = replace(

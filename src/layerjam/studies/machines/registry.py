@@ -28,10 +28,7 @@ def scenarios() -> list[str]:
 
 
 def load_scenario(scenario: str | Path) -> Machine:
-    """Return a scenario, given its name or the path of its TOML file.
-
-    Raises UnknownNameError (with the nearest names) or FileError.
-    """
+    """Return a scenario by name or path; raises FileError, or UnknownNameError with near names."""
     text, name = load_text("scenario", scenario, _read_scenario_texts())
     folder = None if name in _read_scenario_texts() else Path(name).parent
     return read_scenario(text, name, MACHINES, folder)

@@ -99,7 +99,7 @@ class Rehabilitation(Machine):
                 "force; this machine supports 1",
             )
 
-    def session(self, speed: float, repetitions: int, dt: float) -> Session:
+    def make_session(self, speed: float, repetitions: int, dt: float) -> Session:
         """Return repetitions of rest, flexion, hold and extension; each move is half a cosine."""
         exercise = self.exercise
         turn = max(round((exercise.end - exercise.start) / speed / dt), 2)
@@ -111,11 +111,11 @@ class Rehabilitation(Machine):
         part, flexing = np.tile(repetition, repetitions), np.tile(flexes, repetitions)
         angle = exercise.start + (exercise.end - exercise.start) * part
         pace = np.gradient(angle, dt)
-        torque = np.where(np.tile(ready, repetitions), self.target_at(angle, pace), 0.0)
+        torque = np.where(np.tile(ready, repetitions), self.target_torque(angle, pace), 0.0)
         time = np.asarray(np.arange(len(angle)) * dt, np.float64)
         return Session(time, angle, pace, torque, flexing)
 
-    def regulator(self) -> Regulator:
+    def make_controller(self) -> Regulator:
         """Return the controller, up to 60 kPa, for the vacuum line with the volume of all brakes.
 
         Raises QuantityError if the line cannot vent or there is no safe state.
@@ -133,7 +133,7 @@ class Rehabilitation(Machine):
             tuned_at=design_vacuum,
         )
 
-    def followed_at(self, regulator: Regulator, speed: float) -> tuple[float, list[str]]:
+    def followed_fraction(self, regulator: Regulator, speed: float) -> tuple[float, list[str]]:
         """Return (fraction of a flexion at a mean speed [rad/s] that can be followed, reasons).
 
         FINE samples are used at every speed, so that the laws are compiled only once.
@@ -144,7 +144,7 @@ class Rehabilitation(Machine):
         length = span / speed
         angle = exercise.start + span * (1 - np.cos(np.pi * part)) / 2
         pace = span * np.pi / 2 / length * np.sin(np.pi * part)
-        force = self.target_at(angle, pace) / (r * self.brakes.parallel)
+        force = self.target_torque(angle, pace) / (r * self.brakes.parallel)
         limit = MARGIN * regulator.plant.reach
         targets, reachable_, few = target_vacuums(
             force, r * (angle - exercise.start), self.brake.brake, limit, r * pace
@@ -152,7 +152,7 @@ class Rehabilitation(Machine):
         fine, slow = check_slew(targets, length / (FINE - 1), regulator.plant)
         return float((reachable_ & fine).mean()), [*few, *slow]
 
-    def target_at(self, angle: Array, pace: Array) -> Array:
+    def target_torque(self, angle: Array, pace: Array) -> Array:
         """Return the target torque [N m] at angles [rad] and speeds [rad/s], shape (N,)."""
         torque = np.interp(angle, self.resistance.angle, self.resistance.torque)
         return torque + self.exercise.viscosity * np.maximum(pace, 0.0)
@@ -161,19 +161,19 @@ class Rehabilitation(Machine):
         """Compare the torque with its target; report unreachable ranges and the return stroke."""
         brakes, r = self.brakes, self.orthosis.pulley
         exercise, brake = self.exercise, self.brake.brake
-        controller = self.regulator()
-        session = self.session(exercise.speed, exercise.repetitions, controller.sample_time)
+        controller = self.make_controller()
+        session = self.make_session(exercise.speed, exercise.repetitions, controller.sample_time)
         slip, arm = r * (session.angle - exercise.start), r * brakes.parallel
         run = follow(controller, brake, session.torque / arm, slip)
         torque = np.where(session.flexing, run.force * arm, np.nan)
         error = (torque - session.torque)[session.flexing]
-        share, reasons = self.followed_at(controller, exercise.speed)
-        shares = np.array([self.followed_at(controller, float(s))[0] for s in SPEEDS])
+        share, reasons = self.followed_fraction(controller, exercise.speed)
+        shares = np.array([self.followed_fraction(controller, float(s))[0] for s in SPEEDS])
         left = _find_lowest_vacuum(session, run)
         grid = np.linspace(exercise.start, exercise.end, 101)
         turning = fix_speed(r * exercise.speed, brake)
         high = np.asarray(force_limits(r * (grid - exercise.start), turning)[1]) * r
-        target = self.target_at(grid, np.full_like(grid, exercise.speed))
+        target = self.target_torque(grid, np.full_like(grid, exercise.speed))
         count = math.ceil(float(np.max(target / high)) - 1e-9)
         line = scale_line(self.line.line, brakes.parallel)
         loop, greatest = run.loop, float(session.torque.max())
@@ -191,15 +191,15 @@ class Rehabilitation(Machine):
         result.add("s", release_time=fall_time(controller.plant.reach * MARGIN, line))
         result.add("1", outcome=loop.outcome, safe_state=self.safe_state)
         result.add("1", pump_switches=loop.pump_switches, vent_switches=loop.vent_switches)
-        result.bound("1", share_of_error=rms / greatest, yes=1.0, lets_go=float(release))
-        result.bound("m", usable_travel=brake.sheets.usable_travel)
+        result.add_bounds("1", share_of_error=rms / greatest, yes=1.0, lets_go=float(release))
+        result.add_bounds("m", usable_travel=brake.sheets.usable_travel)
         if not release:
             result.warnings.append(
                 "safe_state hold: a fault of the sensor or the pump locks the arm where it is"
             )
         if line.valve is None:
             result.warnings.append("the line has no valve: a fault of the pump leaves the arm held")
-        result.judge()
+        result.add_limits()
         result.brakes_needed = count
         result.needed = self.describe_need(count, result.own)
         return result

@@ -67,7 +67,7 @@ def make_strap(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Bra
     """Return `parallel` chains of `series` identical brakes at a vacuum [Pa] with webbing [N/m].
 
     The arguments broadcast. The strap is valid while its stiffness exceeds the fall of friction, k
-    > N c; see `snaps`. A speed law of the brake is included.
+    > N c; see `can_snap`. A speed law of the brake is included.
     """
     check_modulus(brake)
     every = jnp.broadcast_arrays(parallel, series, vacuum, webbing)
@@ -110,7 +110,7 @@ def least_stiffness(strap: Strap) -> Any:
     return strap.fall if strap.law is None else 0.0 * strap.fall
 
 
-def snaps(strap: Strap) -> Any:
+def can_snap(strap: Strap) -> Any:
     """Return whether the strap is so soft that its brakes may snap."""
     return strap.stiffness <= least_stiffness(strap)
 
@@ -126,7 +126,7 @@ def chain_slip(payout: Any, before: Any, strap: Strap) -> Any:
     base = jnp.where(used > 0, used * finite, 0.0)
     drive = strap.stiffness * (payout - base) - strap.onset
     drive = jnp.where(jnp.isfinite(drive), drive, -1.0)
-    soft = snaps(strap)
+    soft = can_snap(strap)
     slip = rising_root(drive, jnp.where(soft, 1.0, strap.stiffness - strap.fall), strap.sleeve)
     slip = jnp.minimum(jnp.where(soft & (drive > 0), strap.travel, slip), strap.travel)
     return jnp.where(used >= strap.series, before, jnp.maximum(before, base + slip))
@@ -150,7 +150,7 @@ def paced_slip(law: SpeedLaw, payout: Any, before: Any, pace: Any, dt: Any, stra
     high = jnp.where(slides, jnp.maximum(payout, before), before)
     guess = jnp.where(pace > 0, before + pace * dt, before + (high - before) / 8)
 
-    def going(state: tuple[Any, Any, Any, Any, Any]) -> Any:
+    def is_going(state: tuple[Any, Any, Any, Any, Any]) -> Any:
         turn, *_, is_moving = state
         return (turn < NEWTON) & jnp.any(is_moving)
 
@@ -165,7 +165,7 @@ def paced_slip(law: SpeedLaw, payout: Any, before: Any, pace: Any, dt: Any, stra
         return turn + 1, low, high, new, slides & is_moving
 
     start = jnp.clip(guess, before, high)
-    solution = jax.lax.while_loop(going, newton, (jnp.array(0), before, high, start, slides))[3]
+    solution = jax.lax.while_loop(is_going, newton, (jnp.array(0), before, high, start, slides))[3]
     return jnp.where(slides, jnp.minimum(solution, end), before)
 
 
@@ -281,7 +281,7 @@ def _scan_extremes(drive: Any, dt: Any, body: Body, strap: Strap) -> Extremes:
     return jax.lax.scan(advance, (start, first), drive[1:])[0][1]
 
 
-def ride(drive: Any, dt: float, body: Body, strap: Strap) -> Ride:
+def simulate_ride(drive: Any, dt: float, body: Body, strap: Strap) -> Ride:
     """Simulate a body under a drive [m/s^2], shape (N,), in steps of `dt` [s].
 
     The method is second-order in time.
@@ -292,7 +292,7 @@ def ride(drive: Any, dt: float, body: Body, strap: Strap) -> Ride:
     return jax.tree.map(lambda a, b: np.concatenate([np.asarray(a)[None], b]), start, rows)
 
 
-def extremes(drive: Any, dt: float, body: Body, strap: Strap) -> Extremes:
+def simulate_extremes(drive: Any, dt: float, body: Body, strap: Strap) -> Extremes:
     """Return the maximum values of many cases; body and strap may have arrays of shape (B,)."""
     leaves, tree = jax.tree.flatten((_to_doubles(body), strap))
     wide = np.broadcast_arrays(*(np.asarray(a) for a in leaves))
@@ -348,12 +348,12 @@ class Trial(NamedTuple):
         mesh = np.meshgrid(*axes.values(), indexing="ij")
         lanes = dict(zip(axes, (axis.ravel() for axis in mesh), strict=True))
         strap = self.strap(**lanes)
-        peaks = extremes(self.drive[::COARSE], COARSE * self.dt, self.body, strap)
+        peaks = simulate_extremes(self.drive[::COARSE], COARSE * self.dt, self.body, strap)
         rows = pandas.DataFrame(lanes | peaks._asdict())
         rows["count"] = rows.series * rows.parallel
         rows["mass"] = rows["count"] * self.scenario.mass
         rows["as_built"] = rows.webbing == self.webbing
-        rows["sound"] = ~np.asarray(snaps(strap))
+        rows["sound"] = ~np.asarray(can_snap(strap))
         left = rows.slip < rows.series * self.scenario.brake.brake.sheets.usable_travel * (1 - 1e-9)
         rows["stops"] = (rows.end_speed <= 0) & left
         return rows
@@ -365,4 +365,5 @@ def best_row(rows: pandas.DataFrame, *order: str) -> dict[str, Any]:
     return row
 
 
-strap_of, limiter_of = make_strap, make_limiter  # former names
+strap_of, limiter_of, snaps = make_strap, make_limiter, can_snap  # former names
+ride, extremes = simulate_ride, simulate_extremes  # former names

@@ -133,7 +133,7 @@ class Scenario:
                 out.append(f"scenario: {', '.join(paths)}: {note}")
         return [*out, *self.brake.warnings(), *self.line.warnings(), *machine_notices(self.brake)]
 
-    def cited(self) -> list[tuple[str, str, str]]:
+    def list_sources(self) -> list[tuple[str, str, str]]:
         """Return (path, value with unit, source) of every entry."""
         specs = dict(entries(type(self)))
         return [
@@ -145,6 +145,8 @@ class Scenario:
     def mass(self) -> float:
         """Mass of one brake [kg]."""
         return mass(self.brake.brake)
+
+    cited = list_sources  # former name
 
 
 _NAMES = ("machine", "brake", "line", "safe_state")
@@ -202,10 +204,7 @@ def _describe_value(value: Any, spec: Any) -> str:
 def read_scenario(
     text: str, path: object, machines: Mapping[str, type[S]], folder: Path | None = None
 ) -> S:
-    """Return a Scenario from TOML text; raises FileError, with file and line, if invalid.
-
-    Paths in the file are relative to `folder`.
-    """
+    """Return a scenario from TOML text, with paths relative to `folder`; raises FileError."""
     tables: dict[str, Any] = parse_toml(text, path)
     machine = tables.get("machine")
     if isinstance(machine, dict):

@@ -24,10 +24,10 @@ from layerjam.studies.machines.restraint import (
     Strap,
     Trial,
     best_row,
+    can_snap,
     least_stiffness,
     make_limiter,
-    ride,
-    snaps,
+    simulate_ride,
 )
 from layerjam.studies.machines.scenario import Array, declare_fields
 from layerjam.studies.machines.verdict import Machine, Result
@@ -66,7 +66,7 @@ class SeatBelt(Machine):
 
     supply: VacuumSupply = nested(VacuumSupply)
 
-    def trial(self) -> tuple[Trial, float]:
+    def make_trial(self) -> tuple[Trial, float]:
         """Return (trial of the restrained mass in the pulse, its velocity change [m/s])."""
         crash, belt = self.crash, self.belt
         # at constant force the stop lasts twice the space divided by the speed; a rebound follows
@@ -79,24 +79,24 @@ class SeatBelt(Machine):
     def analyse(self) -> Result:
         """Compare loads and excursion for brakes, webbing alone and the ideal limiter."""
         belt, brakes, brake = self.belt, self.brakes, self.brake.brake
-        trial, change = self.trial()
+        trial, change = self.make_trial()
         adjusts = brakes.mode == "tuned"
         vacuum = self.tune_vacuum(trial) if adjusts else brakes.vacuum
         strap, force = trial.strap(vacuum=vacuum), self.find_least_limiter(trial)
         restraints = (
-            self.hold("with brakes", trial, strap),
-            self.hold("webbing alone", trial, make_limiter(math.inf, belt.stiffness)),
-            self.hold("limiter of constant force", trial, make_limiter(force, belt.stiffness)),
+            self.run_case("with brakes", trial, strap),
+            self.run_case("webbing alone", trial, make_limiter(math.inf, belt.stiffness)),
+            self.run_case("limiter of constant force", trial, make_limiter(force, belt.stiffness)),
         )
         brake_ride, end = restraints[0].ride, float(strap.travel) * brakes.series
-        is_bottomed_out, soft = bool(brake_ride.slip[-1] >= end * (1 - 1e-9)), bool(snaps(strap))
+        is_bottomed_out, soft = bool(brake_ride.slip[-1] >= end * (1 - 1e-9)), bool(can_snap(strap))
         ready = check_readiness(self, self.supply, vacuum, tuned=adjusts)
-        best, least = self.search(trial)
+        best, least = self.find_belts(trial)
         result = Result(
             scenario=self, record=Record(trial.drive, restraints), warnings=ready.notices
         )
         for prefix, restraint in zip(("", "webbing_", "limiter_"), restraints, strict=True):
-            result.take("loads", restraint._asdict(), prefix)
+            result.add_group("loads", restraint._asdict(), prefix)
         result.add(
             "N", chest_force=float(brake_ride.force.max()) * belt.payout, limiter_force=force
         )
@@ -115,9 +115,9 @@ class SeatBelt(Machine):
             # force at breakaway if the crash occurs as soon as the vacuum is present
             aged_force = float(aged_holding_force(ready.time, vacuum, brake))
             result.add("N", aged_holding_force=aged_force * brakes.parallel)
-        result.take("needed", best, "needed_")
-        result.take("least", least, "least_")
-        result.bound("N/m", stiffness=strap.stiffness, fall=least_stiffness(strap))
+        result.add_group("needed", best, "needed_")
+        result.add_group("least", least, "least_")
+        result.add_bounds("N/m", stiffness=strap.stiffness, fall=least_stiffness(strap))
         if soft:
             result.warnings.append(
                 "the stiffness of the belt is below the rate at which the brakes' force "
@@ -129,15 +129,15 @@ class SeatBelt(Machine):
                 "by end stops"
             )
         result.warnings += self.note_slip(float(brake_ride.slip[-1]), brake_ride.pace)
-        result.judge()
+        result.add_limits()
         result.limits += ready.limits
         result.brakes_needed = best.get("count")
         result.needed = self.describe_need(best, least, force)
         return result
 
-    def hold(self, name: str, trial: Trial, strap: Strap) -> HeldOccupant:
+    def run_case(self, name: str, trial: Trial, strap: Strap) -> HeldOccupant:
         """Return the occupant restrained by a strap, filtered as in a crash laboratory."""
-        motion = ride(trial.drive, trial.dt, trial.body, strap)
+        motion = simulate_ride(trial.drive, trial.dt, trial.body, strap)
         acceleration = motion.force * self.belt.payout / float(trial.body.mass)
         chest = filter_signal(acceleration, trial.dt, self.filter.chest)
         belt = filter_signal(motion.force, trial.dt, self.filter.belt)
@@ -164,15 +164,12 @@ class SeatBelt(Machine):
         return float(fine.min()) if len(fine) else self.brakes.vacuum
 
     def find_least_limiter(self, trial: Trial) -> float:
-        """Return the smallest constant force [N] that stops the occupant within the space.
-
-        It is infinite if not even stiff webbing stops the occupant.
-        """
+        """Return the smallest constant force [N] with which the occupant stops, or infinity."""
         from scipy.optimize import brentq
 
         def simulate_throw(force: float) -> Ride:
             strap = make_limiter(force, self.belt.stiffness)
-            return ride(trial.drive, trial.dt, trial.body, strap)
+            return simulate_ride(trial.drive, trial.dt, trial.body, strap)
 
         def excess(force: float) -> float:
             return float(simulate_throw(force).way.max()) - self.limits.space
@@ -180,7 +177,7 @@ class SeatBelt(Machine):
         webbing = float(simulate_throw(math.inf).force.max())
         return math.inf if excess(webbing) > 0 else float(brentq(excess, 0.0, webbing, rtol=1e-12))
 
-    def search(self, trial: Trial) -> tuple[dict[str, Any], dict[str, Any]]:
+    def find_belts(self, trial: Trial) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return (required belt, belt with the smallest force), both empty if none is sufficient.
 
         A grid of chains is examined, then every number near the best. The best belt stops the

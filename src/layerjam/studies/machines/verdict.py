@@ -28,7 +28,7 @@ class Limit:
     least: bool = False
 
     @property
-    def met(self) -> bool:
+    def is_met(self) -> bool:
         """Whether the limit is met."""
         if math.isnan(self.value):
             return False
@@ -46,21 +46,23 @@ class Limit:
 
     def row(self) -> dict[str, Any]:
         """Return the limit for JSON."""
-        return asdict(self) | {"met": self.met}
+        return asdict(self) | {"met": self.is_met}
 
     def sentence(self) -> str:
         """Return the value, limit and factor as a sentence."""
         value = show(self.value, self.unit) if math.isfinite(self.value) else "never reached"
         side = "at least" if self.least else "at most"
         sentence = f"{self.name} is {value}; {side} {show(self.limit, self.unit)} is allowed"
-        if self.met or not math.isfinite(self.factor):
+        if self.is_met or not math.isfinite(self.factor):
             return sentence
         return f"{sentence} (missed by a factor of {self.factor:.3g})"
+
+    met = is_met  # former name
 
 
 def find_deciding_limit(limits: Sequence[Limit]) -> Limit:
     """Return the limit missed by the largest factor or, if all are met, the tightest one."""
-    return max(limits, key=lambda limit: (not limit.met, limit.factor))
+    return max(limits, key=lambda limit: (not limit.is_met, limit.factor))
 
 
 @dataclass(kw_only=True)
@@ -83,7 +85,7 @@ class Result:
     record: Any = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        self.bound("kg", mass=self.mass)
+        self.add_bounds("kg", mass=self.mass)
 
     @property
     def mass(self) -> float:
@@ -100,17 +102,17 @@ class Result:
         self.own |= values
         self.units |= dict.fromkeys(values, unit)
 
-    def take(self, group: str, values: Mapping[str, Any], prefix: str) -> None:
+    def add_group(self, group: str, values: Mapping[str, Any], prefix: str) -> None:
         """Add the results of a group declared by the kind, with a prefix; None if missing."""
         for key, unit in load_kind(self.scenario.machine)["results"][group].items():
             self.add(unit, **{prefix + key: values.get(key)})
 
-    def bound(self, unit: str, **values: Any) -> None:
+    def add_bounds(self, unit: str, **values: Any) -> None:
         """Add values, all in one unit, that serve only as limits' values."""
         self.bounding |= values
         self.units |= dict.fromkeys(values, unit)
 
-    def judge(self) -> None:
+    def add_limits(self) -> None:
         """Add the limits declared for this kind of machine, with their values."""
         values = self.own | self.bounding
         bounds = values | vars(get(self.scenario, "limits"))
@@ -128,7 +130,7 @@ class Result:
     @property
     def feasible(self) -> bool:
         """Whether every limit is met."""
-        return all(limit.met for limit in self.limits)
+        return all(limit.is_met for limit in self.limits)
 
     @property
     def reason(self) -> str:
@@ -140,13 +142,15 @@ class Result:
         """Verdict in one or two sentences."""
         if self.feasible:
             return f"Feasible: the tightest limit is met, {self.reason}. {self.needed}"
-        missed_count = sum(not limit.met for limit in self.limits)
+        missed_count = sum(not limit.is_met for limit in self.limits)
         count = (
             "one limit is"
             if missed_count == 1
             else f"{missed_count} of {len(self.limits)} limits are"
         )
         return f"Not feasible: {count} missed; {self.reason}. {self.needed}"
+
+    take, bound, judge = add_group, add_bounds, add_limits  # former names
 
 
 @record

@@ -194,7 +194,7 @@ def limits_table(result: Any) -> str:
         if 0 < limit.factor < float("inf"):
             verdict = f"missed by a factor of {limit.factor:.3g}"
         value = cell_text(limit.value, limit.unit)
-        rows.append((limit.name, value, bound, "met" if limit.met else verdict))
+        rows.append((limit.name, value, bound, "met" if limit.is_met else verdict))
     return html_table(("Limit", "Value", "Allowed", ""), rows, (1, 2), "Limits")
 
 
