@@ -159,8 +159,7 @@ class TensileRecord(PullRecord):
     procedure: str
     model: str = "lumped"
     engine: str = "law"
-    """Solver: "kernel" (C) or "law" (`brake_cycle`), which agree within 1.8e-9 N; not in files.
-    """
+    """Solver: "kernel" (C) or "law" (`brake_cycle`), which agree to 1.8e-9 N; not in files."""
 
     def conditions(self) -> dict[str, str]:
         """Return model and procedure."""

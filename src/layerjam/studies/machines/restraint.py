@@ -284,9 +284,7 @@ def _scan_extremes(drive: Any, dt: Any, body: Body, strap: Strap) -> Extremes:
 def simulate_ride(drive: Any, dt: float, body: Body, strap: Strap) -> Ride:
     """Simulate a body under a drive [m/s^2], shape (N,), in steps of `dt` [s].
 
-    The method is second-order in time.
-
-    `drive` is the acceleration of the body relative to its mount if it is unrestrained.
+    The method is second-order in time. `drive` is the body's relative acceleration if unrestrained.
     """
     start, rows = _scan_ride(np.asarray(drive, float), np.float64(dt), _to_doubles(body), strap)
     return jax.tree.map(lambda a, b: np.concatenate([np.asarray(a)[None], b]), start, rows)

@@ -155,10 +155,7 @@ class SeatBelt(Machine):
         return rows.assign(meets_loads=inside, stiffness=rows.webbing, burdens=~inside)
 
     def tune_vacuum(self, trial: Trial) -> float:
-        """Return the lowest of LEVELS vacuums [Pa] that stops the occupant with travel left.
-
-        It is `brakes.vacuum`, or a lower vacuum if that is sufficient.
-        """
+        """Return the lowest of LEVELS vacuums [Pa] that is sufficient, else `brakes.vacuum`."""
         levels = self.brakes.vacuum * np.arange(1, LEVELS + 1) / LEVELS
         fine = self.list_stopping_belts(trial, vacuum=levels).vacuum
         return float(fine.min()) if len(fine) else self.brakes.vacuum
