@@ -142,7 +142,7 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "atmosphere": (lambda: drop(atmosphere=[1e5]), "atmosphere: [100000.0] is not a number or"),
     "its unit": (lambda: drop(atmosphere=1 * ureg.kg), "atmosphere: 1 kilogram cannot be convert"),
     "procedure": (lambda: lj.tensile(KAPTON, procedure=5), "procedure: 5 is not text or a Proced"),
-    "step": (lambda: lj.parse_procedure(None), "procedure: None is not a text such as 'vent'"),
+    "step": (lambda: lj.parse_procedure(None), "procedure: None is not a string such as 'vent'"),
     "files": (
         lambda: lj.calibrate(KAPTON, 5),
         "files: 5 is not text, a path, a Trace, a DataFrame or a list of them",

@@ -311,7 +311,7 @@ def test_a_closed_turn_dissipates_and_balances() -> None:
 
 
 def test_a_pair_that_comes_apart_or_makes_no_sense_is_refused() -> None:
-    with pytest.raises(QuantityError, match="brake 1 comes apart"):
+    with pytest.raises(QuantityError, match="brake 1 separates"):
         pair((KAPTON, KAPTON), (P, P), [0.0, 4.0], 0.02)
     with pytest.raises(QuantityError, match="finite angles"):
         pair((KAPTON, KAPTON), (P, P), [0.0, np.nan], 0.02)

@@ -113,7 +113,7 @@ def test_equals_are_said_to_be_equal():
     vary = 'vacuum = ["50 kPa", "90 kPa"]'
     made = design(read(spec(vary, ["mass <= 30 g"], ["maximise holding_force"], top="") + films))
     assert made.runner_up["holding_force"] == made.chosen["holding_force"]
-    assert made.runner_up_lost.startswith("it is equal in every objective")
+    assert made.runner_up_lost.startswith("it ties in every objective")
 
 
 def test_a_stop_that_no_design_makes_is_said_so():

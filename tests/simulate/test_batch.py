@@ -117,7 +117,7 @@ def test_it_fills_the_arrays_it_is_given():
     made = batch(stop, SWEEP, brake=KAPTON, out={"slip": slip})
     assert list(made.data_vars) == ["slip"]
     np.testing.assert_array_equal(slip, batch(stop, SWEEP, brake=KAPTON).slip)
-    with pytest.raises(QuantityError, match="row of 858 float64"):
+    with pytest.raises(QuantityError, match="array of 858 float64"):
         batch(stop, SWEEP, brake=KAPTON, out={"slip": np.empty(5)})
     with pytest.raises(UnknownNameError):
         batch(stop, SWEEP, brake=KAPTON, out={"slap": np.empty(858)})

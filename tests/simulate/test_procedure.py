@@ -95,14 +95,14 @@ def test_every_sentence() -> None:
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("", "it has no steps"),
-        (" ; ;", "it has no steps"),
+        ("", "it contains no steps"),
+        (" ; ;", "it contains no steps"),
         ("pull at 1 mm/s until 20 mm; pull at 1 mm/s until 10 mm", "does not pull: the crosshead"),
         ("pull at 1 mm/s until 20 mm; pull at 1 mm/s until 20 mm", "already at 20 mm"),
         ("pull at 1 mm/s until 20 mm; return at 1 mm/s to 30 mm", "does not go back"),
         ("return at 1 mm/s to 0 mm", "does not go back"),
         ("cycle 2 times between 20 mm and 5 mm at 1 mm/s", "does not"),
-        ("push at 1 mm/s until 20 mm", "is not a step; steps are: evacuate to"),
+        ("push at 1 mm/s until 20 mm", "is not a step; use one of: evacuate to"),
         ("pull at 1 until 20 mm", "'1' has no unit"),
         ("pull at 1 mm until 20 mm", "not in units of m/s"),
         ("pull at 0 mm/s until 20 mm", "at least 0.0001 mm/s"),

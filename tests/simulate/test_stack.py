@@ -175,7 +175,7 @@ def test_layouts_hold_for_all_stacks_of_a_batch():
     for wrong in ({"scatter": -1.0}, {"scatter": 3.0}, {"samples": 0}, {"seed": -1}):
         with pytest.raises(QuantityError):
             peak_spread(FILE, FULL, **{"scatter": 0.1, **wrong})  # type: ignore[arg-type]
-    with pytest.raises(QuantityError, match="friction that could scatter"):
+    with pytest.raises(QuantityError, match="there is no friction to vary"):
         peak_spread(FILE, 0.0, 0.1)
 
 

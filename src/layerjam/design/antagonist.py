@@ -69,10 +69,10 @@ def pair(
         # a brake that is shorter than at rest is slack and does not move
         elongation = np.maximum(elongation, 0.0)
         cycle, _ = follow_history(elongation, np.full(len(elongation), float(vacuum)), brake)
-        failures = {"comes apart": cycle.separated, "snaps at this stiffness": cycle.snapped}
+        failures = {"separates": cycle.separated, "snaps at this stiffness": cycle.snapped}
         for failure, samples in failures.items():
             if samples.any():
-                raise QuantityError(f"angle: brake {number} {failure} on this history")
+                raise QuantityError(f"angle: brake {number} {failure} at these angles")
         if cycle.overflow.any():
             raise QuantityError(f"angle: too many nested reversals for brake {number}")
         cycles.append(cycle)

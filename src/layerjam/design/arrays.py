@@ -18,7 +18,7 @@ from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.record import Outcome
 from layerjam.units import QuantitySpec, show
 
-SLACK = QuantitySpec("m", "slack before a member carries load", hi=10)
+SLACK = QuantitySpec("m", "slack taken up before a member carries load", hi=10)
 LEVER = QuantitySpec("m", "lever arm or pulley radius", open_lo=True, hi=10)
 VOLUME = QuantitySpec("m^3", "gas volume of one brake and its fittings", lo=1e-9, hi=1)
 MAX_MEMBERS = 10_000

@@ -36,7 +36,7 @@ VARIABLES: Mapping[str, QuantitySpec] = MappingProxyType(
         "usable_travel": get_spec(Sheets, "usable_travel"),
         "wall": get_spec(Enclosure, "wall"),
         "fittings_mass": get_spec(Brake, "fittings_mass"),
-        "vacuum": QuantitySpec("Pa", "vacuum at which the brake is used", hi=1.2e5, open_lo=True),
+        "vacuum": QuantitySpec("Pa", "operating vacuum of the brake", hi=1.2e5, open_lo=True),
         "series": replace(_TIMES, text="identical brakes in series"),
         "parallel": replace(_TIMES, text="identical brakes in parallel"),
     }
@@ -78,7 +78,7 @@ MERITS: Mapping[str, QuantitySpec] = MappingProxyType(
         ),
         "drawn_mass": QuantitySpec("kg", "mass of all brakes, as drawn"),
         "buildable": QuantitySpec(
-            "1", "smallest margin of the checks that prevent a `build`; 1 or more can be built"
+            "1", "smallest margin of the checks that can reject a `build`; at least 1 passes"
         ),
     }
 )

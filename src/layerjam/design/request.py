@@ -142,7 +142,7 @@ class DesignRequest:
     constraints: tuple[Constraint, ...] = value(ListSpec(each=ConstraintSpec()), ())
     objectives: tuple[Objective, ...] = value(ListSpec(each=ObjectiveSpec()))
     without: tuple[str, ...] = value(
-        ListSpec(each=TextSpec(text="constraint to switch off", choices=DEFAULTS), single=True), ()
+        ListSpec(each=TextSpec(text="constraint to disable", choices=DEFAULTS), single=True), ()
     )
     stop: StopRequirement | None = nested(StopRequirement, default=None)
     judder: StickSlipPull | None = nested(StickSlipPull, default=None)

@@ -130,7 +130,7 @@ class ObjectiveSpec(AsItIs):
 def _match_form(pattern: str, text: object, name: str, kind: str, form: str) -> tuple[str, ...]:
     """Return the parts of a text; raises QuantityError if the text does not match the pattern."""
     if not isinstance(text, str):
-        raise QuantityError.of(name, "must be a list of texts in quotes")
+        raise QuantityError.of(name, "must be a list of quoted strings")
     match = re.fullmatch(pattern, text)
     if not match:
         raise QuantityError(f"{kind} '{text[:60]}' is not of the form {form}", quantity=text)

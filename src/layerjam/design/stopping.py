@@ -27,7 +27,7 @@ class StopRequirement:
     mass: float = like(MASS, "mass to stop")
     speed: float = like(ARRIVAL_SPEED, "speed of the mass")
     travel: float | None = like(STOP_TRAVEL, "allowed slip", default=None)
-    force: float | None = quantity("N", "maximum force allowed", open_lo=True, hi=1e9, default=None)
+    force: float | None = quantity("N", "maximum allowed force", open_lo=True, hi=1e9, default=None)
     horizontal: bool = value(FlagSpec(text="whether the mass moves horizontally"), False)
 
 

@@ -23,7 +23,7 @@ def calibration_notices(files: Sequence[BrakeFile]) -> list[Notice]:
             f"{', '.join(with_pulls)} {'is' if len(with_pulls) == 1 else 'are'} calibrated, but "
             f"{', '.join(without_pulls)} {'is' if is_single else 'are'} not: the forces of "
             f"{'that brake' if is_single else 'those brakes'} use an unfitted scale "
-            "factor (the paper's: 0.875 and 1.24), so differences of some 20 % are meaningless",
+            "factor (the paper's: 0.875 and 1.24), so differences of about 20 % are meaningless",
             "calibrated-with-uncalibrated",
         )
     ]

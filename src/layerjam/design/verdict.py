@@ -58,7 +58,7 @@ def explain_loss(
         text = f"{o.name} {much} ({show(loser[o.name], NAMEABLE[o.name].unit)})"
         (worse if step > 0 else better).append(text)
     if not worse and not better:
-        return "it is equal in every objective; the first of several equal designs is chosen"
+        return "it ties in every objective; the first of several tied designs is chosen"
     losses = " and ".join(worse) or "nothing"
     if len(objectives) == 1:
         return f"it loses by {losses}"

@@ -63,7 +63,7 @@ class Accelerometer:
     sampling: float | None = quantity("Hz", "sampling rate", lo=1, hi=1e7, default=None)
     phase: float = quantity(
         "1",
-        "time from the taut rope to the first sample, as a fraction of the sampling interval",
+        "time from when the rope is taut to the first sample, in sampling intervals",
         hi=1,
         default=0,
     )

@@ -172,7 +172,7 @@ def _flat_array(name: str, out: Mapping[str, Array] | None, size: int) -> Array:
         return np.empty(size)
     array = out[name]
     if array.size != size or array.dtype != np.float64 or not array.flags.c_contiguous:
-        raise QuantityError(f"out: {name} must be a row of {size} float64 numbers")
+        raise QuantityError(f"out: {name} must be an array of {size} float64 numbers")
     return array.reshape(-1)
 
 
@@ -203,7 +203,7 @@ def _check_row(name: str, data: Any) -> Array:
             "of numbers in SI units"
         ) from None
     if values.ndim > 1 or values.size == 0:
-        raise QuantityError(f"{name}: has shape {values.shape}; pass a number or one row")
+        raise QuantityError(f"{name}: has shape {values.shape}; pass a number or a 1-D array")
     return values
 
 
@@ -220,7 +220,7 @@ def _lay_out_sweeps(
             raise QuantityError(f"{name}: both swept and fixed; pass it only once")
     for name in arguments:
         if name not in sweep and name not in constants:
-            raise QuantityError(f"{name}: missing; the law {law.__name__} needs it")
+            raise QuantityError(f"{name} is missing; the law {law.__name__} requires it")
     lengths: dict[str, int] = {}
     plain: list[tuple[str, str | None, Array]] = []
     for name, data in sweep.items():
@@ -343,7 +343,7 @@ def _check_samples(name: str, data: Any) -> Array:
     try:
         return np.asarray(data, float)
     except (TypeError, ValueError):
-        raise QuantityError(f"{name}: fixed, but neither None nor numbers") from None
+        raise QuantityError(f"{name}: a fixed value must be None or numbers") from None
 
 
 def _replace_field(record: Any, path: list[str], value: Any) -> Any:

@@ -42,7 +42,7 @@ class CoupledStop:
     line: Response
     """State of chamber, tube and reservoir until the standstill; for water only the pressure."""
     constant: TimedStop
-    """The exact stop at the vacuum of the taut rope."""
+    """The exact stop at the vacuum at which the rope becomes taut."""
     changes: tuple[float, ...]
     """Largest relative change of slip, peak and vacuum in each iteration."""
 
@@ -58,7 +58,7 @@ class CoupledStop:
 
     @property
     def vacuum_change(self) -> float:
-        """Change of vacuum from the taut rope to the standstill [Pa]."""
+        """Change of vacuum from when the rope is taut to the standstill [Pa]."""
         return float(self.line.vacuum[-1] - self.line.vacuum[0])
 
     @property
@@ -83,7 +83,7 @@ class CoupledStop:
 
     @property
     def gas_force(self) -> float:
-        """P A_s at the taut rope [N]: the force equivalent to the volume per unit slip."""
+        """P A_s when the rope becomes taut [N]: the force due to the volume per slip."""
         return float(self.line.vacuum[0]) * self.line.line.chamber.volume_per_slip
 
     matters, remaining = is_significant, last_change  # former names

@@ -23,9 +23,9 @@ class Crash:
     """Motion of the mass from the end of the travel to its standstill; arrays of shape (N,), SI."""
 
     time: Array = field(repr=False)
-    """Time from the taut rope [s]."""
+    """Time since the rope became taut [s]."""
     travel: Array = field(repr=False)
-    """Displacement of the mass from the taut rope [m]."""
+    """Displacement of the mass since the rope became taut [m]."""
     speed: Array = field(repr=False)
     """Speed of the mass [m/s]."""
     force: Array = field(repr=False)

@@ -109,7 +109,7 @@ class Procedure:
         if not is_sequence or any(not isinstance(step, Step) for step in self.steps):
             raise ProcedureError(f"procedure: {short_text(self.steps)} is not a tuple of steps")
         if not self.steps:
-            raise ProcedureError("procedure: it has no steps")
+            raise ProcedureError("procedure: it contains no steps")
         if len(self.steps) > MAX_STEPS:
             raise ProcedureError(f"procedure: {len(self.steps)} steps; the limit is {MAX_STEPS}")
         position = 0.0
@@ -177,7 +177,7 @@ def parse_procedure(text: str) -> Procedure:
     """
     steps: list[Step] = []
     if not isinstance(text, str):
-        raise ProcedureError(f"procedure: {short_text(text)} is not a text such as 'vent'")
+        raise ProcedureError(f"procedure: {short_text(text)} is not a string such as 'vent'")
     for part in text.split(";"):
         sentence = " ".join(part.split())
         if not sentence:
@@ -198,5 +198,5 @@ def parse_procedure(text: str) -> Procedure:
                 break
         else:
             names = "; ".join(_SENTENCES)
-            raise ProcedureError(f"procedure: '{sentence[:60]}' is not a step; steps are: {names}")
+            raise ProcedureError(f"procedure: '{sentence[:60]}' is not a step; use one of: {names}")
     return Procedure(tuple(steps))

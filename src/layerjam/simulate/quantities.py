@@ -22,7 +22,7 @@ AREA = QuantitySpec("m^2", "area", lo=1e-9, hi=1.0, example="625mm^2")
 NORMAL_FORCE = QuantitySpec("N", "normal force", lo=1e-4, hi=1e5, example="2.45N")
 MASS = QuantitySpec("kg", "moving mass", lo=1e-6, hi=1e6, example="1kg", symbol="M")
 ARRIVAL_SPEED = QuantitySpec(
-    "m/s", "speed at the taut rope", lo=1e-6, hi=1e4, example="2.5m/s", symbol="v"
+    "m/s", "speed when the rope becomes taut", lo=1e-6, hi=1e4, example="2.5m/s", symbol="v"
 )
 CROSSHEAD_SPEED = QuantitySpec("m/s", "speed of the crosshead", lo=1e-7, hi=100, example="13mm/s")
 STOP_TRAVEL = QuantitySpec(
@@ -37,7 +37,7 @@ LEAK_TIME = QuantitySpec(
     hi=1e7,
     example="500s",
 )
-HELD = QuantitySpec("s", "time from shutting the line off to the taut rope", hi=1e7, example="60s")
+HELD = QuantitySpec("s", "time from line shut-off until the rope is taut", hi=1e7, example="60s")
 SEED = QuantitySpec("1", "seed of the random number generator", hi=2**63 - 1, whole=True)
 
 

@@ -177,8 +177,8 @@ class DropRecord(Record):
     """
 
     command: ClassVar[str] = "drop"
-    time: np.ndarray = column("s", "time from the taut rope")
-    travel: np.ndarray = column("m", "displacement of the mass from the taut rope")
+    time: np.ndarray = column("s", "time since the rope became taut")
+    travel: np.ndarray = column("m", "displacement of the mass since the rope became taut")
     speed_of_mass: np.ndarray = column("m/s", "speed of the mass")
     force: np.ndarray = column("N", "force on the mass")
     slip: np.ndarray = column("m", "slip of the sheets")
@@ -230,5 +230,5 @@ def read_header(path: str | Path) -> tuple[BrakeFile, str]:
     except (OSError, UnicodeDecodeError) as err:
         raise FileError(path, f"cannot be read: {err}") from None
     if not (procedure and brake_lines):
-        raise FileError(path, "has no header that states brake and procedure")
+        raise FileError(path, "has no header with a brake and a procedure")
     return BrakeFile.read("".join(brake_lines), path), procedure

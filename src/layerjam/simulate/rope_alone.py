@@ -16,7 +16,7 @@ SAMPLES = 2000
 FADED = 1e-7
 """Relative difference below which a creeping force counts as equal to the weight."""
 _INSTANT = 1e-9
-"""Time before the taut rope at which the record starts [s]."""
+"""Time before the rope is taut at which the record starts [s]."""
 
 
 class BareDrop(NamedTuple):
@@ -28,7 +28,7 @@ class BareDrop(NamedTuple):
     gravity: float
     """Gravity of the site [m/s^2], the unit of a reading in g."""
     travel: Array
-    """Displacement of the mass from the taut rope [m]."""
+    """Displacement of the mass since the rope became taut [m]."""
     mass: float
     along: float
     """Gravity along the pull [m/s^2]."""

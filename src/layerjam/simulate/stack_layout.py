@@ -160,7 +160,7 @@ class Housing:
 def _expand_per_interface(values: float | Array, count: int, name: str) -> Array:
     array = np.asarray(values, float)
     if array.shape not in ((), (count,)):
-        raise QuantityError(f"{name}: shape {array.shape} for {count} interfaces")
+        raise QuantityError(f"{name} has shape {array.shape}; use a number or {count} values")
     if not np.isfinite(array).all():
         raise QuantityError(f"{name}: every number must be finite")
     return np.broadcast_to(array, count).copy()

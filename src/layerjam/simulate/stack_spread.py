@@ -72,7 +72,7 @@ def peak_spread(
     if not vacuum > 0:
         raise QuantityError.of(
             "vacuum",
-            f"at {vacuum!r} Pa there is no friction that could scatter; use a higher vacuum",
+            f"at {vacuum!r} Pa there is no friction to vary; use a higher vacuum",
         )
     brake = file.brake
     layout: Any = {"interfaces": interfaces, "housing": housing, "static": static}

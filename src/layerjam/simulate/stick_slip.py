@@ -38,7 +38,7 @@ LIMITS = {
     "travel": replace(ELONGATION, lo=0.0, open_lo=True),
     "step": QuantitySpec("s", "longest step", open_lo=True),
     "damping": QuantitySpec("N s/m", "damping parallel to the spring"),
-    "hold": QuantitySpec("s", "time for which the crosshead rests"),
+    "hold": QuantitySpec("s", "time for which the crosshead rests after the pull"),
 }
 ENDS = {
     SEPARATED: Outcome.SEPARATED,

@@ -12,13 +12,13 @@ from layerjam.units import QuantitySpec, show
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 LEAK_SAMPLES = 2048
-TIME = QuantitySpec("s", "time from the taut rope", lo=-1e9, hi=1e9)
+TIME = QuantitySpec("s", "time since the rope became taut", lo=-1e9, hi=1e9)
 
 
 @explain_arguments
 @dataclass(frozen=True, eq=False)
 class History:
-    """Changing vacuum: samples [Pa] and times from the taut rope [s], interpolated linearly.
+    """Changing vacuum: samples [Pa] and times since the rope is taut [s], interpolated linearly.
 
     Shape (N,) each, N >= 2, times rising. The vacuum is constant before the first and after the
     last sample. Raises QuantityError for other shapes, times that do not rise, and values that are
@@ -57,7 +57,7 @@ class History:
     def leaking(
         cls, vacuum: float, leak_time: float, atmosphere: float, held: float = 0.0
     ) -> "History":
-        """Return a leaking vacuum [Pa]; the line is shut off `held` [s] before the taut rope.
+        """Return a leaking vacuum [Pa]; the line is shut off `held` [s] before the rope is taut.
 
         `leak_time` [s] is the volume of the chamber divided by the conductance of the leak. The
         samples follow `fluid.closed_forms.held_vacuum` to 1.2e-7 of `vacuum`, down to 2.4e-7.

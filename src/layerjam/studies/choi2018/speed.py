@@ -114,7 +114,7 @@ def judder_claims() -> list[Claim]:
         range_note = f"; v_s between {' and '.join(edges)}"
     together: dict[str, Any] = {"kapton": kapton.together, "ptfe": ptfe.together}
     staggered_bounds: dict[str, Any] = {"kapton_apart": kapton.apart, "ptfe_apart": ptfe.apart}
-    slack = ", with the spring going slack" if ptfe.slack else ""
+    slack = ", with the spring becoming slack" if ptfe.slack else ""
     ranges: dict[str, Any] = {
         "speeds": [show(v, "m/s") for v in (STRIBECK[0], STRIBECK[-1])],
         "dampings": [show(v, "N s/m") for v in (DAMPING[0], DAMPING[-1])],

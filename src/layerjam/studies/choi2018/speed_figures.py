@@ -56,7 +56,7 @@ def draw_amplitudes() -> style.Figure:
         style.add_label(axes, 12, 12, "slides\nsteadily", GREY, ha="right")
         style.add_key(axes, loc="upper right")
         style.add_title(axes, film, f"model; jump law, damping ratio {RATIO:g} (assumed)")
-    figure.colorbar(contours, ax=maps[1], label="half the force swing [N]", pad=0.02)
+    figure.colorbar(contours, ax=maps[1], label="half the peak-to-peak force [N]", pad=0.02)
     _draw_mount(design)
     return figure
 
@@ -97,7 +97,7 @@ def draw_fig4_stick_slip() -> style.Figure:
             style.add_label(bars, place + shift, value * 100 + 4, f"{value:.0%}", ha="center")
     bars.set_xticks([0, 1], ["Kapton", "PTFE"])
     bars.tick_params(axis="x", length=0)
-    bars.set(ylabel="half the swing / kinetic force [%]", ylim=(0, 150))
+    bars.set(ylabel="half peak-to-peak / kinetic force [%]", ylim=(0, 150))
     bars.grid(axis="x", visible=False)
     words = "left: table I, all sheets at once", "right: sheets start to slip one by one"
     style.add_key(bars, *((text, INK) for text in words), loc="upper left", handlelength=0)

@@ -31,7 +31,7 @@ class MachineResult(Result):
         ("the conclusion, with the requirements"), default=None, listed=False
     )
     brakes_needed: int | None = fact("brakes required; null if no number is enough", default=None)
-    mass: float | None = number("kg", "mass of all brakes of the scenario", default=None)
+    mass: float | None = number("kg", "mass of all brakes in the scenario", default=None)
     limits: Sequence[Mapping[str, Any]] | None = fact(
         "every limit: actual value, allowed value, whether it is met", default=None, listed=False
     )
@@ -88,7 +88,7 @@ def scenario(
     ] = None,
     *,
     out: Annotated[
-        str | Path | None, Help("Folder for a page with pictures.", metavar="DIR")
+        str | Path | None, Help("Folder for a page with figures.", metavar="DIR")
     ] = None,
     names: Annotated[bool, Help("List the built-in scenarios.", option="--list")] = False,
     overwrite: Overwrite = False,

@@ -180,7 +180,7 @@ def draw_ankle_rates(result: Result) -> style.Figure:
     detail = (
         f"holds up to {fastest:.3g} strides per second"
         if fastest
-        else ("holds at none of the rates tried")
+        else ("slips at every rate tried")
     )
     style.add_title(axes, "Stride rate that the vacuum follows", detail)
     return figure
@@ -223,7 +223,7 @@ def draw_exercise_versus_angle(result: Result) -> style.Figure:
     top = 1.25 * max(float(session.torque.max()), float(reach.max()))
     figure, (left, right) = style.make_axes(columns=2, width=10.6, height=4.1)
     style.add_band(left, grid, reach, top, RED, 0.10)
-    left.plot(grid, reach, color=RED, lw=1.3, label="out of reach above")
+    left.plot(grid, reach, color=RED, lw=1.3, label="maximum torque")
     left.plot(angle, session.torque[first], color=GREEN, lw=2.6, alpha=0.7, label="target")
     left.plot(angle, record.given[first], color=INK, lw=1.2, label="actual torque")
     left.set(xlim=(angle[0], angle[-1]), ylim=(0, top))
@@ -234,7 +234,7 @@ def draw_exercise_versus_angle(result: Result) -> style.Figure:
     right.plot(speeds, record.shares * 100, color=BLUE)
     style.set_log_scale(right)
     right.set(ylim=(0, 108), xlabel="mean speed of flexion [degrees/s]")
-    right.set_ylabel("part followed [% of the flexion]")
+    right.set_ylabel("fraction followed [% of the flexion]")
     right.set_xlim(float(speeds[0]), float(speeds[-1]))
     style.mark_y(right, get(result.scenario, "limits.followed") * 100, "minimum", below=True)
     style.mark_x(right, math.degrees(get(result.scenario, "exercise.speed")), "asked", share=0.03)

@@ -214,18 +214,18 @@ class Rehabilitation(Machine):
     def describe_need(self, brakes: int, numbers: dict[str, Any]) -> str:
         """Describe the requirements in sentences."""
         words = (
-            f"The torque needs {count_text(brakes, 'brake')} at full vacuum; the "
+            f"The torque requires {count_text(brakes, 'brake')} at full vacuum; the "
             f"device has {'one' if self.brakes.parallel == 1 else self.brakes.parallel}. "
         )
         if numbers["fastest_speed"] == 0:
             words += "This line cannot follow the profile at any tested speed."
         else:
             words += (
-                f"This line follows it up to {math.degrees(numbers['fastest_speed']):.3g} degrees "
-                f"per second; {math.degrees(self.exercise.speed):.3g} are required."
+                f"This line can follow it up to {math.degrees(numbers['fastest_speed']):.3g} "
+                f"degrees per second; {math.degrees(self.exercise.speed):.3g} are required."
             )
         if numbers["release_time"] > self.limits.release:
-            words += " A vent valve would release it in time."
+            words += " A vent valve would release the torque in time."
         return words
 
 

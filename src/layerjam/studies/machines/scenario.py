@@ -53,9 +53,7 @@ class Brakes:
     """Identical brakes: `parallel` chains, each with `series` brakes in series."""
 
     parallel: int = quantity("1", "chains of brakes in parallel", lo=1, hi=10000, whole=True)
-    series: int = quantity(
-        "1", "brakes end to end in a chain", lo=1, hi=1000, whole=True, default=1
-    )
+    series: int = quantity("1", "brakes in series in a chain", lo=1, hi=1000, whole=True, default=1)
     vacuum: float = quantity("Pa", "operating vacuum of the brakes", lo=1, hi=1.2e5)
 
     if TYPE_CHECKING:
