@@ -127,8 +127,8 @@ def outcome_warnings(
     if outcome is Outcome.SNAPS:
         least = show(float(least_stiffness(vacuum, brake)), "N/m")
         texts.append(
-            f"the brake's force falls by {least} once it slides, so it snaps on a rig with a stiffness "
-            f"of {show(float(working_stiffness(brake)), 'N/m')}; more than {least} is needed"
+            f"the brake's force falls by {least} once it slides, so it snaps on a rig with a "
+            f"stiffness of {show(float(working_stiffness(brake)), 'N/m')}; more than {least} is needed"
         )
     if outcome is Outcome.SEPARATED:
         texts.append(

@@ -125,7 +125,7 @@ def judge_claim(
         agrees = abs(ours - paper_value) <= row.tolerance
         if not agrees:
             difference = (
-                f"{(ours - paper_value) / paper_value:+.1%} against the paper"
+                f"{(ours - paper_value) / paper_value:+.1%} relative to the paper"
                 if paper_value
                 else ""
             )
