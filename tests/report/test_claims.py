@@ -47,7 +47,9 @@ def test_number(paper: float, ours: float, tolerance: float) -> None:
 
 
 def test_the_difference_is_said() -> None:
-    assert judge_claim(number(10.0, 0.5), 17.94, x="").why.startswith("+79.4% relative to the paper; ")
+    assert judge_claim(number(10.0, 0.5), 17.94, x="").why.startswith(
+        "+79.4% relative to the paper; "
+    )
     assert judge_claim(number(0.0, 0.5), 1.0, x="").verdict is Verdict.DIFFERS
     assert judge_claim(number(17.5, 0.05 + 1e-12), 17.55, x="").verdict is Verdict.REPRODUCED
 

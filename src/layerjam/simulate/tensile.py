@@ -128,7 +128,7 @@ def outcome_warnings(
         least = show(float(least_stiffness(vacuum, brake)), "N/m")
         texts.append(
             f"the brake's force falls by {least} once it slides, so it snaps on a rig with a "
-            f"stiffness of {show(float(working_stiffness(brake)), 'N/m')}; more than {least} is needed"
+            f"stiffness of {show(float(working_stiffness(brake)), 'N/m')}; use more than {least}"
         )
     if outcome is Outcome.SEPARATED:
         texts.append(
