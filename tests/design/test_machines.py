@@ -196,7 +196,7 @@ def test_the_vacuum_rises_as_its_closed_form() -> None:
     line = load_line("choi2018").line
     time = np.linspace(0, 5, 50)
     a, tau = line.site.atmosphere, time_constant(line)
-    made = ankle_clutch.vacuum_after(time, 94.5e3, line)
+    made = ankle_clutch.pumped_vacuum(time, 94.5e3, line)
     np.testing.assert_allclose(made, np.minimum(a * -np.expm1(-time / tau), 94.5e3), rtol=1e-3)
     assert time_constant(readiness.scale_line(line, 4)) == pytest.approx(4 * tau)
     assert readiness.vacuum_time(94.5e3, line) == pytest.approx(tau * math.log(a / (a - 94.5e3)))
