@@ -1819,12 +1819,12 @@ def scenario(
 ) -> _MachineResultResult:
     """Check a machine of the paper's Fig. 13 against its limits.
 
-    It is a seat belt, neck guard, ankle clutch or rehabilitation orthosis with its loads and
-    limits. With `out`, a page with pictures is written there (`page`). `feasible` states whether
-    all `limits` are met, `reason` names the decisive one, and `conclusion` summarises the
-    requirements. `brakes_needed` is None if no number of brakes is enough. `results` has the
-    machine's own keys, `units` the unit of each. Raises FileError for an invalid file,
-    QuantityError for values out of bounds.
+    Machines are a seat belt, neck guard, ankle clutch and rehabilitation orthosis; a scenario
+    contains loads and limits. With `out`, a page with figures is written to that folder (`page`).
+    `feasible` states whether all `limits` are met, `reason` names the decisive one, and
+    `conclusion` summarises the requirements. `brakes_needed` is None if no number of brakes is
+    enough. `results` has the machine's own keys, `units` the unit of each. Raises FileError for an
+    invalid file, QuantityError for values out of bounds.
     """
 
 (design := design_brake)  # noqa: PLW0131
