@@ -81,7 +81,7 @@ class Array:
 
 
 def single(brake: Brake, vacuum: float, **how: float | bool) -> Array:
-    """Return an array of one brake at a vacuum [Pa]; `how`: `slack` and `stop` of Member."""
+    """Return an array of one brake at a vacuum [Pa]; `how` is passed on to Member."""
     return Array(chains=(((Member(brake=brake, vacuum=vacuum, **how),),),))  # type: ignore[arg-type]
 
 

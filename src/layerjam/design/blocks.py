@@ -2,8 +2,7 @@
 
 The file of a block contains the designs kept from the block (its Pareto front, and those the
 verdict mentions) with all variables and merits; its metadata contains the totals of the whole
-block. The same block always produces the same bytes on any machine, so a block may be computed
-twice.
+block. The same block always produces the same bytes on any machine, so a repeat is harmless.
 """
 
 import contextlib

@@ -170,7 +170,7 @@ def make_brake(point: Point, base: Brake) -> Brake:
     """Return one brake of a design, as a record of arrays, with missing values from the base.
 
     An offset x0 turns overlap into free length on both sides. The stiffness is that of the sheets
-    in series with the base brake's mount, if its stiffness has been measured.
+    in series with the base brake's mount, if the mount's stiffness has been measured.
     """
     start = base.sheets
     ends = base.mount.clamped_length

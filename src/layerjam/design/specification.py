@@ -70,11 +70,11 @@ class FileFinder:
     records: Mapping[str, BrakeFile | LineFile] | None = None
 
     def brake(self, name: str, quantity: str = "brake") -> BrakeFile:
-        """Return the brake of this name; UnknownNameError names `quantity`."""
+        """Return the brake with this name; an UnknownNameError quotes `quantity`."""
         return self._find(name, quantity, load, catalogue(), BrakeFile)
 
     def line(self, name: str) -> LineFile:
-        """Return the vacuum line of this name."""
+        """Return the vacuum line with this name."""
         return self._find(name, "line", load_line, lines(), LineFile)
 
     def _find(

@@ -21,7 +21,8 @@ class SheetMotion:
     """Motion of n sheets and the interfaces between them at M samples of a pull, in order.
 
     The samples are spread evenly over those of the record, and include those just before and after
-    an interface starts or stops sliding. Walls of a housing count as sheets. SI units.
+    an interface starts or stops sliding. Walls of a housing count as sheets. Values are in SI
+    units.
     """
 
     elongation: Array

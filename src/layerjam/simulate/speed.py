@@ -65,7 +65,7 @@ def speed_notices(file: BrakeFile, fastest: float) -> list[Notice]:
 
 
 def list_force_notices(file: BrakeFile, speed: float | None) -> list[Notice]:
-    """Return notices about a force at a sliding speed [m/s], None if no speed is requested."""
+    """Return notices about a force at a requested sliding speed [m/s], if any."""
     law = file.brake.speed_law
     if law is None:
         return [] if speed is None else [UNMEASURED]

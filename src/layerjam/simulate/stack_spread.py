@@ -59,7 +59,7 @@ def peak_spread(
     progress: Callable[[int, int], None] | None = None,
     chunk: int = CHUNK,
 ) -> Spread:
-    """Pull many stacks whose interface friction scatters log-normally, relative SD `scatter`.
+    """Pull many stacks whose interface friction scatters log-normally with relative SD `scatter`.
 
     The mean friction is unchanged. `interfaces`, `housing`, `static` and `one_by_one` apply to all
     stacks. The numbers depend only on `seed`, not on `chunk` or the number of threads. `progress`

@@ -98,7 +98,7 @@ def max_bare_reading(cutoff: float) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class RopeStudy:
-    """Peaks [g] of the stop versus rope stiffness [N/m], shape (N,); NaN if none.
+    """Peaks [g] of the stop versus rope stiffness [N/m], shape (N,); NaN without such a stop.
 
     `tuned` is at the vacuum for 40 mm of slip, if the brake slips at all, `full` is at 94.5 kPa,
     and `bare` is without a brake. The speed is 2.5 m/s.

@@ -162,7 +162,7 @@ class Machine(Scenario):
         raise NotImplementedError
 
     def note_slip(self, slip: float, pace: Any) -> list[Notice]:
-        """Return notices about chains that slipped [m] at `pace` [m/s], None if there is no law."""
+        """Return notices about chains that slip by `slip` [m] at `pace` [m/s] with a speed law."""
         law = self.brake.brake.speed_law
         if pace is None or law is None:
             return []
