@@ -144,7 +144,7 @@ def test_what_does_not_fit_is_refused():
         batch(stop, {k: v for k, v in SWEEP.items() if k != "gravity"}, brake=KAPTON)
     with pytest.raises(QuantityError, match="others on the axis 'a' have 2"):
         batch(stop, SWEEP | {"mass": ("a", [1, 2]), "speed": ("a", [1, 2, 3])}, brake=KAPTON)
-    with pytest.raises(QuantityError, match="a number or one row"):
+    with pytest.raises(QuantityError, match="a number or a 1-D array"):
         batch(stop, SWEEP | {"mass": np.ones((2, 2))}, brake=KAPTON)
     with pytest.raises(UnknownNameError, match="result of the law"):
         batch(stop, SWEEP, brake=KAPTON, wanted=["slips"])
