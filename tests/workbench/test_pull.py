@@ -16,7 +16,7 @@ from layerjam.simulate.record import Outcome
 from layerjam.workbench.answer import file_bytes
 from layerjam.workbench.charts import round_up
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.outcomes import PULLS, describe_pull, describe_slide
+from layerjam.workbench.outcomes import PULLS, describe_pull, describe_stick_slip
 from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.pages.pull_chart import pull_chart
 from layerjam.workbench.pages.pull_files import Reading, find_pulls, read_pulls
@@ -173,6 +173,6 @@ def test_a_sentence_for_every_outcome_that_a_pull_can_have():
     for outcome in Outcome:
         record = SimpleNamespace(elongation=np.array([0.0, 0.01]), speed=0.001)
         found = SimpleNamespace(outcome=str(outcome), record=record, events=3)
-        for said in (describe_pull(found), describe_slide(found)):
+        for said in (describe_pull(found), describe_stick_slip(found)):
             assert said.endswith(".") and said[0].isupper()
         assert (outcome in describe_pull(found)) == (outcome not in PULLS)

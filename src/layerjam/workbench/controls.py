@@ -76,7 +76,7 @@ class Control:
             return None
         return min(max(value, self.low if self.spec.open_lo else self.spec.lo), self.spec.hi)
 
-    def narrow(self, low: float | None = None, high: float | None = None) -> "Control":
+    def narrow_bounds(self, low: float | None = None, high: float | None = None) -> "Control":
         """Return the same control with narrower bounds [SI]; values outside are rejected."""
         lo = self.spec.lo if low is None else low
         hi = self.spec.hi if high is None else high
@@ -102,7 +102,7 @@ USUAL_VACUUM = 94.5e3
 def vacuum_control(command: str, name: str, full: float, low: float = 0.0, **more: Any) -> Control:
     """Return the control for the shared vacuum, from `low` to full vacuum at the site [Pa]."""
     span = (low, full)
-    return control(command, name, min(USUAL_VACUUM, full), span, **more).narrow(high=full)
+    return control(command, name, min(USUAL_VACUUM, full), span, **more).narrow_bounds(high=full)
 
 
 def map_keys(*controls: Control) -> dict[str, Control]:

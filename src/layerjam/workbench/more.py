@@ -19,12 +19,12 @@ from layerjam.workbench.widgets import (
     Alert,
     button,
     dress,
+    drop_area,
     field,
     fold,
     hint,
     one_line,
     select,
-    zone,
 )
 
 
@@ -146,7 +146,7 @@ class OtherInputs:
 
         hint(p.sentence)
         area = ui.upload(auto_upload=True, max_files=1, max_file_size=LARGEST, on_upload=on_file)
-        zone(area, label, f"{ident}-file")
+        drop_area(area, label, f"{ident}-file")
         file_label = dress(ui.label(), ident, "text-sm font-medium")
         drop = button("Remove", remove_files, f"{ident}-forget", "close", look="flat dense no-caps")
         drop.set_visibility(False)

@@ -34,7 +34,7 @@ PULLS: Mapping[str, Callable[[str], str]] = MappingProxyType(
 """{outcome: function that returns its sentence, given the travel}."""
 
 
-def describe_slide(slid: Any) -> str:
+def describe_stick_slip(slid: Any) -> str:
     """Return the outcome of a pull simulated over time, which may show stick–slip."""
     pace = show(slid.record.speed, "m/s")
     if slid.outcome == "JUDDERS":

@@ -20,7 +20,7 @@ from layerjam.workbench.memory import freeze_after_result
 from layerjam.workbench.runner import Runner, add_progress_line
 from layerjam.workbench.spoken import typeset_text
 from layerjam.workbench.tables import html_table
-from layerjam.workbench.widgets import QUIET, Alert, as_title, dress, heading, hint
+from layerjam.workbench.widgets import QUIET, Alert, dress, heading, hint, key_title
 
 
 class ControlGroup:
@@ -222,7 +222,7 @@ class Figures:
         meanings = result_fields(command)
         with ui.grid(columns="auto auto").classes("figures gap-x-6 gap-y-1 items-baseline"):
             for key in keys:
-                name = names.get(key) or as_title(key)
+                name = names.get(key) or key_title(key)
                 label = ui.label(name).classes(QUIET)
                 if key in meanings:
                     label.tooltip(typeset_text(meanings[key]))

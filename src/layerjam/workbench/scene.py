@@ -114,17 +114,17 @@ def build_stack(brake: Brake, slip: float, share: float) -> Stack:
     tip = start + free + lap + free_right + sheets.usable_travel
     boxes += _ghost_boxes(end + cap, tip, cap, (1.25 * sheets.width, tall, height))
     labels = (
-        ("overlap", f"overlap {show(lap - slip, 'm', 3)}", _to_units(*overlap_mark)),
-        ("left", "left end", _to_units(start - cap / 2, 0, tall / 2)),
-        ("right", "right end", _to_units(end + cap / 2, 0, tall / 2)),
+        ("overlap", f"overlap {show(lap - slip, 'm', 3)}", _scale_point(*overlap_mark)),
+        ("left", "left end", _scale_point(start - cap / 2, 0, tall / 2)),
+        ("right", "right end", _scale_point(end + cap / 2, 0, tall / 2)),
         (
             "ghost",
             f"slip of up to {show(sheets.usable_travel, 'm', 3)}",
-            _to_units(tip, 0, tall / 2),
+            _scale_point(tip, 0, tall / 2),
         ),
     )
     deep, wide = loosest / 2 + 4 * thick, 1.25 * sheets.width / 2
-    corners = _to_units(start - cap, -wide, -deep), _to_units(tip + cap, wide, deep)
+    corners = _scale_point(start - cap, -wide, -deep), _scale_point(tip + cap, wide, deep)
     return Stack(tuple(boxes), labels, scale, count, *corners)
 
 
@@ -157,12 +157,12 @@ def _screw_boxes(name: str, x: float, z: float, brake: Brake) -> Iterator[Box]:
         yield _make_box(f"screw {number} {name}", (x, place.y, z), size, "#39424b")
 
 
-def _to_units(x: float, y: float, z: float) -> Point:
+def _scale_point(x: float, y: float, z: float) -> Point:
     return (x / UNIT, y / UNIT, z / UNIT)
 
 
 def _make_box(name: str, centre: Point, size: Point, color: str, opacity: float = 1.0) -> Box:
-    return Box(name, _to_units(*centre), _to_units(*size), color, opacity)
+    return Box(name, _scale_point(*centre), _scale_point(*size), color, opacity)
 
 
 def describe_stack(brake: Brake, stack: Stack, slip: float) -> str:

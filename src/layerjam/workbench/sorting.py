@@ -153,7 +153,7 @@ class Sorting:
                     button("Not now", self.dialog.close, "dropped-later", look="flat no-caps")
                     look = "unelevated no-caps color=primary"
                     text = f"Use {usable}" if usable != 1 else "Use this"
-                    button(text, self.accept, "dropped-use", "check", look=look)
+                    button(text, self.accept_files, "dropped-use", "check", look=look)
                 else:
                     look = "unelevated no-caps color=primary autofocus"
                     button("Close", self.dialog.close, "dropped-close", look=look)
@@ -218,7 +218,7 @@ class Sorting:
             box = field(WORDS[fact], f"dropped-{fact}", text, classes="w-44")
             dress(box, aria_label=f"{WORDS[fact]} of {item.name}")
             box.on_value_change(lambda e: self._set_entry(item.key, fact, str(e.value or "")))
-            box.on("keydown.enter", self.accept)
+            box.on("keydown.enter", self.accept_files)
             if value.source:
                 ui.label(value.source).classes(f"text-xs opacity-80 {SOURCE}")
             else:
@@ -282,7 +282,7 @@ class Sorting:
     def _set_entry(self, key: str, key_of: str, text: str) -> None:
         self.said.setdefault(key, {})[key_of] = text
 
-    async def accept(self) -> None:
+    async def accept_files(self) -> None:
         """Use the files with complete metadata; the others remain and show what they lack."""
         self._problems.clear()
         edits: dict[str, dict[str, str]] = {}

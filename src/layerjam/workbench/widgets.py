@@ -33,7 +33,7 @@ def dress(element: E, ident: str = "", classes: str = "", look: str = "", **more
     return element.classes(classes) if classes else element
 
 
-def as_title(key: str) -> str:
+def key_title(key: str) -> str:
     """Return the page's name for a key of a result."""
     words = key.replace("_", " ").split()
     words = [word.upper() if word in ("mape", "rmse", "sd") else word for word in words]
@@ -131,7 +131,7 @@ ZONE = """<div class="zone-head"><span>{label}</span><q-btn flat dense round ico
 """Replaces Quasar's header, whose file field and button have no accessible names."""
 
 
-def zone(area: ui.upload, label: str, ident: str, classes: str = "w-full") -> ui.upload:
+def drop_area(area: ui.upload, label: str, ident: str, classes: str = "w-full") -> ui.upload:
     """Return an area for dropped files, with a button to choose files; `label` is its text."""
     area.add_slot("header", ZONE.format(label=label))
     return dress(area, ident, classes, "flat bordered", role="group", aria_label=label)

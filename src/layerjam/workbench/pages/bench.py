@@ -122,7 +122,8 @@ class Bench(Page):
         full = self.desk.line.line.site.atmosphere
         target = control("rise", "target", min(40e3, 0.6 * full), (0.01 * full, 0.99 * full))
         return map_keys(
-            target.narrow(high=full), control("regulate", "sensor_range", 103e3, (10e3, 200e3))
+            target.narrow_bounds(high=full),
+            control("regulate", "sensor_range", 103e3, (10e3, 200e3)),
         )
 
     def build(self) -> None:
@@ -294,7 +295,7 @@ class Bench(Page):
         if self.folder is not None:
             shutil.rmtree(self.folder, ignore_errors=True)
 
-    async def _ask_bench(self, act: Callable[[Any], Any]) -> Any:
+    async def _request_bench(self, act: Callable[[Any], Any]) -> Any:
         session = self.session
         if session is None:
             if self.problem is not None:
@@ -316,14 +317,14 @@ class Bench(Page):
     async def _hold_target(self) -> None:
         settings = await self._connected_settings()
         if settings is not None and self.session is not None:
-            await self._ask_bench(partial(hold_target, **settings))
+            await self._request_bench(partial(hold_target, **settings))
 
     async def _switch_off(self) -> None:
         self._stop_run()
-        await self._ask_bench(lambda bench: bench.off())
+        await self._request_bench(lambda bench: bench.off())
 
     async def _clear_fault(self) -> None:
-        await self._ask_bench(lambda bench: bench.clear())
+        await self._request_bench(lambda bench: bench.clear())
 
     def _stop_run(self) -> None:
         session = self.session

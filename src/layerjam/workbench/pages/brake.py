@@ -22,7 +22,16 @@ from layerjam.workbench.pages.brake_build import BuildPart
 from layerjam.workbench.pages.records import CUSTOM, Editor, Kind
 from layerjam.workbench.scene import StackView, build_stack, describe_stack
 from layerjam.workbench.tables import Cell, html_table
-from layerjam.workbench.widgets import Hero, Heroes, as_title, button, columns, fold, select, status
+from layerjam.workbench.widgets import (
+    Hero,
+    Heroes,
+    button,
+    columns,
+    fold,
+    key_title,
+    select,
+    status,
+)
 
 GROUPS = {
     "sheets": "Sheets",
@@ -59,7 +68,7 @@ class Brake(Page):
         lap, full = brake.sheets.overlap, self.more.atmosphere(brake.site.atmosphere)
         slip = control("force", "slip", 0.0, (0.0, lap), label="Displayed slip")
         vacuum = vacuum_control("force", "vacuum", full, label="Displayed vacuum")
-        return map_keys(slip.narrow(high=lap), vacuum)
+        return map_keys(slip.narrow_bounds(high=lap), vacuum)
 
     def build(self) -> None:
         """Build the fields for the brake's numbers on the left and the results on the right."""
@@ -113,27 +122,27 @@ class Brake(Page):
             self.sources = live.Table()
 
     def _build_comparison(self) -> None:
-        def choose_other(event: Any) -> None:
-            self._put_other(str(event.value or ""))
+        def choose_second(event: Any) -> None:
+            self._put_second(str(event.value or ""))
 
         with ui.row().classes("w-full items-center gap-2"):
-            self.other = select({}, "Compare with", "brake-beside", choose_other, classes="w-64")
+            self.other = select({}, "Compare with", "brake-beside", choose_second, classes="w-64")
             text, look = "Keep a copy for comparison", "flat dense no-caps"
-            keep = lambda: self._put_other(self.desk.state.brake)  # noqa: E731
+            keep = lambda: self._put_second(self.desk.state.brake)  # noqa: E731
             button(text, keep, "brake-keep", "push_pin", look=look)
         self.desk.add_watcher(
-            lambda what: self._fill_other() if what in ("brake", "undo") else None
+            lambda what: self._fill_second() if what in ("brake", "undo") else None
         )
-        self._fill_other()
+        self._fill_second()
 
-    def _fill_other(self) -> None:
+    def _fill_second(self) -> None:
         text, second = self.desk.state.beside, self.desk.beside
         choices = {"": "nothing"} | {name: load(name).title or name for name in catalogue()}
         if second is not None and text not in choices:
             choices[CUSTOM] = f"{second.name} (kept)"
         self.other.set_options(choices, value=text if text in choices else CUSTOM)
 
-    def _put_other(self, text: str) -> None:
+    def _put_second(self, text: str) -> None:
         if text not in (CUSTOM, self.desk.state.beside):
             self.desk.put_file("beside", text)
 
@@ -289,5 +298,5 @@ def sources_table(file: BrakeFile) -> str:
         source_texts = ("default", "", "", "")
         if source is not None:
             source_texts = (source.kind, source.text, source.spread, source.conflict)
-        rows.append([as_title(path.replace(".", ", ")), show(value, spec.unit, 6), *source_texts])
+        rows.append([key_title(path.replace(".", ", ")), show(value, spec.unit, 6), *source_texts])
     return html_table(heads, rows, (1,), "Sources", "brake-sources")

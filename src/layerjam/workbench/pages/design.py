@@ -63,7 +63,7 @@ class Arrays(Part):
         vacuum = vacuum_control("array", "vacuum", full, 0.01 * full)
         rows = control("array", "parallel", 2, (1, WIDE), label="In parallel", steps=WIDE - 1)
         row = control("array", "series", 2, (1, LONG), label="In series", steps=LONG - 1)
-        return map_keys(rows.narrow(high=WIDE), row.narrow(high=LONG), vacuum)
+        return map_keys(rows.narrow_bounds(high=WIDE), row.narrow_bounds(high=LONG), vacuum)
 
     def build(self) -> None:
         """Build controls and totals on the left, force versus elongation on the right."""

@@ -152,13 +152,13 @@ class Form(ControlGroup):
             return
         known = {c.key: c.spec for c in self.controls().values()}
         values = form_settings(request)
-        usable = {k: v for k, v in values.items() if k not in known or _is_within(known[k], v)}
+        usable = {k: v for k, v in values.items() if k not in known or _is_allowed(known[k], v)}
         self._follows = True
         self.desk.put_settings(PAGE, usable)
         self._follows = False
 
 
-def _is_within(spec: Any, value: Any) -> bool:
+def _is_allowed(spec: Any, value: Any) -> bool:
     try:
         spec.check(value, "value")
     except LayerjamError:

@@ -104,7 +104,7 @@ class Drop(Page):
             control("drop", "speed", 1.5, (0.05, 6.0), unit="m/s"),
             control("drop", "height", 0.1, (0.005, 2.0), unit="m"),
             rope,
-            travel.narrow(high=usable),
+            travel.narrow_bounds(high=usable),
             vacuum_control("drop", "vacuum", full),
         )
 

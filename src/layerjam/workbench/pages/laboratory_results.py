@@ -14,7 +14,7 @@ from layerjam.workbench.page import Box, Notes, show_checks
 from layerjam.workbench.pages.laboratory_chain import Chain, StepResult
 from layerjam.workbench.pages.laboratory_files import Row
 from layerjam.workbench.spoken import page_text
-from layerjam.workbench.widgets import Hero, as_title, button, dress, heading, hint
+from layerjam.workbench.widgets import Hero, button, dress, heading, hint, key_title
 
 CARDS = {
     "friction": (
@@ -203,7 +203,7 @@ def result_numbers(result: Any) -> list[tuple[str, str, str]]:
         value_text, span = text(value), intervals.get(f.name)
         if span and span["low"] is not None:
             value_text += f" (95 %: {text(span['low'])} to {text(span['high'])})"
-        rows.append((f.name, as_title(f.name), value_text))
+        rows.append((f.name, key_title(f.name), value_text))
     before = getattr(result, "uncalibrated", None)
     if before:
         rows.append(("before", "MAPE before calibration", f"{before['mape']:.2%}"))

@@ -24,7 +24,7 @@ from layerjam.workbench.controls import (
 )
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.more import OtherInputs
-from layerjam.workbench.outcomes import describe_pull, describe_slide
+from layerjam.workbench.outcomes import describe_pull, describe_stick_slip
 from layerjam.workbench.page import Box, Figures, Notes, Page
 from layerjam.workbench.pages import pull_band
 from layerjam.workbench.pages.pull_chart import pull_chart, stick_slip_chart
@@ -322,7 +322,7 @@ class Pull(Page):
         (self.saw if saws else self.pulled).fill(pull)
         self.by_sheet.fill(None if saws else pull.motion, pull.record.brake.brake.sheets)
         self.heroes.fill(headlines(pull))
-        self.outcome.set_text(describe_slide(pull) if saws else describe_pull(pull))
+        self.outcome.set_text(describe_stick_slip(pull) if saws else describe_pull(pull))
         self.measured.fill(reading)
         self.errors.fill(reading)
         self.notes.fill(pull.warnings)

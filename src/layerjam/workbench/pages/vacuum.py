@@ -33,12 +33,12 @@ from layerjam.workbench.panel import Panel
 from layerjam.workbench.widgets import (
     Hero,
     Heroes,
-    as_title,
     columns,
     dress,
     fold,
     heading,
     hint,
+    key_title,
     status,
 )
 
@@ -140,8 +140,8 @@ class Vacuum(Page):
         return map_keys(
             target,
             control("regulate", "fault_at", 10.0, (0.0, 30.0), **begins),
-            span.narrow(high=LONGEST),
-            sample.narrow(SHORTEST),
+            span.narrow_bounds(high=LONGEST),
+            sample.narrow_bounds(SHORTEST),
             control("regulate", "sensor_range", 103e3, (10e3, 200e3)),
             control("regulate", "noise", 50.0, (0.0, 500.0), unit="Pa"),
         )
@@ -334,7 +334,7 @@ def loop_headlines(result: Any) -> list[Hero]:
 def detection_table(result: Any) -> str:
     """Return a list of the faults and their longest detection times, as HTML."""
     rows = "".join(
-        f"<dt>{as_title(name.lower())}</dt>"
+        f"<dt>{key_title(name.lower())}</dt>"
         f"<dd>{'not detected' if time is None else show(time, 's', 3)}</dd>"
         for name, time in result.detection.items()
     )
