@@ -194,7 +194,7 @@ def _draw_dimension_chain(axes: Axes, parts: Sequence[Part], level: float, unit:
 
 
 def _draw_heights(axes: Axes, x: float, parts: Sequence[Part], unit: float) -> None:
-    """Draw height dimensions beside the drawing; a negative `unit` puts the text on the left."""
+    """Draw height dimensions next to the drawing; a negative `unit` puts the text on the left."""
     for words, low, high in parts:
         for z in (low, high):
             axes.plot((x - 1.2 * unit, x + 0.6 * unit), (z, z), color=GREY, lw=0.5)

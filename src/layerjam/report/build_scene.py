@@ -137,11 +137,11 @@ def make_layer(world: Scene, index: int, shift: float = 0.0) -> tuple[Body, Body
     lengths, left = world.lengths, index % 2 == 0
     low = -lengths.stack / 2 + index * lengths.thickness + shift
     high = low + lengths.thickness
-    near, far = (lengths.left, lengths.right)[:: 1 if left else -1]
+    side, twin = (lengths.left, lengths.right)[:: 1 if left else -1]
     number = 0 if left else 1
-    sheet = make_slab(world.sheets[number], low, high, LEFT if left else RIGHT).shift(-near.clamped)
-    spacer = make_slab(world.spacers[1 - number], low, high, SPACER).shift(-far.clamped)
-    return _place(world, near, sheet), _place(world, far, spacer)
+    sheet = make_slab(world.sheets[number], low, high, LEFT if left else RIGHT).shift(-side.clamped)
+    spacer = make_slab(world.spacers[1 - number], low, high, SPACER).shift(-twin.clamped)
+    return _place(world, side, sheet), _place(world, twin, spacer)
 
 
 def make_dowel(world: Scene, side: Side) -> Body:
