@@ -113,7 +113,7 @@ def test_every_spec_comes_back_from_its_text(
         ('[scatter]\nper = "day"', 2, "did you mean"),
         ("[practice]\ncut_off = 7", 1, "asks for 7 faulty files, but there are 3 pulls"),
         ("weather = 1", 1, "unknown key 'weather'"),
-        ("[pulls", 1, "is not TOML"),
+        ("[pulls", 1, "is not valid TOML"),
     ],
 )
 def test_errors_name_file_line_and_what_is_allowed(text: str, line: int, words: str) -> None:
@@ -131,7 +131,7 @@ def test_brakes_have_their_own_errors(tmp_path: Path) -> None:
     pulls = '[pulls]\nvacuums = ["40 kPa"]\n'
     for text, words in (
         ("", "brakes: none is given"),
-        ("brakes = 3\n", "each begins with a line"),
+        ("brakes = 3\n", "each begin with a line"),
         ("[[brakes]]\nscale_factor = 1.0\n", "brakes.brake .* is missing"),
         ('[[brakes]]\nbrake = "choi2018-kapton"\nstiffness = 131\n', "'131 kN/m' or '131 N/mm'"),
     ):

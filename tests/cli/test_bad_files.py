@@ -125,7 +125,7 @@ def test_a_broken_sidecar_names_its_line(
     for text, line, why in (
         ("repeat = 1\nvacuum = 94.5\n", 2, "has no unit"),
         ("vacum = '94.5 kPa'\n", 1, "vacuum"),
-        ("repeat = 1\n\nspeed = ", 3, "is not TOML"),
+        ("repeat = 1\n\nspeed = ", 3, "is not valid TOML"),
     ):
         beside.write_text(text)
         sentence = refuses(*head, path, *tail)

@@ -142,8 +142,8 @@ def test_unknown_brakes_get_the_nearest_names(
 
 
 BROKEN = {
-    "no toml": ("name = 'x'\n[sheets\n", 2, "is not TOML"),
-    "unclosed": ('name = "x\n', 1, "is not TOML"),
+    "no toml": ("name = 'x'\n[sheets\n", 2, "is not valid TOML"),
+    "unclosed": ('name = "x\n', 1, "is not valid TOML"),
     "empty": ("", None, "missing"),
     "unit": (("overlap = { value = \"68 mm\"", "overlap = { value = 68"), 0, "has no unit"),
     "dimension": (("value = \"68 mm\"", "value = \"68 kPa\""), 0, "units of length"),

@@ -57,7 +57,7 @@ def test_what_is_taken_back_is_not_known_or_what_the_material_says():
     light = edit(heavy, {"weighed_mass": None, "film.strength": None}).record
     assert light.brake == load(KAPTON).brake
     with pytest.raises(
-        QuantityError, match=r"film\.strength: a part, a material or a default sets it"
+        QuantityError, match=r"film\.strength: is set by a part, material or default"
     ):
         edit(light, {"film.strength": None})
     with pytest.raises(FileError, match=r"sheets\.width \(sheet width\) is missing"):

@@ -94,7 +94,7 @@ def test_it_takes_less_than_ten_seconds_of_one_core(tmp_path: Path) -> None:
 
 REMEDIES = {
     "a hard silicone": ({}, 'elongation_at_break = "150 %"', "C5", "softer silicone"),
-    "a weak tie": ({}, 'tie_tension = "2 N"', "C11", "pull it tighter"),
+    "a weak tie": ({}, 'tie_tension = "2 N"', "C11", "tighten the tie to"),
     "a thick silicone": ({"wall": "0.25 mm"}, "", "C12", "a thicker wall"),
     "a strong brake": ({"scale_factor": 20.0}, "", "C8", "more screws (mount.screws)"),
 }
@@ -144,7 +144,7 @@ CANNOT = {
     "high stack": ({"count": 240}, {}, "longest available is 60 mm"),
     "narrow": ({"width": "8 mm"}, {}, "nut of M3"),
     "printer": ({}, {"print_bed": "145x145x160mm"}, "too large for the printer by 6 mm along z"),
-    "thin sleeve": ({"wall": "0.2 mm"}, {}, "too thin to fill without it"),
+    "thin sleeve": ({"wall": "0.2 mm"}, {}, "too thin to leave it unknown"),
 }
 
 
@@ -223,8 +223,8 @@ def test_sizes_and_counts_are_checked(tmp_path: Path) -> None:
     ("words", "code", "said"),
     [
         (["--print-bed", "145x145x160mm"], 1, "too large for the printer by 6 mm along z"),
-        (["--stock", "60x300mm"], 1, "larger than the stock"),
-        (["--laser-bed", "90 mm x 50 mm"], 1, "larger than the laser bed"),
+        (["--stock", "60x300mm"], 1, "exceeds the stock by"),
+        (["--laser-bed", "90 mm x 50 mm"], 1, "exceeds the laser bed by"),
         (["--laser-bed", "100x50"], 2, "has no unit"),
         (["--kerf", "0.2"], 2, "has no unit"),
         (["--cutter", "axe"], 2, "unknown cutter"),

@@ -36,7 +36,7 @@ def test_read(tmp_path: Path) -> None:
         ("repeat = true", 1, "an integer"),
         ("synthetic = 1", 1, "true or false"),
         ("brake = 7", 1, "text in quotes"),
-        ("vacuum = ", 1, "is not TOML"),
+        ("vacuum = ", 1, "is not valid TOML"),
         ("[vacuum]\nx = 1", 1, "has the unknown key x"),
         ('load_cell_certificate = "K1"', 1, "must be a table with number, date, laboratory"),
         ('[gauge_certificate]\nnumber = "P"', 1, "lacks date, laboratory"),

@@ -114,8 +114,8 @@ def validate(brake: Brake) -> None:
     if least > sheets.length * (1 + 1e-9):
         raise QuantityError.of(
             "sheets.length",
-            f"{show(sheets.length, 'm')} is shorter than free length, overlap and "
-            f"clamped part together, {show(least, 'm')}",
+            f"{show(sheets.length, 'm')} is shorter than the sum of free length, "
+            f"overlap and clamped part ({show(least, 'm')})",
         )
     screws = mount.screws_across(sheets.width)
     if screws * mount.screw_hole >= sheets.width:

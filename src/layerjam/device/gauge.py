@@ -24,7 +24,7 @@ def gauge_notices(file: BrakeFile) -> Iterator[Notice]:
     product = file.making.film.product or "this film"
     sold = ", ".join(show(gauge, "m", 3, like=min(gauges)) for gauge in sorted(gauges))
     yield Notice(
-        f"{product} is not sold {show(thickness, 'm')} thick ({sold}): check which film "
+        f"{product} is not sold {show(thickness, 'm')} thick (available: {sold}): check which film "
         "you bought; a laminate or a different grade differs in modulus, friction "
         "and edge",
         "film-gauge",

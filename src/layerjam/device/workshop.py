@@ -74,7 +74,7 @@ class SizeSpec(AsItIs):
     def read(self, text: object, name: str) -> tuple[float, ...]:
         """Return the sides [m]; the unit of the last one applies to sides without a unit."""
         if not isinstance(text, str):
-            raise QuantityError.of(name, f"must be a text such as '{self.example}'")
+            raise QuantityError.of(name, f"must be text such as '{self.example}'")
         parts = [part.strip() for part in text.lower().replace("×", "x").split("x")]
         if len(parts) != self.sides or not all(parts):
             raise QuantityError.of(

@@ -96,7 +96,7 @@ def _bought_items(plan: Drawing) -> list[Item]:
     lengths, build = plan.lengths, plan.build
     number = plan.brakes
     head = show(lengths.head_height * 1e-3, "m")
-    size = f"dowel {mm(build.pin):g} mm, longer than the head's {head} by its fastener's height"
+    size = f"dowel {mm(build.pin):g} mm, longer than the head ({head}) by its fastener's height"
     tie = show(tied_girth(plan) * 1e-3, "m", 2)
     port = "thread M5" if build.port == M5 else f"tube {mm(float(build.port)):g} mm, glued in"
     rows = [
@@ -109,7 +109,7 @@ def _bought_items(plan: Drawing) -> list[Item]:
             2 * number,
             "choose",
         ),
-        ("tube fitting", f"{port}; one end may take a sensor or a plug", 2 * number, "choose"),
+        ("tube fitting", f"{port}; one end may have a sensor or a plug", 2 * number, "choose"),
         ("tube", "to the pump or valve, to suit the fitting", number, "choose"),
         ("mould bolt", mould_bolt(plan), 2 * (lengths.mould.bolts - 1), "standard"),
         ("mould nut", mould_nut(plan), 2 * (lengths.mould.bolts - 1), "standard"),

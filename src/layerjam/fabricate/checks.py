@@ -148,7 +148,7 @@ def clamping_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
             "clamp-length",
             side.clamped,
             thread.head + HEAD_RIM,
-            f"{side.name} clamp {{value}} long; a head of {thread.name} needs {{need}}",
+            f"{side.name} clamp: {{value}} long; an {thread.name} head needs {{need}}",
             ": use longer sheets and mount.clamped_length, or a smaller mount.screw_hole",
         )
     for part, size in (("nut", thread.nut), ("head", thread.head)):
@@ -157,7 +157,7 @@ def clamping_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
             f"{part}-width",
             lengths.width / lengths.screws,
             size + mm(build.fit) + 2 * wall,
-            f"{{value}} of width per screw; a {part} of {thread.name} and its walls need {{need}}",
+            f"{{value}} of width per screw; an {thread.name} {part} and its walls need {{need}}",
             ": use fewer screws (mount.screws), wider sheets, or a smaller mount.screw_hole",
         )
     if build.port == M5:
@@ -237,7 +237,7 @@ def _describe_stretch(place: str, stretch: float, limit: float | None, ok: bool 
 def _describe_descent(free: float, need: float, ok: bool | None) -> str:
     length, descent = _to_mm(free), _to_mm(need)
     if ok:
-        return f"the enclosure comes down from the cap within {descent} of {length} free length"
+        return f"the enclosure descends from the cap within {descent}; the free length is {length}"
     return (
         f"free length {length}; the enclosure needs {descent} to come down from the "
         "cap, and therefore bridges part of the overlap"
@@ -331,12 +331,12 @@ def seal_check(brake: Brake, build: Build, lengths: Lengths) -> Check:
 
 def _describe_seal(tension: float, pressure: float, need: float, ok: bool | None) -> str:
     text = (
-        f"a tie pulled to {show(tension, 'N')} presses on the neck with {show(pressure, 'Pa')}; "
-        f"it needs at least {show(need, 'Pa')} to seal"
+        f"a tie tightened to {show(tension, 'N')} presses on the neck with {show(pressure, 'Pa')}; "
+        f"a seal needs at least {show(need, 'Pa')}"
     )
     least = show(float(f"{tension * need / pressure * 1.01:.2g}"), "N")
     return text + (
-        "" if ok else f": pull it tighter (build.tie_tension, {least}), or use a narrower one"
+        "" if ok else f": tighten the tie to {least} (build.tie_tension), or use a narrower tie"
     )
 
 

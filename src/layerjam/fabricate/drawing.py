@@ -172,17 +172,16 @@ def _list_notices(plan: Drawing) -> list[Notice]:
         if surplus > 1e-6:
             warnings.append(
                 Notice(
-                    f"the {side.name} sheets are {show(surplus, 'm')} longer than free length, "
-                    "overlap and clamped length together: the surplus goes into the clamp, and "
-                    "the cap grows",
+                    f"the {side.name} sheets are {show(surplus, 'm')} longer than the sum of "
+                    "free length, overlap and clamped length: the surplus lengthens clamp and cap",
                     "surplus-length",
                 )
             )
     if lengths.count % 2 == 0:
         warnings.append(
             Notice(
-                f"{lengths.count} sheets: one outer face is a left sheet, the other a right one; "
-                "mark the faces",
+                f"{lengths.count} sheets: one outer face is a left sheet, the other a right "
+                "sheet; mark the faces",
                 "even-count",
             )
         )

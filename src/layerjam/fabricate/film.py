@@ -187,7 +187,7 @@ def _stock_check(
         )
     sizes = [f"{show(p.length * 1e-3, 'm')} × {show(p.width * 1e-3, 'm')}" for p in pieces]
     count = "1 piece" if len(pieces) == 1 else f"{len(pieces)} pieces"
-    text = f"all film parts lie on {count} of {' and '.join(dict.fromkeys(sizes))}"
+    text = f"all film parts fit on {count} of {' and '.join(dict.fromkeys(sizes))}"
     return Check(code="C1", key="stock", words=partial(constant_text, text), passes=True)
 
 
@@ -215,13 +215,13 @@ def _bed_check(
             if side > room + SLACK:
                 part = f"the film {piece.name}"
                 return _size_check("C2", "laser-bed", part, axis, side - room, "--stock")
-    words = partial(constant_text, "every piece lies on the laser bed")
+    words = partial(constant_text, "every piece fits on the laser bed")
     return Check(code="C2", key="laser-bed", words=words, passes=True)
 
 
 def _size_check(code: str, key: str, part: str, axis: str, excess: float, option: str) -> Check:
     room = {"stock": "stock", "laser-bed": "laser bed"}[key]
-    text = f"{part} is {show(excess * 1e-3, 'm')} larger than the {room} along its {axis}; "
+    text = f"{part} exceeds the {room} by {show(excess * 1e-3, 'm')} along its {axis}; "
     text += f"a different {option} or a smaller brake is needed"
     return Check(
         code=code, key=key, words=partial(constant_text, text), value=excess * 1e-3, limit=0.0,

@@ -53,7 +53,7 @@ def make_mesh(part: Solid) -> Mesh:
         union = union - Manifold.batch_boolean(cuts, OpType.Add)
     union = union.simplify(FINEST)
     if union.status() != Error.NoError or union.is_empty():
-        raise RuntimeError(f"the mesh of {part.name} failed: {union.status()}")
+        raise RuntimeError(f"the mesh of {part.name} cannot be built: {union.status()}")
     triangles = union.to_mesh64()
     corners = np.asarray(triangles.vert_properties, dtype=float)[:, :3]
     return _sort_mesh(part.name, corners, np.asarray(triangles.tri_verts, dtype=np.int64))

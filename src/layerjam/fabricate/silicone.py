@@ -18,7 +18,7 @@ from layerjam.units import show
 
 MOST_PRESSURE = 100e3
 """Maximum pressure from a syringe that is pressed by hand [Pa]."""
-BY_HAND = ", too much by hand: use a press, a less viscous silicone or a thicker wall"
+BY_HAND = ", which is too much by hand: use a press, a less viscous silicone or a thicker wall"
 BEND = 1e-4
 """Deflection of the core above which the wall is uneven [m]."""
 LEAST_PUSH = 1.0
@@ -125,10 +125,10 @@ def _describe_missing_input(missing: list[str], wall: float, ok: bool | None) ->
     inputs = " and ".join(f"enclosure.{name}" for name in missing)
     text = f"filling pressure unknown: {inputs} {'is' if len(missing) == 1 else 'are'} not given"
     if ok is False:
-        text += f", and a wall of {show(wall, 'm')} is too thin to fill without it"
+        text += f", and a wall of {show(wall, 'm')} is too thin to leave it unknown"
     return text
 
 
 def _describe_filling(pressure: float, ok: bool | None) -> str:
-    text = f"filling within half the pot life requires {show(pressure, 'Pa', 2)}"
+    text = f"filling within half the pot life requires a pressure of {show(pressure, 'Pa', 2)}"
     return text if ok else text + BY_HAND

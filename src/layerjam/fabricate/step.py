@@ -68,7 +68,7 @@ def make_shape(part: Solid) -> Any:
         solids.append(explorer.Current())
         explorer.Next()
     if len(solids) != 1:
-        raise RuntimeError(f"{part.name} came out as {len(solids)} solids")
+        raise RuntimeError(f"{part.name} consists of {len(solids)} solids, not one")
     return solids[0]
 
 
@@ -193,7 +193,7 @@ def _write_solid(shape: Any, name: str, path: Path, version: str) -> None:
     Interface_Static.SetCVal_s("write.step.schema", "AP214IS")
     Interface_Static.SetCVal_s("write.step.unit", "MM")
     if not writer.Transfer(document, STEPControl_AsIs):
-        raise RuntimeError(f"{name} could not be turned into STEP")
+        raise RuntimeError(f"{name} could not be converted to STEP")
     header = APIHeaderSection_MakeHeader(writer.ChangeWriter().Model())
     header.SetName(TCollection_HAsciiString(name))
     header.SetTimeStamp(TCollection_HAsciiString(STAMP))

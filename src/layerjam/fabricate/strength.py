@@ -98,7 +98,7 @@ def _sheet_text(place: str, stress: float, film: float | None, grip: Any, ok: bo
     elif grip:
         return text + (
             "; does not apply, because friction in the clamp carries the load (C8). "
-            "The stresses are those without that friction"
+            "The stress given is without that friction"
         )
     else:
         text += "; the screw carries the load, because friction in the clamp does not (C8)"
@@ -144,8 +144,8 @@ def _describe_clamp(
     ok: bool | None,
 ) -> str:
     return (
-        f"tighten each {lengths.thread.name} to {show(turn, 'N m', 2)}: at least "
-        f"{show(need, 'N', 3)} of preload holds {show(force, 'N')} by friction (film on film, "
+        f"tighten each {lengths.thread.name} to {show(turn, 'N m', 2)}: a preload of "
+        f"at least {show(need, 'N', 3)} holds {show(force, 'N')} by friction (film on film, "
         f"{brake.film.kinetic:.3g}, in place of film on plastic; {source}); a screw of class "
         f"8.8 allows {show(available, 'N', 3)}"
         + ("" if ok else ": use more screws (mount.screws), or a larger mount.screw_hole")

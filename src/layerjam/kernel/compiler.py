@@ -92,7 +92,7 @@ def find_cross_compiler(target: str) -> tuple[str, ...]:
     """
     if importlib.util.find_spec("ziglang") is None:
         raise CompilerError(
-            f'no compiler for {target} found: pip install "layerjam[fmu]", or omit it'
+            f'no compiler for {target} found: pip install "layerjam[fmu]", or omit this target'
         )
     return (sys.executable, "-m", "ziglang", "cc", "-target", target)
 

@@ -132,7 +132,7 @@ class _Printer:
                 yield f"return {self.print_node(line.value)[0]};"
                 continue
             if not isinstance(line, ast.Assign):
-                raise TypeError(f"{tree.name}: {ast.unparse(line)} is not printed")
+                raise TypeError(f"{tree.name}: {ast.unparse(line)} cannot be printed")
             target, value = line.targets[0], line.value
             pairs: list[tuple[ast.expr, ast.expr]] = [(target, value)]
             if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
@@ -189,7 +189,7 @@ class _Printer:
                 return f"{wrap(node.left, tight + 1)} {sign} {wrap(right, tight + 1)}", tight
             case ast.Call():
                 return self.print_call(node), ATOM
-        raise TypeError(f"{ast.unparse(node)} is not printed")
+        raise TypeError(f"{ast.unparse(node)} cannot be printed")
 
     def print_call(self, node: ast.Call) -> str:
         name = node.func.attr if isinstance(node.func, ast.Attribute) else ast.unparse(node.func)

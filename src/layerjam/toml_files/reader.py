@@ -99,7 +99,7 @@ class Reader:
     def read_rows(self, key: str, tables: object, cls: type[R]) -> tuple[R, ...]:
         """Return one record for each table of an array of tables, [[key]]."""
         if not isinstance(tables, list) or not all(isinstance(row, dict) for row in tables):
-            raise self.fail(key, f"{key}: each begins with a line [[{key}]]")
+            raise self.fail(key, f"{key} must be tables that each begin with a line [[{key}]]")
         fields = dict(entries(cls, f"{key}."))
         records = []
         for row in tables:

@@ -45,7 +45,7 @@ def parse_toml(text: str, path: object) -> dict[str, Any]:
         wrong = text.splitlines()[line - 1 : line] if line <= text.count("\n") + 1 else []
         if wrong and re.search(r"=\s*[\d.]+\s*[A-Za-z%µ]", wrong[0][:200]):
             reason += '; put a quantity in quotes, such as "0.254 mm"'
-        raise FileError(path, f"is not TOML: {reason}", line) from None
+        raise FileError(path, f"is not valid TOML: {reason}", line) from None
     except (ValueError, RecursionError) as err:
         raise FileError(path, f"is not valid TOML: {str(err)[:80]}") from None
 

@@ -154,5 +154,5 @@ def _remove_key(document: Any, path: str) -> None:
     table, _, key = path.rpartition(".")
     place = document.get(table, {}) if table else document
     if key not in place:
-        raise QuantityError.of(path, "a part, a material or a default sets it; change the value")
+        raise QuantityError.of(path, "is set by a part, material or default; change the value")
     place.remove(key)
