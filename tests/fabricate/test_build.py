@@ -142,7 +142,7 @@ def test_the_moment_of_a_yoke(count: int, moment: float) -> None:
 CANNOT = {
     "short clamp": ({"length": "84 mm", "clamped_length": "5 mm"}, {}, "longer sheets"),
     "high stack": ({"count": 240}, {}, "longest available is 60 mm"),
-    "narrow": ({"width": "8 mm"}, {}, "nut of M3"),
+    "narrow": ({"width": "8 mm"}, {}, "M3 nut"),
     "printer": ({}, {"print_bed": "145x145x160mm"}, "too large for the printer by 6 mm along z"),
     "thin sleeve": ({"wall": "0.2 mm"}, {}, "too thin to leave it unknown"),
 }

@@ -16,7 +16,7 @@ from layerjam.device.workshop import Build
 from layerjam.fabricate.checks import screw_notices
 from layerjam.fabricate.choices import resolve_choices
 from layerjam.fabricate.drawing import Drawing, draw_build
-from layerjam.fabricate.screws import LENGTHS, THREADS, find_thread, sold_length
+from layerjam.fabricate.screws import LENGTHS, THREADS, find_screw_length, find_thread
 from layerjam.fabricate.silicone import core_force, filling_pressure
 from layerjam.fabricate.strength import cap_stresses, screw_preload, tray_factor
 
@@ -62,8 +62,8 @@ def test_a_screw_is_as_long_as_its_list_allows() -> None:
     m3, m6 = find_thread(3e0), find_thread(6.4)
     assert m3 is not None and m6 is not None
     assert (m3.name, m6.name) == ("M3", "M6")
-    assert sold_length(1.0, m6) == 8  # ISO 4762 begins there
-    assert sold_length(30.0, m3) == 30
+    assert find_screw_length(1.0, m6) == 8  # ISO 4762 begins there
+    assert find_screw_length(30.0, m3) == 30
     thick = KAPTON.with_(count=100)  # 25.4 mm of sheets
     (notice,) = (n for n in screw_notices(lengths_of(thick.brake)) if n.key == "screw-length")
     assert "M3 × 35" in notice

@@ -28,7 +28,7 @@ from layerjam.units import quantities
 from strategies import KAPTON, PTFE, one, random_brakes
 
 CC = pytest.mark.skipif(
-    (shutil.which("cc") is None and shutil.which("gcc") is None) or fmi.own_platform() != "linux",
+    (shutil.which("cc") is None and shutil.which("gcc") is None) or fmi.find_platform() != "linux",
     reason="no C compiler here, or another platform than the importer's",
 )
 BOTH = pytest.mark.parametrize("version", ["3", "2"])

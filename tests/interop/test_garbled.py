@@ -17,7 +17,7 @@ from layerjam.kernel.kernel import Kernel
 from strategies import KAPTON
 
 pytestmark = pytest.mark.skipif(
-    shutil.which("gcc") is None or fmi.own_platform() != "linux",
+    shutil.which("gcc") is None or fmi.find_platform() != "linux",
     reason="gcc's sanitizer is not installed, or another platform than the importer's",
 )
 SANITIZED = ("gcc", *FLAGS, "-O0", "-g", "-fsanitize=undefined", "-shared", "-fPIC", f"-I{SOURCES}")

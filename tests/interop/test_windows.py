@@ -27,7 +27,7 @@ pytestmark = [
         importlib.util.find_spec("ziglang") is None,
         reason='no compiler for Windows: pip install "layerjam[fmu]"',
     ),
-    pytest.mark.skipif(fmi.own_platform() != "linux", reason="compared with Linux on x86-64"),
+    pytest.mark.skipif(fmi.find_platform() != "linux", reason="compared with Linux on x86-64"),
 ]
 
 

@@ -22,7 +22,7 @@ from layerjam.device.load import load
 from layerjam.device.speed_law import SpeedLaw
 from layerjam.errors import CompilerError, ProcedureError, QuantityError
 from layerjam.kernel import engine
-from layerjam.kernel.compiler import build_library, built_copy, find_on_path
+from layerjam.kernel.compiler import build_library, cached_library, find_on_path
 from layerjam.kernel.kernel import CODE, DEPTH, Kernel
 from layerjam.mechanics.pull import least_stiffness
 from layerjam.rig.machine import SteppedBrake
@@ -232,13 +232,13 @@ def test_without_a_compiler_a_library_that_was_built_serves(
     path = build_library(CODE)
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(elsewhere))
-    assert built_copy(CODE) == path and is_there()
+    assert cached_library(CODE) == path and is_there()
     path.write_bytes(b"damaged")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(engine, "load_library", engine.load_library.__wrapped__)
         assert not is_there()
     path.unlink()
-    assert built_copy(CODE) is None and not is_there()
+    assert cached_library(CODE) is None and not is_there()
 
 
 @pytest.mark.parametrize("compiler", ["exit 1", "exec sleep 30", None], ids=str)

@@ -10,7 +10,7 @@ import pytest
 
 from layerjam.cli.main import main
 from layerjam.kernel import compiler, engine, kernel
-from layerjam.kernel.compiler import KERNEL, TARGETS, find_on_path, shipped_engine
+from layerjam.kernel.compiler import KERNEL, TARGETS, find_on_path, shipped_library
 
 MACHINE = (sys.platform, compiler.platform.machine())
 pytestmark = pytest.mark.skipif(find_on_path() is None, reason="there is no C compiler here")
@@ -41,7 +41,7 @@ def shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_the_kernel_that_came_is_loaded_without_a_compiler(
     shipped: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert shipped_engine(KERNEL) == shipped
+    assert shipped_library(KERNEL) == shipped
     library, _ = kernel.load_library("double")
     assert library._name == str(shipped)
     assert main(("--version", "--verbose")) == 0
@@ -51,9 +51,9 @@ def test_the_kernel_that_came_is_loaded_without_a_compiler(
 
 
 def test_other_sources_do_not_use_it(shipped: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert shipped_engine(KERNEL, ("LJ_SINGLE",)) is None
+    assert shipped_library(KERNEL, ("LJ_SINGLE",)) is None
     monkeypatch.setattr(compiler, "FLAGS", (*compiler.FLAGS, "-O3"))
-    assert shipped_engine(KERNEL) is None
+    assert shipped_library(KERNEL) is None
     assert engine.describe_engine().startswith("law (no compiled kernel")
 
 

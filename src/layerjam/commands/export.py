@@ -146,7 +146,7 @@ def export_fmu(
     from layerjam.device.load import store_file
     from layerjam.interop import fmi as units
     from layerjam.interop.fmi_variables import list_variables, make_token
-    from layerjam.kernel.compiler import find_compiler, find_version
+    from layerjam.kernel.compiler import find_compiler, read_version
     from layerjam.kernel.parameters import parameters
 
     numbers, values = parameters(brake, rope_stiffness), units.brake_values(brake, rope_stiffness)
@@ -162,7 +162,7 @@ def export_fmu(
         unit = units.build_fmu(fmi, brake.name, values, binaries, brake.mark())
         store_file(out, unit, overwrite)
         size = len(unit)
-    is_own = units.own_platform() in platform_choice
+    is_own = units.find_platform() in platform_choice
     return ExportedFmu(
         **facts,
         files=[Path(out).name] if facts["feasible"] else [],
@@ -170,7 +170,7 @@ def export_fmu(
         fmi_version=f"{fmi}.0",
         token=make_token(),
         platforms=platform_choice,
-        compiler=find_version(find_compiler()) if is_own else None,
+        compiler=read_version(find_compiler()) if is_own else None,
         variables=[v.name for v in list_variables() if fmi == "3" or v.role != "local"],
         record=values,
     )

@@ -8,7 +8,7 @@ from typing import Any
 from layerjam.design.merit import OF_A_FIT, Point, Stock, make_brake
 from layerjam.design.requirements import DesignSpecification
 from layerjam.device.brake import Brake
-from layerjam.device.file import BrakeFile, film_cutting
+from layerjam.device.file import BrakeFile, load_film_cutting
 from layerjam.device.load import catalogue, load, materials
 from layerjam.device.workshop import FilmCutting, Making
 from layerjam.toml_files.source import Source
@@ -112,7 +112,7 @@ def _making_values(film: str, base: BrakeFile) -> tuple[Making, dict[str, Source
         film_file = load(film)
         cutting, sources = film_file.making.film, film_file.sources
     elif film in materials()["films"]:
-        cutting, sources = film_cutting(film)
+        cutting, sources = load_film_cutting(film)
     else:
         cutting, sources = FilmCutting(), {}
     origins |= {p: s for p, s in sources.items() if p in paths and p.startswith("film.")}

@@ -216,7 +216,7 @@ def is_buildable(point: Point, brake: Brake) -> Any:
     """Return whether a design is valid: its travel fits its overlap and its holes fit its width."""
     sheets = brake.sheets
     valid = (sheets.usable_travel > 0) & (sheets.usable_travel <= sheets.overlap * (1 + 1e-12))
-    holes = brake.mount.screws_across(point.width) * brake.mount.screw_hole
+    holes = brake.mount.count_screws(point.width) * brake.mount.screw_hole
     valid = valid & (point.width > holes) & (point.count >= 2)
     valid = valid & (point.vacuum > 0) & (point.vacuum <= brake.site.atmosphere) & is_flat(brake)
     return valid & (brake.stiffness_measured > 0 if brake.stiffness_measured is not None else True)

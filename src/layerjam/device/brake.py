@@ -117,7 +117,7 @@ def validate(brake: Brake) -> None:
             f"{show(sheets.length, 'm')} is shorter than the sum of free length, "
             f"overlap and clamped part ({show(least, 'm')})",
         )
-    screws = mount.screws_across(sheets.width)
+    screws = mount.count_screws(sheets.width)
     if screws * mount.screw_hole >= sheets.width:
         row = "" if screws == 1 else f", {screws} side by side,"
         raise QuantityError.of(

@@ -184,7 +184,7 @@ def materials() -> dict[str, dict[str, str]]:
     }
 
 
-def film_cutting(use: str) -> tuple[FilmCutting, Mapping[str, Source]]:
+def load_film_cutting(use: str) -> tuple[FilmCutting, Mapping[str, Source]]:
     """Return the catalogue data for buying and cutting a film, and {dotted path: source}."""
     reader = Reader("", f"material {use}", BrakeFile.fields)
     _apply_material(reader, "film", use, materials()["films"])

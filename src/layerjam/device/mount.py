@@ -29,7 +29,7 @@ class Mount:
         "whether spacers of the film's thickness lie between the sheets in both caps", default=None
     )
 
-    def screws_across(self, width: Any) -> Any:
+    def count_screws(self, width: Any) -> Any:
         """Return the number of screws in each cap: as stated, or the default for a width [m]."""
         if self.screws is not None:
             return self.screws

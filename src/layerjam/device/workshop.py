@@ -243,7 +243,7 @@ def check_build(brake: Brake, build: Build) -> None:
         problem, limit = (words[0], large) if key == small else (words[1], small)
         refuse(key, f"{problem} build.{limit}, {show(getattr(build, limit), unit)}", unit)
 
-    screws = int(brake.mount.screws_across(width))
+    screws = int(brake.mount.count_screws(width))
     if build.screws not in (None, screws):
         detail = f"it states {screws}"
         if brake.mount.screws is None:

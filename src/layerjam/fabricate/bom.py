@@ -9,7 +9,7 @@ from layerjam.device.workshop import M5
 from layerjam.fabricate.drawing import Drawing
 from layerjam.fabricate.lengths import ellipse_girth, mm
 from layerjam.fabricate.masses import screw_name
-from layerjam.fabricate.screws import THREADS, Thread, sold_length
+from layerjam.fabricate.screws import THREADS, Thread, find_screw_length
 from layerjam.toml_files.table_text import format_rows
 from layerjam.units import show
 
@@ -97,7 +97,7 @@ def _bought_items(plan: Drawing) -> list[Item]:
     number = plan.brakes
     head = show(lengths.head_height * 1e-3, "m")
     size = f"dowel {mm(build.pin):g} mm, longer than the head ({head}) by its fastener's height"
-    tie = show(tied_girth(plan) * 1e-3, "m", 2)
+    tie = show(groove_girth(plan) * 1e-3, "m", 2)
     port = "thread M5" if build.port == M5 else f"tube {mm(float(build.port)):g} mm, glued in"
     rows = [
         ("screw", f"{screw_name(lengths)}, ISO 4762", 2 * lengths.screws * number, "standard"),
@@ -117,7 +117,7 @@ def _bought_items(plan: Drawing) -> list[Item]:
     return [Item(item, text, str(n), "pieces", "", basis) for item, text, n, basis in rows]
 
 
-def tied_girth(plan: Drawing) -> float:
+def groove_girth(plan: Drawing) -> float:
     """Return the girth of the enclosure in the groove for the cable tie [mm]."""
     lengths, out = plan.lengths, plan.lengths.wall - mm(plan.build.tie_depth)
     return ellipse_girth(lengths.neck_a + out, lengths.neck_b + out)
@@ -143,7 +143,7 @@ def mould_bolt(plan: Drawing) -> str:
     if thread is None:
         return f"for a hole of {mm(plan.build.mould_bolt):g} mm"
     least = 2 * plan.lengths.mould.half + thread.nut_height
-    length = sold_length(least, thread)
+    length = find_screw_length(least, thread)
     size = f"{thread.name} × {length:g}"
     if np.isnan(length):
         size = f"{thread.name}, at least {least:.0f} mm long"

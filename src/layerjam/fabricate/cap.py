@@ -14,7 +14,7 @@ from layerjam.fabricate.outline import clamp_holes
 from layerjam.fabricate.solid import Box, Ellipse, Prism, Solid, add, cut, make_solid
 
 
-def screw_places(lengths: Lengths, side: Side) -> list[float]:
+def screw_positions(lengths: Lengths, side: Side) -> list[float]:
     """Return the y coordinate of every screw, which is also that of its hole in the sheets [mm]."""
     row = clamp_holes(side.clamped, lengths.width, lengths.screws, lengths.hole)
     return [hole.y for hole in row]
@@ -52,7 +52,7 @@ def _make_tray(lengths: Lengths, build: Build, side: Side) -> Iterator[Prism]:
     yield cut("x", -side.tray, 0, Box((-slot, -lengths.stack / 2), (slot, top)))
     nut = lengths.thread.nut + mm(build.fit)
     ceiling = bottom + lengths.thread.nut_height + mm(build.head_room)
-    for y in screw_places(lengths, side):
+    for y in screw_positions(lengths, side):
         pocket = Box((y - nut / 2, bottom), (y + nut / 2, ceiling))
         yield cut("x", -side.clamped / 2 - nut / math.sqrt(3), 0, pocket)
         hole = Ellipse.circle((-side.clamped / 2, y), lengths.thread.clearance)
@@ -104,7 +104,7 @@ def make_plate(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
     half, depth = lengths.slot / 2 - fit, -(side.tray - fit)
     prisms = [add("x", depth, 0, Box((-half, low), (half, high)))]
     head, floor = thread.head + fit, low + lengths.floor
-    for y in screw_places(lengths, side):
+    for y in screw_positions(lengths, side):
         prisms.append(cut("x", depth, 0, Box((y - head / 2, floor), (y + head / 2, high))))
         hole = Ellipse.circle((-side.clamped / 2, y), thread.clearance)
         prisms.append(cut("z", low, floor, hole))

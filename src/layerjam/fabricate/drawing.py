@@ -16,7 +16,7 @@ from layerjam.fabricate.film import Film, brake_pitch, lay_out_film
 from layerjam.fabricate.lengths import Lengths, compute_lengths
 from layerjam.fabricate.masses import MassRow, mass_rows
 from layerjam.fabricate.parts import Part, make_parts
-from layerjam.fabricate.silicone import silicone_to_mix, split_mix
+from layerjam.fabricate.silicone import compute_mix_mass, split_mix
 from layerjam.fabricate.strength import screw_preload, screw_torque
 from layerjam.fabricate.verdicts import Check, warning_notices
 from layerjam.toml_files.source import Source
@@ -96,7 +96,7 @@ class Drawing:
     def silicone_mass(self) -> float:
         """Mass of silicone to mix for all brakes, including waste [kg]."""
         density = self.file.brake.enclosure.density
-        return self.brakes * silicone_to_mix(self.lengths, self.build, density)
+        return self.brakes * compute_mix_mass(self.lengths, self.build, density)
 
     @property
     def silicone_parts(self) -> list[float] | None:

@@ -51,20 +51,20 @@ class Draws:
             if not is_strong:
                 brakes = replace(brakes, film=replace(brakes.film, strength=None))
             with np.errstate(invalid="ignore"):
-                rows = np.broadcast_arrays(*self._bill(brakes, group, force[place]))
+                rows = np.broadcast_arrays(*self._compute_bill(brakes, group, force[place]))
             bill[:, place] = rows
         return Bill(*bill)
 
-    def _bill(self, brake: Brake, sizes: Lengths, force: Any) -> Bill:
+    def _compute_bill(self, brake: Brake, sizes: Lengths, force: Any) -> Bill:
         solids, film = make_parts(sizes, self.build), film_parts(self.build, sizes)
         volumes = {
             stays: sum(p.solid.volume * p.count for p in solids if p.printed and p.stays is stays)
             for stays in (True, False)
         }
-        shapes = [*self._geometry(brake, sizes)]
+        shapes = [*self._drawing_margins(brake, sizes)]
         margins = [
             (check.key, check.margin())
-            for check in self._checks(brake, sizes, force, solids, film)
+            for check in self._list_checks(brake, sizes, force, solids, film)
             if check.otherwise != "warning"
         ]
         all_margins = [stock_margin(film, self.build), *shapes, *(margin for _, margin in margins)]
@@ -82,7 +82,7 @@ class Draws:
         margin = np.min(np.broadcast_arrays(*all_margins), axis=0) * (1 - 4 * ROUNDING)
         return Bill(film_area, print_volume, tools, mass, margin)
 
-    def _geometry(self, brake: Brake, sizes: Lengths) -> Iterator[Any]:
+    def _drawing_margins(self, brake: Brake, sizes: Lengths) -> Iterator[Any]:
         """Yield the margins of the rules whose violation is an error in a build."""
         for _, value, limit, _ in rules.drawable_limits(self.build, sizes):
             with np.errstate(divide="ignore", invalid="ignore"):
@@ -92,7 +92,7 @@ class Draws:
         for radius in (self.build.tip_radius, self.build.clamp_radius):
             yield sizes.width / 2 / mm(radius) * (1 - ROUNDING) if radius else np.inf
 
-    def _checks(
+    def _list_checks(
         self, brake: Brake, sizes: Lengths, force: Any, solids: list[Part], film: list[CutPart]
     ) -> Iterator[Check]:
         """Yield the checks of a build, except those of the stock and the cutter."""
@@ -108,7 +108,7 @@ class Draws:
         except (CannotBuildError, QuantityError) as error:
             return str(error)
         solids, film = make_parts(sizes, self.build), film_parts(self.build, sizes)
-        checks = self._checks(brake, sizes, force, solids, film)
+        checks = self._list_checks(brake, sizes, force, solids, film)
         return next((f"{c.code}: {c.text}" for c in checks if c.level == "failed"), None)
 
 

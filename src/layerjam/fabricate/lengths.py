@@ -15,7 +15,7 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.device.workshop import LEAST_SCREW_HOLE, M5, Build
 from layerjam.errors import LayerjamError, QuantityError
-from layerjam.fabricate.screws import LENGTHS, Thread, find_thread, sold_length
+from layerjam.fabricate.screws import LENGTHS, Thread, find_screw_length, find_thread
 from layerjam.units import show
 
 M5_BORE = 4.2
@@ -219,7 +219,7 @@ def compute_lengths(brake: Brake, build: Build) -> Lengths:
         thickness=mm(sheets.thickness),
         sheet_length=mm(sheets.length),
         hole=mm(brake.mount.screw_hole),
-        screws=_to_count(brake.mount.screws_across(sheets.width)),
+        screws=_to_count(brake.mount.count_screws(sheets.width)),
         stack=stack,
         free=free,
         left=left,
@@ -263,7 +263,7 @@ def _clamping_lengths(brake: Brake, build: Build) -> tuple[Thread, Any, Any, tup
         )
     stack = _to_count(brake.sheets.count) * mm(brake.sheets.thickness)
     least = stack + 2 * mm(build.floor) + thread.nut_height
-    screw = sold_length(least, thread)
+    screw = find_screw_length(least, thread)
     if np.ndim(screw) == 0 and np.isnan(screw):
         raise CannotBuildError(
             "screw-length",

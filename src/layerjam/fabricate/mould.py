@@ -42,7 +42,7 @@ def make_bottom(lengths: Lengths, build: Build) -> Solid:
     """Return the lower half of the mould, with the pins of the keys."""
     pins = [
         add("z", 0, KEY_HEIGHT, Ellipse.circle(place, mm(build.key)))
-        for place in bolt_places(lengths)[1]
+        for place in bolt_positions(lengths)[1]
     ]
     body = list(_mould_half(lengths, build, below=True))
     return make_solid("mould-bottom", [*body, *pins])
@@ -54,15 +54,15 @@ def make_top(lengths: Lengths, build: Build) -> Solid:
     prisms = list(_mould_half(lengths, build, below=False))
     wide = mm(build.key) + mm(build.key_clearance)
     prisms += [
-        cut("z", 0, KEY_DEPTH, Ellipse.circle(place, wide)) for place in bolt_places(lengths)[1]
+        cut("z", 0, KEY_DEPTH, Ellipse.circle(place, wide)) for place in bolt_positions(lengths)[1]
     ]
     roof = mould.outer_height / 2
-    for place, diameter in vent_places(lengths, build):
+    for place, diameter in vent_positions(lengths, build):
         prisms.append(cut("z", roof, mould.half, Ellipse.circle(place, diameter)))
     return make_solid("mould-top", prisms)
 
 
-def vent_places(lengths: Lengths, build: Build) -> list[tuple[tuple[float, float], float]]:
+def vent_positions(lengths: Lengths, build: Build) -> list[tuple[tuple[float, float], float]]:
     """Return (position, diameter) of sprue and vents, in the middle of the cut-off ends."""
     mould, trim = lengths.mould, mm(build.trim)
     sprue, vent = mm(build.sprue), mm(build.vent)
@@ -87,11 +87,11 @@ def _mould_half(lengths: Lengths, build: Build, below: bool) -> Iterator[Prism]:
     seat, lower = mould.inner_width / 2 + gap, mould.inner_height / 2 + gap
     yield cut_cavity(lower, (-reach, -end), seat)
     yield cut_cavity(lower, (end, reach), seat)
-    for place in bolt_places(lengths)[0]:
+    for place in bolt_positions(lengths)[0]:
         yield cut("z", low, high, Ellipse.circle(place, mm(build.mould_bolt)))
 
 
-def bolt_places(lengths: Lengths) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
+def bolt_positions(lengths: Lengths) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
     """Return the positions of the bolts, and those of the keys that replace the middle pair."""
     mould = lengths.mould
     y_row = (mould.outer_width + mould.flange) / 2

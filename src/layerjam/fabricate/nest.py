@@ -106,9 +106,9 @@ class _Filling:
         self.rows: list[_Row] = []
         self.places: list[list[tuple[CutPart, float, float]]] = []
         for part in sorted(parts, key=lambda p: (-p.outline.width, -p.outline.length)):
-            self._lay_part(part)
+            self._place_part(part)
 
-    def _lay_part(self, part: CutPart) -> None:
+    def _place_part(self, part: CutPart) -> None:
         """Place all parts of one kind; a row without space for one has no space for the next."""
         long, wide = part.outline.length, part.outline.width
         row = 0
@@ -116,7 +116,7 @@ class _Filling:
             while row < len(self.rows) and not self._has_room_in_row(self.rows[row], long, wide):
                 row += 1
             if row == len(self.rows):
-                self.rows.append(self._make_row(wide))
+                self.rows.append(self._add_row(wide))
             target = self.rows[row]
             self.places[target.piece].append((part, target.free, target.low))
             target.free += long + self.gap
@@ -125,7 +125,7 @@ class _Filling:
         end = self.stock[0] - self.margin
         return wide <= row.height + SLACK and row.free + long <= end + SLACK
 
-    def _make_row(self, wide: float) -> _Row:
+    def _add_row(self, wide: float) -> _Row:
         """Return a row above the last one, or the first row of a new piece."""
         low, end = self.margin, self.stock[1] - self.margin
         if self.rows:

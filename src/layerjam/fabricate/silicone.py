@@ -32,7 +32,7 @@ def cavity_volume(lengths: Lengths) -> float:
     return make_casting(lengths).volume * 1e-9
 
 
-def silicone_to_mix(lengths: Lengths, build: Build, density: float) -> float:
+def compute_mix_mass(lengths: Lengths, build: Build, density: float) -> float:
     """Return the mass of silicone to mix, including waste [kg]."""
     return cavity_volume(lengths) * density * (1 + build.waste)
 

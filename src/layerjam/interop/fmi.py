@@ -41,7 +41,7 @@ UNIT = WRAPPERS / "fmu"
 _MAGIC = b"LJBRAKE1"
 
 
-def own_platform() -> str | None:
+def find_platform() -> str | None:
     """Return this machine's key in PLATFORMS, or None."""
     arm = platform.machine().lower() in ("arm64", "aarch64")
     if sys.platform.startswith("linux"):
@@ -78,7 +78,7 @@ def choose_platforms(version: Version, names: Sequence[str] | None) -> tuple[str
 
     Raises QuantityError for an unknown name, or one that this version of FMI lacks.
     """
-    own_name = own_platform()
+    own_name = find_platform()
     if names is None:
         names = (own_name,) if own_name is not None else ()
     for name in names:
@@ -105,7 +105,7 @@ def build_binary(version: Version, name: str) -> bytes:
         flags=FLAGS,
         includes=[SOURCES, UNIT / "headers"],
         ending=target.ending,
-        target=None if name == own_platform() else target.target,
+        target=None if name == find_platform() else target.target,
     )
     return path.read_bytes()
 

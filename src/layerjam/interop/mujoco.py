@@ -107,7 +107,7 @@ class Brake:
         elongation = data.ten_length[tendon] - self.tendon.rest_length
         advance, compliance, step = 0.0, 0.0, model.opt.timestep
         if self.coupling != "explicit":
-            mobility, row, columns = self._mobility(data)
+            mobility, row, columns = self._compute_mobility(data)
             compliance = series_compliance(self.coupling, mobility, step, self.stiffness)
             if self.coupling == "implicit":
                 advance = step * float(row @ data.qvel[columns])
@@ -116,7 +116,7 @@ class Brake:
         self._set_rest_length(self.law.slip + compliance * force - advance)
         return force
 
-    def _mobility(self, data: Any) -> tuple[float, Any, Any]:
+    def _compute_mobility(self, data: Any) -> tuple[float, Any, Any]:
         """Return A = J M^-1 J^T [1/kg] of the tendon, its Jacobian row and the row's columns."""
         import mujoco
         import numpy as np

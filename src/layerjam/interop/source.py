@@ -19,23 +19,23 @@ _SINGLE = "\n/* exported in single precision */\n#ifndef LJ_SINGLE\n#define LJ_S
 
 def c_files(name: str, numbers: Parameters, precision: Precision, mark: str = "") -> dict[str, str]:
     """Return {file: text} of the kernel with a brake called `name`; `mark` follows the name."""
-    texts = _kernel()
+    texts = _read_kernel()
     if precision == "single":
         texts["layerjam.h"] = texts["layerjam.h"].replace(_GUARD, _GUARD + _SINGLE)
-    return {BRAKE: brake_header(name, numbers, mark), **texts, EXAMPLE: _wrapper(EXAMPLE)}
+    return {BRAKE: brake_header(name, numbers, mark), **texts, EXAMPLE: _read_code(EXAMPLE)}
 
 
 def plugin_files() -> dict[str, str]:
     """Return {file: text} of the actuator plugin for MuJoCo with its kernel."""
-    texts = {"layerjam_mujoco.c": _wrapper("mujoco_plugin.c"), "joint.h": _wrapper("joint.h")}
-    return {**texts, **_kernel()}
+    texts = {"layerjam_mujoco.c": _read_code("mujoco_plugin.c"), "joint.h": _read_code("joint.h")}
+    return {**texts, **_read_kernel()}
 
 
-def _kernel() -> dict[str, str]:
+def _read_kernel() -> dict[str, str]:
     return {file: (SOURCES / file).read_text(encoding="utf-8") for file in KERNEL}
 
 
-def _wrapper(name: str) -> str:
+def _read_code(name: str) -> str:
     return (WRAPPERS / name).read_text(encoding="utf-8")
 
 

@@ -71,7 +71,7 @@ def _split_command(text: str) -> list[str]:
 
 
 @functools.cache
-def find_version(command: tuple[str, ...]) -> str:
+def read_version(command: tuple[str, ...]) -> str:
     """Return the first line of the compiler's version message."""
     run = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
     return (run.stdout or run.stderr).strip().split("\n")[0]
@@ -117,7 +117,7 @@ def build_library(
     command = find_compiler() if target is None else find_cross_compiler(target)
     options = [*FLAGS, *flags, *(f"-D{name}" for name in defines)]
     ending = ending or ENDINGS.get(sys.platform, ".so")
-    made_by = hashlib.sha256("\n".join([*command, find_version(command)]).encode()).hexdigest()[:12]
+    made_by = hashlib.sha256("\n".join([*command, read_version(command)]).encode()).hexdigest()[:12]
     name = _library_name(sources, includes, [*options, *libraries])
     path = library_folder() / f"{name}-{made_by}{ending}"
     if not path.exists():
@@ -146,7 +146,7 @@ def build_shipped_engines(folder: Path) -> list[Path]:
     return paths
 
 
-def shipped_engine(sources: Sequence[Path], defines: Sequence[str] = ()) -> Path | None:
+def shipped_library(sources: Sequence[Path], defines: Sequence[str] = ()) -> Path | None:
     """Return the library of exactly these sources that came with layerjam, or None."""
     path = SHIPPED / _engine_name(sources, defines, (sys.platform, platform.machine()))
     return path if path.exists() else None
@@ -157,7 +157,7 @@ def _engine_name(sources: Sequence[Path], defines: Sequence[str], machine: tuple
     return name + ENDINGS.get(machine[0], ".so")
 
 
-def built_copy(sources: Sequence[Path], defines: Sequence[str] = ()) -> Path | None:
+def cached_library(sources: Sequence[Path], defines: Sequence[str] = ()) -> Path | None:
     """Return a cached library of these sources, built by any compiler, or None."""
     name = _library_name(sources, (), [*FLAGS, *(f"-D{d}" for d in defines)])
     paths = library_folder().glob(f"{name}-*{ENDINGS.get(sys.platform, '.so')}")

@@ -18,9 +18,9 @@ from layerjam.errors import CompilerError, QuantityError
 from layerjam.kernel.compiler import (
     SHIPPED,
     build_library,
-    built_copy,
+    cached_library,
     find_on_path,
-    shipped_engine,
+    shipped_library,
 )
 from layerjam.kernel.kernel import CODE, Kernel, load_library
 from layerjam.mechanics.cycle import Cycle
@@ -117,7 +117,7 @@ def _is_switched_on() -> bool:
 def _is_available() -> bool:
     """Return whether the library exists or can be built now; checked once per process."""
     try:
-        if shipped_engine(CODE) is None and built_copy(CODE) is None:
+        if shipped_library(CODE) is None and cached_library(CODE) is None:
             if find_on_path() is None:
                 return False
             build_library(CODE, limit=LONGEST)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import CompilerError, QuantityError
-from layerjam.kernel.compiler import KERNEL, SOURCES, build_library, built_copy, shipped_engine
+from layerjam.kernel.compiler import KERNEL, SOURCES, build_library, cached_library, shipped_library
 from layerjam.kernel.parameters import parameters
 from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.threads import cache_threadsafe
@@ -65,11 +65,11 @@ def load_library(precision: Precision) -> tuple[Any, _Structures]:
     Raises CompilerError if it cannot be compiled or loaded.
     """
     defines = () if precision == "double" else ("LJ_SINGLE",)
-    wheel_kernel = shipped_engine(CODE, defines)
+    wheel_kernel = shipped_library(CODE, defines)
     if wheel_kernel is not None:
         with contextlib.suppress(OSError):  # it may be for a system with a different C library
             return bind_library(wheel_kernel, precision)
-    path = built_copy(CODE, defines) or build_library(CODE, defines)
+    path = cached_library(CODE, defines) or build_library(CODE, defines)
     try:
         return bind_library(path, precision)
     except OSError as error:

@@ -53,7 +53,7 @@ def clamp_stress(force: Any, brake: Brake) -> Any:
     reduced by all of them.
     """
     force, width = force * tension_ratio(brake), brake.sheets.width
-    holes = brake.mount.screws_across(width) * brake.mount.screw_hole
+    holes = brake.mount.count_screws(width) * brake.mount.screw_hole
     net = (width - holes) * brake.sheets.thickness
     return force / (jnp.floor(brake.sheets.count / 2) * net)
 

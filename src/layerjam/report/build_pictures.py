@@ -172,8 +172,8 @@ def _draw_mould(world: Scene) -> LabelledShot:
     lengths, tools = world.lengths, separate_mould(world)
     top, core = tools["top"], tools["core"]
     roof = 2 * _mould_lift(world) + lengths.mould.half
-    (low, sprue), *vents = mould.vent_places(lengths, world.build)
-    bolts, keys = mould.bolt_places(lengths)
+    (low, sprue), *vents = mould.vent_positions(lengths, world.build)
+    bolts, keys = mould.bolt_positions(lengths)
     bodies = parts.make_bolts(world, roof + 12 + 2 * lengths.mould.half)
     points = [
         Label("upper half", (0.0, 0.0, roof)),

@@ -97,7 +97,7 @@ def make_screws(world: Scene, side: Side) -> list[Body]:
     lengths, thread = world.lengths, world.lengths.thread
     seat = lengths.stack / 2 + lengths.floor
     bodies = []
-    for y in caps.screw_places(lengths, side):
+    for y in caps.screw_positions(lengths, side):
         center = -side.clamped / 2, y
         shank = add("z", seat - lengths.screw_length, seat, Ellipse.circle(center, thread.size))
         head = add("z", seat, seat + thread.head_height, Ellipse.circle(center, thread.head))
@@ -117,7 +117,7 @@ def make_nuts(world: Scene, side: Side) -> list[Body]:
     lengths, thread = world.lengths, world.lengths.thread
     top = -lengths.stack / 2 - lengths.floor
     bodies = []
-    for y in caps.screw_places(lengths, side):
+    for y in caps.screw_positions(lengths, side):
         x, radius = -side.clamped / 2, thread.nut / math.sqrt(3)
         hexagon = [
             (x + radius * math.cos(k * math.pi / 3), y + radius * math.sin(k * math.pi / 3))
@@ -171,7 +171,7 @@ def make_bolts(world: Scene, z: float) -> list[Body]:
     """Return the mould's bolts in their positions, with heads at z = `z`."""
     size = mm(world.build.mould_bolt)
     bodies = []
-    for place in mould.bolt_places(world.lengths)[0]:
+    for place in mould.bolt_positions(world.lengths)[0]:
         shank = add("z", z - 2 * world.lengths.mould.half, z, Ellipse.circle(place, 0.88 * size))
         head = add("z", z, z + 0.8 * size, Ellipse.circle(place, 1.5 * size))
         bodies.append(make_body(make_solid("bolt", [shank, head]), STEEL))

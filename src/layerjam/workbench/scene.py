@@ -151,7 +151,7 @@ def _sheet_box(number: int, thick: float, z: float, brake: Brake, span: tuple[fl
 
 def _screw_boxes(name: str, x: float, z: float, brake: Brake) -> Iterator[Box]:
     width, hole = brake.sheets.width, max(brake.mount.screw_hole, 0.001)
-    row = clamp_holes(0.0, width, int(brake.mount.screws_across(width)), hole)
+    row = clamp_holes(0.0, width, int(brake.mount.count_screws(width)), hole)
     for number, place in enumerate(row):
         size = (hole, hole, 0.5 * hole)
         yield _make_box(f"screw {number} {name}", (x, place.y, z), size, "#39424b")
