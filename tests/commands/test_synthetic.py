@@ -217,4 +217,4 @@ def test_logs(tmp_path: Path, how: str) -> None:
 def test_only_what_was_found_changes_its_kind() -> None:
     source = KAPTON.sources["scale_factor"]
     for kind, after in (("measured", "synthetic"), ("assumed", "assumed"), ("paper", "paper")):
-        assert dataclasses.replace(source, kind=kind).from_synthetic().kind == after
+        assert dataclasses.replace(source, kind=kind).to_synthetic().kind == after

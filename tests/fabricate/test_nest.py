@@ -7,7 +7,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from layerjam.fabricate.nest import CutPart, Piece, find_too_large, nest_parts, nest_tightly
+from layerjam.fabricate.nest import CutPart, Piece, find_excess, nest_parts, nest_tightly
 from layerjam.fabricate.outline import Outline, make_sheet, make_spacer
 
 
@@ -87,9 +87,9 @@ def test_the_paper_s_brake_fits_a_sheet_of_office_paper() -> None:
 
 def test_a_part_that_no_stock_holds_is_named() -> None:
     part = CutPart("sheet", make_sheet(85, 13, clamp_length=6, hole=3), 2)
-    assert find_too_large([part], (95, 23), 5) is None
-    assert find_too_large([part], (90, 23), 5) == ("sheet", "length", 5)
-    assert find_too_large([part], (95, 20), 5) == ("sheet", "width", 3)
+    assert find_excess([part], (95, 23), 5) is None
+    assert find_excess([part], (90, 23), 5) == ("sheet", "length", 5)
+    assert find_excess([part], (95, 20), 5) == ("sheet", "width", 3)
     with pytest.raises(ValueError, match="larger than the stock"):
         nest_parts([part], stock=(90, 23), margin=5, gap=3)
     # without a stock it gets what it needs

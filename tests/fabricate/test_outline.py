@@ -48,7 +48,7 @@ def test_the_rim_is_the_least_material_beside_a_hole(part: Outline) -> None:
     middles = [shapely.Point(h.x, h.y) for h in part.holes]
     least = [shape.exterior.distance(middle) - part.holes[0].diameter / 2 for middle in middles]
     least += [a.distance(b) - part.holes[0].diameter for a, b in pairwise(middles)]
-    assert part.rim() == pytest.approx(min(least), abs=2e-3)
+    assert part.least_gap() == pytest.approx(min(least), abs=2e-3)
 
 
 @settings(max_examples=12)

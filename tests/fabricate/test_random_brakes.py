@@ -54,7 +54,7 @@ def check(brake: Brake) -> bool:
     found, all_parts = made
     for part in all_parts:
         surface = make_mesh(part.solid)
-        assert surface.handles == through(part.name, found), part.name
+        assert surface.hole_count == through(part.name, found), part.name
         assert surface.volume == pytest.approx(part.solid.volume, rel=1e-3), part.name
     return True
 

@@ -75,7 +75,7 @@ def test_the_crossing_of_two_bores_is_taken_once() -> None:
 def test_the_mesh_is_closed_and_has_its_holes(name: str) -> None:
     part = parts_of()[name].solid
     made = make_mesh(part)
-    assert made.handles == THROUGH[name]
+    assert made.hole_count == THROUGH[name]
     assert made.volume == pytest.approx(part.volume, rel=1e-3)
     low, high = part.bounds
     assert made.corners.min(0) == pytest.approx(low, abs=1e-9)
@@ -97,7 +97,7 @@ def test_two_cuts_in_one_plane_leave_no_skin() -> None:
     block = add("x", 0.0, 1.0, Box((0.1, 0.1), (0.1 + third, 0.7)))
     pocket = cut("x", 0.0, 1.0, Box((0.2, 0.1 + third), (0.3, 0.7)))
     hole = cut("z", 0.1, 0.1 + third, Ellipse.circle((0.5, 0.25), 0.02))
-    assert make_mesh(Solid("thin", (block, pocket, hole))).handles == 1
+    assert make_mesh(Solid("thin", (block, pocket, hole))).hole_count == 1
 
 
 @pytest.mark.parametrize("name", sorted(THROUGH))
@@ -128,5 +128,5 @@ def test_a_flat_neck_and_several_screws() -> None:
     assert {"cap-left", "cap-right", "plate-left", "plate-right"} < set(found)
     for name in ("cap-left", "cap-right"):
         made = make_mesh(found[name].solid)
-        assert made.handles == 5
+        assert made.hole_count == 5
         assert made.volume == pytest.approx(found[name].solid.volume, rel=1e-3)

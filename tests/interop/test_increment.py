@@ -11,7 +11,7 @@ import pytest
 
 from layerjam.device.load import load
 from layerjam.errors import QuantityError
-from layerjam.interop.increment import Increment, at_start, move_state
+from layerjam.interop.increment import Increment, make_motion, move_state
 from layerjam.kernel.kernel import SEPARATED, Kernel
 
 CC = pytest.mark.skipif(
@@ -38,7 +38,7 @@ def traced(path, vacuum, compliance, dtype):
         return state, (state.force, state.slip, state.brake.heat)
 
     points = tuple(each.astype(dtype) for each in (path, vacuum, compliance))
-    return jax.lax.scan(step, at_start(dtype), points)[1]
+    return jax.lax.scan(step, make_motion(dtype), points)[1]
 
 
 @CC
@@ -108,7 +108,7 @@ def test_a_held_load_changes_no_bit_however_often_it_is_asked_for():
             )
         )
         up = jnp.asarray(0.999 * hold / NUMBERS.stiffness, dtype)
-        first = COMPILED(at_start(dtype), up, 94.5e3, NUMBERS)
+        first = COMPILED(make_motion(dtype), up, 94.5e3, NUMBERS)
         last = run(first, up)
         assert first.slip == 0
         for a, b in zip(jax.tree.leaves(first), jax.tree.leaves(last), strict=True):
@@ -120,7 +120,7 @@ def test_a_held_load_changes_no_bit_however_often_it_is_asked_for():
 @CC
 def test_numbers_that_mean_nothing_leave_the_last_vacuum():
     """Traced code cannot raise: the plugin does the same with a control that is no number."""
-    state = COMPILED(at_start(), 0.02, 5e4, NUMBERS)
+    state = COMPILED(make_motion(), 0.02, 5e4, NUMBERS)
     for bad in (np.nan, -1.0, np.inf):
         same = COMPILED(state, 0.021, bad, NUMBERS)
         assert same.force == COMPILED(state, 0.021, 5e4, NUMBERS).force

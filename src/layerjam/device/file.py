@@ -195,7 +195,7 @@ def _apply_material(reader: Reader, table: str, use: object, texts: Mapping[str,
     """Add values from the catalogue material that `use` names."""
     if not isinstance(use, str) or use not in texts:
         unknown = UnknownNameError(f"material for [{table}]", str(use), texts)
-        raise reader.fail(f"{table}.use", unknown)
+        raise reader.make_error(f"{table}.use", unknown)
     inner = Reader(texts[use], f"material {use}", reader.fields)
     material = parse_toml(texts[use], f"material {use}")
     inner.read_all({k: v for k, v in material.items() if k not in DESCRIBING}, table)

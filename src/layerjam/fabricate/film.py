@@ -14,7 +14,7 @@ from layerjam.device.workshop import Build
 from layerjam.fabricate import cutting, jigs
 from layerjam.fabricate.dxf import BAR, Frame, write_dxf
 from layerjam.fabricate.lengths import Lengths, Side, mm
-from layerjam.fabricate.nest import SLACK, CutPart, Piece, find_too_large, nest_parts, nest_tightly
+from layerjam.fabricate.nest import SLACK, CutPart, Piece, find_excess, nest_parts, nest_tightly
 from layerjam.fabricate.outline import Outline, Vertex, bounding_box, make_sheet, make_spacer
 from layerjam.fabricate.verdicts import ROUNDING, Check, constant_text
 from layerjam.units import show
@@ -81,7 +81,7 @@ def lay_out_film(file: BrakeFile, build: Build, lengths: Lengths, copies: int = 
     bed = _orient_bed(cut, build.laser_bed) if build.laser_bed else None
     margin, gap = mm(build.margin), mm(build.gap)
     room = stock or bed
-    excess = find_too_large(cut, room, margin) if room else None
+    excess = find_excess(cut, room, margin) if room else None
     pieces: list[Piece] = []
     if excess is None and stock:
         pieces = nest_parts(cut, stock=stock, margin=margin, gap=gap)
@@ -231,7 +231,7 @@ def _size_check(code: str, key: str, part: str, axis: str, excess: float, option
 
 def hole_checks(parts: Sequence[CutPart], lengths: Lengths) -> Iterator[Check]:
     """Yield C3: limits of a cutting service."""
-    rim = np.min([part.outline.rim() for part in parts], axis=0)
+    rim = np.min([part.outline.least_gap() for part in parts], axis=0)
     least = np.maximum(LEAST_HOLE, HOLE_BY_THICKNESS * lengths.thickness)
     pairs = (("hole-size", lengths.hole, least), ("holes", rim, LEAST_RIM))
     for key, value, limit in pairs:

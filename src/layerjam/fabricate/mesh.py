@@ -30,7 +30,7 @@ class Mesh:
         return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
     @property
-    def handles(self) -> int:
+    def hole_count(self) -> int:
         """Number of through holes: the genus, by Euler's formula for one closed surface."""
         edges = len(self.triangles) * 3 // 2
         return 1 - (len(self.corners) - edges + len(self.triangles)) // 2

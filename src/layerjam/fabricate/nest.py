@@ -35,7 +35,7 @@ class Piece:
         return bounding_box(self.parts)[2:]
 
 
-def find_too_large(
+def find_excess(
     parts: Sequence[CutPart], stock: tuple[float, float], margin: float
 ) -> tuple[str, str, float] | None:
     """Return (part, "length" or "width", excess [mm]) of the first part too large for the stock."""
@@ -55,7 +55,7 @@ def nest_parts(
     A part is placed in the first row that is wide and long enough; otherwise, it starts a new row.
     Raises ValueError if a part is too large for the stock.
     """
-    if find_too_large(parts, stock, margin):
+    if find_excess(parts, stock, margin):
         raise ValueError("a part is larger than the stock")
     return _Filling(parts, stock, margin, gap).pieces()
 
@@ -74,8 +74,8 @@ def nest_tightly(
     steps = {part.outline.length + gap: part.count for part in parts}
     lengths = _row_lengths(steps, 2 * margin - gap, longest, limit[0])
     tries = [_Filling(parts, (length, limit[1]), margin, gap) for length in lengths]
-    best = min(tries, key=lambda filling: sum(long * wide for long, wide in filling.least()))
-    sizes = zip(best.pieces(), best.least(), strict=True)
+    best = min(tries, key=lambda filling: sum(long * wide for long, wide in filling.sizes()))
+    sizes = zip(best.pieces(), best.sizes(), strict=True)
     return [replace(piece, length=long, width=wide) for piece, (long, wide) in sizes]
 
 
@@ -135,7 +135,7 @@ class _Filling:
             low = self.margin
         return _Row(len(self.places) - 1, low, wide, self.margin)
 
-    def least(self) -> list[tuple[float, float]]:
+    def sizes(self) -> list[tuple[float, float]]:
         """Return the length and width that each piece needs [mm]."""
         ends = [(0.0, 0.0)] * len(self.places)
         for row in self.rows:

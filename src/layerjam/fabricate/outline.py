@@ -114,7 +114,7 @@ class Outline:
         x, y = self.origin
         return x, y - self.width / 2, x + self.length, y + self.width / 2
 
-    def rim(self) -> Any:
+    def least_gap(self) -> Any:
         """Return the smallest gap [mm] from a hole to an edge or hole; negative if they overlap."""
         least = [self._edge_distance(hole) for hole in self.holes]
         for i, first in enumerate(self.holes):

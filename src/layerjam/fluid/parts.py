@@ -90,7 +90,7 @@ def _read_part(name: str, table: Any, text: str, path: object, family: str) -> P
     fields = {f"{name}.{k}": Entry(spec) for k, spec in {**PRINTED, **specs}.items()}
     reader = Reader(text, path, fields)
     if not isinstance(table, dict):
-        raise reader.fail(name, f"{name} must be a table, [{name}]")
+        raise reader.make_error(name, f"{name} must be a table, [{name}]")
     with reader.locate_errors(name):
         words = {k: spec.read(table.get(k, ""), f"{name}.{k}") for k, spec in _TEXTS.items()}
     entries = {k: _read_entry(v, table) for k, v in table.items() if k not in _TEXTS}
@@ -100,7 +100,7 @@ def _read_part(name: str, table: Any, text: str, path: object, family: str) -> P
     for key, entry in entries.items():
         reader.read_entry(f"{name}.{key}", entry)
         if not reader.sources[f"{name}.{key}"].text:
-            raise reader.fail(f"{name}.{key}", f"{name}.{key} names no source")
+            raise reader.make_error(f"{name}.{key}", f"{name}.{key} names no source")
     for key, (value, reason) in ASSUMED[family].items():
         if key not in entries and not (key == "ultimate" and "curve" in entries):
             entries[key] = assumed_entry(value, reason)

@@ -146,5 +146,5 @@ def mark_synthetic(
     if not synthetic:
         return dict(changes)
     return {
-        path: change and (change[0], change[1].from_synthetic()) for path, change in changes.items()
+        path: change and (change[0], change[1].to_synthetic()) for path, change in changes.items()
     }

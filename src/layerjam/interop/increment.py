@@ -37,7 +37,7 @@ class Motion(NamedTuple):
         return self.brake.force
 
 
-def at_start(dtype: Any = jnp.float64) -> Motion:
+def make_motion(dtype: Any = jnp.float64) -> Motion:
     """Return a brake at rest without vacuum: no slip, no force, no elongation.
 
     If JAX works in single precision, float64 yields float32 leaves, as in all of JAX.
@@ -127,12 +127,12 @@ class Increment:
     @in_double_precision
     def __init__(self, numbers: Parameters) -> None:
         self.parameters = numbers
-        self._state = at_start()
+        self._state = make_motion()
 
     @in_double_precision
     def start(self) -> None:
         """Reset the brake to rest without vacuum."""
-        self._state = at_start()
+        self._state = make_motion()
 
     @in_double_precision
     def move(self, elongation: float, vacuum: float, compliance: float = 0.0) -> float:

@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.errors import MissingExtraError, QuantityError
-from layerjam.interop.increment import Motion, at_start, move_state
+from layerjam.interop.increment import Motion, make_motion, move_state
 from layerjam.interop.mjcf import AnyBrake, load_brake_file
 from layerjam.interop.tendon import (
     LOWEST,
@@ -112,7 +112,7 @@ def start(brake: TendonBrake, dtype: Any = None) -> Motion:
         raise QuantityError.of(
             "dtype", 'float64 needs jax.config.update("jax_enable_x64", True) first'
         )
-    return at_start(dtype)
+    return make_motion(dtype)
 
 
 def step(mx: Any, d: Any, state: Motion, vacuum: Any, brake: TendonBrake) -> tuple[Any, Motion]:

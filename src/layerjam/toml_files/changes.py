@@ -119,7 +119,7 @@ class RecordFile(ABC, Generic[R]):
             cls.check(record)
         name, (pattern, wrong) = reader.words.get("name", ""), cls.name_rule
         if not re.fullmatch(pattern, name):
-            raise reader.fail("name", wrong)
+            raise reader.make_error("name", wrong)
         fields: dict[str, Any] = {cls.holds: record, "path": str(reader.path), **more}
         title = reader.words.get("title", "")
         fields["accepted"] = tuple(replace(a, file=str(reader.path)) for a in reader.accepted)

@@ -38,7 +38,7 @@ class Reader:
         self.notes: dict[str, Any] = {}
         self.accepted: tuple[Acceptance, ...] = ()
 
-    def fail(self, key: str, reason: object) -> FileError:
+    def make_error(self, key: str, reason: object) -> FileError:
         """Return an error for `reason`, with the line of the key."""
         return FileError(self.path, str(reason), find_line(self.text, key))
 
@@ -70,7 +70,7 @@ class Reader:
                     self.words[key] = self.described[key].spec.read(value, key)
             elif not table and key in self.tables:
                 if not isinstance(value, dict):
-                    raise self.fail(key, f"{key} must be a table, [{key}]")
+                    raise self.make_error(key, f"{key} must be a table, [{key}]")
                 self.read_all(value, key)
             elif path == "made_by" and isinstance(value, dict):
                 self.notes = value
@@ -78,7 +78,7 @@ class Reader:
                 with self.locate_errors(path):
                     self.accepted = tuple(Acceptance.read(row) for row in value)
             else:
-                raise self.fail(path, self.unknown_key_error(path))
+                raise self.make_error(path, self.unknown_key_error(path))
 
     def unknown_key_error(self, key: str) -> UnknownNameError:
         """Return the error for an unknown key."""
@@ -87,7 +87,7 @@ class Reader:
     def read_entry(self, path: str, entry: object) -> None:
         """Read one value, plain or with its source."""
         if path not in self.fields:
-            raise self.fail(path, self.unknown_key_error(path))
+            raise self.make_error(path, self.unknown_key_error(path))
         value, source = entry, Source()
         if isinstance(entry, dict) and not self.fields[path].table:
             with self.locate_errors(path):
@@ -99,7 +99,9 @@ class Reader:
     def read_rows(self, key: str, tables: object, cls: type[R]) -> tuple[R, ...]:
         """Return one record for each table of an array of tables, [[key]]."""
         if not isinstance(tables, list) or not all(isinstance(row, dict) for row in tables):
-            raise self.fail(key, f"{key} must be tables that each begin with a line [[{key}]]")
+            raise self.make_error(
+                key, f"{key} must be tables that each begin with a line [[{key}]]"
+            )
         fields = dict(entries(cls, f"{key}."))
         records = []
         for row in tables:
@@ -121,7 +123,7 @@ class Reader:
         if due:
             names = ", ".join(f"{p} ({self.fields[p].spec.text})" for p in due[:4])
             reason = f"{names} {'is' if len(due) == 1 else 'are'} missing"
-            raise self.fail(due[0] if "." in due[0] else "", reason)
+            raise self.make_error(due[0] if "." in due[0] else "", reason)
 
     @staticmethod
     def _is_absent(path: str, entry: Entry, tables: Collection[str]) -> bool:

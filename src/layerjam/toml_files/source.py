@@ -64,7 +64,7 @@ class Source:
             parts.append(f"conflict: {self.conflict}")
         return "; ".join(parts)
 
-    def from_synthetic(self) -> Self:
+    def to_synthetic(self) -> Self:
         """Return the source for a number that was computed from files that a program generated."""
         measured_here = self.kind in ("measured", "calibrated")
         return replace(self, kind="synthetic") if measured_here else self
