@@ -131,7 +131,7 @@ def test_brakes_have_their_own_errors(tmp_path: Path) -> None:
     pulls = '[pulls]\nvacuums = ["40 kPa"]\n'
     for text, words in (
         ("", "brakes: none is given"),
-        ("brakes = 3\n", "each begin with a line"),
+        ("brakes = 3\n", "each after a line"),
         ("[[brakes]]\nscale_factor = 1.0\n", "brakes.brake .* is missing"),
         ('[[brakes]]\nbrake = "choi2018-kapton"\nstiffness = 131\n', "'131 kN/m' or '131 N/mm'"),
     ):

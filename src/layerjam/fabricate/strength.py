@@ -75,7 +75,7 @@ def _sheet_check(force: Any, brake: Brake, lengths: Lengths, clamp: Any) -> Iter
         yield Check(
             code="C7",
             key=f"sheet-{place.split()[0]}",
-            words=partial(_describe_sheet, place, stress, brake.film.strength, grip),
+            words=partial(_sheet_text, place, stress, brake.film.strength, grip),
             value=stress,
             limit=strength,
             unit="Pa",
@@ -85,9 +85,7 @@ def _sheet_check(force: Any, brake: Brake, lengths: Lengths, clamp: Any) -> Iter
         )
 
 
-def _describe_sheet(
-    place: str, stress: float, film: float | None, grip: Any, ok: bool | None
-) -> str:
+def _sheet_text(place: str, stress: float, film: float | None, grip: Any, ok: bool | None) -> str:
     strength, kind = _allowed_stress(film, place)
     text = f"sheets, {place}: {_format_pascals(stress)}"
     if strength is None:

@@ -99,9 +99,7 @@ class Reader:
     def read_rows(self, key: str, tables: object, cls: type[R]) -> tuple[R, ...]:
         """Return one record for each table of an array of tables, [[key]]."""
         if not isinstance(tables, list) or not all(isinstance(row, dict) for row in tables):
-            raise self.make_error(
-                key, f"{key} must be tables that each begin with a line [[{key}]]"
-            )
+            raise self.make_error(key, f"{key} must be tables, each after a line [[{key}]]")
         fields = dict(entries(cls, f"{key}."))
         records = []
         for row in tables:
