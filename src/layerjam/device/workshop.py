@@ -256,7 +256,7 @@ def check_build(brake: Brake, build: Build) -> None:
             f"screws = {build.screws} in [mount]",
         )
     if build.kerf and build.cutter == "knife":
-        refuse("kerf", "is given for a knife; the plotter applies its own offset, so leave it at 0")
+        refuse("kerf", "must be 0 for a knife, because the plotter applies its own offset")
     if build.kerf and build.kerf >= hole:
         refuse("kerf", f"must be less than the screw's hole of {show(hole, 'm')}")
     if build.kerf:

@@ -196,8 +196,8 @@ def _list_notices(plan: Drawing) -> list[Notice]:
         )
     warnings.append(
         Notice(
-            "uncured resin inhibits platinum silicone: seal a resin mould, and test-cure "
-            "a drop on it first",
+            "uncured resin inhibits the cure of platinum silicone: seal a resin mould, and "
+            "test-cure a drop on it first",
             "resin-mould",
         )
     )

@@ -62,7 +62,7 @@ def brake_values(brake: Brake | BrakeFile, rope_stiffness: float | None = None) 
     if brake.vacuum_share is None:
         values["vacuum_share"] = 1.0
     if brake.stiffness_measured is None and not float(working_stiffness(brake)) > 0:
-        raise QuantityError.of("stiffness_measured", "it is neither measured nor computable")
+        raise QuantityError.of("stiffness_measured", "is neither measured nor computable")
     return values
 
 

@@ -50,6 +50,9 @@ def make_motion(dtype: Any = jnp.float64) -> Motion:
     return Motion(State(memory, zero, zero, zero, zero, zero, no, no), no)
 
 
+at_start = make_motion  # former name
+
+
 def move_state(
     state: Motion, elongation: Any, vacuum: Any, numbers: Parameters, compliance: Any = 0.0
 ) -> Motion:
