@@ -188,12 +188,8 @@ def _list_notices(plan: Drawing) -> list[Notice]:
     source = plan.file.sources.get("sheets.usable_travel", Source())
     if source.kind != "measured":
         travel = show(brake.sheets.usable_travel, "m")
-        warnings.append(
-            Notice(
-                (f"the usable travel of {travel} has not been tested on this brake"),
-                "untested-travel",
-            )
-        )
+        text = f"the usable travel of {travel} has not been tested on this brake"
+        warnings.append(Notice(text, "untested-travel"))
     warnings.append(
         Notice(
             "uncured resin inhibits the cure of platinum silicone: seal a resin mould, and "
