@@ -113,7 +113,7 @@ def line(needle: str) -> int:
         ('name = "choi2018-kapton"', 'name = "a/b"', "name =", "name is missing or"),
         ('usable_travel = { value = "60 mm"', 'usable_travel = { value = "69 mm"',
          "usable_travel", "exceeds the overlap"),
-        ('screw_hole = { value = "3 mm"', 'screw_hole = "3 mm" x', "screw_hole", "not TOML"),
+        ('screw_hole = { value = "3 mm"', 'screw_hole = "3 mm" x', "screw_hole", "not valid TOML"),
     ],
 )  # fmt: skip
 def test_errors_name_file_and_line(old, new, where, says):
