@@ -208,7 +208,7 @@ class Presence:
 def bench_regulator(
     address: str, line: LineFile, target: float, safe_state: str, kind: str, sensor_range: float
 ) -> Regulator:
-    """Return a controller for a virtual board's own line, or for the desk's line.
+    """Return a controller for a virtual board's line or, for a real board, the desk's line.
 
     Raises QuantityError if the controller cannot hold the target [Pa].
     """

@@ -14,7 +14,7 @@ from layerjam.report.style import GREY, INK
 LOW = 35.0
 """Height of a pane [%] below which its y axis has fewer tick labels."""
 TALL, LINE = 290.0, 15.0
-"""Approximate height of a single pane, and minimum distance of names at curve ends [pixels]."""
+"""Approximate height of a single pane, and minimum spacing of names at curve ends [pixels]."""
 FONT = "Roboto, -apple-system, Helvetica, Arial, sans-serif"
 """Font of the page, served from this machine by NiceGUI."""
 MARKS = 40
@@ -30,7 +30,7 @@ LETTERS = 31
 
 
 def thin_points(x: Any, y: Any, points: int = POINTS) -> list[list[float | None]]:
-    """Return (x, y) pairs for the browser: all, or those of the extreme y in each interval."""
+    """Return (x, y) pairs for the browser: all, or those with minimum or maximum y per interval."""
     x, y = np.asarray(x, float), np.asarray(y, float)
     if len(x) > points:
         last = len(x) - 1

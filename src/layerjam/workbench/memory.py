@@ -9,7 +9,7 @@ from nicegui import Client, run
 USUAL = (700, 10, 10)
 """Python's default settings of the garbage collector; see `cli.start.SELDOM`."""
 SOON = 2.0
-"""Time allowed for a page's first result to be sent and drawn [s]."""
+"""Time allowed for sending and drawing a page's first result [s]."""
 _frozen_pages: set[str] = set()
 
 

@@ -18,7 +18,7 @@ COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 BAND = "band"
 """Option of a pinned pull that stores the error of its law, written by `LawError.text`."""
 LINES = ("rise", "regulate")
-"""Commands whose subject is a vacuum line; that of all others is a brake."""
+"""Commands that act on a vacuum line; all others act on a brake."""
 
 
 def make_pin(page: str, call: Call) -> Pin:
@@ -71,7 +71,7 @@ def make_pin_labels(calls: Sequence[Call], current: Call) -> list[str]:
 
 
 def _describe_difference(call: Call, from_these: Sequence[Call]) -> str:
-    """Return what differs between a call and others, as text: brake or line, and options."""
+    """Return, as text, the brake or line and the options in which a call differs from others."""
     name, words = call.subjects[0].name.removesuffix(".toml"), []
     if any(theirs.subjects != call.subjects for theirs in from_these):
         words.append(name)

@@ -181,7 +181,7 @@ def propose_use(key: str, name: str, path: Path) -> Proposal:
 
 
 def _complete_proposal(draft: Proposal, path: Path, error: LayerjamError) -> Proposal:
-    """Complete the proposal for an unreadable file: its reader, what it lacks, or "unknown"."""
+    """Return an unreadable file's proposal: its other reader, what is missing, or "unknown"."""
     asks = str(getattr(error, "asks", ""))
     reason = str(getattr(error, "plain", "") or error)
     if isinstance(error, MissingExtraError):

@@ -42,7 +42,7 @@ class Runner:
         """Error of the last computation."""
 
     async def request_result(self) -> None:
-        """Compute with the current inputs; return when the result is displayed, or when queued."""
+        """Compute with the current inputs and show the result, or queue this if already running."""
         if self.running:
             self._again = True
             return

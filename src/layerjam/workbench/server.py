@@ -31,7 +31,7 @@ HEADERS = {
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
 }
-"""Headers that stop the page loading from, or being embedded by, other sites."""
+"""Headers that block content from other sites, and embedding by other sites."""
 
 
 class _TooLarge(Exception):

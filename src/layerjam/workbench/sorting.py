@@ -355,7 +355,7 @@ def _use_shown_name(item: Proposal, upload: Upload) -> Proposal:
 
 
 def _cite_list(item: Proposal, from_list: Mapping[str, frozenset[str]]) -> Proposal:
-    """Return the proposal, with the list of conditions cited as a source where it is one."""
+    """Return the proposal, with the list of conditions named as the source of its metadata."""
     mine = from_list.get(item.name, frozenset())
     facts = {
         fact: SourcedValue(value.text, LIST) if fact in mine and value.source == SIDECAR else value

@@ -126,7 +126,7 @@ class InvalidStateError(ValueError):
 
 
 def read_state(text: str | bytes) -> State:
-    """Return the state in a JSON text; raises InvalidStateError."""
+    """Return the state that a JSON text describes; raises InvalidStateError."""
     try:
         return READER.validate_json(text)
     except ValidationError as err:
@@ -142,7 +142,7 @@ def format_link(state: State) -> str:
 
 
 def parse_link(text: str) -> State:
-    """Return the state in a link; raises QuantityError if it is invalid or too long."""
+    """Return the state that a link contains; raises QuantityError if it is invalid or too long."""
     if len(text) > LONGEST_LINK:
         raise QuantityError(f"link: {len(text)} characters; the limit is {LONGEST_LINK}")
     try:

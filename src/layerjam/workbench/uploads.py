@@ -125,7 +125,7 @@ class Uploads:
             raise UploadError(f"{label}: not used, because all files together would exceed 500 MB")
 
     def store_file(self, name: str, data: bytes, waits: bool = False) -> Upload | None:
-        """Store a file, and return it, or None for a sidecar. Raises UploadError.
+        """Store a file and return it; store a sidecar and return None. Raises UploadError.
 
         No page uses the file while it `waits`, and it may be dropped again.
         """
@@ -189,7 +189,7 @@ class Uploads:
         return ""
 
     def write_sidecar(self, upload: Upload, text: str) -> Upload:
-        """Write this text as the measurement's sidecar, unless empty; return it for a call."""
+        """Write text as a measurement's sidecar, unless empty; return the updated measurement."""
         if text:
             sidecar_of(upload.path).write_text(text, encoding="utf-8", newline="\n")
         else:

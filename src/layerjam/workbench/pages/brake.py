@@ -261,7 +261,7 @@ def _format_percent(part: float) -> str:
 def comparison_html(first: Any, second: Any | None, even: bool = True) -> str:
     """Return a brake's numbers as an HTML table, with its differences from a second brake.
 
-    `even` is false if only one of them is calibrated; their forces are then not judged.
+    `even` is false if only one brake is calibrated; the forces are then not judged.
     """
     heads = ["", first.values["name"]]
     if second is not None:

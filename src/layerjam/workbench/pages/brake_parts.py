@@ -37,7 +37,7 @@ class Surface:
 
 @dataclass(frozen=True)
 class Parts:
-    """Surfaces centred in the scene; `size` is that of their bounding box [scene units]."""
+    """Surfaces centred in the scene; `size` contains their bounding box's sides [scene units]."""
 
     surfaces: tuple[Surface, ...]
     size: Point

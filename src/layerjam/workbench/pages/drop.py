@@ -258,7 +258,7 @@ class Drop(Page):
 
 
 def bound_sentence(floor: float | None, tuning: Mapping[str, Any]) -> str:
-    """Return a sentence with the lowest peak deceleration [g] that any brake needs."""
+    """Return a sentence with the lowest peak deceleration [g] that a brake can achieve."""
     if floor is None:
         return ""
     formula = "v²/2gd" if tuning.get("horizontal") else "v²/2gd + 1"

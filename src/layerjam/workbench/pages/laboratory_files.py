@@ -82,7 +82,7 @@ class Row:
 def read_rows(
     uploads: Uploads, edits: Edits, standard: str, read: Callable[..., Row], tell: Progress
 ) -> list[Row]:
-    """Write each file's sidecar, and return the file's row from `read`, which may be cached."""
+    """Write the sidecar of each file, and return its row from `read`, which may use a cache."""
     files, rows = uploads.files_in_use, []
     for count, upload in enumerate(files):
         edit = edits.get(upload.key, {})

@@ -295,7 +295,7 @@ class Pull(Page):
             self.panel.pin_answer(**{BAND: error.text()})
 
     def _read_files(self) -> Reading:
-        """Return the results of the files; read files again if they, brake or vacuum changed."""
+        """Return the results of the files, computed again if files, brake or vacuum changed."""
         vacuum, files = self.text("files_vacuum"), find_pulls(self.desk)
         last_key, reading = self._read
         sidecars = tuple(self.uploads.sidecars)

@@ -250,7 +250,7 @@ class Editor:
 
 
 def build_open_button(desk: Desk, kind: str, page: str, problem: Alert) -> None:
-    """Build a button that loads a TOML file of the user's; `problem` shows errors."""
+    """Build a button that opens a TOML file from disk; `problem` shows errors."""
 
     async def on_upload(event: events.UploadEventArguments) -> None:
         upload.reset()
