@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 RIPPLE = 2.0
 """Allowed ripple of a held vacuum, as a multiple of the controller's own band (`idle_band`)."""
 SWING = 0.25
-"""Fraction of the target above which a ripple fails the check, whatever the band."""
+"""Ripple above which the check fails whatever the band, as a fraction of the target."""
 
 
 def idle_band(regulator: Regulator) -> float:
@@ -28,7 +28,7 @@ def idle_band(regulator: Regulator) -> float:
 def shortest_moves(regulator: Regulator, vacuum: float) -> dict[str, float]:
     """Return {cause: change of the vacuum [Pa]} for the shortest runs of the pump and of the vent.
 
-    A bang-bang controller runs its pump at full command, others at their minimum command.
+    A bang-bang controller runs its pump at full command, other kinds at their minimum command.
     """
     plant, sample = regulator.plant, regulator.sample_time
     share = 1.0 if regulator.kind == "bang-bang" else regulator.least_command
@@ -60,10 +60,10 @@ def step_check(regulator: Regulator, target: float) -> Check:
 
 
 def regulation_checks(regulator: Regulator, target: float, loop: "ClosedLoop") -> Iterator[Check]:
-    """Return the checks of a closed loop without an injected fault that should hold `target` [Pa].
+    """Yield the checks of a fault-free closed loop that should hold `target` [Pa].
 
-    The check passes if the vacuum is reached and held. It fails on a false fault, a missed target,
-    or a ripple above a multiple of the controller's own band.
+    They pass if the vacuum is reached and held. They fail on a false fault, a missed target, or a
+    ripple above a multiple of the controller's own band.
     """
     sentence = f"the detectors report {loop.outcome}"
     wrong = f" after {show(loop.fault_time, 's')}, although nothing is broken"
@@ -100,7 +100,7 @@ def _check_ripple(regulator: Regulator, target: float, ripple: float) -> Check:
 
 
 def _find_fix(regulator: Regulator, move: float, target: float) -> str:
-    """Return the changes of settings that reduce a step of the vacuum [Pa] to the allowed size."""
+    """Return the setting changes that reduce a step of the vacuum [Pa] to the allowed size."""
     sample, limit = regulator.sample_time, min(idle_band(regulator), 0.5 * SWING * target)
     changes = "pi instead of bang-bang, " if regulator.kind == "bang-bang" else ""
     if max(regulator.minimum_on, regulator.minimum_vent) > sample:

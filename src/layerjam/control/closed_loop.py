@@ -1,8 +1,8 @@
-"""The law and its plant in closed loop: one run with its history, or thousands on all cores.
+"""The law and its plant in closed loop: one run with its history, or thousands in parallel.
 
-Between samples the plant and the sensor's lag are exact (`plant.py`; the lag to 1e-11 of a sample's
-rise); behind a tube they are integrated (`through_tube.py`). With the noise of `noise.py` the
-result of a run depends only on its seed and number, not on other runs or on the core.
+Between samples the plant and the sensor's lag are solved exactly (`exact.py`; the lag to 1e-11 of a
+sample's rise); with a tube they are integrated numerically (`through_tube.py`). With the noise of
+`noise.py`, the result of a run depends only on its seed and number, not on other runs or cores.
 """
 
 import functools
@@ -39,12 +39,12 @@ Targets = Sequence[tuple[float, float]]
 
 @dataclass(frozen=True, kw_only=True)
 class Runs:
-    """M closed loops: arrays of shape (M,). The vacuum is the true one, not the reading."""
+    """Results of M closed loops, shape (M,), computed from the true vacuum, not the reading."""
 
     rise_time: Any
-    """Time from 10 to 90 % of the first target [s]; NaN if 90 % is not reached while it applies."""
+    """Time from 10 to 90 % of the first target [s]; NaN if it ends before 90 % is reached."""
     overshoot: Any
-    """Maximum vacuum minus the first target, while it applies [Pa]; negative if not reached."""
+    """Maximum vacuum during the first target minus that target [Pa]; negative if not reached."""
     steady_error: Any
     """Mean of vacuum minus target in the last part of the run [Pa]."""
     ripple: Any
@@ -94,9 +94,9 @@ def simulate_run(
     """Simulate one run from zero vacuum, and keep its history.
 
     `targets` are pairs (duration [s], vacuum [Pa]), repeated if `duration` is longer. `plant` and
-    `sensor` are the true ones if they differ from the controller's settings. The steady error and
-    the ripple are computed from the last part of the run, `steady`. Raises QuantityError for
-    settings that `settings.validate` rejects.
+    `sensor` are the true plant and sensor, if they differ from the controller's settings. `steady`
+    is the fraction of the run, at its end, that yields steady error and ripple. Raises
+    QuantityError for settings that `settings.validate` rejects.
     """
     loop_of = _Loop(regulator, plant, sensor, injected or FaultInjection())
     course = loop_of.course(targets, duration, steady)

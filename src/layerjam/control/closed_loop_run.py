@@ -1,8 +1,8 @@
 """The compiled closed loop: one run of controller, sensor and plant, sample by sample.
 
-The controller is the law's own source text, compiled. Between samples, plant and sensor are exact.
-At a slope a - b v of the vacuum, a sample of length T adds slope (1 - exp(-b T))/b. A first-order
-sensor shows the part that its lag lets through. A plant with a tube is integrated.
+The controller is the law's own source text, compiled. Between samples, plant and sensor are solved
+exactly. At a slope a - b v of the vacuum, a sample of length T adds slope (1 - exp(-b T))/b. A
+first-order sensor shows the fraction that its lag passes. A tube requires numerical integration.
 """
 
 import math
@@ -20,7 +20,7 @@ from layerjam.mechanics.compilation import compile_loop, hash_files
 from layerjam.mechanics.threads import cache_threadsafe
 
 READS, STANDS, SHOWS = 0, 1, 2
-"""States of the sensor: it works, repeats its last value, or shows a fixed value."""
+"""States of the sensor: it works, repeats its last value, or returns a fixed value."""
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
@@ -43,17 +43,17 @@ class Course(NamedTuple):
     """Lag of the sensor [s]."""
     samples: int
     ends: Array
-    """Sample at which each target ends; after the last one the targets repeat."""
+    """Sample at which each target ends; after the last target they repeat from the first."""
     levels: Array
     """Targets [Pa]."""
     onset: int
-    """Sample from which the plant and the sensor have the injected fault."""
+    """Sample from which the injected fault affects the plant and the sensor."""
     sensor: int
     """State of the broken sensor."""
     shown: float
     """Value that a broken sensor shows [Pa]."""
     steady: int
-    """First sample that counts for the steady error and the ripple."""
+    """First sample included in the steady error and the ripple."""
 
 
 def _compile_law() -> dict[str, Any]:

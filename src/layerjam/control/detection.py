@@ -1,8 +1,8 @@
-"""Longest detection times, from trials of the law's detectors on a faulty plant without noise.
+"""Longest detection times of faults, from noise-free trials of the law's detectors.
 
 The pump runs at full command, and the fault begins at a given vacuum. The trials combine both ends
-of the tolerances of the pump, the zero and the lag, and the longest time counts. To allow for
-noise, the limits are raised beforehand.
+of the tolerances of the pump, the zero and the lag; the longest time is used. To allow for noise,
+the limits are raised beforehand.
 """
 
 import functools
@@ -28,14 +28,14 @@ from layerjam.mechanics.threads import cache_threadsafe
 IN_NOISE = 5.0
 """Number of standard deviations by which noise may mislead a detector."""
 WINDOW = 200
-"""Number of trial steps per decision step of a healthy pump; fewer if samples are longer."""
+"""Trial steps in which a healthy pump rises by a decision step; fewer if samples are longer."""
 SURE = 0.02
-"""Relative margin on the limit for a block in its trial, and on the times of other faults."""
+"""Relative margin on the limit that detects a blockage, and on the times of other faults."""
 FINE = 0.01
 """Duration of a trial step, relative to the blocked line's time constant, if that exceeds a sample.
 """
 BLOCKS = (1.0, 0.01)
-"""Volumes left after a block, relative to the largest to detect; a tube can hide a small one."""
+"""Volumes left after a blockage, relative to the largest to detect: a tube can hide small ones."""
 STARTS = 5
 """Number of vacuums, from zero to the requested one, at which a fault is tested."""
 LONGEST = 20_000
@@ -49,11 +49,11 @@ def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
     not detected at this vacuum. Those of NO_VACUUM, WEAK_PUMP (half of `weak_ratio` of the flow or
     less) and LINE_BLOCKED (at most 1/(2 blocked_ratio) of the chamber's volume) count from the
     onset of the fault. They require uninterrupted pumping at full command, even if the vent has
-    just closed. A block is detected only by a further rise, so its time is inf near the pump's
-    limit. The time of SENSOR_OFFSET, for at least twice the limit, counts from the opening of the
-    vent, or from the fault if the vent is already open. That of VACUUM_LOST counts from the moment
-    when the vacuum leaves the band below a target that it had reached. That of SENSOR_STUCK applies
-    at any time to a noisy sensor, but to one without noise only while pumping at full command.
+    just closed. A blockage is detected only if the vacuum rises further, so its time is inf near
+    the pump's limit. The time of SENSOR_OFFSET, for at least twice the limit, counts from the
+    opening of the vent, or from the fault if the vent is already open. The time of VACUUM_LOST
+    counts from when the vacuum leaves the band below a target that it had reached. The time of
+    SENSOR_STUCK applies to a noise-free sensor only while pumping at full command.
     """
     dt, lag = regulator.sample_time, regulator.longest_lag
     trials = _Trials(regulator)
@@ -77,7 +77,7 @@ def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
 
 
 class _Trials:
-    """Trials of one controller; the settings are packed once, and again for each longer step."""
+    """Trials of one controller; its settings are packed once, and once for each longer step."""
 
     def __init__(self, regulator: Regulator) -> None:
         self.regulator = regulator
@@ -111,8 +111,8 @@ class _Trials:
     ) -> float:
         """Return the detection time [s] of a fault that starts at a reading [Pa].
 
-        `broken` holds the fault and the plant without and with it.
-        `ran` states whether the pump was running, `shift` holds the sensor's zero [Pa] and lag [s].
+        `broken` contains the fault, and the plant without and with it. `ran` states whether the
+        pump was already running; `shift` contains the sensor's zero [Pa] and lag [s].
         """
         regulator, watch = self.regulator, self.watch
         dt, zero_error, (zero, lag) = regulator.sample_time, regulator.zero, shift

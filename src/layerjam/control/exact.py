@@ -25,7 +25,7 @@ class Rates(NamedTuple):
 def step_factors(
     plant: Rates, pump: float, vent: float, dt: float, lag: float, left: float
 ) -> tuple[float, float, float, float]:
-    """Return (a, b, factors from a sample's first slope a - b v to the changes of v and sensor).
+    """Return (a, b, and the changes of v and of the sensor per unit of the first slope a - b v).
 
     `left` is 1 - exp(-dt/lag).
     """

@@ -23,12 +23,12 @@ PROVOKED = {
     ),
 }
 OFFSET = 2.5
-"""Ratio of the injected offset to the highest reading accepted as zero; 2 must be reported."""
+"""Ratio of injected offset to the highest reading accepted as zero; from 2 it must be reported."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FaultInjection:
-    """Fault that begins at the time `at` [s]: factors for the plant, or a state of the sensor.
+    """Fault that begins at time `at` [s]: changes to the plant, or a state of the sensor.
 
     `pump` multiplies the pump's flow, `leak` [1/s] is added to the leak, `volume` multiplies the
     volume (a blocked line leaves a small one), `vent` multiplies the vent's flow. `sensor` is one
@@ -44,7 +44,7 @@ class FaultInjection:
     value: float = 0.0
 
     def break_plant(self, plant: Plant) -> Rates:
-        """Return the plant with the fault, for the loop."""
+        """Return the parameters of the faulty plant for the compiled loop."""
         tube = plant.passage
         return Rates(
             rate=plant.rate * self.pump / self.volume,

@@ -1,11 +1,11 @@
-"""Force control: from the target force and the measured slip to a vacuum and the resulting force.
+"""Force control: target force and measured slip determine the vacuum, and hence the force.
 
-The slip is given (a turning joint, a rope running out). The law yields the brake's force at the
-current vacuum and, with a speed law, at the current speed. Target force and measured slip determine
-the target vacuum by the inverse law of the brake that the controller assumes (`model`). The true
-brake may differ, and the measured slip is noisy. Parts that cannot be followed are reported
-beforehand: forces outside the brake's range, and vacuums that would have to change faster than pump
-and vent allow.
+The slip is prescribed, as by a turning joint or a rope that runs out. The law yields the brake's
+force at the current vacuum and, with a speed law, at the current speed. Target force and measured
+slip determine the target vacuum by the inverse law of the brake that the controller assumes
+(`model`). The true brake may differ, and the measured slip is noisy. Unattainable parts of the
+target are reported beforehand: forces outside the brake's range, and vacuums that would have to
+change faster than pump and vent allow.
 """
 
 from collections.abc import Sequence
@@ -27,23 +27,23 @@ from layerjam.units import show
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 LEAST = 1.0
-"""Target vacuum [Pa] for a force that needs none, because a target of zero would open the vent."""
+"""Target vacuum [Pa] if the force needs no vacuum, because a target of zero would open the vent."""
 MARGIN = 0.98
 """Highest target, relative to the pump's maximum vacuum."""
 CYCLES = 6
-"""Number of sine cycles to follow; the second half of them is fitted."""
+"""Number of sine cycles to follow; the response is fitted to the second half."""
 
 
 @dataclass(frozen=True, eq=False)
 class Following:
-    """One run, in SI; the arrays have one entry per sample of the controller, shape (N,)."""
+    """One run, in SI units; the arrays have one entry per sample of the controller, shape (N,)."""
 
     loop: ClosedLoop
     wanted: Array = field(repr=False)
     force: Array = field(repr=False)
     slip: Array = field(repr=False)
     possible: Mask
-    """Whether the brake can produce the force here, and pump or vent can reach it fast enough."""
+    """Whether the brake can produce the force here, and pump or vent can follow it fast enough."""
     reasons: tuple[str, ...]
     """Reasons why some samples cannot be followed."""
 
@@ -64,7 +64,7 @@ class Following:
 
 
 def _pad_values(values: Array) -> Array:
-    """Return the values padded to one of a few lengths, because each length has to be compiled.
+    """Return the values padded to one of a few lengths, because each new length is compiled.
 
     The laws take 0.2 ms for 4,096 values; compiling them takes a hundred times as long.
     """
@@ -77,7 +77,7 @@ def _pad_values(values: Array) -> Array:
 def target_vacuums(
     forces: Array, slip: Array, brake: Brake, highest: float, pace: Array | None = None
 ) -> tuple[Array, Mask, list[str]]:
-    """Return the vacuum [Pa] for each force [N] at a slip [m], whether it exists, and the reasons.
+    """Return the vacuum [Pa] for each force [N] at a slip [m], whether one exists, and why not.
 
     Targets below the enclosure's own force get the vacuum `LEAST`, those above the maximum force
     get `highest` [Pa]. `pace` [m/s] is the sliding speed, if friction depends on it; None means
@@ -139,10 +139,10 @@ def follow(
     seed: int = 0,
     pace: float | None = None,
 ) -> Following:
-    """Follow forces [N] at slips [m], one of each per sample of the controller, shape (N,).
+    """Follow target forces [N] at prescribed slips [m], with one of each per sample, shape (N,).
 
     `brake` is the true brake if it differs from `model`; `slip_noise` [m] is the standard deviation
-    of the measured slip. `pace` [m/s] sets the friction, if it differs from the speed of the slip.
+    of the measured slip. `pace` [m/s] is the sliding speed if it differs from the rate of slip.
     Raises QuantityError for profiles of different lengths or a slip beyond the overlap.
     """
     wanted, slip = np.asarray(wanted, float), np.asarray(slip, float)
@@ -180,7 +180,7 @@ def follow(
 
 @dataclass(frozen=True, eq=False)
 class Bode:
-    """Response of the force to a sinusoidal target at each frequency, shape (F,)."""
+    """Response of the force to sinusoidal targets, one entry per frequency, shape (F,)."""
 
     frequency: Array = field(repr=False)
     """Frequency [Hz]."""
@@ -215,8 +215,8 @@ def bode_response(
 ) -> Bode:
     """Return the response to a sinusoidal target force [N] about a mean, at one slip [m].
 
-    It is fitted over the last cycles and is valid for this amplitude only, because a pump works in
-    one direction and is limited. The options `how` are passed to `follow`.
+    The fit uses the last cycles and is valid for this amplitude only, because a pump is limited and
+    works in one direction. The options `how` are passed to `follow`.
     """
     ratios = []
     dt = regulator.sample_time

@@ -1,19 +1,19 @@
 """The control law of a brake's vacuum: one step of a regulator with its fault detectors.
 
 This file imports nothing and uses only floats and tuples of floats, so that the same text runs in
-CPython, on a microcontroller under MicroPython, and compiled in batches. `settings.py` builds the
+CPython, in MicroPython on a microcontroller, and compiled for batches. `settings.py` builds the
 tuples; `docs/control.md` states the rules. Vacuum is in pascals, time in samples.
 
-settings = (regulator, watch), state = (drive, seen); the layouts are those unpacked below.
+settings = (regulator, watch), state = (drive, memory); each is unpacked below, in this order.
 """
 
 BANG_BANG, PI, SCHEDULED = 0, 1, 2
 HEALTHY, NOT_A_NUMBER, OUT_OF_RANGE, STUCK, OFFSET = 0, 1, 2, 3, 4
 NO_VACUUM, WEAK_PUMP, BLOCKED, LOST = 5, 6, 7, 8
 CLOSE = 0.01
-"""Fraction of a target within which a reading always counts as having reached it."""
+"""Largest distance from a target at which it always counts as reached, as a fraction of it."""
 LEAST_ROOM = 0.05
-"""Smallest fraction of the pump's vacuum by which the gain schedule and the feed-forward divide."""
+"""Smallest divisor in gain schedule and feed-forward, as a fraction of the pump's vacuum."""
 
 
 def fresh() -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -107,8 +107,8 @@ def command(
 def reached(regulator: tuple[float, ...], reading: float, target: float, noise: float) -> bool:
     """Return whether a reading is as near to its target as the law can bring it, apart from noise.
 
-    In that range pump and vent rest: the law does not pump within its band below the target, and
-    vents only beyond its vent band above it.
+    In that range neither acts: the law does not pump within its band below the target, and vents
+    only beyond its vent band above the target.
     """
     tolerance, band, vent_band = CLOSE * target, regulator[3], regulator[4]
     below = (tolerance if tolerance > band else band) + noise
@@ -135,7 +135,7 @@ def safe(regulator: tuple[float, ...], drive: tuple[float, ...]) -> tuple[float,
 def move_drive(
     drive: tuple[float, ...], integral: float, pump: float, vent: float, target: float
 ) -> tuple[float, ...]:
-    """Return the drive with new commands; ages and switchings are counted here."""
+    """Return the drive with new commands, updated ages and updated counts of switchings."""
     _integral, was, open_, pump_age, vent_age, pump_switches, vent_switches, _last = drive
     if (was == 0.0) != (pump == 0.0):
         pump_age, pump_switches = 0.0, pump_switches + 1.0
@@ -230,7 +230,7 @@ def healthy_rises(
     flow_slope: float,
     bend: float,
 ) -> tuple[float, float, float]:
-    """Return (smallest, largest rise of a healthy line per sample, largest delayed by the lag)."""
+    """Return a healthy line's (least, largest, lagged largest) rise of the vacuum per sample."""
     # a zero error of the sensor hides how close the pump is to its limit
     high = healthy_rise(pump, vacuum - zero, rise, top, fall, flow_limit, flow_slope, bend)
     low = healthy_rise(pump, vacuum + zero, rise, top, fall, flow_limit, flow_slope, bend)
@@ -257,9 +257,9 @@ def healthy_rise(
 
 
 def excess(surplus: float, rate: float, loss: float, fast: float, sound: float) -> float:
-    """Return the largest rise since an earlier sample in excess of a sound line's, at least 0.
+    """Return the largest excess over a sound line's rise since any earlier sample, at least 0.
 
-    The history before a block therefore does not hide it. A sound line may have no leak at all.
+    The history before a blockage therefore cannot hide it. A sound line may have no leak at all.
     """
     allowance = fast * (rate - loss)
     if allowance < sound * rate:
@@ -271,7 +271,7 @@ def excess(surplus: float, rate: float, loss: float, fast: float, sound: float) 
 def pump_fault(
     owed: float, risen: float, quiet: float, off_zero: bool, clear: float, none: float, weak: float
 ) -> tuple[float, float, float, float]:
-    """Return (fault code, owed, risen, quiet); `quiet` is the part of `owed` without any change.
+    """Return (fault code, owed, risen, quiet); `quiet` is the rise owed since the last change.
 
     A sufficient rise resets the count, so that the history before a failure does not hide it.
     """
@@ -310,7 +310,7 @@ def watch_vent(
 def watch_target(
     target: float, last: float, is_close: bool, at_target: float, missing: float
 ) -> tuple[float, float]:
-    """Return whether the target has been reached, and the number of samples since it was lost."""
+    """Return whether the target has been reached, and for how many samples it has been lost."""
     if target <= 0.0:
         return 0.0, 0.0
     if is_close:

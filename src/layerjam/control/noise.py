@@ -1,12 +1,12 @@
-"""Counter-based normal noise: the n-th number of a stream depends only on (seed, stream, n).
+"""Counter-based Gaussian noise: the n-th number of a stream depends only on (seed, stream, n).
 
 A 64-bit counter, multiplied by the golden ratio, is mixed by the finaliser of SplitMix64 (Steele,
 Lea and Flood 2014). One word yields one number by the ziggurat method with 256 layers (Marsaglia
-and Tsang 2000, in the form of Doornik 2005). Eight bits choose the layer and 53 others the position
-in it. One word in a hundred is rejected and mixed again. The distribution is therefore exactly the
-standard normal distribution, including its tails. Streams are sections of one sequence of period
-2^64 that start at scattered positions: for 10,000 streams of 3.6e5 numbers the probability that any
-two overlap is 2e-6.
+and Tsang 2000, in the form of Doornik 2005). Eight bits select the layer and 53 others the position
+in it. About one word in a hundred is rejected and mixed again. The distribution is therefore
+exactly the standard normal distribution, including its tails. Streams are sections of one sequence
+of period 2^64 that start at scattered positions: for 10,000 streams of 3.6e5 numbers the
+probability that any two overlap is 2e-6.
 """
 
 import math
@@ -23,7 +23,7 @@ _S30, _S27, _S31, _S11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(
 _LAYER = np.uint64(255)
 LAYERS = 256
 EDGE = 3.6541528853610088
-"""Edge of the lowest layer, where the tail begins; it gives all 256 layers the same area."""
+"""Right edge of the lowest layer, where the tail begins; all 256 layers then have equal areas."""
 
 
 def _compute_layers() -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:

@@ -1,4 +1,4 @@
-"""A tube between pump and chamber: two volumes, and the rise that a controller may expect.
+"""A tube between pump and chamber: two volumes, and the rise of vacuum that may be expected.
 
 With p = atmosphere - v of chamber and side (the tube's gas, where pump and vent act),
 
@@ -6,7 +6,7 @@ With p = atmosphere - v of chamber and side (the tube's gas, where pump and vent
     volume w' = -passes (p^2 - s^2) + u k (top - w) - vent w,    s = atmosphere - w,
 
 all rates relative to the chamber. The rise that the law expects is proportional to the pump command
-and falls linearly with the vacuum; behind a tube it is at most a parabola (`owed_rise`).
+and decreases linearly with the vacuum; behind a tube, a parabola limits it (`owed_rise`).
 """
 
 import functools
@@ -17,7 +17,7 @@ import numpy as np
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 DEEPEST = 0.05
-"""Fraction of the atmosphere down to which the expected rise is exact, even for a deeper target."""
+"""Lowest pressure for which the expected rise is fitted, as a fraction of the atmosphere."""
 GRID = 400
 
 
@@ -26,10 +26,10 @@ UNBOUNDED = 1e15
 
 
 class Owed(NamedTuple):
-    """Rise that is expected of a healthy pump, never more than the true one.
+    """Rise of the vacuum expected of a healthy pump; it never exceeds the true rise.
 
-    At a command u and a vacuum v it is the smaller of u rate (top - weight v) and most - less v +
-    bend v^2. The latter is a parabola that the vacuum follows at full pump power behind a tube.
+    At a command u and a vacuum v, it is the smaller of u rate (top - weight v) and most - less v +
+    bend v^2. The latter is the parabola of a vacuum that rises at full pump power behind a tube.
     """
 
     rate: float
@@ -61,13 +61,13 @@ class Passage:
     """Highest vacuum for which the detectors are tuned [Pa]."""
 
     def pump_pressure(self, p: Any, rate: Any, lowest: float) -> Any:
-        """Return the pressure at the pump [Pa] at which intake and flow from p are equal."""
+        """Return the pressure at the pump [Pa] at which it draws the flow that arrives from p."""
         half = rate / (2 * self.passes)
         square = p * p + 2 * half * lowest + half * half
         return (p * p + 2 * half * lowest) / (np.sqrt(square) + half)
 
     def rise(self, vacuum: Any, rate: Any, top: float) -> Any:
-        """Return the rise of the chamber's vacuum [Pa/s] while a pump of this rate runs."""
+        """Return the rise of the chamber's vacuum [Pa/s] while a pump with this rate runs."""
         p, low = self.atmosphere - np.asarray(vacuum, float), self.atmosphere - top
         s = self.pump_pressure(p, rate, low)
         # the gas in the tube is also pumped out, as far as its pressure follows the chamber's
@@ -84,9 +84,9 @@ class Passage:
         return self.volume / (rate + 2 * self.passes * p * (1 + self.volume))
 
     def missing(self, rate: float, owed: Owed, switched: bool = False) -> float:
-        """Return the part [Pa] of the expected rise that is delayed, beyond the lag at zero vacuum.
+        """Return the largest part [Pa] of the expected rise that the tube delays beyond the lag.
 
-        The thinner the gas and the slower the pump, the longer the tube takes.
+        The lower the pressure and the slower the pump, the longer the delay.
         """
         a = self.atmosphere
         vacuum, command = (
@@ -102,7 +102,7 @@ class Passage:
         return 1 / (2 * self.passes * p)
 
     def rise_after_stop(self, vacuum: float, rate: float, top: float) -> float:
-        """Return the further rise of the vacuum [Pa] after a pump at full power stops.
+        """Return by how much the vacuum still rises [Pa] after a pump at full power stops.
 
         A vent counts as a pump that reaches only the atmosphere (`top` zero); the rise is then
         negative.
@@ -122,10 +122,10 @@ def _pump_commands(switched: bool) -> Array:
 
 @functools.lru_cache(maxsize=64)
 def owed_rise(passage: Passage, rate: float, top: float, switched: bool = False) -> Owed:
-    """Return the rise expected of a healthy pump behind a tube, up to the vacuum of the passage.
+    """Return the rise expected of a healthy pump behind a tube, up to the passage's highest vacuum.
 
     The parabola is fitted to the relative rise at full pump power; the tube does not limit a slow
-    pump. Both limits are then reduced by one factor until no true rise is below the smaller one.
+    pump. Both limits are then scaled down together until the smaller one never exceeds the true rise.
     """
     deepest = min(passage.vacuum, (1 - DEEPEST) * top)
     vacuum = np.linspace(0.0, deepest, GRID)

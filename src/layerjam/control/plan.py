@@ -1,8 +1,8 @@
 """A collision with a warning: the vacuum that is reached in time, and the resulting stop.
 
-The line waits at its idle vacuum (`standby`); the rope becomes taut at the end of the warning.
-There are the paper's two modes. `full` uses all the vacuum that is reached in time. `tuned` is the
-vacuum that just stops the estimated mass within the travel, limited to the vacuum reached in time;
+The line waits at its idle vacuum (`standby`); the rope becomes taut at the end of the warning. The
+two modes are the paper's. `full` uses all the vacuum that is reached in time. `tuned` uses the
+vacuum that just stops the estimated mass within the travel, or that reached in time if it is lower;
 the line is then shut off.
 """
 
@@ -33,9 +33,9 @@ from layerjam.verdict import Check, check
 Array = npt.NDArray[np.float64]
 STOPS = (Outcome.STOPPED, Outcome.NEVER_SLID)
 MARGIN = 0.02
-"""Relative error of mass, speed and vacuum that the safe vacuum must tolerate."""
+"""Relative errors of mass, speed and vacuum that the safe vacuum must tolerate."""
 LEVELS, GRID = 7, 65
-"""Rounds of the search for the smallest vacuum, and vacuums tried in each: accurate to 2e-13 of the
+"""Rounds of the search for the lowest vacuum, and vacuums tried in each: accurate to 2e-13 of the
 range.
 """
 NUMBERS = ("slip", "peak_force", "heat", "end_speed")
@@ -43,7 +43,7 @@ NUMBERS = ("slip", "peak_force", "heat", "end_speed")
 
 @dataclass(frozen=True, kw_only=True)
 class Arrival:
-    """Expected collision, in SI; the standard deviations are zero for certain values."""
+    """Expected collision, in SI units; standard deviations are zero for values known exactly."""
 
     mass: float
     speed: float
@@ -57,12 +57,12 @@ class Arrival:
     """Idle vacuum, held while waiting [Pa]."""
     rope_stiffness: float | None = None
     gravity: float = 0.0
-    """Gravity along the pull [m/s^2]."""
+    """Component of gravity along the pull [m/s^2]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Mode:
-    """One way to use the warning: vacuum when the rope is taut, and stop of the estimated mass.
+    """One way to use the warning: vacuum when the rope becomes taut, and the resulting stop.
 
     Slip, forces, heat and speed are NaN if the brake snaps.
     """
@@ -84,7 +84,7 @@ class Mode:
     """Stop with the line's dynamics; None if the volume does not depend on slip."""
 
     def stops_within(self, travel: float) -> bool:
-        """Return whether the mass stopped within this slip [m]."""
+        """Return whether the mass stopped within a slip of `travel` [m]."""
         return self.outcome in STOPS and self.slip <= travel * (1 + 1e-9)
 
 
@@ -102,7 +102,7 @@ def needed_vacuum(brake: Brake, case: Arrival) -> float | None:
 def safe_vacuum(brake: Brake, case: Arrival) -> float | None:
     """Return the lowest vacuum [Pa] that suffices if mass, speed and vacuum are off by `MARGIN`.
 
-    It is None if no vacuum at the site is sufficient.
+    Return None if no vacuum at the site is sufficient.
     """
     spring = series_spring(brake, case.rope_stiffness)
     worst = replace(case, mass=case.mass * (1 + MARGIN), speed=case.speed * (1 + MARGIN))
@@ -183,14 +183,12 @@ class During(NamedTuple):
     state: Array | None = None
     """State when the rope becomes taut; None if the whole line is at the chamber's vacuum."""
     leaks: bool = False
-    """Whether the leak continues during the stop; without a volume per unit slip it is otherwise
-    ignored.
-    """
+    """Whether the leak continues during the stop even if the volume does not depend on slip."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Plan:
-    """Vacuum reached in time, stop in both modes, and sufficient sizes of the remedies."""
+    """Plan for one collision: vacuum reached in time, and stops in both modes."""
 
     case: Arrival
     brake: BrakeFile
@@ -202,7 +200,7 @@ class Plan:
     full: Mode
     tuned: Mode
     capped: bool
-    """Whether the tuned vacuum exceeds the vacuum reached in time, or does not exist."""
+    """Whether the required vacuum exceeds the vacuum reached in time, or does not exist."""
     knife_edge: bool
     """Whether the mass uses up its travel at 1 ppm less than the required vacuum."""
     safe_vacuum: float | None
@@ -220,7 +218,7 @@ def plan_stop(
 ) -> Plan:
     """Plan for one collision; all values are in SI and checked by the caller.
 
-    With `leaks`, the line continues to leak during the stop, even without a volume per unit slip.
+    With `leaks`, the line leaks during the stop even if its volume does not depend on slip.
     """
     standby = Standby(line, case.standing, stored, water)
     rising = standby.respond(case.warning)
@@ -252,11 +250,11 @@ def plan_stop(
 
 
 MAX_CHANCE = 0.05
-"""Highest probability of needing more slip than the travel for which no notice is given."""
+"""Probability of needing more slip than the travel, above which a check warns."""
 
 
 def checks_of_plan(plan: Plan, chance: float) -> Iterator[Check]:
-    """Return the checks of a plan; `chance` is the probability of exceeding the travel."""
+    """Yield the checks of a plan; `chance` is the probability of exceeding the travel."""
     if plan.needed is not None:
         yield _check_knife_edge(plan, plan.needed)
     yield from _check_strength(plan)

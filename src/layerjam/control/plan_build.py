@@ -1,7 +1,7 @@
-"""Remedies if the vacuum is not reached in time: a reservoir, its valve, or an idle vacuum.
+"""Remedies if the vacuum is not reached in time: more warning, a reservoir, or an idle vacuum.
 
-Every size is a bracketed root of the same line model. The vacuum is assumed constant during the
-stop; a stretched enclosure increases it slightly, which is on the safe side.
+Each size is found by bracketed root finding with the same line model. The vacuum is assumed
+constant during the stop; a stretched enclosure increases it slightly, which is on the safe side.
 """
 
 import math
@@ -20,7 +20,7 @@ ASSUMED_DELAY = 0.01
 ASSUMED_RATIO = 20.0
 """Reservoir assumed if the line has none: 0.2 L/(s bar), 10 ms, 20 times the chamber's volume."""
 CLOSE = 1e-6
-"""Relative error allowed for a size."""
+"""Relative tolerance of a size."""
 LONGEST = 1e5
 """Longest warning time that the search tries [s]."""
 LARGEST = {"volume": 1.0, "conductance": 1e-6}
@@ -29,7 +29,7 @@ LARGEST = {"volume": 1.0, "conductance": 1e-6}
 
 @dataclass(frozen=True)
 class Size:
-    """A sufficient size, or the reason why no size is sufficient."""
+    """The smallest sufficient size, or the reason why no size is sufficient."""
 
     value: float | None
     reason: str | None = None
@@ -37,7 +37,7 @@ class Size:
 
 @dataclass(frozen=True, kw_only=True)
 class Build:
-    """Sufficient sizes, each as the only change; missing values are assumed."""
+    """Sufficient sizes, each for a change of nothing else; missing values are assumed."""
 
     warning: Size
     """Warning time [s]."""

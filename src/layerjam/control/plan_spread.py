@@ -1,8 +1,8 @@
-"""Full and tuned vacuum for uncertain mass and speed: expected peak and probabilities.
+"""Stops at one vacuum for uncertain mass and speed: expected peak and probabilities.
 
-Mass and speed are independent and log-normal with the mean and standard deviation given. Means are
-taken over a Fibonacci lattice of quantiles, shifted at random (Cranley and Patterson 1976) `SHIFTS`
-times; the shifts give the standard error. Every stop is the exact one at constant vacuum.
+Mass and speed are independent and log-normal, with the given means and standard deviations. Means
+are taken over a Fibonacci lattice of quantiles, shifted at random (Cranley and Patterson 1976)
+`SHIFTS` times; the shifts give the standard error. Stops are computed exactly, at constant vacuum.
 """
 
 from typing import NamedTuple
@@ -29,7 +29,7 @@ class Spread(NamedTuple):
     peak_g_95: float
     """Ratio of peak force to weight that 95 % of those stops do not exceed."""
     beyond: float
-    """Probability that more slip than the travel is needed."""
+    """Probability that stopping needs more slip than the travel."""
     beyond_error: float
     out: float
     """Probability that the brake's usable travel is used up (or the brake snaps)."""
@@ -41,7 +41,7 @@ class Spread(NamedTuple):
 
 
 def lattice_points(samples: int, seed: int) -> Array:
-    """Return quantiles, shape (SHIFTS, n, 2), n a Fibonacci number for about `samples` in total."""
+    """Return about `samples` pairs of quantiles, shape (SHIFTS, n, 2); n is a Fibonacci number."""
     before, n = 1, 2
     while n * SHIFTS < samples:
         before, n = n, before + n
@@ -52,7 +52,7 @@ def lattice_points(samples: int, seed: int) -> Array:
 
 
 def log_normal(quantile: Array, mean: float, sd: float) -> Array:
-    """Return values of a log-normal quantity with this mean and standard deviation."""
+    """Return the values of a log-normal quantity at these quantiles."""
     from scipy.special import ndtri
 
     if sd == 0:

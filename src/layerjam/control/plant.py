@@ -1,12 +1,12 @@
-"""Plant of the controller: vacuum in a volume of constant size, exact between samples.
+"""Plant of the controller: vacuum in a constant volume, solved exactly between samples.
 
     dv/dt = u k (top - w v) - (leak + vent) v,    w = 1 for air, 0 for water,
 
 with v the vacuum and u the pump command, held between samples. For air in a constant volume V with
 the exponent n, k = n Q/V and top = atmosphere - ultimate pressure (mechanics, section 5; leak and
 vent are laminar, and their throughputs are proportional to v). For water with compliance C, k top =
-Q/C, and the vacuum ends at top. For air, a tube between pump and chamber adds a second volume
-(`passage.py`).
+Q/C, and the vacuum does not exceed top. For air, a tube between pump and chamber adds a second
+volume (`passage.py`).
 """
 
 from dataclasses import dataclass, replace
@@ -23,10 +23,10 @@ from layerjam.units import check, quantity, show
 
 @dataclass(frozen=True, kw_only=True)
 class Plant:
-    """Pump, volume, leak and vent as four rates; see the equation in this module."""
+    """Pump, volume, leak and vent as four rates; see the equation at the top of this module."""
 
     rate: float = quantity("1/s", "rate at full pump power", hi=1e4, open_lo=True, symbol="k")
-    """Ratio of flow to volume for air, of the rise to `top` for water."""
+    """Ratio of flow to volume for air, ratio of rise to `top` for water."""
     top: float = quantity("Pa", "vacuum the pump reaches without a leak", lo=10, hi=1.2e5)
     leak: float = quantity("1/s", "decay of the vacuum with the pump off", hi=1e3, default=0.0)
     vent: float = quantity("1/s", "additional decay with the vent open", hi=1e5, open_lo=True)
@@ -37,13 +37,13 @@ class Plant:
         default=0.0,
     )
     water: bool = False
-    """Whether the volume is filled with water: the pump's rate then does not fall with vacuum."""
+    """Whether water fills the volume: the rise then does not decrease with the vacuum."""
     passage: Passage | None = None
     """Tube between the chamber and the side with pump and vent."""
 
     @property
     def weight(self) -> float:
-        """Return w in the equation of this module."""
+        """Return the coefficient w in the equation at the top of this module."""
         return 0.0 if self.water else 1.0
 
     @property
@@ -109,12 +109,12 @@ class Plant:
 def linearise_line(line: Line, *, vacuum: float, water: bool = False) -> Plant:
     """Return the plant of a fluid line, with leak and valve linearised at `vacuum` [Pa].
 
-    A pump with a flow curve is linearised too. The plant is exact for a pump with a displacement,
-    without leak. The choked flow of a valve is used for its whole curve, so the plant is too fast
-    late in a release. Without a valve, the vent command means that the driver must run the pump
-    backwards. Such a line cannot be released after a pump fault. In air, a tube is included without
-    pressure waves, and the detectors are tuned to it up to `vacuum`. The reservoir's valve stays
-    closed; slip and shrinking are ignored; a water line is assumed to be leak-free. Raises
+    A pump with a flow curve is linearised too. The plant is exact for a leak-free line whose pump
+    has a constant displacement. A valve's choked flow is used at all pressures, so the plant is too
+    fast late in a release. Without a valve, the vent command means that the driver must run the
+    pump backwards. Such a line cannot be released after a pump fault. In air, a tube is included
+    without pressure waves, and the detectors are tuned to it up to `vacuum`. The reservoir's valve
+    stays closed; slip and shrinking are ignored; a water line is assumed to be leak-free. Raises
     QuantityError if the line has no means of venting.
     """
     pump, chamber, atmosphere = line.pump, line.chamber, line.site.atmosphere
@@ -162,7 +162,7 @@ def linearise_line(line: Line, *, vacuum: float, water: bool = False) -> Plant:
 
 
 def match_line(line: Line, plant: Plant, *, vacuum: float) -> Line:
-    """Return the line with other parts, whose `linearise_line` at `vacuum` [Pa] is `plant`, in air.
+    """Return the line with parts whose linearised plant at `vacuum` [Pa], in air, is `plant`.
 
     `plant` has no passage: a tube's gas counts as in `Plant.joined`. The new pump has a
     displacement, and the leak is laminar. Raises QuantityError if there are no such parts.

@@ -40,7 +40,7 @@ CLEAR_OF_NOISE = 20.0
 CLEAR_OF_ZERO = 5.0
 """Distance from the largest zero error to the offset limit, in standard deviations of a reading."""
 FADES = 6.0
-"""Number of sensor lags after which a closed vent no longer affects the reading."""
+"""Time after which a closed vent no longer affects the reading, in sensor lags."""
 AT_START = 2.5
 """Smallest ratio of a decision step to the part of the rise that a tube delays."""
 SAFELY = 1.3
@@ -52,7 +52,7 @@ LawSettings = tuple[tuple[float, ...], tuple[float, ...]]
 
 @dataclass(frozen=True, kw_only=True)
 class Regulator:
-    """Settings of the law; missing ones are calculated from plant and sensor.
+    """Settings of the law; those not given are calculated from plant and sensor.
 
     Raises QuantityError for an unknown kind or safe state, or if no safe state is given, because
     that depends on the load on the brake.
@@ -155,7 +155,7 @@ class Regulator:
 
     @property
     def half_band(self) -> float:
-        """Half of the hysteresis of a bang-bang controller [Pa], otherwise the dead band."""
+        """Half of the hysteresis of a bang-bang controller, or the dead band of others [Pa]."""
         if self.kind != "bang-bang":
             return self.sensor.resolution if self.dead_band is None else self.dead_band
         least = 0.5 * CLEAR_OF_NOISE * self.sensor.noise + self.sensor.resolution
@@ -173,7 +173,7 @@ class Regulator:
 
     @property
     def decision(self) -> float:
-        """Return the expected rise [Pa] that must be missing before a dead pump is detected."""
+        """Return the shortfall in rise [Pa] at which a dead pump is detected."""
         least = CLEAR_OF_NOISE * self.greatest_noise + 2 * self.sensor.resolution
         wide, tube = max(0.02 * self.plant.top, least), self.plant.passage
         if tube is not None:
@@ -214,7 +214,7 @@ class Regulator:
 
     @property
     def loss_time(self) -> float:
-        """Time for which a vacuum must be lost [s].
+        """Time for which the vacuum must be too low before its loss is reported [s].
 
         It is longer with a tube, because the gas in the tube must be pumped out.
         """
@@ -238,8 +238,8 @@ class Regulator:
     def blocked_limit(self) -> float:
         """Return the multiple of the expected rise that indicates a blocked line.
 
-        With a tube, whose gas remains, it is half of the factor by which a block increases the rise
-        at full command.
+        With a tube, whose gas remains in front of a blockage, it is half of the factor by which the
+        blockage increases the rise at full command.
         """
         plant, tube = self.plant, self.plant.passage
         if tube is None:
@@ -252,7 +252,7 @@ class Regulator:
 
     @property
     def healthy_ratio(self) -> float:
-        """Return the largest ratio of a healthy line's rise to the expected rise, plus a margin."""
+        """Return the largest ratio of a healthy line's rise to the expected rise, with a margin."""
         return max(SAFELY, 1.05 * (1 + self.tolerances.pump)) * self.owed_rise.ratio
 
     @property
@@ -282,7 +282,7 @@ class Regulator:
 
     @property
     def settling_time(self) -> float:
-        """Time after which an open vent leaves little of the vacuum [s].
+        """Time after which an open vent has removed nearly all of the vacuum [s].
 
         Less than half of the distance from the sensor's zero to `largest_zero` then remains.
         """
@@ -307,7 +307,7 @@ class Regulator:
         return -0.05 * self.sensor.range if self.floor is None else self.floor
 
     def gains(self) -> Gains:
-        """Return the gains: at zero vacuum for `scheduled`, at `tuned_at` (or half) for `pi`."""
+        """Return the gains, tuned at zero vacuum for `scheduled`, at `tuned_at` for `pi`."""
         half = 0.5 * self.plant.top if self.tuned_at is None else self.tuned_at
         vacuum = half if self.kind == "pi" else 0.0
         tube = self.plant.passage
@@ -392,7 +392,7 @@ def validate(regulator: Regulator, target: float) -> None:
 
 
 def _check_noise(regulator: Regulator) -> None:
-    """Raise QuantityError if noise or a zero error alone would switch the pump or cause a fault."""
+    """Raise QuantityError if noise or a zero error alone could switch the pump or cause a fault."""
     sensor, noise_sd, zero = regulator.sensor, regulator.greatest_noise, regulator.zero
     nominal = f"noise of {show(sensor.noise, 'Pa')}"
     worst = f"noise of up to {show(noise_sd, 'Pa')} and a zero error of up to {show(zero, 'Pa')}"

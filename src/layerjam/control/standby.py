@@ -1,4 +1,4 @@
-"""Rise and fall of the vacuum in a line that waits for a warning.
+"""Rise and fall of the vacuum in a line that waits for the warning of a collision.
 
 At the warning the pump switches to full power, and, after its delay, the reservoir's valve opens.
 """
@@ -25,7 +25,7 @@ class Standby:
     vacuum: float = 0.0
     """Idle vacuum [Pa]."""
     stored: float | None = None
-    """Pressure in the reservoir [Pa absolute]; None means that pump and leak are in balance."""
+    """Pressure in the reservoir [Pa absolute]; None if pump and leak determine it."""
     water: bool = False
 
     def respond(self, duration: float, samples: int = SAMPLES) -> Response:
@@ -51,7 +51,7 @@ class Standby:
         return Response(line=line, time=time, states=np.vstack([first.states, second.states[1:]]))
 
     def vacuum_after(self, duration: float) -> float:
-        """Return the vacuum [Pa] a time [s] after the warning."""
+        """Return the vacuum [Pa] at a time [s] after the warning."""
         return float(self.respond(duration, samples=2).vacuum[-1])
 
     def vacuum_after_venting(self, duration: float) -> float:

@@ -1,4 +1,4 @@
-"""The compiled plant behind a tube, between two samples: two vacuums, with adaptive steps.
+"""The compiled plant with a tube, between two samples: two vacuums, with adaptive steps.
 
 The equations are stiff if the tube is short and wide. They are solved by a Rosenbrock method of
 order two with an error estimate (Shampine and Reichelt, SIAM Journal on Scientific Computing 18,
@@ -12,7 +12,7 @@ import numba
 D = 1.0 / (2.0 + math.sqrt(2.0))
 E = 6.0 + math.sqrt(2.0)
 CLOSE = 1e-7
-"""Error allowed for a vacuum in one step, relative to the atmosphere."""
+"""Error tolerance of a vacuum in one step, relative to the atmosphere."""
 
 
 @numba.njit(error_model="numpy", forceinline=True)  # type: ignore[untyped-decorator]

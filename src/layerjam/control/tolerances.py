@@ -1,4 +1,4 @@
-"""Differences between a bench and its model within which the detectors work as stated.
+"""Differences between a bench and its model within which the fault detectors work as stated.
 
 A bench within these tolerances causes no false fault, and each fault is detected within its stated
 time.

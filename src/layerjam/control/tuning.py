@@ -1,4 +1,4 @@
-"""Gains of the PI controller from a model, and the model from one recorded step.
+"""PI gains from a plant model, and the plant model from one recorded step response.
 
 Near a vacuum v the plant answers the pump command like K/(1 + s tau) with K/tau = k (top - w v),
 tau = 1/(w k u + leak). The rule is SIMC (Skogestad, Journal of Process Control 13, 2003, 291-309):
@@ -6,10 +6,10 @@ tau = 1/(w k u + leak). The rule is SIMC (Skogestad, Journal of Process Control 
 gain = 1/((K/tau) (T_c + theta)), integral time = min(tau, 4 (T_c + theta)).
 
 The dead time theta is half a sample (for a held command) plus the sensor's full lag. The paper's
-half rule would use half of the lag, with a phase margin of 34 degrees on an integrating line; the
-full lag leaves at least 40 degrees. T_c is the closed loop's time constant. The rule's tight choice
-is T_c = theta. Here it is at least four samples and a twentieth of the pump's 1/k, so that the pump
-does not follow noise.
+half rule would use half of the lag and leave a phase margin of 34 degrees on an integrating line;
+with the full lag it is at least 40 degrees. T_c is the closed loop's time constant. The rule's
+tight choice is T_c = theta. Here T_c is also at least four samples and a twentieth of the pump's
+1/k, so that the pump does not follow noise.
 """
 
 from dataclasses import dataclass
@@ -43,7 +43,7 @@ class Gains:
 
 
 def simc_gains(plant: Plant, *, sample_time: float, lag: float, vacuum: float = 0.0) -> Gains:
-    """Return the PI gains for a plant at `vacuum` [Pa] by the rule of this module; times in s."""
+    """Return the PI gains for a plant at `vacuum` [Pa] by this module's rule; times are in s."""
     dead = 0.5 * sample_time + lag
     slow = max(dead, 4 * sample_time, 0.05 / plant.rate)
     room = max(plant.top - plant.weight * vacuum, LEAST_ROOM * plant.top)
@@ -61,7 +61,7 @@ def simc_gains(plant: Plant, *, sample_time: float, lag: float, vacuum: float = 
 
 @dataclass(frozen=True)
 class Identified:
-    """A plant fitted to a step, with 95 % intervals of the fitted quantities."""
+    """A plant fitted to a step response, with 95 % confidence intervals."""
 
     plant: Plant
     rate_interval: tuple[float, float]
@@ -76,7 +76,7 @@ class Identified:
 def identify_air(
     time: Array, vacuum: Array, *, vent: float, leak: float = 0.0, atmosphere: float = 101325.0
 ) -> Identified:
-    """Return the plant from times [s] and vacuums [Pa], shape (N,), at full power from zero.
+    """Fit the plant to times [s] and vacuums [Pa], shape (N,), at full power from zero vacuum.
 
     One step determines the pole k + leak and the final vacuum; `leak` [1/s] (from a hold log)
     separates pump and leak, and `vent` [1/s] is assumed. Raises FitError if there is no pump-down

@@ -16,7 +16,7 @@ KINDS = {
 }
 """{kind of address: example}."""
 VIRTUAL = "sim:choi2018?noise=50Pa&leak=500s&vent=0.2s"
-"""The paper's line with an assumed leak, vent valve and noisy sensor, used for campaigns."""
+"""The paper's vacuum line with an assumed leak, vent valve and sensor noise, used in campaigns."""
 SIMULATED = (
     "speed",
     "rest",
@@ -59,7 +59,7 @@ class Address:
 
 
 def address_of(text: str | Address) -> Address:
-    """Return the address in a text; QuantityError or UnknownNameError if it is invalid."""
+    """Return the parsed address; raises QuantityError or UnknownNameError if it is invalid."""
     if isinstance(text, Address):
         return text
     kind, colon, remainder = text.partition(":")

@@ -23,13 +23,13 @@ from layerjam.rig.wiring import load_wiring
 
 FOLDER = Path(__file__).parent
 PATIENCE = 15.0
-"""Time that a board may take to start [s]."""
+"""Maximum start-up time of a board [s]."""
 
 
 def firmware_files(board: str = "") -> dict[str, str]:
     """Return {file name: text} of everything that runs on a board, including the control law.
 
-    If `board` names a real board, its pins are added.
+    If `board` names a real board, a file with its pins is added.
     """
     files = {
         path.name: path.read_text("utf-8") for path in sorted((FOLDER / "firmware").glob("*.py"))
@@ -50,7 +50,7 @@ def firmware_files(board: str = "") -> dict[str, str]:
 
 
 def law_hash() -> str:
-    """Return the SHA-256 of the law's text; a board reports the first eight digits."""
+    """Return the SHA-256 of the control law's source; a board reports its first eight digits."""
     return hashlib.sha256(Path(law.__file__).read_bytes()).hexdigest()
 
 
@@ -63,7 +63,7 @@ def write_firmware(folder: Path) -> None:
 def interpreter_command(python: str = "") -> list[str]:
     """Return the command that runs the firmware: MicroPython if installed, otherwise this Python.
 
-    `python` selects one: "micropython" or "cpython".
+    `python` selects the interpreter: "micropython" or "cpython".
     """
     local = Path(sys.executable).parent / "micropython"
     program = str(local) if local.exists() else shutil.which("micropython")
@@ -79,9 +79,9 @@ def interpreter_command(python: str = "") -> list[str]:
 
 
 class VirtualBoard:
-    """A board whose firmware runs in a subprocess and its plant in a thread, with a line to it.
+    """A board whose firmware runs in a subprocess and whose plant runs in a thread.
 
-    `name` is the interpreter. Raises MissingExtraError if MicroPython is requested but missing.
+    `name` is the interpreter. Raises MissingExtraError if a requested MicroPython is not installed.
     """
 
     def __init__(self, address: Address) -> None:
@@ -113,7 +113,7 @@ class VirtualBoard:
 
     @property
     def pid(self) -> int:
-        """Process ID of the child."""
+        """Process ID of the firmware."""
         return self._child.process.pid
 
     def close(self) -> None:
@@ -132,7 +132,7 @@ class VirtualBoard:
 
 
 def connect(address: str | Address) -> tuple[Line, VirtualBoard | None]:
-    """Return the line to the board at an address; a virtual board is started.
+    """Return the line to the board at an address, and the virtual board if one is started for it.
 
     Raises LineError if no board responds, FileError if the port is not available.
     """

@@ -26,13 +26,13 @@ EMPTY = 50.0
 """Vacuum [Pa] below which a run may start."""
 LONG_LEASE = 600.0
 FLOOD = 2000
-"""Queries sent by a host that reads no responses, which fill the pipe and the board's 4 kB."""
+"""Number of queries from a host that never reads: their responses fill the pipe and the buffer."""
 VENTS, VENT_WINDOW = 3, 60.0
 """Number of vent openings within a time [s] after which the board suspects its sensor."""
 HEALTHY_RUNS = 10
-"""Number of healthy runs per run of each fault."""
+"""Number of fault-free runs in each round, which contains one run of every fault."""
 CLOCK = 2e-6
-"""Allowed difference between two times [s], because the board's clock counts microseconds."""
+"""Tolerance when two times are compared [s]: the board's clock counts whole microseconds."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,13 +45,13 @@ class Trial:
     named: str | None
     safe_after: float | None
     named_after: float | None
-    """Time until the fault is named; set only if the outputs were safe before that."""
+    """Time until a record names the fault; set only if the outputs were already safe by then."""
     deadline: float | None
     vacuum_after: float
     doubted_after: float | None
     """Time until the vent has opened three times within a minute."""
     lost_after: float | None
-    """Time until a tenth of the target was lost; 0 if the target had not been reached."""
+    """Time until a tenth of the target vacuum was lost; 0 if the target had not been reached."""
     trouble: str = ""
     """Reason why the run did not finish, or ""."""
 
@@ -119,7 +119,7 @@ class Bed:
         self.drop()
 
     def drop(self) -> None:
-        """Stop the board."""
+        """Disconnect and discard the board."""
         if self._bench is not None:
             self._bench.close()
         self._bench = self.board = None
@@ -197,7 +197,7 @@ def _elapsed_time(time: float | None, event: float | None) -> float | None:
 
 
 def _inject_fault(bench: Bench, board: VirtualBoard, observer: Observer) -> int | None:
-    """Run to the start of the fault, imitate the host as the fault requires, and wait for the end.
+    """Wait for the fault, act as the host that the fault requires, and wait for the end of the run.
 
     Returns the number of the sample at which the board received the host's last command.
     """
@@ -230,7 +230,7 @@ def _inject_fault(bench: Bench, board: VirtualBoard, observer: Observer) -> int 
 
 
 def _wait_until_done(observer: Observer) -> None:
-    """Wait until the observer is done; the plant continues while the board takes samples."""
+    """Wait until the observer is done; raises LineError if the board stops taking samples."""
     count = -1
     while not observer.done.wait(5.0):
         if observer.plant.asked == count:
@@ -263,13 +263,13 @@ def campaign(
     mismatch: bool = False,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> Campaign:
-    """Inject each fault `runs` times, each with its own line, controller, target and moment.
+    """Inject each fault `runs` times, each with a different line, controller, target and onset.
 
-    With `mismatch` the real lines differ from those of their controllers within the tolerances, and
-    each round includes ten healthy runs.
+    With `mismatch`, each real line differs from its controller's model within the tolerances, and
+    each round includes ten fault-free runs.
 
-    After a keyboard interrupt, return the runs so far. Raises UnknownNameError, QuantityError for
-    an address that is not a virtual board, FileError and LineError.
+    After a keyboard interrupt, return the completed runs. Raises UnknownNameError, QuantityError
+    for an address that is not a virtual board, FileError and LineError.
     """
     names = [*select_faults(only), *([NOTHING] * HEALTHY_RUNS if mismatch else [])]
     trials: list[Trial] = []

@@ -27,19 +27,19 @@ from layerjam.units import parse, show
 VENTED, PUMPED, HELD = 1.5, 2.5, 1.5
 """Durations [s of the board's clock]: vent open, pump on, pump off with the vent closed."""
 EVEN = 0.3
-"""Time [s] with the pump off and the vent closed, until the sensor shows the chamber's vacuum."""
+"""Time [s] with the pump off and the vent closed after which the sensor shows the true vacuum."""
 BEGUN = 0.15
-"""Time [s] after a change of the outputs that the fit of the leak ignores."""
+"""Time [s] after an output change during which samples are excluded from the leak fit."""
 ONSET = 0.6
 """Time [s] after the pump starts within which the lag is visible."""
 SURE = 5e-3
 """Largest acceptable standard error [s] of a lag."""
 MOVED = 300.0
-"""Smallest change [Pa] treated as motion; or ten times the noise if that is larger."""
+"""Smallest change of the reading [Pa] that counts as a response; ten times the noise if larger."""
 RELEASED = 0.5
-"""Largest fraction of the vacuum that may remain when the vent is open."""
+"""Largest fraction of the vacuum that may remain after the vent has been open."""
 LEFT = 0.1
-"""Fraction of the vacuum at which the fit of the vent ends."""
+"""Fraction of the initial vacuum below which samples are excluded from the vent fit."""
 ALLOWED = Tolerances()
 LEAKY = 2.0
 """Multiple of the line's leak above which a bench is reported to differ from the line."""
@@ -48,7 +48,7 @@ TIGHT = 1e-3
 ZEROED = 4.5
 """Time [s] for which the vent is open before and while the zero is measured."""
 STEADY = 20.0
-"""Largest change [Pa] of the half-second mean of a steady reading, or the scatter if larger."""
+"""Largest drift [Pa] between half-second means of a steady reading; the scatter if larger."""
 FARTHEST = 0.05
 """Largest acceptable zero, relative to the sensor's range."""
 ATMOSPHERE = 101325.0
@@ -57,9 +57,9 @@ PAUSE = 0.005
 FASTEST = 20.0
 """Highest speed of a virtual board that the check can follow."""
 LONGEST = 1000
-"""Number of samples within which driving must begin and end."""
+"""Number of samples after which the check stops waiting for the outputs to be driven."""
 DRIVE = 3
-"""State of a sample during which the outputs are driven."""
+"""Number of the state DRIVE in a sample: the outputs are driven directly."""
 FAULTS = {
     "sensor-silent": "the sensor gives no reading",
     "pump-does-nothing": "with the pump on and the vent shut, the reading does not change",
@@ -80,7 +80,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 class LockedError(LayerjamError):
-    """Raised if another client commands the bench."""
+    """Raised if another client has locked the bench."""
 
     key = "locked"
 
@@ -104,10 +104,10 @@ def check_bench(
     """Drive pump and vent for a few seconds and return the findings; afterwards the bench is SAFE.
 
     `vent_rest` is the position of the unpowered vent valve, if the board has no setting for it.
-    `plant` is the expected line, and `lag` [s] that of its sensor. With `tune`, the measured values
-    will replace these, so differences are ignored. Raises QuantityError if the valve's position is
-    not known or the outputs cannot be driven, LockedError if another client has the lock,
-    InstrumentError if the board is not in SAFE.
+    `plant` is the expected line, and `lag` [s] the expected lag of its sensor. With `tune`,
+    differences from these are ignored, because the measured values will replace them. Raises
+    QuantityError if the valve's position is not known or the outputs cannot be driven, LockedError
+    if another client has the lock, InstrumentError if the board is not in SAFE.
     """
     with _lock_bench(bench, vent_rest):
         result = _inspect_bench(bench)
@@ -220,7 +220,7 @@ def _inspect_bench(bench: Bench) -> Checked:
 def _drive_outputs(
     bench: Bench, pump: float, vent: int, seconds: float, *, limit: float | None = None
 ) -> tuple[Array, Array]:
-    """Return the time [s] since the change of the outputs and the reading [Pa] of every sample.
+    """Drive the outputs; return the time [s] since the first driven sample and each reading [Pa].
 
     The board drives the outputs for at most `limit` [s]. Raises QuantityError if it stops before
     `seconds` have passed, or if samples are missing.
@@ -309,10 +309,10 @@ def _fit_pump(rise: tuple[Array, Array], after: tuple[Array, Array]) -> dict[str
 
 
 def _measure_release(bench: Bench, zero: float, vent: int) -> tuple[float, Array, Array]:
-    """Return the pump's vacuum [Pa], and the times [s] and vacuums [Pa] after the vent command.
+    """Return the vacuum reached [Pa], and the times [s] and vacuums [Pa] after the vent command.
 
-    The vent is commanded to open if `vent` is 1, to close if it is 0; while pumping it has the
-    opposite command.
+    A `vent` of 1 commands the vent to open, 0 to close; during pumping it gets the opposite
+    command.
     """
     bench.off()
     _drive_outputs(bench, 1.0, 1 - vent, 0.5 * PUMPED, limit=5.0)
@@ -324,7 +324,7 @@ def _measure_release(bench: Bench, zero: float, vent: int) -> tuple[float, Array
 def _fit_vent(
     times: Array, fall: Array, level: float, leak: float | None, lag: float | None
 ) -> float | None:
-    """Return the decay rate [1/s] that the open vent adds; None if too fast for the samples."""
+    """Return the decay rate [1/s] added by the open vent; None if the samples cannot resolve it."""
     shows = int(np.argmax(fall < LEFT * level)) or len(fall)
     fit = _fit_curve(
         lambda t, size, pole: size * delayed_decay(t, pole, lag or 0.0),
@@ -349,7 +349,7 @@ def _fit_curve(
 
 
 def _judge_bench(data: Checked, plant: Plant | None, lag: float, tune: bool) -> Checked:
-    """Return the data with the expected values, and the reason against regulation, if any."""
+    """Return the data with the expected values and any reasons why the bench cannot regulate."""
     faulty = (name for bit, name in TESTS.items() if data.self_test & bit)
     reasons = [f"{name} fails the self-test" for name in faulty]
     reasons += [FAULTS[key] for key in data.wiring]
@@ -373,7 +373,7 @@ def _judge_bench(data: Checked, plant: Plant | None, lag: float, tune: bool) -> 
 
 
 def _describe_differences(data: Checked, line_values: dict[str, float]) -> Iterator[str]:
-    """Yield each value that differs from that of the line by more than the detectors tolerate."""
+    """Yield a sentence for each value that differs from the line's by more than is tolerated."""
     for name, value, share in (
         ("pump's rate", "rate", ALLOWED.pump),
         ("vent's rate", "vent", ALLOWED.vent),

@@ -1,4 +1,4 @@
-"""The firmware in a separate process, connected by pipes, or by sockets on Windows.
+"""Starting the firmware in a separate process, connected by pipes, or by sockets on Windows.
 
 On Windows a child inherits only three file descriptors, and `select` accepts only sockets.
 """
@@ -14,14 +14,14 @@ from dataclasses import dataclass
 from layerjam.rig.line import Ends, LineError, Pipes, Sockets
 
 PIPES = sys.platform != "win32"
-"""Whether pipes can connect the virtual board on this system."""
+"""Whether this system can connect the virtual board by pipes."""
 PATIENCE = 15.0
-"""Time within which the child must connect [s]."""
+"""Time within which the firmware's process must connect [s]."""
 
 
 @dataclass(frozen=True)
 class Child:
-    """The process, `line` and its descriptors, the plant's connection, functions to close both."""
+    """The firmware's process with two connections: `line` for commands, one to the plant."""
 
     process: subprocess.Popen[bytes]
     line: Ends
@@ -35,12 +35,12 @@ class Child:
 
 
 def has_pipes() -> bool:
-    """Whether pipes can connect the virtual board here."""
+    """Return whether this system can connect the virtual board by pipes."""
     return PIPES
 
 
 def start_child(command: Sequence[str], words: Sequence[str], closing: Callable[[], None]) -> Child:
-    """Run `command` with two arguments that name the plant's connection, followed by `words`.
+    """Run `command`; its arguments are two that identify the plant's connection, then `words`.
 
     `closing` is called when `Child.line` is closed. Raises LineError if the child does not connect.
     """
@@ -105,7 +105,7 @@ def _use_sockets(
 
 
 def _accept_child(door: socket.socket, token: str) -> socket.socket:
-    """Return the connection of a child that sends the words `token`; close all others."""
+    """Return the first connection that begins with `token`; close all others."""
     while True:
         connection, _ = door.accept()
         connection.settimeout(PATIENCE)

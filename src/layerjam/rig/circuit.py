@@ -14,36 +14,36 @@ PULL_DOWN = 8.2e3
 GATES = ("pump_gate", "vent_gate")
 """Outputs that must be off while the board is held in reset."""
 INSIDE = ("led_out",)
-"""Pins inside the board, which need no wire."""
+"""Pins that are connected on the board itself and need no wire."""
 SPI = {"spi_miso": 0, "spi_cs": 1, "spi_sck": 2, "spi_mosi": 3}
-"""Index of a function within four consecutive pins; GP n is on SPI (n // 8) mod 2 (datasheet)."""
+"""{SPI signal: GP number mod 4}; GP n belongs to SPI port (n // 8) mod 2 (datasheet)."""
 UNITS = {"resistor": "Ω", "capacitor": "F"}
 PREFIXES = {6: "M", 3: "k", 0: "", -6: "µ", -9: "n", -12: "p"}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Wire:
-    """One wire of the board, from a pin of its socket through parts to its end."""
+    """One wire, from a pin of the board's socket, through any parts, to its far end."""
 
     pin: int | None
-    """Pin of the socket, or None; the first of several with the same name."""
+    """Pin of the socket, or None; if several have the same label, the first one."""
     label: str
     """Label of the pin, such as GP16, GND or VSYS."""
     use: str | None
-    """Name of the pin's use in the board file, None for a supply."""
+    """Name of the pin's function in the board file; None for a supply pin."""
     name: str
     to: str
     series: str | None
     shunt: str | None
-    """Parts from the line to GND: after `series` at a gate, otherwise at the pin."""
+    """Parts between the wire and GND: after `series` at a gate, otherwise at the pin."""
     volts: float | None
-    """Highest voltage at its end [V]."""
+    """Highest voltage at the far end of the wire [V]."""
     source: str
 
 
 @dataclass(frozen=True, kw_only=True)
 class Component:
-    """One component: its nodes in SPICE order, its value and its limits, in SI."""
+    """One component: its nodes in SPICE order, and its value and limits in SI units."""
 
     ref: str
     kind: str
@@ -81,7 +81,7 @@ class Part:
     sheet: str
     ours: str
     read: str
-    """Values that were read in a copy of the data sheet."""
+    """Values that were read from a copy of the data sheet."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +91,7 @@ class Circuit:
     file: WiringFile
     pins: int
     socket: Mapping[str, int]
-    """{label: pin of the socket}, the first if several have the same label."""
+    """{label: pin of the socket}; if several pins have the same label, the first one."""
     grounds: tuple[int, ...]
     rails: Mapping[str, tuple[float, float]]
     """{node: lowest and highest voltage [V]}."""
@@ -192,14 +192,14 @@ def _make_wire(circuit: Circuit, entry: Mapping[str, str]) -> Wire:
 
 
 def _check_sockets(circuit: Circuit) -> Iterator[str]:
-    """Yield a conflict for pins of the chip that are not on the socket."""
+    """Yield a conflict for each pin in use that the socket does not have."""
     for use, number in asdict(circuit.file.wiring.pins).items():
         if use not in INSIDE and f"GP{number}" not in circuit.socket:
             yield f"{use}: GP{number} is not connected to a pin of the socket"
 
 
 def _check_channels(circuit: Circuit) -> Iterator[str]:
-    """Yield a conflict if the two inputs of the pump driver share a PWM slice."""
+    """Yield a conflict if the two inputs of the pump driver share a PWM channel."""
     pins = circuit.file.wiring.pins
     pump, reverse = pins.pump_gate, pins.pump_back_gate
     if pump % 16 == reverse % 16:
@@ -207,7 +207,7 @@ def _check_channels(circuit: Circuit) -> Iterator[str]:
 
 
 def _check_bus(circuit: Circuit) -> Iterator[str]:
-    """Yield a conflict for SPI pins on different ports or in wrong positions."""
+    """Yield a conflict for each unsuitable SPI pin, and if the pins belong to different ports."""
     if circuit.file.wiring.sensor_kind != "hsc":
         return
     numbers, ports = asdict(circuit.file.wiring.pins), set()
@@ -223,7 +223,7 @@ def _check_bus(circuit: Circuit) -> Iterator[str]:
 
 
 def _check_gates(circuit: Circuit) -> Iterator[str]:
-    """Yield a conflict for gates that float in reset because no pull-down is small enough."""
+    """Yield a conflict for each gate that has no pull-down small enough to hold it at GND."""
     for wire in circuit.wires:
         if wire.use not in GATES:
             continue
@@ -236,7 +236,7 @@ def _check_gates(circuit: Circuit) -> Iterator[str]:
 
 
 def _check_ratio(circuit: Circuit) -> Iterator[str]:
-    """Yield a conflict if the board file and the circuit differ about the supply's divider."""
+    """Yield a conflict if the board file and the circuit have different supply divider ratios."""
     upper, lower, _ = circuit.divider("supply_adc")
     ratio, in_file = 1.0 + upper.value / lower.value, circuit.file.wiring.supply_ratio
     if abs(ratio / in_file - 1.0) > 1e-3:

@@ -19,7 +19,7 @@ from layerjam.rig.recorder import Block
 from layerjam.simulate.procedure import Pull, Return
 
 Note = Callable[[str, str], None]
-"""Function that stores an event, given its kind and text."""
+"""Function that records an event, given its kind and text."""
 EXTERNAL = 16
 """Flag of a sample: the machine's contact is closed."""
 WAITS = 600.0
@@ -27,13 +27,13 @@ WAITS = 600.0
 
 
 class CrossheadLostError(LayerjamError):
-    """Raised if a crosshead does not report its arrival."""
+    """Raised if a crosshead does not report the end of a move in time."""
 
     key = "crosshead"
 
 
 class Crosshead(Protocol):
-    """Anything that moves the end of the brake."""
+    """Interface of everything that moves the free end of the brake."""
 
     def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
         """Start a move."""
@@ -54,9 +54,9 @@ class Crosshead(Protocol):
 class Manual:
     """A person at a machine, who receives instructions and presses Enter twice per move.
 
-    The board's marker (`OUTP:SYNC`) is on from the first Enter to the second, for the machine's
-    analogue input. `pressed` returns whether Enter has been pressed since the last call; `say`
-    shows a text.
+    The board's marker (`OUTP:SYNC`) is on from the first Enter to the second, so that the machine's
+    analogue input can record it. `pressed` returns whether Enter has been pressed since the last
+    call; `say` shows a text.
     """
 
     def __init__(
@@ -104,10 +104,10 @@ class Manual:
 
 
 class Trigger:
-    """Machine with two contacts: `OUTP:SYNC` starts it, the machine's own contact reports the end.
+    """Machine with two contacts: `OUTP:SYNC` starts it, and its own contact reports the end.
 
-    The board reports the machine's contact in every sample. This contact closes when the machine's
-    method is over; it must be open at the start.
+    The board reports the state of the machine's contact in every sample. The contact must be open
+    at the start, and close when the machine's method has ended.
     """
 
     def __init__(self) -> None:
@@ -138,7 +138,7 @@ class Trigger:
             bench.tell("OUTP:SYNC OFF")
 
     def positions(self, block: Block) -> list[tuple[int, float, float]]:
-        """Return an empty list: the machine stores the positions, the samples only the contact."""
+        """Return an empty list: the machine stores the positions, and samples only the contact."""
         self._closed = bool(block.rows["flags"][-1] & EXTERNAL)
         return []
 

@@ -1,4 +1,4 @@
-"""A bench in Python: properties in SI units; each write checks the instrument's error queue."""
+"""A bench in Python: properties in SI units. Each write checks the instrument's error queue."""
 
 import math
 import struct
@@ -158,7 +158,7 @@ class Bench:
 
     @property
     def lease(self) -> float:
-        """Time [s] for which the outputs stay on without a message from the host."""
+        """Time [s] for which the outputs stay on if the host sends nothing."""
         return self._query_number("SYST:LEAS?")
 
     @lease.setter
@@ -184,9 +184,9 @@ class Bench:
 
     @property
     def calibration(self) -> tuple[float, float, str]:
-        """Offset [Pa] and gain of the sensor, and the calibration's name, until the board is reset.
+        """Offset [Pa] and gain of the sensor, and the calibration's name; lost if the board resets.
 
-        A reading is (raw - offset) * gain. `SYST:SETT:STOR` stores them permanently.
+        A reading is (raw - offset) * gain. `SYST:SETT:STOR` stores all three permanently.
         """
         offset, gain, name = self.ask("SENS:VAC:CAL?").split(",", 2)
         return float(offset), float(gain), name[1:-1].replace('""', '"')
@@ -214,7 +214,7 @@ class Bench:
         return name.strip('"') if int(code) else None
 
     def clear(self) -> None:
-        """Clear a latched fault, the error queue and the registers; this starts nothing."""
+        """Clear a latched fault, the error queue and the registers; the outputs stay off."""
         self.tell("*CLS;:OUTP:PROT:CLE")
         self.events.clear()
 
@@ -256,14 +256,14 @@ class Bench:
         return parse_records(self._exchange(f"FETC:STR? {count}"))
 
     def stream(self, count: int = 200) -> tuple[np.ndarray[Any, Any], int]:
-        """Return the records as `samples` does, and the random number of the board's start."""
+        """Return records as `samples` does, and the random number of the board's latest start."""
         block, mark, boot = self._exchange(f"FETC:STR? {count};:SYST:BOOT?").rpartition(b';"')
         if not mark:
             raise LineError("no block of samples was received")
         return parse_records(block), int(boot[:8], 16)
 
     def acknowledge(self, seq: int) -> None:
-        """Acknowledge the records up to `seq`; this does not affect the outputs."""
+        """Acknowledge the records up to and including `seq`; this does not affect the outputs."""
         self._exchange(f"STR:ACK {seq}")
 
     def status(self) -> BenchStatus:
@@ -340,7 +340,7 @@ def open_bench_as(address: str | Address, kind: type[B]) -> B:
 
 
 def _to_si(value: float | str, spec: QuantitySpec, name: str) -> float:
-    """Return the SI value of a number or of text with a unit; QuantityError for anything else."""
+    """Return a number, or text with a unit, in SI units; raises QuantityError for anything else."""
     number = parse(value, spec.unit, name) if isinstance(value, str) else float(value)
     if not math.isfinite(number):
         raise QuantityError.of(name, f"{number} is not a finite number")

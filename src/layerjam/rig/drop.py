@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 PAUSE = 0.02
 """Time between two queries of the capture's state [s]."""
 REST_TIME, FINE = 0.05, 40e3
-"""Rest before a virtual fall [s], and sampling rate of its signal [Hz]."""
+"""Time at rest in the signal before a virtual fall [s], and the signal's sampling rate [Hz]."""
 DELAY = 0.5
-"""Time for which a virtual mass is at rest before it falls [s of the board's clock]."""
+"""Default time for which a virtual mass is at rest before it falls [s of the board's clock]."""
 
 
 class CaptureError(LayerjamError):
-    """Raised if a record does not arrive."""
+    """Raised if an accelerometer record is not completed."""
 
     key = "capture"
 
@@ -58,11 +58,11 @@ def prepare(
     level: float = 5.0,
     fall: float | str = 0.03,
 ) -> None:
-    """Set up a capture in the state SAFE; settings that the board already has are not sent.
+    """Set up a capture, in the state SAFE; only settings that differ from the board's are sent.
 
-    `rate` [Hz]; times [s] before and after the trigger; the trigger `level` [g], relative to the
-    reading during the fall; `fall` [s] of free fall that arms the trigger. Raises QuantityError and
-    InstrumentError.
+    `rate` is in Hz; `before` and `after` are times [s] around the trigger; `level` [g] is relative
+    to the reading in free fall; `fall` [s] is the time in free fall that arms the trigger. Raises
+    QuantityError and InstrumentError.
     """
     if source not in SOURCES:
         raise QuantityError.of("source", f"'{source}' is not one of {', '.join(SOURCES)}")
@@ -116,8 +116,8 @@ def read_piece(bench: Bench, first: int, size: int) -> bytes:
 def collect(bench: Bench, patience: float = 60.0) -> Shot:
     """Return the record when it is complete; the queries keep the lease alive.
 
-    Raises CaptureError if none is complete after `patience` [s] of the host's clock, or if no
-    capture is waiting.
+    Raises CaptureError if no record is complete after `patience` [s] of the host's clock, or if no
+    capture is armed.
     """
     end = time.monotonic() + patience
     while (state := read_capture(bench)).state != "DONE":

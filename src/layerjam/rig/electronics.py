@@ -1,6 +1,6 @@
 """Worst case of the bench's electronics: voltages, currents, times and heat, with their limits.
 
-Formulas and sources are in docs/electronics.md. All tolerances have their worst values.
+Formulas and sources are in docs/electronics.md. Every tolerance is taken at its worst limit.
 """
 
 import math
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from layerjam.rig.circuit import GATES, Circuit
 
 HIGH, LOW = 2.0, 0.8
-"""RP2040 inputs are high above the first voltage [V], low below the second (datasheet, 5.2.3)."""
+"""RP2040 input thresholds [V]: high above the first, low below the second (datasheet, 5.2.3)."""
 OUTPUT, DRIVE = 2.62, 12e-3
 """Lowest voltage [V] of a high output, and its maximum rated current [A] (same source)."""
 LEAKAGE = 1e-6
@@ -21,20 +21,20 @@ REFERENCE = (0.971, 1.02)
 CONVERTER = 10 / 4096
 """Error of the converter relative to its range: 7.85 LSB were measured (pico-adc.markomo.me)."""
 SAMPLE = 0.01
-"""Time between samples of the board [s]."""
+"""Time between two samples of the board [s]."""
 NOMINAL, VALVE = 12.0, 0.85
 """Supply voltage [V], and the fraction of it that the valve needs (SMC: -15 %, source not read)."""
 PLATEAU = 1.5
-"""Gate voltage [V] at which a transistor switches, above that of every part in the list."""
+"""Assumed gate voltage [V] at which a transistor switches; higher than for any listed part."""
 BOARD = 0.1
-"""Current of board and sensors [A] from 5 V; also assumed for 12 V, where it is smaller."""
+"""Current of board and sensors [A] at 5 V; also used for 12 V, where the current is smaller."""
 CARRIED = 0.75
 """Fraction of its rated current that a fuse can carry continuously."""
 
 
 @dataclass(frozen=True)
 class Margin:
-    """A quantity of the circuit in the worst case, and the limit that it must not cross."""
+    """Worst-case value of a quantity in the circuit, and the limit that it must not cross."""
 
     name: str
     unit: str
@@ -43,7 +43,7 @@ class Margin:
     most: float = math.inf
 
     def fields(self) -> dict[str, object]:
-        """Return the fields, except limits that do not exist."""
+        """Return the fields as a dictionary, without infinite limits."""
         return {key: v for key, v in vars(self).items() if isinstance(v, str) or math.isfinite(v)}
 
     @property
@@ -67,7 +67,7 @@ def margins(circuit: Circuit) -> tuple[Margin, ...]:
 
 
 def find_conflicts(circuit: Circuit) -> tuple[str, ...]:
-    """Return the conflicts of a circuit or, if there are none, the limits that it violates."""
+    """Return the pin conflicts of a circuit or, if there are none, the limits that it violates."""
     return circuit.conflicts() or tuple(m.sentence for m in margins(circuit) if not m.kept)
 
 
@@ -176,7 +176,7 @@ def _power_margins(circuit: Circuit) -> Iterator[Margin]:
 def release_time(circuit: Circuit, volts: float, release_share: float = 0.3) -> float:
     """Return the time [s] for the valve's current to fall to the fraction `release_share`.
 
-    `volts` is the opposing voltage of the diode: 0.5 V, or more with a Zener diode.
+    `volts` is the diode voltage that opposes the current: 0.5 V, or more with a Zener diode.
     """
     coil = circuit.components["Y1"]
     ratio = (NOMINAL + volts) / (release_share * NOMINAL + volts)

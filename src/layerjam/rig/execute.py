@@ -1,6 +1,6 @@
-"""Running a procedure on a bench: the simulator's steps are carried out and recorded.
+"""Running a procedure on a bench: carrying out and recording the same steps as the simulator.
 
-In every case, the run ends with safe outputs and a closed file.
+Every run, even a failed one, ends with safe outputs and a closed file.
 """
 
 import contextlib
@@ -47,7 +47,7 @@ from layerjam.units import show
 NOT_REACHED, NOT_VENTED = "NOT_REACHED", "NOT_VENTED"
 CROSSHEAD_LOST, FAULT = "CROSSHEAD_LOST", "FAULT"
 EXTRA, TIMES = 10.0, 3.0
-"""A vacuum not reached within EXTRA [s] plus TIMES the predicted rise time is abandoned."""
+"""A run ends if its vacuum is not reached in EXTRA [s] plus TIMES the predicted rise time."""
 AT_REST = 0.3
 """Duration of the samples before the start, which show the sensor's noise [s]."""
 LAST = 0.5
@@ -56,7 +56,7 @@ STATES = {"SAFE": 0, "RUN": 1, "FAULT": 2}
 LEASE = 2.0
 """Silence of this program after which the board switches to its safe state [s]."""
 QUICK = 600.0
-"""The same for a virtual board that runs faster than its host, by the board's clock [s]."""
+"""The same for a virtual board at a speed other than 1, by the board's clock [s]."""
 
 
 class EndedError(Exception):
@@ -69,7 +69,7 @@ class EndedError(Exception):
 
 @dataclass(frozen=True, kw_only=True)
 class StepResult:
-    """One step; times [s] on the file's clock, None if the step did not begin or end."""
+    """Result of one step; times [s] are on the file's clock, None if it did not begin or end."""
 
     text: str
     started: float | None = None
@@ -94,7 +94,7 @@ class RunResult:
     file: Path
     simulated: bool
     shots: tuple[ShotSummary, ...] | None = None
-    """Records of the accelerometer, or None if it was not used."""
+    """Summaries of the accelerometer's records, or None if it was not used."""
 
 
 class Execution:
@@ -229,13 +229,13 @@ class Execution:
             crosshead.end(self.bench)
 
     def _last_sample(self) -> int:
-        """Return the number of the last sample before the last command takes effect."""
+        """Return the number of the latest sample; a command just sent takes effect after it."""
         return int(self.bench.ask("FETC:ALL?").split(",")[0])
 
     def _run_until(self, is_done: Callable[[Block], bool], limit: float, after: int = -1) -> bool:
         """Record until `is_done`; return False after `limit` [s] of the board's clock.
 
-        The time counts from sample `after`, because a delayed host first reads samples that precede
+        The time counts from sample `after`, because a delayed host first reads samples from before
         the command.
         """
         start = self.recorder.now
@@ -342,12 +342,12 @@ def execute(
 ) -> RunResult:
     """Carry out a procedure on a bench that has a controller and a safe state, and record it.
 
-    `meta` are further entries in the file (brake_toml, line_toml). Raises QuantityError or
+    `meta` contains further entries for the file (brake_toml, line_toml). Raises QuantityError or
     ProcedureError for an impossible procedure, InstrumentError if the bench does not start,
-    FileError for the file. After an error no file is left. Ctrl-C, SIGTERM and `stop` end the run
-    with OPERATOR_STOPPED. `watch` receives every block of samples after it is on disk. With a
-    `rig`, the accelerometer's records of drops are stored in the file. `say` receives the first
-    line of a run, which states the lease.
+    FileError if the file cannot be written. No file remains if the run is rejected. Ctrl-C, SIGTERM
+    and `stop` end the run with OPERATOR_STOPPED. `watch` receives every block of samples after it
+    is on disk. With a `rig`, the accelerometer's records of drops are stored in the file. `say`
+    receives a sentence that states the lease.
     """
     steps = parse_procedure(procedure) if isinstance(procedure, str) else procedure
     check_procedure(bench, steps, crosshead)
@@ -417,7 +417,7 @@ def _unlock_bench(bench: Bench, lease: float) -> None:
 
 
 class ProcedureBench(Bench):
-    """A bench with `run`, which carries out a procedure; `layerjam.rig.open` returns one."""
+    """A bench whose method `run` carries out a procedure; returned by `layerjam.rig.open`."""
 
     run = execute
 

@@ -20,13 +20,13 @@ INT32 = 1 << 31
 
 @dataclass(frozen=True, kw_only=True)
 class ExportedRun:
-    """Files that were written."""
+    """An exported run and the files that were written."""
 
     run: Run
     file: Path
     sidecar: Path | None
     shots: tuple[Path, ...] = ()
-    """Files with the accelerometer's records; a NetCDF file contains them itself."""
+    """Files with the accelerometer's records; none for NetCDF, whose file contains them."""
 
 
 @accept_force_option

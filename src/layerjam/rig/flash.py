@@ -1,6 +1,6 @@
 """Writing firmware and wiring to a board: an image by its boot loader, or files by its prompt.
 
-The prompt is MicroPython's raw mode: Ctrl-A begins it and Ctrl-D runs the program. The board
+The prompt is MicroPython's raw mode: Ctrl-A enters it and Ctrl-D runs the program. The board
 returns "OK", the output, Ctrl-D, the traceback and Ctrl-D (MicroPython's documentation, "The
 MicroPython Interactive Interpreter Mode").
 """
@@ -29,7 +29,7 @@ CHUNK = 128
 """Number of bytes sent at a time; a board's own buffer holds 512."""
 WAIT = 10.0
 PIECE = 512
-"""Number of bytes of a file that one program for the prompt writes."""
+"""Number of bytes of a file that each program sent to the prompt writes."""
 
 
 class Prompt:
@@ -88,7 +88,7 @@ class Prompt:
 
 
 PATIENCE = 20.0
-"""Time that a board may take to restart [s]."""
+"""Maximum time for a board to restart [s]."""
 DRIVES = ("/media/*/*", "/run/media/*/*", "/Volumes/*", "/mnt/*", "[D-Z]:/")
 MARK = "INFO_UF2.TXT"
 """File that identifies the boot loader's drive."""
@@ -103,7 +103,7 @@ def firmware_hash(board: str) -> str:
 
 
 def read_image(path: Path, board: str) -> bytes:
-    """Return the image in a file; FileError or ImageError if it does not fit the board."""
+    """Return the image in a file; raises FileError or ImageError if it does not fit the board."""
     with report_failure(path, "cannot be read"):
         image = path.read_bytes()
     program = uf2.decode_uf2(image, uf2.RP2040, str(path))
@@ -197,7 +197,7 @@ def read_greeting(port: str) -> str:
 
 
 def enter_prompt(port: str) -> None:
-    """Switch from running firmware to the prompt; LineError if this fails."""
+    """Switch from running firmware to the prompt; raises LineError if this fails."""
     line = Line(Serial(port), port)
     try:
         line.ask(1, b"SYST:MAIN", tries=1)
@@ -210,7 +210,7 @@ def enter_prompt(port: str) -> None:
 
 
 def check_identity(port: str, board: str) -> tuple[str, bool]:
-    """Return the identity of a started board, and whether its firmware matches this package."""
+    """Return a running board's identity, and whether its firmware matches this package."""
     line = Line(Serial(port), port)
     try:
         identity = line.greet(2.0)
@@ -221,7 +221,7 @@ def check_identity(port: str, board: str) -> tuple[str, bool]:
 
 
 def retry_call(ask: Callable[[], T]) -> T:
-    """Return the response of a board that is restarting, repeating the query."""
+    """Repeat a call until a restarting board responds; return its result."""
     end = time.monotonic() + PATIENCE
     while True:
         try:
@@ -242,7 +242,7 @@ def find_drive() -> Path | None:
 
 
 def wait_for(look: Callable[[], Path | None], otherwise: str) -> Path:
-    """Return the path that `look` finds, waiting for up to PATIENCE."""
+    """Return the path that `look` finds within PATIENCE; raises LineError if it finds none."""
     end = time.monotonic() + PATIENCE
     while (place := look()) is None:
         if time.monotonic() > end:
@@ -252,7 +252,7 @@ def wait_for(look: Callable[[], Path | None], otherwise: str) -> Path:
 
 
 def write_image(image: bytes, place: Path) -> None:
-    """Copy an image to the boot loader's drive; FileError if `place` is a different drive."""
+    """Copy an image to the boot loader's drive; raises FileError if `place` is not that drive."""
     try:
         text = (place / MARK).read_text("ascii", "replace")
     except OSError:

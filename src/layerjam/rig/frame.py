@@ -13,7 +13,7 @@ HEAD = 17
 """Number of bytes before the payload."""
 LONGEST = 0xFFFF
 PENDING = b"\x05"
-"""Response to a line that waits for a capture (*OPC?, *WAI); sent as a line, it asks again."""
+"""Response to a line that waits for a capture (*OPC?, *WAI); the host sends it to ask again."""
 _HEX = b"0123456789ABCDEF"
 
 

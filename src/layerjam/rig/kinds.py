@@ -21,9 +21,9 @@ from layerjam.rig.plant import COUNTS, VirtualPlant
 Moment = Literal["pumping", "holding"]
 Host = Literal["talks", "releases", "silent", "deaf"]
 ESTOP_SAMPLES, SUPPLY_SAMPLES = 2, 3
-"""Samples after which the firmware reacts to an open emergency stop and to a low supply."""
+"""Number of samples after which the firmware reacts to an open stop, and to a low supply."""
 SENSOR_GAP = 0.05
-"""Fraction of the range by which two sensors may differ."""
+"""Maximum difference between two sensors, as a fraction of the range."""
 DRIFTS = (200.0, 130.0, 100.0, 50.0)
 """Drift rates of a sensor [Pa/s]."""
 STALLS = (0.12, 1.0)
@@ -33,7 +33,7 @@ LEASES = (0.2, 5.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """One line, its controller, and the random values of a fault."""
+    """Controller of one line, and the random values of one fault."""
 
     regulator: Regulator
     target: float
@@ -50,7 +50,7 @@ class Case:
 
     @property
     def loss_threshold(self) -> float:
-        """Vacuum [Pa] below which every reading shows a loss, despite noise and zero error."""
+        """Vacuum [Pa] below which every reading indicates a loss, despite noise and zero error."""
         regulator = self.regulator
         noise = IN_NOISE * regulator.greatest_noise + regulator.sensor.resolution
         return self.target - regulator.loss_margin - noise - regulator.zero
@@ -77,12 +77,12 @@ class Case:
 
 @dataclass(frozen=True)
 class FaultKind:
-    """A fault: its description (`text`), its possible moments, and its required result.
+    """A kind of fault: its description (`text`), its possible onsets and its required result.
 
-    `breaks` applies it to the plant. `host` is the host's action; the deadline runs from the host's
-    release command, or from the last line that the board received. `answers` names the fault whose
-    guaranteed time applies; if there is none, `promise` returns the deadline. The board may report
-    it by any of `names`.
+    `breaks` applies it to the plant. `host` is the host's behaviour; if the host acts, the deadline
+    runs from its release command, or from the last line that the board received. `answers` names
+    the fault whose guaranteed time applies; if there is none, `promise` returns the deadline. The
+    board may report any of `names`.
     """
 
     text: str
@@ -104,7 +104,7 @@ class FaultKind:
 
 
 def _make_injection(name: str) -> Callable[[Case, VirtualPlant], None]:
-    """Return an injection of a size that the detectors can detect (`control/faults.py`)."""
+    """Return a function that injects a fault just large enough for the detectors."""
 
     def inject(case: Case, plant: VirtualPlant) -> None:
         plant.injected = make_injection(name, 0.0, case.regulator, case.target)[0]
@@ -113,7 +113,7 @@ def _make_injection(name: str) -> Callable[[Case, VirtualPlant], None]:
 
 
 def _make_setter(**changes: object) -> Callable[[Case, VirtualPlant], None]:
-    """Return a function that sets attributes of the plant; without any, only the host fails."""
+    """Return a function that sets attributes of the plant; it sets none if only the host fails."""
 
     def inject(_: Case, plant: VirtualPlant) -> None:
         for name, value in changes.items():
@@ -150,7 +150,7 @@ def _sample_deadline(count: int) -> Callable[[Case], float]:
 
 
 def _leak_deadline(case: Case) -> float:
-    """Return the time until the healthy leak causes a loss of vacuum and this is reported."""
+    """Return the time until the normal leak causes a loss of vacuum that is reported."""
     leak = case.regulator.plant.joined.leak
     return case.fall_time(leak, 0.0) + case.promised_times["VACUUM_LOST"]
 
@@ -245,7 +245,7 @@ def _read_kinds() -> Iterator[tuple[str, FaultKind]]:
 
 KINDS = dict(_read_kinds())
 NOTHING = "nothing"
-"""Name of a healthy run, up to the release of the vacuum."""
+"""Name of a fault-free run, which ends with the release of the vacuum."""
 HEALTHY = FaultKind(
     text="no fault",
     moments=("holding",),

@@ -14,15 +14,15 @@ from layerjam.rig.frame import pack, parse_first_frame
 
 TRIES = 5
 WAIT = 0.5
-"""Time to wait for a response in each attempt [s]."""
+"""Longest wait for a response in each attempt [s]."""
 QUIET = 0.05
 """Silence after which a response is considered complete [s]."""
 PROMPTS = (b">>> ", b"Traceback (most recent call last)")
-"""Texts that a board sends if its firmware is not running."""
+"""Texts that a board sends if MicroPython runs without the firmware."""
 
 
 class LineError(LayerjamError):
-    """Raised if the board does not respond, or if something else does."""
+    """Raised if nothing responds on the line, or something other than the firmware."""
 
     key = "line"
 
@@ -37,7 +37,7 @@ class Ends(Protocol):
     """One end of a line of bytes."""
 
     def read(self, wait: float) -> bytes:
-        """Return the bytes received within `wait` [s]; LineError if the line is closed."""
+        """Return the bytes received within `wait` [s]; raises LineError if the line is closed."""
 
     def write(self, data: bytes) -> None:
         """Send all bytes."""
@@ -47,7 +47,7 @@ class Ends(Protocol):
 
 
 class Pipes:
-    """A line with two file descriptors; `closing` ends the process behind it."""
+    """A line with two file descriptors; `closing` ends the process at the other end."""
 
     def __init__(self, incoming: int, outgoing: int, closing: Callable[[], None]) -> None:
         self._in, self._out, self._closing = incoming, outgoing, closing
@@ -74,7 +74,7 @@ class Pipes:
 
 
 class Sockets:
-    """A line with one connected socket; `closing` ends the process behind it."""
+    """A line with one connected socket; `closing` ends the process at the other end."""
 
     def __init__(self, connection: socket.socket, closing: Callable[[], None]) -> None:
         self._joined, self._closing = connection, closing
@@ -148,7 +148,7 @@ class Serial:
 
 
 class Line:
-    """Queries of up to 15 sessions, one at a time; usable from any thread."""
+    """Sends the lines of up to 15 sessions, one at a time; usable from any thread."""
 
     def __init__(self, ends: Ends, name: str) -> None:
         self.name = name
@@ -161,10 +161,10 @@ class Line:
         self._spoilt = False
 
     def ask(self, session: int, text: bytes, *, tries: int = TRIES) -> bytes:
-        """Return the response to one line, which is executed once, however often it is sent.
+        """Return the response to one line; the line is executed only once, even if sent repeatedly.
 
         A damaged response is requested again immediately. Raises LineError after `tries` times 0.5
-        s, SpoiltError if damaged responses arrived, and LineError if a Python prompt responds.
+        s (SpoiltError if damaged responses arrived), or if a Python prompt responds.
         """
         with self._lock:
             number = self._numbers[session] = (self._numbers[session] + 1) % 256
@@ -203,7 +203,7 @@ class Line:
         return payloads
 
     def _read_answer(self, session: int, number: int, end: float) -> bytes | None:
-        """Return the payload of the requested frame, or None if it is damaged or too late."""
+        """Return the payload of the response frame, or None if it is damaged or too late."""
         while True:
             frame, size = parse_first_frame(self._buffer)
             if frame is None and any(prompt in self._buffer for prompt in PROMPTS):
@@ -227,7 +227,7 @@ class Line:
             self._buffer += data
 
     def greet(self, patience: float) -> str:
-        """Return the board's `*IDN?` response after its start; end earlier clients' sessions."""
+        """Return the `*IDN?` response of a board once it has started; end all older sessions."""
         end = time.monotonic() + patience
         while True:
             try:

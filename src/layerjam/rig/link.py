@@ -15,13 +15,13 @@ from layerjam.rig.token import read_token
 PATIENCE = 5.0
 """Longest wait for a gateway's response [s]."""
 WAITS = re.compile(r"\*(OPC|WAI)", re.IGNORECASE)
-"""Commands that may wait for the end of a capture, without a limit."""
+"""Commands that may wait for the end of a capture, with no time limit."""
 SESSION = 1
 CHECK = "*OPT?;:SYST:ERR?"
-"""Query whose response always begins with 0, so that it marks the end of earlier responses."""
+"""Query with a recognisable response, beginning with 0, that marks the end of earlier ones."""
 CHECKED = re.compile(rb'0;([+-]?\d+),"(.*)"')
 POLL = 0.02
-"""Time between two queries that ask whether a line is still waiting [s]."""
+"""Time between two queries about a line that waits for a capture [s]."""
 
 
 class Link(Protocol):
@@ -35,7 +35,7 @@ class Link(Protocol):
 
 
 def parse_check(answer: bytes) -> tuple[int, str]:
-    """Return the number and text in the response to CHECK; LineError for any other response."""
+    """Return number and text in a response to CHECK; raises LineError for any other response."""
     match = CHECKED.fullmatch(answer)
     if match is None:
         raise LineError(f"expected an error number, got {answer[:60]!r}")
@@ -43,13 +43,13 @@ def parse_check(answer: bytes) -> tuple[int, str]:
 
 
 class BoardLink:
-    """Owner of the line, which uses frames."""
+    """Client that owns the serial line and sends frames."""
 
     def __init__(self, line: Line, board: VirtualBoard | None) -> None:
         self.line, self.board = line, board
 
     def exchange(self, text: str) -> tuple[bytes, int, str]:
-        """Send the line, then read its session's error queue."""
+        """Send the line, then read the oldest error in the session's queue."""
         answer = self.line.ask(SESSION, text.encode("ascii"))
         while answer == PENDING:
             time.sleep(POLL)
@@ -67,7 +67,7 @@ class BoardLink:
 
 
 def connect_socket(address: Address) -> socket.socket:
-    """Return the socket of a `tcp:` address; FileError if no gateway listens there."""
+    """Return a socket for a `tcp:` address; raises FileError if no gateway listens there."""
     try:
         connection = socket.create_connection(address.host_port, PATIENCE)
     except OSError as error:
@@ -96,7 +96,7 @@ class SocketLink:
             raise FileError(self._name, "the gateway has a different token; copy its --token-file")
 
     def exchange(self, text: str) -> tuple[bytes, int, str]:
-        """Send the line and CHECK in one packet; a rejected line would have no response."""
+        """Send the line and CHECK in one packet, because a rejected line returns no response."""
         self._socket.settimeout(None if WAITS.search(text) else PATIENCE)
         try:
             self._socket.sendall(text.encode("ascii") + b"\n" + CHECK.encode() + b"\n")
@@ -148,10 +148,10 @@ def open_link(address: str | Address) -> Link:
 
 
 class VisaEnds:
-    """A VISA resource, used like a connected socket; errors are OSError.
+    """A VISA resource with the methods of a connected socket; all errors are OSError.
 
     Its address is `visa:TCPIP::10.0.0.7::5025::SOCKET` or `visa:ASRL/dev/ttyACM0::INSTR`. PyVISA
-    uses the installed VISA library, or otherwise its own one in Python.
+    uses the installed VISA library or, if there is none, its backend in pure Python.
     """
 
     def __init__(self, address: Address) -> None:

@@ -21,10 +21,10 @@ from layerjam.simulate.speed import is_speed_dependent, remove_idle_speed_law
 
 
 class SteppedBrake:
-    """A brake with its memory; each call returns one point of a `brake_cycle` history.
+    """A brake with its load history; each call of `step_to` adds one point, as in `brake_cycle`.
 
-    The kernel steps the brake if it can, otherwise the law, which is compiled on the first call.
-    Raises QuantityError for a hyperelastic enclosure, whose history cannot be stepped.
+    The kernel computes the step if it can; otherwise the brake's law does, compiled on the first
+    call. Raises QuantityError for a hyperelastic enclosure, whose history cannot be stepped.
     """
 
     def __init__(self, brake: Brake) -> None:
@@ -40,8 +40,8 @@ class SteppedBrake:
     def step_to(self, elongation: float, vacuum: float, speed: float = 0.0) -> tuple[float, float]:
         """Return force [N] and slip [m] at an elongation [m] and a vacuum [Pa].
 
-        `speed` [m/s] is that of the crosshead, for a brake with a speed law. The force is NaN if
-        the brake snaps.
+        `speed` [m/s] is the crosshead's; it matters only with a speed law. The force is NaN if the
+        brake snaps.
         """
         if self._kernel is not None:
             if not self._state:
@@ -64,7 +64,7 @@ class VirtualMachine:
     """A crosshead with a brake whose chamber is part of the vacuum line.
 
     The force follows from the brake's law at the true vacuum. Slip enlarges the chamber by
-    `volume_per_slip`, so that its gas expands.
+    `volume_per_slip`, and the gas in it expands.
     """
 
     def __init__(self, brake: Brake, line: Line) -> None:

@@ -1,4 +1,4 @@
-"""One fault on a virtual board: its random plan, and the plant's log of the outputs."""
+"""Injection of one fault on a virtual board: its random plan, and an observer of the outputs."""
 
 import itertools
 import math
@@ -29,32 +29,32 @@ SPREAD = 1.4
 TARGETS = (0.25, 0.75)
 """Range of random targets, as fractions of the pump's highest vacuum and of the sensor's range."""
 LEVELS = (0.02, 0.6)
-"""Range of the fractions of the target at which a fault during pumping begins."""
+"""Range of vacuums at which a fault during pumping begins, as fractions of the target."""
 ROOM = 3.0
-"""Number of decision steps of rise over which the detectors evaluate a pump at full power."""
+"""Rise at full pump power that must remain after the fault begins, in decision steps."""
 FULL = 1.5
-"""Error, relative to the saturating one, at which a PI loop runs the pump at full power."""
+"""Error at which a PI loop surely runs the pump at full power, relative to its saturating error."""
 WAITS = (0.2, 5.0)
 """Range of times [s] for which a vacuum is held before a fault."""
 PATIENCE = 120.0
-"""Plant time [s] after which an event or a command from the host is no longer expected."""
+"""Additional plant time [s] before a trial without an event is ended."""
 FLOODED = 15.0
-"""Time [s] for which a board reads from a host that does not read, until 4 kB are unsent."""
+"""Time [s] allowed until the board stops reading from a host that does not read (4 kB unsent)."""
 MARGIN = 2.0
-"""Time [s], after twice the deadline, for which a fault is still observed."""
+"""Time [s] for which a fault is still observed after twice its deadline."""
 LONGEST = 600.0
 """Time [s] for which a fault without a deadline is observed."""
 TENTH = 0.1
 """Fraction of the target whose loss is recorded."""
 GONE = 0.02
-"""Fraction of the target below which the vacuum is considered lost."""
+"""Fraction of the target below which a trial without a deadline ends."""
 SLOW = 1e-3
 """Duration of a sample [s of the host's clock] while the host is busy."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Random plan of one fault: its kind, line and moment."""
+    """Random plan of one trial: its fault, line, controller and onset."""
 
     name: str
     number: int
@@ -90,11 +90,11 @@ def draw_plan(
     *,
     mismatch: bool = False,
 ) -> Plan:
-    """Return the plan of run `number` of a fault; it depends on the seed, not on other runs.
+    """Return the plan of trial `number` of a fault; it depends on the seed, not on other trials.
 
     The line is a random variation of the board's line, and the controller is designed for it. With
-    `mismatch`, the real line differs from it within the tolerances. `size` is the size of the
-    fault, random by default.
+    `mismatch`, the real line differs from the controller's model within the tolerances. `size` is
+    the size of the fault, random by default.
     """
     draw = random.Random(f"{seed} {name} {number}")
 
@@ -150,7 +150,7 @@ def draw_plan(
 def draw_mismatch(hardware: Hardware, case: Case, leak: float, draw: random.Random) -> Hardware:
     """Return random hardware within the tolerances of a controller designed for it.
 
-    `leak` is the leak relative to the largest healthy leak.
+    `leak` is a factor on the largest healthy leak.
     """
     regulator, plant, sensor = case.regulator, hardware.plant, hardware.sensor
     tolerances, zero = regulator.tolerances, regulator.zero
@@ -175,7 +175,7 @@ def draw_mismatch(hardware: Hardware, case: Case, leak: float, draw: random.Rand
 class Observer:
     """Observer that injects a fault and watches the outputs; called in the plant's thread.
 
-    `done` is set once the outputs have been safe for long enough, or when its time is over.
+    `done` is set once the outputs have been safe for long enough, or at a timeout.
     """
 
     def __init__(self, plant: VirtualPlant, plan: Plan) -> None:
@@ -268,7 +268,7 @@ class Observer:
 
     @property
     def _is_known(self) -> bool:
-        """Return whether the event is known, or will be once the host has read its responses."""
+        """Return whether the time of the event is known, or will be once a deaf host reads."""
         return self.event is not None or self.plan.kind.host == "deaf"
 
     def _end_run(self) -> None:

@@ -1,6 +1,6 @@
 """Results of operations on a bench: state, check, zero, log, soak test and flashed board.
 
-The results of the commands inherit the unit and description of each quantity.
+The commands' results inherit the unit and description of each quantity.
 """
 
 from layerjam.outputs import fact, number, outputs
@@ -68,7 +68,7 @@ class Zero:
 
 @outputs
 class Flashed:
-    """Content of a board after flashing, and the identity that it reports."""
+    """Files on a board after flashing, and the identity that it reports."""
 
     board: str = fact("kind of board")
     image_sha256: str | None = fact("SHA-256 of the image; null unless an image is given")

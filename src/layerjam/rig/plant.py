@@ -1,4 +1,4 @@
-"""Surroundings of a virtual board: a thread simulates the plant of the line and a sensor."""
+"""Hardware around a virtual board: a thread simulates the vacuum line and its sensor."""
 
 import math
 import random
@@ -48,7 +48,7 @@ HEALTHY = FaultInjection()
 SCALE = struct.Struct("<4d")
 """Counts at 0, m/s^2 per count, range [m/s^2], rate [Hz]."""
 SENSITIVITY = 8e-3
-"""Sensitivity of a 250 g ADXL193 on 5 V [V/g]; from memory, not from a data sheet."""
+"""Sensitivity of a 250 g ADXL193 at 5 V [V/g]; from memory, not checked in the data sheet."""
 DIVIDER, REFERENCE, CODES = 2 / 3, 3.3, 4096
 ZERO = 2.5 * DIVIDER / REFERENCE * CODES
 """Counts at 0."""
@@ -74,8 +74,8 @@ class VirtualAccelerometer:
     def play(self, start: float, time: Array, force: Array) -> None:
         """Apply a specific force [m/s^2] at ascending times [s] after `start` [s]; shapes (N,).
 
-        `start` is a plant time. Before it the sensor is at rest; after the signal the last value is
-        kept.
+        `start` is a plant time. Before that time the sensor is at rest; after the signal its last
+        value persists.
         """
         self._signal = (start, np.asarray(time, float), np.asarray(force, float))
 
@@ -116,7 +116,7 @@ class Hardware:
 
 
 def read_hardware(address: Address) -> Hardware:
-    """Return the line, the sensor and the valve that a `sim:` address describes.
+    """Return the simulated hardware that a `sim:` address describes.
 
     Raises UnknownNameError for an unknown line, QuantityError for impossible values.
     """
@@ -155,7 +155,7 @@ behind = read_hardware  # former name
 
 
 def _read_rate(options: Mapping[str, str], name: str) -> float:
-    """Return the rate [1/s]: the inverse of a time constant in an address."""
+    """Return a rate [1/s]: the inverse of a time constant in the address."""
     lasting = parse(options[name], "s", f"address: {name}")
     if not lasting > 0:
         raise QuantityError.of("address", f"{name}={options[name][:40]} is not above zero")
@@ -165,14 +165,14 @@ def _read_rate(options: Mapping[str, str], name: str) -> float:
 class VirtualPlant:
     """Plant of a virtual board: vacuum and sensor in the board's time, with injected faults.
 
-    `injected` is a fault in the pump, line or sensor. `drift` [Pa/s] raises the sensor's reading.
-    `stall` [s] keeps the board busy in its next sample. `estop` and `supply_low` cut the power of
-    pump and valve. In both cases the board measures no voltage downstream of the emergency stop,
-    and with `supply_low` none upstream either. Pump and vent follow the commanded `outputs`.
-    `trace`, if it is a list, receives (time [s], pump, vent open, vacuum [Pa]) at each change of
-    the outputs. `watch` is called at each sample; `at` has a function called between two samples.
-    `pace` [s] delays each sample in the host's time. `contact` closes the trigger contact.
-    `accelerometer` may receive a drop (`drop.py`).
+    `injected` is a fault in the pump, line or sensor. `drift` [Pa/s] raises the sensor's reading
+    steadily. `stall` [s] keeps the board busy in its next sample. `estop` and `supply_low` cut off
+    pump and valve: the board then measures no voltage downstream of the emergency stop and, with
+    `supply_low`, none upstream either. Pump and vent follow the commanded `outputs`. `trace`, if it
+    is a list, receives (time [s], pump, vent open, vacuum [Pa]) at each change of the outputs.
+    `watch` is called at each sample; `schedule` calls a function between two samples. `pace` [s]
+    delays each sample in the host's time. `contact` closes the trigger contact. `accelerometer` may
+    receive a drop (`drop.py`).
     """
 
     def __init__(self, hardware: Hardware) -> None:
@@ -184,12 +184,12 @@ class VirtualPlant:
         self.machine: VirtualMachine | None = None
         """Machine that pulls the brake of this chamber."""
         self.recorded: Callable[[], object] | None = None
-        """Function of the recorder that is called before each sample: the board waits for it."""
+        """Function of the recorder that is called before each sample and may delay it."""
         self.accelerometer = VirtualAccelerometer(hardware.seed)
         self.vacuum = self.side = self.shown = 0.0
         self.time = 0.0
         self.asked = self.wraps = 0
-        """Number of samples that the board has taken, and of overflows of its 30-bit clock."""
+        """Numbers of samples taken by the board, and of overflows of its 30-bit clock."""
         self.outputs = (0.0, hardware.normally_open)
         self.trace: list[tuple[float, float, bool, float]] | None = None
         self._last = self._climbed = 0.0
@@ -198,7 +198,7 @@ class VirtualPlant:
         self.reseed(hardware.seed)
 
     def reseed(self, seed: int) -> None:
-        """Restart the noise of the sensors with this seed."""
+        """Restart the sensors' random noise with this seed."""
         self._draw = random.Random(seed)
         self._other = random.Random(seed + 1)
 
@@ -300,11 +300,11 @@ class VirtualPlant:
         return self._last, round(COUNTS[0] + share * COUNTS[1])
 
     def second_reading(self) -> float:
-        """Return the reading of the second sensor [Pa]; it never has a fault."""
+        """Return the reading of the second sensor [Pa], which never has a fault."""
         return self._measure_reading(self.shown, self._other) if self.behind.second else 0.0
 
     def _measure_reading(self, y: float, draw: random.Random) -> float:
-        """Return a reading with noise and resolution, within the sensor's range [Pa]."""
+        """Return a reading [Pa] with noise and resolution, limited to the sensor's range."""
         sensor = self.behind.sensor
         y += sensor.noise * draw.gauss(0.0, 1.0) if sensor.noise else 0.0
         if sensor.resolution:

@@ -2,7 +2,7 @@
 
 A board sends every sample at least once. The file contains each sample exactly once, identified by
 the number of the board's start and its own number. If the recorder is killed, no acknowledged
-sample is lost, and the board keeps the others for ten seconds.
+sample is lost; the board keeps the others for ten seconds.
 """
 
 import contextlib
@@ -36,12 +36,12 @@ FULL = 200
 FEW = 25
 """Number of records in a block if the line damages longer ones."""
 SLOW = 0.1
-"""Time for one block above which the next one is shortened [s of the host's clock]."""
+"""Transfer time of a block above which the next one is shortened [s of the host's clock]."""
 CREDIT = 300
 """Number of samples that a board at full speed may take before it waits for its recorder."""
 SLOWLY = 0.0005
 PATIENCE = 60.0
-"""Longest time spent on restoring a lost connection [s]."""
+"""Longest time spent trying to restore a lost connection [s]."""
 JUMP = 1_000_000_000
 """Smallest jump between the host's calendar time and its clock that is reported [ns]."""
 FINISHED, STOPPED = "FINISHED", "OPERATOR_STOPPED"
@@ -134,11 +134,11 @@ class Recorder:
         return block
 
     def is_behind(self, block: Block) -> bool:
-        """Return whether the board had more samples than a block contained."""
+        """Return whether the board had more samples than the block could contain."""
         return len(block.rows) >= self._asked
 
     def begin(self, moves: Moves | None = None) -> None:
-        """Record the samples that the board still has; time counts from the last of them."""
+        """Record the samples that the board has stored; time counts from the last of them."""
         block = self.record_block(moves)
         while self.is_behind(block):
             self.pause(block)
@@ -203,7 +203,7 @@ class Recorder:
 
 
 class Throttle:
-    """Limiter for a virtual board that runs at full speed.
+    """Speed limiter for a virtual board that runs at full speed.
 
     The board's clock stops unless `going` is set; after `credit` samples, each takes half a
     millisecond.
@@ -242,7 +242,7 @@ def _sql_rows(
 
 
 def describe_bench(bench: Bench) -> dict[str, object]:
-    """Return the description of a bench and its host for a run file."""
+    """Return a run file's entries about a bench and its host."""
     maker, model, serial, firmware = _read_identity(bench)
     user = ""
     with contextlib.suppress(OSError, KeyError, ImportError):
@@ -303,8 +303,8 @@ def record_log(
 ) -> Logged:
     """Record a bench that another client commands, for `duration` [s of the board] at most.
 
-    SIGINT and SIGTERM end it earlier. A lost connection is retried for `patience` [s]; a different
-    board at the address is rejected. Raises FileError if the file or the bench is not available.
+    SIGINT and SIGTERM end the log early. A lost connection is retried for `patience` [s]; a board
+    other than the first is rejected. Raises FileError if file or bench are not available.
     """
     with Stop() as stop:
         bench = open_bench(address)

@@ -27,13 +27,13 @@ MOUNTS = Path("/proc/self/mountinfo")
 
 
 class RecordingError(LayerjamError):
-    """Raised if a run file cannot store more data; the last data are then missing from it."""
+    """Raised if a run file cannot store more data; the latest data are then missing."""
 
     key = "recording"
 
 
 def find_file_system(path: Path, mounts: str) -> str:
-    """Return the type of a path's file system, or "" if it is not in the list of mounts."""
+    """Return the type of the file system of a path, or "" if `mounts` does not list it."""
     best, kind = "", ""
     for line in mounts.splitlines():
         before, _, after = line.partition(" - ")
@@ -48,7 +48,7 @@ def find_file_system(path: Path, mounts: str) -> str:
 
 
 def check_place(path: Path) -> None:
-    """Raise FileError if a run cannot be stored safely: no folder, no space, a network disk."""
+    """Raise FileError if a run cannot be stored safely, for lack of space or on a network disk."""
     if path.suffix != ENDING:
         raise FileError(path, f"extension '{path.suffix}' is unknown; use {ENDING}")
     check_file_name(path)
@@ -146,7 +146,7 @@ class RunFile:
 
     @property
     def meta(self) -> dict[str, str]:
-        """{key: text} of the file's own entries."""
+        """{key: text} of the file's metadata."""
         rows = self._base.execute("SELECT key, value FROM meta")
         return {key: value or "" for key, value in rows}
 
@@ -195,7 +195,7 @@ class RunFile:
             base.execute(f"INSERT INTO shots ({names}) VALUES ({marks})", tuple(row.values()))
 
     def add_shot_data(self, shot: int, first: int, data: bytes) -> None:
-        """Write samples of an accelerometer's record, int16, from its sample `first` on."""
+        """Write samples of an accelerometer's record, int16, starting at its sample `first`."""
         with self._transaction() as base:
             row = (shot, first, len(data) // 2, data)
             base.execute("INSERT INTO shot_data VALUES (?, ?, ?, ?)", row)

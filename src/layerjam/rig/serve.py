@@ -1,9 +1,8 @@
 """The gateway: shares one board's line among many clients, over TCP and as a serial port.
 
-Each client that may command has its own session on the board. All others share one session, which
-accepts only `OUTP OFF`, `ABOR`, `*IDN?`, `*OPC?`, `*OPT?` and `SYST:ERR?`. Lines are plain SCPI.
-The gateway does not keep the outputs on for a client: if the client is silent, the board's lease
-expires.
+Each client that may send commands has its own session on the board. All others share one session,
+which accepts only `OUTP OFF`, `ABOR`, `*IDN?`, `*OPC?`, `*OPT?` and `SYST:ERR?`. Lines are plain
+SCPI. The gateway does not renew the board's lease for a client that is silent.
 """
 
 import asyncio
@@ -30,11 +29,11 @@ PORT = 5025
 SESSIONS = 14
 """Largest number of clients that may command at the same time."""
 GUEST = 15
-"""Session on the board that all other clients share."""
+"""Session on the board shared by all clients that may not command."""
 GUESTS = 64
-"""Largest number of such clients; one more disconnects the oldest."""
+"""Largest number of clients that share it; one more disconnects the oldest."""
 WAITING = 1024
-"""Largest number of lines kept after one that waits; a socket with more is closed."""
+"""Largest number of lines queued behind a waiting one; a client that sends more is disconnected."""
 LONGEST = 1024
 """Longest line [bytes]; the board rejects a longer one with error -363."""
 ENDLESS = 65536
@@ -56,7 +55,7 @@ class Listening:
 
     @property
     def visa(self) -> str:
-        """Return PyVISA code that opens it; without the terminations, every query times out."""
+        """Return PyVISA code that opens the gateway; without the terminations, queries time out."""
         # a gateway on all addresses can be reached under this machine's name
         host = socket.gethostname() if self.host in ("0.0.0.0", "::", "") else self.host
         return (
@@ -66,7 +65,7 @@ class Listening:
 
 
 class Splitter:
-    """Splitter of bytes into lines; it returns only the start of an overlong line."""
+    """Splitter of bytes into lines; of an overlong line it returns only the start."""
 
     def __init__(self) -> None:
         self._rest = b""
@@ -135,10 +134,10 @@ class Gateway:
         later: list[bytes],
         more_lines: Callable[[int], Awaitable[list[bytes]]],
     ) -> bytes:
-        """Return the board's response, even to a line that waits for a capture to end.
+        """Return the board's response; if the line waits for a capture to end, wait too.
 
-        Meanwhile, the client's lines from `more_lines` are put in `later`, unless they stop
-        something; `more_lines` receives their number.
+        Meanwhile, the client's new lines are appended to `later`, except stop commands, which are
+        executed at once. `more_lines` returns new lines, given the number in `later`.
         """
         answer = await self.ask(session, line)
         while answer == PENDING:
@@ -182,7 +181,7 @@ class Gateway:
             self._free.append(session)
 
     def _admit_client(self, client: Client) -> None:
-        """Assign a session of its own to a client that may command, if one is free."""
+        """Give a client that may send commands a session of its own, if one is free."""
         if client.door.open and client.session == GUEST and self._free:
             client.session = self._free.pop()
             self._guests.pop(client, None)
@@ -304,9 +303,10 @@ def serve(
 ) -> None:
     """Serve a board until SIGTERM or SIGINT, then switch its outputs off.
 
-    `announce` is called once, when clients can connect; port 0 chooses a free one. `pty` is the
-    path of a new link to a serial port. Raises LineError if the board stops responding, FileError
-    if the port or link is not available, QuantityError for access from outside without a token.
+    `announce` is called once, when clients can connect. Port 0 selects any free port. `pty` is the
+    path of a link to create, through which clients can use the board as a serial port. Raises
+    LineError if the board stops responding, FileError if the port or link is not available,
+    QuantityError if other machines have access but no token file is given.
     """
     if not is_loopback(host) and token_file is None:
         raise QuantityError.of(
@@ -371,7 +371,7 @@ async def _run_gateway(
 
 @contextlib.contextmanager
 def _open_terminal(link: Path):  # type: ignore[no-untyped-def]
-    """Open the master of a pseudo-terminal; `link` points to its other side."""
+    """Open the master side of a pseudo-terminal; create `link`, which points to the slave side."""
     import tty
 
     master, slave = os.openpty()

@@ -1,4 +1,4 @@
-"""Detection of the end of a procedure's step, from the board's own law and its samples."""
+"""Detection of the end of a step in a procedure, from the board's settings and samples."""
 
 import math
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from layerjam.rig.recorder import Block
 from layerjam.rig.telemetry import PERIOD
 
 SETTLED = 0.5
-"""Time within the band after which a vacuum counts as reached [s]."""
+"""Time within the band after which a target vacuum counts as reached [s]."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def last_vacuum(block: Block) -> float:
 
 
 def steady_test(watch: Watch, target: float, noise: float, start: int) -> Callable[[Block], bool]:
-    """Return a test of whether all readings of the last half second are at the target [Pa]."""
+    """Return a function that tests whether the last half second is at the target [Pa]."""
     outside = start
 
     def is_steady(block: Block) -> bool:

@@ -24,7 +24,7 @@ from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS
 from layerjam.units import exact_text, show
 
 WRAP = 1 << 32
-"""Overflow of the clock in which a board states the time of a trigger [us]."""
+"""Range of the clock in which a board states the time of a trigger [us]."""
 READY = "The accelerometer is armed: let the mass fall."
 
 
@@ -34,7 +34,7 @@ class DropRig:
 
     `capture` contains settings of `drop.prepare`. On a virtual board, a mass [kg] falls on the
     brake `file` at the start of each hold and arrives with `speed` [m/s]. For a real board, both
-    are only stored, as stated by the user. `say` prompts a person to drop the mass.
+    are only stored in the file. `say` prompts a person to drop the mass.
     """
 
     capture: Mapping[str, Any] = field(default_factory=dict)
@@ -67,7 +67,7 @@ class ShotSummary:
 
 
 def check_rig(rig: DropRig, bench: Bench, procedure: Procedure) -> None:
-    """Raise QuantityError if a procedure has no hold for a drop, or if there is no mass to fall."""
+    """Raise QuantityError if a procedure has no hold for a drop, or if no mass is given."""
     holds = {step.text(): _hold_time(step) for step in procedure.steps if _hold_time(step) > 0.0}
     if not holds:
         raise QuantityError.of(
@@ -138,7 +138,7 @@ class Shots:
         return self._state == "RUNNING"
 
     def release_mass(self) -> None:
-        """Announce that the mass may fall; on a virtual board it falls."""
+        """Tell the operator to drop the mass; on a virtual board, drop it."""
         rig = self._rig
         if self._bench.plant is None:
             if not self._said:

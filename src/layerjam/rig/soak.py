@@ -27,7 +27,7 @@ HOLDS = (2.0, 120.0)
 RELEASES = 0.25
 """Fraction of the commands that release the vacuum."""
 WARM = 60.0
-"""Board time [s] before its memory use is first read."""
+"""Board time [s] after which its memory use is first read."""
 VENTED = 5.0
 """Time [s] before the first command, in which the board records the zero of its sensor."""
 LOOKS = 6
@@ -39,9 +39,9 @@ an old word on its stack seems to point to it; a real leak shows in every readin
 BLOCK = 200
 """Number of records fetched at a time."""
 HELD_BACK = ((950, 5e-3), (500, 1e-3))
-"""(records that wait in the board's ring, delay of each sample [s])."""
+"""Pairs of records waiting in the board's ring, and the resulting delay of each sample [s]."""
 PAUSE = 4e-3
-"""Time [s] after which a block is worth fetching."""
+"""Pause [s] after a fetch that did not fill a block."""
 
 
 class Log:
@@ -50,7 +50,7 @@ class Log:
     def __init__(self, board: VirtualBoard) -> None:
         self.board = board
         self.seq = self.cleared = -1
-        """Number of the last record read, and of the last one before which faults are known."""
+        """Number of the last record read, and of the last record whose fault has been counted."""
         self.micros = 0
         self.gaps = 0
 
@@ -93,10 +93,10 @@ def soak(
     seed: int = 0,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> Soaked:
-    """Run a board for a number of hours of its time under one controller; there should be no fault.
+    """Run a virtual board for hours of its own time under one controller; expect no fault.
 
-    After a keyboard interrupt, return the results so far. Raises QuantityError for an address that
-    is not a virtual board, FileError and LineError.
+    After a keyboard interrupt, return the results up to then. Raises QuantityError for an address
+    that is not a virtual board, FileError and LineError.
     """
     target = set_full_speed(address)
     line, board = connect(target)
@@ -182,7 +182,7 @@ def _clear_fault(bench: Bench, log: Log, faults: list[str]) -> None:
 
 
 def _read_used_memory(bench: Bench, log: Log, faults: list[str]) -> int | None:
-    """Return the bytes in use on the board with the law as at power-up; None if not counted."""
+    """Return the bytes in use on the board with the law as at power-up; None if unknown."""
     bench.off()
     _clear_fault(bench, log, faults)
     bench.tell("VAC 0;:OUTP ON;:OUTP OFF")

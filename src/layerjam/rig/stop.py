@@ -1,6 +1,6 @@
 """Stop request from an operator: Ctrl-C or SIGTERM, recorded instead of raised.
 
-A program that holds a brake must first make it safe; a second Ctrl-C must not interrupt this.
+A program that holds a brake must first make it safe, which a second Ctrl-C must not interrupt.
 """
 
 import signal

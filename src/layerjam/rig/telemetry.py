@@ -24,11 +24,11 @@ RECORD = np.dtype(
 PERIOD = 10_000
 """Nominal time between two samples [us]."""
 COUNT = 1 << 32
-"""Range of `board_us` [us]; it overflows after 71.6 minutes."""
+"""Range of `board_us` [us], which overflows after 71.6 minutes."""
 
 
 def read_payload(block: bytes) -> bytes:
-    """Return the content of a definite-length block; LineError if it is invalid or incomplete."""
+    """Return the content of a definite-length block; raises LineError if it is invalid."""
     digits = block[1:2]
     if block[:1] == b"#" and digits.isdigit() and digits != b"0":
         begin = 2 + int(digits)
@@ -52,7 +52,7 @@ def unwrap_clock(
 
     `last` is (seq, unwrapped us) of an earlier sample; without one, the first value is unchanged.
     The result is correct across any gap, because the sample numbers determine the number of
-    overflows. The board's clock must stay within 35 minutes of one sample every 10 ms.
+    overflows. The board's clock must not differ by more than 35 minutes from 10 ms per sample.
     """
     counts, numbers = board_us.astype(np.int64), seq.astype(np.int64)
     if not len(counts):

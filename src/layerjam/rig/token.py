@@ -15,7 +15,7 @@ ERRORS = re.compile(rb"(\*OPT\?;)?:?SYST(EM)?:ERR(OR)?(:NEXT)?\?[ \t]*", re.IGNO
 FREE = re.compile(rb"\*(IDN|OPT)\?[ \t]*|" + ERRORS.pattern + rb"|" + STOP.pattern, re.IGNORECASE)
 """Lines that the board accepts without a token: identity, options, errors and off."""
 COMPLETE = re.compile(rb"\*OPC\?[ \t]*", re.IGNORECASE)
-"""Query that returns 1 to a client without a token, which can have no pending operations."""
+"""Query that a gateway answers with 1 to a client without a token: it has no pending operations."""
 GIVEN = re.compile(
     rb":?SYST(?:EM)?:PASS(?:WORD)?:CEN(?:ABLE)?[ \t]+(['\"])(.{0,200})\1[ \t]*", re.IGNORECASE
 )
@@ -38,10 +38,10 @@ MESSAGE = re.compile(rb"[ \t;]*(\*[A-Za-z]|:?[A-Za-z])[\t -~]*")
 
 
 def is_message(line: bytes) -> bool:
-    """Return whether a first line is a message to an instrument that no HTTP client would send.
+    """Return whether a client's first line is an instrument message, not an HTTP request.
 
-    A web page can make a browser connect to any port on this machine. A browser's requests start
-    with a request line (RFC 9112, section 3), with the HTTP/2 preface or with a TLS record.
+    A web page can make a browser connect to any port on this machine; its requests start with a
+    request line (RFC 9112, section 3), with the HTTP/2 preface or with a TLS record.
     """
     return MESSAGE.fullmatch(line) is not None and HTTP.fullmatch(line) is None
 
@@ -91,7 +91,7 @@ class Door:
         self._denied: list[bytes] = []
 
     def filter_line(self, line: bytes, has_session: bool = True) -> tuple[bool, bytes]:
-        """Return (whether the board receives the line, otherwise the response, perhaps empty)."""
+        """Return (whether to pass the line to the board, response if not)."""
         token_line = GIVEN.fullmatch(line)
         if token_line is not None:
             if not self._token or hmac.compare_digest(token_line.group(2), self._token.encode()):

@@ -1,4 +1,4 @@
-"""Settings of an accelerometer's record: rate, duration and trigger."""
+"""Settings of an accelerometer record: rate, duration and trigger."""
 
 from layerjam.units import QuantitySpec
 

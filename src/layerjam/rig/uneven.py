@@ -14,7 +14,7 @@ SWING = 0.3
 DIP = (0.02, 0.1)
 """Range of the duration of a dip in the supply [s]."""
 EVERY = 1.0
-"""Time between the starts of two dips [s]."""
+"""Time between the starts of consecutive dips [s]."""
 SUPPLY = 0.5
 """Smallest fraction of the pump's flow during a dip."""
 SUBSTEP = 2e-3
@@ -26,7 +26,7 @@ ATMOSPHERE = Site().atmosphere
 class Uneven:
     """A pump whose flow ripples and dips, and orifices as leak and vent.
 
-    At the vacuum `right_at` [Pa], the flow through an orifice equals that of the linear plant.
+    At the vacuum `right_at` [Pa], each orifice has the same flow as in the linear plant.
     """
 
     right_at: float

@@ -21,13 +21,13 @@ FIRST_ADC, LAST_ADC = 26, 29
 
 
 def gp_field(text: str) -> Any:
-    """Return the field for a pin's GP number."""
+    """Return a dataclass field for the GP number of a pin."""
     return quantity("1", f"GP number of {text}", hi=LAST_ADC, whole=True)
 
 
 @record
 class Pins:
-    """GP numbers, which differ from the pin numbers of the socket."""
+    """GP number of each function's pin; these differ from the pin numbers of the socket."""
 
     pump_gate: int = gp_field("the pump's transistor")
     pump_back_gate: int = gp_field("the second side of an H-bridge, for a reversible pump")
@@ -118,13 +118,13 @@ class WiringFile(RecordFile[Wiring]):
 
     @classmethod
     def read(cls, text: str, path: object) -> Self:
-        """Return the file from its TOML text; FileError with file and line if it is invalid."""
+        """Return the file from its TOML text; if it is invalid, raises FileError with the line."""
         reader = Reader(text, path, cls.fields)
         reader.read_all()
         return cls.build_from_reader(reader)
 
     def firmware_pins(self) -> dict[str, Any]:
-        """Return the firmware's table: flat, in SI units, without unknown values."""
+        """Return the firmware's flat table, in SI units, without values that are not given."""
         rows = ((path.rpartition(".")[2], v) for path, v in self.known_values.items())
         return {"name": self.title or self.name, **{key: v for key, v in rows if v is not None}}
 

@@ -1,4 +1,4 @@
-"""Headers of the accelerometer's record and its trigger."""
+"""SCPI headers for the accelerometer's record and its trigger."""
 
 import binascii
 

@@ -28,16 +28,16 @@ OVERRUN = 100000
 """Delay of a sample [us] that counts as a fault."""
 SUPPLY_SAMPLES = 3
 SENSOR_TOLERANCE = 0.05
-"""Fraction of the range by which two sensors may differ."""
+"""Maximum difference between two sensors, as a fraction of the range."""
 DRIVEN = 5000000
 """Total time [us] for which outputs may be driven by hand before a return to SAFE."""
 DAY = 8640000
 """Number of samples after which a zero measurement is out of date."""
 NEVER = 1 << 40
 VENTS, VENT_WINDOW = 3, 6000
-"""Number of vent openings, within a number of samples, that makes the sensor doubtful."""
+"""Number of vent openings, within a window of samples, that makes the sensor suspect."""
 HALVINGS = 36
-"""Number of bisections in the search for the reach, kept small because samples wait."""
+"""Number of bisections in the search for the highest vacuum; few, because samples wait."""
 STEPS = 100
 """Samples per second."""
 SELF_TEST = (
@@ -47,13 +47,13 @@ SELF_TEST = (
         100.0, 1e15, 30.0, 950.0, 0.0, 1e13, 0.0, 0.0, 1.3, 950.0, 0.0,
     ),
 )  # fmt: skip
-TESTED, DIES = 45, 30
-"""Steps of the law's self-test, few because a sample waits, and the step at which its pump dies."""
 """Settings of the law's self-test."""
+TESTED, DIES = 45, 30
+"""Steps of the law's self-test, few because samples wait, and the step at which the pump fails."""
 
 
 class Bench:
-    """One board: a HAL, the law with its state, settings, sessions and a ring of samples."""
+    """State of one board: its HAL, the law's memory, settings, sessions and a ring of samples."""
 
     def __init__(self, hal) -> None:
         self.hal = hal
@@ -154,7 +154,7 @@ class Bench:
             self.left = int(self.lease * 1e6)
 
     def set_lease(self, time: float, number: int = -1) -> None:
-        """Set the lease [s] for a session, until it ends; the number -1 means no session."""
+        """Set the lease [s] until session `number` ends; -1 sets it without a session."""
         self.lease, self.lessee = time, number
         self.left = min(self.left, int(time * 1e6))
 
@@ -184,7 +184,7 @@ class Bench:
         self.hal.output(pump, 0 if rest_state == 0 or vent == (rest_state == OPEN) else 1)
 
     def rest_outputs(self) -> None:
-        """Set the safe state: pump off, and the vent without power."""
+        """Put the outputs into the safe state: pump off, vent valve unpowered."""
         self.set_output(0.0, 1 if self.settings.rest == OPEN else 0)
 
     def latch_fault(self, code: int) -> None:
@@ -246,7 +246,7 @@ class Bench:
         self.state = RUN
 
     def drive(self, pump: float, vent: int, time: float) -> None:
-        """Drive the outputs by hand to check the wiring: for at most 5 s in total, then SAFE."""
+        """Drive the outputs directly, for at most 5 s in total; then return to SAFE."""
         if self.state != DRIVE:
             self.require_safe()
             self.allowed = DRIVEN
@@ -332,7 +332,7 @@ class Bench:
                 self.openings = self.openings[1 - VENTS :] + [self.count]
 
     def has_disagreement(self, watch) -> bool:
-        """Return whether a second sensor, if present, has disagreed for long enough."""
+        """Return whether a second sensor, if present, has differed long enough for a fault."""
         second_reading = None if self.second is None else self.second()
         if second_reading is None:
             return False
@@ -403,7 +403,7 @@ class Bench:
                 session.questionable.set_condition(doubt)
 
     def self_test(self) -> int:
-        """Return the sum of codes: 1 sensor, 2 settings, 4 law, 8 supply, 16 stop, 32 flash."""
+        """Return the sum of faults: 1 sensor, 2 settings, 4 law, 8 supply, 16 stop, 32 flash."""
         code = 0 if self.reading == self.reading else 1
         code |= 32 if self.trouble == -314 else 2 if self.trouble else 0
         code |= 0 if law_is_sound() else 4
@@ -417,7 +417,7 @@ class Bench:
 
 
 def law_is_sound() -> bool:
-    """Return whether the law regulates a simulated plant and detects that its pump has died."""
+    """Return whether the law controls a simulated plant and detects that its pump has failed."""
     state, vacuum, code, pump, n = law.fresh(), 0.0, 0, 0.0, 0
     for n in range(TESTED):
         state, pump, _vent, code = law.step(SELF_TEST, state, vacuum, 60000.0)

@@ -16,11 +16,11 @@ IMMEDIATE, BUS, ACCELERATION, EXTERNAL = 0, 1, 2, 3
 ROOM = 16384
 """Number of samples in the ring."""
 SPARE = 0.02
-"""Part of the ring [s] that may be overwritten before a late `tick`."""
+"""Length of ring [s] kept free, because samples may overwrite it before a late `tick`."""
 STILL = 10
 """Number of initial ticks whose mean reading is the level at rest."""
 LEAST, GREATEST = 0.7, 1.3
-"""Range of changes of the reading [g], of either sign, that count as free fall."""
+"""Range of the change in the reading [g], of either sign, that counts as free fall."""
 GRAVITY = 9.80665
 READ = 2000
 """Largest number of samples in one response."""
@@ -120,7 +120,7 @@ class Capture:
         return self.find_hit(self.looked, count)
 
     def find_hit(self, begin: int, end: int) -> int:
-        """Return the first sample beyond the level, after rest and any required fall, or -1."""
+        """Return the first sample beyond the level, once at rest and fallen if required, or -1."""
         if begin == end:
             return -1
         parts = self.parts(begin, end)
@@ -176,6 +176,6 @@ class Capture:
         return "%s,%d,%d,%d" % (STATES[self.state], size, before, self.micros if known else 0)
 
     def pack_scale(self) -> bytes:
-        """Return counts at 0, m/s^2 per count, range [m/s^2] and rate [Hz], packed."""
+        """Return offset [counts], scale [m/s^2 per count], range [m/s^2] and rate [Hz], packed."""
         has = hasattr(self.hal, "capture_scale")
         return struct.pack("<4d", *(self.hal.capture_scale() if has else NOTHING))

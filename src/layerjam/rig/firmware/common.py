@@ -1,6 +1,6 @@
 """Headers that every instrument has (IEEE 488.2, SCPI-99), in a table with their functions.
 
-Flags: L is rejected from other clients while the instrument is locked, S is allowed only in SAFE, W
+Flags: L is rejected from clients other than the one that has the lock, S is allowed only in SAFE, W
 waits until no capture is waiting or running.
 """
 
@@ -136,7 +136,7 @@ def read_timing(bench, session) -> str:
 
 
 def read_memory(bench, session) -> str:
-    """Return the bytes in use after a garbage collection and the bytes left; NaN if not counted."""
+    """Return the bytes in use after a garbage collection and the free bytes; NaN if unknown."""
     gc.collect()
     used, left = getattr(gc, "mem_alloc", None), getattr(gc, "mem_free", None)
     if used is None or left is None:

@@ -1,4 +1,4 @@
-"""The RP2040's converter, for single readings or for an accelerometer record by DMA.
+"""The RP2040's converter, used for single readings or for an accelerometer record by DMA.
 
 During a record the converter runs freely and alternates between the accelerometer and the other
 voltages that a sample needs. One DMA channel writes the accelerometer's counts to the record's
@@ -13,12 +13,12 @@ from capture import NOTHING, ROOM
 
 CONTROL, QUEUE, TAKEN, DIVIDER = 0x4004C000, 0x4004C008, 0x4004C00C, 0x4004C010
 ENABLED, START_MANY, READY, INPUT, TURNS = 1, 8, 1 << 8, 12, 16
-"""Bits of the register CONTROL; the last two are bit positions of numbers."""
+"""Bits of the register CONTROL; the last two are the lowest bits of fields."""
 QUEUED, ASKS, EMPTY, SPILT, LEVEL = 1, 1 << 3, 1 << 8, 1 << 11, 1 << 24
 """Bits of the register QUEUE: queue on, DMA request, empty, overflow, and a threshold of one."""
 CLOCK = 48000000
 PACE = 36
-"""Number of the converter's request in the list of DMA requests."""
+"""Index of the converter in the list of DMA requests."""
 FIRST, CHANNELS = 26, 5
 CODES, FULL = 4096, 65535
 ASIDE, ASIDE_BITS = 16, 5
@@ -115,7 +115,7 @@ class Converter:
     def count(self) -> int:
         """Return the number of samples since the start; call this more often than the ring fills.
 
-        Return -1 if the queue has overflowed, because the values' inputs are then unknown.
+        Return -1 if the queue has overflowed, because each value's input is then unknown.
         """
         if self.running:
             if machine.mem32[QUEUE] & SPILT:
@@ -129,7 +129,7 @@ class Converter:
         return array.array("h", self.store[2 * first : 2 * last])
 
     def scale(self) -> tuple:
-        """Return counts at 0, m/s^2 per count, range [m/s^2], rate [Hz] of the last start."""
+        """Return counts at 0, m/s^2 per count, range [m/s^2] and rate [Hz] since the last start."""
         return (self.zero, self.gain, self.range, self.rate) if self.rate else NOTHING
 
     def stop(self) -> None:

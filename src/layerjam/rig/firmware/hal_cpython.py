@@ -86,7 +86,7 @@ class SocketHal(Hal):
         return bool(select.select(line, line if sending else [], [], us * 1e-6)[0])
 
     def read_line(self):
-        """Return the bytes that have arrived, or None; if the host is gone, the board ends."""
+        """Return the bytes that have arrived, or None; exit if the host has disconnected."""
         try:
             return self.line.recv(1024)
         except BlockingIOError:
@@ -115,7 +115,7 @@ class SocketHal(Hal):
         return data
 
     def write_plant(self, data: bytes) -> None:
-        """Send data to the plant; if the plant is gone, the board ends."""
+        """Send data to the plant; exit if the plant has disconnected."""
         try:
             self.plant.sendall(data)
         except ConnectionError:

@@ -21,7 +21,7 @@ LEAP = 2000
 """Longest time [us] that the clock may advance beyond the time of the next sample."""
 LONGEST_STEP = 10000000
 SERVED = 20
-"""Number of samples between two readings of the line at speed 0."""
+"""Number of samples between two reads from the line at speed 0."""
 PATIENCE = 1000000
 """Longest wait [us of the host's clock] at speed 0 for a client that fetches samples slowly."""
 PIECE = 4096
@@ -156,7 +156,7 @@ class Hal:
         return PATIENCE - (host_time - self.pressed)
 
     def receive(self) -> bytes:
-        """Return the bytes that have arrived; at the end of the pipe, the board ends."""
+        """Return the bytes that have arrived; exit at the end of the pipe."""
         data = self.read_line()
         if data == b"":
             raise EOFError
@@ -167,7 +167,7 @@ class Hal:
         self.write_plant(struct.pack(OUT, self.pump, self.ticks_us(), self.power, kind, count))
 
     def query_plant(self, kind: int, size: int, count: int = 0) -> bytes:
-        """Return the plant's response; if there is none, the board ends."""
+        """Return the plant's response; exit if there is none."""
         self.send_message(kind, count)
         data = self.read_plant(size)
         if data is None or len(data) != size:
@@ -209,13 +209,13 @@ class Hal:
         """Do nothing: a virtual board has neither a lamp nor a marker."""
 
     def arm(self) -> None:
-        """Do nothing: the virtual board is not for testing hangs, so it has no watchdog."""
+        """Do nothing: a virtual board is not used to test hangs, so it has no watchdog."""
 
     def feed(self) -> None:
         """Do nothing: there is no watchdog."""
 
     def load(self, slot: int):
-        """Return the settings in a slot, or None; without a file, those stored in this process."""
+        """Return the settings in a slot, or None; if no file is used, those kept in memory."""
         if not self.store:
             return self.slots[slot]
         try:

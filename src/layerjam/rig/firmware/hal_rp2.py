@@ -15,19 +15,18 @@ import ticks
 import wired
 
 PIECE = 64
-"""Bytes written between two checks of the time: one USB packet, which takes 0.6 ms. More bytes
-would wait for a host that does not read, or delay a sample for one that does."""
+"""Bytes written between two checks of the time: one USB packet, which takes 0.6 ms. With more
+bytes, a host that does not read would block the board, and one that does would delay a sample."""
 READ = 64
-"""Largest number of bytes read before the loop checks the time: 32 lines of 1 ms each."""
+"""Largest number of bytes read before the loop checks the time: at most 32 lines of 1 ms each."""
 HEARD = 4
 """Number of bytes read even if a sample is late, so that a slow board still receives commands."""
 EARLY = 2000
-"""Time [us] before a sample in which the loop no longer sleeps."""
+"""Time [us] before each sample during which the loop does not sleep."""
 SHARP = 300
-"""Time [us] before a sample in which only the clock is read: reading the line takes up to 200 us.
-"""
+"""Time [us] before each sample during which the line is not read: reading takes up to 200 us."""
 BITE, SAVING = 100, 3000
-"""Normal timeout of the watchdog [ms], and that while a sector is erased, which stops the chip."""
+"""Timeout of the watchdog [ms]: normally, and while erasing a sector halts the chip."""
 REASON, TIMER = 0x40058008, 1
 """Register with the reason for a watchdog reset; bit 0 means its timeout."""
 FILE = "settings%d.bin"
@@ -37,7 +36,7 @@ FULL = 65535
 
 
 def wiring() -> dict:
-    """Return the pins in the image, or those in the file in this board's flash memory, if any."""
+    """Return the wiring in the image, updated from the file in the board's flash memory, if any."""
     pins = dict(wired.WIRED)
     try:
         with open(WIRED) as file:
@@ -178,7 +177,7 @@ class Hal:
             self.dog = machine.WDT(timeout=BITE)
 
     def feed(self) -> None:
-        """Restart the watchdog's timeout."""
+        """Restart the watchdog's timer."""
         if self.dog is not None:
             self.dog.feed()
 
@@ -196,7 +195,7 @@ class Hal:
         self.saved = time.ticks_ms()
 
     def write(self, name: str, data: bytes) -> None:
-        """Write a file to flash memory, with a longer timeout of the watchdog."""
+        """Write a file to flash memory, with a longer watchdog timeout."""
         if self.dog is not None:
             self.dog = machine.WDT(timeout=SAVING)
         try:
@@ -207,7 +206,7 @@ class Hal:
                 self.dog = machine.WDT(timeout=BITE)
 
     def since_save(self) -> int:
-        """Return the time [us] since settings were last stored; large beyond the clock's range."""
+        """Return the time [us] since settings were last stored; 2^40 beyond the clock's range."""
         milliseconds = -1 if self.saved is None else time.ticks_diff(time.ticks_ms(), self.saved)
         return 1 << 40 if milliseconds < 0 else milliseconds * 1000
 
@@ -231,8 +230,7 @@ class Hal:
     def crash(self, error) -> None:
         """Handle an error that the firmware cannot survive: outputs off, then the watchdog.
 
-        The first error is stored in a file. Later ones are not, so that repeated crashes do not
-        wear the flash.
+        Only the first error is stored in a file, so that repeated crashes do not wear the flash.
         """
         self.output(0.0, 0)
         try:

@@ -11,8 +11,8 @@ from port import Port
 COLLECT = 50
 """Number of samples between two garbage collections."""
 ANSWERED, PATIENT = 5, 100
-"""Smallest and largest number of samples from the request to the reset: the board first sends its
-response, or gives up if nobody reads."""
+"""Minimum and maximum number of samples between a reset request and the reset: the board first
+sends its response, but gives up if nobody reads it."""
 
 
 class Reset(Exception):
@@ -67,7 +67,7 @@ def make_hal(words: list):
 
 
 def main(words: list) -> None:
-    """Run until the line closes; after a reset, create everything again."""
+    """Run until the line closes; after each reset, start with new objects."""
     hal = make_hal(words)
     while True:
         try:

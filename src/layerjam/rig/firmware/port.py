@@ -10,19 +10,19 @@ LONGEST = 1024
 PLAIN = 0
 """Session to which lines without frames belong."""
 QUIET = 200
-"""Number of samples after a frame in which a plain line counts as the rest of a broken frame."""
+"""Number of samples after a frame during which a plain line counts as part of a broken frame."""
 FULL = 4096
 """Number of unsent bytes at which the board stops reading."""
 LATER = 16
-"""Largest number of lines kept after one that waits."""
+"""Largest number of lines queued behind a waiting one."""
 STOPS = (b"OUTP OFF", b"OUTP 0", b"OUTPUT OFF", b"ABOR", b"ABORT")
-"""Lines that are executed even while another one waits."""
+"""Lines that are executed even while an earlier line waits."""
 CORRUPT, CORRUPT_WINDOW = 10, 1000
-"""Number of bad frames within a number of samples that causes an error."""
+"""Number of damaged frames, within a window of samples, that causes an error."""
 
 
 class Port:
-    """The line's end: reads lines and sends responses; nothing is executed twice."""
+    """The board's end of the line: reads lines, sends responses, executes a frame only once."""
 
     def __init__(self, bench) -> None:
         self.bench = bench
@@ -99,7 +99,7 @@ class Port:
             self.answer_plain_line(line[:-1] if line[-1:] == b"\r" else line)
 
     def answer_plain_line(self, line: bytes) -> None:
-        """Execute a plain line; behind a waiting line it waits too, unless it stops something."""
+        """Execute a plain line; if an earlier line waits, queue it unless it is a stop command."""
         waits = self.bench.sessions[PLAIN].held is not None and line != frame.PENDING
         if waits and line.strip().upper() not in STOPS:
             if len(self.later) < LATER:
@@ -112,7 +112,7 @@ class Port:
             self.put(answer + b"\n")
 
     def resume(self) -> None:
-        """Resume a waiting plain line once nothing is pending, then the lines after it."""
+        """Resume a waiting plain line once no capture is pending, then execute the queued lines."""
         session = self.bench.sessions[PLAIN]
         if session.held is not None and not self.bench.capture.is_busy():
             self.answer_plain_line(frame.PENDING)
@@ -120,7 +120,7 @@ class Port:
                 self.answer_plain_line(self.later.pop(0))
 
     def answer_frame(self, number: int, count: int, payload: bytes) -> None:
-        """Process one frame; the response to a repeated one is the stored response."""
+        """Process one frame; if it is a repetition, send the stored response again."""
         before = self.done.get(number)
         if before is not None and before[0] == count and before[1] == payload:
             self.put(before[2])
@@ -157,7 +157,7 @@ class Port:
             self.bench.sessions[PLAIN].push(-363, "a line may have at most %d bytes" % LONGEST)
 
     def count_spoilt_frame(self) -> None:
-        """Ignore a damaged frame; ten of them within ten seconds are reported."""
+        """Ignore a damaged frame; report an error after ten of them within ten seconds."""
         sample = self.bench.count
         self.bad = self.bad[1 - CORRUPT :] + [sample]
         if len(self.bad) == CORRUPT and sample - self.bad[0] <= CORRUPT_WINDOW:

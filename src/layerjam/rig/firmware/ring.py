@@ -26,7 +26,7 @@ class Ring:
         self.begin = 0
         """First record that no session has acknowledged, where a new session begins."""
         self.slowest = 0
-        """Smallest of the recorders' positions."""
+        """Position of the slowest recorder."""
         self.reader = -1
         """Session that last fetched records."""
         self.fetched = 0

@@ -1,7 +1,7 @@
 """SCPI: a tree of headers, their parameters, and the parser of one line.
 
-The nodes of the tree contain the mnemonics; the actions are stored outside their namespace. Errors
-have the numbers of the standard. After an error, the rest of the line is dropped.
+The nodes of the tree contain the mnemonics; the actions are stored outside their namespace. Error
+numbers are those of the standard. After an error, the rest of the line is discarded.
 """
 
 DIGITS = "0123456789"
@@ -117,7 +117,7 @@ def resolve_limit(value, bench) -> float:
 
 
 class Number:
-    """A number from `lo` to `hi` in `unit` ("" means no suffix); MIN, MAX and DEF name values.
+    """A number from `lo` to `hi` in `unit` ("" means no suffix), or MIN, MAX or DEF.
 
     `empty` is the message of error -221 if the range is not known yet.
     """
@@ -166,7 +166,7 @@ class Number:
 
 
 class Choice:
-    """One word of a list, long or short (`RELease`), as its index; `ON|OFF` also as 1|0."""
+    """Index of a word in a list; long or short form (`RELease`); for `OFF|ON` also 0 or 1."""
 
     def __init__(self, name: str, words: str) -> None:
         self.name = name
@@ -225,9 +225,9 @@ def add_header(root: Node, header: str, command, query) -> None:
 
 
 def find_end(line: str, begin: int, mark: str) -> int:
-    """Return the first position, from `begin`, of a mark outside quotes, or the line's end.
+    """Return the position of the first mark outside quotes from `begin` on, or the line's end.
 
-    It uses `find`, because a loop over the 528 digits of the law's settings would delay a sample.
+    A loop over the 528 digits of the law's settings would delay a sample, so this uses `find`.
     """
     while True:
         end = line.find(mark, begin)
@@ -273,7 +273,7 @@ def split_header(unit: str) -> tuple:
 
 
 def find_node(root: Node, path: Node, head: str) -> tuple:
-    """Return (node, its parent) that a header names, searched from the root or along the path."""
+    """Return (node of a header, its parent), searching from the root or from `path`."""
     if head[0] == "*":
         if ":" in head:
             raise ScpiError(-101, head)
@@ -310,7 +310,7 @@ def read_values(rule: Rule, texts: list, bench) -> list:
 
 
 def run_line(root: Node, line: bytes, bench, session, pending=None) -> tuple:
-    """Return (response, error or None, whether it had a command) of a line or a `pending` rest.
+    """Execute a line or its `pending` rest; return (response, error or None, had a command).
 
     The response contains the results of the units before the error. A unit with flag L or C is a
     command. A unit with flag W that must wait goes to `session.held` with the rest of its line.

@@ -1,7 +1,7 @@
 """Honeywell HSC and SSC sensors on SPI: 14 bits of pressure, 11 of temperature and two of status.
 
-The counts 1638 and 14746 mean the lowest and the highest pressure of the part (Linux driver
-hsc030pa.c); the clock is at most 800 kHz.
+The counts 1638 and 14746 correspond to the lowest and the highest pressure of the part (Linux
+driver hsc030pa.c); the clock is at most 800 kHz.
 """
 
 import machine

@@ -3,7 +3,7 @@
 from scpi import TEXTS
 
 DEEP = 16
-"""Largest number of errors in a queue; the last one is then "queue overflow"."""
+"""Largest number of errors in a queue; if there are more, the last is "Queue overflow"."""
 DEVICE = {
     120: "LEASE_EXPIRED",
     121: "TICK_OVERRUN",
@@ -27,7 +27,7 @@ COMPLETE, QUERY, DEVICE_ERROR, EXECUTION, COMMAND, POWER_ON = 1, 4, 8, 16, 32, 1
 
 
 class Register:
-    """Condition, event and enable; the event part stores every rise of a condition."""
+    """Condition, event and enable register; rises of a condition are stored as events."""
 
     def __init__(self) -> None:
         self.condition = 0

@@ -19,7 +19,7 @@ LIMITS = (
 )  # fmt: skip
 """Smallest and largest value of each number in the law's settings, in their order."""
 INTEGER_PLACES = (0, 5, 14)
-"""Indices of the numbers that are integers: a kind, or yes or no."""
+"""Indices of the numbers that must be integers: the kind, and yes-or-no values."""
 
 
 class Settings:
@@ -54,7 +54,7 @@ def flatten_law(law: tuple) -> bytes:
 
 
 def parse_law(raw: bytes) -> tuple:
-    """Return (law's settings, "") from their doubles, or (None, the invalid number and limits)."""
+    """Return (the law's settings, "") from packed doubles, or (None, error in one of them)."""
     numbers = struct.unpack("<%dd" % LAW, raw)
     for place, value in enumerate(numbers):
         lo, hi = LIMITS[place]

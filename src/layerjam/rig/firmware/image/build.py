@@ -35,8 +35,8 @@ NEEDED = (
 BOARD = "LAYERJAM_PICO"
 RAM_END = 0x20040000
 RING_SIZE, FAST_SIZE = 24 << 10, 32 << 10
-"""Bytes at the end of memory that the collector does not search: for the samples, and for those of
-the accelerometer, which DMA needs at a multiple of their size."""
+"""Bytes reserved at the end of memory, which the collector does not search: for the samples, and
+for those of the accelerometer, which DMA needs aligned to a multiple of their size."""
 CHANGES = {
     "micropython/ports/rp2/CMakeLists.txt": [
         (r"(set\(MICROPY_SSL_MBEDTLS )ON", r"\1OFF"),
@@ -63,16 +63,17 @@ CHANGES = {
 """{unpacked file: replacements in it}.
 
 TLS, SHA-1 and AES are removed, because Debian's source lacks their dependencies. With double
-precision the law gives exactly the same results as in CPython. A host that does not read does not
-delay a sample. The collector is compiled for speed, like the interpreter. The heap ends where the
-reserved memory begins. An unused C++ file is left out: it needs 1.5 GB of libraries.
+precision the law gives exactly the same results as in CPython. The USB timeout is zero, so that a
+host that does not read cannot delay a sample. The collector is compiled for speed, like the
+interpreter. The heap ends where the reserved memory begins. An unused C++ file that would need
+1.5 GB of libraries is left out.
 """
 RESERVED = f"RING, FAST = {RAM_END - FAST_SIZE - RING_SIZE}, {RAM_END - FAST_SIZE}\n"
 MANIFEST = 'freeze("$(PORT_DIR)/modules")\nfreeze({folder!r})\n'
 
 
 def recipe_hash() -> str:
-    """Return the SHA-256 of this file and the board's definition, which determine the image."""
+    """Return the SHA-256 of this file and the board's definition: the recipe for the image."""
     paths = [FOLDER / name for name in ("build.py", "mpconfigboard.cmake", "mpconfigboard.h")]
     return hashlib.sha256(b"".join(path.read_bytes() for path in paths)).hexdigest()
 
@@ -101,7 +102,7 @@ class BuildError(Exception):
 
 
 def run_command(command: Sequence[str], folder: Path, log: Path, **more: str) -> str:
-    """Return the output of a command; BuildError with the last lines of output if it fails."""
+    """Return the output of a command; raises BuildError with its last lines if it fails."""
     process = subprocess.run(
         command, cwd=folder, capture_output=True, text=True, check=False, env={**os.environ, **more}
     )
