@@ -125,7 +125,7 @@ def owed_rise(passage: Passage, rate: float, top: float, switched: bool = False)
     """Return the rise expected of a healthy pump behind a tube, up to the passage's highest vacuum.
 
     The parabola is fitted to the relative rise at full pump power; the tube does not limit a slow
-    pump. Both limits are then scaled down together until the smaller one never exceeds the true rise.
+    pump. Both limits are then scaled down until the smaller one never exceeds the true rise.
     """
     deepest = min(passage.vacuum, (1 - DEEPEST) * top)
     vacuum = np.linspace(0.0, deepest, GRID)

@@ -114,8 +114,8 @@ def linearise_line(line: Line, *, vacuum: float, water: bool = False) -> Plant:
     fast late in a release. Without a valve, the vent command means that the driver must run the
     pump backwards. Such a line cannot be released after a pump fault. In air, a tube is included
     without pressure waves, and the detectors are tuned to it up to `vacuum`. The reservoir's valve
-    stays closed; slip and shrinking are ignored; a water line is assumed to be leak-free. Raises
-    QuantityError if the line has no means of venting.
+    stays closed. Slip and shrinking are ignored, and a water line is assumed to be leak-free.
+    Raises QuantityError if the line has no means of venting.
     """
     pump, chamber, atmosphere = line.pump, line.chamber, line.site.atmosphere
     passage, n = None, line.polytropic

@@ -60,7 +60,7 @@ def prepare(
 ) -> None:
     """Set up a capture, in the state SAFE; only settings that differ from the board's are sent.
 
-    `rate` is in Hz; `before` and `after` are times [s] around the trigger; `level` [g] is relative
+    `rate` is in Hz, `before` and `after` are times [s] around the trigger. `level` [g] is relative
     to the reading in free fall; `fall` [s] is the time in free fall that arms the trigger. Raises
     QuantityError and InstrumentError.
     """

@@ -40,8 +40,8 @@ MESSAGE = re.compile(rb"[ \t;]*(\*[A-Za-z]|:?[A-Za-z])[\t -~]*")
 def is_message(line: bytes) -> bool:
     """Return whether a client's first line is an instrument message, not an HTTP request.
 
-    A web page can make a browser connect to any port on this machine; its requests start with a
-    request line (RFC 9112, section 3), with the HTTP/2 preface or with a TLS record.
+    A web page can make a browser connect to any port on this machine. HTTP starts with a request
+    line (RFC 9112, section 3), with the HTTP/2 preface or with a TLS record.
     """
     return MESSAGE.fullmatch(line) is not None and HTTP.fullmatch(line) is None
 

@@ -39,7 +39,7 @@ class Port:
         self.later: list[bytes] = []
 
     def is_full(self) -> bool:
-        """Return whether so many bytes are unsent that reading should stop."""
+        """Return whether reading should stop, because too many bytes are unsent."""
         return len(self.outbox) - self.taken >= FULL
 
     def waiting(self) -> memoryview:

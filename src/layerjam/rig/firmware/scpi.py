@@ -166,7 +166,7 @@ class Number:
 
 
 class Choice:
-    """Index of a word in a list; long or short form (`RELease`); for `OFF|ON` also 0 or 1."""
+    """Index of a word in a list, in long or short form (`RELease`); for `OFF|ON` also 0 or 1."""
 
     def __init__(self, name: str, words: str) -> None:
         self.name = name
