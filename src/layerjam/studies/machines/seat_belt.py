@@ -69,7 +69,7 @@ class SeatBelt(Machine):
     def make_trial(self) -> tuple[Trial, float]:
         """Return (trial of the restrained mass in the pulse, its velocity change [m/s])."""
         crash, belt = self.crash, self.belt
-        # at constant force the stop lasts twice the space divided by the speed; a rebound follows
+        # at constant force, stopping takes twice the space divided by the speed; a rebound follows
         after = crash.duration + 4 * self.limits.space / crash.change
         pulse = crash.pulse, crash.change, crash.duration
         push, dt, change = make_drive(*pulse, after, STEPS, self.folder)
