@@ -36,7 +36,7 @@ def load_brake_and_rope() -> tuple[Brake, float]:
 
 @cache_threadsafe
 def simulate_stops() -> tuple[DropRecord, DropRecord]:
-    """Return the paper's stop of 1 kg at 2.5 m/s, at full vacuum and at that for 40 mm of slip."""
+    """Return the paper's stops of 1 kg at 2.5 m/s: at full vacuum, and tuned to slip 40 mm."""
     brake, rope = load_brake_and_rope()
     vacuum = float(tuned_vacuum(MASS, SPEED, SLIP, series_spring(brake, rope), G, brake))
     file = load("choi2018-kapton")
@@ -60,7 +60,7 @@ def simulate_rope(rope: float, speed: float = FASTEST) -> tuple[np.ndarray, np.n
 
 
 def filtered_peak(signal: tuple[np.ndarray, np.ndarray], cutoff: float) -> float:
-    """Return the peak [g] after an SAE J211-1 type filter with -3 dB at `cutoff` [Hz]."""
+    """Return the peak [g] after a filter of the SAE J211-1 type with -3 dB at `cutoff` [Hz]."""
     time, value = signal
     # the pulses last tens of milliseconds, and the rate must also suit cutoffs below 25 Hz
     rate, room = max(400 * cutoff, 20e3), filter_memory(0.6 * cutoff)

@@ -56,7 +56,7 @@ class FilmRun:
 
 
 def write_friction_files(file: BrakeFile, folder: Path) -> list[Path]:
-    """Write friction tests of a film in the layout of Bluehill, with the scatter of table I."""
+    """Write friction tests of a film in Bluehill's file layout, with the scatter of table I."""
     static, kinetic = TABLE_SD[file.name]
     tests = FrictionTests(
         repeats=REPEATS,

@@ -221,7 +221,7 @@ def pumped_vacuum(time: Array, limit: float, line: Line) -> Array:
 
 
 def compute_energies(payout: Array, stride: Stride) -> tuple[float, float, float]:
-    """Return a stride's (stored, returned, lost in slip) energy [J], by the trapezoidal rule."""
+    """Return the energies [J] stored, returned and lost to slip in a stride (trapezoidal rule)."""
     mean = (stride.force[1:] + stride.force[:-1]) / 2
     travel = np.diff(payout)
     slip_work = float(np.sum(mean * np.diff(stride.slip)))

@@ -108,7 +108,7 @@ class Result:
             self.add(unit, **{prefix + key: values.get(key)})
 
     def add_bounds(self, unit: str, **values: Any) -> None:
-        """Add values, all in one unit, that serve only as limits' values."""
+        """Add values, all in one unit, that are used only in limits."""
         self.bounding |= values
         self.units |= dict.fromkeys(values, unit)
 
