@@ -5,8 +5,8 @@ reads 0 in free fall and 1 g at rest on the brake, so gravity is part of the rea
 subtracted. An ideal sensor reads the peak F_peak/M, which in g is `peak_g` of `drop`.
 
 The steps are those of a measuring chain: analogue low-pass, sampling, noise, range, quantization,
-then the digital filter of SAE J211-1. Outside the record the signal keeps its first and last
-values. This is exact before a drop: the mass falls freely and the reading is 0.
+then the digital filter of SAE J211-1. Before and after the record, the signal has its first or last
+value. This is exact before a drop: the mass falls freely and the reading is 0.
 """
 
 from dataclasses import dataclass

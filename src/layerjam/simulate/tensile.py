@@ -1,4 +1,4 @@
-"""Lumped brake in a test machine: quasi-static, any procedure of pulls, returns and vacuum."""
+"""Quasi-static simulation of a lumped brake in a test machine, for any procedure."""
 
 from typing import Any
 
