@@ -197,7 +197,7 @@ def test_a_numeric_suffix_is_one_or_an_error(rig: Rig) -> None:
 def test_without_a_law_a_target_says_what_to_do() -> None:
     rig = Rig()
     rig.say("SOUR:VAC 60 kPa")
-    assert rig.say("SYST:ERR?") == '-221,"Settings conflict;no regulator; CONT:LAW sets one"'
+    assert rig.say("SYST:ERR?") == '-221,"Settings conflict;no controller; CONT:LAW sets one"'
     rig.say("SOUR:VAC 0")
     assert rig.error() == 0
 

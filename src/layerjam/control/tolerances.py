@@ -22,7 +22,7 @@ class Tolerances:
         "s", "longest lag of the sensor, unless a longer one is given", hi=10, default=0.05
     )
     noise: float = quantity(
-        "1", "highest noise of a reading, in multiples of stated noise", lo=1, hi=20, default=4.0
+        "1", "largest noise of a reading relative to the stated noise", lo=1, hi=20, default=4.0
     )
 
 

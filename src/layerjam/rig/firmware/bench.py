@@ -218,7 +218,7 @@ class Bench:
         if (settings.safe == RELEASE) != (settings.rest == OPEN):
             return "without power the vent does not go to the safe state"
         if settings.law is None:
-            return "no regulator; CONT:LAW sets one"
+            return "no controller; CONT:LAW sets one"
         if settings.law[0][14] != (1.0 if settings.safe == RELEASE else 0.0):
             return "the regulator's safe state differs from OUTP:SAFE"
         watch = settings.law[1]

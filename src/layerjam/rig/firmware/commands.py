@@ -105,7 +105,7 @@ def set_law(bench, session, text: str, check: str) -> None:
 
 def read_law(bench, session) -> str:
     if bench.settings.law is None:
-        raise ScpiError(-221, "no regulator; CONT:LAW")
+        raise ScpiError(-221, "no controller; CONT:LAW sets one")
     raw = store.flatten_law(bench.settings.law)
     return '"%s","%08X"' % (str(binascii.hexlify(raw), "ascii").upper(), binascii.crc32(raw))
 
@@ -172,7 +172,7 @@ SEQ = Number("seq", "", 0, 4294967295.0, is_whole=1)
 TABLE = [
     make_setting(
         "[SOURce]:VACuum[:LEVel][:IMMediate]",
-        Number("vacuum", "Pa", 0.0, reach, 0.0, empty="no regulator; CONT:LAW sets one"),
+        Number("vacuum", "Pa", 0.0, reach, 0.0, empty="no controller; CONT:LAW sets one"),
         set_target, read_target, "L",
     ),
     ("OUTPut[:STATe]", Rule(set_output, (Choice("state", SWITCH),), flags="C"), Rule(read_output)),
@@ -184,7 +184,7 @@ TABLE = [
     ),
     (
         "OUTPut:VENT:REST",
-        Rule(set_vent_rest, (Choice("vent without power", "OPEN|CLOSed"),), flags="SL"),
+        Rule(set_vent_rest, (Choice("position of the unpowered vent", "OPEN|CLOSed"),), flags="SL"),
         Rule(read_vent_rest),
     ),
     ("OUTPut:PROTection:TRIPped", None, Rule(is_tripped)),

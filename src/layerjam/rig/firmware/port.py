@@ -105,7 +105,7 @@ class Port:
             if len(self.later) < LATER:
                 self.later.append(line)
             else:
-                self.bench.sessions[PLAIN].push(-363, "%d lines await *OPC? or *WAI" % LATER)
+                self.bench.sessions[PLAIN].push(-363, "%d lines wait for *OPC? or *WAI" % LATER)
             return
         answer = self.execute(line, PLAIN)
         if answer and answer != frame.PENDING:

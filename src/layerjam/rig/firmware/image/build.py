@@ -111,7 +111,7 @@ def run_command(command: Sequence[str], folder: Path, log: Path, **more: str) ->
     if process.returncode:
         last = "\n".join((process.stdout + process.stderr).strip().splitlines()[-12:])
         raise BuildError(
-            f"{command[0]} ended with {process.returncode}; all of it is in {log}\n{last}"
+            f"{command[0]} failed ({process.returncode}); see its output in {log}\n{last}"
         )
     return process.stdout
 
@@ -125,7 +125,7 @@ def find_mirrors(log: Path) -> list[str]:
     )  # fmt: skip
     addresses = list(dict.fromkeys(line.strip() for line in output.splitlines() if line.strip()))
     if not addresses:
-        raise BuildError("apt knows no mirror of Debian here; run 'apt-get update' as root first")
+        raise BuildError("apt has no Debian mirror on this machine; run 'apt-get update' as root")
     return addresses
 
 
@@ -176,7 +176,7 @@ def unpack_sources(packages: Path, work: Path, log: Path) -> tuple[Path, Path]:
         for old, new in changes:
             text, count = re.subn(old, new, text)
             if count != 1:
-                raise BuildError(f"{name} is not that of {SOURCES} and {BINARIES}: {old} not found")
+                raise BuildError(f"{name} does not match {SOURCES}, {BINARIES}: {old} not found")
         (work / name).write_text(text, encoding="utf-8")
     return tree, library
 
@@ -221,7 +221,7 @@ def find_file(folder: Path, name: str) -> Path:
     """Return the file of that name in a folder and its subfolders."""
     paths = sorted(folder.rglob(name))
     if not paths:
-        raise BuildError(f"Debian's packages hold no {name}")
+        raise BuildError(f"Debian's packages do not contain {name}")
     return paths[0]
 
 
@@ -244,7 +244,7 @@ def main() -> int:
     missing = [tool for tool in TOOLS if shutil.which(tool) is None]
     try:
         if missing:
-            raise BuildError(f"not here: {' '.join(missing)}; apt-get install {NEEDED}")
+            raise BuildError(f"missing: {' '.join(missing)}; run 'apt-get install {NEEDED}'")
         packages = fetch_packages(work, log)
         program = compile_program(*unpack_sources(packages, work, log), work, log, args.jobs)
     except BuildError as error:
