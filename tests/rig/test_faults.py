@@ -92,7 +92,7 @@ def test_a_drift_is_doubted_by_the_board_when_the_plant_says_so(
     with Bed(set_full_speed(VIRTUAL)) as bed:
         for size, doubted in ((200.0, True), (5.0, False)):
             trial = run_trial(bed, draw_plan(bed.behind, "sensor-drift", 0, 0, size=size))
-            bit = int(bed.bench()[0].ask("STAT:QUES?")) & 1024
+            bit = int(bed.get_bench()[0].ask("STAT:QUES?")) & 1024
             assert (trial.doubted_after is not None) == doubted == bool(bit), size
             assert trial.named is None and trial.safe_after is None and trial.is_met
             if doubted:  # what is missing has climbed, less what the vent did not yet give away

@@ -99,7 +99,7 @@ def simulate_run(
     QuantityError for settings that `settings.validate` rejects.
     """
     loop_of = _Loop(regulator, plant, sensor, injected or FaultInjection())
-    course = loop_of.course(targets, duration, steady)
+    course = loop_of.make_course(targets, duration, steady)
     out, history = np.zeros(len(COLUMNS)), np.zeros((course.samples, 6))
     loop_of.run(course, seed, 0, out, history)
     numbers: dict[str, Any] = dict(zip(COLUMNS, out.tolist(), strict=True))
@@ -132,7 +132,7 @@ def simulate_runs(
     Raises QuantityError as `simulate_run` does.
     """
     loop_of = _Loop(regulator, plant, sensor, injected or FaultInjection())
-    course = loop_of.course(targets, duration, steady)
+    course = loop_of.make_course(targets, duration, steady)
     out, none = np.zeros((runs, len(COLUMNS))), np.zeros((0, 6))
     # one task per run, so that cores share the work evenly and Ctrl-C waits only for started runs
     with Workers() as pool:
@@ -150,7 +150,7 @@ class _Loop:
     sensor: Sensor | None
     injected: FaultInjection
 
-    def course(self, targets: Targets, duration: float | None, steady: float) -> Course:
+    def make_course(self, targets: Targets, duration: float | None, steady: float) -> Course:
         """Return the schedule of a run; raises QuantityError if it is impossible."""
         if not targets or min(lasting for lasting, _ in targets) <= 0:
             raise QuantityError("targets: each needs a duration above zero")

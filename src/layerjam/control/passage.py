@@ -74,7 +74,7 @@ class Passage:
         follows = p / (s + rate / (2 * self.passes))
         return rate * (s - low) / (1 + self.volume * follows)
 
-    def exchange(self, vacuum: float) -> float:
+    def exchange_time(self, vacuum: float) -> float:
         """Return the time constant [s] with which the pressures of chamber and tube equalise."""
         p = max(self.atmosphere - vacuum, DEEPEST * self.atmosphere)
         return self.volume / (1 + self.volume) / (2 * self.passes * p)
@@ -83,7 +83,7 @@ class Passage:
         """Return the time constant [s] after which a pump acts on a chamber at p [Pa absolute]."""
         return self.volume / (rate + 2 * self.passes * p * (1 + self.volume))
 
-    def missing(self, rate: float, owed: Owed, switched: bool = False) -> float:
+    def delayed_rise(self, rate: float, owed: Owed, switched: bool = False) -> float:
         """Return the largest part [Pa] of the expected rise that the tube delays beyond the lag.
 
         The lower the pressure and the slower the pump, the longer the delay.
@@ -96,7 +96,7 @@ class Passage:
         late = self.lag(command * rate, a - vacuum) - self.lag(rate, a)
         return float((owed.rise_at(vacuum, command) * late).max())
 
-    def filling(self, vacuum: float) -> float:
+    def filling_time(self, vacuum: float) -> float:
         """Return the time constant [s] of the chamber filling or emptying through the tube."""
         p = max(self.atmosphere - vacuum, DEEPEST * self.atmosphere)
         return 1 / (2 * self.passes * p)

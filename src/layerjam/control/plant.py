@@ -103,7 +103,7 @@ class Plant:
         if self.passage is None:
             return 1 / (self.rate + self.leak)
         slow = self.joined
-        return 1 / (slow.rate + slow.leak) + self.passage.filling(vacuum)
+        return 1 / (slow.rate + slow.leak) + self.passage.filling_time(vacuum)
 
 
 def linearise_line(line: Line, *, vacuum: float, water: bool = False) -> Plant:

@@ -177,7 +177,7 @@ class Regulator:
         least = CLEAR_OF_NOISE * self.greatest_noise + 2 * self.sensor.resolution
         wide, tube = max(0.02 * self.plant.top, least), self.plant.passage
         if tube is not None:
-            late = tube.missing(self.plant.rate, self.owed_rise, self.kind == "bang-bang")
+            late = tube.delayed_rise(self.plant.rate, self.owed_rise, self.kind == "bang-bang")
             wide = max(wide, AT_START * late)
         return wide if self.decision_step is None else self.decision_step
 
@@ -210,7 +210,7 @@ class Regulator:
     def mixing_time(self) -> float:
         """Return the time constant with which the pressures of chamber and tube equalise [s]."""
         tube = self.plant.passage
-        return 0.0 if tube is None else tube.exchange(tube.vacuum)
+        return 0.0 if tube is None else tube.exchange_time(tube.vacuum)
 
     @property
     def loss_time(self) -> float:
@@ -264,7 +264,7 @@ class Regulator:
             return wide
         # gas that the tube delays while the pump slows down is not an excess
         return max(
-            wide, 2 * tube.missing(self.plant.rate, self.owed_rise, self.kind == "bang-bang")
+            wide, 2 * tube.delayed_rise(self.plant.rate, self.owed_rise, self.kind == "bang-bang")
         )
 
     @property
@@ -293,7 +293,7 @@ class Regulator:
         decay, left = slow * plant.vent + plant.leak, max(self.largest_zero - self.zero, 1.0)
         lasting = max(math.log(2 * plant.top / left), 0.0)
         # through a tube, the decay ends as an exponential that starts at twice the vacuum
-        through = 0.0 if tube is None else (lasting + math.log(2)) * tube.filling(0.0)
+        through = 0.0 if tube is None else (lasting + math.log(2)) * tube.filling_time(0.0)
         return lasting / decay + through + 8 * self.longest_lag + self.sample_time
 
     @property
@@ -311,7 +311,7 @@ class Regulator:
         half = 0.5 * self.plant.top if self.tuned_at is None else self.tuned_at
         vacuum = half if self.kind == "pi" else 0.0
         tube = self.plant.passage
-        lag = self.sensor.lag + (0.0 if tube is None else tube.exchange(max(vacuum, tube.vacuum)))
+        lag = self.sensor.lag + (tube.exchange_time(max(vacuum, tube.vacuum)) if tube else 0.0)
         return simc_gains(self.plant.joined, sample_time=self.sample_time, lag=lag, vacuum=vacuum)
 
     def samples(self, time: float) -> float:

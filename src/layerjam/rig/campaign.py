@@ -116,15 +116,15 @@ class Bed:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.drop()
+        self.discard_board()
 
-    def drop(self) -> None:
+    def discard_board(self) -> None:
         """Disconnect and discard the board."""
         if self._bench is not None:
             self._bench.close()
         self._bench = self.board = None
 
-    def bench(self) -> tuple[Bench, VirtualBoard]:
+    def get_bench(self) -> tuple[Bench, VirtualBoard]:
         """Return the board, started if necessary."""
         if self._bench is None or self.board is None:
             line, board = connect(self.address)
@@ -138,7 +138,7 @@ class Bed:
 
     def begin(self, plan: Plan) -> tuple[Bench, VirtualBoard, Observer]:
         """Prepare a healthy, vented line and its controller, and start the pump."""
-        bench, board = self.bench()
+        bench, board = self.get_bench()
         plant = board.plant
         plant.clear_faults()
         bench.off()
@@ -174,7 +174,7 @@ def run_trial(bed: Bed, plan: Plan) -> Trial:
             trouble = "the time of the fault was not reached"
     except LineError as error:
         trouble = str(error)
-        bed.drop()
+        bed.discard_board()
     deadline = plan.kind.deadline(plan.case)
     has_struck = observer is not None and observer.struck is not None and observer.began is not None
     return Trial(
@@ -275,7 +275,7 @@ def campaign(
     trials: list[Trial] = []
     is_stopped, board = False, ""
     with Bed(set_full_speed(address)) as bed:
-        board = bed.bench()[1].name
+        board = bed.get_bench()[1].name
         try:
             for number in range(runs):
                 for place, name in enumerate(names):

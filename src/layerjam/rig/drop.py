@@ -174,7 +174,7 @@ def fall(
     plant = bench.plant
     if plant is None:
         raise QuantityError.of("bench", f"{bench.address} is not a virtual board of this program")
-    with stopped_clock(plant):
+    with pause_clock(plant):
         from layerjam.simulate.accelerometer import ADXL193, measure_acceleration, specific_force
         from layerjam.simulate.drop import drop
 
@@ -193,7 +193,7 @@ def fall(
 
 
 @contextlib.contextmanager
-def stopped_clock(plant: VirtualPlant) -> Iterator[None]:
+def pause_clock(plant: VirtualPlant) -> Iterator[None]:
     """Stop the clock of a virtual board; do not query it during that time."""
     going, before = threading.Event(), plant.recorded
     plant.recorded = going.wait

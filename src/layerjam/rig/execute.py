@@ -260,7 +260,7 @@ class Execution:
             self._told(block)
             self._check_block(block)
             if self.shots is not None:
-                self.shots.look(recorder)
+                self.shots.poll_capture(recorder)
         recorder.pause(block)
         return block
 
@@ -301,11 +301,11 @@ class Execution:
                 self.crosshead.end(self.bench)
             shots, end = self.shots, self.recorder.now + LAST * 1e6
             if shots is not None:
-                shots.last(self.recorder)
+                shots.finish_capture(self.recorder)
             while self.recorder.now < end or (shots is not None and shots.is_recording):
                 self.recorder.pause(self.recorder.record_block(self._read_positions))
                 if shots is not None:
-                    shots.look(self.recorder)
+                    shots.poll_capture(self.recorder)
         except LayerjamError:
             # if the connection is lost, the lease acts; if the disk is full, nothing more can be
             # stored

@@ -157,7 +157,7 @@ class Shots:
         )
         self._file.add_note("note", f"a virtual mass falls; computed outcome: {stop.outcome.name}")
 
-    def look(self, recorder: Recorder) -> None:
+    def poll_capture(self, recorder: Recorder) -> None:
         """Query the accelerometer once per block of samples; fetch and store a complete record."""
         if self._state == "IDLE":
             if self._wanted:
@@ -194,14 +194,14 @@ class Shots:
         text = f"shot {shot.number}: {shot.size} samples at {show(shot.rate, 'Hz')}"
         self._file.add_note("note", text, shot.trigger_us)
 
-    def last(self, recorder: Recorder) -> None:
+    def finish_capture(self, recorder: Recorder) -> None:
         """Finish when no more drops are expected and the outputs are off.
 
         A record that has started is kept.
         """
         self._wanted = False
         if self.is_waiting:
-            self.look(recorder)
+            self.poll_capture(recorder)
         if self.is_waiting:
             self._bench.tell("ABOR")
             self._state = "IDLE"

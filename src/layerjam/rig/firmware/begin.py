@@ -11,7 +11,7 @@ ASKED = 0x4C4A4D54
 SCRATCH = 0x4005800C
 
 
-def prompt_asked() -> bool:
+def is_prompt_requested() -> bool:
     """Return whether this start should end at the prompt; a reset clears the request."""
     from machine import mem32
 
@@ -22,7 +22,7 @@ def prompt_asked() -> bool:
 
 maintenance = False
 if sys.platform == "rp2":
-    maintenance = prompt_asked()
+    maintenance = is_prompt_requested()
     if not maintenance:
         import micropython
 
