@@ -58,7 +58,7 @@ def _laminar_balance_pressure(line: Line) -> float:
 
 
 def _balance_pressure(line: Line, tightest: float) -> float:
-    """Return the pressure at which pumps and tube balance the leak, found by bisection."""
+    """Return the pressure [Pa] at which pumps and tube balance the leak, by bisection."""
     a, leak, tube = line.site.atmosphere, line.leak, line.tube
 
     def excess(p: float) -> float:
@@ -89,7 +89,7 @@ reachable, pumps_flow = reachable_vacuum, total_pump_flow  # former names
 
 
 def pumping_time(start: float, end: float, line: Line) -> float | None:
-    """Return the time [s] between two absolute pressures [Pa] at full pump power; None if never."""
+    """Return the time [s] to pump down between two absolute pressures [Pa]; None if never."""
     flow, a, leak = total_pump_flow(line), line.site.atmosphere, line.leak.laminar
     volume, low = line.chamber.volume, final_pressure(line)
     if end <= low:
@@ -104,7 +104,7 @@ def pumping_time(start: float, end: float, line: Line) -> float | None:
 
 
 def _pumping_time_by_parts(start: float, end: float, line: Line) -> float:
-    """Return the time [s] without a leak; q is linear in p between the points of the curve."""
+    """Return the pumping time [s] without a leak; q is linear in p between the curve's points."""
     a, pump = line.site.atmosphere, line.pump
     inner = [p for p in curve_points(pump, a) if end < p < start]
     total = 0.0
@@ -166,7 +166,7 @@ def filling(target: float, line: Line) -> Filling:
 
 
 def fall_by_valve(target: float, line: Line) -> float:
-    """Return the 90 to 10 % fall time [s] of a vacuum [Pa] by the vent valve (ISO 6358), leak-free.
+    """Return the 90 to 10 % fall time [s] of a vacuum [Pa] through the vent valve (ISO 6358).
 
     It follows from p' V = C p_0 a phi(p/a): linear while choked, then sinusoidal.
     """

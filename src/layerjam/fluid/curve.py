@@ -24,7 +24,7 @@ MOST_FLOW = 1.0
 
 
 def check_curve(points: Curve, name: str) -> Curve:
-    """Return the points; QuantityError unless the flow falls from zero vacuum on to zero."""
+    """Return the points; QuantityError unless they start at zero vacuum and fall to zero flow."""
     if len(points) < 2:
         raise QuantityError.of(name, f"has {count_text(len(points), 'point')}; give at least two")
     if len(points) > MOST_POINTS:

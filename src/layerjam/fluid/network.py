@@ -75,7 +75,7 @@ def cell_count(line: Line) -> int:
 def state_at_pressure(
     line: Line, p: float | None = None, tank_pressure: float | None = None, slip: float = 0.0
 ) -> Array:
-    """Return a state at p [Pa absolute], the reservoir at its own pressure or the atmosphere's."""
+    """Return a state at p [Pa absolute], the reservoir at `tank_pressure` or atmospheric."""
     a = line.site.atmosphere
     p = a if p is None else p
     tank_p = a if tank_pressure is None else tank_pressure

@@ -25,7 +25,7 @@ def _pump_displacement(pump: Pump) -> float:
 
 
 def lowest_pressure(pump: Pump, atmosphere: float) -> float:
-    """Return the absolute pressure [Pa] at which a pump without a leak takes in no more gas."""
+    """Return the lowest absolute pressure [Pa] that a pump reaches without a leak."""
     if pump.curve is not None:
         return atmosphere * (1 - pump.curve[-1][0] / STANDARD)
     return pump.ultimate
@@ -54,7 +54,7 @@ def curve_points(pump: Pump, atmosphere: float) -> list[float]:
 
 
 def displacement_at_pressure(p: float, pump: Pump, atmosphere: float) -> float:
-    """Return the displacement [m^3/s] of a pump with the same intake at p and lowest pressure."""
+    """Return the displacement [m^3/s] giving this pump's intake at p and its lowest pressure."""
     if pump.curve is None:
         return inlet_flow(pump)
     low = lowest_pressure(pump, atmosphere)

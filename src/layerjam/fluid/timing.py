@@ -74,7 +74,7 @@ def _crossing_time(response: Response, first: float, second: float) -> float | N
 
 
 def reservoir_rise_time(line: Line, target: float, at_most: float) -> float | None:
-    """Return the 10 to 90 % rise time [s] with an evacuated half-litre reservoir and pump on."""
+    """Return the 10 to 90 % rise time [s] with the pump and an evacuated 0.5 L reservoir."""
     line_with_tank = replace(line, reservoir=TANK)
     start = state_at_pressure(line_with_tank, tank_pressure=max(STORED, final_pressure(line)))
     for duration in (1.0, at_most):  # so short a rise can be resolved only in a short run
@@ -86,7 +86,7 @@ def reservoir_rise_time(line: Line, target: float, at_most: float) -> float | No
 
 
 def suggest_changes(line: Line, target: float, water: bool = False) -> list[tuple[str, float]]:
-    """Return possible changes of the line that reach the target, with their rise times [s]."""
+    """Return changes to the line with which it reaches the target, and their rise times [s]."""
     chamber, pump = line.chamber, line.pump
     twice = replace(line, pump=replace(pump, count=2 * pump.count))
     pumps = {2: "two", 4: "four"}.get(twice.pump.count, str(twice.pump.count)) + " pumps"

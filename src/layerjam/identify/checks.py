@@ -16,14 +16,14 @@ __all__ = ["Check", "check"]
 PLAUSIBLE = (0.5, 2.0)
 """Range of plausible scale factors; those in the paper are 0.875 and 1.24."""
 POSSIBLE = (0.3, 3.0)
-"""Range outside which a scale factor fails: the film or a unit is then different."""
+"""Range outside which a scale factor fails, because the film or a unit must be wrong."""
 SMALL = 0.05
 """Relative change or difference below which a trend passes, whatever its interval."""
 
 REPEATABLE = 0.05
 """Largest scatter (relative SD) between the scale factors of repeats that agree."""
 GROSS = 0.2
-"""Largest such scatter that film or rig explains. Choi 2018, table I: films scatter by 3 to 8 %."""
+"""Largest scatter that film or rig can explain. Choi 2018, table I: films scatter by 3 to 8 %."""
 DRIFTS = 0.995
 """Quantile of Student's t above which the calibrated values count as drifting: 1 % in total,
 two-sided. All checks share 5 % of false alarms."""
@@ -200,8 +200,8 @@ def check_shape(
     and that of its peak. A mean within the factor's own 95 % interval (relative `half_width`, or
     None), or not significantly different from zero, passes, so that the check is as sharp as the
     interval. A mean above `least` fails if Student's t rejects it with a probability `alarms` of
-    false alarms, however wide the interval is. `end` is the check at the curves' end; without it,
-    too few values yield None.
+    false alarms, however wide the interval is. `end` is the check at the curves' end; if it is
+    None, too few values yield None.
     """
     from scipy.special import stdtrit
 

@@ -12,7 +12,7 @@ from layerjam.measure.trace import Trace
 from layerjam.units import show
 
 ALIKE = 0.03
-"""Relative difference below which successive vacuums or speeds count as one condition."""
+"""Relative gap between sorted vacuums or speeds below which they count as one condition."""
 SHORTEST = 50
 """Minimum number of samples of a curve above a fifth of its maximum force."""
 

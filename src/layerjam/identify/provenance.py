@@ -53,8 +53,8 @@ def list_inputs(file: BrakeFile, traces: "Iterable[Trace]") -> dict[str, Any]:
 def rename_files(value: Any, names: Mapping[str, str]) -> Any:
     """Return a text, or lists and tables of texts, with files renamed and their folder removed.
 
-    `names` is {name of a file: new name}, for files that are stored under names different from
-    their owner's.
+    `names` is {name of a file: new name}, for files that are stored under names other than the
+    user's own.
     """
     if isinstance(value, Notice):
         return Notice(rename_files(str(value), names), value.key)

@@ -24,7 +24,7 @@ def friction_growth(brake: Brake, speed: float | None, path: str) -> float:
 
 
 def fix_friction_speed(brake: Brake, speed: float | None, path: str) -> Brake:
-    """Return the brake with its friction at a crosshead speed [m/s]; errors as `friction_growth`.
+    """Return the brake with its friction at a crosshead speed [m/s]; raises as `friction_growth`.
 
     A scale factor fitted with this brake is valid at the law's test speed.
     """

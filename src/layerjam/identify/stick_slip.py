@@ -27,12 +27,12 @@ LEAST_SWING = 0.02
 LEAST_SHARE = 0.6
 """Smallest fraction of a tooth during which the force rises; 0.5 indicates a vibration."""
 SUDDEN = 0.72
-"""The same for fewer than MANY_TEETH or for dissimilar teeth: a rough film comes close to it."""
+"""Smallest such fraction for dissimilar teeth or fewer than MANY_TEETH; rough films come close."""
 MANY_TEETH, ALIKE = 15, 0.3
 CLEAR = 4.0
-"""Number of standard errors by which that fraction must exceed one half."""
+"""Number of standard errors by which the rising fraction must exceed one half."""
 MOST_UNLIKE = 0.5
-"""Largest scatter of spacings and of rising slopes, relative to their medians."""
+"""Largest scatter of spacings and of rising slopes in stick–slip, relative to their medians."""
 STANDS_OUT = 8.0
 """Swing that counts as a reversal, in standard deviations of the smoothed noise."""
 SMOOTHINGS = (1, 5, 21, 63, 151)
@@ -45,7 +45,7 @@ EQUAL = 0.03
 GROWN = 1.5
 """Ratio of swings above which the spacings of stick–slip at one stiffness clearly differ."""
 REGULAR = 0.2
-"""Largest irregularity of a machine's ripple."""
+"""Largest relative scatter of the spacing in a machine's ripple."""
 SPREAD = 0.15
 """Smallest relative scatter of swings that can show whether the rises grow with them."""
 LEAST_GROWTH = 0.3

@@ -25,13 +25,13 @@ R_HAT = 1.01
 FAR_APART = 1.1
 """R-hat above which the result depends on a chain's start (Gelman and Rubin 1992)."""
 ESS = 400
-"""Number of independent draws required for the ends of a 90 % interval."""
+"""Minimum effective number of draws for reliable ends of a 90 % interval."""
 NARROWED = 0.5
-"""Ratio of a posterior's width to the width of its prior, above which the data add little."""
+"""Ratio of posterior width to prior width above which the data add little information."""
 PRIOR_DISTANCE = 2.5
-"""Largest distance of a posterior from its prior, in prior SDs."""
+"""Largest acceptable distance of a posterior from its prior's centre, in prior SDs."""
 BENT = 0.02
-"""Largest mean residual of a section, relative to the maximum force."""
+"""Largest acceptable mean residual of a section, relative to the maximum force."""
 REPEATS = 3
 Array = np.ndarray[Any, Any]
 
@@ -152,7 +152,7 @@ def _check_prior(fit: BayesFit) -> Check:
 
 
 def _check_slip_residuals(fit: BayesFit, data: Data) -> Check:
-    """Check whether residuals common to all curves deviate from the law along the slip."""
+    """Check whether the curves share a deviation from the law that varies along the slip."""
     middle = {
         n: np.median(getattr(fit, n), axis=(0, 1))
         for n in ("curve_scale_factor", "curve_stiffness", "slack", "residual")

@@ -1,7 +1,7 @@
 """Bayesian calibration over many pulls: a hierarchical model, sampled by NUTS (NumPyro).
 
 `fit_bayes` has two results. The population describes the brake: the median of its scale factors and
-stiffnesses. The next pull describes one further pull, which scatters about the brake.
+stiffnesses. The next pull is one further pull, which scatters about the brake.
 """
 
 from collections.abc import Callable, Sequence
@@ -36,7 +36,7 @@ Array = np.ndarray[Any, Any]
 
 
 def prior_population(brake: Brake, draws: int = 1000, seed: int = 1) -> Population:
-    """Return brakes drawn from the priors alone: the model's expectation before any pull."""
+    """Return brakes drawn from the priors alone: the model's prediction before any pull."""
     random, prior_of = np.random.default_rng(seed), priors(brake)
 
     def draw(name: str) -> Array:

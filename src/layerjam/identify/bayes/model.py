@@ -29,7 +29,7 @@ SLIDES = 1.25
 FEWEST_BINS = 12
 """Minimum number of bins with samples in the sliding part."""
 FLOOR = 2e-4
-"""Minimum ratio of residual SD to maximum force; no test machine's load cell is better."""
+"""Minimum ratio of residual SD to maximum force; no load cell of a test machine is better."""
 RULE = (
     f"each curve is reduced to at most {RISE} means over its rise ({LINEAR[0]:.0%} to "
     f"{LINEAR[1]:.0%} of the maximum force) and {SLIDE} over its sliding part (from {SLIDES:g} "
@@ -40,11 +40,11 @@ RULE = (
 )
 Array = np.ndarray[Any, Any]
 PriorNumbers = Mapping[str, tuple[Any, Any]]
-"""(mean, SD) of every prior on its normal scale."""
+"""(mean, SD) of every prior, on the scale on which it is normal."""
 
 
 class Prior(NamedTuple):
-    """A normal prior of a quantity or, with `log`, of its natural logarithm."""
+    """Normal prior for a quantity or, with `log`, for its natural logarithm."""
 
     center: float
     """Median, in the quantity's unit."""
@@ -118,9 +118,9 @@ class Data(NamedTuple):
     elongation: Any
     force: Any
     white: Any
-    """Standard deviation of a bin's mean from the noise between samples [N]."""
+    """Standard deviation of a bin's mean due to sample-to-sample noise [N]."""
     first: Any
-    """Whether a bin's residual has no neighbour before it."""
+    """True for the first bin of the rise and of the sliding part."""
     real: Any
     """False for padding bins."""
     vacuum: Any
@@ -149,7 +149,7 @@ def reduce_curves(curves: Sequence[Curve]) -> Data:
 
 
 def _split_curve(curve: Curve) -> list[tuple[Array, Array, Array]]:
-    """Return the rise and the sliding part as bin means; only one piece if no rise is straight."""
+    """Return bin means of rise and sliding part; of the whole curve if its rise is not straight."""
     if curve.vacuum <= 0:
         raise FitError.of(curve.path, f"a vacuum of {show(curve.vacuum, 'Pa')} jams no sheet")
     pull, u, force = curve.pull, curve.elongation, curve.force
@@ -176,7 +176,7 @@ def _split_curve(curve: Curve) -> list[tuple[Array, Array, Array]]:
 
 
 def _average_stretches(u: Array, force: Array, bins: int) -> tuple[Array, Array, Array]:
-    """Return means over the non-empty bins of equal elongation, and their numbers of samples."""
+    """Return means over the non-empty bins of equal width, and the number of samples in each."""
     if len(u) == 0:
         return u, force, u
     low, high = float(u.min()), float(u.max())
@@ -192,7 +192,7 @@ def _average_stretches(u: Array, force: Array, bins: int) -> tuple[Array, Array,
 
 
 class Sites(NamedTuple):
-    """The model's unknowns on their normal scales: 6 numbers, and 4 for each curve.
+    """The model's unknowns on their normal scales: 6 shared numbers, and 4 for each curve.
 
     If curves share mountings, the scatter between mountings is also unknown.
     """
@@ -204,10 +204,10 @@ class Sites(NamedTuple):
     log_sd_k: Any
     logit: Any
     own_a: Any
-    """Logarithm of each curve's scale factor; from here on the shape is (..., curves)."""
+    """Logarithm of each curve's scale factor; this and the next three have shape (..., curves)."""
     own_k: Any
     own_slack: Any
-    """Multiple of the prior's SD."""
+    """Slack of each curve, in prior SDs."""
     own_noise: Any
     """Logarithm of the ratio of the residual's SD to the maximum force."""
     log_mounting_sd_a: Any = None
@@ -227,7 +227,7 @@ class CurveEstimates(NamedTuple):
 
 
 class Guess(NamedTuple):
-    """Approximate values of the curves, which guide the sampler and do not affect the result."""
+    """Approximate values of the curves, which guide the sampler but do not affect the result."""
 
     a: CurveEstimates
     k: CurveEstimates
@@ -248,9 +248,9 @@ class _UnitMap(NamedTuple):
 def _make_unit_map(
     estimates: CurveEstimates, log_scatter: Any, log_shared: Any, guess: Guess, prior: Any
 ) -> _UnitMap:
-    """Return the map; if the curves' values had normal errors, it would be an exact conditional.
+    """Return the map, which is the exact conditional distribution if the curves' errors are normal.
 
-    With mountings it is approximate; this is harmless, because any one-to-one map is valid.
+    With mountings it is approximate, which is harmless, because any one-to-one map is valid.
     """
     scatter, error = jnp.exp(2 * log_scatter)[..., None], estimates.error**2
     variance, curves = scatter + error, 1.0
@@ -281,8 +281,8 @@ def unpack_sites(flat: Any, guess: Guess, beliefs: PriorNumbers) -> Sites:
     """Return the unknowns from flat vectors, shape (..., 6 + 4 curves), or 2 more with mountings.
 
     The flat vector contains the brake's and the curves' own values in units of their remaining
-    spread, given the scatter between repeats. It is therefore independent of the scatter, and a
-    sampler can move between small and large scatter. Otherwise, it would get stuck.
+    spread, given the scatter between repeats. It is therefore independent of the scatter, so that a
+    sampler does not get stuck at a small scatter but moves between small and large ones.
     """
     sites = _convert_raw_values(flat, guess)
     values = {}
@@ -308,7 +308,7 @@ def pack_sites(sites: Sites, guess: Guess, beliefs: PriorNumbers) -> Array:
 
 
 def log_stretch(flat: Any, guess: Guess, beliefs: PriorNumbers) -> Any:
-    """Return the log of the volume ratio between the unknowns and the flat vector."""
+    """Return the log determinant of the map from the flat vector to the unknowns."""
     ways = _make_unit_maps(_convert_raw_values(flat, guess), guess, beliefs)
     return sum(jnp.log(w.brake_sd) + jnp.log(w.own_sd).sum(axis=-1) for w in ways)
 
@@ -325,7 +325,7 @@ def _convert_raw_values(flat: Any, guess: Guess) -> Sites:
 
 
 def choose_start(data: Data, curves: Sequence[Curve], brake: Brake) -> Sites:
-    """Return the start of the search: the law fitted to each sliding part, enclosure as stated.
+    """Return the start of the search: the law fitted to each sliding part, the file's enclosure.
 
     The scatter is so large that the curves do not affect one another.
     """
@@ -361,7 +361,7 @@ def law_forces(sites: Sites, slack_sd: Any, data: Data, brake: Brake) -> Any:
 def log_likelihood(residuals: Any, size: Any, phi: Any, data: Data) -> Any:
     """Return the log likelihood of residuals [N] (curves, bins): SD `size` [N], correlation phi.
 
-    A residual's change has the variance size^2 (1 - phi^2), plus that of the mean's own noise.
+    A residual less phi times the previous one has the variance size^2 (1 - phi^2) + `white`^2.
     """
     before = jnp.concatenate([jnp.zeros_like(residuals[:, :1]), residuals[:, :-1]], axis=1)
     new = jnp.where(data.first, residuals, residuals - phi * before)

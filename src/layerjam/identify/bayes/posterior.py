@@ -40,7 +40,7 @@ class Population:
         return len(self.scale_factor)
 
     def brakes(self) -> Brake:
-        """Return all brakes as one; its leaves of shape (draws, 1) broadcast against (n,)."""
+        """Return all brakes as one whose values, of shape (draws, 1), broadcast against (n,)."""
         return change_shape(
             self.brake,
             self.scale_factor[:, None],
@@ -104,7 +104,7 @@ class BayesFit:
     """Requested number of draws per chain; after Ctrl-C there are fewer."""
     priors: dict[str, Prior]
     rule: str = RULE
-    """Rule by which curves are reduced, and the structure of their residuals."""
+    """Rule for reducing the curves, and the structure of their residuals."""
     checks: tuple[Check, ...] = ()
     synthetic: bool = False
     """Whether a program generated any of the files."""
@@ -133,7 +133,7 @@ class BayesFit:
         )
 
     def next_pull(self) -> Population:
-        """Return draws of a further pull, with the scatter of repeats; always the same draws."""
+        """Return the draws of a further pull, with the scatter of repeats; the same every time."""
         random = np.random.default_rng([self.seed, 1])
         brakes = self.population()
         z = random.standard_normal((2, len(brakes)))
@@ -185,7 +185,7 @@ class BayesFit:
         return store_file(path, text, overwrite)
 
     def header(self) -> dict[str, str]:
-        """Return the header lines above the draws."""
+        """Return the entries of the CSV header above the draws."""
         out = {"made by": f"layerjam {__version__} Bayesian calibration", "seed": str(self.seed)}
         out["files"] = ", ".join(Path(p).name for p in self.paths)
         if self.synthetic:

@@ -1,9 +1,8 @@
 """Predictions of a Bayesian fit: bands for forces, for the vacuum of a force, and for a drop.
 
-Every prediction is made for each possible brake of a `Population`, which yields its quantiles. If
-no vacuum gives the force, or the travel is used up, the draw counts as infinite, and the
-probability of this is reported. If a quantile is infinite, no such value exists with at least that
-probability.
+Each prediction is computed for every possible brake of a `Population`; its quantiles are those of
+the results. If no vacuum gives the force, or the travel is used up, the draw counts as infinite,
+and the probability of this is reported. A quantile is infinite if enough draws are.
 """
 
 from collections.abc import Sequence
@@ -62,7 +61,7 @@ def _show_value(value: float, unit: str) -> str:
 
 
 def _draw_quantiles(values: Array, levels: Sequence[float]) -> Array:
-    """Return quantiles that are draws, not interpolated, as some are infinite; NaN if all are."""
+    """Return quantiles chosen among draws, because infinite ones cannot be interpolated."""
     is_known = ~np.isnan(values)
     sorted_values = np.sort(np.where(is_known, values, np.inf), axis=0)
     count = is_known.sum(axis=0)
@@ -132,7 +131,8 @@ def peak_band(
 ) -> Band:
     """Return the maximum force [N] of a slow pull at vacuums [Pa], (n,), over a slip `travel` [m].
 
-    The default is the usable travel. If the force rises to its end, the force there is used.
+    The default is the usable travel. If the force still rises at the end of the slip, its value
+    there is used.
     """
     longest = (
         draws.brake.sheets.usable_travel

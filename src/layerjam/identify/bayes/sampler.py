@@ -27,7 +27,7 @@ from layerjam.identify.bayes.model import (
 )
 
 WARMUP = 300
-"""Number of draws for the adaptation of step and scale, which are discarded."""
+"""Number of initial draws that adapt step and scale and are then discarded."""
 BLOCK = 50
 """Number of draws between two progress reports."""
 FEWEST = 2 * BLOCK
@@ -37,9 +37,9 @@ _DEPTH = 8
 _STEP = 1e-5
 _AT_ONCE = 16
 _COMPILE = {"xla_llvm_disable_expensive_passes": True}
-"""Compiler option that shortens compilation by a fifth; the compiled code is as fast."""
+"""Compiler option that shortens compilation by a fifth; the code runs just as fast."""
 _FLATTEST = 0.3
-"""Minimum curvature used at the mode: about that of the widest prior."""
+"""Lower limit of the curvature used at the mode: about that of the widest prior."""
 Array = np.ndarray[Any, Any]
 
 
@@ -95,7 +95,7 @@ def evaluate_potential(points: Array, *case: Any) -> tuple[Array, Array]:
 
 
 def find_mode(flat: Array, *case: Any) -> tuple[Array, Array]:
-    """Return the most probable flat vector for its scatter, and a square root of the covariance.
+    """Return the most probable flat vector at its scatter, and a square root of the covariance.
 
     It uses Newton's method with every curvature made positive. The scatter itself is fixed: in a
     joint mode of scatter and curves all curves are identical, which is a poor start.
@@ -119,7 +119,7 @@ def find_mode(flat: Array, *case: Any) -> tuple[Array, Array]:
 
 
 def _compute_curvature(flat: Array, *case: Any) -> tuple[Array, Array]:
-    """Return slope and curvature; differences of slopes are accurate enough for a scale."""
+    """Return slope and curvature; finite differences are accurate enough to set a scale."""
     steps = _STEP * np.eye(len(flat))
     points = np.concatenate([flat[None], flat + steps, flat - steps])
     _, slopes = evaluate_potential(points, *case)
@@ -133,7 +133,7 @@ def find_start(
     """Return the mode, the square root of the covariance, and the estimates of each curve alone.
 
     It first fits every curve alone, with a wide scatter. It then fits all curves together, with the
-    scatter that exceeds the errors of the curves' values.
+    part of the scatter that exceeds the errors of the curves' values.
     """
     flat = np.full(len(first.own_a), 0.01)
     guess = Guess(CurveEstimates(first.own_a, flat), CurveEstimates(first.own_k, flat), mounting)
@@ -161,7 +161,7 @@ def find_start(
 
 
 def _estimate_curve_scatter(estimate: CurveEstimates) -> float:
-    """Return the SD between curves in excess of their errors, limited to the range of repeats."""
+    """Return the SD between curves in excess of their errors, limited to plausible values."""
     if len(estimate.place) < 2:
         return 0.05
     excess = float(np.var(estimate.place, ddof=1) - np.mean(estimate.error**2))

@@ -124,7 +124,7 @@ def round_to_uncertainty(value: float, uncertainty: float) -> tuple[str, str]:
 
 
 def name_scatter(mountings: Sequence[Sequence[int]], count: int) -> str:
-    """Describe the basis of an interval from `count` pulls in these mountings."""
+    """Describe the scatter on which an interval is based, from `count` pulls in these mountings."""
     if len(mountings) == count:
         return "one pull" if count == 1 else f"the scatter between {count} pulls"
     return f"the scatter between {len(mountings)} mountings of {count} pulls"
@@ -150,7 +150,7 @@ def scatter_line(
 
 
 def enclosure_line(peaks: Sequence[Peak], brake: Brake) -> Contribution:
-    """Return the budget line of an enclosure force that is from the brake file, not fitted."""
+    """Return the budget line of an enclosure force read from the brake file, not fitted."""
     stronger = change_shape(brake, brake.scale_factor, brake.stiffness_measured, 1 + STEP)
     stated = brake.enclosure.force_uncertainty is not None
     words = "as stated in the brake file" if stated else "default: none in the brake file"
@@ -177,7 +177,7 @@ def make_budget(
     sources: Mapping[str, Source],
     value: float = 1.0,
 ) -> Budget:
-    """Return the budget of the scale factor `value` that was determined from `peaks` of `brake`.
+    """Return the uncertainty budget of a scale factor `value` determined from `peaks` of `brake`.
 
     `fitted_lines` are those of the calibration itself: scatter between pulls, and enclosure.
     `limits` are the error limits of "load_cell" (relative to the reading) and "gauge" [Pa], assumed

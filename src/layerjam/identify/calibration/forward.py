@@ -62,7 +62,7 @@ def reduce_curves(curves: Sequence[Curve]) -> ReducedCurves:
 
 
 def _find_onset(curve: Curve) -> float:
-    """Return the elongation [m] at which a straight rise reaches the peak, or the peak's own."""
+    """Return the elongation [m] at which a straight rise reaches the peak, or that of the peak."""
     pull = curve.pull
     place = pull.peak_force / pull.stiffness if pull.straight else pull.peak_elongation
     return float(max(place, 1e-6))

@@ -51,10 +51,10 @@ class Further:
     def half_width(
         self, condition: str = "", added_pulls: int | np.ndarray = 0, chance: float | None = None
     ) -> np.ndarray:
-        """Return half the relative width of the interval with `added_pulls` under a condition.
+        """Return the relative half-width of the interval with `added_pulls` under a condition.
 
-        `added_pulls` broadcasts. With `chance`, the width is not exceeded with that probability;
-        otherwise further pulls are assumed to scatter like the existing ones.
+        `added_pulls` broadcasts. With `chance`, it is the half-width not exceeded with that
+        probability; otherwise further pulls are assumed to scatter like the existing ones.
         """
         count = np.asarray(added_pulls, float)
         information = self.one_more[condition] if condition else np.zeros_like(self.information)
@@ -76,12 +76,12 @@ class Further:
         return np.maximum(*widths)
 
     def after_one(self) -> dict[str, float]:
-        """Return {condition: half the width with one more pull there}, narrowest first."""
+        """Return {condition: half-width with one more pull under it}, narrowest first."""
         widths = {condition: float(self.half_width(condition, 1)) for condition in self.one_more}
         return dict(sorted(widths.items(), key=lambda item: item[1]))
 
     def required_pulls(self, target: float) -> RequiredPulls:
-        """Return the number of pulls, under the best condition, for a target half-width."""
+        """Return the number of pulls under the best condition that reach a target half-width."""
         best = next(iter(self.after_one()))
 
         def least(chance: float | None) -> int | None:

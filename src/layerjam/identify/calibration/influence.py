@@ -169,7 +169,7 @@ def _rank_shifts(
 
 
 def number_names(names: Sequence[str]) -> list[str]:
-    """Return the names, duplicates numbered: files in several folders, or specimens."""
+    """Return the names with duplicates numbered (files in several folders, or specimens)."""
     count, out = Counter(names), []
     occurrences: Counter[str] = Counter()
     for name in names:

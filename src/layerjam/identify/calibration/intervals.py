@@ -195,7 +195,7 @@ class Population:
         """Return the estimates (resamples, q) from resampled curves, and their degrees of freedom.
 
         From each group of n, n - 1 curves are drawn with replacement. The variance of their mean is
-        then s^2/n, not (n-1)/n of it. If any group has only one curve, all curves form one group.
+        then s^2/n, not (n-1)/n of that. If any group has only one curve, all curves form one group.
         """
         if min(len(g) for g in groups) < 2:
             groups = [range(self.count)]
@@ -214,7 +214,7 @@ class Population:
 
 
 def _is_invertible(matrices: np.ndarray) -> np.ndarray:
-    """Return which symmetric matrices (..., q, q) can be inverted, after scaling their rows."""
+    """Return which symmetric matrices (..., q, q) are invertible once their rows are scaled."""
     scale = np.sqrt(np.maximum(np.diagonal(matrices, axis1=-2, axis2=-1), 0.0))
     if scale.shape[-1] == 1:
         return np.asarray(scale[..., 0] > 0)  # scale the rows to one

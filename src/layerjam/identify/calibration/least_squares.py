@@ -1,11 +1,11 @@
-"""Least squares over all curves at once, with shared parameters and those of each curve.
+"""Least squares over all curves at once, with shared parameters and others for each curve.
 
 Every curve has its own friction, stiffness, enclosure and slack, scattered about shared values. The
 fit minimises the squared residuals plus the squared scatter divided by a working variance. Each
 iteration solves for each curve's own parameters with the shared ones fixed (Levenberg-Marquardt),
 then for the shared ones. With little noise, all curves have equal weight; a curve that determines a
 parameter poorly has less weight for it. A curve's misfit is estimated from that curve alone. If the
-others affected it, an unusual curve's deviation would count as noise and reduce its weight.
+other curves affected it, an unusual curve's deviation would count as noise and reduce its weight.
 """
 
 import functools

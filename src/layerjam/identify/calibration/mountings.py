@@ -20,7 +20,7 @@ attributed to chance and intervals treat every pull as independent. The first is
 missed group makes intervals too narrow. The second is smaller because Student's t for two means is
 12.7."""
 ALIKE = 0.005
-"""Probability below which the pulls of a candidate group certainly belong together."""
+"""Probability below which the pulls of a candidate group are taken to belong together."""
 TINY = 1e-6
 """Relative scatter below which pulls count as identical."""
 
@@ -76,8 +76,8 @@ def _scatter_probability(
 ) -> float | None:
     """Return the probability that groups of independent pulls differ as much, or None.
 
-    It is from Fisher's F for the groups, after removing the conditions' means: the smallest over
-    the columns, times their number (Bonferroni).
+    It is based on Fisher's F for the groups, after removing the conditions' means: the smallest
+    over the columns, times their number (Bonferroni).
     """
     condition = np.zeros(len(curves), int)
     for number, places in enumerate(group_conditions(curves)):

@@ -132,7 +132,7 @@ def log_values(fits: Sequence[PullFit | None]) -> np.ndarray:
 def scale_enclosure(
     fits: Sequence[PullFit | None], brake: Brake, factor: float
 ) -> tuple[list[PullFit | None], Brake]:
-    """Return the fits and the brake with the enclosure force multiplied by a `factor`.
+    """Return fits and brake with the enclosure force multiplied by `factor`.
 
     A fit to the peak alone uses the enclosure in the file. An error of the enclosure also changes
     the scale factor, and more so at low vacuum.
@@ -348,7 +348,7 @@ def check_calibration(
 def fit_after_peaks(
     fits: Sequence[PullFit | None], stiffness: float | None, brake: Brake
 ) -> list[float | None]:
-    """Return the relative deviations of the sliding parts' scale factors from those of the peaks.
+    """Return the relative deviation of each sliding part's scale factor from that of its peak.
 
     The force is linear in the contributions of sheets and enclosure. Both are free, so errors of
     the enclosure's parameters have no effect. The first tenth after the peak is excluded, because

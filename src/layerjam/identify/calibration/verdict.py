@@ -55,11 +55,11 @@ MATTERS = 0.015
 """Largest consistent residual that passes, relative to the peak."""
 SURE = 0.997
 """Two-sided level of Student's t for a drift over slip, vacuum or speed: 0.3 % false alarms in each
-of four tests. All checks share a level of 5 %, most of it spent on those of single pulls."""
+of four tests. All checks share a level of 5 %, most of which goes to the checks of single pulls."""
 REFUSED = 0.1
-"""Largest misfit of a curve that is still fitted, relative to its peak."""
+"""Largest misfit at which a curve is fitted at all, relative to its peak."""
 MISSES = 0.03
-"""Largest misfit of a curve from the law with its own best parameters, relative to its peak."""
+"""Largest accepted misfit of a curve with its own best parameters, relative to its peak."""
 UNLIKE = 1.5
 """Largest ratio of a curve's own scale factor or stiffness to that of the others."""
 
@@ -290,7 +290,7 @@ def check_drift(
     """Check that the curves' own values of a parameter (relative) do not drift; None if too few.
 
     `free` is the number of slopes against the logarithm of this quantity that the fit removed; if
-    one, only a bend is tested.
+    it is 1, only a bend is tested.
     """
     levels = len(np.unique(np.round(np.log(quantities), 2)))
     if levels < 2 + free or len(values) - 2 - free < 1:

@@ -156,7 +156,7 @@ def _make_brake_sources(
 
 
 def _make_contrasts(fit: JointFit, brake: Brake) -> dict[str, np.ndarray]:
-    """Return each value as a linear combination of the estimate, the scale factor as in files.
+    """Return each value as a combination of the estimates, the scale factor as in brake files.
 
     The fit's scale factor applies at the pulls' mean vacuum, where it is independent of the
     exponent. In the file it applies at the pressure of the brake's friction test, if stated.

@@ -18,7 +18,7 @@ from layerjam.units import show
 
 FEWEST = 4
 NARROW = 10.0
-"""Ratio of the longest hold to the shortest, below which the slope is an extrapolation."""
+"""Ratio of longest to shortest hold below which the slope per decade is an extrapolation."""
 
 
 @dataclass(frozen=True, kw_only=True)

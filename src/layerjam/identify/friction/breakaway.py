@@ -37,10 +37,10 @@ class Breakaway:
 class Inertia:
     """Force due to the acceleration of the sled, in SI units.
 
-    If a spring k brings a sled of mass m from rest to the speed V, the force overshoots the
-    friction by at most V sqrt(k m). This is `bound` [N], the limit of the error of the static
-    force. During breakaway the force differs from friction by m a. The `acceleration` a [m/s^2] is
-    from the record; it is None if the drop in force is too quick for the sampling.
+    If a spring of stiffness k accelerates a sled of mass m from rest to the speed V, the force
+    overshoots the friction by at most V sqrt(k m). This is `bound` [N], the limit of the error of
+    the static force. During breakaway the force differs from friction by m a. The `acceleration` a
+    [m/s^2] is from the record; it is None if the force drops too fast for the sampling rate.
     """
 
     stiffness: float

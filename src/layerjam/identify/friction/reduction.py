@@ -336,7 +336,7 @@ def pool(
 
 
 def _replace_by_mean(repeat: FrictionRepeat) -> FrictionRepeat:
-    """Return the repeat without stick–slip, which the machine causes, as other repeats show."""
+    """Return the repeat with its plain mean: other repeats show that the machine made its teeth."""
     note = f"saw teeth of equal spacing at every force are not stick–slip; likely cause: {CAUSE}"
     return replace(
         repeat,
@@ -348,7 +348,7 @@ def _replace_by_mean(repeat: FrictionRepeat) -> FrictionRepeat:
 
 
 def _group_warnings(repeats: Sequence[FrictionRepeat]) -> list[str]:
-    """Return each warning about the repeats once, with the files that it concerns."""
+    """Return each warning about the repeats once, with the files to which it applies."""
     paths_of: dict[str, list[str]] = {}
     for repeat in repeats:
         for sentence in repeat.warnings:

@@ -18,8 +18,8 @@ class Standard:
 
     `window` is the travel of the kinetic mean [m]. It starts at the record's first sample or, with
     `from_sliding`, where the films slide after the static peak. With `first_maximum` the static
-    force is the first maximum, otherwise the maximum of the record. `sled_mass` [kg] is None if the
-    test states its own weight; `dwell` [s] is the time at rest before the pull.
+    force is the first maximum, otherwise the maximum of the record. `sled_mass` [kg] is None if
+    each test states its own; `dwell` [s] is the time at rest before the pull.
     """
 
     name: str

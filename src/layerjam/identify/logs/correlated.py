@@ -43,7 +43,7 @@ class Series:
     whiten: Array
 
     def worse_by(self, rival: "Series") -> float:
-        """Return the excess of the sum of squares over that of `rival`, relative to its noise.
+        """Return by how much the sum of squares exceeds that of `rival`, relative to its noise.
 
         It is twice the difference in log likelihood.
         """
@@ -184,7 +184,7 @@ class _Noise:
 
     @classmethod
     def estimate(cls, jacobian: Array, left: Array, floor: float, scale: Array) -> "_Noise":
-        """Estimate it from the residuals `left` of the bins (bins,) and the Jacobian (bins, P)."""
+        """Estimate both from the bins' residuals `left`, (bins,), and the Jacobian (bins, P)."""
         count, unknowns = jacobian.shape
         unit_jacobian = jacobian * scale
         project = np.linalg.pinv(unit_jacobian)

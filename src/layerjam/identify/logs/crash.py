@@ -219,13 +219,13 @@ def _count_quiet_samples(
 
 
 def _error_of_mean(values: Array) -> float:
-    """Return the standard error of a mean from at most twenty runs, which includes slow noise."""
+    """Return a mean's standard error from at most twenty block means, to include slow noise."""
     runs = average_bins(values, min(20, len(values)))
     return float(np.std(runs, ddof=1) / np.sqrt(len(runs)))
 
 
 def _find_pulse_range(signal: Array, high: int, share: float) -> tuple[int, int]:
-    """Return the ends of the pulse: its samples have the peak's sign and exceed a `share` of it."""
+    """Return the ends of the pulse: its samples have the peak's sign and exceed `share` of it."""
     below_share = signal * np.sign(signal[high]) <= share * abs(signal[high])
     left, right = np.flatnonzero(below_share[:high]), np.flatnonzero(below_share[high:])
     first = int(left[-1]) if left.size else 0

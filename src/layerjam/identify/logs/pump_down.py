@@ -6,8 +6,8 @@ section 5). At constant V
 
     p = p_u + (p0 - p_u) exp(-S t/V),
 
-so one log determines S/V and p_u, never S and V: any volume with a pump in proportion has the same
-curve. A known volume, a known flow, or a second log with a known added volume determines both.
+so one log determines S/V and p_u but not S and V: twice the volume with twice the flow gives the
+same curve. A known volume, a known flow, or a second log with a known added volume determines both.
 
 A chamber that contracts under vacuum, V = V0 - c (a - p) with a the atmosphere, has a closed form.
 With u = p - p_u and A = V0 - c a + 2 c p_u it is A ln(u/u0) + 2 c (u - u0) = -S t. A log then
@@ -38,7 +38,7 @@ def pressure(
 ) -> Array:
     """Return the absolute pressure [Pa] at times [s]; `rate` = S/V0 [1/s], `shrink` = c/V0 [1/Pa].
 
-    V0 is the volume at atmospheric pressure. NaN if the chamber would have closed (V ≤ 0) before.
+    V0 is the volume at atmospheric pressure. NaN if the chamber would have collapsed (V ≤ 0).
     """
     excess = start - ultimate
     if shrink == 0 or excess == 0:
@@ -58,7 +58,7 @@ def pressure(
 def _pressure_while_stretching(
     time: Array, excess: float, ultimate: float, rate: float, shrink: float, least: float
 ) -> Array:
-    """Return the same pressure for negative c, by Newton's method in ln u."""
+    """Return the pressure in a chamber that stretches (c < 0), by Newton's method in ln u."""
     log = np.full(np.shape(time), 0.0) - rate * time / least
     for _ in range(60):
         u = excess * np.exp(log)
@@ -103,7 +103,7 @@ class PumpDown:
     def interval(self, index: int) -> tuple[float, float]:
         """Return the 95 % interval of a parameter of `series`; all are positive.
 
-        The ultimate pressure never exceeds the atmosphere, however uncertain it is.
+        The ultimate pressure never exceeds atmospheric pressure, however uncertain it is.
         """
         low, high = self.series.interval(lambda v: float(v[index]), LEVEL, positive=True)
         return low, (min(high, self.atmosphere) if index == 1 else high)

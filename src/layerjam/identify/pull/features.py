@@ -97,7 +97,7 @@ def _find_rise_end(smooth: Array) -> int:
 
 
 def _smooth_rise(rise: Array, height: float) -> Array:
-    """Return the rise, smoothed if the noise of one sample could be mistaken for another level."""
+    """Return the rise, smoothed if the noise of a sample could shift where it crosses a level."""
     noise = noise_sd(rise)
     if noise <= ROUGH * height:
         return rise

@@ -71,7 +71,7 @@ class _Parts:
 def find_raised_lead(elongation: Array, force: Array) -> float | None:
     """Return the force [N] of a flat section before a single rise, if above a fifth of the peak.
 
-    Stiffness is fitted above that level: such a section would count as the foot of the rise.
+    A stiffness is fitted from that level up, so such a section would be fitted as part of the rise.
     """
     parts = _Parts.divide_record(elongation, force)
     if parts is None:

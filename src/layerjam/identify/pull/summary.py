@@ -25,7 +25,7 @@ MARGIN = 0.05
 FEWEST = 5
 """Minimum number of samples before the onset for a baseline."""
 LEAD = 2
-"""Number of samples before the onset that suffice to show that the rise has not begun."""
+"""Number of samples before the onset that prove the record begins before the rise."""
 STEADY = (0.25, 0.98)
 """Range, from the peak (0) to the end of loading (1), that counts as the plateau."""
 BLOCKS = 24
@@ -72,7 +72,8 @@ class PullSummary:
     """Features of one pull; `tared` is the force [N] subtracted on request.
 
     `teeth` are those of stick–slip, `ripple` those of the machine. `second_rise` is None if the
-    force rises only once. `as_ripple` is the summary if other records show its teeth to be ripple.
+    force rises only once. `as_ripple` is the summary to use if other records show its teeth to be
+    ripple.
     """
 
     features: PullFeatures

@@ -23,7 +23,7 @@ class Unloading:
     `residual_force` is the mean force over the last 1 % of the return [N]. `residual_elongation` is
     the distance from the onset to the point where that slope meets the baseline [m]. `work` is the
     work done during loading [J], `returned` the work recovered during the return [J]. `loop` is
-    their difference, which is dissipated if the return leads to the onset (`closed`).
+    their difference, which is dissipated if the return reaches the onset (`closed`).
     """
 
     stiffness: float | None

@@ -23,7 +23,7 @@ from layerjam.errors import FitError, UnknownNameError
 from layerjam.measure.trace import Array
 
 PARAMETERS = {model: tuple(names) for model, names in NAMES.items()}
-"""{model: its parameters}, with fewest first; C and mu are in Pa, alpha is dimensionless."""
+"""{model: its parameters}, simplest first; C and mu are in Pa, alpha is dimensionless."""
 FOLDS = 8
 BINS = 400
 _EXPONENTS = np.concatenate([np.arange(-10.0, 0.0, 0.5), np.arange(0.5, 14.1, 0.5)])
@@ -274,7 +274,7 @@ def fit_models(strain: Array, stress_measured: Array) -> dict[str, Fit]:
 def choose_model(fits: Mapping[str, Fit]) -> tuple[str, str]:
     """Return (model, reason): the simplest stable model that predicts excluded blocks well.
 
-    It does if the mean log(error/error of the best) over the blocks is within two standard errors.
+    That is, log(error/error of the best) averages less than two standard errors over the blocks.
     """
     usable = {m: f for m, f in fits.items() if f.stable} or dict(fits)
     floor = 1e-9 * max(f.cv_rmse for f in usable.values()) + 1e-300

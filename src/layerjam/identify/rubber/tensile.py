@@ -167,7 +167,7 @@ _SIZES = {
     "m^2": (r"cross.?section|\barea\b|querschnitt", "forces", "cross-section (--area)"),
     "m": (r"gau?ge length|specimen length|\blength\b", "elongations", "length (--gauge-length)"),
 }
-"""Dimensions of a specimen: words in a file's header, quantity to divide, option."""
+"""Dimensions of a specimen: pattern in a file's header, quantity to convert, option."""
 
 
 def _find_size(log: Log, si: str, size: float | None) -> float:
