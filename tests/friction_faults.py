@@ -20,7 +20,7 @@ from layerjam.campaigns.campaign import campaign
 from layerjam.campaigns.spec import FrictionTests, Spec, Truth
 from layerjam.device.load import load
 from layerjam.errors import LayerjamError
-from layerjam.identify.friction.agreement import film_range
+from layerjam.identify.friction.agreement import film_friction_range
 from layerjam.identify.friction.reduction import FrictionResult, pool, reduce_repeat
 from layerjam.identify.friction.standards import PAPER
 from layerjam.measure.trace import Trace
@@ -119,7 +119,7 @@ def judged(name: str, traces: Sequence[Trace]) -> FrictionResult | None:
         repeats = [reduce_repeat(trace, NORMAL) for trace in traces]
     except LayerjamError:
         return None
-    return pool(repeats, [], NORMAL, None, PAPER, False, film_range(load(name)))
+    return pool(repeats, [], NORMAL, None, PAPER, False, film_friction_range(load(name)))
 
 
 @dataclass

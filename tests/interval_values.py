@@ -137,7 +137,7 @@ def of_peaks(pulls: Pulls) -> dict[str, Interval | None]:
     enclosure = enclosure_line(pulls.peaks, pulls.brake).relative or 0.0
     found = {}
     for name, values, shared in zip(SHAPE[:2], pulls.told.T, (enclosure, 0.0), strict=True):
-        units = join_means({name: values.tolist()}).joined(mounted.groups)
+        units = join_means({name: values.tolist()}).join_groups(mounted.groups)
         error = units.standard_error(np.ones(1))
         found[name] = make_interval(name, float(units.estimate[0]), error, shared, "")
     return found
@@ -151,7 +151,7 @@ def of_curves(pulls: Pulls) -> dict[str, Interval | None]:
         estimate=logs.mean(axis=0),
         design=np.tile(np.diag(1 / WORKING), (len(logs), 1, 1)),
         residual=(logs - logs.mean(axis=0)) / WORKING,
-    ).joined(mounted.groups)
+    ).join_groups(mounted.groups)
     found: dict[str, Interval | None] = {}
     for place, name in enumerate(SHAPE):
         told = units.standard_error(np.eye(3)[place])

@@ -10,7 +10,7 @@ import pytest
 from campaigns import bench as virtual
 from layerjam.identify.calibration.peaks import calibrate
 from layerjam.identify.friction.reduction import reduce_friction
-from layerjam.identify.provenance import calibration_files, sha256
+from layerjam.identify.provenance import find_calibration_files, sha256
 from layerjam.identify.pull.features import pull_features
 from layerjam.measure.readers.read import read_trace
 from layerjam.mechanics.pull import peak
@@ -91,11 +91,11 @@ def test_provenance_knows_a_file_by_its_content(tmp_path: Path) -> None:
     import dataclasses
 
     file = load("choi2018-kapton")
-    assert calibration_files(file, [str(one)]) == []
+    assert find_calibration_files(file, [str(one)]) == []
     noted = dataclasses.replace(
         file, notes={"files": [{"name": "x", "sha256": sha256(str(one))}, "odd", {"sha256": 3}]}
     )
     copy = tmp_path / "renamed.csv"
     copy.write_bytes(b"abc")
-    found = calibration_files(noted, [str(one), str(other), str(copy)])
+    found = find_calibration_files(noted, [str(one), str(other), str(copy)])
     assert found == [str(one), str(copy)]

@@ -13,7 +13,7 @@ from layerjam.cli.main import main
 from layerjam.commands.calibration import BrakeCalibration
 from layerjam.device.load import load
 from layerjam.errors import FitError, UnknownNameError
-from layerjam.identify.provenance import calibration_files, sha256
+from layerjam.identify.provenance import find_calibration_files, sha256
 from layerjam.identify.shape import change_shape
 from strategies import KAPTON
 
@@ -103,7 +103,7 @@ def test_curves_writes_a_brake_that_says_how_it_was_made(files: list[Path], tmp_
     assert [(f["name"], f["sha256"]) for f in notes["files"]] == [
         (f.name, sha256(str(f))) for f in files
     ]
-    assert calibration_files(made, map(str, files)) == [str(f) for f in files]
+    assert find_calibration_files(made, map(str, files)) == [str(f) for f in files]
     assert told and all(0 <= share <= 1 for _, share in told)
     # and the brake reads, predicts and is calibrated again to itself
     again = layerjam.calibrate(out, files, depth="curves")

@@ -15,9 +15,9 @@ from layerjam.fluid.closed_forms import final_pressure
 from layerjam.fluid.energy import (
     electric_energy,
     emptying_work,
-    holding,
+    heat_per_joule,
+    holding_cost,
     jam_work,
-    per_joule,
     pumped_work,
     refill_work,
 )
@@ -70,7 +70,7 @@ def test_small_vacuums_cost_as_a_spring():
 
 def test_holding_is_what_the_leak_lets_in():
     line = replace(PAPER, leak=Leak(laminar=2e-8), pump=replace(PAPER.pump, power=3.0))
-    held = holding(60e3, line)
+    held = holding_cost(60e3, line)
     p = A - 60e3
     leak = 2e-8 * (A * A - p * p) / (2 * A)
     assert held.leak == pytest.approx(leak, rel=1e-12)
@@ -85,15 +85,15 @@ def test_holding_is_what_the_leak_lets_in():
 
 def test_the_pump_works_all_the_time_at_the_lowest_pressure():
     line = replace(PAPER, leak=Leak(laminar=2e-8, orifice=0.0))
-    assert holding(A - final_pressure(line), line).duty == pytest.approx(1.0, rel=1e-9)
-    assert holding(A - final_pressure(line) / 2, line).electric_power is None
+    assert holding_cost(A - final_pressure(line), line).duty == pytest.approx(1.0, rel=1e-9)
+    assert holding_cost(A - final_pressure(line) / 2, line).electric_power is None
 
 
 def test_no_leak_costs_nothing_to_hold():
-    assert holding(90e3, PAPER)[:3] == (0.0, 0.0, 0.0)
-    assert holding(90e3, PAPER).electric_power is None
+    assert holding_cost(90e3, PAPER)[:3] == (0.0, 0.0, 0.0)
+    assert holding_cost(90e3, PAPER).electric_power is None
     powered = replace(PAPER, pump=replace(PAPER.pump, power=3.0))
-    assert holding(90e3, powered).electric_power == 0.0
+    assert holding_cost(90e3, powered).electric_power == 0.0
     assert electric_energy(4.0, powered) == pytest.approx(24.0)
     assert electric_energy(4.0, PAPER) is None
 
@@ -107,6 +107,6 @@ def test_a_reservoir_is_emptied_again_for_what_it_took():
 
 
 def test_joules_per_joule():
-    assert per_joule(3.0, 0.5) == 6.0
-    assert per_joule(3.0, None) is None
-    assert per_joule(3.0, 0.0) is None
+    assert heat_per_joule(3.0, 0.5) == 6.0
+    assert heat_per_joule(3.0, None) is None
+    assert heat_per_joule(3.0, 0.0) is None

@@ -18,8 +18,8 @@ from layerjam.fluid.network import (
     Drive,
     gas_imbalance,
     gas_volume,
+    pump_volume,
     respond,
-    side_volume,
     state_at_pressure,
     state_rates,
 )
@@ -142,7 +142,7 @@ def test_cells_and_one_volume_agree_where_waves_do_not_matter():
 def test_gas_is_accounted_for_in_cells():
     line = replace(with_tube(6), valve=None)
     start = state_at_pressure(line, 3e4)
-    assert start[3:6].sum() == pytest.approx(3e4 * (gas_volume(line, 3e4) + side_volume(line)))
+    assert start[3:6].sum() == pytest.approx(3e4 * (gas_volume(line, 3e4) + pump_volume(line)))
     whole = PAPER.chamber.volume + tube_area(line.tube) * line.tube.length
     assert start[3:6].sum() == pytest.approx(3e4 * whole)
     made = respond(line, 0.5, Drive(pump=-1.0), start)

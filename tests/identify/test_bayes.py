@@ -28,8 +28,8 @@ from layerjam.identify.bayes.model import (
     Data,
     Guess,
     choose_start,
+    log_jacobian,
     log_likelihood,
-    log_stretch,
     pack_sites,
     prior_moments,
     priors,
@@ -301,7 +301,7 @@ def test_flat_vector_and_its_stretch(mounting: np.ndarray | None) -> None:
         return jnp.concatenate([jnp.atleast_1d(x) for x in there])
 
     _, size = np.linalg.slogdet(np.asarray(jax.jit(jax.jacfwd(natural))(flat)))
-    assert size == pytest.approx(float(log_stretch(flat, guess, known)), rel=1e-9)
+    assert size == pytest.approx(float(log_jacobian(flat, guess, known)), rel=1e-9)
 
 
 def test_flat_vector_is_standard_where_errors_are_normal() -> None:

@@ -13,7 +13,7 @@ from identify.test_bayes import CURVES, PAIR, TRUTH, VACUUM, guessed
 from layerjam.identify.bayes.fit import fit_bayes
 from layerjam.identify.bayes.model import (
     Data,
-    log_stretch,
+    log_jacobian,
     pack_sites,
     potential,
     priors,
@@ -41,7 +41,7 @@ def test_curves_of_one_mounting_are_correlated() -> None:
         if mounting is None:  # the same place in the unknowns of the other model
             bare = sites._replace(own_a=own, log_mounting_sd_a=None, log_mounting_sd_k=None)
             moved = pack_sites(bare, there, known)
-        stretch = float(log_stretch(moved, there, known))
+        stretch = float(log_jacobian(moved, there, known))
         return -float(potential(moved, there, data, KAPTON, known)) - stretch
 
     here, there = sites.own_a, sites.own_a + np.array([0.01, -0.02, 0.005])

@@ -15,12 +15,12 @@ from layerjam.identify.calibration.budget import (
     Contribution,
     Peak,
     enclosure_line,
-    friction_lines,
     make_budget,
+    make_friction_lines,
     round_to_uncertainty,
     scatter_line,
 )
-from layerjam.identify.calibration.intervals import combine, coverage_factor
+from layerjam.identify.calibration.intervals import combine_uncertainties, coverage_factor
 from layerjam.identify.repeats import summarise_repeats
 from layerjam.identify.shape import change_shape
 from layerjam.mechanics.pull import peak, scale_factor_of_peak
@@ -93,7 +93,7 @@ def test_the_enclosures_line_is_that_of_a_monte_carlo() -> None:
 def test_effective_degrees_of_freedom_are_those_of_the_gums_end_gauge() -> None:
     """GUM, H.1.6: 25, 9.7, 2.9 and 16.6 nm with 18, 25.6, 50 and 2 degrees of freedom."""
     parts = [(25.0, 18.0), (9.7, 25.6), (2.9, 50.0), (16.6, 2.0)]
-    whole, degrees = combine(parts)
+    whole, degrees = combine_uncertainties(parts)
     assert whole == pytest.approx(32, abs=0.5)
     assert degrees == pytest.approx(16.7, abs=0.2)
     assert stats.t.ppf(0.995, int(degrees)) * whole == pytest.approx(93, abs=1)
@@ -127,7 +127,7 @@ def test_the_expanded_uncertainty_holds_over_campaigns(count: int, drawn: float)
     pulls = pulls + drawn * random.standard_normal((campaigns, 1))
     errors = pulls.std(axis=1, ddof=1) / count**0.5
     parts = [[(e, count - 1.0), (0.01, np.inf)] for e in errors.tolist()]
-    reach = np.array([coverage_factor(one) * combine(one)[0] for one in parts])
+    reach = np.array([coverage_factor(one) * combine_uncertainties(one)[0] for one in parts])
     share = float((np.abs(pulls.mean(axis=1) - 1) <= reach).mean())
     assert share >= 0.93
     if drawn == 0.0:
@@ -195,7 +195,7 @@ def test_the_friction_rig_enters_as_its_errors_do(exponent: float) -> None:
     drawn = tests.mean + (tests.standard_error or 0.0) * random.standard_normal(count)
     friction = drawn * force / normal * (area / normal) ** exponent
     factor = 1 / friction
-    lines = friction_lines(tests, limits, exponent)
+    lines = make_friction_lines(tests, limits, exponent)
     found = Budget(contributions=lines)
     assert found.is_complete
     assert found.standard_uncertainty == pytest.approx(factor.std() / factor.mean(), rel=0.01)
@@ -205,8 +205,8 @@ def test_the_friction_rig_enters_as_its_errors_do(exponent: float) -> None:
 def test_what_the_friction_rig_does_not_state_is_listed() -> None:
     """One test has no scatter; the area counts only if friction depends on pressure."""
     one = summarise_repeats([0.24])
-    missing = Budget(contributions=friction_lines(one, {}, 0.0)).missing
+    missing = Budget(contributions=make_friction_lines(one, {}, 0.0)).missing
     assert len(missing) == 3 and "second friction test" in missing[0]
     assert "load_cell_limit" in missing[1] and "normal_force_limit" in missing[2]
-    assert Budget(contributions=friction_lines(one, {}, 0.0)).standard_uncertainty is None
-    assert "area_limit" in Budget(contributions=friction_lines(one, {}, 0.1)).missing[3]
+    assert Budget(contributions=make_friction_lines(one, {}, 0.0)).standard_uncertainty is None
+    assert "area_limit" in Budget(contributions=make_friction_lines(one, {}, 0.1)).missing[3]

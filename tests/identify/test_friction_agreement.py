@@ -15,7 +15,7 @@ from friction_faults import ALARMS, FAULTS, MARKS, MUST, NONE, PAGE, measure
 from layerjam.cli.main import main
 from layerjam.device.load import load
 from layerjam.errors import QuantityError
-from layerjam.identify.friction.agreement import film_range
+from layerjam.identify.friction.agreement import film_friction_range
 from layerjam.measure.trace import Trace
 
 NORMAL = 2.45
@@ -75,8 +75,8 @@ def test_a_fault_of_all_files_shows_against_the_film(factor: float) -> None:
 
 def test_the_range_of_a_film_is_that_of_its_printed_values() -> None:
     """Kapton HN: 0.24 (Choi 2018, table I) and 0.48 (DuPont); half and twice."""
-    assert film_range(load("choi2018-kapton")) == pytest.approx((0.12, 0.96))
-    assert film_range(load("choi2018-ptfe")) == pytest.approx((0.025, 0.15))
+    assert film_friction_range(load("choi2018-kapton")) == pytest.approx((0.12, 0.96))
+    assert film_friction_range(load("choi2018-ptfe")) == pytest.approx((0.025, 0.15))
 
 
 def test_static_far_above_kinetic_fails() -> None:

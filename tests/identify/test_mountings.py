@@ -36,12 +36,12 @@ def test_means_over_joined_pulls_are_students_means_of_mountings() -> None:
         design=np.ones((12, 1, 1)),
         residual=(values - values.mean())[:, None],
     )
-    joined = plain.joined([(0, 1, 2, 3), (4, 5, 6, 7), (8, 9, 10, 11)])
+    joined = plain.join_groups([(0, 1, 2, 3), (4, 5, 6, 7), (8, 9, 10, 11)])
     error, degrees = joined.standard_error(np.ones(1))
     means = values.reshape(3, 4).mean(axis=1)
     assert joined.estimate == plain.estimate
     assert error == pytest.approx(stats.sem(means)) and degrees == pytest.approx(2)
-    same = plain.joined([(n,) for n in range(12)]).standard_error(np.ones(1))
+    same = plain.join_groups([(n,) for n in range(12)]).standard_error(np.ones(1))
     assert same == pytest.approx(plain.standard_error(np.ones(1)))
 
 
@@ -62,7 +62,7 @@ def test_joined_pulls_cover_the_truth_whatever_they_share(
             design=np.ones((len(values), 1, 1)),
             residual=(values - values.mean())[:, None],
         )
-        for units, kind in ((plain.joined(places), 0), (plain, 1)):
+        for units, kind in ((plain.join_groups(places), 0), (plain, 1)):
             error, degrees = units.standard_error(np.ones(1))
             hit = abs(values.mean()) <= quantile(degrees) * error
             inside, alone = inside + (hit and kind == 0), alone + (hit and kind == 1)

@@ -91,7 +91,7 @@ def test_a_chamber_that_vacuum_draws_together_is_recognised():
     t, p = log_of(0.44, 7, shrink=0.6 / A)
     constant = d.fit_pump_down(t, p)
     shrinking = d.fit_pump_down(t, p, shrink=None)
-    assert d.needs_shrink(constant, shrinking)
+    assert d.is_flexible_better(constant, shrinking)
     low, high = shrinking.interval(3)
     assert low < 0.6 / A < high
     law, *_ = check_pump_downs([constant], {})
@@ -99,14 +99,14 @@ def test_a_chamber_that_vacuum_draws_together_is_recognised():
     known = d.fit_pump_down(t, p, shrink=0.6 / A)
     assert known.interval(2)[0] < 0.44 < known.interval(2)[1]
     t, p = log_of(0.44, 8)
-    assert not d.needs_shrink(d.fit_pump_down(t, p), d.fit_pump_down(t, p, shrink=None))
+    assert not d.is_flexible_better(d.fit_pump_down(t, p), d.fit_pump_down(t, p, shrink=None))
 
 
 def test_a_compliance_that_closes_the_chamber():
     found = d.fit_pump_down(*log_of(S / V0, 4))
-    assert d.relative_shrink(V0, None, 0.01e-9, found) == pytest.approx(0.01e-9 / V0)
+    assert d.compliance_ratio(V0, None, 0.01e-9, found) == pytest.approx(0.01e-9 / V0)
     with pytest.raises(FitError, match="would reduce"):
-        d.relative_shrink(V0, None, 0.1e-9, found)
+        d.compliance_ratio(V0, None, 0.1e-9, found)
 
 
 def test_an_early_end_is_said_and_widens_the_interval():

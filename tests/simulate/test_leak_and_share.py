@@ -21,7 +21,7 @@ import layerjam as lj
 from layerjam.commands.plan import _add_leak
 from layerjam.control.plan import Arrival, needed_vacuum, plan_stop
 from layerjam.errors import LayerjamError, QuantityError
-from layerjam.fluid.closed_forms import held_vacuum, holding_time
+from layerjam.fluid.closed_forms import held_vacuum, leak_down_time
 from layerjam.mechanics import friction, pull
 from layerjam.mechanics.enclosure import enclosure_force
 from layerjam.mechanics.stick_slip.wet import ILLUSTRATIVE, wet_force
@@ -52,7 +52,7 @@ def test_a_held_vacuum_follows_the_leak(start, leak_time, spans):
     time = np.array([0.3, 1.0]) * spans * leak_time
     held = held_vacuum(time, start, 1 / leak_time, A)
     np.testing.assert_allclose(held, leaked(time, start, leak_time), rtol=1e-8)
-    np.testing.assert_allclose(holding_time(held, start, 1 / leak_time, A), time, rtol=1e-9)
+    np.testing.assert_allclose(leak_down_time(held, start, 1 / leak_time, A), time, rtol=1e-9)
 
 
 def test_a_small_vacuum_falls_exponentially_and_a_perfect_one_no_faster_than_half_of_it():

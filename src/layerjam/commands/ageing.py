@@ -117,7 +117,7 @@ def _render_brake(
     brake: Any, fit: Any, used: "Sequence[tuple[Trace, float, float]]", name: str
 ) -> str:
     from layerjam.device.file import updated_text
-    from layerjam.identify.provenance import digest_files, mark_synthetic
+    from layerjam.identify.provenance import digest_files, mark_sources
     from layerjam.toml_files.source import Source
 
     def make_source(interval: tuple[float, float]) -> Source:
@@ -133,7 +133,7 @@ def _render_brake(
     }
     files = digest_files([t.path for t, _, _ in used], [t.path for t, _, _ in used if t.synthetic])
     made_by = {"program": "layerjam ageing", "files": files}
-    return updated_text(brake, name, mark_synthetic(changes, _has_synthetic(used)), made_by)
+    return updated_text(brake, name, mark_sources(changes, _has_synthetic(used)), made_by)
 
 
 def _has_synthetic(used: "Sequence[tuple[Trace, float, float]]") -> bool:

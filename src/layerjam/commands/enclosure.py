@@ -225,7 +225,7 @@ def _brake_changes(
     hyperelastic: bool,
 ) -> dict[str, tuple[float, Source] | None]:
     """Return the modulus and, if requested, the chosen model, in the form of a brake file."""
-    from layerjam.identify.provenance import mark_synthetic
+    from layerjam.identify.provenance import mark_sources
 
     if brake is None:
         return {}
@@ -233,7 +233,7 @@ def _brake_changes(
     modulus = _modulus_changes(values, results)
     source = modulus["enclosure.modulus"][1]
     changes = {**modulus, **_model_changes(values, brake, source, hyperelastic)}
-    return mark_synthetic(changes, any(specimen.synthetic for specimen, *_ in results.values()))
+    return mark_sources(changes, any(specimen.synthetic for specimen, *_ in results.values()))
 
 
 def _model_changes(

@@ -202,12 +202,12 @@ def _film_range(traces: Sequence[Trace], brake: BrakeFile | None) -> tuple[float
 
     The film is that of `brake`, or that of the catalogue brake that all files name.
     """
-    from layerjam.identify.friction.agreement import film_range
+    from layerjam.identify.friction.agreement import film_friction_range
 
     names = {trace.facts.brake for trace in traces}
     if brake is None and len(names) == 1 and (name := names.pop()) in catalogue():
         brake = load(str(name))
-    return None if brake is None else film_range(brake)
+    return None if brake is None else film_friction_range(brake)
 
 
 def _load_notices(

@@ -165,7 +165,7 @@ def _leak_results(fit: "LeakFit", result: "Leak", volume_factor: float | None) -
         "time_constant": _time_constant(fit.rate),
         "conductance": None if volume_factor is None else volume_factor * fit.rate,
         "rmse": fit.series.rmse,
-        "worse_by": fit.series.worse_by(result.fits[result.best].series),
+        "worse_by": fit.series.excess_over(result.fits[result.best].series),
         "correlation": fit.series.correlation,
         "leak_rate_at_full_vacuum": None if volume_factor is None else volume_factor * empty,
     }

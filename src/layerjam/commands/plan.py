@@ -399,11 +399,11 @@ def _suggest_sizes(plan: Plan, build: Build | None) -> dict[str, Any]:
 
 def _standby_power(head: str, vacuum: float, standby: Standby) -> dict[str, float | None]:
     """Return the power for maintaining a vacuum [Pa] in air while waiting."""
-    from layerjam.fluid.energy import holding
+    from layerjam.fluid.energy import holding_cost
 
     if standby.water:
         return {}
-    record = holding(vacuum, standby.line)
+    record = holding_cost(vacuum, standby.line)
     return {f"{head}_power": record.least_power, f"{head}_electric": record.electric_power}
 
 
@@ -423,6 +423,6 @@ def _compute_energies(plan: Plan) -> dict[str, Any]:
         "refill_work": 0.0 if water else refill,
         "pump_energy": electric,
         **_standby_power("standing", plan.case.standing, plan.standby),
-        "heat_per_work": energy.per_joule(heat, work),
-        "heat_per_pump_energy": energy.per_joule(heat, electric),
+        "heat_per_work": energy.heat_per_joule(heat, work),
+        "heat_per_pump_energy": energy.heat_per_joule(heat, electric),
     }

@@ -118,7 +118,7 @@ def pump_down(
     vacuum, or "fit".
     """
     from layerjam.identify.logs.checks import check_pump_downs
-    from layerjam.identify.logs.pump_down import fit_pump_down, needs_shrink
+    from layerjam.identify.logs.pump_down import fit_pump_down, is_flexible_better
 
     if (with_volume is None) != (added_volume is None):
         raise QuantityError("added volume: give the second log and --added-volume, or neither")
@@ -139,7 +139,7 @@ def pump_down(
     if compliance is not None:
         constant = first
         single = _fit_compliance(first, compliance, volume, flow, lambda s: fit_log(file, s)[0])
-        if compliance == "fit" and not needs_shrink(first, single):
+        if compliance == "fit" and not is_flexible_better(first, single):
             warnings.append(Notice(NO_COMPLIANCE, "no-compliance"))
     if with_volume is not None:
         second, alternative = fit_log(with_volume)
@@ -181,7 +181,7 @@ def _fit_compliance(
     fit_with: Callable[[float | None], PumpDown],
 ) -> PumpDown:
     """Return the fit with a volume that shrinks under vacuum, by `compliance` [m^3/Pa] or "fit"."""
-    from layerjam.identify.logs.pump_down import relative_shrink
+    from layerjam.identify.logs.pump_down import compliance_ratio
 
     if compliance == "fit":
         return fit_with(None)
@@ -189,7 +189,7 @@ def _fit_compliance(
         raise QuantityError("compliance: requires --volume or --flow, or use --compliance fit")
     fit = constant
     for _ in range(12 if volume is None else 1):  # the flow determines the volume, and vice versa
-        fit = fit_with(relative_shrink(volume, flow, compliance, fit))
+        fit = fit_with(compliance_ratio(volume, flow, compliance, fit))
     return fit
 
 

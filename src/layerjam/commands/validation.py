@@ -130,7 +130,7 @@ def validate(
     out files, each with its reason in `because` (in Python also {file: reason}).
     """
     from layerjam.identify.curves import make_curves
-    from layerjam.identify.provenance import calibration_files
+    from layerjam.identify.provenance import find_calibration_files
     from layerjam.identify.validation.metrics import compare_pull, uncalibrated, validate_curves
     from layerjam.identify.validation.table import (
         FILE,
@@ -155,7 +155,7 @@ def validate(
     except FitError as error:
         sentence = f"no comparison with the model before calibration: {error}"
         warnings.append(Notice(sentence, "uncalibrated"))
-    same = calibration_files(brake, [t.path for t, _, _ in used])
+    same = find_calibration_files(brake, [t.path for t, _, _ in used])
     if same:
         sentence = (
             f"{', '.join(same)}: also used to calibrate this brake, so it does not test the model"

@@ -16,7 +16,7 @@ from layerjam.control.passage import Passage, balance_vacuum
 from layerjam.errors import QuantityError
 from layerjam.fluid.flow import NORMAL, VAPOUR, leak_throughput, tube_conductance
 from layerjam.fluid.line import Leak, Line, Valve, validate, water_compliance
-from layerjam.fluid.pump import check_water, displacement_at_pressure, lowest_pressure
+from layerjam.fluid.pump import displacement_at_pressure, lowest_pressure, require_known_water_flow
 from layerjam.fluid.tube import tube_area
 from layerjam.units import check, quantity, show
 
@@ -144,7 +144,7 @@ def linearise_line(line: Line, *, vacuum: float, water: bool = False) -> Plant:
             )
     else:
         compliance = water_compliance(line)
-        check_water(pump)
+        require_known_water_flow(pump)
         top, leak = atmosphere - max(pump.ultimate, VAPOUR), 0.0
         rate, backwards = flow / compliance / top, reverse_flow / compliance
         vent = (vent * volume or reverse_flow) / (compliance * top)

@@ -8,7 +8,7 @@ from layerjam.dataset import checksums
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load
 from layerjam.errors import FileError, LayerjamError
-from layerjam.identify.provenance import calibration_files
+from layerjam.identify.provenance import find_calibration_files
 from layerjam.measure.conditions import LIST, read_conditions
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.read import open_traces
@@ -94,7 +94,7 @@ def split_calibration_pulls(tests: Campaign) -> tuple[list[str], list[str]]:
     for name in tests.brakes:
         file = load(tests.folder / name)
         if FITTED in file.notes:
-            paths = set(calibration_files(file, [str(tests.folder / p) for p in tests.pulls]))
+            paths = set(find_calibration_files(file, [str(tests.folder / p) for p in tests.pulls]))
             pulls = [p for p in tests.pulls if str(tests.folder / p) in paths]
             if 0 < len(pulls) < len(tests.pulls):
                 return pulls, [p for p in tests.pulls if p not in pulls]

@@ -17,11 +17,11 @@ from layerjam.errors import QuantityError
 from layerjam.fluid.flow import NORMAL, VAPOUR, leak_throughput, tube_conductance
 from layerjam.fluid.line import Line, water_compliance
 from layerjam.fluid.pump import (
-    check_water,
     curve_points,
     inlet_flow,
     lowest_pressure,
     pump_throughput,
+    require_known_water_flow,
 )
 
 
@@ -61,7 +61,7 @@ def _balance_pressure(line: Line, tightest: float) -> float:
     """Return the pressure [Pa] at which pumps and tube balance the leak, by bisection."""
     a, leak, tube = line.site.atmosphere, line.leak, line.tube
 
-    def excess(p: float) -> float:
+    def excess_flow(p: float) -> float:
         leak_flow = leak_throughput(p, a, leak.laminar, leak.orifice)
         square = p * p
         if tube is not None:
@@ -73,7 +73,7 @@ def _balance_pressure(line: Line, tightest: float) -> float:
     low, high = tightest, a
     for _ in range(100):
         middle = (low + high) / 2
-        low, high = (low, middle) if excess(middle) > 0 else (middle, high)
+        low, high = (low, middle) if excess_flow(middle) > 0 else (middle, high)
     return high
 
 
@@ -81,7 +81,7 @@ def reachable_vacuum(line: Line, water: bool = False) -> float:
     """Return the highest vacuum [Pa]; QuantityError for water if only the flow of air is known."""
     if not water:
         return line.site.atmosphere - final_pressure(line)
-    check_water(line.pump)
+    require_known_water_flow(line.pump)
     return line.site.atmosphere - max(line.pump.ultimate, VAPOUR)
 
 
@@ -125,7 +125,7 @@ def held_vacuum(time: Any, start: Any, rate: Any, atmosphere: Any) -> Any:
     return 2 * atmosphere * left / (1 + left)
 
 
-def holding_time(end: Any, start: Any, rate: Any, atmosphere: Any) -> Any:
+def leak_down_time(end: Any, start: Any, rate: Any, atmosphere: Any) -> Any:
     """Return the time [s] for that leak to reduce a vacuum from `start` to `end` [Pa], above 0."""
     twice = 2 * atmosphere
     return np.log(start * (twice - end) / (end * (twice - start))) / rate

@@ -33,7 +33,7 @@ def check_curve(points: Curve, name: str) -> Curve:
         if not (0 <= vacuum <= STANDARD and 0 <= flow <= MOST_FLOW):
             raise QuantityError.of(
                 name,
-                f"{_read_point(vacuum, flow)} is not allowed; vacuums lie between zero and "
+                f"{_show_point(vacuum, flow)} is not allowed; vacuums lie between zero and "
                 f"{show(STANDARD, 'Pa', 6)}, flows between zero and {show(MOST_FLOW, 'm^3/s')}",
             )
     if points[0][0] != 0:
@@ -50,21 +50,21 @@ def check_curve(points: Curve, name: str) -> Curve:
         if not second[1] < first[1]:
             raise QuantityError.of(
                 name,
-                f"the flow does not fall from {_read_point(*first)} to {_read_point(*second)}; the "
+                f"the flow does not fall from {_show_point(*first)} to {_show_point(*second)}; the "
                 "free-air flow of a pump must fall strictly with vacuum",
             )
     if points[-1][1] != 0:
         raise QuantityError.of(
             name,
             (
-                f"ends with {_read_point(*points[-1])}; its last point must be the highest "
+                f"ends with {_show_point(*points[-1])}; its last point must be the highest "
                 "vacuum, with zero flow"
             ),
         )
     return points
 
 
-def _read_point(vacuum: float, flow: float) -> str:
+def _show_point(vacuum: float, flow: float) -> str:
     return f"{show(flow, 'm^3/s')} at {show(vacuum, 'Pa')}"
 
 

@@ -82,7 +82,7 @@ class Holding(NamedTuple):
     """Duty times electric power [W]; None if the power is unknown or the duty is above 1."""
 
 
-def holding(vacuum: float, line: Line) -> Holding:
+def holding_cost(vacuum: float, line: Line) -> Holding:
     """Return the cost of holding a vacuum [Pa] in air; the leaked gas is pumped out at p."""
     a = line.site.atmosphere
     p = a - vacuum
@@ -97,6 +97,6 @@ def holding(vacuum: float, line: Line) -> Holding:
     return Holding(leak, least, duty, duty * line.pump.power * line.pump.count)
 
 
-def per_joule(heat: float, cost: float | None) -> float | None:
+def heat_per_joule(heat: float, cost: float | None) -> float | None:
     """Return the ratio of heat in the brake to energy spent on its vacuum; None if unknown."""
     return None if cost is None or cost <= 0 else heat / cost

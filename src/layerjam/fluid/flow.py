@@ -19,14 +19,14 @@ VAPOUR = 2339.0
 """Vapour pressure of water at 20 degC [Pa] (handbook), below which water boils."""
 
 
-def choked_share(ratio: float, critical: float = CRITICAL) -> float:
+def flow_ratio(ratio: float, critical: float = CRITICAL) -> float:
     """Return the ratio of flow to choked flow at a ratio of absolute pressures, 0 to 1 (ISO 6358).
 
     It is 1 up to the critical ratio, then a quarter of an ellipse, and linear from `LAMINAR` to 0
     at equal pressures.
     """
     if ratio > LAMINAR:
-        return choked_share(LAMINAR, critical) * (1 - ratio) / (1 - LAMINAR)
+        return flow_ratio(LAMINAR, critical) * (1 - ratio) / (1 - LAMINAR)
     x = (ratio - critical) / (1 - critical)
     if x <= 0:
         return 1.0
@@ -39,7 +39,7 @@ def valve_throughput(
     """Return the throughput from `high` to `low` [Pa absolute]; negative if `low` is higher."""
     if low > high:
         return -valve_throughput(low, high, conductance, critical)
-    return conductance * NORMAL * high * choked_share(low / high if high > 0 else 1.0, critical)
+    return conductance * NORMAL * high * flow_ratio(low / high if high > 0 else 1.0, critical)
 
 
 def tube_conductance(length: float, bore: float) -> float:
@@ -57,5 +57,5 @@ def leak_throughput(p: float, atmosphere: float, laminar: float, orifice: float)
     flow = laminar * (atmosphere * atmosphere - p * p) / (2 * atmosphere)
     if orifice:
         high, low = max(p, atmosphere), min(p, atmosphere)
-        flow += math.copysign(orifice * high * choked_share(low / high), atmosphere - p)
+        flow += math.copysign(orifice * high * flow_ratio(low / high), atmosphere - p)
     return flow

@@ -22,7 +22,7 @@ from layerjam.errors import QuantityError
 from layerjam.fluid.flow import leak_throughput, tube_throughput, valve_throughput
 from layerjam.fluid.line import Line
 from layerjam.fluid.pump import pump_throughput
-from layerjam.fluid.tube import cell_rates, cell_volumes, chamber_share, tube_area
+from layerjam.fluid.tube import cell_rates, cell_volumes, chamber_cell_volume, tube_area
 
 Array = npt.NDArray[np.float64]
 CHAMBER, SIDE, RESERVOIR = range(3)
@@ -55,16 +55,14 @@ class Drive(NamedTuple):
     """Rate of the slip [m/s]."""
 
 
-def side_volume(line: Line) -> float:
-    """Return the gas volume on the pump's side [m^3]: the tube's except `nearby_volume`, or 0."""
-    return (
-        0.0 if line.tube is None else tube_area(line.tube) * line.tube.length - nearby_volume(line)
-    )
+def pump_volume(line: Line) -> float:
+    """Return the gas volume on the pump's side [m^3]: the tube's except `end_volume`, or 0."""
+    return 0.0 if line.tube is None else tube_area(line.tube) * line.tube.length - end_volume(line)
 
 
-def nearby_volume(line: Line) -> float:
+def end_volume(line: Line) -> float:
     """Return the tube's gas volume that is counted with the chamber [m^3]: half a cell, or 0."""
-    return 0.0 if line.tube is None else chamber_share(line.tube)
+    return 0.0 if line.tube is None else chamber_cell_volume(line.tube)
 
 
 def cell_count(line: Line) -> int:
@@ -83,7 +81,7 @@ def state_at_pressure(
     state[SIZE : SIZE + cell_count(line)] = p
     volume = gas_volume(line, p, slip)
     tank = 0.0 if line.reservoir is None else line.reservoir.volume
-    state[:6] = p, p, tank_p, p * volume, p * side_volume(line), tank_p * tank
+    state[:6] = p, p, tank_p, p * volume, p * pump_volume(line), tank_p * tank
     return state
 
 
@@ -91,7 +89,7 @@ def gas_volume(line: Line, p: float, slip: float = 0.0) -> float:
     """Return the gas volume [m^3] at the chamber's pressure, for p [Pa absolute] and a slip [m]."""
     chamber, vacuum = line.chamber, line.site.atmosphere - p
     volume = chamber.volume + chamber.volume_per_slip * slip - chamber.shrink * vacuum
-    return volume + nearby_volume(line)
+    return volume + end_volume(line)
 
 
 def relative_density(state: Array, volume: float, line: Line) -> tuple[float, float, float]:
@@ -101,7 +99,7 @@ def relative_density(state: Array, volume: float, line: Line) -> tuple[float, fl
     """
     if line.polytropic == 1:
         return 1.0, 1.0, 1.0
-    products = [float(state[CHAMBER]) * volume, float(state[SIDE]) * side_volume(line), 0.0]
+    products = [float(state[CHAMBER]) * volume, float(state[SIDE]) * pump_volume(line), 0.0]
     if line.tube is not None and line.tube.cells:
         count = line.tube.cells
         products[SIDE] = float(state[SIZE : SIZE + count] @ cell_volumes(line.tube))
@@ -148,7 +146,7 @@ def state_rates(state: Array, drive: Drive, line: Line) -> Array:
     to_side = tube_flow * (dense if tube_flow > 0 else dense_side)
     rate[CHAMBER], rate[3] = dp, leak - to_tank + (vent - outflow if joined else -to_side)
     if not joined:
-        rate[SIDE] = n * (tube_flow + vent - out) / side_volume(line)
+        rate[SIDE] = n * (tube_flow + vent - out) / pump_volume(line)
         rate[4] = to_side + vent - outflow
         if count and line.tube is not None:
             nodes, flows = state[SIZE : SIZE + count], state[SIZE + count :]
@@ -254,15 +252,15 @@ def respond(
     drive_at: Callable[[float], Drive] = drive if callable(drive) else lambda _: drive
     sizes = _state_scales(begin, line)
 
-    def change(t: float, state: Array) -> Array:
+    def state_rate(t: float, state: Array) -> Array:
         if progress is not None:
             progress(t / duration)
         return state_rates(state, drive_at(t), line)
 
     def estimate_jacobian(t: float, state: Array) -> Array:
-        base = change(t, state)
+        base = state_rate(t, state)
         steps = NUDGE * np.diag(sizes)
-        return np.array([(change(t, state + s) - base) / s.sum() for s in steps]).T
+        return np.array([(state_rate(t, state + s) - base) / s.sum() for s in steps]).T
 
     waves: dict[str, Any] = {"method": "Radau", "rtol": CLOSE_IN_CELLS, "jac": estimate_jacobian}
     options = waves if cell_count(line) else {"method": "LSODA", "rtol": CLOSE}
@@ -270,7 +268,7 @@ def respond(
         # a failure is reported only once, below
         warnings.filterwarnings("ignore", message="lsoda:", category=UserWarning)
         solution: Any = solve_ivp(
-            change,
+            state_rate,
             (0.0, duration),
             begin,
             t_eval=np.linspace(0.0, duration, samples),

@@ -38,7 +38,7 @@ def inlet_flow(pump: Pump) -> float:
     return _pump_displacement(pump)
 
 
-def check_water(pump: Pump) -> None:
+def require_known_water_flow(pump: Pump) -> None:
     """Raise QuantityError for a pump whose flow is known only for air."""
     if pump.curve is not None:
         raise QuantityError.of(

@@ -55,7 +55,7 @@ def tube_area(tube: Tube) -> float:
     return math.pi / 4 * tube.bore**2
 
 
-def chamber_share(tube: Tube) -> float:
+def chamber_cell_volume(tube: Tube) -> float:
     """Return the gas volume of the tube that is counted with the chamber [m^3]: half a cell."""
     return tube_area(tube) * tube.length / tube.cells / 2 if tube.cells else 0.0
 

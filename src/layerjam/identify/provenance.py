@@ -72,7 +72,7 @@ def rename_files(value: Any, names: Mapping[str, str]) -> Any:
     return value
 
 
-def calibration_files(file: BrakeFile, paths: Iterable[str]) -> list[str]:
+def find_calibration_files(file: BrakeFile, paths: Iterable[str]) -> list[str]:
     """Return those of `paths` whose content is listed in the brake's [made_by] table."""
     calibration_digests = {
         entry.get("sha256")
@@ -132,11 +132,11 @@ def format_brake(
         ]
     synthetic = any(curve.synthetic for curve in calibration.curves)
     return updated_text(
-        file, name, mark_synthetic(calibration.sources, synthetic), made_by, acceptances
+        file, name, mark_sources(calibration.sources, synthetic), made_by, acceptances
     )
 
 
-def mark_synthetic(
+def mark_sources(
     changes: Mapping[str, tuple[float, Source] | None], synthetic: bool
 ) -> dict[str, tuple[float, Source] | None]:
     """Return values for a brake file, with their sources marked if `synthetic`.

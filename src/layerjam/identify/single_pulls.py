@@ -135,7 +135,7 @@ def make_single_pulls(
     typical = float(np.median([f for f in factors if f is not None])) if any(factors) else None
     shifts = _compare_groups(findings, factors, curves)
     _compare_factors(findings, factors, shifts, [c.vacuum for c in curves])
-    _compare_each(
+    _compare_pulls(
         findings, "slope", _to_log(springs), "stiffness {} vs. the others", limit=DEVIATION_LIMIT
     )
     _compare_shapes(findings, shapes)
@@ -163,7 +163,7 @@ def _to_log(values: Sequence[float | None]) -> list[float | None]:
     return [None if v is None else float(np.log(v)) for v in values]
 
 
-def _compare_each(
+def _compare_pulls(
     findings: _Findings,
     test: str,
     pull_values: Sequence[float | None],
@@ -201,7 +201,7 @@ def _compare_shapes(findings: _Findings, shapes: Sequence[float | None]) -> None
     """Find curves whose part after the peak deviates from the others or from their own peak."""
     words = "after the peak {} vs. its own peak, unlike the others"
     logs = [None if s is None else float(np.log1p(max(s, -0.99))) for s in shapes]
-    _compare_each(findings, "shape", logs, words, fewest=1)
+    _compare_pulls(findings, "shape", logs, words, fewest=1)
     for place, deviation in enumerate(shapes):
         if deviation is not None and abs(deviation) > OVERSHOOT:
             findings.verdicts[place]["shape"] = "odd"
@@ -273,7 +273,7 @@ def _compare_seating(findings: _Findings, curves: Sequence[Curve]) -> None:
     bends, indices = findings.known_values("seating", [c.pull.seating for c in curves], 1)
     if not indices:
         return
-    soft = _is_soft(bends.tolist())
+    soft = _is_seat_soft(bends.tolist())
     # weight each by its own error: at low vacuum the rise is short and its bend uncertain
     errors = np.hypot([curves[i].pull.seating_se for i in indices], LEAST["seating"] / 4)
     middle = float(np.average(bends, weights=errors**-2))
@@ -286,7 +286,7 @@ def _compare_seating(findings: _Findings, curves: Sequence[Curve]) -> None:
             findings.add_outlier("seating", indices[place], words)
 
 
-def _is_soft(bends: Sequence[float]) -> bool:
+def _is_seat_soft(bends: Sequence[float]) -> bool:
     """Return whether the rises bend, on average over the pulls, as on a yielding seat."""
     from scipy.special import stdtrit
 
@@ -333,7 +333,7 @@ def _check_rises(rows: Sequence[SinglePull]) -> Check | None:
     bends = [float(np.log1p(row.seating)) for row in rows if row.seating is not None]
     if not bends:
         return None
-    soft = _is_soft(bends) or (
+    soft = _is_seat_soft(bends) or (
         len(rows) < FEWEST and any(r.verdicts["seating"] == "odd" for r in rows)
     )
     change = format_percent(float(np.mean(bends)))

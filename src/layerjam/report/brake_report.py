@@ -14,8 +14,8 @@ from layerjam.identify.calibration.budget import (
     Budget,
     Contribution,
     Peak,
-    friction_lines,
     make_budget,
+    make_friction_lines,
 )
 from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.friction.reduction import FrictionResult
@@ -242,7 +242,7 @@ def _friction_lines(report: BrakeReport, exponent: float) -> tuple[Contribution,
     kinetic = None if report.friction is None else report.friction[1].over["kinetic"]
     if kinetic is None:
         return ()
-    return friction_lines(kinetic, _find_widest_limits(report, "friction"), exponent)
+    return make_friction_lines(kinetic, _find_widest_limits(report, "friction"), exponent)
 
 
 def _make_budgets(report: BrakeReport, result: Calibration) -> tuple[Budget, Budget]:

@@ -5,7 +5,7 @@ import random
 from dataclasses import dataclass
 
 from layerjam.device.mount import Site
-from layerjam.fluid.flow import choked_share
+from layerjam.fluid.flow import flow_ratio
 
 RIPPLE = (2.0, 20.0)
 """Range of stroke frequencies of a pump [Hz]."""
@@ -48,7 +48,7 @@ class Uneven:
         return self._flow_per_vacuum(vacuum) / self._flow_per_vacuum(self.right_at)
 
     def _flow_per_vacuum(self, vacuum: float) -> float:
-        return choked_share(1 - min(vacuum / ATMOSPHERE, 1.0)) / vacuum
+        return flow_ratio(1 - min(vacuum / ATMOSPHERE, 1.0)) / vacuum
 
 
 def draw_uneven(draw: random.Random, right_at: float) -> Uneven:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from layerjam.errors import QuantityError, explain_arguments
-from layerjam.fluid.closed_forms import holding_time
+from layerjam.fluid.closed_forms import leak_down_time
 from layerjam.simulate.quantities import VACUUM
 from layerjam.units import QuantitySpec, show
 
@@ -66,7 +66,7 @@ class History:
             return cls(np.array([-held, 1.0 - held]), np.full(2, vacuum))
         # equal steps of the square root approximate an exponential equally well everywhere
         left = vacuum * np.linspace(1.0, 1.0 / LEAK_SAMPLES, LEAK_SAMPLES) ** 2
-        return cls(holding_time(left, vacuum, 1 / leak_time, atmosphere) - held, left)
+        return cls(leak_down_time(left, vacuum, 1 / leak_time, atmosphere) - held, left)
 
     def interpolate(self, time: Any) -> Array:
         """Return the vacuum [Pa] at times [s]."""

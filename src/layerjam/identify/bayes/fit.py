@@ -21,9 +21,9 @@ from layerjam.identify.calibration.mountings import find_mountings
 from layerjam.identify.calibration.peaks import (
     calibrate_at_peaks,
     fit_curves,
-    log_values,
     make_pull_table,
     scale_enclosure,
+    stack_logarithms,
 )
 from layerjam.identify.calibration.record import Calibration, make_shape_sources
 from layerjam.identify.calibration.whole_curves import WINDOW
@@ -39,12 +39,12 @@ def prior_population(brake: Brake, draws: int = 1000, seed: int = 1) -> Populati
     """Return brakes drawn from the priors alone: the model's prediction before any pull."""
     random, prior_of = np.random.default_rng(seed), priors(brake)
 
-    def draw(name: str) -> Array:
+    def draw_prior(name: str) -> Array:
         prior = prior_of[name]
         return np.exp(prior.place + prior.sd * random.standard_normal(draws))
 
     names = ("scale_factor", "stiffness", "enclosure_factor", "residual")
-    return Population(brake=brake, **{name: draw(name) for name in names})
+    return Population(brake=brake, **{name: draw_prior(name) for name in names})
 
 
 def fit_bayes(
@@ -113,7 +113,7 @@ def calibrate_bayesian(
     """
     draws, chains, seed = sampling
     single = fit_curves(curves, brake)
-    mounting = find_mountings(curves, log_values(single))
+    mounting = find_mountings(curves, stack_logarithms(single))
     fit = fit_bayes(
         curves,
         brake,

@@ -307,7 +307,7 @@ def pack_sites(sites: Sites, guess: Guess, beliefs: PriorNumbers) -> Array:
     return np.concatenate([np.atleast_1d(np.asarray(x, float)) for x in parts])
 
 
-def log_stretch(flat: Any, guess: Guess, beliefs: PriorNumbers) -> Any:
+def log_jacobian(flat: Any, guess: Guess, beliefs: PriorNumbers) -> Any:
     """Return the log determinant of the map from the flat vector to the unknowns."""
     ways = _make_unit_maps(_convert_raw_values(flat, guess), guess, beliefs)
     return sum(jnp.log(w.brake_sd) + jnp.log(w.own_sd).sum(axis=-1) for w in ways)
@@ -417,4 +417,4 @@ def potential(flat: Any, guess: Guess, data: Data, brake: Brake, beliefs: PriorN
 
     sites = {n: x for n, x in unpack_sites(flat, guess, beliefs)._asdict().items() if x is not None}
     density, _ = log_density(numpyro_model, (data, brake, beliefs, guess.mounting), {}, sites)
-    return -density - log_stretch(flat, guess, beliefs)
+    return -density - log_jacobian(flat, guess, beliefs)

@@ -129,7 +129,7 @@ class BayesFit:
             scale_factor=self.scale_factor.ravel(),
             stiffness=self.stiffness.ravel(),
             enclosure_factor=self.enclosure_factor.ravel(),
-            residual=self._residual(),
+            residual=self._draw_residual_sd(),
         )
 
     def next_pull(self) -> Population:
@@ -150,7 +150,7 @@ class BayesFit:
         of_repeats: Array = getattr(self, f"{name}_sd")
         return of_repeats if of_mountings is None else np.hypot(of_repeats, of_mountings)
 
-    def _residual(self) -> Array:
+    def _draw_residual_sd(self) -> Array:
         """Return the residual SD of a randomly chosen curve, for each draw."""
         flat = self.residual.reshape(-1, self.residual.shape[-1])
         places = np.random.default_rng([self.seed, 2]).integers(flat.shape[1], size=len(flat))
@@ -158,7 +158,7 @@ class BayesFit:
 
     def summary(self) -> dict[str, Posterior]:
         """Return the brake, the scatter between repeats and the next pull ("next_..."), by name."""
-        out = {n: self._row(n, v, m) for n, (v, m) in self.columns().items() if v.ndim == 2}
+        out = {n: self._make_row(n, v, m) for n, (v, m) in self.columns().items() if v.ndim == 2}
         after = self.next_pull()
         for name in ("scale_factor", "stiffness"):
             spec = QuantitySpec(out[name].unit, f"{name.replace('_', ' ')} of a further pull")
@@ -166,7 +166,7 @@ class BayesFit:
             out[f"next_{name}"] = _summarise_draws(getattr(after, name), spec, None, None, prior)
         return out
 
-    def _row(self, name: str, draws: Array, spec: QuantitySpec) -> Posterior:
+    def _make_row(self, name: str, draws: Array, spec: QuantitySpec) -> Posterior:
         prior = self.priors[name]
         prior_text = prior.text() if name != "correlation" else prior.why
         return _summarise_draws(draws, spec, *chain_agreement(draws), prior_text)

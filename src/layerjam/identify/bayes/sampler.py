@@ -44,14 +44,14 @@ Array = np.ndarray[Any, Any]
 
 
 @functools.cache
-def _compile_engine(warmup: int) -> tuple[Any, ...]:
+def _compile_sampler(warmup: int) -> tuple[Any, ...]:
     """Return compiled functions: potential and slope, chain starts, and a block of draws."""
     from numpyro.infer.hmc import hmc  # type: ignore[import-untyped]
 
-    def whiten(center: Any, root: Any, *case: Any) -> Any:
+    def whiten_potential(center: Any, root: Any, *case: Any) -> Any:
         return lambda y: potential(center + root @ y, *case)
 
-    begin, step = hmc(potential_fn_gen=whiten, algo="NUTS")
+    begin, step = hmc(potential_fn_gen=whiten_potential, algo="NUTS")
 
     @functools.partial(jax.jit, compiler_options=_COMPILE)
     def start_chains(places: Any, keys: Any, *case: Any) -> Any:
@@ -69,23 +69,23 @@ def _compile_engine(warmup: int) -> tuple[Any, ...]:
         return jax.vmap(start_chain)(places, keys)
 
     @functools.partial(jax.jit, compiler_options=_COMPILE)
-    def block(states: Any, *case: Any) -> Any:
-        def advance(state: Any, _: Any) -> Any:
+    def draw_block(states: Any, *case: Any) -> Any:
+        def advance_chain(state: Any, _: Any) -> Any:
             state = step(state, case, {})
             return state, (state.z, state.diverging)
 
-        return jax.vmap(lambda s: jax.lax.scan(advance, s, None, length=BLOCK))(states)
+        return jax.vmap(lambda s: jax.lax.scan(advance_chain, s, None, length=BLOCK))(states)
 
     @functools.partial(jax.jit, compiler_options=_COMPILE)
     def evaluate(points: Any, *case: Any) -> Any:
         return jax.lax.map(lambda p: jax.value_and_grad(potential)(p, *case), points)
 
-    return evaluate, start_chains, block
+    return evaluate, start_chains, draw_block
 
 
 def evaluate_potential(points: Array, *case: Any) -> tuple[Array, Array]:
     """Return potential (n,) and slope (n, unknowns) at flat vectors, evaluated in equal batches."""
-    evaluate = _compile_engine(WARMUP)[0]
+    evaluate = _compile_sampler(WARMUP)[0]
     padded_points = np.concatenate(
         [points, np.repeat(points[-1:], -len(points) % _AT_ONCE, axis=0)]
     )
@@ -189,7 +189,7 @@ def sample_posterior(
     data = Data(*(jnp.asarray(x) for x in data))
     center, root, guess = find_start(first, data, brake, beliefs, mounting)
     case = (jnp.asarray(center), jnp.asarray(root), guess, data, brake, beliefs)
-    *_, start_chains, block = _compile_engine(WARMUP)
+    *_, start_chains, draw_block = _compile_sampler(WARMUP)
     # chains begin at different points of the posterior, so that R-hat can detect disagreement
     key, keys = jax.random.split(jax.random.PRNGKey(seed))
     places = jax.random.normal(key, (chains, len(center)))
@@ -198,7 +198,7 @@ def sample_posterior(
     blocks: list[tuple[Array, Array]] = []
     try:
         for count in range(BLOCK, total + 1, BLOCK):
-            states, (y, divergent) = block(states, *case)
+            states, (y, divergent) = draw_block(states, *case)
             jax.block_until_ready(states)
             if count > WARMUP:
                 blocks.append((np.asarray(y), np.asarray(divergent)))

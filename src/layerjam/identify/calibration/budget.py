@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.identify.calibration.intervals import combine, coverage_factor
+from layerjam.identify.calibration.intervals import combine_uncertainties, coverage_factor
 from layerjam.identify.repeats import OverRepeats
 from layerjam.identify.shape import change_shape
 from layerjam.mechanics.pull import scale_factor_of_peak
@@ -73,12 +73,12 @@ class Budget:
     @property
     def standard_uncertainty(self) -> float | None:
         """Standard uncertainty: the root of the sum of squares (GUM, 5.1.2)."""
-        return combine(self._parts)[0] if self._parts else None
+        return combine_uncertainties(self._parts)[0] if self._parts else None
 
     @property
     def degrees_of_freedom(self) -> float | None:
         """Effective degrees of freedom (GUM, annex G.4.1)."""
-        return combine(self._parts)[1] if self._parts else None
+        return combine_uncertainties(self._parts)[1] if self._parts else None
 
     @property
     def coverage_factor(self) -> float | None:
@@ -158,7 +158,7 @@ def enclosure_line(peaks: Sequence[Peak], brake: Brake) -> Contribution:
         what="enclosure's force",
         basis=f"relative SD {brake.enclosure.force_sd:.2g} ({words})",
         standard=brake.enclosure.force_sd,
-        sensitivity=_factor_change(peaks, brake, variant=stronger),
+        sensitivity=_factor_sensitivity(peaks, brake, variant=stronger),
         supply="" if stated else f"{ENCLOSURE} in the brake file, with its source (enclosure)",
     )
 
@@ -183,7 +183,7 @@ def make_budget(
     `limits` are the error limits of "load_cell" (relative to the reading) and "gauge" [Pa], assumed
     rectangular (GUM, 4.3.7); both affect all pulls alike. `sources` are those of the brake's
     geometry, whose `sd` is used. There is no friction line, because the budget is that of the
-    product of scale factor and friction; `friction_lines` adds it.
+    product of scale factor and friction; `make_friction_lines` adds it.
     """
     inverse_vacuum = float(np.mean([1 / p.vacuum for p in peaks]))
     cell, gauge = limits.get("load_cell"), limits.get("gauge")
@@ -192,23 +192,23 @@ def make_budget(
         _make_limit_line(
             "load cell",
             cell,
-            _factor_change(peaks, brake, force=1 + STEP),
+            _factor_sensitivity(peaks, brake, force=1 + STEP),
             f"load_cell_limit in {place}",
         ),
         _make_limit_line(
             "vacuum gauge",
             None if gauge is None else gauge * inverse_vacuum,
-            _factor_change(peaks, brake, vacuum=1 + STEP),
+            _factor_sensitivity(peaks, brake, vacuum=1 + STEP),
             f"gauge_limit in {place}",
             "" if gauge is None else show(gauge, "Pa"),
         ),
     )
     return Budget(
-        contributions=(*fitted_lines, *lines, *_list_geometry(peaks, brake, sources)), value=value
+        contributions=(*fitted_lines, *lines, *_geometry_lines(peaks, brake, sources)), value=value
     )
 
 
-def friction_lines(
+def make_friction_lines(
     kinetic: OverRepeats, limits: Mapping[str, float | None], exponent: float
 ) -> tuple[Contribution, ...]:
     """Return the lines that friction adds to the budget of the scale factor.
@@ -263,7 +263,7 @@ def _make_limit_line(
     )
 
 
-def _list_geometry(
+def _geometry_lines(
     peaks: Sequence[Peak], brake: Brake, sources: Mapping[str, Source]
 ) -> Iterator[Contribution]:
     """Yield the lines of the brake's lengths, with their uncertainty from its file."""
@@ -277,12 +277,12 @@ def _list_geometry(
             what=words,
             basis="not stated" if sd is None else f"relative SD {sd:.2g}, from the brake file",
             standard=sd,
-            sensitivity=_factor_change(peaks, brake, variant=longer),
+            sensitivity=_factor_sensitivity(peaks, brake, variant=longer),
             supply=f"sd of {path} in the brake file" if sd is None else "",
         )
 
 
-def _factor_change(
+def _factor_sensitivity(
     peaks: Sequence[Peak],
     brake: Brake,
     *,

@@ -84,11 +84,11 @@ class Further:
         """Return the number of pulls under the best condition that reach a target half-width."""
         best = next(iter(self.after_one()))
 
-        def least(chance: float | None) -> int | None:
+        def smallest_count(chance: float | None) -> int | None:
             enough = self.half_width(best, np.arange(PULL_LIMIT + 1), chance) <= target
             return int(enough.argmax()) if enough.any() else None
 
-        return RequiredPulls(condition=best, likely=least(None), sure=least(SURE))
+        return RequiredPulls(condition=best, likely=smallest_count(None), sure=smallest_count(SURE))
 
 
 def predict_further_pulls(

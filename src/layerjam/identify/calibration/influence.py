@@ -140,7 +140,7 @@ def compute_shifts(
     the values whose logarithm is estimated. The shifts are first-order. A file that alone
     determines the value has no shift.
     """
-    single = {name: (place,) for place, name in enumerate(number_names(names))}
+    single = {name: (place,) for place, name in enumerate(number_duplicates(names))}
     sets = single, groups if len(groups) > 1 else {}
     shifts = [
         {
@@ -168,7 +168,7 @@ def _rank_shifts(
     return dict(sorted(shift_of.items(), key=lambda item: -abs(item[1])))
 
 
-def number_names(names: Sequence[str]) -> list[str]:
+def number_duplicates(names: Sequence[str]) -> list[str]:
     """Return the names with duplicates numbered (files in several folders, or specimens)."""
     count, out = Counter(names), []
     occurrences: Counter[str] = Counter()

@@ -22,7 +22,7 @@ def quantile(degrees: float, level: float = LEVEL) -> float:
     return float(special.stdtrit(degrees, (1 + level) / 2))
 
 
-def combine(parts: Iterable[tuple[float, float]]) -> tuple[float, float]:
+def combine_uncertainties(parts: Iterable[tuple[float, float]]) -> tuple[float, float]:
     """Return the combined standard uncertainty and its effective degrees of freedom.
 
     `parts` are (standard uncertainty, degrees of freedom) of independent contributions in one unit.
@@ -38,13 +38,13 @@ def combine(parts: Iterable[tuple[float, float]]) -> tuple[float, float]:
 
 
 def coverage_factor(parts: Sequence[tuple[float, float]]) -> float:
-    """Return the ratio of expanded (95 %) to combined uncertainty of `parts` (see `combine`).
+    """Return the ratio of expanded (95 %) to combined uncertainty of `parts`.
 
     It is Student's quantile for the effective degrees of freedom (GUM, annex G.4.1). The expanded
     uncertainty is never below that of any single contribution; with one or two degrees of freedom,
     the Welch-Satterthwaite formula alone could make a further contribution reduce it.
     """
-    total, degrees = combine(parts)
+    total, degrees = combine_uncertainties(parts)
     single = [quantile(freedom) * u / total for u, freedom in parts if u > 0]
     return max([quantile(degrees), *single])
 
@@ -71,7 +71,7 @@ class Interval:
 
         The interval of a `positive` value is symmetric about its logarithm, so it excludes zero.
         """
-        error, degrees = combine(parts)
+        error, degrees = combine_uncertainties(parts)
         factor = coverage_factor(parts)
         low, high = interval_ends(value, factor * error, positive)
         return cls(
@@ -109,7 +109,7 @@ class Population:
         """Number of curves."""
         return len(self.residual)
 
-    def joined(self, groups: Sequence[Sequence[int]]) -> "Population":
+    def join_groups(self, groups: Sequence[Sequence[int]]) -> "Population":
         """Return the population with the curves (indices) of each group joined into one.
 
         The estimate stays the same; intervals are then based on the scatter between groups,

@@ -122,7 +122,7 @@ def fit_jointly(
         )
         total = np.einsum("gki,gkj->ij", seen_design, seen_design)
         score = np.einsum("gki,gk->gi", seen_design, residuals)
-        step = _shared_step(total, score.sum(axis=0), names)
+        step = _solve_shared_step(total, score.sum(axis=0), names)
         tell("least squares over all curves", min(rounds / 6, 0.99))
         is_settled = bool(np.abs(step).max() < SETTLED)
         if is_settled:
@@ -159,7 +159,7 @@ def _inverse_roots(information: np.ndarray) -> np.ndarray:
     return np.asarray(root / WORKING)
 
 
-def _shared_step(total: np.ndarray, score: np.ndarray, names: Sequence[str]) -> np.ndarray:
+def _solve_shared_step(total: np.ndarray, score: np.ndarray, names: Sequence[str]) -> np.ndarray:
     """Return the step of the shared parameters; raises FitError if one is undetermined."""
     unknown = [n for n, strength in zip(names, np.diag(total), strict=True) if not strength > 1e-9]
     if unknown:

@@ -123,7 +123,7 @@ def fit_curves(curves: Sequence[Curve], brake: Brake) -> list[PullFit | None]:
     return fits
 
 
-def log_values(fits: Sequence[PullFit | None]) -> np.ndarray:
+def stack_logarithms(fits: Sequence[PullFit | None]) -> np.ndarray:
     """Return ln of the scale factor and stiffness of each pull, (pulls, 2); NaN if unknown."""
     pairs = [(None, None) if f is None else (f.scale_factor, f.stiffness) for f in fits]
     return np.log(np.array([[np.nan if v is None else v for v in row] for row in pairs]))
@@ -205,7 +205,7 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
     enclosure = enclosure_line([Peak(f.pull.peak_force, f.vacuum) for f in fits], brake)
     # the scale factor from a peak does not depend on speed, so pulls at one vacuum are one
     # condition
-    mounting = find_mountings(curves, log_values(fits))
+    mounting = find_mountings(curves, stack_logarithms(fits))
     fields = _estimate_means(
         values_of,
         [replace(c, speed=None) for c in curves],
@@ -285,7 +285,7 @@ def _estimate_means(
         )
         for key, by_name in statistics.items():
             fields.setdefault(key, {}).update(by_name)
-    population = join_means(values_of).joined(mountings)
+    population = join_means(values_of).join_groups(mountings)
     unit = dict(zip(values_of, np.eye(len(values_of)), strict=True))
     both = (
         estimate_covariance(population, unit) if len(fields["covariance"]) == len(values_of) else {}

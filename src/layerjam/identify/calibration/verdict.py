@@ -15,7 +15,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.load import devices, load
 from layerjam.errors import FitError, count_text
 from layerjam.identify.calibration.forward import LEAST_ENCLOSURE
-from layerjam.identify.calibration.influence import Influence, number_names
+from layerjam.identify.calibration.influence import Influence, number_duplicates
 from layerjam.identify.calibration.intervals import Interval, quantile
 from layerjam.identify.calibration.least_squares import JointFit
 from layerjam.identify.checks import (
@@ -99,7 +99,7 @@ def judge_identifiability(fit: JointFit) -> Identifiability:
     )
 
 
-def note_product(brake: Brake) -> Check:
+def note_parameter_products(brake: Brake) -> Check:
     """Note that forces determine only products of parameters."""
     return check(
         "identifiable",
@@ -143,7 +143,7 @@ def check_bounds(values: Mapping[str, float]) -> Check:
     return check("bounds", not at_bounds, sentence)
 
 
-def check_catalogue(product: float) -> Check:
+def check_catalogue_range(product: float) -> Check:
     """Check that friction times scale factor is plausible for the films in the catalogue."""
     brakes = [load(name).brake for name in devices()]
     values = [b.scale_factor * b.film.kinetic for b in brakes]
@@ -202,7 +202,7 @@ def curve_misfits(fit: JointFit) -> np.ndarray:
     return np.array(out) / fit.reduced.height
 
 
-def require_law(fit: JointFit, names: Sequence[str]) -> None:
+def require_law_match(fit: JointFit, names: Sequence[str]) -> None:
     """Raise FitError for a curve that the law cannot describe with any parameters."""
     misfits = curve_misfits(fit)
     worst = int(misfits.argmax())
@@ -244,7 +244,7 @@ def check_single_curves(fit: JointFit, names: Sequence[str]) -> Check:
 
 def check_slip_residuals(fit: JointFit) -> Check:
     """Check that no section of slip has the same deviation from the law in all curves."""
-    means = section_means(fit)
+    means = mean_section_residuals(fit)
     count = len(means)
     middle = np.nanmean(means, axis=0)
     if count > 1:
@@ -263,7 +263,7 @@ def check_slip_residuals(fit: JointFit) -> Check:
     return check("residuals over slip", not bad.any(), sentence)
 
 
-def section_means(fit: JointFit) -> np.ndarray:
+def mean_section_residuals(fit: JointFit) -> np.ndarray:
     """Return mean residuals over sections of slip, relative to the peak: (curves, sections)."""
     out = np.full((len(fit.reduced), SECTIONS), np.nan)
     for place, residual in enumerate(fit.own.residual):
@@ -336,18 +336,18 @@ def check_curves(
     fit: JointFit, brake: Brake, values: Mapping[str, float], curves: Sequence[Curve]
 ) -> tuple[Check, ...]:
     """Return all checks that do not use intervals."""
-    names, speeds = number_names([c.name for c in curves]), [c.speed for c in curves]
+    names, speeds = number_duplicates([c.name for c in curves]), [c.speed for c in curves]
     parameters, vacuum = fit.own.own, fit.reduced.vacuum
     law = fit.design @ fit.population.estimate + fit.held
     with_exponent = int("pressure_exponent" in fit.free)
     result = "converged" if fit.settled else "did not converge"
     checks: list[Check | None] = [
-        note_product(brake),
+        note_parameter_products(brake),
         check_parameters(judge_identifiability(fit)),
         check("settled", fit.settled, f"least squares {result} after {fit.rounds} iterations"),
         check_bounds(values),
         check_plausibility(values["scale_factor"]),
-        check_catalogue(values["scale_factor"] * brake.film.kinetic),
+        check_catalogue_range(values["scale_factor"] * brake.film.kinetic),
         check_stiffness(values["stiffness"], float(stiffness_before_slip(brake))),
         check_enclosure(values["enclosure_factor"]),
         check_repeats(fit),

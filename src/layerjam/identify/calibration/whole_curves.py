@@ -23,7 +23,7 @@ from layerjam.identify.calibration.verdict import (
     check_curves,
     check_single_file,
     judge_identifiability,
-    require_law,
+    require_law_match,
 )
 from layerjam.identify.checks import check_intervals
 from layerjam.identify.curves import Curve
@@ -61,7 +61,7 @@ def calibrate_curves(
     if "speed" in free:
         brake = replace(brake, speed_law=None)
     fit = fit_jointly(curves, brake, free, progress)
-    require_law(fit, [c.path or c.name for c in curves])
+    require_law_match(fit, [c.path or c.name for c in curves])
     contrasts, method = _make_contrasts(fit, brake), "t, sandwich over curves (CR2)"
     method += ", degrees of freedom by Satterthwaite"
     law = fit.design @ fit.population.estimate + fit.held

@@ -83,10 +83,10 @@ def fit_ageing(
         values=values,
         warnings=(),
     )
-    return AgeingFit(**{**vars(fit), "warnings": tuple(_note_line_faults(fit, decades))})
+    return AgeingFit(**{**vars(fit), "warnings": tuple(_line_notices(fit, decades))})
 
 
-def _note_line_faults(fit: AgeingFit, decades: Array) -> list[Notice]:
+def _line_notices(fit: AgeingFit, decades: Array) -> list[Notice]:
     out, (low, high) = [], fit.ageing_interval
     if low <= 0 <= high:
         out.append(

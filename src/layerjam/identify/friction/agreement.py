@@ -32,7 +32,7 @@ MARGIN = 2.0
 """Factor by which the catalogue's range of a film's friction is widened at both ends."""
 
 
-def film_range(file: BrakeFile) -> tuple[float, float]:
+def film_friction_range(file: BrakeFile) -> tuple[float, float]:
     """Return the plausible range of kinetic friction [-] for a brake's film.
 
     It spans the brake's own value and all values of that film in the catalogue, widened by
@@ -58,7 +58,7 @@ def check_friction(
     """Return the checks of friction tests, one for each of `files`.
 
     `values` has static and kinetic friction [-] and speed [m/s] of each test, None if unknown, and
-    `means` the means over them. `span` is the result of `film_range`, None if the film is unknown.
+    `means` the means over them. `span` is from `film_friction_range`, None if the film is unknown.
     """
     names = [Path(file).name or f"repeat {place}" for place, file in enumerate(files, 1)]
     quantities = {SPOKEN[name]: value for name, value in values.items()}

@@ -22,7 +22,7 @@ from layerjam.identify.friction.agreement import check_friction
 from layerjam.identify.friction.breakaway import Breakaway, Inertia, find_breakaway, inertia_effect
 from layerjam.identify.friction.envelope import StickSlip, find_envelope
 from layerjam.identify.friction.standards import PAPER, Standard
-from layerjam.identify.provenance import digest_files, mark_synthetic, sha256
+from layerjam.identify.provenance import digest_files, mark_sources, sha256
 from layerjam.identify.repeats import OverRepeats, summarise_repeats
 from layerjam.identify.stick_slip import CAUSE, SawTeeth, find_ripple, find_saw_teeth
 from layerjam.measure.trace import Array, Trace
@@ -181,7 +181,7 @@ def reduce_repeat(
         if speed is not None and breakaway.distinct:
             inertia = inertia_effect(travel, force, time, breakaway, mass, speed)
         warnings += _breakaway_warnings(breakaway, inertia, normal_force)
-    warnings += _standard_warnings(standard, speed, time, travel)
+    warnings += _deviation_warnings(standard, speed, time, travel)
     return FrictionRepeat(
         static=static / normal_force,
         kinetic=kinetic,
@@ -252,7 +252,7 @@ def _breakaway_warnings(
     ]
 
 
-def _standard_warnings(
+def _deviation_warnings(
     standard: Standard, speed: float | None, time: Array | None, travel: Array
 ) -> list[str]:
     out = []
@@ -405,12 +405,12 @@ def add_friction(
         )
     if file.brake.amplification_held is not None:
         changes["amplification_held"] = (1.0, blank)
-    record = _record_origin(result, synthetic := {r.path for r in result.repeats if r.synthetic})
-    marked_changes = mark_synthetic(changes, bool(synthetic))
+    record = _origin_table(result, synthetic := {r.path for r in result.repeats if r.synthetic})
+    marked_changes = mark_sources(changes, bool(synthetic))
     return updated_text(file, name, marked_changes, record, acceptances), warnings
 
 
-def _record_origin(result: FrictionResult, synthetic: Collection[str]) -> dict[str, Any]:
+def _origin_table(result: FrictionResult, synthetic: Collection[str]) -> dict[str, Any]:
     start, end = (show(w, "m") for w in result.window)
     means = (f"{name} {o.mean:.4g}, {o.describe_interval()}" for name, o in result.means.items())
     sticking, middle = 0, ""

@@ -111,7 +111,7 @@ def fit_dry(
     points: SpeedPoints, brake: Brake, *, exponent: float = 1.0, viscous: bool = False
 ) -> SpeedFit:
     """Fit the Stribeck law for dry sheets; `viscous` adds growth with speed. Raises FitError."""
-    coulomb, enclosure = _friction_lever(points, brake)
+    coulomb, enclosure = _unit_friction_force(points, brake)
     if not (points.vacuum > 0).all():
         raise FitError("points: dry sheets without vacuum have no friction to fit")
     speed = points.speed
@@ -135,7 +135,7 @@ def fit_dry(
 
 def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> SpeedFit:
     """Fit the wet law, with adhesion and a viscous term, to several vacuums; raises FitError."""
-    coulomb, enclosure = _friction_lever(points, brake)
+    coulomb, enclosure = _unit_friction_force(points, brake)
     if np.ptp(points.vacuum) <= 0.05 * points.vacuum.max(initial=0.0):
         raise FitError(
             "points: one vacuum cannot tell adhesion from friction; measure at two or more"
@@ -161,7 +161,7 @@ def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> Spee
     return best.result(law)
 
 
-def _friction_lever(points: SpeedPoints, brake: Brake) -> tuple[Array, Array]:
+def _unit_friction_force(points: SpeedPoints, brake: Brake) -> tuple[Array, Array]:
     """Return (force per unit friction coefficient, enclosure force) [N]."""
     brake = require_flat(brake, "the fit of friction versus speed")
     contact = brake.sheets.overlap - points.slip

@@ -42,7 +42,7 @@ class Series:
     residuals: Array
     whiten: Array
 
-    def worse_by(self, rival: "Series") -> float:
+    def excess_over(self, rival: "Series") -> float:
         """Return by how much the sum of squares exceeds that of `rival`, relative to its noise.
 
         It is twice the difference in log likelihood.

@@ -131,14 +131,14 @@ def reduce_crash(
         time = time[0] + np.arange(len(acceleration)) / sampling
     _check_class(cfc, rate)
 
-    def smooth(values: Array) -> Array:
+    def apply_filter(values: Array) -> Array:
         return cfc_filter(values, rate, cfc) if cfc is not None else values
 
-    quiet, quiet_notes = _count_quiet_samples(time, smooth(acceleration), rate, before)
+    quiet, quiet_notes = _count_quiet_samples(time, apply_filter(acceleration), rate, before)
     still = acceleration[:quiet]
-    offset, offset_se = float(still.mean()), _error_of_mean(still)
+    offset, offset_se = float(still.mean()), _mean_standard_error(still)
     signal = acceleration - offset
-    filtered_signal = smooth(signal)
+    filtered_signal = apply_filter(signal)
     top, high = (int(np.argmax(np.abs(values))) for values in (signal, filtered_signal))
     first, last = _find_pulse_range(filtered_signal, high, SHARE)
     start, end = _find_pulse_ends(filtered_signal, high, first, last)
@@ -218,7 +218,7 @@ def _count_quiet_samples(
     ]
 
 
-def _error_of_mean(values: Array) -> float:
+def _mean_standard_error(values: Array) -> float:
     """Return a mean's standard error from at most twenty block means, to include slow noise."""
     runs = average_bins(values, min(20, len(values)))
     return float(np.std(runs, ddof=1) / np.sqrt(len(runs)))
@@ -272,7 +272,7 @@ def _note_drift(signal: Array, last: int, rate: float, offset_se: float) -> list
     tail = signal[last:][-max((len(signal) - last) // 2, 1) :]
     if len(tail) < 20:
         return []
-    level, se = float(tail.mean()), _error_of_mean(tail)
+    level, se = float(tail.mean()), _mean_standard_error(tail)
     if abs(level) <= 4 * np.hypot(se, offset_se) + 0.002 * float(np.abs(signal).max()):
         return []
     return [

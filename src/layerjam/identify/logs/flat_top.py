@@ -85,7 +85,7 @@ def find_flat_top(record: Array, quiet: int) -> FlatTop | None:
         first, last = _find_longest_run(np.abs(record - level) <= SAME * span)
         if last - first < LEAST or height < 0.5 * reach:
             continue
-        grain = grain or _estimate_grain(record, still, span)
+        grain = grain or _estimate_quantum_and_noise(record, still, span)
         top = _judge_run(record, level, first, last, height, grain)
         if top is not None and (best is None or top.certain > best.certain):
             best = top
@@ -98,7 +98,7 @@ def _find_longest_run(is_equal: np.ndarray) -> tuple[int, int]:
     return int(ends[2 * longest]), int(ends[2 * longest + 1])
 
 
-def _estimate_grain(record: Array, still: Array, span: float) -> _Grain:
+def _estimate_quantum_and_noise(record: Array, still: Array, span: float) -> _Grain:
     """Return the smallest step between two values of the record, and the noise of the quiet part.
 
     Without noise, neighbouring codes may be missing; the result is then the step of which all

@@ -43,8 +43,8 @@ def pressure(model: str, time: Array, start: float, rate: float, atmosphere: flo
         return atmosphere - left
     if model == "orifice":
         if y0 >= 1:
-            return atmosphere / _overpressure_ratio(_overpressure_clock(1 / y0) + rate * time)
-        return atmosphere * _subatmospheric_ratio(_subatmospheric_clock(y0) + rate * time)
+            return atmosphere / _overpressure_ratio(_overpressure_scaled_time(1 / y0) + rate * time)
+        return atmosphere * _subatmospheric_ratio(_subatmospheric_scaled_time(y0) + rate * time)
     raise UnknownNameError("leak model", model, MODELS)
 
 
@@ -62,7 +62,7 @@ def flow(model: str, p: float, rate: float, atmosphere: float) -> float:
 
 
 # the scaled time s of an orifice is ds = dt C/V, zero when the flow ceases to be choked
-def _subatmospheric_clock(ratio: float) -> float:
+def _subatmospheric_scaled_time(ratio: float) -> float:
     excess = (ratio - CRITICAL) / (1 - CRITICAL)
     return ratio - CRITICAL if excess <= 0 else (1 - CRITICAL) * float(np.arcsin(excess))
 
@@ -81,7 +81,7 @@ def _tangent_integral(tangent: Array | float) -> Array:
     return np.asarray(2 / _ROOT * np.arctan((CRITICAL * tangent + 1 - CRITICAL) / _ROOT))
 
 
-def _overpressure_clock(ratio: float) -> float:
+def _overpressure_scaled_time(ratio: float) -> float:
     excess = (ratio - CRITICAL) / (1 - CRITICAL)
     if excess <= 0:
         return float(np.log(ratio / CRITICAL))
@@ -120,10 +120,10 @@ class LeakFit:
     def flow_interval(self, p: float, atmosphere: float) -> tuple[float, float, float]:
         """Return q/V [Pa/s] at a pressure, and its 95 % interval."""
 
-        def flow_of(values: Array) -> float:
+        def leak_flow(values: Array) -> float:
             return flow(self.model, p, float(values[1]), atmosphere)
 
-        return (flow_of(self.series.values), *self.series.interval(flow_of, positive=True))
+        return (leak_flow(self.series.values), *self.series.interval(leak_flow, positive=True))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -190,7 +190,7 @@ def fit_leak(
     fits = {m: _fit_model(m, t, p, atmosphere, ends, settled) for m in MODELS}
     order = sorted(fits, key=lambda m: fits[m].series.rmse)
     best = fits[order[0]]
-    distinct = all(fits[m].series.worse_by(best.series) > CLEAR for m in order[1:])
+    distinct = all(fits[m].series.excess_over(best.series) > CLEAR for m in order[1:])
     if settled:
         warnings.append(
             "the record reaches its final level, so the sensor's zero is fitted too: "

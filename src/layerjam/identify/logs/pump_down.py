@@ -202,7 +202,7 @@ def fit_pump_down(
     )
 
 
-def relative_shrink(volume: float | None, flow: float | None, loss: float, fit: PumpDown) -> float:
+def compliance_ratio(volume: float | None, flow: float | None, loss: float, fit: PumpDown) -> float:
     """Return c/V0 [1/Pa] for a volume loss c [m³/Pa]; if only the flow is known, V0 = S/rate.
 
     `fit` is a fit at constant volume, whose rate is a first guess.
@@ -216,9 +216,9 @@ def relative_shrink(volume: float | None, flow: float | None, loss: float, fit: 
     return loss / base
 
 
-def needs_shrink(constant: PumpDown, flexible: PumpDown) -> bool:
+def is_flexible_better(constant: PumpDown, flexible: PumpDown) -> bool:
     """Return whether a volume that changes with vacuum fits the log clearly better."""
-    return constant.series.worse_by(flexible.series) > CLEAR
+    return constant.series.excess_over(flexible.series) > CLEAR
 
 
 def pump_flow(fit: PumpDown, volume: float) -> DerivedValue:

@@ -124,7 +124,7 @@ def pull_features(trace: Trace) -> PullFeatures:
     below = [np.flatnonzero(steps <= part * height) for part in LINEAR]
     low, high = (int(b[-1]) if len(b) else 0 for b in below)
     sparse = high - low < SLOPE
-    if sparse and not (len(below[0]) and _find_falls(force, _estimate_noise_sd(force, top))):
+    if sparse and not (len(below[0]) and _has_falling_end(force, _estimate_noise_sd(force, top))):
         raise FileError(
             trace.path,
             f"has {max(high - low, 0)} samples between {LINEAR[0]:.0%} and "
@@ -186,7 +186,7 @@ def _estimate_noise_sd(force: Array, top: int) -> float:
     return float(np.std(np.diff(force[max(0, top - 20) : top + 20]))) / np.sqrt(2)
 
 
-def _find_falls(force: Array, noise: float) -> bool:
+def _has_falling_end(force: Array, noise: float) -> bool:
     # use means over equal sections: the highest of many samples is a few standard errors too high
     few = max(3, len(force) // 100)
     sums = np.cumsum(force)  # a convolution with `few` steps per sample
@@ -207,7 +207,7 @@ def _fit_peak(
     noise = _estimate_noise_sd(force, top)
     index = np.arange(onset, end)
     index = index[slip[index] > 3 * noise / stiffness + 1e-9]
-    falls = _find_falls(force, noise)
+    falls = _has_falling_end(force, noise)
     peak_fields = {"has_peak": falls, "peak_samples": len(index), "noise": noise}
     raw = peak_fields | {
         "peak_force": height,

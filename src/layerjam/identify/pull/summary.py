@@ -127,7 +127,7 @@ def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
     unloading = find_unloading(trace.elongation, trace.force, start.onset, start.baseline, noise)
     second_rise = find_second_rise(features.elongation, features.force)
 
-    def summarise(teeth: SawTeeth | None, ripple: SawTeeth | None) -> PullSummary:
+    def make_summary(teeth: SawTeeth | None, ripple: SawTeeth | None) -> PullSummary:
         part = features if teeth is None else _limit_peak(features, teeth, noise)
         return PullSummary(
             features=part,
@@ -147,13 +147,13 @@ def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
 
     teeth = _find_teeth(trace, features)
     if teeth is None:
-        return summarise(None, None)
-    as_ripple = summarise(None, teeth)
+        return make_summary(None, None)
+    as_ripple = make_summary(None, teeth)
     # while sticking, a tooth rises with the pull's stiffness; a bent or a double rise does not
     certain = features.straight and second_rise is None
     if certain and teeth.stiffness < STUCK * features.stiffness:
         return as_ripple
-    return replace(summarise(teeth, None), as_ripple=as_ripple)
+    return replace(make_summary(teeth, None), as_ripple=as_ripple)
 
 
 def _find_start(trace: Trace, features: PullFeatures) -> Start:

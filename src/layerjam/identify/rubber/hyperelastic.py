@@ -83,7 +83,7 @@ def initial_modulus(model: str, parameters: Mapping[str, float]) -> float:
     return 6 * (parameters["C1"] + (parameters["C2"] if model == "mooney-rivlin" else 0.0))
 
 
-def stable_until(
+def stability_limits(
     model: str, parameters: Mapping[str, float], top: float, points: int = 400
 ) -> dict[str, float]:
     """Return {mode: strain [-], at most `top`, up to which Drucker's condition holds}.
@@ -141,7 +141,7 @@ def _solve_linear(columns: Array, stress: Array) -> Array:
     return np.asarray(np.linalg.lstsq(columns / size, stress, rcond=None)[0] / size)
 
 
-def _solve_positive(exponents: Array, stretch: Array, stress: Array) -> Array:
+def _solve_nonnegative(exponents: Array, stretch: Array, stress: Array) -> Array:
     """Return one or two of Ogden's mu for given exponents, with mu times alpha not negative."""
     columns = stress_basis("ogden-n", stretch, exponents) * np.sign(exponents)
     size = np.linalg.norm(columns, axis=0)
@@ -174,7 +174,7 @@ def least_squares(
 
     def residual(exponents: Array) -> Array:
         columns = stress_basis(model, stretch, exponents)
-        return columns @ _solve_positive(exponents, stretch, stress) - stress
+        return columns @ _solve_nonnegative(exponents, stretch, stress) - stress
 
     starts = _list_exponents(stretch, stress, terms)
     if guess is not None:
@@ -184,7 +184,7 @@ def least_squares(
     best = min(minima, key=lambda one: float(one.cost))
     order = np.argsort(best.x)
     exponents = best.x[order]
-    linear = _solve_positive(exponents, stretch, stress)
+    linear = _solve_nonnegative(exponents, stretch, stress)
     return {
         name: float(value)
         for i in range(terms)
@@ -244,7 +244,7 @@ def fit_model(model: str, strain: Array, stress_measured: Array) -> Fit:
         left = least_squares(model, x[others], y[others], parameters)
         blocks.append(float(np.sqrt(np.mean((stress(model, left, x[part]) - y[part]) ** 2))))
     top = float(x[-1])
-    stable_to = stable_until(model, parameters, top)
+    stable_to = stability_limits(model, parameters, top)
     floor = 1e-12 * float(np.max(np.abs(y)))
     mean_square = max(float(np.mean(residuals**2)), floor**2)
     error_at_100 = None

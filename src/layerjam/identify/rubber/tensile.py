@@ -108,12 +108,12 @@ def read_rubber(
             f"{log.name}: engineering values computed from true ones, assuming constant volume"
         )
     elif "force" in log and ("elongation" in log or "strain" in log):
-        stress = log["force"] / _find_size(log, "m^2", area)
+        stress = log["force"] / _find_dimension(log, "m^2", area)
         if "strain" in log:
             strain = log["strain"]
             _require_strain_unit(log)
         else:
-            strain = log["elongation"] / _find_size(log, "m", gauge_length)
+            strain = log["elongation"] / _find_dimension(log, "m", gauge_length)
     else:
         raise FileError(
             log.path,
@@ -170,7 +170,7 @@ _SIZES = {
 """Dimensions of a specimen: pattern in a file's header, quantity to convert, option."""
 
 
-def _find_size(log: Log, si: str, size: float | None) -> float:
+def _find_dimension(log: Log, si: str, size: float | None) -> float:
     """Return a dimension of the specimen, given or in the header: 'Specimen Length (mm);33'."""
     words, holds, option = _SIZES[si]
     if size:
@@ -229,7 +229,7 @@ def specimen_moduli(specimen: Specimen, window: tuple[float, float] = WINDOW) ->
             f"{specimen.name}: {int(inside.sum())} samples lie between strains of {low:.0%} and "
             f"{high:.0%}; the initial modulus needs 4"
         )
-    at_100, se_100 = _stress_at(x, y, 1.0)
+    at_100, se_100 = _estimate_stress(x, y, 1.0)
     if at_100 is None:
         warnings.append(f"{specimen.name}: ends at a strain of {x[-1]:.0%}, before 100 %")
     if y[0] < 0:
@@ -243,14 +243,14 @@ def specimen_moduli(specimen: Specimen, window: tuple[float, float] = WINDOW) ->
         window=window,
         modulus_100=at_100,
         modulus_100_se=se_100,
-        modulus_300=_stress_at(x, y, 3.0)[0],
+        modulus_300=_estimate_stress(x, y, 3.0)[0],
         strength=float(y.max()),
         strain_at_end=float(x[-1]),
         warnings=tuple(warnings),
     )
 
 
-def _stress_at(x: Array, y: Array, strain: float) -> tuple[float | None, float | None]:
+def _estimate_stress(x: Array, y: Array, strain: float) -> tuple[float | None, float | None]:
     """Return the stress at a strain, and its standard error, by a parabola over ±10 % of it."""
     if not x[0] <= strain <= x[-1]:
         return None, None
