@@ -58,7 +58,7 @@ def make_estimates(
     values: dict[str, float] = {}
     intervals: dict[str, Interval | None] = {}
     scatter: dict[str, tuple[float, float] | None] = {}
-    units = population.joined(mountings)
+    units = population.join_groups(mountings)
     together = units.count < population.count
     resamples = bootstrap_errors(units, [range(units.count)] if together else groups, contrasts)
     bootstrap: dict[str, Interval | None] = {}
