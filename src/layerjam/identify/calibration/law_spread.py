@@ -151,7 +151,7 @@ def _make_peak_spread(calibration: Calibration) -> LawSpread | None:
 
 def _make_curve_spread(calibration: Calibration, fit: JointFit) -> LawSpread | None:
     count, interval = len(fit.reduced), calibration.intervals["scale_factor"]
-    covariance = fit.population.joined(calibration.mountings).covariance()
+    covariance = fit.population.join_groups(calibration.mountings).covariance()
     degrees = count - (len(fit.names) - 2)
     if degrees <= 0 or interval is None or not np.isfinite(covariance).all():
         return None
