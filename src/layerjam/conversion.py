@@ -132,8 +132,8 @@ def strip_unit(value: Any, si: str, name: str) -> Any:
     """Return the SI number or array of a value that has a unit; other values are unchanged.
 
     Units are read from pint and astropy quantities, and from a DataArray or Series whose
-    `attrs["units"]` names its unit. A DataArray remains one. Raises QuantityError for a unit with
-    the wrong dimension, for an unknown unit, and for a table.
+    `attrs["units"]` names its unit. A DataArray remains a DataArray. Raises QuantityError for a
+    unit with the wrong dimension, for an unknown unit, and for a table.
     """
     if hasattr(value, "columns") or hasattr(value, "data_vars"):
         kind = type(value).__name__

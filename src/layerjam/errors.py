@@ -74,8 +74,8 @@ class FileError(LayerjamError):
         """Build the message; `how` is its ending, which names the option that helps.
 
         `asks` names the missing choice: "columns", "force-sign", "elongation-sign", "decimal",
-        "specimen", "sheet", "speed" or "reading". A page offers this choice in its own way, below
-        the text `plain`.
+        "specimen", "sheet", "speed" or "reading". A page shows its own control for this choice
+        below the text `plain`.
         """
         place = f"{path}, line {line}" if line else f"{path}"
         super().__init__(f"{place}: {reason}{how}")
@@ -178,7 +178,7 @@ class ProcedureError(LayerjamError, ValueError):
 
 
 class FitError(LayerjamError, ValueError):
-    """Measurements that do not determine a quantity; `path` is set if one file is concerned."""
+    """Measurements that do not determine a quantity; `path` is set if they are from one file."""
 
     key = "fit"
     path: str = ""

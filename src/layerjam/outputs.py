@@ -72,8 +72,8 @@ def _field(
 def declare(cls: type[T]) -> type[T]:
     """Return a decorator that completes the fields of a class before `dataclass` processes it.
 
-    A field that is named again without a value keeps the unit and the text of the field in the base
-    class, and its key moves to this position. The ends of an interval come after its quantity.
+    A field that is declared again without a value keeps the unit and the text of the field in the
+    base class, and its key moves to this position. The ends of an interval come after its quantity.
     """
     bases = [base for base in reversed(cls.__mro__[1:]) if is_dataclass(base)]
     inherited = {f.name: f for base in bases for f in fields(base)}

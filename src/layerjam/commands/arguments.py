@@ -59,7 +59,7 @@ def bind_arguments(
 def gather_options(
     name: str, cls: type, record: Any, loose: Mapping[str, Any], options: Sequence[str]
 ) -> Mapping[str, Any]:
-    """Return the options of a record by name, given as a whole (`record`) or as `loose` fields.
+    """Return a record's options by name, given as one `record` or as `loose` single fields.
 
     Raises ArgumentError if both are given, UnknownNameError for an option that the record does not
     have, and QuantityError for an object that is not such a record.

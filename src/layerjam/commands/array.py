@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 PARALLEL = QuantitySpec("1", "chains of brakes in parallel", lo=1, hi=100, whole=True)
 SERIES = QuantitySpec("1", "brakes in series in each chain", lo=1, hi=100, whole=True)
 BRAKES_LIMIT = 1000
-"""Largest number of brakes in one array; `layerjam.Array` accepts more, and different ones."""
+"""Largest number of brakes in one array; `layerjam.Array` accepts more, also different brakes."""
 
 
 @result

@@ -45,7 +45,7 @@ class BenchServed(Result):
 def bench_status(address: BenchAddress) -> BenchState:
     """Print the state of a bench.
 
-    It sends only queries. Only one client can use the board's serial line; if a gateway is running,
+    Only queries are sent. Only one client can use the board's serial line; if a gateway is running,
     use its `tcp:` address. Raises FileError, LineError and QuantityError if the bench cannot be
     reached.
     """
@@ -67,7 +67,7 @@ class BenchCleared(Result):
 
 @command("bench", parent="bench", computes=False)
 def bench_clear(address: BenchAddress) -> BenchCleared:
-    """Clear the latched fault of a bench, its error queue and its registers. Nothing starts.
+    """Clear the latched fault, error queue and registers of a bench; no output is switched on.
 
     The bench is in SAFE afterwards. Find the cause first: `bench check` tests the wiring. Raises
     FileError, LineError and QuantityError for a bench that cannot be reached.
@@ -99,8 +99,8 @@ def bench_serve(
 ) -> BenchServed:
     """Share one bench among many clients, over TCP and as a serial port.
 
-    The first line printed is JSON: `listening`, `pid`, `address`. It runs until SIGTERM or Ctrl-C,
-    then switches the outputs off. Raises FileError if the port cannot be opened.
+    The first line printed is JSON: `listening`, `pid`, `address`. The gateway runs until SIGTERM or
+    Ctrl-C, then switches the outputs off. Raises FileError if the port cannot be opened.
     """
     from layerjam.rig.serve import serve
 

@@ -33,7 +33,7 @@ REPLACED = (
     "sensor.lag",
     "sensor.noise",
 )
-"""Fields of a line file that these values replace."""
+"""Fields of a line file that the measured values replace."""
 FIRST_RUN = (
     *("--procedure", "evacuate to 20 kPa and hold 5 s; vent"),
     *("--brake", "choi2018-kapton", "--out", "first-run.ljrun"),

@@ -320,7 +320,7 @@ def _make_refused_build(error: Any, file: BrakeFile, brakes: int) -> Built:
 
 
 def _drawing_quantities(drawing: Drawing) -> dict[str, Any]:
-    """Return {key of the result: value}; masses, film and silicone are for all brakes."""
+    """Return {key of the result: value}; masses, film and silicone are totals for all brakes."""
     from layerjam.fabricate.masses import UNWEIGHED, screw_name
     from layerjam.fabricate.silicone import cavity_volume
 

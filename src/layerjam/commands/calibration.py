@@ -117,8 +117,8 @@ class Sampling:
 class BrakeCalibration(FromFiles, Judged):
     """A brake calibrated on pulls; `record` is (BrakeFile, the fit).
 
-    Numbers that a depth does not determine are None. `traces` are the pulls that were used,
-    thinned.
+    Numbers that the chosen depth does not determine are None. `traces` are the pulls that were
+    used, thinned.
     """
 
     record: "tuple[BrakeFile, Calibration]"

@@ -72,7 +72,7 @@ class Comparison(Result):
         return TABLE_UNITS
 
     def lines(self) -> Iterator[str]:
-        """Yield devices with sources, the effect of one more sheet, and classes without one."""
+        """Yield sourced devices, the effect of one more sheet, and classes without a device."""
         yield "mass, maximum force, force density"
         for row in self.devices:
             yield ""

@@ -149,10 +149,10 @@ def crash(
     """Compute peak, filtered peak, velocity change and duration of an impact from a log.
 
     The largest pulse of the log is used. `filter_class` is none, cfc60, cfc180, cfc600 or cfc1000;
-    `before` is the length of the quiet part at the beginning. With `falling` the sensor was in free
-    fall before the impact, so gravity is subtracted from the velocity change. `hic` is the longest
-    window of the head injury criterion. The file may be a run that `bench run --shot` recorded;
-    such a run already states rate and range.
+    `before` is the duration of the quiet part at the start of the log. `falling` states that the
+    sensor was in free fall before the impact; gravity is then subtracted from the velocity change.
+    `hic` is the longest window of the head injury criterion. A run recorded by `bench run --shot`
+    is accepted too; it already states rate and range.
     """
     from layerjam.identify.logs import crash as crash_log
     from layerjam.identify.logs.checks import check_crash

@@ -88,7 +88,7 @@ def describe_dataset(
 def _group_used_files(
     root: Path, files: Mapping[str, Sequence[str]], content: "BrakeReport"
 ) -> tuple[list[tuple[str, ...]], dict[str, dict[str, str]]]:
-    """Return the files used for each of USES, and {path: use and reason} of rejected ones."""
+    """Return the files used for each use in USES, and {path: use and reason} of rejected files."""
     groups: dict[str, tuple[str, ...]] = {}
     unused: dict[str, dict[str, str]] = {}
     for use, stage in zip(USES, STAGES, strict=True):

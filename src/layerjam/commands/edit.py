@@ -47,10 +47,10 @@ def edit(
 ) -> EditedFile:
     """Return a brake with a different name and different numbers.
 
-    `changes` maps a dotted path to text with a unit, an SI number or None. None stands for unknown,
-    the value of the material, or the default. `kind` and `source` state the source of the new
-    numbers; if no source is given, the previous one is kept. Raises QuantityError for a bad value
-    or path, FileError for values that contradict each other.
+    `changes` maps a dotted path to text with a unit, an SI number or None. None means unknown, the
+    value of the material, or the default. `kind` and `source` state the source of the new numbers;
+    if no source is given, the previous one is kept. Raises QuantityError for a bad value or path,
+    FileError for values that contradict each other.
     """
     file = convert_brake(brake)
     edition = file.edit(_convert_changes(file, changes, BRAKE_FIELDS, kind, source), name=name)

@@ -202,7 +202,7 @@ def _write_brake(
 ) -> tuple[str | None, list[Notice]]:
     """Write the changed brake.
 
-    Return its path, and a notice that its scale factor is that of the old enclosure.
+    Returns the path, and a notice that the scale factor is that of the old enclosure.
     """
     if brake is None:
         return None, []
@@ -267,7 +267,7 @@ def _model_changes(
 def _modulus_changes(
     values: Mapping[str, Any], results: Mapping[str, Any]
 ) -> dict[str, tuple[float, Source]]:
-    """Return the mean 100 % modulus in the form of a brake file; raises FitError if none."""
+    """Return the mean 100 % modulus in the form of a brake file; FitError if there is none."""
     from layerjam.identify.provenance import sha256
 
     if values.get("modulus_100") is None:

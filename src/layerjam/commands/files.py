@@ -39,7 +39,7 @@ noise are computed beforehand from all samples.
 
 @result
 class FromFiles(Result):
-    """Result of measured files, with the brake file that was written."""
+    """Result computed from measured files, with the brake file that was written."""
 
     understood: Mapping[str, Any] = fact("how each file was read", listed=False)
     refused: Mapping[str, str] = fact("files not used, with reasons", listed=False)

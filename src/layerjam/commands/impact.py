@@ -151,7 +151,7 @@ def drop(
     `columns` and `decimal` are as for every log. The fraction `vacuum_share` of the gauge's reading
     presses the sheets. With `leak_time` the line is shut off `held` before the rope is taut, and
     the vacuum leaks away. A mass that has not stopped when `duration` is over has the outcome
-    FINISHED and no `stopping_time`. One that creeps to rest on an overdamped rope has none either.
+    FINISHED and no `stopping_time`. A mass creeping to rest on an overdamped rope also has none.
     """
     site = brake.brake.site
     arrives = arrival_speed(speed, height, horizontal, site.gravity)
@@ -389,7 +389,7 @@ def observed(
     warmth: Warmth | None = None,
     accept: Mapping[str, str] | None = None,
 ) -> Stop:
-    """Return the stop with the reading of a different accelerometer or a different allowed rise.
+    """Return the stop for a different accelerometer or a different allowed temperature rise.
 
     The result includes the temperature rise of the sheets; an impossible stop is unchanged.
     """

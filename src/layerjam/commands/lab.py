@@ -54,7 +54,7 @@ class PracticeFiles(Result):
         yield from ("", "try:", *(f"  {line}" for line in self.next or ()))
 
     def table(self, width: int = 80) -> str:
-        """Return the example itself, or the table."""
+        """Return the text of the example or, for a campaign, the table."""
         return self.text.rstrip("\n") or super().table(width)
 
     def json(self) -> str:

@@ -33,7 +33,7 @@ class LeakFound(Judged):
     """Leak of a closed chamber, according to the law that fits the log best; `record` is the Leak.
 
     Leak rates apply at the window's mean pressure and are positive out of the chamber; they are
-    None without a volume.
+    None if no volume is given.
     """
 
     record: "Leak"

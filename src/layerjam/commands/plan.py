@@ -60,8 +60,8 @@ class CollisionPlan(Judged):
     vacuum that just stops the estimate within the travel, limited to that reached in time. `full_`
     and `tuned_` are probabilities for log-normal mass and speed: `_beyond` of needing more slip
     than the travel, `_out` of needing more than the brake has. `expected_g` covers the stops that
-    succeed. `_needed` are sufficient sizes if only that one is changed. They are None, with a
-    reason, if no size is sufficient or needed.
+    succeed. Each `_needed` value is a size that suffices if only that size is changed. It is None,
+    with a reason, if no size is sufficient or needed.
     """
 
     record: Plan
@@ -258,7 +258,7 @@ def plan(
 
 
 def _collect_stop_records(plan: Plan) -> tuple[Any, ...]:
-    """Return both stops, and the iteration of each with the vacuum line."""
+    """Return both stops, and the iteration of each stop with the vacuum line."""
     full, tuned_coupling = plan.full.coupled, plan.tuned.coupled
     later_stop = add_prefix(
         "tuned_", plan.tuned, tuned_coupling, add_prefix("coupling_", tuned_coupling)
@@ -352,7 +352,7 @@ def _suggest_build(plan: Plan) -> Build | None:
 
 
 def _predict_spreads(plan: Plan, samples: int, seed: int) -> tuple[Spread, Spread]:
-    """Return the spread of collisions at the full vacuum reached in time, and at the tuned one."""
+    """Return the spread of collisions at the full vacuum reached in time and the tuned vacuum."""
     from layerjam.control.plan_spread import predict_spread
 
     full = predict_spread(plan.reached, plan.brake.brake, plan.case, samples, seed)

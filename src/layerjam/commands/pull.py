@@ -91,10 +91,10 @@ def pull(
 ) -> Pulls:
     """Analyse measured pulls: slack, preload, onset, stiffness, peak, stick–slip, unloading.
 
-    `files` are paths or traces, several or one. Nothing is subtracted from a force unless `tare`
-    asks for the force before the load rises. `start` and `end` select a part of each record by its
-    time. The spacing of stick–slip grows with its amplitude; identical spacing with different
-    amplitudes in several files indicates a ripple of the machine.
+    `files` are one or more paths or traces. The force before the load rise is subtracted only with
+    `tare`. `start` and `end` select a part of each record by its time. The spacing of stick–slip
+    grows with its amplitude; identical spacing with different amplitudes in several files indicates
+    a ripple of the machine.
     """
     from layerjam.identify.pull.summary import pull_summary
     from layerjam.identify.stick_slip import find_ripple

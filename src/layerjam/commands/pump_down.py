@@ -54,7 +54,7 @@ class PumpFound(Judged):
     """Volume and pump flow, as far as the logs determine them.
 
     `record` is (PumpDown, PumpDown with the added volume or None, PumpDown of a constant volume or
-    None). The last is given if a compliance is used.
+    None). The last element is None unless a compliance is used.
     """
 
     record: tuple[PumpDown, PumpDown | None, PumpDown | None]

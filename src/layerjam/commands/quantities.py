@@ -143,7 +143,7 @@ def load_record_file(
 
 
 EXPORTS = (".csv", ".txt", ".tra", ".tsv", ".dat", ".xls", ".xlsx", ".ods")
-"""File extensions of measurements."""
+"""File extensions of measurement files."""
 
 
 def _read_brake(value: AnyBrake, arguments: Mapping[str, Any]) -> BrakeFile:

@@ -91,7 +91,7 @@ class Regulation(Judged):
     )
 
     def lines(self) -> Iterator[str]:
-        """Yield the results of the step, and the longest time to the report of each fault."""
+        """Yield the results of the step, and the longest detection time of each fault."""
         if self.identified:
             low, high = self.identified["pole"]
             yield ""

@@ -118,7 +118,7 @@ class _Work:
         report.files += [make_file_entry(trace, stage) for trace in traces]
 
     def adopt_brake(self, file: BrakeFile) -> None:
-        """Use the brake of a stage from now on, at the site's atmosphere."""
+        """Use the brake of a stage for all later stages, at the site's atmosphere."""
         self.report.file = convert_brake(file, self.how.atmosphere)
 
 

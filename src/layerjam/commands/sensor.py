@@ -76,7 +76,7 @@ class Sensing:
     sampling: Annotated[float | None, SAMPLING, Help("Sampling rate of the accelerometer.")] = None
 
     def is_plain(self) -> bool:
-        """Return whether it shows the stop unchanged."""
+        """Return whether the reading shows the stop unchanged."""
         return self == Sensing()
 
     plain = is_plain  # former name

@@ -147,7 +147,7 @@ def stick_slip(
 
 
 judder = stick_slip
-"""Former name."""
+"""Former name of `stick_slip`."""
 
 
 def _friction_curve(brake: Brake, speed: float, static: float | None) -> Stribeck:

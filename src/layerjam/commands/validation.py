@@ -124,7 +124,7 @@ def validate(
 ) -> ModelErrors:
     """Compare the brake's model with measured pulls.
 
-    `files` are paths or traces, several or one. See identify.validation.metrics for the window.
+    `files` are one or more paths or traces. See identify.validation.metrics for the window.
     `uncalibrated` contains the same errors for the brake with a scale factor of 1 and the sheets'
     own stiffness. A warning names files that were also used for the calibration. `exclude` leaves
     out files, each with its reason in `because` (in Python also {file: reason}).

@@ -33,7 +33,7 @@ def strip_control_codes(line: str) -> str:
 
 
 def wrap_text(text: str, head: str, width: int) -> list[str]:
-    """Return the lines of a text, wrapped to `width`, after the words `head`."""
+    """Return the lines of a text, wrapped to `width`; `head` precedes the first line."""
     body = text.lstrip(" ")
     indent = " " * (len(text) - len(body))
     hang = " " * len(head) if head else indent + "    "
