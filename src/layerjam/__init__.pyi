@@ -809,7 +809,7 @@ def array(
 def bench_clear(
     address: str,
 ) -> _BenchClearedResult:
-    """Clear the latched fault of a bench, its error queue and its registers. Nothing starts.
+    """Clear the latched fault, error queue and registers of a bench; no output is switched on.
 
     The bench is in SAFE afterwards. Find the cause first: `bench check` tests the wiring. Raises
     FileError, LineError and QuantityError for a bench that cannot be reached.
@@ -839,8 +839,8 @@ def bench_serve(
 ) -> _BenchServed:
     """Share one bench among many clients, over TCP and as a serial port.
 
-    The first line printed is JSON: `listening`, `pid`, `address`. It runs until SIGTERM or Ctrl-C,
-    then switches the outputs off. Raises FileError if the port cannot be opened.
+    The first line printed is JSON: `listening`, `pid`, `address`. The gateway runs until SIGTERM or
+    Ctrl-C, then switches the outputs off. Raises FileError if the port cannot be opened.
     """
 
 def bench_status(
@@ -848,7 +848,7 @@ def bench_status(
 ) -> _BenchStateResult:
     """Print the state of a bench.
 
-    It sends only queries. Only one client can use the board's serial line; if a gateway is running,
+    Only queries are sent. Only one client can use the board's serial line; if a gateway is running,
     use its `tcp:` address. Raises FileError, LineError and QuantityError if the bench cannot be
     reached.
     """
@@ -953,9 +953,9 @@ def bench_log(
 ) -> _RunLoggedResult:
     """Record every sample of a bench that another client controls.
 
-    A sample is acknowledged to the board only after it is on disk. No acknowledged sample is lost
-    if the process is killed; `resume` fetches the samples that the board still has, from the last
-    ten seconds. Ctrl-C or SIGTERM ends it. Raises FileError for the file, LineError for the bench.
+    A sample is acknowledged to the board only after it is on disk. If the process is killed, no
+    acknowledged sample is lost; `resume` fetches the last ten seconds of samples from the board.
+    Ctrl-C or SIGTERM ends the recording. Raises FileError for the file, LineError for the bench.
     """
 
 def bench_run(
@@ -1088,10 +1088,10 @@ def crash(
     """Compute peak, filtered peak, velocity change and duration of an impact from a log.
 
     The largest pulse of the log is used. `filter_class` is none, cfc60, cfc180, cfc600 or cfc1000;
-    `before` is the length of the quiet part at the beginning. With `falling` the sensor was in free
-    fall before the impact, so gravity is subtracted from the velocity change. `hic` is the longest
-    window of the head injury criterion. The file may be a run that `bench run --shot` recorded;
-    such a run already states rate and range.
+    `before` is the duration of the quiet part at the start of the log. `falling` states that the
+    sensor was in free fall before the impact; gravity is then subtracted from the velocity change.
+    `hic` is the longest window of the head injury criterion. A run recorded by `bench run --shot`
+    is accepted too; it already states rate and range.
     """
 
 def design_brake(
@@ -1265,7 +1265,7 @@ def drop(
     `columns` and `decimal` are as for every log. The fraction `vacuum_share` of the gauge's reading
     presses the sheets. With `leak_time` the line is shut off `held` before the rope is taut, and
     the vacuum leaks away. A mass that has not stopped when `duration` is over has the outcome
-    FINISHED and no `stopping_time`. One that creeps to rest on an overdamped rope has none either.
+    FINISHED and no `stopping_time`. A mass creeping to rest on an overdamped rope also has none.
     """
 
 def lab(
@@ -1488,10 +1488,10 @@ def pull(
 ) -> _Pulls:
     """Analyse measured pulls: slack, preload, onset, stiffness, peak, stick–slip, unloading.
 
-    `files` are paths or traces, several or one. Nothing is subtracted from a force unless `tare`
-    asks for the force before the load rises. `start` and `end` select a part of each record by its
-    time. The spacing of stick–slip grows with its amplitude; identical spacing with different
-    amplitudes in several files indicates a ripple of the machine.
+    `files` are one or more paths or traces. The force before the load rise is subtracted only with
+    `tare`. `start` and `end` select a part of each record by its time. The spacing of stick–slip
+    grows with its amplitude; identical spacing with different amplitudes in several files indicates
+    a ripple of the machine.
     """
 
 def pump_down(
@@ -1791,7 +1791,7 @@ def validate(
 ) -> _ModelErrorsResult:
     """Compare the brake's model with measured pulls.
 
-    `files` are paths or traces, several or one. See identify.validation.metrics for the window.
+    `files` are one or more paths or traces. See identify.validation.metrics for the window.
     `uncalibrated` contains the same errors for the brake with a scale factor of 1 and the sheets'
     own stiffness. A warning names files that were also used for the calibration. `exclude` leaves
     out files, each with its reason in `because` (in Python also {file: reason}).
