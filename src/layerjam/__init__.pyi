@@ -953,9 +953,9 @@ def bench_log(
 ) -> _RunLoggedResult:
     """Record every sample of a bench that another client controls.
 
-    A sample is acknowledged to the board only after it is on disk. If the process is killed, no
-    acknowledged sample is lost; `resume` fetches the last ten seconds of samples from the board.
-    Ctrl-C or SIGTERM ends the recording. Raises FileError for the file, LineError for the bench.
+    A sample is acknowledged to the board only after it is on disk. No acknowledged sample is lost
+    if the process is killed; `resume` fetches up to ten seconds of samples from the board. Ctrl-C
+    or SIGTERM ends the recording. Raises FileError for the file, LineError for the bench.
     """
 
 def bench_run(

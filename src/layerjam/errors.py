@@ -178,7 +178,7 @@ class ProcedureError(LayerjamError, ValueError):
 
 
 class FitError(LayerjamError, ValueError):
-    """Measurements that do not determine a quantity; `path` is set if they are from one file."""
+    """Measurements that do not determine a quantity; `path` is set if one file is at fault."""
 
     key = "fit"
     path: str = ""

@@ -328,9 +328,9 @@ def bench_log(
 ) -> RunLogged:
     """Record every sample of a bench that another client controls.
 
-    A sample is acknowledged to the board only after it is on disk. If the process is killed, no
-    acknowledged sample is lost; `resume` fetches the last ten seconds of samples from the board.
-    Ctrl-C or SIGTERM ends the recording. Raises FileError for the file, LineError for the bench.
+    A sample is acknowledged to the board only after it is on disk. No acknowledged sample is lost
+    if the process is killed; `resume` fetches up to ten seconds of samples from the board. Ctrl-C
+    or SIGTERM ends the recording. Raises FileError for the file, LineError for the bench.
     """
     from layerjam.rig.recorder import record_log
 
