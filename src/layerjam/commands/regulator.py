@@ -154,7 +154,7 @@ def _check_step(plant: Plant) -> None:
         return
     raise QuantityError.of(
         "step",
-        f"the line's tube adds a lag of {show(tube.filling(tube.vacuum), 's')} at "
+        f"the line's tube adds a lag of {show(tube.filling_time(tube.vacuum), 's')} at "
         f"{show(tube.vacuum, 'Pa')} and {tube.volume:.3g} of the chamber's gas. A step is then "
         "not a single exponential, and pump and tube cannot be distinguished. Omit --step, or "
         "record the step with the pump at the brake and give a line without [tube]",
