@@ -29,7 +29,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load, materials
 from layerjam.measure.sidecar import Facts
 from layerjam.rig.circuit import load_circuit
-from layerjam.rig.electronics import margins
+from layerjam.rig.electronics import compute_margins
 from layerjam.simulate.record import DropRecord, TensileRecord
 from layerjam.simulate.stick_slip import StickSlipRecord
 from layerjam.toml_files.source import KINDS
@@ -327,7 +327,7 @@ def wiring_parts() -> str:
 def electronics_margins() -> str:
     """The worst case of each quantity beside its limit."""
     rows = []
-    for m in margins(load_circuit("pico")):
+    for m in compute_margins(load_circuit("pico")):
         most = m.most < float("inf")
         limit = f"{'≤' if most else '≥'} {m.most if most else m.least:.3g} {m.unit}"
         rows.append(row(m.name, f"{m.value:.3g} {m.unit}", limit))

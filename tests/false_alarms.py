@@ -126,10 +126,10 @@ def in_every_phase(what: str, name: str, room: float, seed: int) -> str:
     plant, (fault, injected) = LINES[name], FULL[what]
     loop = regulator("bang-bang", plant)
     tube = plant.passage
-    deepest = plant.top - room * loop.decision
-    if deepest < loop.decision:
+    deepest = plant.top - room * loop.detection_threshold
+    if deepest < loop.detection_threshold:
         return ""
-    if tube is not None and deepest > tube.vacuum - TO_GO * loop.decision:
+    if tube is not None and deepest > tube.vacuum - TO_GO * loop.detection_threshold:
         return ""
     stated = detection_times(loop, deepest)[fault]
     where = f"| {what} | {name} | {room:g} steps, from {deepest / 1e3:.1f} kPa "
@@ -144,7 +144,7 @@ def in_every_phase(what: str, name: str, room: float, seed: int) -> str:
     rises = slice(0, int(sound.vacuum.argmax()))
     worst, missed = 0.0, 0
     for phase in range(PHASES):
-        begins = deepest - phase / PHASES * loop.decision
+        begins = deepest - phase / PHASES * loop.detection_threshold
         at = float(np.interp(begins, sound.vacuum[rises], sound.time[rises])) - loop.sample_time
         made = simulate_runs(
             loop, course, runs=NOISES, duration=at + stated + 1.0,

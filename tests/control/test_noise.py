@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from layerjam.control.noise import EDGES, key_of, mix, normal
+from layerjam.control.noise import EDGES, make_key, mix_bits, normal
 
 
 @numba.njit  # type: ignore[untyped-decorator]
 def drawn(seed: int, stream: int, first: int, count: int) -> np.ndarray:
-    key = key_of(seed, stream)
+    key = make_key(seed, stream)
     out = np.empty(count)
     for i in range(count):
         out[i] = normal(key, first + i)
@@ -57,7 +57,7 @@ def test_the_mixer_is_splitmix64() -> None:
     """First outputs of the published generator from the state 1234567."""
     golden, state = 0x9E3779B97F4A7C15, 1234567
     wanted = (6457827717110365317, 3203168211198807973, 9817491932198370423)
-    one = numba.njit(lambda word: mix(word))  # noqa: PLW0108
+    one = numba.njit(lambda word: mix_bits(word))  # noqa: PLW0108
     for out in wanted:
         state = (state + golden) % 2**64
         assert int(one(np.uint64(state))) == out

@@ -119,7 +119,7 @@ def kept(loop: Regulator, at: float, name: str, pump: float, left: float) -> boo
     for restarts in (False, True):
         shows, begins = path(loop, at, pump, left, math.ceil(promised / dt), restarts)
         counted = np.cumsum(loop.owed_rise.rise_at(shows[begins::-1]) * dt)
-        window = max(int(np.searchsorted(counted, 2 * loop.decision)), PHASES // 12)
+        window = max(int(np.searchsorted(counted, 2 * loop.detection_threshold)), PHASES // 12)
         for phase in range(PHASES):
             first = max(begins - round(window * phase / PHASES), 0)
             n, what = said(loop, shows, first, phase)
@@ -150,7 +150,7 @@ ROOMS = (1.0, 1.3, 1.6, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0, 16.0, 25.0, 40.0)[:: case
 
 def at_room(loop: Regulator, steps: float) -> float:
     """The vacuum with so many decision steps of room below the pump's, where that is tuned for."""
-    tube, at = loop.plant.passage, loop.plant.top - steps * loop.decision
+    tube, at = loop.plant.passage, loop.plant.top - steps * loop.detection_threshold
     return at if tube is None else min(at, tube.vacuum)
 
 

@@ -101,7 +101,7 @@ def test_each_promise_is_kept_at_every_corner(name: str) -> None:
     for seed, (plant, sensor) in enumerate(corners()):
         at = (0.12, 0.3, 0.6)[seed % 3]
         reached = float(plant.top * -np.expm1(-plant.rate * at))
-        promised = detection_times(loop, reached + 5e3 + loop.zero)[name]
+        promised = detection_times(loop, reached + 5e3 + loop.zero_error)[name]
         made = simulate_run(
             loop, [(20.0, 90e3)], plant=plant, sensor=sensor, seed=seed,
             injected=dataclasses.replace(BROKEN[name], at=at),

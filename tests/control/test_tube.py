@@ -218,7 +218,7 @@ def rising(plant: Plant, command: float) -> tuple[np.ndarray, np.ndarray]:
         along = tube.passes * (p * p - s * s)
         return [along, (command * plant.rate * (plant.top - y[1]) - along) / tube.volume]
 
-    begins = 4 * (float(tube.lag(plant.rate, tube.atmosphere)) + 1e-3)
+    begins = 4 * (float(tube.pump_lag(plant.rate, tube.atmosphere)) + 1e-3)
     times = np.linspace(begins, begins + 3 / plant.rate, 50)
     made = solve_ivp(
         slope, (0, times[-1]), [0.0, 0.0], "LSODA", rtol=1e-9, atol=1e-3, t_eval=times
@@ -257,9 +257,9 @@ def test_without_a_tube_nothing_is_owed_otherwise() -> None:
         1e5,
         loop.blocked_ratio,
     )
-    assert loop.lag == loop.tolerances.lag > NOISY.lag
+    assert loop.total_lag == loop.tolerances.lag > NOISY.lag
     assert loop.loss_time == loop.lost_time
-    assert plant.joined is plant
+    assert plant.lumped_plant is plant
     assert plant.tune_up_to(1.0) is plant
 
 
@@ -281,6 +281,6 @@ def test_a_line_that_matches_a_measured_plant(length: float | None) -> None:
     # a laminar leak of G lets in G (p_atm^2 - p^2) / 2 p_atm
     flow = made.leak.laminar * (101325**2 - 41325**2) / (2 * 101325)
     assert 1.2 * flow / volume / 60e3 == pytest.approx(0.02)
-    found = linearise_line(made, vacuum=60e3).joined
+    found = linearise_line(made, vacuum=60e3).lumped_plant
     assert (found.rate, found.top) == pytest.approx((0.5, 96e3))
     assert (found.leak, found.vent) == pytest.approx((0.02, 2.5))

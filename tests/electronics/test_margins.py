@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from layerjam.rig.circuit import PICO, load_circuit
-from layerjam.rig.electronics import find_conflicts, margins, release_time, trip_voltages
+from layerjam.rig.electronics import compute_margins, find_conflicts, release_time, trip_voltages
 
 
 def corners(volts: float, upper: float, lower: float, tolerance: float) -> list[float]:
@@ -22,12 +22,12 @@ def corners(volts: float, upper: float, lower: float, tolerance: float) -> list[
 
 
 def value(name: str) -> float:
-    return {m.name: m.value for m in margins(load_circuit("pico"))}[name]
+    return {m.name: m.value for m in compute_margins(load_circuit("pico"))}[name]
 
 
 def test_every_margin_is_kept() -> None:
     circuit = load_circuit("pico")
-    assert len(margins(circuit)) > 30 and find_conflicts(circuit) == ()
+    assert len(compute_margins(circuit)) > 30 and find_conflicts(circuit) == ()
 
 
 def test_the_chip_s_pull_down_spoilt_the_sense() -> None:

@@ -157,7 +157,7 @@ def test_outputs_that_cannot_be_driven() -> None:
         check_bench(bench, vent_rest="open")
     with layerjam.rig.open(FAST) as bench:
         plant = plant_of(bench)
-        plant.schedule(0.5, lambda: setattr(plant, "supply_low", True))
+        plant.schedule_action(0.5, lambda: setattr(plant, "supply_low", True))
         with pytest.raises(QuantityError, match=r"emergency stop.*12 V"):
             check_bench(bench, vent_rest="open")
 

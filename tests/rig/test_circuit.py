@@ -105,7 +105,7 @@ def test_parts_that_cannot_be(tmp_path: Path, old: str, new: str, said: str) -> 
 def test_pins_that_cannot_be(made: Circuit, pins: dict[str, int], said: str) -> None:
     wiring = made.file.wiring
     changed = replace(made.file, wiring=replace(wiring, pins=replace(wiring.pins, **pins)))
-    assert any(said in one for one in replace(made, file=changed).conflicts())
+    assert any(said in one for one in replace(made, file=changed).list_conflicts())
 
 
 def test_values_are_written_with_their_units(made: Circuit) -> None:

@@ -80,7 +80,7 @@ def test_nobody_is_there(tmp_path: Path) -> None:
         assert bench.state == "SAFE"
     assert (made.outcome, made.reason) == ("CROSSHEAD_LOST", "nobody is at the keyboard")
     manual, asked = Manual(lambda: False, lambda text: None), Asked()
-    manual.begin(PULL, asked, lambda kind, text: None)  # type: ignore[arg-type]
+    manual.start_move(PULL, asked, lambda kind, text: None)  # type: ignore[arg-type]
     assert not manual.is_done(599)
     with pytest.raises(CrossheadLostError, match="600 s"):
         manual.is_done(601)
@@ -89,18 +89,18 @@ def test_nobody_is_there(tmp_path: Path) -> None:
 def test_two_contacts() -> None:
     machine, bench = Trigger(), Asked()
     note: Any = lambda kind, text: None  # noqa: E731
-    machine.positions(with_flags(1, 1))
-    machine.begin(PULL, bench, note)  # type: ignore[arg-type]
+    machine.read_positions(with_flags(1, 1))
+    machine.start_move(PULL, bench, note)  # type: ignore[arg-type]
     assert bench.told == ["OUTP:SYNC ON"] and not machine.is_done(3.0)
-    machine.positions(with_flags(1, 17))
+    machine.read_positions(with_flags(1, 17))
     assert machine.is_done(3.1)
-    machine.end(bench)  # type: ignore[arg-type]
-    machine.end(bench)  # type: ignore[arg-type]
+    machine.end_move(bench)  # type: ignore[arg-type]
+    machine.end_move(bench)  # type: ignore[arg-type]
     assert bench.told == ["OUTP:SYNC ON", "OUTP:SYNC OFF"]
     with pytest.raises(CrossheadLostError, match="before the machine was started"):
-        machine.begin(PULL, bench, note)  # type: ignore[arg-type]
-    machine.positions(with_flags(0))
-    machine.begin(Return(speed=13e-3, to=0.0), bench, note)  # type: ignore[arg-type]
+        machine.start_move(PULL, bench, note)  # type: ignore[arg-type]
+    machine.read_positions(with_flags(0))
+    machine.start_move(Return(speed=13e-3, to=0.0), bench, note)  # type: ignore[arg-type]
     with pytest.raises(CrossheadLostError, match="did not close"):
         machine.is_done(move_timeout(PULL, 0.0) + 0.1)
     assert move_timeout(PULL, 0.0) == pytest.approx(2 * 40 / 13 + 10)
@@ -114,8 +114,8 @@ def test_a_machine_started_and_ended_by_contacts(tmp_path: Path) -> None:
         started: list[int] = []
 
         class Machine(Trigger):
-            def begin(self, *given: Any) -> None:
-                super().begin(*given)
+            def start_move(self, *given: Any) -> None:
+                super().start_move(*given)
                 started.append(plant.asked)
                 plant.watch = close
 
@@ -175,7 +175,7 @@ def test_a_slip_makes_the_chamber_larger() -> None:
     larger = 1 + area * machine.slip / line.chamber.volume
     assert not machine.moving and larger > 1.15
     assert (atmosphere - plant.vacuum) * larger**n == pytest.approx(atmosphere - 60e3, rel=1e-9)
-    assert plant.reading()[0] == pytest.approx(plant.vacuum)
+    assert plant.read_sensor()[0] == pytest.approx(plant.vacuum)
     # the pump now empties more: its rate is that of the larger chamber
     before = plant.vacuum
     plant.set_outputs(1.0, False)

@@ -36,7 +36,7 @@ def pulse(bench: Bench, delay: float) -> None:
     sine = np.linspace(0.0, LONG, 400)
     time = np.concatenate([[0.0, 1e-6, FLIGHT - 1e-6], FLIGHT + sine, [FLIGHT + LONG + 1e-6]])
     force = np.concatenate([[G, 0.0, 0.0], PEAK * np.sin(math.pi * sine / LONG), [G]])
-    plant.accelerometer.play(plant.time + delay, time, force)
+    plant.accelerometer.set_force(plant.time + delay, time, force)
 
 
 def test_a_known_pulse_comes_back(bench: Bench) -> None:
@@ -81,7 +81,7 @@ def test_beyond_its_range_the_sensor_is_at_its_end(bench: Bench) -> None:
     plant = bench.plant
     assert plant is not None
     prepare(bench, source="immediate", after=0.1)
-    plant.accelerometer.play(plant.time, np.array([0.0, 1.0]), np.array([4000.0, 4000.0]))
+    plant.accelerometer.set_force(plant.time, np.array([0.0, 1.0]), np.array([4000.0, 4000.0]))
     arm(bench)
     shot = collect(bench, 10)
     top = math.floor((ACCELERATION_RANGE / GAIN + ZERO) + 6 * NOISE)

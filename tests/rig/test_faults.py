@@ -215,7 +215,7 @@ def test_something_happens_between_two_samples() -> None:
     plant, half = VirtualPlant(BEHIND), VirtualPlant(BEHIND)
     for made in (plant, half):
         made.set_outputs(1.0, True)
-    plant.schedule(0.0033, lambda: setattr(plant, "injected", FaultInjection(pump=0.0)))
+    plant.schedule_action(0.0033, lambda: setattr(plant, "injected", FaultInjection(pump=0.0)))
     plant.advance(0.01)
     half.advance(0.0033)
     half.injected = FaultInjection(pump=0.0)

@@ -372,12 +372,12 @@ def test_lines_are_cut_out_of_any_pieces() -> None:
 
 def test_the_line_to_paste_names_a_machine() -> None:
     at = Listening("0.0.0.0", 5025, "sim:x", "", 1, None)
-    assert f"TCPIP::{socket.gethostname()}::5025::SOCKET" in at.visa
+    assert f"TCPIP::{socket.gethostname()}::5025::SOCKET" in at.visa_resource
 
 
 def test_the_line_to_paste() -> None:
     at = Listening("127.0.0.1", 5025, "sim:x", "", 1, None)
-    assert at.visa == (
+    assert at.visa_resource == (
         'rm.open_resource("TCPIP::127.0.0.1::5025::SOCKET", '
         'read_termination="\\n", write_termination="\\n")'
     )

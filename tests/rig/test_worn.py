@@ -78,7 +78,7 @@ def test_a_run_ends_well_and_holds_each_sample_once(
     with ready("sim:choi2018?speed=1") as bench:
         plant = bench.plant
         assert plant is not None
-        answer, behind = plant.answer, plant.asked
+        answer, behind = plant.make_board_data, plant.asked
 
         def kept(asks: int = 1, count: int = 0) -> bytes:
             said = answer(asks, count)
@@ -86,7 +86,7 @@ def test_a_run_ends_well_and_holds_each_sample_once(
                 given.append(plant._last)
             return said
 
-        monkeypatch.setattr(plant, "answer", kept)
+        monkeypatch.setattr(plant, "make_board_data", kept)
         made = bench.run(PROCEDURE, out=tmp_path / "a.ljrun")
     assert (made.outcome, made.gaps, made.fault) == ("FINISHED", 0, None)
     assert all(step.reached for step in made.steps)

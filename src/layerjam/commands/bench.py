@@ -113,7 +113,7 @@ def bench_serve(
         results.append(result)
         keys = {"listening": result.listening, "pid": result.pid, "address": result.address}
         print(json.dumps(keys), flush=True)
-        print(f"PyVISA: {server.visa}", file=sys.stderr, flush=True)
+        print(f"PyVISA: {server.visa_resource}", file=sys.stderr, flush=True)
 
     serve(address, announce_server, port=int(port), host=host, token_file=token_file, pty=pty)
     return results[0]
@@ -155,7 +155,7 @@ def bench_wiring(
     an unknown board.
     """
     from layerjam.rig.circuit import load_circuit
-    from layerjam.rig.electronics import find_conflicts, margins
+    from layerjam.rig.electronics import compute_margins, find_conflicts
 
     circuit = load_circuit(board)
     if out is not None:
@@ -173,7 +173,7 @@ def bench_wiring(
     return BoardWiring(
         board=circuit.board,
         pins=[asdict(wire) for wire in circuit.wires],
-        margins=[row.fields() for row in margins(circuit)],
+        margins=[row.fields() for row in compute_margins(circuit)],
         parts=[asdict(part) for part in circuit.parts],
         conflicts=find_conflicts(circuit),
         out=None if out is None else str(out),

@@ -178,7 +178,7 @@ def bench_faults(
 
 def summarise_fault(name: str, trials: "Sequence[Trial]") -> Row:
     """Return a row that summarises the runs of one fault, with the worst run in full."""
-    worst = max(trials, key=lambda trial: trial.share)
+    worst = max(trials, key=lambda trial: trial.deadline_ratio)
     misses = sum(not trial.is_met for trial in trials)
     return {
         "fault": name,

@@ -14,7 +14,7 @@ import numba
 import numpy as np
 
 from layerjam.control import exact, law
-from layerjam.control.noise import key_of, normal
+from layerjam.control.noise import make_key, normal
 from layerjam.control.through_tube import advance
 from layerjam.mechanics.compilation import compile_loop, hash_files
 from layerjam.mechanics.threads import cache_threadsafe
@@ -106,7 +106,7 @@ def compile_loop_of_runs() -> Any:
         key, settings, fresh, plants, chains, course, out, history
     ):  # pragma: no cover
         len(stamp)
-        key = key_of(key[0], key[1])
+        key = make_key(key[0], key[1])
         dt, lag, state = course.dt, course.lag, fresh
         left = -math.expm1(-dt / lag) if lag > 0.0 else 1.0
         vacuum = side = gauge = reading = total = pump_time = 0.0

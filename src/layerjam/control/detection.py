@@ -72,7 +72,9 @@ def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
             )
             for share in BLOCKS
         ),
-        "VACUUM_LOST": regulator.samples(regulator.loss_time) * dt + 2 * dt + 8 * regulator.lag,
+        "VACUUM_LOST": regulator.samples(regulator.loss_time) * dt
+        + 2 * dt
+        + 8 * regulator.total_lag,
     }
 
 
@@ -88,7 +90,7 @@ class _Trials:
         """Return the longest detection time [s] of a fault at any reading up to a vacuum."""
         regulator = self.regulator
         starts = np.linspace(0.0, vacuum, STARTS).tolist()
-        pump, zero = regulator.tolerances.pump, regulator.zero
+        pump, zero = regulator.tolerances.pump, regulator.zero_error
         times = []
         for error in dict.fromkeys((-pump, pump)):
             plant = replace(regulator.plant, rate=regulator.plant.rate * (1 + error))
@@ -115,7 +117,7 @@ class _Trials:
         pump was already running; `shift` contains the sensor's zero [Pa] and lag [s].
         """
         regulator, watch = self.regulator, self.watch
-        dt, zero_error, (zero, lag) = regulator.sample_time, regulator.zero, shift
+        dt, zero_error, (zero, lag) = regulator.sample_time, regulator.zero_error, shift
         fault, plant, rates = broken
         is_blocked, vacuum = fault.volume < 1, min(max(shows - zero, 0.0), plant.top)
         least = law.healthy_rise(1.0, shows + zero_error, watch[0], *watch[1:3], *watch[18:21]) / dt
@@ -123,7 +125,11 @@ class _Trials:
         net = least - loss
         if not net > loss:
             return math.inf
-        long = FINE * fault.volume / plant.rate if is_blocked else regulator.decision / net / WINDOW
+        long = (
+            FINE * fault.volume / plant.rate
+            if is_blocked
+            else regulator.detection_threshold / net / WINDOW
+        )
         step = max(dt, long)
         watch = self.strict(step)
         pump_pressure = vacuum

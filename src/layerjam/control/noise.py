@@ -41,7 +41,7 @@ EDGES, INNER = _compute_layers()
 
 
 @numba.njit(**_INLINE)  # type: ignore[untyped-decorator]
-def mix(word: np.uint64) -> np.uint64:  # pragma: no cover
+def mix_bits(word: np.uint64) -> np.uint64:  # pragma: no cover
     """Return a word mixed by the finaliser of SplitMix64."""
     word = (word ^ (word >> _S30)) * _FIRST
     word = (word ^ (word >> _S27)) * _SECOND
@@ -49,9 +49,9 @@ def mix(word: np.uint64) -> np.uint64:  # pragma: no cover
 
 
 @numba.njit(**_INLINE)  # type: ignore[untyped-decorator]
-def key_of(seed: int, stream: int) -> np.uint64:  # pragma: no cover
+def make_key(seed: int, stream: int) -> np.uint64:  # pragma: no cover
     """Return the position at which a stream starts."""
-    return mix(mix(np.uint64(seed) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
+    return mix_bits(mix_bits(np.uint64(seed) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
 
 
 @numba.njit(**_INLINE)  # type: ignore[untyped-decorator]
@@ -63,7 +63,7 @@ def uniform(word: np.uint64) -> float:  # pragma: no cover
 @numba.njit(**_INLINE)  # type: ignore[untyped-decorator]
 def normal(key: np.uint64, count: int) -> float:  # pragma: no cover
     """Return the `count`-th standard normal number of the stream at `key`."""
-    word = mix(key + np.uint64(count) * _GOLDEN)
+    word = mix_bits(key + np.uint64(count) * _GOLDEN)
     layer = np.int64(word & _LAYER)
     place = 2.0 * uniform(word) - 1.0
     if abs(place) < INNER[layer]:
@@ -82,14 +82,14 @@ def _draw_from_tail(word: np.uint64) -> float:  # pragma: no cover
             return x
         if layer == 0:
             while True:
-                word = mix(word + _GOLDEN)
+                word = mix_bits(word + _GOLDEN)
                 excess = -math.log(uniform(word)) / EDGE
-                word = mix(word + _GOLDEN)
+                word = mix_bits(word + _GOLDEN)
                 if -2.0 * math.log(uniform(word)) >= excess * excess:
                     return EDGE + excess if place > 0 else -EDGE - excess
-        word = mix(word + _GOLDEN)
+        word = mix_bits(word + _GOLDEN)
         high = math.exp(-0.5 * (EDGES[layer] ** 2 - x * x))
         low = math.exp(-0.5 * (EDGES[layer + 1] ** 2 - x * x))
         if low + uniform(word) * (high - low) < 1.0:
             return x
-        word = mix(word + _GOLDEN)
+        word = mix_bits(word + _GOLDEN)

@@ -79,9 +79,11 @@ class Passage:
         p = max(self.atmosphere - vacuum, DEEPEST * self.atmosphere)
         return self.volume / (1 + self.volume) / (2 * self.passes * p)
 
-    def lag(self, rate: Any, p: Any) -> Any:
+    def pump_lag(self, rate: Any, p: Any) -> Any:
         """Return the time constant [s] after which a pump acts on a chamber at p [Pa absolute]."""
         return self.volume / (rate + 2 * self.passes * p * (1 + self.volume))
+
+    lag = pump_lag  # former name
 
     def delayed_rise(self, rate: float, owed: Owed, switched: bool = False) -> float:
         """Return the largest part [Pa] of the expected rise that the tube delays beyond the lag.
@@ -93,7 +95,7 @@ class Passage:
             np.linspace(0.0, min(self.vacuum, owed.top), GRID),
             _pump_commands(switched),
         )
-        late = self.lag(command * rate, a - vacuum) - self.lag(rate, a)
+        late = self.pump_lag(command * rate, a - vacuum) - self.pump_lag(rate, a)
         return float((owed.rise_at(vacuum, command) * late).max())
 
     def filling_time(self, vacuum: float) -> float:

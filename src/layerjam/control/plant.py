@@ -56,7 +56,7 @@ class Plant:
         return min(self.top, self.top * self.rate / self.leak) if self.leak else self.top
 
     @property
-    def joined(self) -> "Plant":
+    def lumped_plant(self) -> "Plant":
         """Return the plant with the tube's gas added to the chamber, for slow changes."""
         if self.passage is None:
             return self
@@ -70,11 +70,13 @@ class Plant:
             passage=None,
         )
 
+    joined = lumped_plant  # former name
+
     @property
     def tube_lag(self) -> float:
         """Return the time constant [s] after which full pump power acts on a vented chamber."""
         tube = self.passage
-        return 0.0 if tube is None else float(tube.lag(self.rate, tube.atmosphere))
+        return 0.0 if tube is None else float(tube.pump_lag(self.rate, tube.atmosphere))
 
     def tune_up_to(self, vacuum: float) -> "Plant":
         """Return the plant with detectors tuned up to `vacuum` [Pa], which matters with a tube."""
@@ -102,7 +104,7 @@ class Plant:
         """Return the time constant [s] of the line with its tube at a vacuum [Pa]."""
         if self.passage is None:
             return 1 / (self.rate + self.leak)
-        slow = self.joined
+        slow = self.lumped_plant
         return 1 / (slow.rate + slow.leak) + self.passage.filling_time(vacuum)
 
 
@@ -164,7 +166,7 @@ def linearise_line(line: Line, *, vacuum: float, water: bool = False) -> Plant:
 def match_line(line: Line, plant: Plant, *, vacuum: float) -> Line:
     """Return the line with parts whose linearised plant at `vacuum` [Pa], in air, is `plant`.
 
-    `plant` has no passage: a tube's gas counts as in `Plant.joined`. The new pump has a
+    `plant` has no passage: a tube's gas counts as in `Plant.lumped_plant`. The new pump has a
     displacement, and the leak is laminar. Raises QuantityError if there are no such parts.
     """
     site, chamber, tube = line.site.atmosphere, line.chamber.volume, 0.0

@@ -172,7 +172,7 @@ class Regulator:
         return max(0.01 * self.plant.top, least) if self.vent_band is None else self.vent_band
 
     @property
-    def decision(self) -> float:
+    def detection_threshold(self) -> float:
         """Return the shortfall in rise [Pa] at which a dead pump is detected."""
         least = CLEAR_OF_NOISE * self.greatest_noise + 2 * self.sensor.resolution
         wide, tube = max(0.02 * self.plant.top, least), self.plant.passage
@@ -187,7 +187,7 @@ class Regulator:
         return self.tolerances.noise * self.sensor.noise
 
     @property
-    def zero(self) -> float:
+    def zero_error(self) -> float:
         """Return the largest zero error of the sensor, of either sign [Pa]."""
         return self.tolerances.zero * self.sensor.range
 
@@ -197,9 +197,11 @@ class Regulator:
         return max(self.tolerances.lag, self.sensor.lag)
 
     @property
-    def lag(self) -> float:
+    def total_lag(self) -> float:
         """Longest lag of sensor and tube together [s]."""
         return self.longest_lag + self.plant.tube_lag
+
+    zero, decision, lag = zero_error, detection_threshold, total_lag  # former names
 
     @property
     def vent_fade_time(self) -> float:
@@ -259,7 +261,7 @@ class Regulator:
     def blocked_excess(self) -> float:
         """Excess [Pa] over `blocked_limit` times the expected rise that reveals a blocked line."""
         least = 0.5 * CLEAR_OF_NOISE * self.greatest_noise + 2 * self.sensor.resolution
-        tube, wide = self.plant.passage, max(0.5 * self.decision, least)
+        tube, wide = self.plant.passage, max(0.5 * self.detection_threshold, least)
         if tube is None:
             return wide
         # gas that the tube delays while the pump slows down is not an excess
@@ -277,7 +279,7 @@ class Regulator:
     def largest_zero(self) -> float:
         """Highest reading accepted as zero when vented [Pa]."""
         noise = CLEAR_OF_ZERO * self.greatest_noise + self.sensor.resolution
-        least = self.zero + max(0.01 * self.plant.top, noise)
+        least = self.zero_error + max(0.01 * self.plant.top, noise)
         return least if self.offset_limit is None else self.offset_limit
 
     @property
@@ -288,9 +290,9 @@ class Regulator:
         """
         if self.settle_time is not None:
             return self.settle_time
-        plant = self.plant.joined
+        plant = self.plant.lumped_plant
         slow, tube = 1 - self.tolerances.vent, self.plant.passage
-        decay, left = slow * plant.vent + plant.leak, max(self.largest_zero - self.zero, 1.0)
+        decay, left = slow * plant.vent + plant.leak, max(self.largest_zero - self.zero_error, 1.0)
         lasting = max(math.log(2 * plant.top / left), 0.0)
         # through a tube, the decay ends as an exponential that starts at twice the vacuum
         through = 0.0 if tube is None else (lasting + math.log(2)) * tube.filling_time(0.0)
@@ -312,7 +314,9 @@ class Regulator:
         vacuum = half if self.kind == "pi" else 0.0
         tube = self.plant.passage
         lag = self.sensor.lag + (tube.exchange_time(max(vacuum, tube.vacuum)) if tube else 0.0)
-        return simc_gains(self.plant.joined, sample_time=self.sample_time, lag=lag, vacuum=vacuum)
+        return simc_gains(
+            self.plant.lumped_plant, sample_time=self.sample_time, lag=lag, vacuum=vacuum
+        )
 
     def samples(self, time: float) -> float:
         """Return the number of whole samples that together last at least `time` [s]."""
@@ -320,12 +324,12 @@ class Regulator:
 
     def pack(self) -> LawSettings:
         """Return the tuples that `law.step` accepts as settings."""
-        plant, gains, dt = self.plant.joined, self.gains(), self.sample_time
+        plant, gains, dt = self.plant.lumped_plant, self.gains(), self.sample_time
         owed = self.owed_rise
         gain = gains.gain if self.gain is None else self.gain
         lasting = gains.integral_time if self.integral_time is None else self.integral_time
         feed = 1.0 if self.feed_forward and self.kind != "bang-bang" else 0.0
-        lag = self.lag
+        lag = self.total_lag
         regulator = (
             float(list(KINDS).index(self.kind)), gain, gain * dt / lasting, self.half_band,
             self.vent_threshold, -1.0 if self.reversible else 0.0,
@@ -338,12 +342,12 @@ class Regulator:
         watch = (
             owed.rate * dt, owed.top, owed.weight, self.plant.leak * dt,
             -math.expm1(-dt / lag) if lag else 1.0, self.lowest_reading, self.sensor.range,
-            float(self.confirm), self.decision, self.no_vacuum_ratio, self.weak_ratio,
+            float(self.confirm), self.detection_threshold, self.no_vacuum_ratio, self.weak_ratio,
             self.blocked_limit, self.loss_margin, self.samples(self.loss_time),
             max(self.samples(self.stuck_time), 50.0) if self.is_noisy else _NEVER,
             self.samples(self.settling_time), self.largest_zero,
             self.samples(self.vent_fade_time), owed.most * dt, owed.less * dt, owed.bend * dt,
-            self.healthy_ratio, self.blocked_excess, self.zero,
+            self.healthy_ratio, self.blocked_excess, self.zero_error,
         )  # fmt: skip
         return regulator, watch
 
@@ -393,14 +397,14 @@ def validate(regulator: Regulator, target: float) -> None:
 
 def _check_noise(regulator: Regulator) -> None:
     """Raise QuantityError if noise or a zero error alone could switch the pump or cause a fault."""
-    sensor, noise_sd, zero = regulator.sensor, regulator.greatest_noise, regulator.zero
+    sensor, noise_sd, zero = regulator.sensor, regulator.greatest_noise, regulator.zero_error
     nominal = f"noise of {show(sensor.noise, 'Pa')}"
     worst = f"noise of up to {show(noise_sd, 'Pa')} and a zero error of up to {show(zero, 'Pa')}"
     switching = 8.0 * sensor.noise if regulator.kind == "bang-bang" else 0.0
     for name, value, noise, error in (
         ("hysteresis", 2 * regulator.half_band, switching, nominal),
         ("vent_band", regulator.vent_threshold - regulator.half_band, 8.0 * sensor.noise, nominal),
-        ("decision_step", regulator.decision, CLEAR_OF_NOISE * noise_sd, worst),
+        ("decision_step", regulator.detection_threshold, CLEAR_OF_NOISE * noise_sd, worst),
         ("lost_band", regulator.loss_margin - regulator.half_band, 8.0 * sensor.noise, nominal),
         ("offset_limit", regulator.largest_zero, zero + CLEAR_OF_ZERO * noise_sd, worst),
         ("floor", -regulator.lowest_reading, zero + CLEAR_OF_ZERO * noise_sd, worst),

@@ -136,20 +136,20 @@ class _Pen:
         for wire in self.circuit.wires:
             if wire.use in power or wire.label in ("GND", "VSYS"):
                 continue
-            series = self.circuit.series_part(wire.use)[0] if wire.use else None
+            series = self.circuit.get_series_part(wire.use)[0] if wire.use else None
             begin, end = (x + 3.6 * bool(wire.shunt), y), (x + 3.6 * bool(wire.shunt) + 2.6, y)
             self.tag((x, y), wire.use or wire.label, "left")
             self.wire((x, y), begin)
             self.wire(begin, end) if series is None else self.part(series.ref, begin, end)
             self.write(end[0] + 0.2, y - 0.15, wire.to)
-            shunts = self.circuit.parts_between(wire.use, "GND") if wire.use and wire.shunt else []
+            shunts = self.circuit.find_parts(wire.use, "GND") if wire.use and wire.shunt else []
             for n, shunt in enumerate(shunts):
                 self.ground(shunt.ref, (x + 0.6 + 1.8 * n, y), 1.9)
             y -= 3.6 if shunts else 1.15
 
     def divider(self, use: str, point: Any) -> None:
         """Draw a divider from a point down to a pin's label, with its filter."""
-        upper, lower, capacitor = (part.ref for part in self.circuit.divider(use))
+        upper, lower, capacitor = (part.ref for part in self.circuit.find_divider(use))
         middle, right = (point[0], point[1] - 2.2), (point[0] + 2.0, point[1] - 2.2)
         self.add(self.elements.Dot(), point)
         self.part(upper, point, middle, "bottom")
@@ -205,10 +205,10 @@ class _Pen:
         switch = self.elements.NFet().anchor("drain").reverse().theta(0)
         ends = self.add(switch, bottom, None, f"Q{number}", "right").absanchors
         self.add(self.elements.Ground(), ends["source"])
-        net = self.circuit.series_part(use)[1]
+        net = self.circuit.get_series_part(use)[1]
         (series,), (pull,) = (
-            self.circuit.parts_between(use, net),
-            self.circuit.parts_between(net, "GND"),
+            self.circuit.find_parts(use, net),
+            self.circuit.find_parts(net, "GND"),
         )
         corner = (ends["gate"][0] - 0.7, ends["gate"][1])
         self.wire(ends["gate"], corner)

@@ -66,7 +66,7 @@ class Trial:
         return took <= self.deadline + CLOCK
 
     @property
-    def share(self) -> float:
+    def deadline_ratio(self) -> float:
         """Return the ratio of the time to its deadline; the largest ratio is the worst."""
         took = max(self.safe_after or 0.0, self.named_after or 0.0)
         if self.deadline is None:
@@ -136,7 +136,7 @@ class Bed:
             self._bench.vent_rest = "open" if opens else "closed"
         return self._bench, self.board
 
-    def begin(self, plan: Plan) -> tuple[Bench, VirtualBoard, Observer]:
+    def prepare_trial(self, plan: Plan) -> tuple[Bench, VirtualBoard, Observer]:
         """Prepare a healthy, vented line and its controller, and start the pump."""
         bench, board = self.get_bench()
         plant = board.plant
@@ -165,7 +165,7 @@ def run_trial(bed: Bed, plan: Plan) -> Trial:
     fault = named_after = None
     trouble = ""
     try:
-        bench, board, observer = bed.begin(plan)
+        bench, board, observer = bed.prepare_trial(plan)
         seq = _inject_fault(bench, board, observer)
         fault = bench.fault
         if seq is not None and plan.kind.host == "releases":
@@ -224,7 +224,7 @@ def _inject_fault(bench: Bench, board: VirtualBoard, observer: Observer) -> int 
     if not last:
         return None
     seq = int(last.split(b",")[0])
-    observer.event = observer.time_of(seq)
+    observer.event = observer.find_sample_time(seq)
     _wait_until_done(observer)
     return seq
 
@@ -246,9 +246,9 @@ def _time_to_name_fault(board: VirtualBoard, observer: Observer, seq: int) -> fl
         rows = parse_records(line.ask(SESSION, b"FETC:STR? 200"))
         faults = rows[rows["fault"] != 0]
         if len(faults):
-            time_named = observer.time_of(int(faults["seq"][0]))
+            time_named = observer.find_sample_time(int(faults["seq"][0]))
             return math.inf if time_named is None else time_named - event
-        if not len(rows) or observer.time_of(int(rows["seq"][-1])) is None:
+        if not len(rows) or observer.find_sample_time(int(rows["seq"][-1])) is None:
             break
         line.ask(SESSION, b"STR:ACK %d" % int(rows["seq"][-1]))
     return math.inf

@@ -357,7 +357,7 @@ def _judge_bench(data: Checked, plant: Plant | None, lag: float, tune: bool) -> 
         reasons = ["the rise of the vacuum does not match the curve of a pump"]
     line_values = None
     if plant is not None:
-        slow = plant.joined
+        slow = plant.lumped_plant
         line_values = {"rate": slow.rate, "top": slow.top, "leak": slow.leak, "vent": slow.vent}
         line_values["lag"] = lag + plant.tube_lag
     if not reasons and data.rate is not None and data.leak is not None:

@@ -110,27 +110,25 @@ class Circuit:
         """Return the wires with the parts on them."""
         return tuple(_make_wire(self, entry) for entry in self.declared)
 
-    def parts_between(self, first: str, *others: str) -> list[Component]:
+    def find_parts(self, first: str, *others: str) -> list[Component]:
         """Return the components between the node `first` and one of `others`."""
         pairs = [{first, node} for node in others]
         return [c for c in self.components.values() if len(c.nodes) == 2 and set(c.nodes) in pairs]
 
-    def series_part(self, node: str) -> tuple[Component | None, str]:
+    def get_series_part(self, node: str) -> tuple[Component | None, str]:
         """Return the part in series with a pin, or None, and the node after it."""
         for part in self.components.values():
             if len(part.nodes) == 2 and node in part.nodes and "GND" not in part.nodes:
                 return part, part.nodes[part.nodes[0] == node]
         return None, node
 
-    def divider(self, use: str) -> tuple[Component, Component, Component]:
+    def find_divider(self, use: str) -> tuple[Component, Component, Component]:
         """Return (upper resistor, lower resistor, capacitor) of a pin's divider."""
-        lower, capacitor = sorted(
-            self.parts_between(use, "GND"), key=lambda c: c.kind, reverse=True
-        )
-        (upper,) = self.parts_between(use, *self.rails)
+        lower, capacitor = sorted(self.find_parts(use, "GND"), key=lambda c: c.kind, reverse=True)
+        (upper,) = self.find_parts(use, *self.rails)
         return upper, lower, capacitor
 
-    def conflicts(self) -> tuple[str, ...]:
+    def list_conflicts(self) -> tuple[str, ...]:
         """Return each conflict between pins and parts as a sentence."""
         rules = (_check_sockets, _check_channels, _check_bus, _check_gates, _check_ratio)
         return tuple(text for rule in rules for text in rule(self))
@@ -173,10 +171,10 @@ def load_circuit(board: str | Path, circuit: Path = PICO) -> Circuit:
 def _make_wire(circuit: Circuit, entry: Mapping[str, str]) -> Wire:
     use = entry.get("use")
     node = use or entry["pin"]
-    series, end = (None, node) if node in ("GND", *circuit.rails) else circuit.series_part(node)
+    series, end = (None, node) if node in ("GND", *circuit.rails) else circuit.get_series_part(node)
     rail = circuit.rails.get(end) if use else None
     # a divider ends at a rail, and at a gate the pull-down comes after the series resistor
-    shunts = circuit.parts_between(node if end in circuit.rails else end, "GND")
+    shunts = circuit.find_parts(node if end in circuit.rails else end, "GND")
     label = entry["pin"] if use is None else f"GP{getattr(circuit.file.wiring.pins, use)}"
     return Wire(
         pin=circuit.socket.get(label),
@@ -227,7 +225,7 @@ def _check_gates(circuit: Circuit) -> Iterator[str]:
     for wire in circuit.wires:
         if wire.use not in GATES:
             continue
-        down = circuit.parts_between(circuit.series_part(wire.use)[1], "GND")
+        down = circuit.find_parts(circuit.get_series_part(wire.use)[1], "GND")
         if not down or down[0].value > PULL_DOWN:
             yield (
                 f"{wire.use}: {wire.label} needs a pull-down of 8.2 kΩ or less at the gate but "
@@ -237,7 +235,7 @@ def _check_gates(circuit: Circuit) -> Iterator[str]:
 
 def _check_ratio(circuit: Circuit) -> Iterator[str]:
     """Yield a conflict if the board file and the circuit have different supply divider ratios."""
-    upper, lower, _ = circuit.divider("supply_adc")
+    upper, lower, _ = circuit.find_divider("supply_adc")
     ratio, in_file = 1.0 + upper.value / lower.value, circuit.file.wiring.supply_ratio
     if abs(ratio / in_file - 1.0) > 1e-3:
         yield f"supply_ratio is {in_file:g}, but the resistors of the supply sense give {ratio:g}"

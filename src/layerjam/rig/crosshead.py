@@ -35,7 +35,7 @@ class CrossheadLostError(LayerjamError):
 class Crosshead(Protocol):
     """Interface of everything that moves the free end of the brake."""
 
-    def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
+    def start_move(self, step: Pull | Return, bench: Bench, note: Note) -> None:
         """Start a move."""
 
     def is_done(self, elapsed_time: float) -> bool:
@@ -44,10 +44,10 @@ class Crosshead(Protocol):
         Raises CrossheadLostError if the move is long overdue.
         """
 
-    def end(self, bench: Bench) -> None:
+    def end_move(self, bench: Bench) -> None:
         """Finish the move, or stop waiting for its end."""
 
-    def positions(self, block: Block) -> list[tuple[int, float, float]]:
+    def read_positions(self, block: Block) -> list[tuple[int, float, float]]:
         """Return (board's clock [us], elongation [m], force [N]) of the samples, if known."""
 
 
@@ -63,13 +63,13 @@ class Manual:
         self, pressed: Callable[[], bool] | None = None, say: Callable[[str], None] | None = None
     ) -> None:
         self._pressed = pressed or _is_enter_pressed
-        self._say = say or tell_person
+        self._say = say or notify_operator
         self._moves = False
         self._step: Pull | Return | None = None
         self._bench: Bench | None = None
         self._note: Note = lambda kind, text: None
 
-    def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
+    def start_move(self, step: Pull | Return, bench: Bench, note: Note) -> None:
         """Ask the operator to start the crosshead."""
         self._step, self._bench, self._note, self._moves = step, bench, note, False
         self._prompt_operator(f"Ready to {step.text()}: press Enter and start the machine.")
@@ -88,13 +88,13 @@ class Manual:
         self._prompt_operator(f"Press Enter when the crosshead is at {self._step.end * 1e3:g} mm.")
         return False
 
-    def end(self, bench: Bench) -> None:
+    def end_move(self, bench: Bench) -> None:
         """Switch the marker off."""
         if self._moves:
             self._moves = False
             bench.tell("OUTP:SYNC OFF")
 
-    def positions(self, block: Block) -> list[tuple[int, float, float]]:
+    def read_positions(self, block: Block) -> list[tuple[int, float, float]]:
         """Return an empty list: the machine stores the positions."""
         return []
 
@@ -114,7 +114,7 @@ class Trigger:
         self._closed = self._moves = False
         self._due = self._at = 0.0
 
-    def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
+    def start_move(self, step: Pull | Return, bench: Bench, note: Note) -> None:
         """Close the contact that starts the machine's method."""
         if self._closed:
             raise CrossheadLostError("the contact was closed before the machine was started")
@@ -131,13 +131,13 @@ class Trigger:
             )
         return self._closed
 
-    def end(self, bench: Bench) -> None:
+    def end_move(self, bench: Bench) -> None:
         """Open the contact."""
         if self._moves:
             self._moves = False
             bench.tell("OUTP:SYNC OFF")
 
-    def positions(self, block: Block) -> list[tuple[int, float, float]]:
+    def read_positions(self, block: Block) -> list[tuple[int, float, float]]:
         """Return an empty list: the machine stores the positions, and samples only the contact."""
         self._closed = bool(block.rows["flags"][-1] & EXTERNAL)
         return []
@@ -157,7 +157,7 @@ class Virtual:
         self._machine = plant.machine = VirtualMachine(brake, line)
         self._due = self._end = self._seen = 0.0
 
-    def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
+    def start_move(self, step: Pull | Return, bench: Bench, note: Note) -> None:
         """Start the move; the marker is on during the move."""
         self._due, self._end = move_timeout(step, self._machine.elongation), step.end
         bench.tell("OUTP:SYNC ON")
@@ -170,14 +170,14 @@ class Virtual:
             raise CrossheadLostError(f"the virtual crosshead did not arrive in {self._due:.3g} s")
         return has_arrived
 
-    def end(self, bench: Bench) -> None:
+    def end_move(self, bench: Bench) -> None:
         """Stop the machine."""
         was_moving, self._due = self._due, 0.0
         self._machine.stop_motion()
         if was_moving:
             bench.tell("OUTP:SYNC OFF")
 
-    def positions(self, block: Block) -> list[tuple[int, float, float]]:
+    def read_positions(self, block: Block) -> list[tuple[int, float, float]]:
         """Return the machine's readings at each sample."""
         rows = zip(block.rows["seq"].tolist(), block.us.tolist(), strict=True)
         readings = [(us, *self._machine.take_sample(seq)) for seq, us in rows]
@@ -190,7 +190,7 @@ def move_timeout(step: Pull | Return, start: float) -> float:
     return 2 * abs(step.end - start) / step.speed + 10.0
 
 
-def tell_person(text: str) -> None:
+def notify_operator(text: str) -> None:
     """Print a text for the person at the bench, without buffering."""
     print(text, file=sys.stderr, flush=True)
 

@@ -188,7 +188,7 @@ def fall(
         times = np.concatenate([begin, pulse[pulse > 0.0]])
         forces = np.concatenate([[gravity, gravity, 0.0, 0.0], force[pulse > 0.0]])
         signal = measure_acceleration((times, forces), replace(ADXL193, range=None, sampling=FINE))
-        plant.accelerometer.play(plant.time + delay, signal.time + flight, signal.acceleration)
+        plant.accelerometer.set_force(plant.time + delay, signal.time + flight, signal.acceleration)
     return stop
 
 

@@ -47,7 +47,7 @@ class Margin:
         return {key: v for key, v in vars(self).items() if isinstance(v, str) or math.isfinite(v)}
 
     @property
-    def kept(self) -> bool:
+    def is_within_limits(self) -> bool:
         """Whether the value is within the limits."""
         return self.least <= self.value <= self.most
 
@@ -60,7 +60,7 @@ class Margin:
         return f"{self.name}: {self.value:.3g} {self.unit}, {limit} {self.unit}"
 
 
-def margins(circuit: Circuit) -> tuple[Margin, ...]:
+def compute_margins(circuit: Circuit) -> tuple[Margin, ...]:
     """Return the quantities of the circuit with their limits."""
     groups = (_sense_margins, _supply_margins, _gate_margins, _power_margins)
     return tuple(margin for group in groups for margin in group(circuit))
@@ -68,12 +68,14 @@ def margins(circuit: Circuit) -> tuple[Margin, ...]:
 
 def find_conflicts(circuit: Circuit) -> tuple[str, ...]:
     """Return the pin conflicts of a circuit or, if there are none, the limits that it violates."""
-    return circuit.conflicts() or tuple(m.sentence for m in margins(circuit) if not m.kept)
+    return circuit.list_conflicts() or tuple(
+        m.sentence for m in compute_margins(circuit) if not m.is_within_limits
+    )
 
 
 def trip_voltages(circuit: Circuit) -> tuple[float, float]:
     """Return the lowest and highest supply [V] at which the board may report a low supply."""
-    upper, lower, _ = circuit.divider("supply_adc")
+    upper, lower, _ = circuit.find_divider("supply_adc")
     wiring, ends = circuit.file.wiring, []
     for sign, reference in zip((-1, 1), REFERENCE, strict=True):
         pin = wiring.least_supply / wiring.supply_ratio * reference
@@ -86,7 +88,7 @@ def trip_voltages(circuit: Circuit) -> tuple[float, float]:
 def pin_voltage(circuit: Circuit, use: str, volts: float, sign: int) -> float:
     """Return the lowest (sign -1) or highest (1) voltage [V] at the pin of a divider."""
     upper, lower = (
-        part.value_at(s) for part, s in zip(circuit.divider(use), (-sign, sign), strict=False)
+        part.value_at(s) for part, s in zip(circuit.find_divider(use), (-sign, sign), strict=False)
     )
     return lower / (upper + lower) * (volts + sign * LEAKAGE * upper)
 
@@ -97,11 +99,11 @@ def _sense_margins(circuit: Circuit) -> Iterator[Margin]:
     closed_voltage = pin_voltage(circuit, stop, trip_voltages(circuit)[0], -1)
     yield Margin("pin voltage, emergency stop closed", "V", closed_voltage, least=HIGH)
     for use in (stop, "supply_adc", "accelerometer_adc"):
-        rail = circuit.rails[circuit.series_part(use)[1]][1]
+        rail = circuit.rails[circuit.get_series_part(use)[1]][1]
         greatest = pin_voltage(circuit, use, rail, 1)
         yield Margin(f"highest voltage at {use}", "V", greatest, most=least_supply)
     # with the stop open, R7 pulls the node down; the filter discharges through R7, R8 and R9
-    upper, lower, capacitor = (part.value_at(1) for part in circuit.divider(stop))
+    upper, lower, capacitor = (part.value_at(1) for part in circuit.find_divider(stop))
     both = 1.0 / (1.0 / (upper + parts["R7"].value_at(1)) + 1.0 / lower)
     open_voltage, begin = LEAKAGE * both, pin_voltage(circuit, stop, high, 1)
     yield Margin("pin voltage, emergency stop open", "V", open_voltage, most=LOW)
@@ -127,9 +129,9 @@ def _supply_margins(circuit: Circuit) -> Iterator[Margin]:
 
 def _gate_margins(circuit: Circuit) -> Iterator[Margin]:
     for use in GATES:
-        gate = circuit.series_part(use)[1]
-        (series,) = circuit.parts_between(use, gate)
-        (down,) = circuit.parts_between(gate, "GND")
+        gate = circuit.get_series_part(use)[1]
+        (series,) = circuit.find_parts(use, gate)
+        (down,) = circuit.find_parts(gate, "GND")
         (switch,) = (c for c in circuit.components.values() if c.nodes[1] == gate != c.nodes[-1])
         gate_voltage = OUTPUT * down.value_at(-1) / (down.value_at(-1) + series.value_at(1))
         yield Margin(f"gate voltage of {switch.ref}, on", "V", gate_voltage, least=switch.gate)

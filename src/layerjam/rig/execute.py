@@ -220,13 +220,13 @@ class Execution:
         crosshead = self.crosshead
         if crosshead is None:
             raise CrossheadLostError("the procedure moves a crosshead, but none is given")
-        crosshead.begin(step, self.bench, self.file.add_note)
+        crosshead.start_move(step, self.bench, self.file.add_note)
         try:
             start = self.recorder.now
             while not crosshead.is_done((self.recorder.now - start) * 1e-6):
                 self._record_block()
         finally:
-            crosshead.end(self.bench)
+            crosshead.end_move(self.bench)
 
     def _last_sample(self) -> int:
         """Return the number of the latest sample; a command just sent takes effect after it."""
@@ -267,7 +267,7 @@ class Execution:
     def _read_positions(self, block: Block) -> list[tuple[int, float, float]]:
         if self.crosshead is None:
             return []
-        return self.crosshead.positions(block)
+        return self.crosshead.read_positions(block)
 
     def _check_block(self, block: Block) -> None:
         """End the run on a fault, or if another client switched the outputs off."""
@@ -298,7 +298,7 @@ class Execution:
             self.bench.off()
             self.bench.target = 0.0
             if self.crosshead is not None:
-                self.crosshead.end(self.bench)
+                self.crosshead.end_move(self.bench)
             shots, end = self.shots, self.recorder.now + LAST * 1e6
             if shots is not None:
                 shots.finish_capture(self.recorder)

@@ -52,7 +52,7 @@ def export(
     run_ = read_run(run)
     if start is not None or end is not None:
         run_ = run_.between(start, end)
-    shot_files = {} if ending == ".nc" else {shot_file(out, s): s for s in run_.shots}
+    shot_files = {} if ending == ".nc" else {shot_path(out, s): s for s in run_.shots}
     if (existing := next((path for path in shot_files if path.exists()), None)) and not overwrite:
         raise FileError(existing, "already exists; --overwrite replaces it")
     sidecar = None
@@ -75,7 +75,7 @@ def export(
     return ExportedRun(run=run_, file=out, sidecar=sidecar, shots=tuple(shot_files))
 
 
-def shot_file(out: Path, shot: Shot) -> Path:
+def shot_path(out: Path, shot: Shot) -> Path:
     """Return the file of an accelerometer's record, next to that of its run."""
     return out.with_name(f"{out.stem}-shot{shot.number}{out.suffix}")
 

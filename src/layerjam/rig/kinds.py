@@ -53,17 +53,17 @@ class Case:
         """Vacuum [Pa] below which every reading indicates a loss, despite noise and zero error."""
         regulator = self.regulator
         noise = IN_NOISE * regulator.greatest_noise + regulator.sensor.resolution
-        return self.target - regulator.loss_margin - noise - regulator.zero
+        return self.target - regulator.loss_margin - noise - regulator.zero_error
 
     @property
     def vented_vacuum(self) -> float:
         """Vacuum [Pa] above which the controller has certainly opened the vent."""
-        return self.target + self.regulator.vent_threshold + self.regulator.zero
+        return self.target + self.regulator.vent_threshold + self.regulator.zero_error
 
     @functools.cached_property
     def strongest_plant(self) -> Plant:
         """Return the plant with the strongest pump and the weakest vent within the tolerances."""
-        plant, tolerances = self.regulator.plant.joined, self.regulator.tolerances
+        plant, tolerances = self.regulator.plant.lumped_plant, self.regulator.tolerances
         return replace(
             plant, rate=plant.rate * (1 + tolerances.pump), vent=plant.vent * (1 - tolerances.vent)
         )
@@ -151,13 +151,13 @@ def _sample_deadline(count: int) -> Callable[[Case], float]:
 
 def _leak_deadline(case: Case) -> float:
     """Return the time until the normal leak causes a loss of vacuum that is reported."""
-    leak = case.regulator.plant.joined.leak
+    leak = case.regulator.plant.lumped_plant.leak
     return case.fall_time(leak, 0.0) + case.promised_times["VACUUM_LOST"]
 
 
 def _loss_deadline(case: Case) -> float:
     """Return the time until a loss is visible although the pump runs at full power."""
-    plant, pump = case.regulator.plant.joined, case.strongest_plant.rate
+    plant, pump = case.regulator.plant.lumped_plant, case.strongest_plant.rate
     half = case.target / 2
     inflow = max(plant.rate * (plant.top - plant.weight * half) / half, plant.leak)
     rate = pump * plant.weight + inflow
@@ -193,7 +193,7 @@ def _drift_deadline(case: Case) -> float:
         return math.inf
     regulator, sensor = case.regulator, case.regulator.sensor
     noise = 2 * IN_NOISE * regulator.greatest_noise + sensor.resolution
-    differ = SENSOR_GAP * sensor.range + noise + 2 * regulator.zero
+    differ = SENSOR_GAP * sensor.range + noise + 2 * regulator.zero_error
     return differ / case.size + (regulator.confirm + 1) * regulator.sample_time
 
 

@@ -115,7 +115,7 @@ def draw_plan(
     )
     target = draw.uniform(TARGETS[0] / TARGETS[1], 1.0) * highest_target(plant, hardware.sensor)
     band = regulator.half_band if regulator.kind == "bang-bang" else 1 / regulator.gains().gain
-    highest = min(LEVELS[1] * target, target - FULL * band - ROOM * regulator.decision)
+    highest = min(LEVELS[1] * target, target - FULL * band - ROOM * regulator.detection_threshold)
     level = max(draw.uniform(LEVELS[0] * target, max(highest, 0.0)), 0.0)
     sizes = {
         "sensor-drift": draw.choice(DRIFTS),
@@ -153,7 +153,7 @@ def draw_mismatch(hardware: Hardware, case: Case, leak: float, draw: random.Rand
     `leak` is a factor on the largest healthy leak.
     """
     regulator, plant, sensor = case.regulator, hardware.plant, hardware.sensor
-    tolerances, zero = regulator.tolerances, regulator.zero
+    tolerances, zero = regulator.tolerances, regulator.zero_error
     return replace(
         hardware,
         plant=replace(
@@ -213,14 +213,14 @@ class Observer:
                 self.began = time
                 self.plant.reseed(plan.seed)
         elif not self._armed:
-            if self._is_moment(time):
+            if self._is_fault_due(time):
                 self._armed = True
                 moment = time + plan.phase * plan.case.regulator.sample_time
-                self.plant.schedule(moment, self._begin_fault)
+                self.plant.schedule_action(moment, self._begin_fault)
             elif time - self.began > PATIENCE:
                 self._end_run()
 
-    def _is_moment(self, time: float) -> bool:
+    def _is_fault_due(self, time: float) -> bool:
         plan, plant = self.plan, self.plant
         if plan.moment == "pumping":
             return plant.outputs[0] >= 1.0 and plant.vacuum >= plan.level
@@ -276,7 +276,7 @@ class Observer:
         self.plant.pace = SLOW
         self.done.set()
 
-    def time_of(self, seq: int) -> float | None:
+    def find_sample_time(self, seq: int) -> float | None:
         """Return the time of the board's sample `seq` [s], or None if it was not observed."""
         place = seq + 1 - self._first
         if place < 0:

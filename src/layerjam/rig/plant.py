@@ -63,7 +63,7 @@ Array = np.ndarray[Any, Any]
 class VirtualAccelerometer:
     """An ADXL193 behind a divider on a 12-bit converter; it measures specific force in counts.
 
-    At rest it shows 1 g; `play` applies a signal.
+    At rest it shows 1 g; `set_force` applies a signal.
     """
 
     def __init__(self, seed: int) -> None:
@@ -71,7 +71,7 @@ class VirtualAccelerometer:
         self._rate, self._begun, self._given = 8000, 0.0, 0
         self._signal: tuple[float, Array, Array] | None = None
 
-    def play(self, start: float, time: Array, force: Array) -> None:
+    def set_force(self, start: float, time: Array, force: Array) -> None:
         """Apply a specific force [m/s^2] at ascending times [s] after `start` [s]; shapes (N,).
 
         `start` is a plant time. Before that time the sensor is at rest; after the signal its last
@@ -79,12 +79,12 @@ class VirtualAccelerometer:
         """
         self._signal = (start, np.asarray(time, float), np.asarray(force, float))
 
-    def start(self, rate: int, plant_time: float) -> bytes:
+    def start_sampling(self, rate: int, plant_time: float) -> bytes:
         """Start sampling and return the packed scale."""
         self._rate, self._begun, self._given = rate, plant_time, 0
         return SCALE.pack(ZERO, GAIN, ACCELERATION_RANGE, float(rate))
 
-    def samples(self, count: int) -> bytes:
+    def read_samples(self, count: int) -> bytes:
         """Return the next samples, int16, little-endian."""
         times = self._begun + (self._given + np.arange(count)) / self._rate
         self._given += count
@@ -209,7 +209,7 @@ class VirtualPlant:
         self.estop = self.supply_low = self.contact = False
         self.drift = self.stall = self.pace = self._climbed = 0.0
 
-    def schedule(self, time: float, act: Callable[[], None]) -> None:
+    def schedule_action(self, time: float, act: Callable[[], None]) -> None:
         """Call a function at a plant time [s], in the plant's thread; only one can be pending."""
         self._due = time, act
 
@@ -286,7 +286,7 @@ class VirtualPlant:
                 self.shown += self.vacuum - before
         self.time += dt
 
-    def reading(self) -> tuple[float, int]:
+    def read_sensor(self) -> tuple[float, int]:
         """Return the sensor's reading [Pa] and its raw counts."""
         sensor, fault = self.behind.sensor, self.injected.sensor
         if fault == "nan":
@@ -299,7 +299,7 @@ class VirtualPlant:
         share = 0.5 + 0.5 * self._last / sensor.range
         return self._last, round(COUNTS[0] + share * COUNTS[1])
 
-    def second_reading(self) -> float:
+    def read_second_sensor(self) -> float:
         """Return the reading of the second sensor [Pa], which never has a fault."""
         return self._measure_reading(self.shown, self._other) if self.behind.second else 0.0
 
@@ -311,12 +311,12 @@ class VirtualPlant:
             y = round(y / sensor.resolution) * sensor.resolution
         return min(max(y, -sensor.range), sensor.range)
 
-    def answer(self, asks: int = READING, count: int = 0) -> bytes:
+    def make_board_data(self, asks: int = READING, count: int = 0) -> bytes:
         """Return the data for the board: a reading, or samples of its accelerometer."""
         if asks == START:
-            return self.accelerometer.start(count, self.time)
+            return self.accelerometer.start_sampling(count, self.time)
         if asks == SAMPLES:
-            return self.accelerometer.samples(count)
+            return self.accelerometer.read_samples(count)
         self.asked += 1
         if self.recorded is not None:
             self.recorded()
@@ -326,13 +326,13 @@ class VirtualPlant:
             self.watch()
         if self.pace:
             time.sleep(self.pace)
-        vacuum, raw = self.reading()
+        vacuum, raw = self.read_sensor()
         # without a supply, there is no voltage downstream of the emergency stop either
         flags = ESTOP | SUPPLY_LOW if self.supply_low else ESTOP if self.estop else 0
         flags |= (DIAGNOSTIC if vacuum != vacuum else 0) | (SECOND if self.behind.second else 0)
         flags |= CONTACT if self.contact else 0
         busy, self.stall = round(1e3 * self.stall), 0.0
-        second = self.second_reading()
+        second = self.read_second_sensor()
         return SHOWN.pack(vacuum, raw, ROOM_TEMPERATURE, flags, 0, busy, second)
 
 
@@ -357,7 +357,7 @@ class PlantThread(threading.Thread):
                 plant.advance(passage * 1e-6)
                 plant.set_outputs(pump, bool(power))
                 if asks:
-                    self._child.send(plant.answer(asks, count))
+                    self._child.send(plant.make_board_data(asks, count))
         except OSError:
             pass  # the connection to the board is lost
         finally:

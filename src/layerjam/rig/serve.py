@@ -54,7 +54,7 @@ class Listening:
     pty: str | None
 
     @property
-    def visa(self) -> str:
+    def visa_resource(self) -> str:
         """Return PyVISA code that opens the gateway; without the terminations, queries time out."""
         # a gateway on all addresses can be reached under this machine's name
         host = socket.gethostname() if self.host in ("0.0.0.0", "::", "") else self.host
@@ -153,7 +153,7 @@ class Gateway:
         """Wait until the board's line is down, then raise LineError."""
         await asyncio.shield(self._down)
 
-    async def client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def serve_guest(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Serve one connection until it ends."""
         task = asyncio.current_task()
         if task is not None:
@@ -259,7 +259,7 @@ class Gateway:
         finally:
             loop.remove_reader(master)
 
-    async def end(self) -> None:
+    async def shut_down(self) -> None:
         """Disconnect the clients, switch the outputs off and close the line."""
         for task in list(self._tasks):
             task.cancel()
@@ -344,7 +344,7 @@ async def _run_gateway(
         except NotImplementedError:  # the Windows event loop does not support signal handlers
             signal.signal(number, lambda *_: loop.call_soon_threadsafe(end.set))
     try:
-        server = await asyncio.start_server(gateway.client, host, port)
+        server = await asyncio.start_server(gateway.serve_guest, host, port)
     except OSError as error:
         raise FileError(f"{host}:{port}", f"cannot listen: {error.strerror}") from None
     jobs = {asyncio.create_task(gateway.watch_line()), asyncio.create_task(end.wait())}
@@ -364,7 +364,7 @@ async def _run_gateway(
         for task in waiting:
             task.cancel()
         await asyncio.gather(*waiting, return_exceptions=True)
-        await gateway.end()
+        await gateway.shut_down()
         for task in finished_jobs:
             task.result()
 

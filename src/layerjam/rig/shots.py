@@ -13,7 +13,7 @@ import numpy as np
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
 from layerjam.measure.shots import Shot
-from layerjam.rig.crosshead import tell_person
+from layerjam.rig.crosshead import notify_operator
 from layerjam.rig.driver import Bench
 from layerjam.rig.drop import DELAY, arm, fall, pending_shot, prepare, read_capture, read_piece
 from layerjam.rig.recorder import Recorder
@@ -42,7 +42,7 @@ class DropRig:
     mass: float | None = None
     speed: float | None = None
     rope_stiffness: float | None = None
-    say: Callable[[str], None] = tell_person
+    say: Callable[[str], None] = notify_operator
 
     def metadata(self) -> dict[str, str]:
         """Return the entries of the run file about the drop."""
