@@ -35,10 +35,10 @@ class Powered(Hal):
         time = (self.now - self.begin) * 1e-6
         return float(np.interp(time, self.played["time"], self.played[name]))
 
-    def supply(self) -> bool:
+    def has_supply(self) -> bool:
         return self.pin("supply_adc") >= LEAST
 
-    def estop(self) -> bool:
+    def is_stop_pressed(self) -> bool:
         return self.pin("estop_sense") < THRESHOLD
 
 

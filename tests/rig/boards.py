@@ -75,26 +75,26 @@ class Hal:
     def ticks_us(self) -> int:
         return self.now % 2**30
 
-    def sensor(self) -> tuple[float, int, int, int]:
+    def read_sensor(self) -> tuple[float, int, int, int]:
         self.wakes += 1  # one count more or less each time: a sensor that never stands still
         shown = self.vacuum + 4.0 * (self.wakes % 2) if self.shows is None else self.shows
         return shown, 7, 2300, 1 if math.isnan(shown) else 0
 
-    def output(self, pump: float, power: int) -> None:
+    def set_outputs(self, pump: float, power: int) -> None:
         self.pump, self.power = pump, power
 
     @property
     def vent_open(self) -> bool:
         return self.normally_open != bool(self.power)
 
-    def estop(self) -> bool:
+    def is_stop_pressed(self) -> bool:
         return self.estop_open
 
-    def supply(self) -> bool:
+    def has_supply(self) -> bool:
         return not self.supply_low
 
-    def arm(self) -> None: ...
-    def feed(self) -> None: ...
+    def arm_watchdog(self) -> None: ...
+    def feed_watchdog(self) -> None: ...
 
     def load(self, slot: int) -> bytes | None:
         return self.slots[slot]
@@ -102,7 +102,7 @@ class Hal:
     def save(self, slot: int, data: bytes) -> None:
         self.slots[slot] = data
 
-    def since_save(self) -> int:
+    def time_since_save(self) -> int:
         return 10**7
 
     def identity(self) -> tuple[str, str]:
@@ -114,7 +114,7 @@ class Hal:
     def reset(self) -> None:
         raise RuntimeError("reset")
 
-    def maintenance(self) -> None:
+    def enter_maintenance(self) -> None:
         raise RuntimeError("maintenance")
 
     def advance(self, us: int) -> None:

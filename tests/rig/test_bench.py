@@ -353,9 +353,9 @@ def test_a_law_that_is_spoilt_fails_its_own_check(
         state, pump, vent, fault = right(settings, state, measured, target)
         return state, pump * (mutant == "fault"), vent, fault * (mutant == "gain")
 
-    assert code.bench.law_is_sound()
+    assert code.bench.is_law_sound()
     monkeypatch.setattr(code.law, "step", wrong)
-    assert not code.bench.law_is_sound()
+    assert not code.bench.is_law_sound()
 
 
 def test_driving_by_hand_ends_by_itself_and_by_the_lease() -> None:

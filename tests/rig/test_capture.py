@@ -47,7 +47,7 @@ class Shaken(Hal):
     def capture_scale(self) -> tuple[float, ...]:
         return (ZERO, GAIN, 2450.0, float(self.rate or 8000))
 
-    def external(self) -> bool:
+    def is_contact_closed(self) -> bool:
         return self.closed
 
 

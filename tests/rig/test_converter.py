@@ -122,7 +122,7 @@ def test_the_record_is_the_accelerometers_and_the_rest_is_read_beside_it(chip: M
     assert made.capture_scale()[3] == pytest.approx(8000, rel=1e-5)
     assert 48e6 / (1 + chip.mem32.get(0x4004C010) / 256) == pytest.approx(8000 * turn, rel=1e-5)
     # what was there before holds until the first turns are through
-    assert made.supply() and made.volts.mean(1) == pytest.approx(50000, abs=16)
+    assert made.has_supply() and made.volts.mean(1) == pytest.approx(50000, abs=16)
     draw = np.random.default_rng(3)
     given: list[int] = []
     total = 0
@@ -157,9 +157,9 @@ def test_numbers_that_were_lost_end_the_record(chip: Machine) -> None:
 def test_the_contact_closes_to_the_ground(chip: Machine) -> None:
     made = hal()
     chip.pins[21] = 1
-    assert not made.external()
+    assert not made.is_contact_closed()
     chip.pins[21] = 0
-    assert made.external()
+    assert made.is_contact_closed()
 
 
 def test_another_image_has_no_room_for_a_record(

@@ -255,7 +255,7 @@ def test_two_sensors_that_disagree_are_a_fault() -> None:
     class Two(Hal):
         other: float | None = None
 
-        def sensor2(self) -> float | None:
+        def read_second_sensor(self) -> float | None:
             return self.other
 
     hal = Two()

@@ -53,7 +53,7 @@ class Board:
             def identity(self) -> tuple[str, str]:
                 return "Raspberry Pi Pico", "E661"
 
-            def maintenance(self) -> None:
+            def enter_maintenance(self) -> None:
                 if board.refuses:
                     raise board.code.scpi.ScpiError(-221, "not now")
                 board.prompted = True

@@ -250,23 +250,23 @@ def hal(**causes: Any) -> Any:
 def test_outputs_are_at_rest_from_the_start_and_follow(chip: Machine) -> None:
     made = hal()
     assert chip.duties == {16: 0, 19: 0} and chip.pins[17] == 0
-    made.output(0.5, 1)
+    made.set_outputs(0.5, 1)
     assert chip.duties == {16: 32768, 19: 0} and chip.pins[17] == 1
-    made.output(-1.0, 0)
+    made.set_outputs(-1.0, 0)
     assert chip.duties == {16: 0, 19: 65535} and chip.pins[17] == 0
-    made.output(1.0, 0)
+    made.set_outputs(1.0, 0)
     assert chip.duties == {16: 65535, 19: 0}
 
 
 def test_the_emergency_stop_and_the_supply(chip: Machine) -> None:
     """The supply is that of pump and valve, 100 kohm over 30 kohm at GP28; 10.7 V are needed."""
     made = hal()
-    assert made.estop() and not made.supply()
+    assert made.is_stop_pressed() and not made.has_supply()
     chip.pins[18] = 1
     chip.counts = int(10.71 * 30 / 130 / 3.3 * 65535)
-    assert not made.estop() and made.supply()
+    assert not made.is_stop_pressed() and made.has_supply()
     chip.counts = int(10.69 * 30 / 130 / 3.3 * 65535)
-    assert not made.supply()
+    assert not made.has_supply()
 
 
 def test_no_resistor_of_the_chip_spoils_the_sense_of_the_emergency_stop(chip: Machine) -> None:
@@ -281,7 +281,7 @@ def test_the_digital_sensor(chip: Machine, status: int) -> None:
     made = hal()
     for raw, warmth in ((1638, 0), (8192, 767), (14746, 2047)):
         chip.spi = struct.pack(">H", status << 14 | raw) + struct.pack(">H", warmth << 5)
-        vacuum, counts, degrees, trouble = made.sensor()
+        vacuum, counts, degrees, trouble = made.read_sensor()
         assert counts == raw and trouble == (status in (1, 3))
         assert degrees == pytest.approx(warmth / 2047 * 20000 - 5000, abs=1)
         right = -103421.0 + (14746 - raw) / (14746 - 1638) * 2 * 103421.0
@@ -302,38 +302,38 @@ def test_a_sensor_with_a_voltage(chip: Machine, tmp_path: Path) -> None:
     made = hal()
     for volts, pascals in ((0.2, 0.0), (1.45, 50e3), (2.7, 100e3)):
         chip.counts = round(volts / 3.3 * 65535)
-        vacuum, raw, _, trouble = made.sensor()
+        vacuum, raw, _, trouble = made.read_sensor()
         assert raw == chip.counts and not trouble
         assert vacuum == pytest.approx(pascals, abs=2)
     for counts in (0, 65535):
         chip.counts = counts
-        vacuum, _, _, trouble = made.sensor()
+        vacuum, _, _, trouble = made.read_sensor()
         assert vacuum != vacuum and trouble == 1
 
 
 def test_a_second_sensor_is_fitted_or_not(chip: Machine, tmp_path: Path) -> None:
-    assert hal().sensor2() is None
+    assert hal().read_second_sensor() is None
     (tmp_path / "wired.json").write_text(
         '{"sensor_range": 1e5, "sensor_zero": 0.1, "sensor_full": 0.9}', encoding="utf-8"
     )
     chip.counts = round(0.5 * 65535)
-    assert hal().sensor2() == pytest.approx(50e3, abs=2)
+    assert hal().read_second_sensor() == pytest.approx(50e3, abs=2)
 
 
 def test_the_watchdog_is_armed_once_and_waits_for_the_flash(chip: Machine) -> None:
     made = hal()
-    made.feed()
+    made.feed_watchdog()
     made.save(0, b"nothing runs yet")
     assert (chip.bites, chip.fed) == ([], 0)
-    made.arm()
-    made.arm()
-    made.feed()
+    made.arm_watchdog()
+    made.arm_watchdog()
+    made.feed_watchdog()
     assert (chip.bites, chip.fed) == ([100], 1)
     made.save(1, b"settings")
     assert chip.bites == [100, 3000, 100]
     assert (made.load(0), made.load(1)) == (b"nothing runs yet", b"settings")
     chip.line.now += 700_000
-    assert made.since_save() == pytest.approx(700_000, abs=2000)
+    assert made.time_since_save() == pytest.approx(700_000, abs=2000)
 
 
 @settings(max_examples=20)
@@ -383,7 +383,7 @@ def test_a_full_line_takes_no_time(chip: Machine) -> None:
 
 def test_settings_that_cannot_be_read_are_not_none(chip: Machine, tmp_path: Path) -> None:
     made = hal()
-    assert made.load(0) is None and made.since_save() > 1e9
+    assert made.load(0) is None and made.time_since_save() > 1e9
     (tmp_path / "settings0.bin").mkdir()
     assert made.load(0) == b""
 

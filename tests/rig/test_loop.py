@@ -39,7 +39,7 @@ class Looped(Hal):
         self.now += self.takes
         self.collected_at.append(self.wakes)
 
-    def show(self, state: int, sync: int) -> None: ...
+    def show_state(self, state: int, sync: int) -> None: ...
 
     def wait(self, due: int, reading: bool, sending: bool) -> bytes:
         if self.wakes == self.last:

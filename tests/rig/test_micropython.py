@@ -25,15 +25,15 @@ class Hal:
     now = 0
     shows = 0.0
     def ticks_us(self): return self.now
-    def sensor(self): return self.shows, 7, 2300, 0
-    def output(self, pump, power): self.out = (pump, power)
-    def estop(self): return False
-    def supply(self): return True
-    def arm(self): pass
-    def feed(self): pass
+    def read_sensor(self): return self.shows, 7, 2300, 0
+    def set_outputs(self, pump, power): self.out = (pump, power)
+    def is_stop_pressed(self): return False
+    def has_supply(self): return True
+    def arm_watchdog(self): pass
+    def feed_watchdog(self): pass
     def load(self, slot): return None
     def save(self, slot, data): pass
-    def since_save(self): return 10**7
+    def time_since_save(self): return 10**7
     def identity(self): return "test bench", "T1"
     def reset_cause(self): return "POWER_ON"
 

@@ -56,8 +56,8 @@ def test_reached_is_where_the_law_lets_pump_and_vent_rest() -> None:
     settings = (0.0, 0.0, 0.0, 500.0, 1200.0)
     for target, below, above in ((8e3, 500.0, 1200.0), (90e3, 900.0, 1200.0), (150e3, 1500, 1500)):
         for noise in (0.0, 150.0):
-            assert law.reached(settings, target - below - noise, target, noise)
-            assert law.reached(settings, target + above + noise, target, noise)
-            assert not law.reached(settings, target - below - noise - 1.0, target, noise)
-            assert not law.reached(settings, target + above + noise + 1.0, target, noise)
-            assert not law.reached(settings, float("nan"), target, noise)
+            assert law.is_reached(settings, target - below - noise, target, noise)
+            assert law.is_reached(settings, target + above + noise, target, noise)
+            assert not law.is_reached(settings, target - below - noise - 1.0, target, noise)
+            assert not law.is_reached(settings, target + above + noise + 1.0, target, noise)
+            assert not law.is_reached(settings, float("nan"), target, noise)

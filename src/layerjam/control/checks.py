@@ -71,7 +71,7 @@ def regulation_checks(regulator: Regulator, target: float, loop: "ClosedLoop") -
     settings, ends = regulator.pack()[0], float(loop.time[-1])
     noise = 3 * regulator.sensor.noise + regulator.sensor.resolution
     reached = math.isfinite(loop.rise_time) and any(
-        law.reached(settings, reading, target, noise) for reading in loop.measured.tolist()
+        law.is_reached(settings, reading, target, noise) for reading in loop.measured.tolist()
     )
     sentence = "the vacuum reaches its target"
     if not reached:

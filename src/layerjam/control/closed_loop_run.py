@@ -62,12 +62,12 @@ def _compile_law() -> dict[str, Any]:
     helpers = (
         "move_drive",
         "switch_pump",
-        "safe",
-        "command",
+        "make_safe_drive",
+        "compute_drive",
         "healthy_rise",
         "healthy_rises",
-        "excess",
-        "pump_fault",
+        "update_surplus",
+        "check_pump",
         "watch_vent",
         "watch_target",
     )

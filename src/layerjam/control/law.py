@@ -38,13 +38,13 @@ def step(
     drive, memory = state
     fault, reading, memory = detect(watch, memory, drive, value, target)
     if fault == HEALTHY:
-        drive = command(regulator, drive, reading, target)
+        drive = compute_drive(regulator, drive, reading, target)
     else:
-        drive = safe(regulator, drive)
+        drive = make_safe_drive(regulator, drive)
     return (drive, memory), drive[1], int(drive[2]), int(fault)
 
 
-def command(
+def compute_drive(
     regulator: tuple[float, ...], drive: tuple[float, ...], reading: float, target: float
 ) -> tuple[float, ...]:
     """Return the drive for the next sample, from a healthy reading."""
@@ -104,7 +104,7 @@ def command(
     return move_drive(drive, integral, effort, venting, target)
 
 
-def reached(regulator: tuple[float, ...], reading: float, target: float, noise: float) -> bool:
+def is_reached(regulator: tuple[float, ...], reading: float, target: float, noise: float) -> bool:
     """Return whether a reading is as near to its target as the law can bring it, apart from noise.
 
     In that range neither acts: the law does not pump within its band below the target, and vents
@@ -127,7 +127,7 @@ def switch_pump(pump: float, error: float, band: float, vent_band: float, lowest
     return pump if pump > 0.0 else 0.0
 
 
-def safe(regulator: tuple[float, ...], drive: tuple[float, ...]) -> tuple[float, ...]:
+def make_safe_drive(regulator: tuple[float, ...], drive: tuple[float, ...]) -> tuple[float, ...]:
     """Return the safe drive: pump off, and vent open for `release` or closed for `hold`."""
     return move_drive(drive, 0.0, 0.0, regulator[14], drive[7])
 
@@ -186,14 +186,14 @@ def detect(
         loss = leak * (value if value > 0.5 * top else 0.5 * top)
         # a vent that has just closed still affects the reading of a slow sensor
         pumping = pump > 0.0 and vent == 0.0 and drive[4] > fade_steps
-        surplus = excess(surplus + change, largest, loss, fast, sound) if pumping else 0.0
+        surplus = update_surplus(surplus + change, largest, loss, fast, sound) if pumping else 0.0
         if surplus > jump:
             fault = 1.0 * BLOCKED
         if pumping and least > 2.0 * loss:
             quiet = quiet + least if change == 0.0 else 0.0
             off_zero = not -offset <= value <= offset
             owed, risen = owed + least - loss, risen + change
-            code, owed, risen, quiet = pump_fault(owed, risen, quiet, off_zero, clear, none, weak)
+            code, owed, risen, quiet = check_pump(owed, risen, quiet, off_zero, clear, none, weak)
             fault = code if fault == 0.0 else fault
         else:
             owed, risen, quiet, surplus = 0.0, 0.0, 0.0, 0.0
@@ -256,7 +256,7 @@ def healthy_rise(
     return gives if gives < through else through
 
 
-def excess(surplus: float, rate: float, loss: float, fast: float, sound: float) -> float:
+def update_surplus(surplus: float, rate: float, loss: float, fast: float, sound: float) -> float:
     """Return the largest excess over a sound line's rise since any earlier sample, at least 0.
 
     The history before a blockage therefore cannot hide it. A sound line may have no leak at all.
@@ -268,7 +268,7 @@ def excess(surplus: float, rate: float, loss: float, fast: float, sound: float) 
     return surplus if surplus > 0.0 else 0.0
 
 
-def pump_fault(
+def check_pump(
     owed: float, risen: float, quiet: float, off_zero: bool, clear: float, none: float, weak: float
 ) -> tuple[float, float, float, float]:
     """Return (fault code, owed, risen, quiet); `quiet` is the rise owed since the last change.
@@ -318,3 +318,7 @@ def watch_target(
     if target > last or at_target == 0.0:
         return 0.0, 0.0
     return at_target, missing + 1.0
+
+
+reached, safe, excess = is_reached, make_safe_drive, update_surplus  # former names
+command, pump_fault = compute_drive, check_pump  # former names

@@ -80,7 +80,7 @@ def steady_test(watch: Watch, target: float, noise: float, start: int) -> Callab
     def is_steady(block: Block) -> bool:
         nonlocal outside
         for time, reading in zip(block.us, block.rows["vacuum"], strict=True):
-            if not law.reached(watch.regulator, float(reading), target, noise):
+            if not law.is_reached(watch.regulator, float(reading), target, noise):
                 outside = int(time)
         return int(block.us[-1]) - outside >= SETTLED * 1e6
 

@@ -51,7 +51,7 @@ CAPTURE = [
     capture_setting("TRIGger:LEVel", Number("level", "g", 0.5, 200.0, 5.0), "level", "L"),
     capture_setting("TRIGger:FALL", Number("fall", "s", 0.0, 0.5, 0.03), "fall", "L"),
     ("INITiate", Rule(make_call("bench.capture.start"), flags="L"), None),
-    ("FETCh:ACCeleration:STATe", None, Rule(make_call("bench.capture.state_text"))),
+    ("FETCh:ACCeleration:STATe", None, Rule(make_call("bench.capture.format_state"))),
     ("FETCh:ACCeleration:SCALe", None, Rule(read_scale)),
     (
         "FETCh:ACCeleration:DATA",

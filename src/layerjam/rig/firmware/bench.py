@@ -62,7 +62,7 @@ class Bench:
         hal.ring = self.ring
         self.capture = capture.Capture(hal)
         # input for a machine's contact, if the board has one
-        self.contact = getattr(hal, "external", None)
+        self.contact = getattr(hal, "is_contact_closed", None)
         # whether an *OPC waits for the end of a capture
         self.completing = False
         self.headers: list[str] = []
@@ -94,7 +94,7 @@ class Bench:
         self.zero, self.zeroed = 0.0, NEVER
         self.vented = 0
         self.openings: list[int] = []
-        self.second = getattr(hal, "sensor2", None)
+        self.second = getattr(hal, "read_second_sensor", None)
         self.apart = 0
         self.until = self.allowed = 0
         self.ran = False
@@ -181,7 +181,7 @@ class Bench:
         """Set pump (-1 to 1) and vent (1: open); power the valve if its rest position differs."""
         rest_state = self.settings.rest
         self.pump, self.vent = pump, vent
-        self.hal.output(pump, 0 if rest_state == 0 or vent == (rest_state == OPEN) else 1)
+        self.hal.set_outputs(pump, 0 if rest_state == 0 or vent == (rest_state == OPEN) else 1)
 
     def rest_outputs(self) -> None:
         """Put the outputs into the safe state: pump off, vent valve unpowered."""
@@ -201,8 +201,8 @@ class Bench:
 
     def explain_power_loss(self) -> str:
         """Return the reason why pump and valve have no power, or ""."""
-        is_stopped = self.hal.estop()
-        if not self.hal.supply():
+        is_stopped = self.hal.is_stop_pressed()
+        if not self.hal.has_supply():
             return "the supply of the pump and the valve is low or off"
         return "the emergency stop is open" if is_stopped else ""
 
@@ -238,7 +238,7 @@ class Bench:
         obstacle = self.explain_refusal()
         if obstacle or self.state == DRIVE:
             raise ScpiError(-221, obstacle or "DIAG:DRIV is running")
-        self.hal.arm()
+        self.hal.arm_watchdog()
         self.state_of_law = law.fresh()
         self.openings = []
         self.apart = 0
@@ -259,22 +259,22 @@ class Bench:
             raise ScpiError(-221, power_loss)
         self.until = int(time * 1e6)
         self.state = DRIVE
-        self.hal.arm()
+        self.hal.arm_watchdog()
         self.driven = (pump, vent)
 
     def tick(self, late: int) -> None:
         """Process one sample: read, evaluate, command, record; `late` is its delay [us]."""
         start = self.hal.ticks_us()
-        self.hal.feed()
+        self.hal.feed_watchdog()
         interval = ticks.diff(start, self.last)
         self.last = start
         self.micros = (self.micros + interval) & 0xFFFFFFFF
         self.count += 1
         self.left = max(self.left - interval, 0)
-        reading, self.raw, self.warmth, diagnostic = self.hal.sensor()
+        reading, self.raw, self.warmth, diagnostic = self.hal.read_sensor()
         self.reading = (reading - self.settings.offset) * self.settings.gain
-        is_stopped = self.hal.estop()
-        self.low_supply = 0 if self.hal.supply() else self.low_supply + 1
+        is_stopped = self.hal.is_stop_pressed()
+        self.low_supply = 0 if self.hal.has_supply() else self.low_supply + 1
         # the stop is sensed downstream of the supply: without a supply its state is unknown
         is_stopped = is_stopped and not self.low_supply
         if self.state == RUN:
@@ -371,7 +371,7 @@ class Bench:
             operation |= status.CAPTURES
         if self.state == RUN:
             operation |= status.OUTPUTS_ON
-            if not law.reached(self.settings.law[0], self.reading, self.target, 0.0):
+            if not law.is_reached(self.settings.law[0], self.reading, self.target, 0.0):
                 operation |= status.SETTLING
             if self.left < self.lease * 250000:
                 operation |= status.LEASE_SHORT
@@ -406,9 +406,9 @@ class Bench:
         """Return the sum of faults: 1 sensor, 2 settings, 4 law, 8 supply, 16 stop, 32 flash."""
         code = 0 if self.reading == self.reading else 1
         code |= 32 if self.trouble == -314 else 2 if self.trouble else 0
-        code |= 0 if law_is_sound() else 4
+        code |= 0 if is_law_sound() else 4
         code |= 8 if self.low_supply else 0
-        return code | (16 if self.hal.estop() and not self.low_supply else 0)
+        return code | (16 if self.hal.is_stop_pressed() and not self.low_supply else 0)
 
     def fault_text(self) -> str:
         """Return the fault as `5,"NO_VACUUM"`, or `0,"HEALTHY"`."""
@@ -416,7 +416,7 @@ class Bench:
         return '%d,"%s"' % (self.fault, name)
 
 
-def law_is_sound() -> bool:
+def is_law_sound() -> bool:
     """Return whether the law controls a simulated plant and detects that its pump has failed."""
     state, vacuum, code, pump, n = law.fresh(), 0.0, 0, 0.0, 0
     for n in range(TESTED):

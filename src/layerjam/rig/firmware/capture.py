@@ -1,9 +1,9 @@
 """The accelerometer's record: the HAL samples it into a ring, and a trigger selects the record.
 
 A HAL with an accelerometer has `start_capture(rate)`, `capture_scale()`, `stop_capture()`, and
-`external()` for the contact. `capture_count()` returns the number of samples since the start, or -1
-if some were lost. `capture_part(first, last)` returns int16 counts of its ring of length ROOM,
-sample n at n % ROOM.
+`is_contact_closed()`. `capture_count()` returns the number of samples since the start, or -1 if
+some were lost. `capture_part(first, last)` returns int16 counts of its ring of length ROOM, sample
+n at n % ROOM.
 """
 
 import struct
@@ -115,7 +115,7 @@ class Capture:
         if self.source == BUS:
             return count if self.asked else -1
         if self.source == EXTERNAL:
-            was, self.closed = self.closed, self.hal.external()
+            was, self.closed = self.closed, self.hal.is_contact_closed()
             return count if self.closed and not was and self.looks else -1
         return self.find_hit(self.looked, count)
 
@@ -168,7 +168,7 @@ class Capture:
         begin = self.first + first
         return b"".join([bytes(part) for part in self.parts(begin, begin + count)])
 
-    def state_text(self) -> str:
+    def format_state(self) -> str:
         """Return state, number of samples, samples before the trigger, time of the trigger [us]."""
         known = self.state in (RUNNING, DONE)
         size = self.end - self.first if known else 0

@@ -160,11 +160,11 @@ def acknowledge(bench, session, seq: int) -> None:
         raise ScpiError(-222, "seq must be %d to %d" % (first, ring.next - 1))
 
 
-def stream_next(bench, session) -> int:
+def find_next_record(bench, session) -> int:
     return bench.ring.place(session.number)
 
 
-def stream_format(bench, session) -> str:
+def describe_stream_format(bench, session) -> str:
     return '"%s","%s"' % (ring.LAYOUT, ring.NAMES)
 
 
@@ -215,9 +215,9 @@ TABLE = [
         Rule(fetch_records, (Number("records", "", 1, ring.BLOCK, 100, is_whole=1),), 0),
     ),
     ("STReam:ACKnowledge", Rule(acknowledge, (SEQ,)), None),
-    ("STReam:NEXT", None, Rule(stream_next)),
+    ("STReam:NEXT", None, Rule(find_next_record)),
     ("STReam:LOST", None, Rule(make_call("bench.ring.lost"))),
-    ("STReam:FORMat", None, Rule(stream_format)),
+    ("STReam:FORMat", None, Rule(describe_stream_format)),
     (
         "DIAGnostic:DRIVe",
         Rule(

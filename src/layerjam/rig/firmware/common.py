@@ -95,7 +95,7 @@ def take_errors(bench, session) -> str:
     return ",".join(out)
 
 
-def error_count(bench, session) -> int:
+def count_errors(bench, session) -> int:
     return len(session.errors)
 
 
@@ -145,7 +145,7 @@ def read_memory(bench, session) -> str:
 
 
 def store_settings(bench, session) -> None:
-    if bench.hal.since_save() < 1000000:
+    if bench.hal.time_since_save() < 1000000:
         raise ScpiError(-221, "settings are stored at most once a second")
     store.save(bench.hal, bench.settings)
     bench.trouble = 0
@@ -211,7 +211,7 @@ class Bound:
 
     def read(self, text: str, bench) -> float:
         """Return the bound that a text names."""
-        value = self.param.named_bound(text.upper(), bench)
+        value = self.param.resolve_bound(text.upper(), bench)
         if value is None:
             raise ScpiError(-224 if text[:1].isalpha() else -104, "MIN, MAX or DEF")
         return value
@@ -233,7 +233,7 @@ COMMON = [
     ("*WAI", Rule(make_constant(None), flags="W"), None),
     ("SYSTem:ERRor[:NEXT]", None, Rule(take_error)),
     ("SYSTem:ERRor:ALL", None, Rule(take_errors)),
-    ("SYSTem:ERRor:COUNt", None, Rule(error_count)),
+    ("SYSTem:ERRor:COUNt", None, Rule(count_errors)),
     ("SYSTem:VERSion", None, Rule(make_constant("1999.0"))),
     ("SYSTem:LOCK:REQuest", None, Rule(lock_session)),
     ("SYSTem:LOCK:RELease", Rule(unlock_session, flags="L"), None),
@@ -247,7 +247,7 @@ COMMON = [
     ("SYSTem:SETTings:DEFault", Rule(reset_settings, flags="SL"), None),
     ("SYSTem:SETTings:COUNt", None, Rule(make_call("bench.settings.generation"))),
     ("SYSTem:HELP:HEADers", None, Rule(list_headers)),
-    ("SYSTem:MAINtenance", Rule(make_call("bench.hal.maintenance"), flags="SL"), None),
+    ("SYSTem:MAINtenance", Rule(make_call("bench.hal.enter_maintenance"), flags="SL"), None),
     ("SYSTem:RESet", Rule(restart_board, flags="SL"), None),
     ("STATus:PRESet", Rule(preset_registers), None),
 ]  # fmt: skip

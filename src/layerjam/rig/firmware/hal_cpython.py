@@ -27,7 +27,7 @@ class Hal(hal_pipe.Hal):
         """Return the host's clock [us]; `monotonic` has steps of 16 ms on Windows."""
         return time.perf_counter_ns() // 1000
 
-    def readable(self, us: int, sending: bool) -> bool:
+    def is_readable(self, us: int, sending: bool) -> bool:
         """Wait up to `us` until bytes arrive or some can be sent; return whether bytes arrived."""
         return bool(select.select([0], [1] if sending else [], [], us * 1e-6)[0])
 
@@ -80,7 +80,7 @@ class SocketHal(Hal):
         connection.sendall(greeting.encode())
         return connection
 
-    def readable(self, us: int, sending: bool) -> bool:
+    def is_readable(self, us: int, sending: bool) -> bool:
         """Wait up to `us` until bytes arrive or some can be sent; return whether bytes arrived."""
         line = [self.line]
         return bool(select.select(line, line if sending else [], [], us * 1e-6)[0])

@@ -81,7 +81,7 @@ class Hal:
         """Return the host's clock [us]."""
         return time.ticks_us()
 
-    def readable(self, us: int, sending: bool) -> bool:
+    def is_readable(self, us: int, sending: bool) -> bool:
         """Wait up to `us` until bytes arrive or some can be sent; return whether bytes arrived."""
         for file, event in (self.both if sending else self.reading).poll(us // 1000):
             if file is self.line_in and event:
@@ -126,15 +126,15 @@ class Hal:
         self.due = due
         if self.speed == 0.0:
             if reading and not sending and self.ring.is_nearly_full():
-                left = self.patience()
+                left = self.remaining_patience()
                 if left <= 0:
                     self.ring.reader = -1
-                elif self.readable(left, False):
+                elif self.is_readable(left, False):
                     return self.receive()
             self.waits += 1
             if self.waits >= SERVED or sending:
                 self.waits = 0
-                if reading and self.readable(0, False):
+                if reading and self.is_readable(0, False):
                     return self.receive()
             if ticks.diff(due, self.now) > 0:
                 self.now = due
@@ -144,11 +144,11 @@ class Hal:
             self.leap = LEAP
         if left <= 0 or not reading:
             left = 0
-        if self.readable(int(left / self.speed), sending) and reading:
+        if self.is_readable(int(left / self.speed), sending) and reading:
             return self.receive()
         return b""
 
-    def patience(self) -> int:
+    def remaining_patience(self) -> int:
         """Return the time [us of the host's clock] left for a client to fetch its samples."""
         host_time = self.host_us()
         if self.ring.fetched != self.fetched:
@@ -174,7 +174,7 @@ class Hal:
             raise EOFError
         return data
 
-    def sensor(self) -> tuple:
+    def read_sensor(self) -> tuple:
         """Return (vacuum [Pa] or NaN, raw counts, temperature [0.01 degC], diagnostic bits)."""
         data = self.query_plant(ASKED, SIZE)
         vacuum, raw, warmth, flags, _, busy, second = struct.unpack(IN, data)
@@ -187,31 +187,31 @@ class Hal:
             self.now = ticks.add(self.now, 1000 * busy)
         return vacuum, raw, warmth, flags & DIAGNOSTIC
 
-    def sensor2(self):
+    def read_second_sensor(self):
         """Return the second sensor's reading at the last sample [Pa]; None if it is not fitted."""
         return self.second
 
-    def output(self, pump: float, power: int) -> None:
+    def set_outputs(self, pump: float, power: int) -> None:
         """Set the pump (-1 to 1), and whether the vent valve is powered."""
         if pump != self.pump or power != self.power:
             self.pump, self.power = pump, power
             self.send_message(TOLD)
 
-    def estop(self) -> bool:
+    def is_stop_pressed(self) -> bool:
         """Return whether the emergency stop was open (pressed) at the last sample."""
         return self.estop_open
 
-    def supply(self) -> bool:
+    def has_supply(self) -> bool:
         """Return whether the supply voltage was sufficient at the last sample."""
         return not self.supply_low
 
-    def show(self, state: int, sync: int) -> None:
+    def show_state(self, state: int, sync: int) -> None:
         """Do nothing: a virtual board has neither a lamp nor a marker."""
 
-    def arm(self) -> None:
+    def arm_watchdog(self) -> None:
         """Do nothing: a virtual board is not used to test hangs, so it has no watchdog."""
 
-    def feed(self) -> None:
+    def feed_watchdog(self) -> None:
         """Do nothing: there is no watchdog."""
 
     def load(self, slot: int):
@@ -237,11 +237,11 @@ class Hal:
             file.write(data)
             file.flush()
 
-    def since_save(self) -> int:
+    def time_since_save(self) -> int:
         """Return the host's time [us] since settings were last stored."""
         return 1 << 40 if self.saved is None else self.host_us() - self.saved
 
-    def external(self) -> bool:
+    def is_contact_closed(self) -> bool:
         """Return whether the trigger contact was closed at the last sample."""
         return self.contact
 
@@ -293,10 +293,10 @@ class Hal:
         """Restart the board."""
         raise self.reset_error
 
-    def maintenance(self) -> None:
+    def enter_maintenance(self) -> None:
         """Do nothing: a virtual board has no prompt."""
         raise ScpiError(-241, "a virtual board has no prompt " + sys.platform)
 
-    def crash(self, error) -> None:
+    def handle_crash(self, error) -> None:
         """End the process with this error."""
         raise error

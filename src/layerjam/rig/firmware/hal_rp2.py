@@ -138,45 +138,45 @@ class Hal:
             return 0
         return self.stdout.write(data[:PIECE]) or 0
 
-    def sensor(self) -> tuple:
+    def read_sensor(self) -> tuple:
         """Return (vacuum [Pa] or NaN, raw counts, temperature [0.01 degC], diagnostic bits)."""
         return self.part.read()
 
-    def sensor2(self):
+    def read_second_sensor(self):
         """Return the second sensor's reading [Pa]; None if it is not fitted."""
         return None if self.other is None else self.other.read()[0]
 
-    def output(self, pump: float, power: int) -> None:
+    def set_outputs(self, pump: float, power: int) -> None:
         """Set the pump (-1 to 1), and whether the vent valve is powered."""
         self.pump.duty_u16(int(FULL * pump + 0.5) if pump > 0.0 else 0)
         self.back.duty_u16(int(FULL * -pump + 0.5) if pump < 0.0 else 0)
         self.vent.value(power)
 
-    def estop(self) -> bool:
+    def is_stop_pressed(self) -> bool:
         """Return whether 12 V are missing downstream of the emergency stop: the pin is low."""
         return not self.closed.value()
 
-    def supply(self) -> bool:
+    def has_supply(self) -> bool:
         """Return whether the 12 V upstream of the emergency stop are present."""
         return self.volts.mean(1) >= self.least
 
-    def external(self) -> bool:
+    def is_contact_closed(self) -> bool:
         """Return whether the trigger contact is closed to ground."""
         return not self.trigger.value()
 
-    def show(self, state: int, sync: int) -> None:
+    def show_state(self, state: int, sync: int) -> None:
         """Set the lamp (1 Hz in SAFE and DRIVE, on in RUN, 5 Hz in FAULT) and the marker."""
         self.shown += 1
         period = 20 if state == 2 else 100
         self.led.value(1 if state == 1 or self.shown % period < period // 2 else 0)
         self.marker.value(sync)
 
-    def arm(self) -> None:
+    def arm_watchdog(self) -> None:
         """Start the watchdog, which only a reset stops."""
         if self.dog is None:
             self.dog = machine.WDT(timeout=BITE)
 
-    def feed(self) -> None:
+    def feed_watchdog(self) -> None:
         """Restart the watchdog's timer."""
         if self.dog is not None:
             self.dog.feed()
@@ -205,7 +205,7 @@ class Hal:
             if self.dog is not None:
                 self.dog = machine.WDT(timeout=BITE)
 
-    def since_save(self) -> int:
+    def time_since_save(self) -> int:
         """Return the time [us] since settings were last stored; 2^40 beyond the clock's range."""
         milliseconds = -1 if self.saved is None else time.ticks_diff(time.ticks_ms(), self.saved)
         return 1 << 40 if milliseconds < 0 else milliseconds * 1000
@@ -222,22 +222,22 @@ class Hal:
         """Restart the board."""
         machine.reset()
 
-    def maintenance(self) -> None:
+    def enter_maintenance(self) -> None:
         """Restart to the prompt without the watchdog, which would reset the board there."""
         machine.mem32[begin.SCRATCH] = begin.ASKED
         machine.reset()
 
-    def crash(self, error) -> None:
+    def handle_crash(self, error) -> None:
         """Handle an error that the firmware cannot survive: outputs off, then the watchdog.
 
         Only the first error is stored in a file, so that repeated crashes do not wear the flash.
         """
-        self.output(0.0, 0)
+        self.set_outputs(0.0, 0)
         try:
             if CRASHED not in os.listdir():
                 with open(CRASHED, "w") as file:
                     sys.print_exception(error, file)
         finally:
-            self.arm()
+            self.arm_watchdog()
             while True:
                 pass

@@ -31,7 +31,7 @@ def run_loop(hal) -> None:
         late = ticks.diff(hal.ticks_us(), due)
         if late >= 0:
             bench.tick(late)
-            hal.show(bench.state, bench.sync)
+            hal.show_state(bench.state, bench.sync)
             if hal.collects and bench.count % COLLECT == 0:
                 start = hal.ticks_us()
                 gc.collect()
@@ -77,7 +77,7 @@ def main(words: list) -> None:
         except EOFError:
             return
         except Exception as error:
-            hal.crash(error)
+            hal.handle_crash(error)
 
 
 if __name__ == "__main__" and not begin.maintenance:

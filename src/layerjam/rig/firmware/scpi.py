@@ -128,7 +128,7 @@ class Number:
         self.name, self.unit, self.lo, self.hi = name, unit, lo, hi
         self.default, self.whole, self.empty = default, is_whole, empty
 
-    def named_bound(self, word: str, bench) -> object:
+    def resolve_bound(self, word: str, bench) -> object:
         """Return the bound that MIN, MAX or DEF names; None for another word."""
         if word in ("MIN", "MINIMUM"):
             return resolve_limit(self.lo, bench)
@@ -140,7 +140,7 @@ class Number:
 
     def read(self, text: str, bench) -> object:
         """Return the value in SI units."""
-        bound = self.named_bound(text.upper(), bench)
+        bound = self.resolve_bound(text.upper(), bench)
         if bound is not None:
             return bound
         integer, suffix = parse_non_decimal(text) if self.whole else None, ""
