@@ -144,16 +144,16 @@ def test_the_plant_against_an_integrator(pump: float, power: bool) -> None:
 def test_the_sensor_breaks_as_it_is_told() -> None:
     made = plant()
     made.vacuum = made.shown = 50e3
-    assert made.reading() == (50e3, round(1638 + 13108 * (0.5 + 25e3 / 103421)))
+    assert made.read_sensor() == (50e3, round(1638 + 13108 * (0.5 + 25e3 / 103421)))
     made.injected = FaultInjection(sensor="offset", value=1e3)
-    assert made.reading()[0] == 51e3
+    assert made.read_sensor()[0] == 51e3
     made.injected = FaultInjection(sensor="stuck")
     made.shown = 20e3
-    assert made.reading()[0] == 51e3
+    assert made.read_sensor()[0] == 51e3
     made.injected = FaultInjection(sensor="rail", value=103421.0)
-    assert made.reading() == (103421.0, 14746)
+    assert made.read_sensor() == (103421.0, 14746)
     made.injected = FaultInjection(sensor="nan")
-    assert math.isnan(made.reading()[0])
+    assert math.isnan(made.read_sensor()[0])
 
 
 @pytest.mark.parametrize(
