@@ -10,19 +10,14 @@ from scipy.integrate import quad
 from scipy.optimize import brentq, minimize_scalar
 
 from layerjam.mechanics.enclosure import (
-    backbone,
-    backbone_dissipated,
-    backbone_stored,
-    backbone_work,
     enclosure_law,
     enclosure_stretch,
-    inverse_backbone,
     make_enclosure,
     saturation_slip,
 )
 from layerjam.mechanics.energy import energy_capacity, pull_work, slip_heat, slip_work
 from layerjam.mechanics.limits import buckling_force, self_closing_vacuum
-from layerjam.mechanics.pull import brake_force, peak, rising_root, slip_at_elongation
+from layerjam.mechanics.pull import brake_force, peak, slip_at_elongation
 from strategies import KAPTON, PTFE, change, one, random_brakes
 
 WEAK = change(KAPTON, film__kinetic=0.02, sheets__count=2)
@@ -68,19 +63,19 @@ def test_stored_energy_and_heat_of_the_sleeve_from_its_tension(brake, vacuum):
     sleeve = enclosure_law(vacuum, brake)
     q, stiff, reach = (float(v) for v in (sleeve.friction, sleeve.stiffness, sleeve.reach))
     for x in (1e-4, 0.01, 0.04):
-        end = float(backbone(x, sleeve)) / 2
+        end = float(sleeve.force(x)) / 2
         deep = min(end / q, reach)
         energy = quad(lambda s, t=end: (t - q * s) ** 2 / (2 * stiff), 0, deep)[0]
-        assert float(backbone_stored(x, sleeve)) == pytest.approx(4 * energy, rel=1e-9)
+        assert float(sleeve.stored_energy(x)) == pytest.approx(4 * energy, rel=1e-9)
 
         def moved(s, t=end, d=deep):
             return ((t * d - q * d**2 / 2) - (t * s - q * s**2 / 2)) / stiff
 
         heat = quad(lambda s: q * moved(s), 0, deep)[0]
-        assert float(backbone_dissipated(x, sleeve)) == pytest.approx(4 * heat, rel=1e-9)
+        assert float(sleeve.heat(x)) == pytest.approx(4 * heat, rel=1e-9)
         assert moved(0.0) == pytest.approx(x / 2, rel=1e-12)
-        total = backbone_stored(x, sleeve) + backbone_dissipated(x, sleeve)
-        assert float(backbone_work(x, sleeve)) == pytest.approx(float(total), rel=1e-13)
+        total = sleeve.stored_energy(x) + sleeve.heat(x)
+        assert float(sleeve.work(x)) == pytest.approx(float(total), rel=1e-13)
         assert float(enclosure_stretch(x, vacuum, brake)) == pytest.approx(end / stiff, rel=1e-13)
 
 
@@ -88,7 +83,7 @@ def test_stored_energy_and_heat_of_the_sleeve_from_its_tension(brake, vacuum):
 def test_inverse_of_the_first_loading(brake, vacuum):
     sleeve = enclosure_law(vacuum, brake)
     x = np.array([0.0, 1e-7, 1e-4, 0.003, 0.04, 0.3])
-    assert np.asarray(inverse_backbone(backbone(x, sleeve), sleeve)) == pytest.approx(x, rel=1e-12)
+    assert np.asarray(sleeve.find_slip(sleeve.force(x), 0.0)) == pytest.approx(x, rel=1e-12)
 
 
 @pytest.mark.parametrize(("brake", "vacuum"), CASES)
@@ -96,7 +91,7 @@ def test_heat_is_all_friction(brake, vacuum):
     sleeve = enclosure_law(vacuum, brake)
     x = np.array([0.0, 0.001, 0.02, 0.05])
     left = np.asarray(slip_work(x, vacuum, brake) - slip_heat(x, vacuum, brake))
-    assert left == pytest.approx(np.asarray(backbone_stored(x, sleeve)), rel=1e-10, abs=1e-14)
+    assert left == pytest.approx(np.asarray(sleeve.stored_energy(x)), rel=1e-10, abs=1e-14)
 
 
 @pytest.mark.parametrize(("brake", "vacuum"), CASES)
@@ -136,17 +131,17 @@ def test_peak_is_the_greatest_force(brake, vacuum):
 
 
 @pytest.mark.parametrize("strength", [1.0, 2.0])
-def test_rising_root_in_every_branch(strength):
+def test_slip_under_a_force_and_a_spring_in_every_branch(strength):
     for vacuum in (0.0, 50.0, 900.0, 94.5e3):
         sleeve = enclosure_law(vacuum, KAPTON)
         sleeve = make_enclosure(sleeve.stiffness, strength * sleeve.friction, sleeve.reach)
         for spring in (0.0, 10.0, 5e4):
             drive = np.array([1e-6, 0.01, 1.0, 30.0, 900.0])
-            y = np.asarray(rising_root(drive, spring, sleeve))
-            back = spring * y + np.asarray(backbone(y, sleeve))
+            y = np.asarray(sleeve.find_slip(drive, spring))
+            back = spring * y + np.asarray(sleeve.force(y))
             assert back == pytest.approx(drive, rel=1e-10)
-            assert float(rising_root(-1.0, spring, sleeve)) == 0.0
-            assert float(rising_root(0.0, spring, sleeve)) == 0.0
+            assert float(sleeve.find_slip(-1.0, spring)) == 0.0
+            assert float(sleeve.find_slip(0.0, spring)) == 0.0
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -197,8 +192,8 @@ def test_the_longer_free_length_buckles_first():
 def test_a_relaxed_sleeve_stores_and_pulls_nothing_at_any_vacuum():
     for vacuum in (0.0, 10.0, 9e4):
         at = enclosure_law(vacuum, KAPTON)
-        assert float(backbone(0.0, at)) == 0.0
-        assert float(backbone_stored(0.0, at)) == 0.0
+        assert float(at.force(0.0)) == 0.0
+        assert float(at.stored_energy(0.0)) == 0.0
 
 
 def test_capacity_uses_travel_and_atmosphere():

@@ -234,10 +234,10 @@ def test_heat_is_what_friction_and_damper_took():
     fine = np.linspace(0, slip[-1], 20001)
     held = np.asarray(brake_force(fine, FULL, KAPTON))
     work = np.concatenate([[0], np.cumsum((held[1:] + held[:-1]) / 2 * np.diff(fine))])
-    from layerjam.mechanics.enclosure import backbone_stored, enclosure_law
+    from layerjam.mechanics.enclosure import enclosure_law
 
     sheets = np.interp(slip, fine, work) - np.asarray(
-        backbone_stored(slip, enclosure_law(FULL, KAPTON))
+        enclosure_law(FULL, KAPTON).stored_energy(slip)
     )
     rate = np.gradient(stretch, time)
     rope = np.concatenate(

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from layerjam.device.load import load
 from layerjam.errors import ProcedureError, QuantityError
-from layerjam.mechanics.enclosure import backbone, enclosure_law
+from layerjam.mechanics.enclosure import enclosure_law
 from layerjam.mechanics.memory import enclosure_cycle
 from layerjam.mechanics.stack.lasso import fused_lasso
 from layerjam.mechanics.stack.pull import pull_stack
@@ -312,7 +312,7 @@ def frictionless(vacuum: float) -> Stack:
 def test_faces_load_along_the_backbone(vacuum):
     path = np.linspace(0, 0.06, 61)
     run = pull_stack(path, frictionless(vacuum))
-    law = np.asarray(backbone(path, enclosure_law(vacuum, KAPTON)))
+    law = np.asarray(enclosure_law(vacuum, KAPTON).force(path))
     assert run.force == pytest.approx(law, rel=1e-5, abs=1e-9)
     assert run.faces.sum(axis=1) == pytest.approx(law, rel=1e-5, abs=1e-9)
 

@@ -147,9 +147,9 @@ def test_energy_is_kept_over_random_brakes_and_friction_at_rest_bounds_the_slip(
 
 def _force_of(made: Any, vacuum: Any, spring: Any, brakes: Brake) -> Any:
     """Force at the end [N], from what the spring holds beside the enclosure."""
-    from layerjam.mechanics.enclosure import backbone_stored, enclosure_law
+    from layerjam.mechanics.enclosure import enclosure_law
 
-    enclosure = np.asarray(backbone_stored(made.slip, enclosure_law(vacuum, brakes)))
+    enclosure = np.asarray(enclosure_law(vacuum, brakes).stored_energy(made.slip))
     return np.sqrt(2 * spring * np.maximum(np.asarray(made.stored) - enclosure, 0.0))
 
 

@@ -10,13 +10,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from layerjam.mechanics import enclosure, memory, pull
+from layerjam.mechanics import enclosure, memory
 from layerjam.mechanics.stop import algebra
 
 FOLDER = Path(__file__).parent / "c"
 _STRIP = enclosure.EnclosureLaw
 LAWS: dict[str, tuple[Callable[..., Any], ...]] = {
-    "formulas.h": (_STRIP, enclosure.make_enclosure, memory.branch, pull.spread_root),
+    "formulas.h": (_STRIP, enclosure.make_enclosure, memory.branch, enclosure.spread_root),
     "stop_formulas.h": (
         _STRIP,
         algebra.Setup,

@@ -10,12 +10,15 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
-from layerjam.mechanics.hyperelastic import load_to_slip
+from layerjam.mechanics.hyperelastic import FirstLoading, Strip, make_strip
 from layerjam.mechanics.law import fuse, keep_if, law, safe_sqrt
 
 
 class EnclosureLaw(NamedTuple):
-    """Constants of the force law of one face of the enclosure at a vacuum."""
+    """Constants of one face with a single modulus at a vacuum, and both faces in first loading.
+
+    `hyperelastic.Strip` has the same methods. The coordinate w is the square root of the slip.
+    """
 
     stiffness: Any
     """EA = E_e W w_e [N]."""
@@ -27,6 +30,83 @@ class EnclosureLaw(NamedTuple):
     """e = 2 sqrt(EA q) of both faces [N/sqrt(m)]."""
     saturation: Any
     """x* = q l^2/EA [m], the slip at which the whole face moves."""
+
+    @fuse
+    def force(self, slip: Any) -> Any:
+        """Return f(x) [N] at a slip [m]: 2 sqrt(EA q x), then EA x/l + q l."""
+        spread = self.root * safe_sqrt(slip)
+        linear = self.stiffness * slip / self.reach + self.friction * self.reach
+        return jnp.where(slip < self.saturation, spread, jnp.where(slip > 0, linear, 0.0))
+
+    @fuse
+    def work(self, slip: Any) -> Any:
+        """Return the integral of the force from 0 to a slip [J]."""
+        start = jnp.minimum(slip, self.saturation)
+        spread = self.root * start * safe_sqrt(start) * (2 / 3)
+        linear = self.stiffness * (slip + start) / (2 * self.reach)
+        return spread + (linear + self.friction * self.reach) * (slip - start)
+
+    @fuse
+    def stored_energy(self, slip: Any) -> Any:
+        """Return the elastic energy at a slip [J].
+
+        It is a third of f x, which is half of the work, while part of the face rests. Beyond
+        saturation it follows from the tension F - q s along the half length, s from 0 to l.
+        """
+        spread = self.root * slip * safe_sqrt(slip) / 3
+        face, push = self.force(slip) / 2, self.friction * self.reach
+        linear = 2 * self.reach * (face**2 - face * push + push**2 / 3) / self.stiffness
+        return jnp.where(slip < self.saturation, spread, linear)
+
+    @fuse
+    def slipped_area(self, slip: Any) -> Any:
+        """Return the integral of slip along both faces [m^2].
+
+        It is half of the work divided by q while part of the face rests. Beyond saturation every
+        point moves with the cap, which adds l (x - x*).
+        """
+        start = jnp.minimum(slip, self.saturation)
+        q = jnp.where(self.friction > 0, self.friction, 1.0)
+        return self.root * start * safe_sqrt(start) / (3 * q) + self.reach * (slip - start)
+
+    def heat(self, slip: Any) -> Any:
+        """Return the friction heat at a slip [J], by integration."""
+        return self.friction * self.slipped_area(slip)
+
+    def stretch(self, slip: Any) -> Any:
+        """Return the strain at the ends of the faces [-]."""
+        return self.force(slip) / 2 / self.stiffness
+
+    def find_slip(self, drive: Any, spring: Any) -> Any:
+        """Return x >= 0 with spring x + f(x) = drive [N]; 0 for drive <= 0.
+
+        Every segment of a pull solves this equation, on any branch of the enclosure.
+        """
+        root = spread_root(drive, spring, self)
+        linear = jnp.maximum(drive, 0.0) - self.friction * self.reach
+        linear = linear / (spring + self.stiffness / self.reach)
+        return jnp.where(root**2 < self.saturation, root**2, jnp.maximum(linear, 0.0))
+
+    @property
+    def limit(self) -> Any:
+        """Return the largest valid coordinate."""
+        return jnp.inf
+
+    @property
+    def kink(self) -> Any:
+        """Return the coordinate above which the whole enclosure moves; the slopes jump there."""
+        return safe_sqrt(self.saturation)
+
+    def find_place(self, slip: Any) -> Any:
+        """Return the coordinate at a slip [m]; NaN beyond `limit`."""
+        return safe_sqrt(slip)
+
+    def point_at(self, w: Any) -> FirstLoading:
+        """Return the enclosure at a coordinate, with slopes."""
+        slip, linear = w**2, 2 * w * self.stiffness / self.reach
+        slope = jnp.where(slip < self.saturation, self.root, linear)
+        elastic, heat = self.stored_energy(slip), self.heat(slip)
+        return FirstLoading(slip, self.force(slip), elastic, heat, 2 * w, slope)
 
 
 def enclosure_law(vacuum: Any, brake: Brake) -> EnclosureLaw:
@@ -64,79 +144,16 @@ def make_enclosure(stiffness: Any, friction: Any, reach: Any) -> EnclosureLaw:
     return EnclosureLaw(stiffness, friction, reach, root, friction * reach**2 / stiffness)
 
 
-@fuse
-def backbone(slip: Any, enclosure: EnclosureLaw) -> Any:
-    """Return f(x) [N] of both faces in first loading: 2 sqrt(EA q x), then EA x/l + q l."""
-    spread = enclosure.root * safe_sqrt(slip)
-    linear = enclosure.stiffness * slip / enclosure.reach + enclosure.friction * enclosure.reach
-    return jnp.where(slip < enclosure.saturation, spread, jnp.where(slip > 0, linear, 0.0))
+def brake_enclosure(vacuum: Any, brake: Brake) -> EnclosureLaw | Strip:
+    """Return the enclosure of a brake at a vacuum [Pa], by the law that the brake states."""
+    return (enclosure_law if brake.hyperelastic is None else make_strip)(vacuum, brake)
 
 
-@fuse
-def backbone_work(slip: Any, enclosure: EnclosureLaw) -> Any:
-    """Return the integral of `backbone` from 0 to slip [J]."""
-    start = jnp.minimum(slip, enclosure.saturation)
-    spread = enclosure.root * start * safe_sqrt(start) * (2 / 3)
-    rest_slip = slip - start
-    linear = enclosure.stiffness * (slip + start) / (2 * enclosure.reach)
-    linear = (linear + enclosure.friction * enclosure.reach) * rest_slip
-    return spread + linear
-
-
-@fuse
-def backbone_stored(slip: Any, enclosure: EnclosureLaw) -> Any:
-    """Return the elastic energy in both faces after first loading to slip [J].
-
-    It is a third of f x, which is half of the work, while part of the face rests. Beyond saturation
-    it follows from the tension F - q s along the half length, s from 0 to l.
-    """
-    spread = enclosure.root * slip * safe_sqrt(slip) / 3
-    face = backbone(slip, enclosure) / 2
-    q, reach = enclosure.friction, enclosure.reach
-    linear = 2 * reach * (face**2 - face * q * reach + (q * reach) ** 2 / 3) / enclosure.stiffness
-    return jnp.where(slip < enclosure.saturation, spread, linear)
-
-
-@fuse
-def slipped_area(slip: Any, enclosure: EnclosureLaw) -> Any:
-    """Return the integral of slip along both faces [m^2] after first loading to slip.
-
-    It is half of the work divided by q while part of the face rests. Beyond saturation every point
-    moves with the cap, which adds l (x - x*).
-    """
-    start = jnp.minimum(slip, enclosure.saturation)
-    q = jnp.where(enclosure.friction > 0, enclosure.friction, 1.0)
-    return enclosure.root * start * safe_sqrt(start) / (3 * q) + enclosure.reach * (slip - start)
-
-
-def backbone_dissipated(slip: Any, enclosure: EnclosureLaw) -> Any:
-    """Return the friction heat of both faces in first loading to slip [J], by integration."""
-    return enclosure.friction * slipped_area(slip, enclosure)
-
-
-@fuse
-def inverse_backbone(force: Any, enclosure: EnclosureLaw) -> Any:
-    """Return the slip at which first loading carries `force` [N]."""
-    at_saturation = 2 * enclosure.friction * enclosure.reach
-    linear = (force - enclosure.friction * enclosure.reach) * enclosure.reach / enclosure.stiffness
-    square = jnp.where(enclosure.root > 0, enclosure.root, 1.0) ** 2
-    return jnp.where(force < at_saturation, force**2 / square, linear)
-
-
-def first_loading(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Return the first-loading force [N] of both faces at a slip [m] and vacuum [Pa]; any law."""
-    if brake.hyperelastic is None:
-        return backbone(slip, enclosure_law(vacuum, brake))
-    return load_to_slip(slip, vacuum, brake)[1].force
-
-
-def first_loading_energy(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any]:
-    """Return work and heat [J] of both faces in first loading to a slip [m], by any law."""
-    if brake.hyperelastic is None:
-        enclosure = enclosure_law(vacuum, brake)
-        return backbone_work(slip, enclosure), backbone_dissipated(slip, enclosure)
-    loading = load_to_slip(slip, vacuum, brake)[1]
-    return loading.stored + loading.heat, loading.heat
+def spread_root(drive: Any, spring: Any, enclosure: EnclosureLaw) -> Any:
+    """Return the square root of the slip of `find_slip` while part of the enclosure rests."""
+    push = jnp.maximum(drive, 0.0)
+    below = enclosure.root + safe_sqrt(enclosure.root**2 + 4 * spring * push)
+    return 2 * push / jnp.where(below > 0, below, 1.0)
 
 
 @law
@@ -147,7 +164,7 @@ def enclosure_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
     Its slope at zero slip is infinite; the gradient there is taken as zero. NaN for a negative slip
     or vacuum. With `[hyperelastic]` that law applies; NaN beyond the fitted strain.
     """
-    return keep_if((slip >= 0) & (vacuum >= 0), first_loading(slip, vacuum, brake))
+    return keep_if((slip >= 0) & (vacuum >= 0), brake_enclosure(vacuum, brake).force(slip))
 
 
 @law
@@ -163,7 +180,5 @@ def enclosure_stretch(slip: Any, vacuum: Any, brake: Brake) -> Any:
     It is 5.5 at 40 mm and full vacuum, but the modulus is stated at 1, so the law is used far
     outside its range.
     """
-    if brake.hyperelastic is not None:
-        return keep_if((slip >= 0) & (vacuum >= 0), load_to_slip(slip, vacuum, brake)[0])
-    enclosure = enclosure_law(vacuum, brake)
-    return keep_if((slip >= 0) & (vacuum >= 0), backbone(slip, enclosure) / 2 / enclosure.stiffness)
+    domain = (slip >= 0) & (vacuum >= 0)
+    return keep_if(domain, brake_enclosure(vacuum, brake).stretch(slip))

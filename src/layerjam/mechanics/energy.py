@@ -5,7 +5,7 @@ from typing import Any
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import first_loading_energy
+from layerjam.mechanics.enclosure import brake_enclosure
 from layerjam.mechanics.fan import fan_work
 from layerjam.mechanics.friction import sheet_law
 from layerjam.mechanics.law import keep_if, law
@@ -21,14 +21,14 @@ def sheet_work(slip: Any, vacuum: Any, brake: Brake) -> Any:
 @law
 def slip_work(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Return E(d, P) [J], the external work to slip the brake by d [m] at P [Pa] (eq. 10)."""
-    work = sheet_work(slip, vacuum, brake) + first_loading_energy(slip, vacuum, brake)[0]
+    work = sheet_work(slip, vacuum, brake) + brake_enclosure(vacuum, brake).work(slip)
     return keep_if((slip >= 0) & (vacuum >= 0), work)
 
 
 @law
 def slip_heat(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Return the part of `slip_work` that becomes heat [J]; the enclosure stores the rest."""
-    heat = sheet_work(slip, vacuum, brake) + first_loading_energy(slip, vacuum, brake)[1]
+    heat = sheet_work(slip, vacuum, brake) + brake_enclosure(vacuum, brake).heat(slip)
     return keep_if((slip >= 0) & (vacuum >= 0), heat)
 
 

@@ -55,23 +55,8 @@ def rubber_energy(strain: Any, rubber: Hyperelastic) -> Any:
     return total
 
 
-class Strip(NamedTuple):
-    """Half of one face at a vacuum."""
-
-    section: Any
-    """A = W w_e [m^2]."""
-    friction: Any
-    """q = mu_e W P [N/m]."""
-    reach: Any
-    """Half the free length l [m]."""
-    rubber: Hyperelastic
-
-
 class FirstLoading(NamedTuple):
-    """The enclosure (both faces) or a whole brake in first loading, as a function of a coordinate.
-
-    The coordinate of a hyperelastic enclosure is the strain at its ends.
-    """
+    """The enclosure (both faces) or a whole brake in first loading, at a coordinate."""
 
     slip: Any
     """Slip [m]."""
@@ -89,6 +74,67 @@ class FirstLoading(NamedTuple):
     def work(self) -> Any:
         """Return the external work of the first loading [J]."""
         return self.stored + self.heat
+
+
+class Strip(NamedTuple):
+    """Half of one face at a vacuum, and both faces in first loading; see `enclosure.EnclosureLaw`.
+
+    The coordinate is the strain at the ends of the faces.
+    """
+
+    section: Any
+    """A = W w_e [m^2]."""
+    friction: Any
+    """q = mu_e W P [N/m]."""
+    reach: Any
+    """Half the free length l [m]."""
+    rubber: Hyperelastic
+
+    def load_to(self, slip: Any) -> FirstLoading:
+        """Return the enclosure at a slip [m]; NaN beyond the fitted strain."""
+        return self.point_at(self.find_place(slip))
+
+    def force(self, slip: Any) -> Any:
+        """Return the force [N] at a slip [m]."""
+        return self.load_to(slip).force
+
+    def work(self, slip: Any) -> Any:
+        """Return the integral of the force from 0 to a slip [J]."""
+        return self.load_to(slip).work
+
+    def heat(self, slip: Any) -> Any:
+        """Return the heat at a slip [J]."""
+        return self.load_to(slip).heat
+
+    def stretch(self, slip: Any) -> Any:
+        """Return the strain at the ends of the faces [-]."""
+        return self.find_place(slip)
+
+    def find_slip(self, drive: Any, spring: Any) -> Any:
+        """Return x >= 0 with spring x + f(x) = drive [N]; 0 for drive <= 0."""
+        return self.point_at(end_strain(drive, spring, 1.0, self)).slip
+
+    @property
+    def limit(self) -> Any:
+        """Return the largest fitted coordinate."""
+        return self.rubber.strain
+
+    @property
+    def kink(self) -> Any:
+        """Return the coordinate above which the whole enclosure moves, at most `limit`."""
+        full = self.friction * self.reach / self.section
+        top = jnp.zeros_like(full) + self.rubber.strain
+        return rising_zero(lambda e: rubber_stress(e, self.rubber) - full, 0.0 * full, top)
+
+    def find_place(self, slip: Any) -> Any:
+        """Return the coordinate at a slip [m]; NaN beyond `limit`."""
+        return end_strain(slip, 1.0, 0.0, self)
+
+    def point_at(self, strain: Any) -> FirstLoading:
+        """Return the enclosure at a coordinate; zero there without NaN in the gradient."""
+        rests = strain <= 0
+        point = load_strip(jnp.where(rests, 1e-9, strain), self)
+        return FirstLoading(*(jnp.where(rests, 0.0, part) for part in point))
 
 
 def make_strip(vacuum: Any, brake: Brake) -> Strip:
@@ -119,13 +165,6 @@ def _solve_middle(end: Any, strip: Strip) -> tuple[Any, Any]:
     rubs = jnp.where(moves, 1.0, strip.friction)
     length = jnp.where(moves, strip.reach, strip.section * pull / rubs)
     return jnp.where(moves, strain, 0.0), length
-
-
-def saturation_strain(strip: Strip) -> Any:
-    """Return the end strain [-] above which the whole enclosure moves, at most the fitted one."""
-    rubber, full = strip.rubber, strip.friction * strip.reach / strip.section
-    top = jnp.zeros_like(full) + rubber.strain
-    return rising_zero(lambda e: rubber_stress(e, rubber) - full, jnp.zeros_like(full), top)
 
 
 def load_strip(end: Any, strip: Strip) -> FirstLoading:
@@ -179,26 +218,6 @@ def end_strain(drive: Any, spring: Any, with_force: float, strip: Strip) -> Any:
     strain = guess + (drive - resists(point, spring)) / slope
     # a bisection that never moved down from the top has found no root
     return jnp.where(moves, jnp.where(guess < top, strain, jnp.nan), 0.0)
-
-
-def load_to_slip(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, FirstLoading]:
-    """Return end strain and enclosure at a slip [m] and a vacuum [Pa], which broadcast."""
-    slip, vacuum = jnp.broadcast_arrays(slip, vacuum)
-    strip = make_strip(vacuum, brake)
-    moves = slip > 0
-    end = end_strain(jnp.where(moves, slip, 1e-9), 1.0, 0.0, strip)
-    point = load_strip(end, strip)
-    point = jax.tree.map(lambda part: jnp.where(moves, part, 0.0), point)
-    return jnp.where(moves, end, 0.0), point
-
-
-def slip_under(drive: Any, spring: Any, vacuum: Any, brake: Brake) -> Any:
-    """Return x >= 0 [m] with spring x + F_e(x) = drive [N]: `pull.rising_root` for this law."""
-    drive, spring, vacuum = jnp.broadcast_arrays(drive, spring, vacuum)
-    strip = make_strip(vacuum, brake)
-    moves = drive > 0
-    end = end_strain(jnp.where(moves, drive, 1e-9), spring, 1.0, strip)
-    return jnp.where(moves, load_strip(end, strip).slip, 0.0)
 
 
 @law

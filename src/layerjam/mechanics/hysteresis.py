@@ -27,7 +27,6 @@ from layerjam.mechanics.memory import (
     piece,
     slide_to,
 )
-from layerjam.mechanics.pull import rising_root
 from layerjam.mechanics.rubber_strip import rubber_cycle
 from layerjam.mechanics.stiffness import working_stiffness
 
@@ -87,7 +86,7 @@ def slip_to_balance(memory: Memory, elongation: Any, direction: Any, setting: Se
         place = ready.count - 2 - is_passed.sum(axis=0)
         start, force, strength = (piece(v, place) for v in (path.slip, path.force, path.strength))
         strip, spring = branch(strength, line.enclosure), line.k - direction * line.c
-        return start + direction * rising_root(drive(start, force), spring, strip)
+        return start + direction * strip.find_slip(drive(start, force), spring)
 
     slip = solve_fan(meets, memory.slip, setting)
     return jnp.where(direction * (slip - memory.slip) > 0, jnp.maximum(slip, 0.0), memory.slip)

@@ -5,7 +5,7 @@ from typing import Any
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import backbone, enclosure_law
+from layerjam.mechanics.enclosure import enclosure_law
 from layerjam.mechanics.fan import fan_force, tension_ratio
 from layerjam.mechanics.friction import holding_force, is_proportional, sheet_law
 from layerjam.mechanics.law import keep_if, law, safe_sqrt
@@ -90,7 +90,7 @@ def _search_closing_vacuum(slip: Any, brake: Brake) -> Any:
     def holds(log_vacuum: Any) -> Any:
         vacuum = jnp.exp(log_vacuum)
         friction = fan_force(slip, sheet_law(vacuum, brake))
-        return friction - backbone(slip, enclosure_law(vacuum, brake))
+        return friction - enclosure_law(vacuum, brake).force(slip)
 
     top = jnp.log(brake.site.atmosphere) + jnp.zeros(jnp.shape(slip))
     vacuum = jnp.exp(implicit_root(holds, top - 30.0, top))

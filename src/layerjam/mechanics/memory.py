@@ -18,14 +18,7 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import (
-    EnclosureLaw,
-    backbone,
-    backbone_work,
-    enclosure_law,
-    make_enclosure,
-    slipped_area,
-)
+from layerjam.mechanics.enclosure import EnclosureLaw, enclosure_law, make_enclosure
 from layerjam.mechanics.law import keep_if, law, safe_sqrt
 from layerjam.mechanics.rubber_strip import follow_slip
 
@@ -189,11 +182,11 @@ def _grow_piece(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
         for w in (first, last)
     )
     work = jnp.where(is_crossed, direction * path.force * (b - a), 0.0)
-    work = (work + backbone_work(b, strips) - backbone_work(a, strips)).sum(axis=0)
-    heat = (slipped_area(b, strips) - slipped_area(a, strips)).sum(axis=0) * enclosure.friction
+    work = (work + strips.work(b) - strips.work(a)).sum(axis=0)
+    heat = (strips.slipped_area(b) - strips.slipped_area(a)).sum(axis=0) * enclosure.friction
     new = new._replace(
         slip=slip,
-        force=piece(path.force, place) + direction * backbone(advance, strip),
+        force=piece(path.force, place) + direction * strip.force(advance),
         stored=ready.stored + work - heat,
         heat=ready.heat + heat,
     )

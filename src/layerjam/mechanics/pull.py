@@ -11,10 +11,9 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import EnclosureLaw, backbone, enclosure_law, first_loading
+from layerjam.mechanics.enclosure import EnclosureLaw, brake_enclosure, enclosure_law
 from layerjam.mechanics.fan import Sheets, fan_force, fan_tangent, solve_fan
 from layerjam.mechanics.friction import friction_per_contact, is_proportional, sheet_law
-from layerjam.mechanics.hyperelastic import slip_under
 from layerjam.mechanics.law import keep_if, law, safe_sqrt
 from layerjam.mechanics.roots import implicit_root, rising_zero
 from layerjam.mechanics.stiffness import working_stiffness
@@ -30,7 +29,7 @@ def brake_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
     as zero there. NaN for a negative slip or vacuum.
     """
     force = fan_force(slip, sheet_law(vacuum, brake))
-    force = force + first_loading(slip, vacuum, brake)
+    force = force + brake_enclosure(vacuum, brake).force(slip)
     return keep_if((slip >= 0) & (vacuum >= 0), force)
 
 
@@ -73,7 +72,7 @@ def _closed_peak(
     ratio = enclosure.root / (2 * jnp.where(falls, c, 1.0))
     inside = falls & (ratio**2 < travel)
     slip = jnp.where(inside, ratio**2, travel)
-    end = c * jnp.maximum(overlap - travel, 0.0) + backbone(travel, enclosure)
+    end = c * jnp.maximum(overlap - travel, 0.0) + enclosure.force(travel)
     force = jnp.where(inside, c * overlap + enclosure.root * ratio / 2, end)
     return force, slip, inside
 
@@ -85,7 +84,7 @@ def searched_peak(travel: Any, sheets: Sheets, enclosure: EnclosureLaw) -> tuple
     """
 
     def force(root: Any, laws: tuple[Sheets, EnclosureLaw]) -> Any:
-        return fan_force(root**2, laws[0]) + backbone(root**2, laws[1])
+        return fan_force(root**2, laws[0]) + laws[1].force(root**2)
 
     end = safe_sqrt(jnp.maximum(travel, 0.0))
     end = end + sum(0.0 * part for part in jax.tree.leaves((sheets, enclosure)))
@@ -103,24 +102,6 @@ def searched_peak(travel: Any, sheets: Sheets, enclosure: EnclosureLaw) -> tuple
     return force(root, (sheets, enclosure)), root**2, inside
 
 
-def spread_root(drive: Any, spring: Any, enclosure: EnclosureLaw) -> Any:
-    """Return the square root of `rising_root` while part of the enclosure rests."""
-    push = jnp.maximum(drive, 0.0)
-    below = enclosure.root + safe_sqrt(enclosure.root**2 + 4 * spring * push)
-    return 2 * push / jnp.where(below > 0, below, 1.0)
-
-
-def rising_root(drive: Any, spring: Any, enclosure: EnclosureLaw) -> Any:
-    """Return x >= 0 with spring x + f(x) = drive, f the enclosure's backbone; 0 for drive <= 0.
-
-    Every segment of a pull solves this equation, on any branch of the enclosure.
-    """
-    root = spread_root(drive, spring, enclosure)
-    linear = jnp.maximum(drive, 0.0) - enclosure.friction * enclosure.reach
-    linear = linear / (spring + enclosure.stiffness / enclosure.reach)
-    return jnp.where(root**2 < enclosure.saturation, root**2, jnp.maximum(linear, 0.0))
-
-
 @law
 def slip_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
     """Return the slip [m] of a brake pulled from rest to an elongation [m] at constant vacuum [Pa].
@@ -129,18 +110,13 @@ def slip_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
     (`least_stiffness`), NaN otherwise.
     """
     k = working_stiffness(brake)
-    sheets = sheet_law(vacuum, brake)
-
-    def root(drive: Any, spring: Any) -> Any:
-        if brake.hyperelastic is None:
-            return rising_root(drive, spring, enclosure_law(vacuum, brake))
-        return slip_under(drive, spring, vacuum, brake)
+    sheets, enclosure = sheet_law(vacuum, brake), brake_enclosure(vacuum, brake)
 
     def meets(line: Sheets) -> Any:
-        return root(k * elongation - line.c * line.overlap, k - line.c)
+        return enclosure.find_slip(k * elongation - line.c * line.overlap, k - line.c)
 
     slip = solve_fan(meets, 0.0 * elongation, sheets)
-    enclosure_slip = root(k * elongation, k)
+    enclosure_slip = enclosure.find_slip(k * elongation, k)
     past = slip > brake.sheets.overlap
     slip = jnp.where(past, jnp.maximum(enclosure_slip, brake.sheets.overlap), slip)
     return keep_if((elongation >= 0) & (vacuum >= 0) & (k > fan_tangent(0.0, sheets).c), slip)
@@ -199,7 +175,7 @@ def _bisect_factor(force: Any, vacuum: Any, brake: Brake) -> Any:
 def scale_factor_eq8(force: Any, displacement: Any, vacuum: Any, brake: Brake) -> Any:
     """Return the paper's a (eq. 8), with the crosshead's displacement [m] in place of the slip."""
     unit_friction = friction_per_contact(vacuum, brake) / brake.scale_factor
-    enclosure = backbone(displacement, enclosure_law(vacuum, brake))
+    enclosure = enclosure_law(vacuum, brake).force(displacement)
     return (force - enclosure) / (unit_friction * (brake.sheets.overlap - displacement))
 
 
@@ -238,8 +214,7 @@ def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
     unit = enclosure_law(1.0, brake)
     enclosure_alone = unit.stiffness * slip / unit.reach
     contact = jnp.maximum(sheets.overlap - slip, 0.0)
-    top_force = fan_force(slip, sheet_law(atmosphere, brake))
-    top_force = top_force + backbone(slip, enclosure_law(atmosphere, brake))
+    top_force = brake_force(slip, atmosphere, brake)
     if is_proportional(brake):
         c1 = fan_force(slip, sheet_law(1.0, brake))
         c2 = unit.root * safe_sqrt(slip)
@@ -257,21 +232,15 @@ def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
 
 def _bisect_vacuum(force: Any, slip: Any, brake: Brake) -> Any:
     """Return the inverse by bisection if friction is not proportional to the vacuum."""
-
-    def resist(vacuum: Any) -> Any:
-        sheets = fan_force(slip, sheet_law(vacuum, brake))
-        return sheets + backbone(slip, enclosure_law(vacuum, brake))
-
     zero = jnp.zeros(jnp.broadcast_shapes(jnp.shape(force), jnp.shape(slip)))
-    return implicit_root(lambda p: resist(p) - force, zero, zero + brake.site.atmosphere)
+    top = zero + brake.site.atmosphere
+    return implicit_root(lambda vacuum: brake_force(slip, vacuum, brake) - force, zero, top)
 
 
 @law
 def force_limits(slip: Any, brake: Brake) -> tuple[Any, Any]:
     """Return the smallest and the largest force [N] that the site's vacuum allows at a slip [m]."""
-    low = backbone(slip, enclosure_law(0.0, brake))
-    high = fan_force(slip, sheet_law(brake.site.atmosphere, brake))
-    return low, high + backbone(slip, enclosure_law(brake.site.atmosphere, brake))
+    return brake_force(slip, 0.0, brake), brake_force(slip, brake.site.atmosphere, brake)
 
 
 @law

@@ -24,7 +24,6 @@ from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.fan import fan_force, fan_tangent, fan_work
 from layerjam.mechanics.friction import sheet_law
 from layerjam.mechanics.hyperelastic import (
-    load_to_slip,
     make_strip,
     rubber_energy,
     rubber_slope,
@@ -77,10 +76,10 @@ def make_cells(slip: Any, least: Any, highest: Any, brake: Brake, count: int = C
 
     They cover the part that can move, and are small near the driven end, where reversals start.
     """
-    loading = load_to_slip(slip, highest, brake)[1]
-    strip, rubber = make_strip(least, brake), make_strip(highest, brake).rubber
+    strip, full = make_strip(least, brake), make_strip(highest, brake)
+    rubber, force = full.rubber, full.force(slip)
     top = strip.section * rubber_stress(rubber.strain + 0.0 * slip, rubber)
-    pull = jnp.where(jnp.isnan(loading.force), top, loading.force / 2)
+    pull = jnp.where(jnp.isnan(force), top, force / 2)
     rubs = strip.friction * strip.reach > pull
     moves = jnp.where(rubs, pull / jnp.where(rubs, strip.friction, 1.0), strip.reach)
     edges = moves * jnp.linspace(0.0, 1.0, count + 1) ** 2

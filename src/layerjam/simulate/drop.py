@@ -12,7 +12,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.speed_law import SpeedLaw
 from layerjam.errors import FitError, Notice
-from layerjam.mechanics.enclosure import backbone_dissipated, enclosure_law
+from layerjam.mechanics.enclosure import enclosure_law
 from layerjam.mechanics.energy import slip_heat
 from layerjam.mechanics.law import fuse, in_double_precision
 from layerjam.mechanics.pull import brake_force, least_stiffness, peak
@@ -236,7 +236,7 @@ def _append_slide(
     rows = np.vstack([np.asarray(course.rows)[: min(int(course.count), ROWS)], course.end])
     time, slip, speed, pace, friction_heat, force = rows[np.append(np.diff(rows[:, 0]) > 0, True)].T
     exact, coarse = np.asarray(course.end)[[0, 1, 5]], np.asarray(course.coarse)[[0, 1, 5]]
-    enclosure = enclosure_law(vacuum, brake)
+    enclosure_heat = enclosure_law(vacuum, brake).heat(slip)
     slid = {
         "time": float(first) + time,
         "travel": slip + force / spring,
@@ -244,7 +244,7 @@ def _append_slide(
         "force": force,
         "slip": slip,
         "vacuum_in_time": np.full_like(time, vacuum),
-        "dissipated_energy": friction_heat + np.asarray(backbone_dissipated(slip, enclosure)),
+        "dissipated_energy": friction_heat + np.asarray(enclosure_heat),
     }
     columns = {name: np.append(elastic[name], column) for name, column in slid.items()}
     return columns, float(pace.max()), float(np.max(abs(exact - coarse) / abs(exact)))

@@ -8,11 +8,11 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.errors import ProcedureError, QuantityError
 from layerjam.mechanics.cycle import Cycle
-from layerjam.mechanics.enclosure import first_loading
+from layerjam.mechanics.enclosure import enclosure_force
 from layerjam.mechanics.energy import sheet_work
 from layerjam.mechanics.fan import Sheets, fan_force, fan_tangent, solve_fan
 from layerjam.mechanics.friction import sheet_law
-from layerjam.mechanics.hyperelastic import largest_slip, load_strip, load_to_slip, make_strip
+from layerjam.mechanics.hyperelastic import largest_slip, make_strip
 from layerjam.mechanics.law import law
 from layerjam.mechanics.pull import least_stiffness, slip_at_elongation
 from layerjam.mechanics.stiffness import working_stiffness
@@ -57,11 +57,11 @@ def first_peak(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
         return strip.friction / jnp.where(line.c > 0, line.c, strip.friction / limit)
 
     def top(line: Sheets) -> Any:
-        return load_strip(jnp.minimum(strain(line), limit), strip).slip
+        return strip.point_at(jnp.minimum(strain(line), limit)).slip
 
     slip = solve_fan(top, 0.0 * vacuum, sheets)
     end = strain(fan_tangent(slip, sheets))
-    state = load_strip(jnp.minimum(end, limit), strip)
+    state = strip.point_at(jnp.minimum(end, limit))
     is_inside = (end < limit) & (state.force < 2 * strip.friction * strip.reach)
     is_inside = is_inside & (state.slip < brake.sheets.overlap)
     return state.slip, fan_force(state.slip, sheets) + state.force, is_inside
@@ -77,7 +77,7 @@ def first_events(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
     slip, force, inside = first_peak(vacuum, brake)
     onset = fan_force(0.0, sheet_law(vacuum, brake)) / k
     # beyond the fitted strain there is no separation, because the pull fails first
-    separation = overlap + first_loading(overlap, vacuum, brake) / k
+    separation = overlap + enclosure_force(overlap, vacuum, brake) / k
     separation = jnp.where(jnp.isnan(separation), overlap + onset, separation)
     return onset, jnp.where(inside, slip + force / k, separation), separation
 
@@ -86,7 +86,7 @@ def first_events(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
 def _first_pull_state(elongation: Any, vacuum: Any, brake: Brake) -> tuple[Any, ...]:
     """Return slip [m], forces of brake and enclosure [N], heat and elastic energy [J]."""
     slip = slip_at_elongation(elongation, vacuum, brake)
-    k, sleeve = working_stiffness(brake), load_to_slip(slip, vacuum, brake)[1]
+    k, sleeve = working_stiffness(brake), make_strip(vacuum, brake).load_to(slip)
     force = k * (elongation - slip)
     heat = sheet_work(slip, vacuum, brake) + sleeve.heat
     return slip, force, sleeve.force, heat, sleeve.stored + force**2 / (2 * k)

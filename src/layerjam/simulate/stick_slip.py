@@ -12,7 +12,7 @@ import numpy as np
 from layerjam.device.brake import Brake, mass
 from layerjam.device.file import BrakeFile
 from layerjam.errors import FitError, QuantityError
-from layerjam.mechanics.enclosure import backbone, backbone_stored, enclosure_law
+from layerjam.mechanics.enclosure import enclosure_law
 from layerjam.mechanics.fan import require_flat
 from layerjam.mechanics.friction import friction_per_contact, growth
 from layerjam.mechanics.law import in_double_precision
@@ -148,7 +148,7 @@ def make_slide(
     c = np.asarray(friction_per_contact(np.asarray(vacuum, float), brake))
     c = c * curve.kinetic / brake.film.kinetic
     enclosure, overlap = enclosure_law(np.asarray(vacuum, float), brake), brake.sheets.overlap
-    base = np.asarray(backbone(np.asarray(slip, float), enclosure)) if frozen else 0.0
+    base = np.asarray(enclosure.force(np.asarray(slip, float))) if frozen else 0.0
     return Slide(
         mass=mass,
         spring=stiffness,
@@ -252,7 +252,7 @@ def stick_slip(
     rows = np.asarray(state.trace)[: int(state.written)]
     time, crosshead, force, slips, pace, work, heat, sliding = rows.T
     # read all rows, whose number is constant, so that this compiles once
-    energy = np.asarray(backbone_stored(state.trace[:, 3], enclosure_law(vacuum, brake)))
+    energy = np.asarray(enclosure_law(vacuum, brake).stored_energy(state.trace[:, 3]))
     energy = energy[: len(rows)]
     spring_held = setup.spring * np.maximum(crosshead - slips, 0.0) ** 2 / 2
     return StickSlipRecord(
@@ -281,7 +281,7 @@ def _crosshead_travel(run: Slide, brake: Brake, speed: float, slip: float) -> fl
     # without friction there are no teeth
     tooth = float(slow_saw(static, kinetic, run.spring, run.mass, speed).slip) if kinetic else 0.0
     swings = 30 * 2 * np.pi * np.sqrt(run.mass / run.spring) * speed
-    enclosure = 0.0 if run.enclosure is None else float(backbone(slip, run.enclosure))
+    enclosure = 0.0 if run.enclosure is None else float(run.enclosure.force(slip))
     onset = (static + enclosure) / float(run.spring)
     room = onset + max(brake.sheets.usable_travel - slip, 0.0)
     return float(min(onset + max(TEETH * tooth, swings), room))

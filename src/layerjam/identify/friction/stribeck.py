@@ -15,7 +15,7 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.identify.checks import Check, check, check_span
-from layerjam.mechanics.enclosure import backbone, enclosure_law
+from layerjam.mechanics.enclosure import enclosure_law
 from layerjam.mechanics.fan import require_flat
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.stick_slip.curve import Stribeck
@@ -166,9 +166,7 @@ def _unit_friction_force(points: SpeedPoints, brake: Brake) -> tuple[Array, Arra
     brake = require_flat(brake, "the fit of friction versus speed")
     contact = brake.sheets.overlap - points.slip
     per_metre = np.asarray(friction_per_contact(points.vacuum, brake)) / brake.film.kinetic
-    return per_metre * contact, np.asarray(
-        backbone(points.slip, enclosure_law(points.vacuum, brake))
-    )
+    return per_metre * contact, np.asarray(enclosure_law(points.vacuum, brake).force(points.slip))
 
 
 def _compute_static_share(speed: Array, stribeck: float, exponent: float) -> Array:

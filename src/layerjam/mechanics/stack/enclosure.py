@@ -1,7 +1,7 @@
 """Faces of the enclosure in the stack as compiled loops: Masing's rule at constant vacuum.
 
 A face is an elastic strip between the sheet it touches and the opposite cap. Over its gap x it
-carries f(x) in first loading (half of `enclosure.backbone`). After a turn at (x_r, F_r) it carries
+carries f(x) in first loading (half of `EnclosureLaw.force`). After a turn at (x_r, F_r) it carries
 F_r -/+ 2 f(|x - x_r|/2), until it meets an older loop, which then continues. The kernels use the
 inverse, gap versus force, which is smooth where the square root is not.
 """

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import backbone, enclosure_law
-from layerjam.mechanics.fan import Sheets, fan_force
+from layerjam.mechanics.enclosure import enclosure_law
+from layerjam.mechanics.fan import fan_force, scale_friction
 from layerjam.mechanics.friction import sheet_law
 from layerjam.mechanics.law import keep_if, law, safe_sqrt
 from layerjam.mechanics.roots import rising_zero
@@ -58,12 +58,9 @@ def sliding_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, curve: Strib
     The sheets' part follows `curve` in place of the film's kinetic friction; the enclosure's does
     not depend on speed. Equal to `brake_force` for a flat curve with the film's kinetic friction.
     """
-    sheets, share = sheet_law(vacuum, brake), stribeck_friction(speed, curve) / brake.film.kinetic
-    fan = sheets.fan
-    if fan is not None:
-        fan = fan._replace(strength=fan.strength * share)
-    friction = fan_force(slip, Sheets(sheets.c * share, sheets.overlap, fan))
-    force = friction + backbone(slip, enclosure_law(vacuum, brake))
+    share = stribeck_friction(speed, curve) / brake.film.kinetic
+    friction = fan_force(slip, scale_friction(sheet_law(vacuum, brake), share))
+    force = friction + enclosure_law(vacuum, brake).force(slip)
     return keep_if((slip >= 0) & (vacuum >= 0), force)
 
 

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.device.speed_law import SpeedLaw
-from layerjam.mechanics.enclosure import EnclosureLaw, backbone
+from layerjam.mechanics.enclosure import EnclosureLaw
 from layerjam.mechanics.friction import growth
 from layerjam.mechanics.roots import rising_zero
 from layerjam.mechanics.stick_slip.laws import static_fraction
@@ -124,7 +124,7 @@ def base_drag(slip: Any, case: Slide) -> Any:
     if case.enclosure is None:
         return case.base
     # a trial step may start before the origin, where the enclosure has no branch
-    return case.base + backbone(jnp.maximum(slip, case.start), case.enclosure)
+    return case.base + case.enclosure.force(jnp.maximum(slip, case.start))
 
 
 def resistance(slip: Any, velocity: Any, case: Slide) -> Any:

@@ -15,7 +15,7 @@ from typing import Any
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import backbone, enclosure_law
+from layerjam.mechanics.enclosure import enclosure_law
 from layerjam.mechanics.fan import fan_factor, make_fan
 from layerjam.mechanics.friction import friction_per_contact, pressure_on_sheets
 from layerjam.mechanics.law import keep_if, law
@@ -91,5 +91,5 @@ def wet_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, film: WetFilm) -
         share = stress / pressure_on_sheets(jnp.where(jammed, vacuum, 1.0), brake)
         share = share / (brake.scale_factor * brake.film.kinetic)
         force = force * fan_factor(slip, fan._replace(strength=fan.strength * share))
-    force = force + backbone(slip, enclosure_law(vacuum, brake))
+    force = force + enclosure_law(vacuum, brake).force(slip)
     return keep_if((slip >= 0) & (speed >= 0) & (vacuum >= 0), force)

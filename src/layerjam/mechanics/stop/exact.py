@@ -14,7 +14,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.speed_law import SpeedLaw
 from layerjam.mechanics.enclosure import enclosure_law
 from layerjam.mechanics.fan import fan_force, scale_friction
-from layerjam.mechanics.friction import friction_per_contact, growth, sheet_law
+from layerjam.mechanics.friction import growth, sheet_law
 from layerjam.mechanics.law import keep_if, law, safe_sqrt
 from layerjam.mechanics.roots import newton_root
 from layerjam.mechanics.stop.algebra import (
@@ -24,7 +24,6 @@ from layerjam.mechanics.stop.algebra import (
     SNAPS,
     STOPPED,
     Quartic,
-    Setup,
     Stop,
     bracket_root,
     curvature_step,
@@ -42,11 +41,6 @@ __all__ = ["BOTTOMED_OUT", "NEVER_SLID", "NOT_A_CASE", "SNAPS", "STOPPED"]
 __all__ += ["Stop", "speed_at_slip", "stop", "time_at_slip"]
 SETTLED = 1e-5
 """Relative size of the last step of the root search below which the next one has no effect."""
-
-
-def _setup(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> Setup:
-    c, enclosure = friction_per_contact(vacuum, brake), enclosure_law(vacuum, brake)
-    return make_setup(mass, speed, c, brake.sheets.overlap, enclosure, spring, gravity)
 
 
 def paced_setup(
@@ -98,11 +92,15 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
     mass, speed, vacuum, spring, gravity = arrays
     paced_result = paced_stop(paced_setup(mass, speed, vacuum, spring, gravity, brake, law), speed)
     fine = result.outcome != NOT_A_CASE
-    values = [
-        jnp.where((law.power > 0) & fine, *pair) for pair in zip(paced_result, result, strict=True)
-    ]
-    outcome = values[-1]
-    return Stop(*(keep_if(outcome != NOT_A_CASE, x) for x in values))._replace(outcome=outcome)
+    is_paced = (law.power > 0) & fine
+    values = [jnp.where(is_paced, *pair) for pair in zip(paced_result, result, strict=True)]
+    return _keep_cases(Stop(*values), True)
+
+
+def _keep_cases(end: Stop, fine: Any) -> Stop:
+    """Return the stops that are valid, otherwise NOT_A_CASE and NaN."""
+    outcome = jnp.where(fine, end.outcome, NOT_A_CASE)
+    return Stop(*(keep_if(outcome != NOT_A_CASE, x) for x in end))._replace(outcome=outcome)
 
 
 def _solve(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> Stop:
@@ -110,34 +108,24 @@ def _solve(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake:
     mass, speed, vacuum, spring, gravity = jnp.broadcast_arrays(
         mass, speed, vacuum, spring, gravity
     )
-    if brake.hyperelastic is not None or brake.mount.spacers is not None:
-        return _solve_on_curve(mass, speed, vacuum, spring, gravity, brake)
-    case = _setup(mass, speed, vacuum, spring, gravity, brake)
-    travel = brake.sheets.usable_travel + jnp.zeros_like(case.kinetic)
+    fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
+    curve, travel = make_curve(vacuum, brake), brake.sheets.usable_travel
+    if not curve.is_quartic:
+        # outside its domain the search would meet NaN, so it gets a dummy case
+        mass, speed, vacuum, spring, gravity = (
+            jnp.where(fine, x, 1.0) for x in (mass, speed, vacuum, spring, gravity)
+        )
+        end = solve_stop(make_curve(vacuum, brake), travel, Mass(mass, speed, spring, gravity))
+        return _keep_cases(end, fine & (end.peak_force >= 0))
+    case = curve.make_setup(Mass(mass, speed, spring, gravity))
+    travel = travel + jnp.zeros_like(case.kinetic)
     bracket = bracket_root(case, travel)
     # the search is not differentiated, but the polishing step carries the gradient of the root
     energy, low, high = jax.lax.stop_gradient((bracket.energy, bracket.low, bracket.high))
     root = _first_root(energy, low, high)
     root = polish_root(bracket.energy, root, jax.lax.stop_gradient(quartic_slope(energy, root)))
     end = make_stop(case, bracket, root)
-    fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
-    fine = fine & (case.onset + case.enclosure.root >= 0)
-    outcome = jnp.where(fine, end.outcome, NOT_A_CASE)
-    return Stop(*(keep_if(fine, x) for x in end))._replace(outcome=outcome)
-
-
-def _solve_on_curve(
-    mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
-) -> Stop:
-    """Return `stop` for a kinetic energy that is not a quartic in the root of the slip."""
-    fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
-    # outside its domain the search would meet NaN, so it gets a dummy case
-    mass, speed, vacuum, spring, gravity = (
-        jnp.where(fine, x, 1.0) for x in (mass, speed, vacuum, spring, gravity)
-    )
-    end = solve_stop(vacuum, brake, Mass(mass, speed, spring, gravity))
-    outcome = jnp.where(fine & (end.peak_force >= 0), end.outcome, NOT_A_CASE)
-    return Stop(*(keep_if(outcome != NOT_A_CASE, x) for x in end))._replace(outcome=outcome)
+    return _keep_cases(end, fine & (case.onset + case.enclosure.root >= 0))
 
 
 @law
@@ -171,7 +159,7 @@ def speed_at_slip(
     Also NaN with a speed law, which has no closed form.
     """
     curve, load = make_curve(vacuum, brake), Mass(mass, speed, spring, gravity)
-    left = mass_energy(curve.point(curve.place(slip)), load)
+    left = mass_energy(curve.point_at(curve.enclosure.find_place(slip)), load)
     size = load.arriving + load.weight * slip
     # rounding may put a standstill on either side of zero
     pace = safe_sqrt(jnp.where(left < -1e-9 * size, left, jnp.maximum(left, 0.0)) * 2 / mass)
@@ -196,7 +184,7 @@ def time_at_slip(
     arrays = jnp.broadcast_arrays(slip, mass, speed, vacuum, spring, gravity)
     slip, mass, speed, vacuum, spring, gravity = arrays
     curve, load = make_curve(vacuum, brake), Mass(mass, speed, spring, gravity)
-    onset, weight = curve.point(0.0 * slip).force, load.weight
+    onset, weight = curve.point_at(0.0 * slip).force, load.weight
     slip = slip + 0.0 * onset
     slides = weight + jnp.sqrt(weight**2 + spring * mass * speed**2) > onset
     start = _elastic_time(mass, speed, gravity, spring, onset, slides)

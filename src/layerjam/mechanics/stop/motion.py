@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import backbone_stored, enclosure_law
+from layerjam.mechanics.enclosure import enclosure_law
 from layerjam.mechanics.fan import fan_force, fan_tangent
 from layerjam.mechanics.hysteresis import Setting, make_setting
 from layerjam.mechanics.law import keep_if, law
@@ -199,7 +199,7 @@ def _choose(condition: Any, yes: Motion, no: Motion) -> Motion:
 def stored_energy(motion: Motion, load: Load, brake: Brake) -> Any:
     """Return the elastic energy [J] in rope, sheets, mount and enclosure."""
     if motion.enclosure is None:
-        enclosure = backbone_stored(motion.slip, enclosure_law(motion.vacuum, brake))
+        enclosure = enclosure_law(motion.vacuum, brake).stored_energy(motion.slip)
     else:
         enclosure = motion.enclosure.stored
     rope = jnp.zeros_like(motion.stretch)

@@ -9,13 +9,12 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.speed_law import SpeedLaw
-from layerjam.mechanics.enclosure import EnclosureLaw, backbone, backbone_dissipated, backbone_work
+from layerjam.mechanics.enclosure import EnclosureLaw
 from layerjam.mechanics.fan import fan_force, fan_tangent, growing_work, scale_friction, solve_fan
 from layerjam.mechanics.friction import growth
 from layerjam.mechanics.hysteresis import Setting, slip_to_balance
 from layerjam.mechanics.law import safe_sqrt
 from layerjam.mechanics.memory import Memory, apply_vacuum, new_memory, slide_to
-from layerjam.mechanics.pull import rising_root
 from layerjam.mechanics.roots import newton_root
 from layerjam.mechanics.stop.algebra import snap_slip
 
@@ -93,7 +92,7 @@ def new_motion(speed: Any, vacuum: Any, steady: bool, paced: bool = False) -> Mo
 
 def memory_force(motion: Motion, enclosure: EnclosureLaw) -> Any:
     """Return the force of the enclosure [N], from its memory if it has one."""
-    return backbone(motion.slip, enclosure) if motion.enclosure is None else motion.enclosure.force
+    return enclosure.force(motion.slip) if motion.enclosure is None else motion.enclosure.force
 
 
 def _extend_brake(
@@ -127,7 +126,7 @@ def _first_loading(elongation: Any, setting: Setting) -> Any:
     snap = snap_slip(soft, setting.enclosure)
     # beyond this nothing balances the spring's force, so no root remains
     snaps = jnp.isfinite(snap) & (drive >= snap * soft)
-    out = rising_root(jnp.where(snaps, 0.0, drive), -soft, setting.enclosure)
+    out = setting.enclosure.find_slip(jnp.where(snaps, 0.0, drive), -soft)
     return jnp.where(snaps, snap, out)
 
 
@@ -224,9 +223,8 @@ def _enclosure_work(motion: Motion, slip: Any, setting: Setting) -> tuple[Any, A
     if old is not None and new is not None:
         warm = new.heat - old.heat
         return warm + new.stored - old.stored, warm, new
-    work = backbone_work(slip, setting.enclosure) - backbone_work(motion.slip, setting.enclosure)
-    warm = backbone_dissipated(slip, setting.enclosure)
-    return work, warm - backbone_dissipated(motion.slip, setting.enclosure), None
+    strip, start = setting.enclosure, motion.slip
+    return strip.work(slip) - strip.work(start), strip.heat(slip) - strip.heat(start), None
 
 
 def _advance_taut(motion: Motion, dt: Any, setting: Setting, c: Any, load: Load) -> Motion:
@@ -285,7 +283,7 @@ def _highest_force(motion: Motion, pull: _Extension, setting: Setting) -> Any:
     top = (setting.enclosure.root / (2 * jnp.where(line.c > 0, line.c, 1.0))) ** 2
     is_passed = (motion.slip < top) & (top < pull.slip) & (top < setting.enclosure.saturation)
     if pull.enclosure is not None:  # this holds only on the backbone
-        first = backbone(pull.slip, setting.enclosure)
+        first = setting.enclosure.force(pull.slip)
         is_passed = is_passed & (jnp.abs(pull.enclosure.force - first) <= 1e-9 * first)
     top_force = line.c * line.overlap + setting.enclosure.root**2 / (4 * line.c)
     return jnp.where(is_passed, top_force, pull.force)

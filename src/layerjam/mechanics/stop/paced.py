@@ -19,12 +19,7 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.device.speed_law import SpeedLaw
-from layerjam.mechanics.enclosure import (
-    EnclosureLaw,
-    backbone,
-    backbone_dissipated,
-    backbone_stored,
-)
+from layerjam.mechanics.enclosure import EnclosureLaw
 from layerjam.mechanics.fan import Fan, Sheets, fan_force, fan_tangent, log_slope, scale_friction
 from layerjam.mechanics.friction import growth
 from layerjam.mechanics.roots import false_position
@@ -97,7 +92,7 @@ def _sliding_sheets(pace: Any, case: PacedProblem) -> Sheets:
 def paced_force(state: Any, case: PacedProblem) -> Any:
     """Return the force [N] in spring and brake."""
     slip, _, pace, _ = state
-    return fan_force(slip, _sliding_sheets(pace, case)) + backbone(slip, case.setup.enclosure)
+    return fan_force(slip, _sliding_sheets(pace, case)) + case.setup.enclosure.force(slip)
 
 
 def _enclosure_slope(slip: Any, enclosure: EnclosureLaw) -> Any:
@@ -268,8 +263,8 @@ def paced_stop(case: PacedProblem, speed: Any) -> Stop:
         slip=slip,
         peak_force=jnp.where(slides, jnp.maximum(end.peak, force), elastic),
         end_speed=jnp.where(slides, pace, 0.0),
-        heat=jnp.where(slides, sheet_heat, 0.0) + backbone_dissipated(slip, enclosure),
-        stored=force**2 / (2 * setup.k) + backbone_stored(slip, enclosure),
+        heat=jnp.where(slides, sheet_heat, 0.0) + enclosure.heat(slip),
+        stored=force**2 / (2 * setup.k) + enclosure.stored_energy(slip),
         outcome=jnp.where(slides, end.code, NEVER_SLID),
     )
 

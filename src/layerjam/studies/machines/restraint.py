@@ -26,11 +26,10 @@ import pandas
 
 from layerjam.device.brake import Brake
 from layerjam.device.speed_law import SpeedLaw
-from layerjam.mechanics.enclosure import EnclosureLaw, backbone, check_modulus, make_enclosure
+from layerjam.mechanics.enclosure import EnclosureLaw, check_modulus, make_enclosure
 from layerjam.mechanics.fan import require_flat
 from layerjam.mechanics.friction import brake_growth, friction_per_contact, growth
 from layerjam.mechanics.law import law
-from layerjam.mechanics.pull import rising_root
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.speed import remove_idle_speed_law
 from layerjam.studies.machines.scenario import Array, Scenario
@@ -127,7 +126,7 @@ def chain_slip(payout: Any, before: Any, strap: Strap) -> Any:
     drive = strap.stiffness * (payout - base) - strap.onset
     drive = jnp.where(jnp.isfinite(drive), drive, -1.0)
     soft = can_snap(strap)
-    slip = rising_root(drive, jnp.where(soft, 1.0, strap.stiffness - strap.fall), strap.sleeve)
+    slip = strap.sleeve.find_slip(drive, jnp.where(soft, 1.0, strap.stiffness - strap.fall))
     slip = jnp.minimum(jnp.where(soft & (drive > 0), strap.travel, slip), strap.travel)
     return jnp.where(used >= strap.series, before, jnp.maximum(before, base + slip))
 
@@ -144,7 +143,7 @@ def paced_slip(law: SpeedLaw, payout: Any, before: Any, pace: Any, dt: Any, stra
         speed = jnp.maximum((1.5 * (slip - before) / dt - pace / 2) / series, 0.0)
         slip_of_one = slip / series
         sheets = strap.fall * jnp.maximum(strap.overlap - slip_of_one, 0.0) * growth(speed, law)
-        return sheets + backbone(slip_of_one, strap.sleeve) - strap.stiffness * (payout - slip)
+        return sheets + strap.sleeve.force(slip_of_one) - strap.stiffness * (payout - slip)
 
     slides = (excess(before) < 0) & (before < end)
     high = jnp.where(slides, jnp.maximum(payout, before), before)
