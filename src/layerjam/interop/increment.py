@@ -13,8 +13,9 @@ import numpy as np
 
 from layerjam.errors import QuantityError
 from layerjam.kernel.parameters import Parameters
+from layerjam.mechanics.cycle import Setting
 from layerjam.mechanics.enclosure import make_enclosure
-from layerjam.mechanics.hysteresis import Setting, State, change_vacuum, move
+from layerjam.mechanics.hysteresis import State, change_vacuum, move
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.memory import PIECES, new_memory
 

@@ -2,6 +2,9 @@
 
 from typing import Any, NamedTuple
 
+from layerjam.device.speed_law import SpeedLaw
+from layerjam.mechanics.fan import Fan
+
 
 class Cycle(NamedTuple):
     """Response to an elongation history; every field has the history's shape (N,)."""
@@ -28,3 +31,16 @@ class Cycle(NamedTuple):
     """True once the turning points exceed the enclosure's memory."""
     snapped: Any
     """True once the brake began to slide on a spring softer than `least_stiffness`."""
+
+
+class Setting(NamedTuple):
+    """Constants of a move at one vacuum."""
+
+    c: Any
+    k: Any
+    overlap: Any
+    enclosure: Any
+    """Law of the enclosure at that vacuum."""
+    fan: Fan | None = None
+    law: SpeedLaw | None = None
+    """Friction as a function of sliding speed; `c` is the value at the law's test speed."""

@@ -11,30 +11,20 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.device.speed_law import SpeedLaw
-from layerjam.mechanics.cycle import Cycle
-from layerjam.mechanics.enclosure import EnclosureLaw, check_modulus, enclosure_law
-from layerjam.mechanics.fan import Fan, fan_force, fan_tangent, fan_work, scale_friction, solve_fan
+from layerjam.mechanics.cycle import Cycle, Setting
+from layerjam.mechanics.enclosure import brake_enclosure, check_modulus
+from layerjam.mechanics.fan import fan_force, fan_tangent, fan_work, scale_friction
 from layerjam.mechanics.friction import brake_growth, sheet_law
 from layerjam.mechanics.law import law
-from layerjam.mechanics.memory import (
-    Memory,
-    apply_vacuum,
-    branch,
-    face_direction,
-    find_path,
-    new_memory,
-    piece,
-    slide_to,
-)
-from layerjam.mechanics.rubber_strip import rubber_cycle
+from layerjam.mechanics.memory import Memory, new_memory, relaxed_enclosure
+from layerjam.mechanics.rubber_strip import Rubber
 from layerjam.mechanics.stiffness import working_stiffness
 
 
 class State(NamedTuple):
     """The brake between two moves."""
 
-    enclosure: Memory
+    enclosure: Memory | Rubber
     elongation: Any
     force: Any
     work: Any
@@ -46,50 +36,12 @@ class State(NamedTuple):
     """Friction relative to that at the speed law's test speed; None if no speed is specified."""
 
 
-class Setting(NamedTuple):
-    """Constants of a move at one vacuum."""
-
-    c: Any
-    k: Any
-    overlap: Any
-    enclosure: EnclosureLaw
-    fan: Fan | None = None
-    law: SpeedLaw | None = None
-    """Friction as a function of sliding speed; `c` is the value at the law's test speed."""
-
-
 def make_setting(vacuum: Any, spring: Any, brake: Brake, growth: Any = None) -> Setting:
     """Return the setting at a vacuum [Pa] on a spring [N/m], with friction times `growth`."""
-    sheets, enclosure = sheet_law(vacuum, brake), enclosure_law(vacuum, brake)
+    sheets, enclosure = sheet_law(vacuum, brake), brake_enclosure(vacuum, brake)
     if growth is not None:
         sheets = scale_friction(sheets, growth)
     return Setting(sheets.c, spring, sheets.overlap, enclosure, sheets.fan, brake.speed_law)
-
-
-def slip_to_balance(memory: Memory, elongation: Any, direction: Any, setting: Setting) -> Any:
-    """Return the slip at which spring, enclosure and friction balance (direction: 1 out, -1 back).
-
-    It solves k (u - x) = F_e(x) + F_f(x), or - F_f(x) in unloading; if the present slip is already
-    beyond the solution, it is returned.
-    """
-    ready = face_direction(memory, direction, setting.enclosure)
-    path = find_path(ready, direction, setting.enclosure)
-    is_bounded = jnp.isfinite(path.end)
-    ends = memory.slip + direction * jnp.where(is_bounded, path.end, 0.0)
-
-    def meets(line: Setting) -> Any:
-        def drive(slip: Any, force: Any) -> Any:
-            pull = direction * (line.k * (elongation - slip) - force)
-            return pull - line.c * (line.overlap - slip)
-
-        is_passed = is_bounded & ((path.end <= 0) | (drive(ends, path.end_force) > 0))
-        place = ready.count - 2 - is_passed.sum(axis=0)
-        start, force, strength = (piece(v, place) for v in (path.slip, path.force, path.strength))
-        strip, spring = branch(strength, line.enclosure), line.k - direction * line.c
-        return start + direction * strip.find_slip(drive(start, force), spring)
-
-    slip = solve_fan(meets, memory.slip, setting)
-    return jnp.where(direction * (slip - memory.slip) > 0, jnp.maximum(slip, 0.0), memory.slip)
 
 
 def _friction_heat(start: Any, end: Any, setting: Setting) -> Any:
@@ -106,22 +58,8 @@ def move(state: State, elongation: Any, setting: Setting) -> State:
     hold = fan_force(memory.slip, setting)
     out = trial > memory.force + hold
     returns = jnp.maximum(trial, 0.0) < memory.force - hold
-
-    direction = jnp.where(returns, -1.0, 1.0)
-
-    def slide(tries: Any, slip: Any) -> Any:
-        # a brake that has become slack has slid back without the spring
-        slack = (tries == 1) & returns & (elongation < slip)
-        pull = setting._replace(k=jnp.where(slack, 0.0, setting.k))
-        slides = (tries == 0) | slack
-        return jax.lax.cond(
-            slides, lambda: slip_to_balance(memory, elongation, direction, pull), lambda: slip
-        )
-
-    slip = jax.lax.cond(
-        out | returns, lambda: jax.lax.fori_loop(0, 2, slide, memory.slip), lambda: memory.slip
-    )
-    new = slide_to(memory, slip, setting.enclosure)
+    new = memory.balance(elongation, out, returns, setting)
+    slip = new.slip
     force = jnp.maximum(setting.k * (elongation - slip), 0.0)
     friction_heat = _friction_heat(memory.slip, slip, setting)
     heat = friction_heat + new.heat - memory.heat
@@ -141,7 +79,7 @@ def move(state: State, elongation: Any, setting: Setting) -> State:
 
 def change_vacuum(state: State, vacuum: Any, after: Setting) -> State:
     """Change the vacuum at a fixed crosshead, without work; released energy becomes heat."""
-    pumped_memory = apply_vacuum(state.enclosure, after.enclosure)
+    pumped_memory = state.enclosure.apply_vacuum(after.enclosure)
     new = move(state._replace(enclosure=pumped_memory), state.elongation, after)
     spring = (state.force**2 - new.force**2) / (2 * after.k)
     loss = state.enclosure.stored - new.enclosure.stored + spring
@@ -155,34 +93,23 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake, speed: Any = None) -
     `vacuum` [Pa] is one number or a history of the same shape, applied before each move. Sheets
     stick with stiffness k and slide at F_f; the enclosure has a memory. If the brake starts to
     slide on a k that is not above c (`least_stiffness`) it snaps, and later forces are NaN. A
-    hyperelastic enclosure is divided into cells, and its vacuum must not fall (NaN from there).
+    hyperelastic enclosure is divided into cells, and the vacuum must not fall once it is stretched
+    (NaN from there).
     `speed` [m/s] of the crosshead, a number or a history, activates a speed law: it replaces the
     speed of the slip, which is smaller by the factor 1/(1 + F'/k).
     """
-    if brake.hyperelastic is not None:
-        if speed is not None:
-            check_modulus(brake)
-        elongation = jnp.atleast_1d(elongation)
-        return rubber_cycle(elongation, jnp.broadcast_to(vacuum, elongation.shape), brake)
-    if speed is not None:
-        return _paced_cycle(elongation, vacuum, brake, speed)
-    return _cycle(elongation, vacuum, None, brake)
-
-
-def _paced_cycle(elongation: Any, vacuum: Any, brake: Brake, speed: Any) -> Cycle:
-    growth = jnp.broadcast_to(brake_growth(speed, brake), jnp.shape(jnp.atleast_1d(elongation)))
-    return _cycle(elongation, vacuum, growth, brake)
-
-
-def _cycle(elongation: Any, vacuum: Any, growth: Any, brake: Brake) -> Cycle:
     elongation = jnp.atleast_1d(elongation)
-    vacuum = jnp.broadcast_to(vacuum, elongation.shape)
+    vacuum, growth = jnp.broadcast_to(vacuum, elongation.shape), None
+    if speed is not None:
+        check_modulus(brake)
+        growth = jnp.broadcast_to(brake_growth(speed, brake), elongation.shape)
     spring = jnp.asarray(working_stiffness(brake), jnp.float64)
 
     def step(state: State, point: tuple[Any, Any, Any]) -> tuple[State, Cycle]:
         return step_state(state, *point, spring, brake)
 
     start = new_state(vacuum[0], None if growth is None else growth[0])
+    start = start._replace(enclosure=relaxed_enclosure(elongation, vacuum, brake))
     return jax.lax.scan(step, start, (elongation, vacuum, growth))[1]
 
 
@@ -209,7 +136,7 @@ def step_state(
     )
     state = move(state, target, after)
     enclosure = state.enclosure
-    fine = (target >= 0) & (pressure >= 0) & ~(enclosure.overflow | state.snapped)
+    fine = (target >= 0) & (pressure >= 0) & ~(enclosure.is_invalid | state.snapped)
     force = jnp.where(fine, state.force, jnp.nan)
     return state, Cycle(
         force=force,

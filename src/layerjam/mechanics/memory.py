@@ -9,7 +9,7 @@ constant vacuum (Masing's rule), and q' - q if a strip that was stretched under 
 further under q'. Work and heat are exact integrals.
 
 A rising vacuum does not change the tension. Under a falling vacuum, pieces slide that are steeper
-than friction now allows (see `at_vacuum`).
+than friction now allows (see `Memory.apply_vacuum`).
 """
 
 from typing import Any, NamedTuple
@@ -18,9 +18,11 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import EnclosureLaw, enclosure_law, make_enclosure
+from layerjam.mechanics.cycle import Setting
+from layerjam.mechanics.enclosure import EnclosureLaw, brake_enclosure, make_enclosure
+from layerjam.mechanics.fan import solve_fan
 from layerjam.mechanics.law import keep_if, law, safe_sqrt
-from layerjam.mechanics.rubber_strip import follow_slip
+from layerjam.mechanics.rubber_strip import Rubber, make_cells, new_strip
 
 DEPTH = 16
 """Largest number of nested turning points in each direction that are stored."""
@@ -49,6 +51,80 @@ class Memory(NamedTuple):
     heat: Any
     overflow: Any
     """True once there were more nested turns than `DEPTH`."""
+
+    @property
+    def is_invalid(self) -> Any:
+        """Return whether the numbers are not valid."""
+        return self.overflow
+
+    def find_slip(self, elongation: Any, direction: Any, setting: Setting) -> Any:
+        """Return the slip at which spring, enclosure, friction balance; direction 1 out, -1 back.
+
+        It solves k (u - x) = F_e(x) + F_f(x), or - F_f(x) in unloading; if the present slip is
+        already beyond the solution, it is returned.
+        """
+        ready = face_direction(self, direction, setting.enclosure)
+        path = find_path(ready, direction, setting.enclosure)
+        is_bounded = jnp.isfinite(path.end)
+        ends = self.slip + direction * jnp.where(is_bounded, path.end, 0.0)
+
+        def meets(line: Setting) -> Any:
+            def drive(slip: Any, force: Any) -> Any:
+                pull = direction * (line.k * (elongation - slip) - force)
+                return pull - line.c * (line.overlap - slip)
+
+            is_passed = is_bounded & ((path.end <= 0) | (drive(ends, path.end_force) > 0))
+            place = ready.count - 2 - is_passed.sum(axis=0)
+            start, strength = piece(path.slip, place), piece(path.strength, place)
+            strip = branch(strength, line.enclosure)
+            pull, spring = drive(start, piece(path.force, place)), line.k - direction * line.c
+            return start + direction * strip.find_slip(pull, spring)
+
+        slip = solve_fan(meets, self.slip, setting)
+        return jnp.where(direction * (slip - self.slip) > 0, jnp.maximum(slip, 0.0), self.slip)
+
+    def balance(self, elongation: Any, out: Any, returns: Any, setting: Setting) -> "Memory":
+        """Return the enclosure after a move to an elongation [m], if it slides out or returns."""
+        direction = jnp.where(returns, -1.0, 1.0)
+
+        def slide(tries: Any, slip: Any) -> Any:
+            # a brake that has become slack has slid back without the spring
+            slack = (tries == 1) & returns & (elongation < slip)
+            pull = setting._replace(k=jnp.where(slack, 0.0, setting.k))
+            slides = (tries == 0) | slack
+            return jax.lax.cond(
+                slides, lambda: self.find_slip(elongation, direction, pull), lambda: slip
+            )
+
+        slip = jax.lax.cond(
+            out | returns, lambda: jax.lax.fori_loop(0, 2, slide, self.slip), lambda: self.slip
+        )
+        return self.slide_to(slip, setting.enclosure)
+
+    def slide_to(self, slip: Any, enclosure: EnclosureLaw) -> "Memory":
+        """Return the enclosure after a move out or back to a slip [m], with its work and heat."""
+        new = _grow_piece(self, slip, enclosure)
+        full = new.count >= len(self.ends)  # leave room for the next turning point
+        return jax.lax.cond(
+            jnp.any(full), lambda s: _choose(full, _join_pieces(s, enclosure), s), lambda s: s, new
+        )
+
+    def apply_vacuum(self, enclosure: EnclosureLaw) -> "Memory":
+        """Return the state under a different vacuum at the same slip; only a lower one changes it.
+
+        Runs of pieces of one direction that are steeper than friction now allows become flatter,
+        from the innermost to the driven end, until they are as steep as allowed. The stretch of the
+        strip beyond the near end of a run does not change. This is exact for one run (a strip that
+        was only pulled out), and close to the effect of a slowly falling vacuum for several runs.
+        The stored energy never increases.
+        """
+        steep = (_piece_indices(self) < self.count) & (jnp.abs(self.slopes) > enclosure.friction)
+        return jax.lax.cond(
+            jnp.any(steep),
+            lambda s: _choose(jnp.any(steep, axis=0), _slide_steep_pieces(s, enclosure), s),
+            lambda s: s,
+            self,
+        )
 
 
 class Path(NamedTuple):
@@ -140,15 +216,6 @@ def sliding_fraction(state: Memory) -> Any:
     The force then rises by EA over that length.
     """
     return piece(state.ends, state.count - 1)
-
-
-def slide_to(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
-    """Return the enclosure after a move out or back to a slip [m], with its work and heat."""
-    new = _grow_piece(state, slip, enclosure)
-    full = new.count >= len(state.ends)  # leave room for the next turning point
-    return jax.lax.cond(
-        jnp.any(full), lambda s: _choose(full, _join_pieces(s, enclosure), s), lambda s: s, new
-    )
 
 
 def _grow_piece(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
@@ -259,24 +326,6 @@ def _join_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
     return _choose(has_bow, _book_loss(state, new, enclosure), forgotten)
 
 
-def apply_vacuum(state: Memory, enclosure: EnclosureLaw) -> Memory:
-    """Return the state under a different vacuum at the same slip; only a lower vacuum changes it.
-
-    Runs of pieces of one direction that are steeper than friction now allows become flatter, from
-    the innermost to the driven end, until they are as steep as allowed. The stretch of the strip
-    beyond the near end of a run does not change. This is exact for one run (a strip that was only
-    pulled out), and close to the effect of a slowly falling vacuum for several runs. The stored
-    energy never increases.
-    """
-    steep = (_piece_indices(state) < state.count) & (jnp.abs(state.slopes) > enclosure.friction)
-    return jax.lax.cond(
-        jnp.any(steep),
-        lambda s: _choose(jnp.any(steep, axis=0), _slide_steep_pieces(s, enclosure), s),
-        lambda s: s,
-        state,
-    )
-
-
 def _slide_steep_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
     """Apply the lower vacuum if anything slides, from the innermost piece to the driven end."""
     places, q, tension = _piece_indices(state), enclosure.friction, _piece_tension(state, enclosure)
@@ -314,6 +363,13 @@ def _slide_steep_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
     return _book_loss(state, result, enclosure)
 
 
+def relaxed_enclosure(path: Any, vacuum: Any, brake: Brake) -> Memory | Rubber:
+    """Return a new enclosure for a history of slip or elongation [m] and of vacuum [Pa]."""
+    if brake.hyperelastic is None:
+        return new_memory()
+    return new_strip(make_cells(path.max(), vacuum.min(), vacuum.max(), brake))
+
+
 @law
 def enclosure_cycle(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
     """Return force [N], stored energy and heat [J] of the enclosure along a slip history [m], (N,).
@@ -325,13 +381,11 @@ def enclosure_cycle(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any, Any
     """
     slip = jnp.atleast_1d(slip)
     vacuum = jnp.broadcast_to(vacuum, slip.shape)
-    if brake.hyperelastic is not None:
-        return follow_slip(slip, vacuum, brake)
 
-    def step(state: Memory, point: tuple[Any, Any]) -> Any:
-        enclosure = enclosure_law(point[1], brake)
-        state = slide_to(apply_vacuum(state, enclosure), point[0], enclosure)
-        fine = ~state.overflow & (point[0] >= 0) & (point[1] >= 0)
+    def step(state: Memory | Rubber, point: tuple[Any, Any]) -> Any:
+        enclosure: Any = brake_enclosure(point[1], brake)
+        state = state.apply_vacuum(enclosure).slide_to(point[0], enclosure)
+        fine = ~state.is_invalid & (point[0] >= 0) & (point[1] >= 0)
         return state, tuple(keep_if(fine, v) for v in (state.force, state.stored, state.heat))
 
-    return jax.lax.scan(step, new_memory(), (slip, vacuum))[1]
+    return jax.lax.scan(step, relaxed_enclosure(slip, vacuum, brake), (slip, vacuum))[1]

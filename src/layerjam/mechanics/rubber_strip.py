@@ -20,10 +20,10 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.device.hyperelastic import Hyperelastic
-from layerjam.mechanics.cycle import Cycle
-from layerjam.mechanics.fan import fan_force, fan_tangent, fan_work
-from layerjam.mechanics.friction import sheet_law
+from layerjam.mechanics.cycle import Setting
+from layerjam.mechanics.fan import fan_force, fan_tangent
 from layerjam.mechanics.hyperelastic import (
+    Strip,
     make_strip,
     rubber_energy,
     rubber_slope,
@@ -31,7 +31,6 @@ from layerjam.mechanics.hyperelastic import (
 )
 from layerjam.mechanics.roots import newton_root
 from layerjam.mechanics.softening import elastic_energy, lost_energy, softening
-from layerjam.mechanics.stiffness import working_stiffness
 
 CELLS = 240
 """Number of cells in half a face."""
@@ -55,6 +54,7 @@ class Cells(NamedTuple):
 class Rubber(NamedTuple):
     """State of the enclosure: half a face, representative of all four halves."""
 
+    cells: Cells
     pull: Any
     """Tension of the end of a face [N]."""
     tension: Any
@@ -67,8 +67,51 @@ class Rubber(NamedTuple):
     heat: Any
     """Friction heat, and energy lost by softening [J]."""
     stored: Any
-    is_exceeded: Any
-    """True once the rubber was strained beyond the fitted range."""
+    friction: Any
+    """q at the last vacuum [N/m]."""
+    is_invalid: Any
+    """True once it was strained beyond the fitted range, or pushed, or the vacuum fell on it."""
+
+    @property
+    def force(self) -> Any:
+        """Return the force of both faces [N]."""
+        return 2 * self.pull
+
+    @property
+    def overflow(self) -> Any:
+        """Return False: no turns are stored."""
+        return jnp.zeros_like(self.is_invalid)
+
+    def apply_vacuum(self, strip: Strip) -> "Rubber":
+        """Return the state under a different vacuum at the same slip."""
+        falls = (strip.friction < self.friction) & (self.slip > 0)
+        return self._replace(friction=strip.friction, is_invalid=self.is_invalid | falls)
+
+    def slide_to(self, slip: Any, strip: Strip) -> "Rubber":
+        """Return the enclosure after a move to a slip [m]; it cannot be pushed."""
+
+        def drive(pull: Any, at: Any) -> tuple[Any, Any, Any]:
+            return slip - at, 0.0 * pull, -jnp.ones_like(at)
+
+        new = self._move(slip != self.slip, drive, strip)
+        bad = (jnp.abs(new.slip - slip) > 1e-9 * (jnp.abs(slip) + self.slip)) | (slip < 0)
+        return new._replace(slip=slip, is_invalid=new.is_invalid | bad)
+
+    def balance(self, elongation: Any, out: Any, returns: Any, setting: Setting) -> "Rubber":
+        """Return the enclosure after a move to an elongation [m], if it slides out or returns."""
+        sign = jnp.where(out, 1.0, -1.0)
+
+        def drive(pull: Any, slip: Any) -> tuple[Any, Any, Any]:
+            # when the rope is slack, the enclosure closes the brake against the sheets' friction
+            taut = setting.k * (elongation - slip)
+            residual = jnp.maximum(taut, 0.0) - 2 * pull - sign * fan_force(slip, setting)
+            over_slip = sign * fan_tangent(slip, setting).c - jnp.where(taut > 0, setting.k, 0.0)
+            return residual, -2.0 + 0.0 * pull, over_slip
+
+        return self._move(out | returns, drive, setting.enclosure)
+
+    def _move(self, moves: Any, drive: Drive, strip: Strip) -> "Rubber":
+        return jax.lax.cond(moves, lambda: move_strip(self, drive, strip.friction), lambda: self)
 
 
 def make_cells(slip: Any, least: Any, highest: Any, brake: Brake, count: int = CELLS) -> Cells:
@@ -89,7 +132,7 @@ def make_cells(slip: Any, least: Any, highest: Any, brake: Brake, count: int = C
 def new_strip(cells: Cells) -> Rubber:
     """Return a new enclosure that was never stretched."""
     none, zero = jnp.zeros_like(cells.place), jnp.array(0.0)
-    return Rubber(zero, none, none, none, zero, zero, zero, jnp.array(False))
+    return Rubber(cells, zero, none, none, none, zero, zero, zero, zero, jnp.array(False))
 
 
 def _stress(strain: Any, peak_energy: Any, rubber: Hyperelastic) -> tuple[Any, Any]:
@@ -112,8 +155,9 @@ def _solve_strain(tension: Any, peak_energy: Any, guess: Any, cells: Cells) -> A
     return jnp.where(tension > 0, jnp.maximum(strain, 0.0), 0.0)
 
 
-def move_strip(state: Rubber, drive: Drive, friction: Any, cells: Cells) -> Rubber:
+def move_strip(state: Rubber, drive: Drive, friction: Any) -> Rubber:
     """Return the strip after a move in one direction up to `drive`, at a friction [N/m]."""
+    cells = state.cells
 
     def strip_at_pull(pull: Any, guess: Any) -> tuple[Any, Any]:
         bears = friction * cells.place
@@ -137,6 +181,7 @@ def move_strip(state: Rubber, drive: Drive, friction: Any, cells: Cells) -> Rubb
     rubbing = 4 * friction * jnp.abs((cells.size * cells.place * (strain - state.strain)).sum())
     loss = lost_energy(peak_energy, cells.rubber) - lost_energy(state.peak_energy, cells.rubber)
     return Rubber(
+        cells=cells,
         pull=pull,
         tension=tension,
         strain=strain,
@@ -144,108 +189,7 @@ def move_strip(state: Rubber, drive: Drive, friction: Any, cells: Cells) -> Rubb
         slip=slip,
         heat=state.heat + rubbing + (volume * loss).sum(),
         stored=(volume * elastic_energy(energy, peak_energy, cells.rubber)).sum(),
-        is_exceeded=state.is_exceeded
+        friction=friction,
+        is_invalid=state.is_invalid
         | (drive(cells.top, slip)[0] > 0) & (pull >= cells.top * (1 - 1e-9)),
     )
-
-
-def follow_slip(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
-    """Return force [N], elastic energy and heat [J] along a slip history [m], both of shape (N,).
-
-    NaN once the vacuum [Pa] falls on a stretched strip, if the strip would have to be pushed, or if
-    the strain exceeds the fitted range.
-    """
-    cells = make_cells(slip.max(), vacuum.min(), vacuum.max(), brake)
-
-    def step(carry: tuple[Rubber, Any, Any], point: tuple[Any, Any]) -> Any:
-        state, before, bad = carry
-        target, pressure = point
-
-        def drive(pull: Any, slip: Any) -> tuple[Any, Any, Any]:
-            return target - slip, 0.0 * pull, -jnp.ones_like(slip)
-
-        friction = make_strip(pressure, brake).friction
-        strip = jax.lax.cond(
-            target == state.slip, lambda: state, lambda: move_strip(state, drive, friction, cells)
-        )
-        bad = bad | strip.is_exceeded | ((pressure < before) & (state.slip > 0)) | (target < 0)
-        bad = bad | (jnp.abs(strip.slip - target) > 1e-9 * (jnp.abs(target) + state.slip))
-        out = tuple(jnp.where(bad, jnp.nan, v) for v in (2 * strip.pull, strip.stored, strip.heat))
-        return (strip._replace(slip=target), pressure, bad), out
-
-    start = (new_strip(cells), vacuum[0], jnp.array(False))
-    return jax.lax.scan(step, start, (slip, vacuum))[1]
-
-
-class _State(NamedTuple):
-    enclosure: Rubber
-    force: Any
-    work: Any
-    heat: Any
-    vacuum: Any
-    has_closed: Any
-    has_snapped: Any
-    is_invalid: Any
-    """True once the vacuum has fallen under load, or the strain is outside the fitted range."""
-
-
-def rubber_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
-    """Return the brake along an elongation history [m] at a vacuum [Pa] that never falls, (N,).
-
-    Like `brake_cycle` for one modulus. NaN once the vacuum has fallen on a brake that is not
-    relaxed, or once the enclosure is stretched beyond the fitted strain.
-    """
-    k, overlap = jnp.asarray(working_stiffness(brake), jnp.float64), brake.sheets.overlap
-    cells = make_cells(elongation.max(), vacuum.min(), vacuum.max(), brake)
-
-    def step(state: _State, point: tuple[Any, Any]) -> tuple[_State, Cycle]:
-        target, pressure = point
-        before, sheets = state.enclosure, sheet_law(pressure, brake)
-        friction = make_strip(pressure, brake).friction
-        trial, hold = k * (target - before.slip), fan_force(before.slip, sheets)
-        out = trial > 2 * before.pull + hold
-        returns = jnp.maximum(trial, 0.0) < 2 * before.pull - hold
-        sign = jnp.where(out, 1.0, -1.0)
-
-        def drive(pull: Any, slip: Any) -> tuple[Any, Any, Any]:
-            # when the rope is slack, the enclosure closes the brake against the sheets' friction
-            taut = k * (target - slip)
-            residual = jnp.maximum(taut, 0.0) - 2 * pull - sign * fan_force(slip, sheets)
-            over_slip = sign * fan_tangent(slip, sheets).c - jnp.where(taut > 0, k, 0.0)
-            return residual, -2.0 + 0.0 * pull, over_slip
-
-        strip = jax.lax.cond(
-            out | returns, lambda: move_strip(before, drive, friction, cells), lambda: before
-        )
-        force = jnp.maximum(k * (target - strip.slip), 0.0)
-        heat = jnp.abs(fan_work(before.slip, strip.slip, sheets)) + strip.heat - before.heat
-        elastic = (force**2 - state.force**2) / (2 * k)
-        falls = (pressure < state.vacuum) & ((before.slip > 0) | (state.force > 0))
-        new = _State(
-            enclosure=strip,
-            force=force,
-            work=state.work + heat + (strip.stored - before.stored) + elastic,
-            heat=state.heat + heat,
-            vacuum=pressure,
-            has_closed=state.has_closed | (before.slip - strip.slip > 1e-12 * overlap),
-            has_snapped=state.has_snapped | (out & (k <= fan_tangent(before.slip, sheets).c)),
-            is_invalid=state.is_invalid | falls | strip.is_exceeded,
-        )
-        fine = (target >= 0) & (pressure >= 0) & ~(new.has_snapped | new.is_invalid)
-        return new, Cycle(
-            force=jnp.where(fine, force, jnp.nan),
-            slip=strip.slip,
-            sleeve_force=2 * strip.pull,
-            work=new.work,
-            heat=new.heat,
-            stored=strip.stored + force**2 / (2 * k),
-            slack=(force <= 0) & (target < strip.slip),
-            closed=new.has_closed,
-            separated=strip.slip >= overlap * (1 - 1e-12),
-            overflow=jnp.array(False),
-            snapped=new.has_snapped,
-        )
-
-    zero, no = jnp.array(0.0), jnp.array(False)
-    start = _State(new_strip(cells), zero, zero, zero, vacuum[0], no, no, no)
-    return jax.lax.scan(step, start, (elongation, vacuum))[1]

@@ -14,9 +14,10 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import enclosure_law
+from layerjam.mechanics.cycle import Setting
+from layerjam.mechanics.enclosure import check_modulus, enclosure_law
 from layerjam.mechanics.fan import fan_force, fan_tangent
-from layerjam.mechanics.hysteresis import Setting, make_setting
+from layerjam.mechanics.hysteresis import make_setting
 from layerjam.mechanics.law import keep_if, law
 from layerjam.mechanics.memory import CLOSE, sliding_fraction
 from layerjam.mechanics.stiffness import working_stiffness
@@ -210,6 +211,7 @@ def stored_energy(motion: Motion, load: Load, brake: Brake) -> Any:
 
 def make_load(mass: Any, gravity: Any, rope: Any, damping: Any, brake: Brake) -> Load:
     """Return the load of a mass [kg] on a rope [N/m] (None: only the brake); damping [N s/m]."""
+    check_modulus(brake)
     if damping is not None:
         return Load(mass, gravity, working_stiffness(brake), rope, damping)
     return Load(mass, gravity, rope_spring(rope, brake), None, None)

@@ -9,12 +9,12 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.speed_law import SpeedLaw
+from layerjam.mechanics.cycle import Setting
 from layerjam.mechanics.enclosure import EnclosureLaw
 from layerjam.mechanics.fan import fan_force, fan_tangent, growing_work, scale_friction, solve_fan
 from layerjam.mechanics.friction import growth
-from layerjam.mechanics.hysteresis import Setting, slip_to_balance
 from layerjam.mechanics.law import safe_sqrt
-from layerjam.mechanics.memory import Memory, apply_vacuum, new_memory, slide_to
+from layerjam.mechanics.memory import Memory, new_memory
 from layerjam.mechanics.roots import newton_root
 from layerjam.mechanics.stop.algebra import snap_slip
 
@@ -108,7 +108,7 @@ def _extend_brake(
     if motion.enclosure is None:
         out = solve_fan(lambda line: _first_loading(elongation, line), motion.slip, setting)
     else:
-        out = slip_to_balance(motion.enclosure, elongation, 1, setting)
+        out = motion.enclosure.find_slip(elongation, 1, setting)
     slip = jnp.where(slides, jnp.maximum(out, motion.slip), motion.slip)
     slide = slip - motion.slip
     force = motion.force + setting.k * (distance - slide)
@@ -214,7 +214,7 @@ def _slide_to(motion: Motion, slip: Any, setting: Setting) -> Motion:
     """Return the motion with its enclosure at a different slip [m]."""
     if motion.enclosure is None:
         return motion._replace(slip=slip)
-    return motion._replace(slip=slip, enclosure=slide_to(motion.enclosure, slip, setting.enclosure))
+    return motion._replace(slip=slip, enclosure=motion.enclosure.slide_to(slip, setting.enclosure))
 
 
 def _enclosure_work(motion: Motion, slip: Any, setting: Setting) -> tuple[Any, Any, Memory | None]:
@@ -371,7 +371,7 @@ def change_vacuum(motion: Motion, vacuum: Any, setting: Setting) -> Motion:
     """Change the vacuum while the mass rests; the slip of the brake turns into heat."""
     if motion.enclosure is None:  # constant vacuum
         return motion
-    enclosure = apply_vacuum(motion.enclosure, setting.enclosure)
+    enclosure = motion.enclosure.apply_vacuum(setting.enclosure)
     new = motion._replace(enclosure=enclosure)
     gives = motion.force > fan_force(motion.slip, setting) + enclosure.force
     if setting.law is not None:  # with a speed law the brake starts to slide with a delay
