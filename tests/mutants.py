@@ -87,13 +87,9 @@ EQUIVALENT = {
         "start = State(at_rest(), zero, zero, zero, zero, vacuum[(1)], no, no)",
     ): "a relaxed enclosure at zero slip does not care which vacuum it comes from",
     (
-        "law.py",
-        "return jax.lax.stop_gradient(jax.lax.fori_loop((1), 80, halve, (low, high))[1])",
+        "roots.py",
+        "return jax.lax.stop_gradient(jax.lax.fori_loop((1), halvings, bisect, (low, high))[1])",
     ): "one halving more or less is below rounding",
-    (
-        "law.py",
-        "return jax.lax.stop_gradient(jax.lax.fori_loop(0, (81), halve, (low, high))[1])",
-    ): "as above",
     (
         "limits.py",
         "slope = jax.lax.stop_gradient((slope))",
@@ -107,8 +103,8 @@ EQUIVALENT = {
         "below = c2 + safe_sqrt(c2**2 + 4 * c1 * (force))",
     ): "a negative force is out of reach and NaN",
     (
-        "pull.py",
-        "return jnp.where(root**2 < enclosure.saturation, root**2, (linear))",
+        "enclosure.py",
+        "return jnp.where(root**2 < self.saturation, root**2, (linear))",
     ): "the linear branch is never negative where it is used",
     (
         "pull.py",

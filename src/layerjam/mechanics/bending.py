@@ -29,7 +29,7 @@ from layerjam.mechanics.roots import implicit_root
 from layerjam.mechanics.stiffness import count_sides, sheet_section
 
 
-def _one_sheet(brake: Brake) -> Any:
+def _sheet_stiffness(brake: Brake) -> Any:
     """Return E I of a single sheet [N m^2]."""
     return brake.film.modulus * sheet_section(brake) * brake.sheets.thickness**2 / 12
 
@@ -57,13 +57,13 @@ def bending_stiffness_free(brake: Brake) -> Any:
 
     This is the bending stiffness without vacuum, assumed to be without friction.
     """
-    return brake.sheets.count * _one_sheet(brake) + enclosure_bending_stiffness(brake)
+    return brake.sheets.count * _sheet_stiffness(brake) + enclosure_bending_stiffness(brake)
 
 
 @law
 def bending_stiffness_jammed(brake: Brake) -> Any:
     """Return E I of the overlap [N m^2] before any slip: E W (n t)^3/12 plus that of the tube."""
-    return brake.sheets.count**3 * _one_sheet(brake) + enclosure_bending_stiffness(brake)
+    return brake.sheets.count**3 * _sheet_stiffness(brake) + enclosure_bending_stiffness(brake)
 
 
 # a transverse force: Narang, Vlassak and Howe
@@ -88,7 +88,7 @@ def _shear_force(bend: Any, flow: Any, brake: Brake) -> Any:
     interfaces slip from the middle outwards, and two outer blocks of m sheets each stay stuck. Then
     V = E I (n + 2 m (m^2 - 1)) g + q t (n - m), where m (m + 1) just exceeds 2 q/(E W t^2 g).
     """
-    count, t, sheet = brake.sheets.count, brake.sheets.thickness, _one_sheet(brake)
+    count, t, sheet = brake.sheets.count, brake.sheets.thickness, _sheet_stiffness(brake)
     sticks = bend <= _curvature_at_first_slip(flow, brake)
     safe = jnp.where(sticks | (bend <= 0), 1.0, bend)
     share = flow / (brake.film.modulus * sheet_section(brake) * t * safe)
@@ -159,7 +159,7 @@ def cantilever_deflection(force: Any, length: Any, vacuum: Any, brake: Brake) ->
 def _stack_bending(count: Any, pitch: Any, brake: Brake) -> Any:
     """Return E I [N m^2] of sheets at a pitch [m] that each bend about their own middle."""
     axial = brake.film.modulus * sheet_section(brake) * pitch**2 * count * (count**2 - 1) / 12
-    return axial + count * _one_sheet(brake)
+    return axial + count * _sheet_stiffness(brake)
 
 
 def _fan_stiffness(count: Any, brake: Brake) -> tuple[Any, Any]:
@@ -171,7 +171,7 @@ def _fan_stiffness(count: Any, brake: Brake) -> tuple[Any, Any]:
     gives Q/M = 9 A/(14 A + 6 B) and E I = B/(1 - 27 A/(28 A + 12 B)). Forces along lines that meet
     in one point cannot balance a pure moment, so E I is at most 28 B, however stiff the sheets are.
     """
-    bending = count * _one_sheet(brake) + enclosure_bending_stiffness(brake)
+    bending = count * _sheet_stiffness(brake) + enclosure_bending_stiffness(brake)
     axial = brake.film.modulus * sheet_section(brake) * brake.sheets.thickness**2
     axial = axial * count * (count**2 - 1) / 12
     stiffness = bending / (1 - 27 * axial / (28 * axial + 12 * bending))
@@ -194,7 +194,7 @@ def _lever(slip: Any, brake: Brake) -> Any:
     """
     if brake.mount.spacers is None:
         return 1.0
-    tube, sheet = enclosure_bending_stiffness(brake), _one_sheet(brake)
+    tube, sheet = enclosure_bending_stiffness(brake), _sheet_stiffness(brake)
     (left, right), (a, b, c) = count_sides(brake), _part_lengths(slip, brake)
     middle = brake.sheets.count * sheet + tube
     parts = a / (left * sheet + tube), b / middle, c / (right * sheet + tube)
@@ -225,7 +225,7 @@ def turning_stiffness_free(slip: Any, brake: Brake) -> Any:
     Left free sheets, overlap and right free sheets are in series; each sheet bends separately.
     """
     left, right = count_sides(brake)
-    sheet = _one_sheet(brake)
+    sheet = _sheet_stiffness(brake)
     stiffness = _join_parts(slip, (left * sheet, brake.sheets.count * sheet, right * sheet), brake)
     return keep_if(_is_valid(slip, brake), stiffness)
 
@@ -239,7 +239,7 @@ def turning_stiffness_jammed(slip: Any, brake: Brake) -> Any:
     spacers the sheets fan out towards the overlap, and the free lengths are several times softer.
     """
     left, right = count_sides(brake)
-    overlap = brake.sheets.count**3 * _one_sheet(brake)
+    overlap = brake.sheets.count**3 * _sheet_stiffness(brake)
     parts = (_free_length_stiffness(left, brake), overlap, _free_length_stiffness(right, brake))
     return keep_if(_is_valid(slip, brake), _join_parts(slip, parts, brake))
 
@@ -265,7 +265,7 @@ def buckling_moment(slip: Any, brake: Brake) -> Any:
     that buckles first. The enclosure and the other sheets support it, so that the true moment is
     somewhat higher.
     """
-    t, sheet = brake.sheets.thickness, _one_sheet(brake)
+    t, sheet = brake.sheets.thickness, _sheet_stiffness(brake)
     stretch = brake.film.modulus * sheet_section(brake)
     lengths = _part_lengths(slip, brake)
 

@@ -200,7 +200,7 @@ def end_strain(drive: Any, spring: Any, with_force: float, strip: Strip) -> Any:
     NaN beyond the fitted strain. One Newton step carries the gradient.
     """
 
-    def resists(point: FirstLoading, spring: Any) -> Any:
+    def resistance(point: FirstLoading, spring: Any) -> Any:
         return spring * point.slip + with_force * point.force
 
     moves = drive > 0
@@ -209,13 +209,13 @@ def end_strain(drive: Any, spring: Any, with_force: float, strip: Strip) -> Any:
     constants = jax.lax.stop_gradient((drive, spring, strip))
     top = jnp.zeros_like(drive) + constants[2].rubber.strain
     guess = rising_zero(
-        lambda e: resists(load_strip(e, constants[2]), constants[1]) - constants[0],
+        lambda e: resistance(load_strip(e, constants[2]), constants[1]) - constants[0],
         jnp.zeros_like(drive),
         top,
     )
     point = load_strip(guess, strip)
     slope = jax.lax.stop_gradient(spring * point.slip_slope + with_force * point.force_slope)
-    strain = guess + (drive - resists(point, spring)) / slope
+    strain = guess + (drive - resistance(point, spring)) / slope
     # a bisection that never moved down from the top has found no root
     return jnp.where(moves, jnp.where(guess < top, strain, jnp.nan), 0.0)
 

@@ -42,7 +42,7 @@ def _register(cls: type) -> None:
     read = operator.attrgetter(*names) if len(names) > 1 else _make_field_reader(names[0])
     no_floats = any(isinstance(spec, FlagSpec) or getattr(spec, "whole", False) for spec in specs)
 
-    def flat(rec: Any) -> tuple[Any, None]:
+    def flatten(rec: Any) -> tuple[Any, None]:
         values = read(rec)
         if no_floats:  # JAX differentiates only with respect to floats
             values = tuple(float(v) if isinstance(v, int) else v for v in values)
@@ -53,10 +53,10 @@ def _register(cls: type) -> None:
         rec.__dict__.update(zip(names, leaves, strict=True))
         return rec
 
-    def with_keys(rec: Any) -> tuple[Any, None]:
-        return tuple(zip(keys, flat(rec)[0], strict=True)), None
+    def flatten_with_keys(rec: Any) -> tuple[Any, None]:
+        return tuple(zip(keys, flatten(rec)[0], strict=True)), None
 
-    jax.tree_util.register_pytree_with_keys(cls, with_keys, unflatten, flat)
+    jax.tree_util.register_pytree_with_keys(cls, flatten_with_keys, unflatten, flatten)
 
 
 def _make_field_reader(name: str) -> Callable[[Any], tuple[Any, ...]]:

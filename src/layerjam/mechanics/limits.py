@@ -87,12 +87,12 @@ def self_closing_vacuum(slip: Any, brake: Brake) -> Any:
 def _search_closing_vacuum(slip: Any, brake: Brake) -> Any:
     """Return the same vacuum for other friction laws, found by a search over log P."""
 
-    def holds(log_vacuum: Any) -> Any:
+    def excess_friction(log_vacuum: Any) -> Any:
         vacuum = jnp.exp(log_vacuum)
         friction = fan_force(slip, sheet_law(vacuum, brake))
         return friction - enclosure_law(vacuum, brake).force(slip)
 
     top = jnp.log(brake.site.atmosphere) + jnp.zeros(jnp.shape(slip))
-    vacuum = jnp.exp(implicit_root(holds, top - 30.0, top))
-    closing = jnp.where(holds(top) >= 0, vacuum, jnp.inf)
+    vacuum = jnp.exp(implicit_root(excess_friction, top - 30.0, top))
+    closing = jnp.where(excess_friction(top) >= 0, vacuum, jnp.inf)
     return keep_if(slip >= 0, jnp.where(slip == 0, 0.0, closing))

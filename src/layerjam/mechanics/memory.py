@@ -68,19 +68,19 @@ class Memory(NamedTuple):
         is_bounded = jnp.isfinite(path.end)
         ends = self.slip + direction * jnp.where(is_bounded, path.end, 0.0)
 
-        def meets(line: Setting) -> Any:
+        def solve_line(line: Setting) -> Any:
             def drive(slip: Any, force: Any) -> Any:
                 pull = direction * (line.k * (elongation - slip) - force)
                 return pull - line.c * (line.overlap - slip)
 
             is_passed = is_bounded & ((path.end <= 0) | (drive(ends, path.end_force) > 0))
             place = ready.count - 2 - is_passed.sum(axis=0)
-            start, strength = piece(path.slip, place), piece(path.strength, place)
+            start, strength = pick_piece(path.slip, place), pick_piece(path.strength, place)
             strip = branch(strength, line.enclosure)
-            pull, spring = drive(start, piece(path.force, place)), line.k - direction * line.c
+            pull, spring = drive(start, pick_piece(path.force, place)), line.k - direction * line.c
             return start + direction * strip.find_slip(pull, spring)
 
-        slip = solve_fan(meets, self.slip, setting)
+        slip = solve_fan(solve_line, self.slip, setting)
         return jnp.where(direction * (slip - self.slip) > 0, jnp.maximum(slip, 0.0), self.slip)
 
     def balance(self, elongation: Any, out: Any, returns: Any, setting: Setting) -> "Memory":
@@ -161,7 +161,7 @@ def _piece_indices(state: Memory) -> Any:
     return jnp.arange(len(state.ends)).reshape((-1,) + (1,) * jnp.ndim(state.count))
 
 
-def piece(values: Any, place: Any) -> Any:
+def pick_piece(values: Any, place: Any) -> Any:
     """Return the entry of an array over the pieces, at one index for each strip."""
     places = jnp.arange(len(values)).reshape((-1,) + (1,) * jnp.ndim(place))
     return jnp.where(places == place, values, 0.0).sum(axis=0)
@@ -183,9 +183,9 @@ def _with_piece(state: Memory, place: Any, end: Any, slope: Any) -> Memory:
 
 
 def face_direction(state: Memory, direction: Any, enclosure: EnclosureLaw) -> Memory:
-    """Return the state with a piece to grow at the driven end: direction 1 out, -1 back."""
+    """Return the state with a new piece growing from the driven end: direction 1 out, -1 back."""
     slope = -direction * enclosure.friction
-    turned = piece(state.slopes, state.count - 1) != slope
+    turned = pick_piece(state.slopes, state.count - 1) != slope
     return _choose(turned, _with_piece(state, state.count, 0.0, slope), state)
 
 
@@ -215,7 +215,7 @@ def sliding_fraction(state: Memory) -> Any:
 
     The force then rises by EA over that length.
     """
-    return piece(state.ends, state.count - 1)
+    return pick_piece(state.ends, state.count - 1)
 
 
 def _grow_piece(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
@@ -233,12 +233,12 @@ def _grow_piece(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
     is_reached = ~is_active | is_reached | ((path.strength <= 0) & (places > 0))
     is_passed = is_active & jnp.flip(jnp.cumprod(jnp.flip(is_reached, 0), axis=0), 0).astype(bool)
     place = ready.count - 2 - is_passed.sum(axis=0)
-    start, strength = piece(path.slip, place), piece(path.strength, place)
+    start, strength = pick_piece(path.slip, place), pick_piece(path.strength, place)
     advance, strip = jnp.maximum(direction * (slip - start), 0.0), branch(strength, enclosure)
     spread = jnp.where(strip.saturation > 0, strip.saturation, 1.0)
     share = jnp.where(strip.saturation > advance, safe_sqrt(advance / spread), 1.0)
-    near_end = piece(jnp.where(is_active, jnp.roll(ready.ends, -1, axis=0), 0.0), place)
-    end = jnp.clip(share, near_end, piece(ready.ends, place))
+    near_end = pick_piece(jnp.where(is_active, jnp.roll(ready.ends, -1, axis=0), 0.0), place)
+    end = jnp.clip(share, near_end, pick_piece(ready.ends, place))
     new = _with_piece(ready, place + 1, end, -direction * enclosure.friction)
 
     strips = branch(path.strength, enclosure)
@@ -253,7 +253,7 @@ def _grow_piece(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
     heat = (strips.slipped_area(b) - strips.slipped_area(a)).sum(axis=0) * enclosure.friction
     new = new._replace(
         slip=slip,
-        force=piece(path.force, place) + direction * strip.force(advance),
+        force=pick_piece(path.force, place) + direction * strip.force(advance),
         stored=ready.stored + work - heat,
         heat=ready.heat + heat,
     )
@@ -317,11 +317,11 @@ def _join_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
     is_place, shift = places == place, places > place
     ends = jnp.where(is_place, state.ends, jnp.where(shift, near_end, state.ends))
     new = state._replace(
-        ends=jnp.where(places == place + 1, piece(nearer + extension, place), ends),
+        ends=jnp.where(places == place + 1, pick_piece(nearer + extension, place), ends),
         slopes=jnp.where(is_place, slope, jnp.where(shift, middle, state.slopes)),
         count=state.count - 1,
     )
-    has_bow = piece(bow, place) > 0
+    has_bow = pick_piece(bow, place) > 0
     forgotten = state._replace(count=state.count - 1, overflow=state.overflow | ~has_bow)
     return _choose(has_bow, _book_loss(state, new, enclosure), forgotten)
 
@@ -336,10 +336,10 @@ def _slide_steep_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
     continues = jnp.roll(state.slopes, -1, axis=0) * state.slopes > 0
     last = steep & ~(continues & (places < state.count - 1))
     first = state.count - steep.sum(axis=0)
-    end = piece(state.ends, first)
+    end = pick_piece(state.ends, first)
     start = state._replace(
-        slip=piece(stretch - tension.slip, first),
-        force=piece(tension.start + tension.rise, first),
+        slip=pick_piece(stretch - tension.slip, first),
+        force=pick_piece(tension.start + tension.rise, first),
         slopes=jnp.clip(state.slopes, -q, q),
         count=jnp.maximum(first, 2),
     )
@@ -348,7 +348,8 @@ def _slide_steep_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
         outer, position = carry
         border, aim = near_end[place], stretch[place]
         left = jnp.where(border < 1, 1 - border, 1.0)
-        slope, length = piece(outer.slopes, outer.count - 1), (position - border) * enclosure.reach
+        slope = pick_piece(outer.slopes, outer.count - 1)
+        length = (position - border) * enclosure.reach
         slip = outer.slip + (outer.force - slope * length) * length / enclosure.stiffness
         local = outer._replace(
             slip=slip, force=outer.force - 2 * slope * length, ends=(outer.ends - border) / left

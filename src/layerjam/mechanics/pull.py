@@ -112,10 +112,10 @@ def slip_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
     k = working_stiffness(brake)
     sheets, enclosure = sheet_law(vacuum, brake), brake_enclosure(vacuum, brake)
 
-    def meets(line: Sheets) -> Any:
+    def find_slip(line: Sheets) -> Any:
         return enclosure.find_slip(k * elongation - line.c * line.overlap, k - line.c)
 
-    slip = solve_fan(meets, 0.0 * elongation, sheets)
+    slip = solve_fan(find_slip, 0.0 * elongation, sheets)
     enclosure_slip = enclosure.find_slip(k * elongation, k)
     past = slip > brake.sheets.overlap
     slip = jnp.where(past, jnp.maximum(enclosure_slip, brake.sheets.overlap), slip)
@@ -160,14 +160,14 @@ def _bisect_factor(force: Any, vacuum: Any, brake: Brake) -> Any:
     enclosure, start = enclosure_law(vacuum, brake), jnp.log(jnp.asarray(brake.scale_factor))
     force, vacuum, start = jnp.broadcast_arrays(force, vacuum, start)
 
-    def top(log_factor: Any) -> Any:
+    def peak_force(log_factor: Any) -> Any:
         factor: Any = jnp.exp(log_factor)
         sheets = sheet_law(vacuum, replace(brake, scale_factor=factor))
         return searched_peak(brake.sheets.overlap, sheets, enclosure)[0]
 
-    root = implicit_root(lambda v: top(v) - force, start - 7.0, start + 5.0)
+    root = implicit_root(lambda v: peak_force(v) - force, start - 7.0, start + 5.0)
     least = enclosure.root * jnp.sqrt(brake.sheets.overlap)
-    is_met = jnp.abs(force - jax.lax.stop_gradient(top(root))) < 1e-6 * force
+    is_met = jnp.abs(force - jax.lax.stop_gradient(peak_force(root))) < 1e-6 * force
     return keep_if((force >= least) & is_met, jnp.exp(root))
 
 

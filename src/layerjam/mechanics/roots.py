@@ -18,13 +18,13 @@ _SETTLED = 1e-13
 def rising_zero(function: Callable[[Any], Any], low: Any, high: Any, halvings: int = 80) -> Any:
     """Return the zero of a rising array function between two arrays; no gradient."""
 
-    def halve(_: int, bounds: tuple[Any, Any]) -> tuple[Any, Any]:
+    def bisect(_: int, bounds: tuple[Any, Any]) -> tuple[Any, Any]:
         below, above = bounds
         middle = (below + above) / 2
         weak = function(middle) < 0
         return jnp.where(weak, middle, below), jnp.where(weak, above, middle)
 
-    return jax.lax.stop_gradient(jax.lax.fori_loop(0, halvings, halve, (low, high))[1])
+    return jax.lax.stop_gradient(jax.lax.fori_loop(0, halvings, bisect, (low, high))[1])
 
 
 def implicit_root(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
@@ -78,11 +78,11 @@ def newton_root(
         new = jnp.where(is_done | inside, next_x, (low + high) / 2)
         return new, low, high, jnp.where(is_done, 0.0, jnp.abs(new - x)), hint, count + 1
 
-    def continues(state: tuple[Any, ...]) -> Any:
+    def is_unfinished(state: tuple[Any, ...]) -> Any:
         return jnp.any(state[3] > close) & (state[5] < _MOST_STEPS)
 
     start = (guess, low, high, jnp.full_like(guess, jnp.inf), hint, 0)
-    return jax.lax.while_loop(continues, step, start)[0]
+    return jax.lax.while_loop(is_unfinished, step, start)[0]
 
 
 class Bracket(NamedTuple):
@@ -114,7 +114,7 @@ def false_position(
     `rounds` steps. No slope is needed, and the function is compiled once.
     """
 
-    def continues(bracket: Bracket) -> Any:
+    def is_unfinished(bracket: Bracket) -> Any:
         is_open = jnp.abs(bracket.high - bracket.low) > 1e-12 * jnp.abs(bracket.high)
         still = bracket.is_met & (bracket.error > close) & is_open
         return (bracket.turn < 2) | ((bracket.turn < rounds) & jnp.any(still))
@@ -144,4 +144,4 @@ def false_position(
 
     zero = jnp.zeros_like(low + high)
     start = Bracket(jnp.array(0), low + zero, zero - 1, high + zero, zero + 1, zero, zero + jnp.inf)
-    return jax.lax.while_loop(continues, step, start)
+    return jax.lax.while_loop(is_unfinished, step, start)

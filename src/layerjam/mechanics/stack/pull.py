@@ -138,7 +138,7 @@ def _accept_trial(
 
 @kernel
 def _solve_tension(target: float, stack: Stack, state: State, t: Trial) -> int:  # pragma: no cover
-    """Solve in tension only: a brake that would be pushed rests without force."""
+    """Solve in tension only: a brake that would be in compression rests without force."""
     code = solve_increment(target, 0.0, stack, state, t)
     state.values[SLACK] = 0.0
     if code == DONE and t.values[FORCE] < 0.0:

@@ -162,18 +162,18 @@ def _critical_drop(ratio: Any) -> Any:
     root = jnp.sqrt(1 - inner**2)
     lean = inner / root
 
-    def inside(theta: Any) -> Any:
+    def swing(theta: Any) -> Any:
         return jnp.cos(theta) - lean * jnp.sin(theta)
 
     def excess(theta: Any) -> Any:
-        value = inside(theta)
+        value = swing(theta)
         logarithm = jnp.log(jnp.where(value > 0, value, 1.0))
         return lean * theta + jnp.where(value > 0, logarithm, -jnp.inf)
 
     low = jnp.pi + jnp.arctan2(root, inner)
     theta = rising_zero(excess, low, jnp.full_like(low, 2 * jnp.pi))
     # one more Newton step carries the gradient; near critical damping the root is `low`
-    room = inside(theta)
+    room = swing(theta)
     resolved = room > 1e-9
     slope = -jnp.sin(theta) / (root**2 * jnp.where(resolved, room, 1.0))
     step = (lean * theta + jnp.log(jnp.where(resolved, room, 1.0))) / slope

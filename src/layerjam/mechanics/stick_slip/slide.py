@@ -121,8 +121,9 @@ def _try_step(state: State, h: Any, case: Slide, exact: bool) -> _Step:
     stops, stop_at = hermite_root(h, state.velocity, gain0, trial.velocity, gain1)
     # a taut spring becomes slack at zero force; a slack one becomes taut once it is stretched and
     # pulls
-    reach0, pace0 = _least(force0, slope0, case.spring * e0, case.spring * (drive - state.velocity))
-    reach1, pace1 = _least(force1, slope1, case.spring * e1, case.spring * (drive - trial.velocity))
+    k = case.spring
+    reach0, pace0 = _select_smaller(force0, slope0, k * e0, k * (drive - state.velocity))
+    reach1, pace1 = _select_smaller(force1, slope1, k * e1, k * (drive - trial.velocity))
     f0, d0 = jnp.where(taut, force0, -reach0), jnp.where(taut, slope0, -pace0)
     f1, d1 = jnp.where(taut, force1, -reach1), jnp.where(taut, slope1, -pace1)
     turns, turn_at = hermite_root(h, f0, d0, f1, d1)
@@ -149,7 +150,7 @@ def _net_forces(e: Any, x: Any, v: Any, drive: Any, taut: Any, case: Slide) -> t
     return force, case.spring * (drive - v) - case.damping * gain, gain
 
 
-def _least(a: Any, slope_a: Any, b: Any, slope_b: Any) -> tuple[Any, Any]:
+def _select_smaller(a: Any, slope_a: Any, b: Any, slope_b: Any) -> tuple[Any, Any]:
     return jnp.where(b < a, b, a), jnp.where(b < a, slope_b, slope_a)
 
 

@@ -1,7 +1,7 @@
 """Algebra of a stop, element by element: JAX runs it on arrays, and the kernel prints it as C.
 
 It uses only arithmetic, comparisons and `where`, `sqrt`, `maximum`, `minimum`, `inf` of `jnp`, see
-`kernel/formulas.py`. GCC vectorises none of it if a condition joins one that GCC can infer.
+`kernel/formulas.py`. GCC vectorises nothing if a condition is combined with one that it infers.
 """
 
 from typing import Any, NamedTuple
@@ -19,7 +19,7 @@ class Setup(NamedTuple):
 
     mass: Any
     arriving: Any
-    """Return the kinetic energy on arrival [J]."""
+    """Kinetic energy on arrival [J]."""
     weight: Any
     c: Any
     onset: Any

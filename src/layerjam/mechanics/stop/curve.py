@@ -54,7 +54,7 @@ class Mass(NamedTuple):
     gravity: Any
 
     @property
-    def arriving(self) -> Any:
+    def arrival_energy(self) -> Any:
         """Return the kinetic energy on arrival [J]."""
         return self.mass * self.speed**2 / 2
 
@@ -105,13 +105,13 @@ class Curve(NamedTuple):
             least = first_fall(excess, jnp.zeros_like(w_end), w_end)[0]
             return least, first_fall(lambda w: -excess(w), least, w_end)[0]
 
-        def meets(line: Sheets) -> Any:
+        def find_balance(line: Sheets) -> Any:
             # use a unit mass, with the gravity that gives it this weight
             case = make_setup(1.0, 0.0, line.c, line.overlap, strip, 1.0, weight)
             return balance_root(case, jnp.inf) ** 2
 
         constants = jax.lax.stop_gradient(self.sheets)
-        least = safe_sqrt(solve_fan(meets, 0.0 * w_end, constants))
+        least = safe_sqrt(solve_fan(find_balance, 0.0 * w_end, constants))
         return jax.lax.stop_gradient(jnp.minimum(least, w_end)), w_end
 
     def expand(self, load: Mass) -> Expand:
@@ -125,11 +125,11 @@ class Curve(NamedTuple):
             return expand_energy(lambda w: mass_energy(self.point_at(w), load), slope)
         case = self.make_setup(load)
 
-        def around(end: Any, sign: Any) -> Expansion:
+        def expand_at(end: Any, sign: Any) -> Expansion:
             inside = end + sign * MARGIN * jnp.maximum(end, 1e-6)
             return expand_quartic(quartic(case, inside > self.enclosure.kink), end, sign)
 
-        return around
+        return expand_at
 
 
 def make_curve(vacuum: Any, brake: Brake) -> Curve:
@@ -140,7 +140,7 @@ def make_curve(vacuum: Any, brake: Brake) -> Curve:
 def mass_energy(point: FirstLoading, load: Mass) -> Any:
     """Return the kinetic energy K of the mass [J]."""
     loss = point.work + point.force**2 / (2 * load.k)
-    return load.arriving + load.weight * (point.slip + point.force / load.k) - loss
+    return load.arrival_energy + load.weight * (point.slip + point.force / load.k) - loss
 
 
 def _mass_slope(point: FirstLoading, load: Mass) -> Any:
@@ -179,7 +179,7 @@ def solve_stop(curve: Curve, travel: Any, load: Mass) -> Stop:
     down = slope < 0
     root = root - jnp.where(down, mass_energy(point, load) / jnp.where(down, slope, -1.0), 0.0)
     onset = curve.point_at(zero).force
-    elastic = load.weight + safe_sqrt(load.weight**2 + 2 * load.k * load.arriving)
+    elastic = load.weight + safe_sqrt(load.weight**2 + 2 * load.k * load.arrival_energy)
     slides = elastic > onset
     w = jnp.where(stops, jnp.maximum(root, 0.0), jnp.where(snaps, w_end, end))
     final = curve.point_at(jnp.where(slides, w, 0.0))

@@ -160,7 +160,7 @@ def speed_at_slip(
     """
     curve, load = make_curve(vacuum, brake), Mass(mass, speed, spring, gravity)
     left = mass_energy(curve.point_at(curve.enclosure.find_place(slip)), load)
-    size = load.arriving + load.weight * slip
+    size = load.arrival_energy + load.weight * slip
     # rounding may put a standstill on either side of zero
     pace = safe_sqrt(jnp.where(left < -1e-9 * size, left, jnp.maximum(left, 0.0)) * 2 / mass)
     return keep_if(is_speed_independent(brake), pace)

@@ -156,7 +156,7 @@ def go_to_event(motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brak
         level = vacuum.value_at(new.time)
         return _change_vacuum(level < new.vacuum, new, level, load, brake), snaps
 
-    def halve(_: int, state: _Bisection) -> _Bisection:
+    def bisect(_: int, state: _Bisection) -> _Bisection:
         middle = (state.low + state.high) / 2
         trial, snaps = state_after(middle)
         is_past = (trial.speed <= 0) | (trial.slip >= travel) | snaps
@@ -170,7 +170,7 @@ def go_to_event(motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brak
 
     # the first interval is the whole step, which is known to contain the event
     least, no = jnp.zeros_like(motion.time), jnp.zeros_like(motion.slack)
-    end = jax.lax.fori_loop(0, 60, halve, _Bisection(least, least + 2 * dt, motion, motion, no))
+    end = jax.lax.fori_loop(0, 60, bisect, _Bisection(least, least + 2 * dt, motion, motion, no))
     last = _choose(end.snaps, end.before, end.after)
     used = ~end.snaps & (last.slip >= travel)
     code = jnp.where(end.snaps, SNAPPED, jnp.where(used, TRAVEL_USED, STANDSTILL))
@@ -259,13 +259,13 @@ def stop_in_time(
     fine = fine & (fan_force(0.0, setting) + setting.enclosure.root >= 0)
     fine = fine & (step <= LONGEST * jnp.sqrt(mass / rope_spring(rope, brake)))
 
-    def going(state: tuple[Any, Motion]) -> Any:
+    def is_moving(state: tuple[Any, Motion]) -> Any:
         return (state[0] < jnp.max(steps)) & jnp.any(fine & (state[1].outcome == MOVING))
 
     def advance(state: tuple[Any, Motion]) -> tuple[Any, Motion]:
         return state[0] + 1, advance_step(state[1], step, history, load, brake)
 
-    last = jax.lax.while_loop(going, advance, (jnp.array(0), start))[1]
+    last = jax.lax.while_loop(is_moving, advance, (jnp.array(0), start))[1]
     last = go_to_event(last, step, history, load, brake)
     last = last._replace(outcome=jnp.where(fine, last.outcome, NOT_A_CASE))
     return jax.tree.map(lambda a: keep_if(fine, a) if a.dtype == jnp.float64 else a, last)

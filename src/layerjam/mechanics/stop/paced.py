@@ -188,12 +188,12 @@ def _force_rate(state: Any, case: PacedProblem) -> Any:
 def _finish_run(run: Run, case: PacedProblem) -> Run:
     """Advance to the standstill or end of travel within the next step."""
 
-    def after(h: Any) -> Any:
+    def state_after(h: Any) -> Any:
         return rosenbrock(lambda y: state_rates(y, case), run.state, h).after
 
     def used_fraction(h: Any) -> Any:
         """Return the fraction of speed or travel that a step has used up, minus one."""
-        new = jnp.where(h > 0, after(h), run.state)
+        new = jnp.where(h > 0, state_after(h), run.state)
         return jnp.maximum(-new[1] / run.state[1], (new[0] - case.travel) / case.travel)
 
     zero = jnp.zeros_like(run.step)
@@ -201,7 +201,7 @@ def _finish_run(run: Run, case: PacedProblem) -> Run:
     # a creeping mass does not stop within the next step
     ends = root.is_met
     last = jnp.where(ends, root.best, 0.0)
-    state = jnp.where(ends, after(root.best), run.state)
+    state = jnp.where(ends, state_after(root.best), run.state)
     used = ends & (state[0] >= case.travel * (1 - 1e-12)) & (state[1] > 0)
     swing = (
         paced_force(run.state, case),
@@ -242,10 +242,10 @@ def run_slide(
         table=jnp.zeros((rows + 1, COLUMNS)) if rows else None,
     )
 
-    def going(run: Run) -> Any:
+    def is_moving(run: Run) -> Any:
         return (run.attempts < MAX_STEPS) & jnp.any(run.code == MOVING)
 
-    run = jax.lax.while_loop(going, lambda run: _try_step(run, case, greatest, tolerance), first)
+    run = jax.lax.while_loop(is_moving, lambda r: _try_step(r, case, greatest, tolerance), first)
     return run, _finish_run(run, case)
 
 

@@ -87,12 +87,12 @@ def paced_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, br
     """
     top = brake.site.atmosphere + jnp.zeros_like(mass)
 
-    def short(share: Any) -> Any:
+    def excess(share: Any) -> Any:
         # the slip falls as the vacuum rises, so search over the difference from full vacuum
         return _excess_slip(slip, (mass, speed, top * (1 - share), spring, gravity), brake)
 
     zero = jnp.zeros_like(top)
-    vacuum = top * (1 - _find_slip_root(short, zero, zero + 1 - LEAST, slip))
+    vacuum = top * (1 - _find_slip_root(excess, zero, zero + 1 - LEAST, slip))
     stays = is_held(slip, jnp.where(jnp.isnan(vacuum), 0.0, vacuum), mass * gravity, brake)
     return jnp.where(stays, vacuum, jnp.nan)
 

@@ -78,7 +78,7 @@ def expand_quartic(part: Quartic, end: Any, sign: Any) -> Expansion:
 def piece_time(
     low: Any, high: Any, expand: Expand, falls: Any, pace: Callable[[Any], Any], mass: Any
 ) -> Any:
-    """Return the time [s] from w = `low` to `high`, between which the energy has one slow end.
+    """Return the time [s] from w = `low` to `high`; the mass is slowest at one of these ends.
 
     `falls` is true if the slow end is `high`; `pace` is the derivative of the mass's displacement
     with respect to w, dz/dw. The nodes are w = end -+ (high - low) (sinh(a cos q)/sinh a)^2, with a
@@ -120,14 +120,14 @@ def pieces_time(
     `falls` is true if the energy falls at the middle of a piece.
     """
 
-    def seconds(low: Any, high: Any) -> Any:
+    def duration(low: Any, high: Any) -> Any:
         return piece_time(low, high, expand, falls((low + high) / 2), pace, mass)
 
-    def add(total: Any, piece: tuple[Any, Any]) -> tuple[Any, None]:
+    def add_piece(total: Any, piece: tuple[Any, Any]) -> tuple[Any, None]:
         # most stops end before the last cuts, for which nothing is computed
         has_length = jnp.any(piece[1] > piece[0])
         return total + jax.lax.cond(
-            has_length, seconds, lambda low, _: jnp.zeros_like(low), *piece
+            has_length, duration, lambda low, _: jnp.zeros_like(low), *piece
         ), None
 
-    return jax.lax.scan(add, jnp.zeros_like(cuts[0]), (cuts[:-1], cuts[1:]))[0]
+    return jax.lax.scan(add_piece, jnp.zeros_like(cuts[0]), (cuts[:-1], cuts[1:]))[0]
