@@ -230,6 +230,11 @@ def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
     return keep_if(reachable & ((contact > 0) | (slip > 0)), vacuum)
 
 
+def holding_vacuum(weight: Any, slip: Any, brake: Brake) -> Any:
+    """Return the lowest vacuum [Pa] that holds a weight [N] at a slip [m]; NaN if there is none."""
+    return vacuum_for_force(jnp.maximum(weight, brake_force(slip, 0.0, brake)), slip, brake)
+
+
 def _bisect_vacuum(force: Any, slip: Any, brake: Brake) -> Any:
     """Return the inverse by bisection if friction is not proportional to the vacuum."""
     zero = jnp.zeros(jnp.broadcast_shapes(jnp.shape(force), jnp.shape(slip)))

@@ -14,7 +14,7 @@ from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
 from layerjam.mechanics.friction import fix_speed
 from layerjam.mechanics.law import law
-from layerjam.mechanics.pull import brake_force, vacuum_for_force
+from layerjam.mechanics.pull import brake_force, holding_vacuum
 from layerjam.mechanics.roots import false_position
 from layerjam.mechanics.stop.exact import BOTTOMED_OUT, stop
 
@@ -103,11 +103,9 @@ def paced_speeds(mass: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) 
     Arrays of one shape.
     """
     weight, full = mass * gravity, brake.site.atmosphere + jnp.zeros_like(mass)
-    rest_brake = fix_speed(0.0, brake)
-    enclosure_force = brake_force(slip, 0.0, brake)
-    holding_vacuum = vacuum_for_force(jnp.maximum(weight, enclosure_force), slip, rest_brake)
-    holding = ~jnp.isnan(holding_vacuum)
-    least = jnp.maximum(jnp.where(holding, holding_vacuum, full), LEAST * full)
+    lowest = holding_vacuum(weight, slip, fix_speed(0.0, brake))
+    holding = ~jnp.isnan(lowest)
+    least = jnp.maximum(jnp.where(holding, lowest, full), LEAST * full)
     # both searches run at once, so that the stop is compiled once
     vacuum, case = jnp.stack([least, full]), (mass, slip, spring, gravity)
     mass, slip, spring, gravity = (jnp.stack([a, a]) + jnp.zeros_like(vacuum) for a in case)

@@ -9,20 +9,18 @@ import jax.numpy as jnp
 from layerjam.device.brake import Brake
 from layerjam.mechanics.energy import slip_work
 from layerjam.mechanics.law import keep_if, law, safe_sqrt
-from layerjam.mechanics.pull import brake_force, vacuum_for_force
+from layerjam.mechanics.pull import brake_force, holding_vacuum
 from layerjam.mechanics.roots import implicit_root
 from layerjam.mechanics.stop.exact import STOPPED, is_speed_independent, stop
 from layerjam.mechanics.stop.motion import rope_spring
 from layerjam.mechanics.stop.paced_tune import FARTHEST, block_gradient, paced_speeds, paced_vacuum
 
 
-def _excess(
-    vacuum: Any, mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake
-) -> Any:
-    """Return the energy absorbed over `slip` minus that of the mass [J], both including springs."""
+def _absorbed_energy(vacuum: Any, weight: Any, slip: Any, spring: Any, brake: Brake) -> Any:
+    """Return the kinetic energy of a mass that a vacuum [Pa] stops after a slip [m], in [J]."""
     force = brake_force(slip, vacuum, brake)
     work = slip_work(slip, vacuum, brake) + force**2 / (2 * spring)
-    return work - mass * speed**2 / 2 - mass * gravity * (slip + force / spring)
+    return work - weight * (slip + force / spring)
 
 
 @law
@@ -50,14 +48,13 @@ def _balanced_vacuum(
 ) -> Any:
     """Return the vacuum that meets the energy balance at the end of the slip."""
     top = brake.site.atmosphere + jnp.zeros_like(mass)
-    enclosure_alone = brake_force(slip, 0.0, brake)
-    holding_vacuum = vacuum_for_force(jnp.maximum(mass * gravity, enclosure_alone), slip, brake)
-    low = jnp.where(jnp.isnan(holding_vacuum), top, holding_vacuum)
+    least = holding_vacuum(mass * gravity, slip, brake)
+    low = jnp.where(jnp.isnan(least), top, least)
 
     def excess(vacuum: Any) -> Any:
-        return _excess(vacuum, mass, speed, slip, spring, gravity, brake)
+        return _absorbed_energy(vacuum, mass * gravity, slip, spring, brake) - mass * speed**2 / 2
 
-    feasible = ~jnp.isnan(holding_vacuum) & (excess(low) <= 0) & (excess(top) >= 0)
+    feasible = ~jnp.isnan(least) & (excess(low) <= 0) & (excess(top) >= 0)
     return keep_if(feasible, implicit_root(excess, low, top))
 
 
@@ -88,16 +85,13 @@ def speed_range(mass: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> 
     such speed. With a speed law stops are tried, as in `tuned_vacuum`.
     """
     spring, full = rope_spring(rope, brake), brake.site.atmosphere
-    weight = mass * gravity
-    enclosure_force = brake_force(slip, 0.0, brake)
-    holding_vacuum = vacuum_for_force(jnp.maximum(weight, enclosure_force), slip, brake)
+    least = holding_vacuum(mass * gravity, slip, brake)
 
     def speed(vacuum: Any) -> Any:
-        force = brake_force(slip, vacuum, brake)
-        work = slip_work(slip, vacuum, brake) + force**2 / (2 * spring)
-        return safe_sqrt(jnp.maximum(work - weight * (slip + force / spring), 0.0) * 2 / mass)
+        energy = _absorbed_energy(vacuum, mass * gravity, slip, spring, brake)
+        return safe_sqrt(jnp.maximum(energy, 0.0) * 2 / mass)
 
-    low, high = speed(holding_vacuum), keep_if(~jnp.isnan(holding_vacuum), speed(full))
+    low, high = speed(least), keep_if(~jnp.isnan(least), speed(full))
     if brake.speed_law is None:
         return low, high
     wide = jnp.broadcast_arrays(mass, slip, spring, gravity, brake.sheets.count)[:4]
