@@ -146,7 +146,7 @@ def make_enclosure(stiffness: Any, friction: Any, reach: Any) -> EnclosureLaw:
 
 def brake_enclosure(vacuum: Any, brake: Brake) -> EnclosureLaw | Strip:
     """Return the enclosure of a brake at a vacuum [Pa], by the law that the brake states."""
-    return (enclosure_law if brake.hyperelastic is None else make_strip)(vacuum, brake)
+    return enclosure_law(vacuum, brake) if brake.hyperelastic is None else make_strip(vacuum, brake)
 
 
 def spread_root(drive: Any, spring: Any, enclosure: EnclosureLaw) -> Any:

@@ -77,7 +77,7 @@ class Curve(NamedTuple):
 
     def make_setup(self, load: Mass) -> Setup:
         """Return the constants of those closed forms for a mass."""
-        line = (self.sheets.c, self.sheets.overlap, self.enclosure)
+        line: tuple[Any, ...] = (self.sheets.c, self.sheets.overlap, self.enclosure)
         return make_setup(load.mass, load.speed, *line, load.k, load.gravity)
 
     def point_at(self, w: Any) -> FirstLoading:
