@@ -197,13 +197,13 @@ def load_strip(end: Any, strip: Strip) -> FirstLoading:
 def end_strain(drive: Any, spring: Any, with_force: float, strip: Strip) -> Any:
     """Return the end strain at which spring x + with_force F(x) = drive; 0 for a drive <= 0.
 
-    NaN beyond the fitted strain. One Newton step carries the gradient.
+    NaN beyond the fitted strain, or for NaN. One Newton step carries the gradient.
     """
 
     def resistance(point: FirstLoading, spring: Any) -> Any:
         return spring * point.slip + with_force * point.force
 
-    moves = drive > 0
+    moves = ~(drive <= 0)  # also for NaN
     drive = jnp.where(moves, drive, 1.0)
     drive, spring = jnp.broadcast_arrays(drive + 0.0 * strip.friction, spring)
     constants = jax.lax.stop_gradient((drive, spring, strip))

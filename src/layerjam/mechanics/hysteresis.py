@@ -12,7 +12,7 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.cycle import Cycle, Setting
-from layerjam.mechanics.enclosure import brake_enclosure, check_modulus
+from layerjam.mechanics.enclosure import EnclosureLaw, brake_enclosure, check_modulus
 from layerjam.mechanics.fan import fan_force, fan_tangent, fan_work, scale_friction
 from layerjam.mechanics.friction import brake_growth, sheet_law
 from layerjam.mechanics.law import law
@@ -45,10 +45,10 @@ def make_setting(vacuum: Any, spring: Any, brake: Brake, growth: Any = None) -> 
 
 
 def _friction_heat(start: Any, end: Any, setting: Setting) -> Any:
-    """Return the heat of the sheets' friction over a move [J]; zero past the end of the overlap."""
-    if setting.fan is not None:
-        return jnp.abs(fan_work(start, end, setting))
-    return jnp.abs(end - start) * setting.c * (setting.overlap - (end + start) / 2)
+    """Return the heat of the sheets' friction over a move [J]."""
+    if setting.fan is None and isinstance(setting.enclosure, EnclosureLaw):
+        return jnp.abs(end - start) * setting.c * (setting.overlap - (end + start) / 2)
+    return jnp.abs(fan_work(start, end, setting))  # zero past the end of the overlap
 
 
 def move(state: State, elongation: Any, setting: Setting) -> State:

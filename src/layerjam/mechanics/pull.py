@@ -11,7 +11,12 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import EnclosureLaw, brake_enclosure, enclosure_law
+from layerjam.mechanics.enclosure import (
+    EnclosureLaw,
+    brake_enclosure,
+    enclosure_law,
+    spread_root,
+)
 from layerjam.mechanics.fan import Sheets, fan_force, fan_tangent, solve_fan
 from layerjam.mechanics.friction import friction_per_contact, is_proportional, sheet_law
 from layerjam.mechanics.law import keep_if, law, safe_sqrt
@@ -217,9 +222,7 @@ def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
     top_force = brake_force(slip, atmosphere, brake)
     if is_proportional(brake):
         c1 = fan_force(slip, sheet_law(1.0, brake))
-        c2 = unit.root * safe_sqrt(slip)
-        below = c2 + safe_sqrt(c2**2 + 4 * c1 * jnp.maximum(force, 0.0))
-        spread = (2 * jnp.maximum(force, 0.0) / jnp.where(below > 0, below, 1.0)) ** 2
+        spread = spread_root(force, c1, unit._replace(root=unit.root * safe_sqrt(slip))) ** 2
         linear = (force - enclosure_alone) / (c1 + unit.friction * unit.reach)
         saturated = linear * unit.saturation <= slip
         vacuum = jnp.where(saturated & (slip > 0), linear, spread)

@@ -10,7 +10,7 @@ So K falls until the falling force equals the weight. If rubber stiffens, K then
 rising force equals the weight, and falls from there. Each of the two falls has at most one root.
 """
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
@@ -77,8 +77,8 @@ class Curve(NamedTuple):
 
     def make_setup(self, load: Mass) -> Setup:
         """Return the constants of those closed forms for a mass."""
-        line: tuple[Any, ...] = (self.sheets.c, self.sheets.overlap, self.enclosure)
-        return make_setup(load.mass, load.speed, *line, load.k, load.gravity)
+        c, overlap, strip = self.sheets.c, self.sheets.overlap, cast(EnclosureLaw, self.enclosure)
+        return make_setup(load.mass, load.speed, c, overlap, strip, load.k, load.gravity)
 
     def point_at(self, w: Any) -> FirstLoading:
         """Return the brake at a coordinate, which is zero at the start."""

@@ -118,8 +118,7 @@ def _solve(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake:
         end = solve_stop(make_curve(vacuum, brake), travel, Mass(mass, speed, spring, gravity))
         return _keep_cases(end, fine & (end.peak_force >= 0))
     case = curve.make_setup(Mass(mass, speed, spring, gravity))
-    travel = travel + jnp.zeros_like(case.kinetic)
-    bracket = bracket_root(case, travel)
+    bracket = bracket_root(case, travel + jnp.zeros_like(case.kinetic))
     # the search is not differentiated, but the polishing step carries the gradient of the root
     energy, low, high = jax.lax.stop_gradient((bracket.energy, bracket.low, bracket.high))
     root = _first_root(energy, low, high)
