@@ -15,9 +15,9 @@ from layerjam.mechanics.law import fuse, keep_if, law, safe_sqrt
 
 
 class EnclosureLaw(NamedTuple):
-    """Constants of one face with a single modulus at a vacuum, and both faces in first loading.
+    """One face with a single modulus at a vacuum; the methods describe both in first loading.
 
-    `hyperelastic.Strip` has the same methods. The coordinate w is the square root of the slip.
+    `hyperelastic.Strip` does the same for rubber. The coordinate w is the square root of the slip.
     """
 
     stiffness: Any

@@ -77,7 +77,7 @@ class FirstLoading(NamedTuple):
 
 
 class Strip(NamedTuple):
-    """Half of one face at a vacuum, and both faces in first loading; see `enclosure.EnclosureLaw`.
+    """Half of one face at a vacuum; the methods describe both faces in first loading.
 
     The coordinate is the strain at the ends of the faces.
     """

@@ -54,7 +54,7 @@ class Memory(NamedTuple):
 
     @property
     def is_invalid(self) -> Any:
-        """Return whether the numbers are not valid."""
+        """Return whether there were too many turns for valid numbers."""
         return self.overflow
 
     def find_slip(self, elongation: Any, direction: Any, setting: Setting) -> Any:
@@ -377,8 +377,8 @@ def enclosure_cycle(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any, Any
 
     The enclosure starts relaxed at zero slip; `vacuum` [Pa] is one number or a history of the same
     shape, applied before each move. NaN after more than `DEPTH` nested turns, or where slip or
-    vacuum are negative. A hyperelastic enclosure is divided into cells: NaN once the vacuum falls,
-    or if it would have to be pushed.
+    vacuum are negative. A hyperelastic enclosure is divided into cells: NaN once the vacuum falls
+    while it is stretched, or if it would have to be pushed.
     """
     slip = jnp.atleast_1d(slip)
     vacuum = jnp.broadcast_to(vacuum, slip.shape)

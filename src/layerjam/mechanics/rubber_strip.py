@@ -70,7 +70,9 @@ class Rubber(NamedTuple):
     friction: Any
     """q at the last vacuum [N/m]."""
     is_invalid: Any
-    """True once it was strained beyond the fitted range, or pushed, or the vacuum fell on it."""
+    """True once it was strained beyond the fitted range or pushed, or the vacuum fell while it was
+    stretched.
+    """
 
     @property
     def force(self) -> Any:
