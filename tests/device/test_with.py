@@ -130,7 +130,7 @@ def test_a_record_that_left_its_text_behind_is_written_anew():
 
 def test_a_material_speaks_where_nothing_is_known():
     assert KAPTON.with_(strength="80 MPa").brake.film.strength == 80e6
-    with pytest.raises(QuantityError, match=r"film\.strength: .* a material"):
+    with pytest.raises(QuantityError, match=r"film\.strength: .* part, material or default"):
         KAPTON.with_(strength=None)
 
 
