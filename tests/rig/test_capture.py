@@ -233,10 +233,10 @@ def test_what_ends_or_cancels_a_wait() -> None:
     rig = Rig(Shaken(lambda t: t))
     rig.say("*CLS;TRIG:SOUR BUS;:INIT;*OPC")
     rig.say("*CLS;*OPC?")
-    rig.port.feed(b"*IDN?\nFOO\n")
+    rig.port.process_bytes(b"*IDN?\nFOO\n")
     rig.port.resume()
     assert rig.port.outbox == b"", "later lines wait behind it"
-    rig.port.feed(b" outp off\nABOR\n")
+    rig.port.process_bytes(b" outp off\nABOR\n")
     rig.port.resume()
     assert rig.port.outbox.startswith(b"1\nlayerjam,") and rig.error() == -113
     assert rig.say("*ESR?") == "32", "*CLS took back *OPC"

@@ -122,7 +122,7 @@ def test_the_record_is_the_accelerometers_and_the_rest_is_read_beside_it(chip: M
     assert made.capture_scale()[3] == pytest.approx(8000, rel=1e-5)
     assert 48e6 / (1 + chip.mem32.get(0x4004C010) / 256) == pytest.approx(8000 * turn, rel=1e-5)
     # what was there before holds until the first turns are through
-    assert made.has_supply() and made.volts.mean(1) == pytest.approx(50000, abs=16)
+    assert made.has_supply() and made.volts.read_mean(1) == pytest.approx(50000, abs=16)
     draw = np.random.default_rng(3)
     given: list[int] = []
     total = 0
@@ -136,13 +136,13 @@ def test_the_record_is_the_accelerometers_and_the_rest_is_read_beside_it(chip: M
         first, last = (total - 100) % ROOM, total % ROOM
         if first < last:
             assert list(made.capture_part(first, last)) == given[-100:]
-        assert made.volts.mean(1) == pytest.approx((2000 + looks) * 65535 / 4095)
+        assert made.volts.read_mean(1) == pytest.approx((2000 + looks) * 65535 / 4095)
         if made.other:
             assert made.other.read()[1] == int((1000 + looks) * 65535 / 4095)
     assert total > ROOM
     made.stop_capture()
     assert not any(channel.open for channel in chip.rp2.channels)
-    assert chip.mem32.get(0x4004C000) == 1 and made.volts.mean(1) == 50000
+    assert chip.mem32.get(0x4004C000) == 1 and made.volts.read_mean(1) == 50000
     assert made.capture_count() == total
 
 

@@ -129,11 +129,11 @@ def test_an_orifice_passes_less_than_in_proportion_at_a_high_vacuum() -> None:
         right_at=60e3, ripple=0.3, frequency=5.0, phase=0.0, dip=0.5, lasting=0.1
     )  # fmt: skip
     x = (1 - 10e3 / 101325 - 0.528) / 0.472
-    assert uneven.orifice(10e3) == pytest.approx(6 * math.sqrt(1 - x * x), rel=1e-9)
-    assert uneven.orifice(60e3) == 1.0 and uneven.orifice(90e3) == pytest.approx(2 / 3)
-    assert uneven.pump(0.05) == pytest.approx(0.5 * 1.3)
-    assert uneven.pump(0.15) == pytest.approx(0.7)
-    mean = sum(uneven.pump(0.2 + 0.2 * n / 1000) for n in range(1000)) / 1000
+    assert uneven.orifice_ratio(10e3) == pytest.approx(6 * math.sqrt(1 - x * x), rel=1e-9)
+    assert uneven.orifice_ratio(60e3) == 1.0 and uneven.orifice_ratio(90e3) == pytest.approx(2 / 3)
+    assert uneven.pump_ratio(0.05) == pytest.approx(0.5 * 1.3)
+    assert uneven.pump_ratio(0.15) == pytest.approx(0.7)
+    mean = sum(uneven.pump_ratio(0.2 + 0.2 * n / 1000) for n in range(1000)) / 1000
     assert mean == pytest.approx(1.0, abs=1e-3)
 
 

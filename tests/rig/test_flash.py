@@ -73,7 +73,7 @@ class Board:
                 return
             if not self.prompted:
                 try:
-                    self.lines.feed(data)
+                    self.lines.process_bytes(data)
                     self.write(self.lines.outbox)
                 except self.code.main.Reset:
                     pass

@@ -61,7 +61,7 @@ def exchange(rig: Rig, session: int, number: int, text: bytes, draw: random.Rand
         return bytes(out)
 
     for _ in range(tries):
-        rig.port.feed(worn(frame.pack(session, number, text)))
+        rig.port.process_bytes(worn(frame.pack(session, number, text)))
         said, rig.port.outbox = worn(rig.port.outbox), b""
         while said:
             found, done = frame.parse_first_frame(said)
@@ -70,7 +70,7 @@ def exchange(rig: Rig, session: int, number: int, text: bytes, draw: random.Rand
             said = said[done:]
             if found[:2] == (session, number):
                 return found[2]
-        rig.port.feed(b"\n")
+        rig.port.process_bytes(b"\n")
     return None
 
 
@@ -103,19 +103,19 @@ def test_nothing_is_executed_twice_on_a_bad_line(rate: float) -> None:
 
 def test_a_frame_said_again_is_answered_from_store() -> None:
     rig = Rig()
-    rig.port.feed(frame.pack(1, 5, b"SYST:ERR:COUN?;FOO"))
+    rig.port.process_bytes(frame.pack(1, 5, b"SYST:ERR:COUN?;FOO"))
     first, rig.port.outbox = rig.port.outbox, b""
-    rig.port.feed(frame.pack(1, 5, b"SYST:ERR:COUN?;FOO"))
+    rig.port.process_bytes(frame.pack(1, 5, b"SYST:ERR:COUN?;FOO"))
     assert rig.port.outbox == first
     assert rig.say("SYST:ERR:COUN?", 1) == "1"
-    rig.port.feed(frame.pack(1, 6, b"SYST:ERR:COUN?;FOO"))
+    rig.port.process_bytes(frame.pack(1, 6, b"SYST:ERR:COUN?;FOO"))
     assert rig.say("SYST:ERR:COUN?", 1) == "2"
 
 
 def test_an_empty_payload_ends_the_session() -> None:
     rig = Rig()
-    rig.port.feed(frame.pack(4, 1, b"SYST:LOCK:REQ?"))
-    rig.port.feed(frame.pack(4, 2, b""))
+    rig.port.process_bytes(frame.pack(4, 1, b"SYST:LOCK:REQ?"))
+    rig.port.process_bytes(frame.pack(4, 2, b""))
     assert rig.port.outbox == frame.pack(4, 1, b"1") + frame.pack(4, 2, b"")
     assert rig.bench.owner == -1
 
@@ -124,20 +124,20 @@ def test_the_rest_of_a_torn_frame_is_no_command() -> None:
     """Where the space before the payload turns into an LF, the payload stands alone on a line."""
     rig = Rig()
     made = frame.pack(1, 1, b"*ESE 9")
-    rig.port.feed(frame.pack(1, 0, b"*OPC?"))
-    rig.port.feed(made.replace(b" *", b"\n*"))
+    rig.port.process_bytes(frame.pack(1, 0, b"*OPC?"))
+    rig.port.process_bytes(made.replace(b" *", b"\n*"))
     assert rig.say("*ESE?") == "0"
     rig.run(2.1)
-    rig.port.feed(b"*ESE 9\n")
+    rig.port.process_bytes(b"*ESE 9\n")
     assert rig.say("*ESE?") == "9", "two seconds later somebody types"
 
 
 def test_ten_bad_frames_are_said() -> None:
     rig = Rig()
     for _ in range(9):
-        rig.port.feed(b"@1bad\n")
+        rig.port.process_bytes(b"@1bad\n")
     assert rig.error() == 0
-    rig.port.feed(b"@1bad\n")
+    rig.port.process_bytes(b"@1bad\n")
     assert rig.error() == 126 and rig.error() == 0
 
 
@@ -146,15 +146,15 @@ def test_who_asks_again_spoils_nothing() -> None:
     rig = Rig()
     asked = frame.pack(1, 5, b"SYST:ERR:COUN?")
     for _ in range(25):
-        rig.port.feed(b"\n" + asked)
+        rig.port.process_bytes(b"\n" + asked)
     assert rig.error() == 0 and rig.error(3) == 0
     for _ in range(10):
-        rig.port.feed(asked[:-4] + b"\n" + asked)
+        rig.port.process_bytes(asked[:-4] + b"\n" + asked)
     assert rig.error(3) == 126, "what is torn counts as before"
 
 
 def test_nothing_more_is_read_while_too_much_waits() -> None:
     rig = Rig()
     rig.run(12)
-    rig.port.feed(b"FETC:STR? 200\n")
+    rig.port.process_bytes(b"FETC:STR? 200\n")
     assert rig.port.is_full()

@@ -67,13 +67,13 @@ def test_what_is_said_goes_out_once_and_in_order(acts: list[bytes | int]) -> Non
     said = went = b""
     for act in [*acts, 10**6]:
         if isinstance(act, bytes):
-            port.put(act)
+            port.queue_bytes(act)
             said += act
         else:
-            piece = bytes(port.waiting()[:act])
+            piece = bytes(port.unsent_bytes()[:act])
             went += piece
             port.drop_sent(len(piece))
-        assert bytes(port.waiting()) == said[len(went) :] and said.startswith(went)
+        assert bytes(port.unsent_bytes()) == said[len(went) :] and said.startswith(went)
         assert bool(port.outbox) == (went != said)
     assert went == said
 
@@ -81,11 +81,11 @@ def test_what_is_said_goes_out_once_and_in_order(acts: list[bytes | int]) -> Non
 def test_a_line_that_takes_nothing_costs_no_copy() -> None:
     """The answer of 4.8 kB was copied a hundred times a second behind a host that does not read."""
     port = Rig().port
-    port.put(bytes(4800))
+    port.queue_bytes(bytes(4800))
     held = port.outbox
     port.drop_sent(0)
     port.drop_sent(64)
-    assert port.outbox is held and len(port.waiting()) == 4736
+    assert port.outbox is held and len(port.unsent_bytes()) == 4736
     assert port.is_full()
     port.drop_sent(700)
     assert not port.is_full()

@@ -281,7 +281,7 @@ def test_the_law_is_checked_number_by_number() -> None:
 def test_too_long_a_line_is_said_once_and_the_next_is_served() -> None:
     rig = Rig()
     for piece in (LONG[:700], LONG[:700], LONG[:700], "\n*OPC?\n"):
-        rig.port.feed(piece.encode())
+        rig.port.process_bytes(piece.encode())
     assert rig.port.outbox == b"1\n" and rig.error() == -363 and rig.error() == 0
 
 

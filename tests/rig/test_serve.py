@@ -365,7 +365,7 @@ def test_lines_are_cut_out_of_any_pieces() -> None:
     splitter, got, rest = Splitter(), [], text
     while rest:
         size = draw.randrange(1, 700)
-        got += splitter.feed(rest[:size])
+        got += splitter.split_lines(rest[:size])
         rest = rest[size:]
     assert got == wanted
 

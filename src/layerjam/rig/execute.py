@@ -146,7 +146,7 @@ class Execution:
         self.bench.target = 0.0
         if self.shots is not None:
             self.shots.prepare()
-        self.recorder.begin(self._read_positions)
+        self.recorder.start_recording(self._read_positions)
         self.first_us = self.recorder.now
         readings: list[np.ndarray[Any, Any]] = []
 

@@ -249,7 +249,7 @@ class VirtualPlant:
             return
         count = math.ceil(dt / SUBSTEP)
         for _ in range(count):
-            pump, orifice = uneven.pump(self.time), uneven.orifice(self.vacuum)
+            pump, orifice = uneven.pump_ratio(self.time), uneven.orifice_ratio(self.vacuum)
             real = rates._replace(
                 rate=rates.rate * pump, leak=rates.leak * orifice, vent=rates.vent * orifice
             )

@@ -137,7 +137,7 @@ class Recorder:
         """Return whether the board had more samples than the block could contain."""
         return len(block.rows) >= self._asked
 
-    def begin(self, moves: Moves | None = None) -> None:
+    def start_recording(self, moves: Moves | None = None) -> None:
         """Record the samples that the board has stored; time counts from the last of them."""
         block = self.record_block(moves)
         while self.is_behind(block):
@@ -371,7 +371,7 @@ class _Log:
         while True:
             try:
                 if not begun:
-                    self.recorder.begin()
+                    self.recorder.start_recording()
                     begun = True
                 if self._stop.asked:
                     self.recorder.file.add_note(

@@ -71,7 +71,7 @@ class Splitter:
         self._rest = b""
         self._skipped = 0
 
-    def feed(self, data: bytes) -> list[bytes]:
+    def split_lines(self, data: bytes) -> list[bytes]:
         """Return the complete, non-empty lines, without LF or CR LF."""
         *complete, remainder = (self._rest + data).split(b"\n")
         lines = []
@@ -200,7 +200,7 @@ class Gateway:
                     data = await reader.read(4096)
                 if not data or count > WAITING:
                     raise ConnectionError
-                return splitter.feed(data)
+                return splitter.split_lines(data)
             return []
 
         while True:
@@ -211,7 +211,7 @@ class Gateway:
             if sock is not None and hasattr(socket, "TCP_QUICKACK"):
                 # the response to one line must be acknowledged before the next line is read
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
-            lines = splitter.feed(data)
+            lines = splitter.split_lines(data)
             for line in lines:  # the queue becomes longer while a line waits
                 if not is_greeted and not is_message(line):
                     return
@@ -243,7 +243,7 @@ class Gateway:
             await asyncio.sleep(POLL)
             if count <= WAITING:  # the rest stays in the terminal
                 with contextlib.suppress(BlockingIOError):
-                    return splitter.feed(os.read(master, 4096))
+                    return splitter.split_lines(os.read(master, 4096))
             return []
 
         try:
@@ -251,7 +251,7 @@ class Gateway:
                 await came.wait()
                 came.clear()
                 with contextlib.suppress(BlockingIOError):
-                    lines = splitter.feed(os.read(master, 4096))
+                    lines = splitter.split_lines(os.read(master, 4096))
                     for line in lines:
                         answer = await self.execute(session, line, lines, more_lines)
                         if answer:

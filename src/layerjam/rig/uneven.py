@@ -36,12 +36,12 @@ class Uneven:
     dip: float
     lasting: float
 
-    def pump(self, time: float) -> float:
+    def pump_ratio(self, time: float) -> float:
         """Return the pump's flow at a time [s], relative to its mean."""
         share = 1 + self.ripple * math.sin(2 * math.pi * self.frequency * time + self.phase)
         return share * (self.dip if time % EVERY < self.lasting else 1.0)
 
-    def orifice(self, vacuum: float) -> float:
+    def orifice_ratio(self, vacuum: float) -> float:
         """Return the flow through an orifice at a vacuum [Pa], relative to the linear plant."""
         if vacuum <= 0.0:
             return 1.0

@@ -245,7 +245,7 @@ class Bench:
         self.ran = True
         self.state = RUN
 
-    def drive(self, pump: float, vent: int, time: float) -> None:
+    def drive_outputs(self, pump: float, vent: int, time: float) -> None:
         """Drive the outputs directly, for at most 5 s in total; then return to SAFE."""
         if self.state != DRIVE:
             self.require_safe()
@@ -290,12 +290,12 @@ class Bench:
         if self.capture.tick(self.micros):
             self.report_event(127, "of the accelerometer")
         if self.completing:
-            self.complete()
+            self.complete_operations()
         flags = self.vent | (2 if self.pump < 0 else 0) | self.sync << 2 | (8 if is_stopped else 0)
         if self.contact is not None and self.contact():
             flags |= 16
         power = min(int(abs(self.pump) * 255 + 0.5), 255)
-        if self.ring.put(
+        if self.ring.store_record(
             self.micros, self.reading, self.target, self.raw, self.warmth, power, flags,
             self.state, self.fault,
         ) and self.ring.lost == 1:  # fmt: skip
@@ -348,7 +348,7 @@ class Bench:
         if law is not None and self.vented > law[1][15] and self.reading == self.reading:
             self.zero, self.zeroed = self.reading, 0
 
-    def complete(self) -> None:
+    def complete_operations(self) -> None:
         """Set bit 0 of the event register for `*OPC` once no capture is waiting or running."""
         self.completing = self.capture.is_busy()
         if self.completing:

@@ -25,7 +25,7 @@ def parse_hex(text: str) -> "bytes | None":
         return None
 
 
-def reach(bench) -> float:
+def read_reach(bench) -> float:
     return bench.reach
 
 
@@ -138,7 +138,7 @@ def read_calibration(bench, session) -> str:
     )
 
 
-def measure(bench, session) -> str:
+def measure_vacuum(bench, session) -> str:
     return format_number(bench.reading)
 
 
@@ -150,18 +150,18 @@ def fetch_all_values(bench, session) -> str:
 
 
 def fetch_records(bench, session, count: int = 100) -> bytes:
-    return format_block(bench.ring.fetch(count, session.number))
+    return format_block(bench.ring.fetch_records(count, session.number))
 
 
 def acknowledge(bench, session, seq: int) -> None:
     ring = bench.ring
     if not ring.acknowledge(seq, session.number):
-        first = ring.place(session.number)
+        first = ring.find_start(session.number)
         raise ScpiError(-222, "seq must be %d to %d" % (first, ring.next - 1))
 
 
 def find_next_record(bench, session) -> int:
-    return bench.ring.place(session.number)
+    return bench.ring.find_start(session.number)
 
 
 def describe_stream_format(bench, session) -> str:
@@ -172,7 +172,7 @@ SEQ = Number("seq", "", 0, 4294967295.0, is_whole=1)
 TABLE = [
     make_setting(
         "[SOURce]:VACuum[:LEVel][:IMMediate]",
-        Number("vacuum", "Pa", 0.0, reach, 0.0, empty="no controller; CONT:LAW sets one"),
+        Number("vacuum", "Pa", 0.0, read_reach, 0.0, empty="no controller; CONT:LAW sets one"),
         set_target, read_target, "L",
     ),
     ("OUTPut[:STATe]", Rule(set_output, (Choice("state", SWITCH),), flags="C"), Rule(read_output)),
@@ -207,7 +207,7 @@ TABLE = [
         ),
         Rule(read_calibration),
     ),
-    ("MEASure[:VACuum]", None, Rule(measure)),
+    ("MEASure[:VACuum]", None, Rule(measure_vacuum)),
     ("FETCh:ALL", None, Rule(fetch_all_values)),
     (
         "FETCh:STReam",
@@ -221,7 +221,7 @@ TABLE = [
     (
         "DIAGnostic:DRIVe",
         Rule(
-            make_call("bench.drive"),
+            make_call("bench.drive_outputs"),
             (Number("pump", "", -1, 1), Number("vent", "", 0, 1, is_whole=1),
              Number("time", "s", 0, 5)),
             flags="L",

@@ -68,9 +68,9 @@ def enable_service(bench, session, mask: int) -> None:
     session.service_enable = mask & ~64
 
 
-def complete(bench, session) -> None:
+def request_completion(bench, session) -> None:
     session.completes = True
-    bench.complete()
+    bench.complete_operations()
 
 
 def reset(bench, session) -> None:
@@ -223,7 +223,7 @@ COMMON = [
     ("*ESE", Rule(enable_events, BYTE), Rule(make_call("session.standard_enable"))),
     ("*ESR", None, Rule(take_events)),
     ("*IDN", None, Rule(read_identity)),
-    ("*OPC", Rule(complete), Rule(make_constant(1), flags="W")),
+    ("*OPC", Rule(request_completion), Rule(make_constant(1), flags="W")),
     ("*OPT", None, Rule(make_constant("0"))),
     ("*RST", Rule(reset, flags="L"), None),
     ("*SRE", Rule(enable_service, BYTE), Rule(make_call("session.service_enable"))),

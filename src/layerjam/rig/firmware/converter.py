@@ -34,7 +34,7 @@ class Voltage:
         self.converter, self.channel = converter, number - FIRST
         self.adc = machine.ADC(machine.Pin(number))
 
-    def mean(self, reads: int) -> float:
+    def read_mean(self, reads: int) -> float:
         """Return the mean of some conversions (during a record: the latest), from 0 to 65535."""
         converter = self.converter
         if converter.running:
@@ -68,18 +68,18 @@ class Converter:
             full = pins["accelerometer_full"] - pins["accelerometer_zero"]
             self.gain = self.range / (full * CODES)
 
-    def voltage(self, number: int) -> Voltage:
+    def add_pin(self, number: int) -> Voltage:
         """Return a pin that can be read at each sample, even during a record."""
         voltage = Voltage(self, number)
         self.voltages.append(voltage)
         return voltage
 
-    def start(self, rate: int) -> None:
+    def start_record(self, rate: int) -> None:
         """Start sampling the accelerometer at the nearest rate that the divider allows."""
         import rp2
         import uctypes
 
-        self.stop()
+        self.stop_record()
         first, by_channel = self.input, {pin.channel: pin for pin in self.voltages}
         self.others = sorted(by_channel, key=lambda channel: (channel - first) % CHANNELS)
         turn = 1 + len(self.others)
@@ -89,7 +89,7 @@ class Converter:
         for place in range(ASIDE):  # a sample may be read before the first rounds are over
             channel = self.others[place % len(self.others)]
             self.aside[place] = by_channel[channel].adc.read_u16() >> 4
-        self.empty()
+        self.empty_queue()
         divider = (CLOCK * 256 + rate * turn // 2) // (rate * turn) - 256
         self.rate = CLOCK * 256 / ((divider + 256) * turn)
         self.fast, self.rest = rp2.DMA(), rp2.DMA()
@@ -112,7 +112,7 @@ class Converter:
         )  # fmt: skip
         channel.config(read=TAKEN, write=address, count=count, ctrl=control)
 
-    def count(self) -> int:
+    def count_samples(self) -> int:
         """Return the number of samples since the start; call this more often than the ring fills.
 
         Return -1 if the queue has overflowed, because each value's input is then unknown.
@@ -124,15 +124,15 @@ class Converter:
             self.counted += (written_samples - self.counted) % ROOM
         return self.counted
 
-    def part(self, first: int, last: int) -> array.array:
+    def copy_samples(self, first: int, last: int) -> array.array:
         """Return a copy of a part of the ring."""
         return array.array("h", self.store[2 * first : 2 * last])
 
-    def scale(self) -> tuple:
+    def read_scale(self) -> tuple:
         """Return counts at 0, m/s^2 per count, range [m/s^2] and rate [Hz] since the last start."""
         return (self.zero, self.gain, self.range, self.rate) if self.rate else NOTHING
 
-    def stop(self) -> None:
+    def stop_record(self) -> None:
         """Return to single readings; the ring keeps its content."""
         if not self.running:
             return
@@ -144,9 +144,9 @@ class Converter:
             channel.active(0)
             channel.close()
         self.running = False
-        self.empty()
+        self.empty_queue()
 
-    def empty(self) -> None:
+    def empty_queue(self) -> None:
         """Empty the queue and clear its requests and overflow."""
         machine.mem32[QUEUE] = SPILT
         for _ in range(TRIES):

@@ -70,7 +70,7 @@ class Hal:
         self.led = pin(pins["led_out"], pin.OUT, value=0)
         self.trigger = pin(pins["trigger_in"], pin.IN, pin.PULL_UP)
         self.converter = converter.Converter(pins)
-        self.volts = self.converter.voltage(pins["supply_adc"])
+        self.volts = self.converter.add_pin(pins["supply_adc"])
         volts = pins["least_supply"] / pins["supply_ratio"]
         self.least = int(volts / pins["reference_voltage"] * FULL)
         self.other = None
@@ -82,9 +82,9 @@ class Hal:
             self.part, self.other = self.other, None
         if self.converter.records:
             source = self.converter
-            self.start_capture, self.capture_count = source.start, source.count
-            self.capture_part, self.stop_capture = source.part, source.stop
-            self.capture_scale = source.scale
+            self.start_capture, self.capture_count = source.start_record, source.count_samples
+            self.capture_part, self.stop_capture = source.copy_samples, source.stop_record
+            self.capture_scale = source.read_scale
         self.shown = 0
         self.stdin: object = sys.stdin.buffer
         self.stdout: object = sys.stdout.buffer
@@ -158,7 +158,7 @@ class Hal:
 
     def has_supply(self) -> bool:
         """Return whether the 12 V upstream of the emergency stop are present."""
-        return self.volts.mean(1) >= self.least
+        return self.volts.read_mean(1) >= self.least
 
     def is_contact_closed(self) -> bool:
         """Return whether the trigger contact is closed to ground."""

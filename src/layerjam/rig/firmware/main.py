@@ -41,10 +41,10 @@ def run_loop(hal) -> None:
                 due = ticks.add(hal.ticks_us(), ticks.PERIOD)
         data = hal.wait(due, not port.is_full(), bool(port.outbox))
         if data:
-            port.feed(data)
+            port.process_bytes(data)
         port.resume()
         if port.outbox:
-            port.drop_sent(hal.send(port.waiting()))
+            port.drop_sent(hal.send(port.unsent_bytes()))
         if bench.leaving >= 0:
             waited_samples = bench.count - bench.leaving
             if waited_samples > PATIENT or (waited_samples > ANSWERED and not port.outbox):

@@ -42,7 +42,7 @@ class Port:
         """Return whether reading should stop, because too many bytes are unsent."""
         return len(self.outbox) - self.taken >= FULL
 
-    def waiting(self) -> memoryview:
+    def unsent_bytes(self) -> memoryview:
         """Return the bytes still to be sent."""
         return memoryview(self.outbox)[self.taken :]
 
@@ -52,13 +52,13 @@ class Port:
         if self.taken == len(self.outbox):
             self.outbox, self.taken = b"", 0
 
-    def put(self, data: bytes) -> None:
+    def queue_bytes(self, data: bytes) -> None:
         """Queue data for sending."""
         if self.taken:
             self.outbox, self.taken = self.outbox[self.taken :], 0
         self.outbox += data
 
-    def feed(self, data: bytes) -> None:
+    def process_bytes(self, data: bytes) -> None:
         """Process bytes from the line, and respond to every complete line."""
         inbox = self.inbox
         inbox.extend(data)
@@ -109,7 +109,7 @@ class Port:
             return
         answer = self.execute(line, PLAIN)
         if answer and answer != frame.PENDING:
-            self.put(answer + b"\n")
+            self.queue_bytes(answer + b"\n")
 
     def resume(self) -> None:
         """Resume a waiting plain line once no capture is pending, then execute the queued lines."""
@@ -123,7 +123,7 @@ class Port:
         """Process one frame; if it is a repetition, send the stored response again."""
         before = self.done.get(number)
         if before is not None and before[0] == count and before[1] == payload:
-            self.put(before[2])
+            self.queue_bytes(before[2])
             return
         if payload:
             answer = self.execute(payload, number)
@@ -132,7 +132,7 @@ class Port:
             self.bench.end_session(number)
         response = frame.pack(number, count, answer)
         self.done[number] = (count, payload, response)
-        self.put(response)
+        self.queue_bytes(response)
 
     def execute(self, line: bytes, number: int) -> bytes:
         """Return the response to one line, or PENDING; an error is added to the session's queue."""

@@ -32,7 +32,7 @@ class Ring:
         self.fetched = 0
         """Number of fetches by all sessions."""
 
-    def put(self, *fields: object) -> bool:
+    def store_record(self, *fields: object) -> bool:
         """Store one record by its number; return True if a recorder lost an old one."""
         struct.pack_into(LAYOUT, self.store, (self.next % ROOM) * SIZE, self.next, *fields)
         self.next += 1
@@ -42,16 +42,16 @@ class Ring:
         self.lost += 1
         return True
 
-    def place(self, session: int) -> int:
+    def find_start(self, session: int) -> int:
         """Return the first stored record that a session has not acknowledged."""
         mine = self.places[session]
         return max(self.begin if mine < 0 else mine, self.next - ROOM)
 
-    def fetch(self, count: int, session: int) -> bytes:
+    def fetch_records(self, count: int, session: int) -> bytes:
         """Return the oldest records that a session has not acknowledged, at most `count`."""
         self.reader = session
         self.fetched += 1
-        first = self.places[session] = self.place(session)
+        first = self.places[session] = self.find_start(session)
         count = min(count, self.next - first)
         place = first % ROOM
         head = min(count, ROOM - place)
@@ -61,7 +61,7 @@ class Ring:
 
     def acknowledge(self, seq: int, session: int) -> bool:
         """Move a session past the record `seq`; return False if the session has no such record."""
-        if not self.place(session) <= seq < self.next:
+        if not self.find_start(session) <= seq < self.next:
             return False
         self.places[session] = seq + 1
         self.begin = max(self.begin, seq + 1)
@@ -72,7 +72,7 @@ class Ring:
 
     def find_slowest(self) -> None:
         """Find the slowest recorder."""
-        self.slowest = min([self.place(session) for session in self.recorders] or [0])
+        self.slowest = min([self.find_start(session) for session in self.recorders] or [0])
 
     def end_session(self, session: int) -> None:
         """Remove a session; records that it did not fetch do not count as lost."""
@@ -85,4 +85,4 @@ class Ring:
 
     def is_nearly_full(self) -> bool:
         """Return whether the next records for the last reader will soon be overwritten."""
-        return self.reader >= 0 and self.next - self.place(self.reader) > ROOM - BLOCK
+        return self.reader >= 0 and self.next - self.find_start(self.reader) > ROOM - BLOCK

@@ -12,11 +12,11 @@ class Sensor:
     def __init__(self, pins: dict, converter) -> None:
         self.zero = pins["sensor_zero"]
         self.pascals = pins["sensor_range"] / (pins["sensor_full"] - self.zero)
-        self.volts = converter.voltage(pins["sensor_adc"])
+        self.volts = converter.add_pin(pins["sensor_adc"])
 
     def read(self) -> tuple:
         """Return (vacuum [Pa] or NaN, 16-bit counts, no temperature, 1 if a wire is broken)."""
-        mean = self.volts.mean(READS)
+        mean = self.volts.read_mean(READS)
         share, raw = mean / 65535, int(mean)
         if not WIRE <= share <= 1.0 - WIRE:
             return float("nan"), raw, 0, 1
