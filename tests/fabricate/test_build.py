@@ -204,7 +204,7 @@ def test_the_brakes_file_is_named_where_it_counts_more_than_the_workshops(tmp_pa
     shop.write_text('[build]\ntie_depth = "0.5 mm"\nkerf = "0.2 mm"\n', "utf-8")
     with pytest.raises(FileError, match=r"mine\.toml, line \d+: build\.tie_depth"):
         lj.build(brake, out=tmp_path / "x", workshop=shop)
-    with pytest.raises(FileError, match=r"shop\.toml, line 3: build\.kerf: 0\.2 mm is given for"):
+    with pytest.raises(FileError, match=r"shop\.toml, line 3: build\.kerf: 0\.2 mm must be 0"):
         lj.build(KAPTON, out=tmp_path / "x", workshop=shop, cutter="knife")
     shop.write_text('[build]\ngap = "0.5 mm"\nkerf = "0.2 mm"\n', "utf-8")
     with pytest.raises(QuantityError, match=r"^build\.kerf: 0\.9 mm is not less than build\.gap"):

@@ -140,7 +140,7 @@ def test_stopped_it_keeps_what_is_done(monkeypatch):
 def test_what_does_not_fit_is_refused():
     with pytest.raises(UnknownNameError, match="weight"):
         batch(stop, SWEEP | {"weight": 1.0}, brake=KAPTON)
-    with pytest.raises(QuantityError, match="gravity: missing"):
+    with pytest.raises(QuantityError, match="gravity is missing"):
         batch(stop, {k: v for k, v in SWEEP.items() if k != "gravity"}, brake=KAPTON)
     with pytest.raises(QuantityError, match="others on the axis 'a' have 2"):
         batch(stop, SWEEP | {"mass": ("a", [1, 2]), "speed": ("a", [1, 2, 3])}, brake=KAPTON)
