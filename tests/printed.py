@@ -8,7 +8,7 @@ import shlex
 
 def split_command(line: str) -> list[str]:
     """The words of a printed command, as a shell of this system passes them on."""
-    return split_as_microsoft_c(line) if os.name == "nt" else shlex.split(line)
+    return split_as_microsoft_c(line.rstrip("\n")) if os.name == "nt" else shlex.split(line)
 
 
 def split_as_microsoft_c(line: str) -> list[str]:
