@@ -98,6 +98,15 @@ def test_a_fall_arms_and_the_level_triggers(rate: int) -> None:
     assert np.max(np.abs(shown - [force(t) for t in times])) < 0.5 * GAIN + 180 * 160 * 2e-6
 
 
+def test_a_capture_that_starts_right_before_a_tick_finds_the_level_at_rest() -> None:
+    """That tick has no sample yet; counted as one, it would shift the level by 200 counts."""
+    rig = Rig(Shaken(falling(0.77)))
+    rig.say("SENS:ACC:RATE 4000;:TRIG:SOUR ACC;LEV 5 G;FALL 30 ms;:INIT")
+    rig.bench.tick(0)
+    rig.run(1.5)
+    assert rig.say("FETC:ACC:STAT?").startswith("DONE")
+
+
 def test_a_knock_without_a_fall_does_not_trigger_and_does_with_none_asked_for() -> None:
     force = falling(0.5, flight=0.0)
     rig = Rig(Shaken(force))

@@ -18,7 +18,7 @@ ROOM = 16384
 SPARE = 0.02
 """Length of ring [s] kept free, because samples may overwrite it before a late `tick`."""
 STILL = 10
-"""Number of initial ticks whose mean reading is the level at rest."""
+"""Number of initial ticks with samples whose mean reading is the level at rest."""
 LEAST, GREATEST = 0.7, 1.3
 """Range of the change in the reading [g], of either sign, that counts as free fall."""
 GRAVITY = 9.80665
@@ -95,8 +95,8 @@ class Capture:
             return True
         if self.state == WAITING:
             trigger = self.find_trigger(count)
+            self.looks += count > self.looked  # a tick right after the start has no samples yet
             self.looked = count
-            self.looks += 1
             if trigger >= 0:
                 self.state, self.at = RUNNING, trigger
                 self.first = max(trigger - int(self.rate * self.before + 0.5), 0)
