@@ -143,9 +143,11 @@ class Result:
         base results. A key that the class declares again takes its new position.
         """
         key_fields = {f.name: f for f in fields(cls) if "result" in f.metadata}
-        own = get_annotations(cls)
+        latest = get_annotations(cls)
         bases = sorted(cls.__mro__, key=lambda base: issubclass(base, Result))
-        names = [n for base in bases for n in get_annotations(base) if base is cls or n not in own]
+        names = [
+            n for base in bases for n in get_annotations(base) if base is cls or n not in latest
+        ]
         return tuple(key_fields[name] for name in dict.fromkeys(names) if name in key_fields)
 
     def lines(self) -> Iterable[str]:

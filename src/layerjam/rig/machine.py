@@ -40,8 +40,8 @@ class SteppedBrake:
     def step_to(self, elongation: float, vacuum: float, speed: float = 0.0) -> tuple[float, float]:
         """Return force [N] and slip [m] at an elongation [m] and a vacuum [Pa].
 
-        `speed` [m/s] is the crosshead's; it matters only with a speed law. The force is NaN if the
-        brake snaps.
+        `speed` [m/s] is that of the crosshead; it matters only with a speed law. The force is NaN
+        if the brake snaps.
         """
         if self._kernel is not None:
             if not self._state:

@@ -65,7 +65,7 @@ class Listening:
 
 
 class Splitter:
-    """Splitter of bytes into lines; of an overlong line it returns only the start."""
+    """Splitter of bytes into lines, which cuts off overlong lines."""
 
     def __init__(self) -> None:
         self._rest = b""

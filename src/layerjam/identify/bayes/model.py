@@ -149,7 +149,7 @@ def reduce_curves(curves: Sequence[Curve]) -> Data:
 
 
 def _split_curve(curve: Curve) -> list[tuple[Array, Array, Array]]:
-    """Return bin means of rise and sliding part; of the whole curve if its rise is not straight."""
+    """Return bin means of rise and sliding part, or of a whole curve without a straight rise."""
     if curve.vacuum <= 0:
         raise FitError.of(curve.path, f"a vacuum of {show(curve.vacuum, 'Pa')} jams no sheet")
     pull, u, force = curve.pull, curve.elongation, curve.force
