@@ -28,7 +28,7 @@ def numbers() -> np.ndarray:
         brake=KAPTON,
     )
     map_ = lj.amplitude_map(KAPTON.brake, 1e-3, np.array([5e4, 9e4]), mass=1.0, stiffness=1e5)
-    stack = lj.make_stack(KAPTON.brake, 9e4)
+    stack = lj.stack_of(KAPTON.brake, 9e4)
     found = [
         lj.brake_force(SLIP, 9e4, KAPTON),
         lj.peak(9e4, 0.06, KAPTON.brake).force,

@@ -182,7 +182,7 @@ def detect(
         least, largest, rate = healthy_rises(
             pump, value, zero, rate, lag, rise, top, fall, flow_limit, flow_slope, bend
         )
-        # an orifice leaks more than in proportion to a low vacuum: assume the loss at half of `top`
+        # at low vacuum an orifice leaks more than proportionally: assume the loss at half of `top`
         loss = leak * (value if value > 0.5 * top else 0.5 * top)
         # a vent that has just closed still affects the reading of a slow sensor
         pumping = pump > 0.0 and vent == 0.0 and drive[4] > fade_steps

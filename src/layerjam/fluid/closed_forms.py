@@ -184,7 +184,7 @@ def fall_by_valve(target: float, line: Line) -> float:
 
 
 def fall_by_pump(target: float, line: Line, water: bool = False) -> float | None:
-    """Return the 90 to 10 % fall time [s] of a vacuum [Pa] by reversed pumps; None if impossible.
+    """Return the 90 to 10 % fall time [s] of a vacuum [Pa] with reversed pumps; None if impossible.
 
     Reversed pumps push in air from the atmosphere, p' V = B a; for water C P' = -B.
     """

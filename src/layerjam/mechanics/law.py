@@ -106,7 +106,7 @@ def law(function: F) -> F:
     def wrapper(*args: Any, **named: Any) -> Any:
         if len(_known_records) < len(RECORDS):  # an additional effect on the friction
             register_records()
-        # pass by position, because a call by name would compile again
+        # pass by position, because keyword arguments would compile again
         try:
             exact = not named and len(args) == len(places.parameters)
             arguments = args if exact else places.bind(*args, **named).args

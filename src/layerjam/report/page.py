@@ -176,7 +176,7 @@ class Page:
 
 
 def to_html(data: Mapping[str, Any], pictures: Mapping[str, str]) -> str:
-    """Return the page of a `Page.template_data` and SVGs by name, without scripts or addresses."""
+    """Return the page of a `Page.template_data` and SVGs by name, without scripts or links."""
     inside = {name: apply_theme(read_inline_svg(svg, name)) for name, svg in pictures.items()}
     template = make_environment().from_string(_read_text("page.html.j2"))
     style_sheet = _read_text("page.css") + _make_footer_rule(data["mark"])

@@ -56,7 +56,7 @@ class Listening:
     @property
     def visa_resource(self) -> str:
         """Return PyVISA code that opens the gateway; without the terminations, queries time out."""
-        # a gateway on all addresses can be reached under this machine's name
+        # a gateway that listens on all addresses can be reached by this machine's name
         host = socket.gethostname() if self.host in ("0.0.0.0", "::", "") else self.host
         return (
             f'rm.open_resource("TCPIP::{host}::{self.port}::SOCKET", '

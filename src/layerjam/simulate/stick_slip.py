@@ -220,7 +220,7 @@ def stick_slip(
     """Pull a brake at `speed` [m/s] from rest at `slip` [m], over a `travel` of the crosshead [m].
 
     `mass` [kg] is by default `moving_mass`, the spring `series_stiffness`; `damping` [N s/m] acts
-    parallel to the spring. Without `travel` the pull is long enough for a dozen events. The
+    in parallel with it. Without `travel` the pull is long enough for a dozen events. The
     crosshead then rests for `hold` [s]. `step` [s] limits the length of steps; the result does not
     depend on it while the sheets stick. Raises FitError if the run would take too many steps.
     """

@@ -132,8 +132,8 @@ def _build_header(
             for tab in tabs:
                 dress(ui.tab(tab.name, label=tab.title), f"tab-{tab.name}")
         with ui.row().classes("items-center gap-0 no-wrap frame-acts"):
-            _add_button("undo", "Undo (Ctrl Z)", desk.undo)
-            _add_button("redo", "Redo (Ctrl Shift Z)", desk.redo)
+            _add_button("undo", "Undo (Ctrl+Z)", desk.undo)
+            _add_button("redo", "Redo (Ctrl+Shift+Z)", desk.redo)
             _add_button("link", "Copy a link to all settings", lambda: _copy_link(desk))
             _build_session_buttons(desk)
             _add_button("terminal", "Copy as command", lambda: _copy_code(desk, pages, "command"))

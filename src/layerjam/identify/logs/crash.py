@@ -48,7 +48,7 @@ class Pulse:
     pulse: Sequence[float] = number("s", "start and end of the pulse", shown=_span_length)
     hic: float | None = number("1", "head injury criterion")
     hic_window: Sequence[float] | None = number("s", "window of the criterion", shown=_span_length)
-    offset: float = number("m/s^2", "offset of the sensor, from the quiet part")
+    offset: float = number("m/s^2", "offset of the sensor, from the quiet part of the record")
     offset_se: float = number("m/s^2", "its standard error")
     quiet: Sequence[float] = number("s", "start and end of the quiet part", shown=_span_length)
     sampling: float = number("Hz", "sampling rate")

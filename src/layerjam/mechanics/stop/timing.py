@@ -48,7 +48,7 @@ def expand_energy(energy: Callable[[Any], Any], slope: Callable[[Any], Any]) -> 
         def energy_at(gap: Any) -> Any:
             return energy(end + sign * gap)
 
-        # start slightly inside the piece, because at w = 0 the root of the slip has no derivative
+        # start slightly inside the piece, because at w = 0 the slip's square root has no derivative
         inside = end + sign * MARGIN * jnp.maximum(jnp.abs(end), 1e-6)
         first, second = jax.jvp(slope, (inside,), (jnp.ones_like(inside),))
         energy_there = energy(end)

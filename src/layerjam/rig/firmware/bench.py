@@ -57,7 +57,7 @@ class Bench:
 
     def __init__(self, hal) -> None:
         self.hal = hal
-        # memory that the garbage collector does not search, if the board has some
+        # memory that the garbage collector does not scan, if the board has any
         self.ring = Ring(getattr(hal, "ring_store", None), SESSIONS)
         hal.ring = self.ring
         self.capture = capture.Capture(hal)

@@ -69,7 +69,7 @@ class Converter:
             self.gain = self.range / (full * CODES)
 
     def add_pin(self, number: int) -> Voltage:
-        """Return a pin that can be read at each sample, even during a record."""
+        """Return a pin that can be read at each sample, even during a recording."""
         voltage = Voltage(self, number)
         self.voltages.append(voltage)
         return voltage
