@@ -165,6 +165,16 @@ def test_the_other_triggers() -> None:
     assert rig.error() == 0
 
 
+def test_a_contact_that_closes_after_a_tick_without_samples_triggers() -> None:
+    rig = Rig(Shaken(lambda t: GRAVITY))
+    rig.say("TRIG:SOUR EXT;:INIT")
+    rig.bench.tick(0)
+    assert isinstance(rig.hal, Shaken)
+    rig.hal.closed = True
+    rig.run(0.7)
+    assert rig.say("FETC:ACC:STAT?").startswith("DONE")
+
+
 def test_samples_that_were_lost_end_the_record_and_are_said() -> None:
     rig = Rig(Shaken(lambda t: 0.0))
     rig.say("TRIG:SOUR BUS;:INIT")

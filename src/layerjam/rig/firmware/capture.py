@@ -74,7 +74,7 @@ class Capture:
         self.asked = self.armed = False
         self.looked = self.looks = 0
         self.rest, self.zero, self.fallen = 0.0, 0.0, 0.0
-        self.closed = False
+        self.closed = None
 
     def trigger(self) -> None:
         """Trigger the capture (`*TRG`)."""
@@ -116,7 +116,7 @@ class Capture:
             return count if self.asked else -1
         if self.source == EXTERNAL:
             was, self.closed = self.closed, self.hal.is_contact_closed()
-            return count if self.closed and not was and self.looks else -1
+            return count if self.closed and was is False else -1
         return self.find_hit(self.looked, count)
 
     def find_hit(self, begin: int, end: int) -> int:
