@@ -44,7 +44,8 @@ def thin_points(x: Any, y: Any, points: int = POINTS) -> list[list[float | None]
     pairs = _round_values(np.column_stack((x, y)))
     numbers = pairs.astype(object)
     numbers[~np.isfinite(pairs)] = None
-    return numbers.tolist()  # type: ignore[no-any-return]
+    result: list[list[float | None]] = numbers.tolist()
+    return result
 
 
 def _round_values(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

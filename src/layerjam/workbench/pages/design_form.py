@@ -106,7 +106,7 @@ class Form(ControlGroup):
         add_choice(self.desk, PAGE, PREFER)
         self.refused = Alert(f"{PAGE}-form-problem", "text-sm")
         hint("The search starts from the current brake and its film.")
-        self.desk.add_watcher(lambda change: self.update_editor() if change != "page" else None)
+        self.desk.add_watcher(lambda change: self.submit_text() if change != "page" else None)
         with suppress(LayerjamError):
             self.text_written = self.current_text()
 
@@ -131,7 +131,7 @@ class Form(ControlGroup):
         )
         return str(request.text())
 
-    def update_editor(self) -> None:
+    def submit_text(self) -> None:
         """Pass the text to `take` if it has changed."""
         try:
             text = self.current_text()
