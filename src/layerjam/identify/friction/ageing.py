@@ -104,7 +104,7 @@ def _line_notices(fit: AgeingFit, decades: Array) -> list[Notice]:
     if not fit.holds.min() <= fit.hold <= fit.holds.max():
         out.append(
             Notice(
-                f"static friction at {show(fit.hold, 's')} lies outside the measured holds",
+                f"a hold of {show(fit.hold, 's')} lies outside the measured holds",
                 "hold-outside",
             )
         )

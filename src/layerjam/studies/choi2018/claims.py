@@ -109,7 +109,7 @@ def judge_claim(
 ) -> Claim:
     """Return a claim with its verdict, based on a number, on a statement, or on neither.
 
-    A number agrees if it is within the tolerance, by default half of the last printed digit. The
+    A number agrees if it is within the tolerance, by default half a unit of the last digit. The
     basis of our result limits the meaning of an agreement. Raises ValueError if the claim requires
     a comparison but there is nothing to compare, or vice versa.
     """

@@ -55,7 +55,7 @@ BANNER = (
 )
 MEANING = (
     "Two verdicts test the paper: 'reproduced' (a printed number that follows from others, within "
-    "half of its last digit unless the row says otherwise) and 'differs'. 'Consistent' is "
+    "half a unit of its last digit unless the row says otherwise) and 'differs'. 'Consistent' is "
     "arithmetic on the paper's own numbers, or a statement that they confirm. 'By construction' "
     "does not test the paper, because the printed number is an input. 'Ours to explain' is a "
     "difference that our reading or our assumptions may cause. 'Not reproducible' needs data that "
