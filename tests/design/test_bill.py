@@ -12,7 +12,9 @@ import pytest
 import layerjam as lj
 from layerjam.commands.build import _judge_drawing
 from layerjam.commands.design import brake_of
+from layerjam.design.bill import drawn_merits
 from layerjam.design.blocks import encode_block, fingerprint
+from layerjam.design.grid import Kernel
 from layerjam.design.merit import DRAWN_MERITS
 from layerjam.design.search import Search
 from layerjam.design.specification import read_spec
@@ -58,6 +60,28 @@ def test_a_designs_bill_is_the_builds_own(found) -> None:
         assert said.film_area == pytest.approx(row["film_area"], rel=1e-9)
         assert said.printed_volume == pytest.approx(row["print_volume"], rel=1e-9)
         assert said.mass == pytest.approx(row["drawn_mass"], rel=1e-9)
+
+
+def test_designs_that_differ_only_in_their_vacuum_are_drawn_once(found) -> None:
+    """What is drawn once has the merits that each design has by itself, and none without vacuum."""
+    spec = found.record.search.spec
+    axes = {**spec.grid.axes, "vacuum": np.array([60e3, 94.5e3, 2e5])}
+    grid, drawn = replace(spec.grid, axes=axes), []
+
+    def draw(brake, force):
+        drawn.append(np.size(force))
+        return spec.evaluation.draw(brake, force)
+
+    kernel = Kernel(grid, replace(spec.evaluation, draw=draw))
+    numbers = np.arange(grid.size)
+    merits = kernel.drawn_merits(numbers)
+    assert sum(drawn) == grid.size / 3
+    alone = drawn_merits(grid.point(numbers), spec.evaluation.base, spec.evaluation.draw)
+    vacuums = grid.columns(numbers)["vacuum"]
+    for name in DRAWN_MERITS:
+        assert np.array_equal(merits[name], alone[name], equal_nan=True)
+        assert np.isnan(merits[name][vacuums == 2e5]).all()
+        assert np.isfinite(merits[name][vacuums < 2e5]).any()
 
 
 def test_between_the_steps_too(found) -> None:

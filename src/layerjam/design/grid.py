@@ -143,6 +143,10 @@ class Kernel:
         self.grid, self.evaluation = grid, evaluation
         self.names = tuple(n for n in evaluation.names if n not in LINE_MERITS)
         self.vacuums = 1 + list(grid.axes).index("vacuum")
+        vacuums = grid.axes["vacuum"]
+        is_valid = (vacuums > 0) & (vacuums <= evaluation.base.site.atmosphere)
+        self._drawn_vacuums = np.where(is_valid, np.argmax(is_valid), np.arange(len(vacuums)))
+        """For each vacuum, the index of one whose designs are drawn in its place."""
 
     def merits(self, numbers: Numbers) -> Array:
         """Return merits except those of the stop, shape (merits, n)."""
@@ -169,18 +173,24 @@ class Kernel:
         return np.asarray(rows)[:, : len(numbers)]
 
     def drawn_merits(self, numbers: Numbers) -> dict[str, Array]:
-        """Return DRAWN_MERITS of the designs; NaN if no function draws them."""
+        """Return DRAWN_MERITS of the designs; NaN if no function draws them.
+
+        A drawing does not depend on the vacuum, so designs that differ only in it are drawn once.
+        """
         evaluation = self.evaluation
         if evaluation.draw is None or len(numbers) == 0:
             return {name: np.full(len(numbers), math.nan) for name in DRAWN_MERITS}
+        digits = list(self.grid.digits(numbers))
+        digits[self.vacuums] = self._drawn_vacuums[digits[self.vacuums]]
+        drawn, places = np.unique(self.grid.number(digits), return_inverse=True)
         rows = []
-        for start in range(0, len(numbers), PIECE):
-            part = numbers[start : start + PIECE]
+        for start in range(0, len(drawn), PIECE):
+            part = drawn[start : start + PIECE]
             merits = drawn_merits(
                 self.grid.point(_pad_numbers(part)), evaluation.base, evaluation.draw
             )
             rows.append([merits[name][: len(part)] for name in DRAWN_MERITS])
-        return dict(zip(DRAWN_MERITS, np.concatenate(rows, axis=1), strict=True))
+        return dict(zip(DRAWN_MERITS, np.concatenate(rows, axis=1)[:, places], strict=True))
 
     def all_merits(self, numbers: Numbers, stop: bool = True) -> Array:
         """Return all merits of any number of designs, in the order of `Evaluation.all_names`."""
