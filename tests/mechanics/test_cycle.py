@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import jax
 import numpy as np
@@ -10,6 +11,8 @@ import pytest
 from scipy.optimize import brentq
 
 from counts import cases
+from layerjam.device.hyperelastic import Hyperelastic
+from layerjam.device.speed_law import SpeedLaw
 from layerjam.mechanics.enclosure import enclosure_force
 from layerjam.mechanics.energy import pull_work
 from layerjam.mechanics.friction import sheet_friction
@@ -274,6 +277,25 @@ def test_vented_under_tension_it_slides_back_to_where_spring_and_friction_hold_t
     rest = made.sleeve_force - made.force - friction
     np.testing.assert_allclose(rest[back], 0.0, atol=1e-8)
     assert (made.slip[back] > 0).all()
+
+
+BY_SPEED = replace(KAPTON, speed_law=SpeedLaw(power=0.05, test_speed=1e-3, rest_speed=1e-5))
+RUBBER = replace(KAPTON, hyperelastic=Hyperelastic(strain=12.0, c10=11e3, c20=300.0))
+
+
+@pytest.mark.parametrize(
+    ("brake", "speed"),
+    [(KAPTON, None), (RUBBER, None), (BY_SPEED, 2e-3)],
+    ids=["plain", "rubber", "speed law"],
+)
+def test_one_vacuum_is_a_history_of_that_vacuum(brake, speed):
+    """A number has a program of its own, without changes of vacuum."""
+    u = np.concatenate([np.linspace(0, 0.02, 40), np.linspace(0.02, 0, 40), [-1e-3, 0.01]])
+    one = brake_cycle(u, 60e3, brake, speed)
+    many = brake_cycle(u, np.full_like(u, 60e3), brake, speed)
+    assert np.isfinite(one.force).sum() == len(u) - 1  # a negative elongation has no force
+    for a, b in zip(one, many, strict=True):
+        np.testing.assert_allclose(np.asarray(a), np.asarray(b), rtol=1e-12, atol=1e-15)
 
 
 def test_swinging_while_it_sticks_is_not_remembered():

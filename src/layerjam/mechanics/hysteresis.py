@@ -99,6 +99,7 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake, speed: Any = None) -
     speed of the slip, which is smaller by the factor 1/(1 + F'/k).
     """
     elongation = jnp.atleast_1d(elongation)
+    is_steady = jnp.ndim(vacuum) == 0 and (speed is None or jnp.ndim(speed) == 0)
     vacuum, growth = jnp.broadcast_to(vacuum, elongation.shape), None
     if speed is not None:
         check_modulus(brake)
@@ -106,7 +107,10 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake, speed: Any = None) -
     spring = jnp.asarray(working_stiffness(brake), jnp.float64)
 
     def step(state: State, point: tuple[Any, Any, Any]) -> tuple[State, Cycle]:
-        return step_state(state, *point, spring, brake)
+        target, pressure, growth = point
+        if is_steady:  # a change of vacuum would have to be compiled too
+            return _pull_to(state, target, make_setting(pressure, spring, brake, growth), brake)
+        return step_state(state, target, pressure, growth, spring, brake)
 
     start = new_state(vacuum[0], None if growth is None else growth[0])
     start = start._replace(enclosure=relaxed_enclosure(elongation, vacuum, brake))
@@ -134,9 +138,14 @@ def step_state(
         lambda s: change_vacuum(s, pressure, after)._replace(growth=growth),
         state,
     )
-    state = move(state, target, after)
+    return _pull_to(state, target, after, brake)
+
+
+def _pull_to(state: State, target: Any, setting: Setting, brake: Brake) -> tuple[State, Cycle]:
+    """Return the brake after a move to an elongation [m] at its vacuum."""
+    state = move(state, target, setting)
     enclosure = state.enclosure
-    fine = (target >= 0) & (pressure >= 0) & ~(enclosure.is_invalid | state.snapped)
+    fine = (target >= 0) & (state.vacuum >= 0) & ~(enclosure.is_invalid | state.snapped)
     force = jnp.where(fine, state.force, jnp.nan)
     return state, Cycle(
         force=force,
@@ -144,7 +153,7 @@ def step_state(
         sleeve_force=enclosure.force,
         work=state.work,
         heat=state.heat,
-        stored=enclosure.stored + state.force**2 / (2 * after.k),
+        stored=enclosure.stored + state.force**2 / (2 * setting.k),
         slack=(state.force <= 0) & (target < enclosure.slip),
         closed=state.closed,
         separated=enclosure.slip >= brake.sheets.overlap * (1 - 1e-12),
