@@ -5,7 +5,6 @@ import functools
 import os
 import secrets
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import ParamSpec, TypeVar
 
@@ -43,8 +42,7 @@ def load(brake: str | Path) -> BrakeFile:
     name = str(brake)
     if name not in _catalogue_texts():
         return BrakeFile.read(*load_text("brake", brake, _catalogue_texts()))
-    file = _load_shipped(name)
-    return replace(file, sources=dict(file.sources), notes=dict(file.notes))
+    return _load_shipped(name).copy()
 
 
 @functools.cache

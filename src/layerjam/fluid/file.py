@@ -4,6 +4,7 @@
 other keys in the table override the part's values.
 """
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -67,7 +68,15 @@ def load_line(line: str | Path) -> LineFile:
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
-    return LineFile.read(*load_text("line", line, _catalogue_texts()))
+    name = str(line)
+    if name not in _catalogue_texts():
+        return LineFile.read(*load_text("line", line, _catalogue_texts()))
+    return _load_shipped(name).copy()
+
+
+@functools.cache
+def _load_shipped(name: str) -> LineFile:
+    return LineFile.read(*load_text("line", name, _catalogue_texts()))
 
 
 def _insert_parts(tables: dict[str, Any], reader: Reader) -> dict[str, str]:

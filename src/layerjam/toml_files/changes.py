@@ -133,6 +133,10 @@ class RecordFile(ABC, Generic[R]):
         bare = cls(name=name, sources={}, text="", **fields)
         return cls.read(bare.render(name), f"{cls.holds} {name[:80]}")
 
+    def copy(self) -> Self:
+        """Return the file with sources and notes of its own, which a caller may change."""
+        return replace(self, sources=dict(self.sources), notes=dict(self.notes))
+
     @property
     def record(self) -> R:
         """The record itself."""
