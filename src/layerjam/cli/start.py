@@ -9,7 +9,7 @@ import gc
 import os
 import sys
 
-SELDOM = (200_000, 20, 20)
+SELDOM = (1_000_000, 20, 20)
 """Number of new objects before Python searches for garbage cycles (usually 700).
 
 A long-running server restores the usual value: `workbench.memory.freeze_modules`.
