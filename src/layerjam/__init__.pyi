@@ -1751,13 +1751,14 @@ def tune(
     rope_stiffness: float | str | _HasUnit | None = ...,
     horizontal: bool = ...,
     atmosphere: float | str | _HasUnit | None = ...,
+    find_speeds: bool = ...,
 ) -> _TunedVacuumResult:
     """Find the vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
 
     The mass arrives with `speed` or falls from `height`. If there is no such vacuum, `reason`
     explains why and lists alternatives: the speeds that can be stopped, or a different travel,
     number of sheets or number of parallel brakes, each as the only change. Each alternative has
-    been checked by tuning it.
+    been checked by tuning it. If there is one, `find_speeds=False` saves the search for the speeds.
     """
 
 def rise(

@@ -118,12 +118,16 @@ def show(value: float | None, si: str, digits: int = 4, like: float | None = Non
         return str(value)
     if si == "1":
         return f"{value:.0f}" if value == int(value) and abs(value) < 1e7 else f"{value:.{digits}g}"
-    units = shown_units(si)
     size = abs(value if like is None else like)
-    best = min(units, key=lambda unit: _awkwardness(size / float(unit_factor(unit, si) or 1)))
-    number = value / float(unit_factor(best, si) or 1)
+    best, factor = min(_shown_factors(si), key=lambda pair: _awkwardness(size / pair[1]))
+    number = value / factor
     text = f"{number:.{digits}g}" if not 10**digits <= abs(number) < 1e7 else f"{number:.0f}"
     return f"{text} {best}"
+
+
+@functools.cache
+def _shown_factors(si: str) -> tuple[tuple[str, float], ...]:
+    return tuple((unit, float(unit_factor(unit, si) or 1)) for unit in shown_units(si))
 
 
 def show_at_least(value: float, si: str, limit: float = math.inf) -> str:

@@ -158,3 +158,14 @@ def test_drop_and_plan_advise_as_tune_does():
     assert drop("choi2018-kapton", vacuum="tuned", **case).reason == said
     planned = plan("choi2018", "choi2018-kapton", warning="3 s", **case)
     assert planned.reason == f"no vacuum available at the site is sufficient: {said}"
+
+
+def test_without_the_speeds_everything_else_is_the_same() -> None:
+    """The workbench leaves the search out; without a solution the reason needs it."""
+    case = {"mass": "1 kg", "travel": "40 mm", "rope_stiffness": "16.8 kN/m"}
+    for speed, ends in (("2.5 m/s", 2), ("6 m/s", 0)):
+        whole = tune("choi2018-kapton", speed=speed, **case)
+        short = tune("choi2018-kapton", speed=speed, find_speeds=False, **case)
+        rows, others = dict(whole.rows()), dict(short.rows())
+        left_out = [name for name, text in rows.items() if others.get(name) != text]
+        assert left_out == ["least speed", "greatest speed"][:ends]

@@ -19,7 +19,7 @@ from layerjam.workbench.pages.drop import KEYS, NO_ROPE, Drop
 from layerjam.workbench.pages.drop_outcome import (
     SLOW,
     describe_drop,
-    drop_table,
+    drop_tables,
     list_notes,
     slow_motion_factor,
     time_series,
@@ -90,9 +90,9 @@ def test_what_happened_in_words(settings, words):
     shown, drops, *_ = page_of(**settings).compute()
     answer = drops[shown]
     assert describe_drop(answer.result, answer.refusal, answer.call.options).startswith(words)
-    html = drop_table(drops, shown)
+    html, others = drop_tables(drops, shown)
     assert 6 <= html.count("<tr>") <= 8 and html.count("<th") <= 12
-    assert "Dissipated energy" in drop_table(drops, shown, is_main=False)
+    assert "Dissipated energy" in others
     said = list_notes(drops)
     assert len(said) == len(set(said))
 
@@ -118,8 +118,8 @@ def test_what_the_fold_more_holds_reaches_the_command(tmp_path):
 
 
 def test_the_table_holds_no_markup_of_others():
-    html = drop_table({"none": Answer(CALL, refusal="<script>alert(1)</script>")}, "none")
-    assert "<script>" not in html
+    tables = drop_tables({"none": Answer(CALL, refusal="<script>alert(1)</script>")}, "none")
+    assert "<script>" not in "".join(tables)
 
 
 def test_what_is_sent_is_the_record():

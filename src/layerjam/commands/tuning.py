@@ -2,9 +2,9 @@
 
 import math
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from layerjam.commands.declare import command
+from layerjam.commands.declare import PythonOnly, command
 from layerjam.commands.quantities import (
     ArrivalSpeed,
     Atmosphere,
@@ -72,13 +72,16 @@ def tune(
     rope_stiffness: RopeStiffness | None = None,
     horizontal: Horizontal = False,
     atmosphere: Atmosphere = None,
+    find_speeds: Annotated[
+        bool, PythonOnly("Whether to find the arrival speeds that some vacuum stops.")
+    ] = True,
 ) -> TunedVacuum:
     """Find the vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
 
     The mass arrives with `speed` or falls from `height`. If there is no such vacuum, `reason`
     explains why and lists alternatives: the speeds that can be stopped, or a different travel,
     number of sheets or number of parallel brakes, each as the only change. Each alternative has
-    been checked by tuning it.
+    been checked by tuning it. If there is one, `find_speeds=False` saves the search for the speeds.
     """
     from layerjam.mechanics.pull import peak
     from layerjam.mechanics.stop.exact import stop
@@ -90,7 +93,8 @@ def tune(
     device, g = brake.brake, brake.brake.site.gravity
     arrives = arrival_speed(speed, height, horizontal, g)
     case = tuning_case(brake, mass, arrives, travel, rope_stiffness, horizontal)
-    pressure, reach = tuning_vacuum(case), find_tunable_speeds(case)
+    pressure = tuning_vacuum(case)
+    reach = find_tunable_speeds(case) if find_speeds or pressure is None else None
     eq10 = float(vacuum_eq10(mass, arrives, travel, device))
     vacuum_at = pressure or device.site.atmosphere
     top = float(peak(vacuum_at, device.sheets.usable_travel, device).force)

@@ -31,7 +31,7 @@ from layerjam.workbench.pages.drop_outcome import (
     Animation,
     describe_drop,
     drop_chart,
-    drop_table,
+    drop_tables,
     headlines,
     list_notes,
     time_series,
@@ -75,6 +75,8 @@ SLOWLY = Choice(
 NO_ROPE = "there is neither a rope nor a brake, so nothing holds the mass"
 KEYS = ("mass", "speed", "height", "vacuum", "travel", "rope_stiffness", "no_brake", "horizontal")
 """Inputs of `drop` that have a control on the page; the "More" panel has the others."""
+TUNED = ("mass", "speed", "height", "rope_stiffness", "horizontal", "travel", "atmosphere")
+"""Inputs that `drop` and `tune` share."""
 HISTORY = ("vacuum_history", "reading", "columns", "decimal")
 """Inputs that specify a vacuum history, which replaces the vacuum."""
 
@@ -184,26 +186,22 @@ class Drop(Page):
         }
 
     def _common_options(self) -> Options:
-        arrives = self._arrival_option()
-        inputs = self.texts("mass", arrives)
-        if self._has_rope():
-            inputs["rope_stiffness"] = self.text("rope_stiffness")
+        rope = ["rope_stiffness"] if self._has_rope() else []
+        inputs = self.texts("mass", self._arrival_option(), *rope)
         if self._is_horizontal():
             inputs["horizontal"] = True
         return inputs
 
     def calls(self) -> Sequence[Call]:
         """Return the calls for the drops in the table, and for the tuning and its bound."""
-        return [*self.table_calls().values(), self._tuning_call()]
-
-    def _tuning_call(self) -> Call:
-        inputs = {**self._common_options(), "travel": self.text("travel")}
-        site = {k: v for k, v in self.more.options().items() if k == "atmosphere"}
-        return Call("tune", (self.desk.brake_subject(),), {**inputs, **site})
+        drops = self.table_calls()
+        return [*drops.values(), _tuning_call(drops["tuned"])]
 
     def compute(self) -> Any:
         """Compute each drop separately, so that an error in one does not affect the others."""
-        drops, tuning = self.table_calls(), try_call(self._tuning_call())
+        drops = self.table_calls()
+        # the first search compiles what a tuning without a solution needs
+        tuning = try_call(_tuning_call(drops["tuned"]), find_speeds=self.result is None)
         view = "history" if "history" in drops else self.word(SHOWN)
         pins = self.panel.pinned_answers(drops.get(view, drops["full"]))
         answers: dict[str, Answer] = {}
@@ -251,10 +249,17 @@ class Drop(Page):
             chart = drop_chart(data, least, quiet, self.dark)
         self.panel.draw(answer, chart)
         self.animation.load_series(data)
-        self.table.set_content(drop_table(drops, view))
-        self.others.set_content(drop_table(drops, view, is_main=False))
+        main, others = drop_tables(drops, view)
+        self.table.set_content(main)
+        self.others.set_content(others)
         self.bound.set_text(bound_sentence(floor, texts))
         self.notes.fill(list_notes(drops))
+
+
+def _tuning_call(drop: Call) -> Call:
+    """Return the call that tunes the vacuum of a drop."""
+    options = {key: drop.options[key] for key in TUNED if key in drop.options}
+    return Call("tune", drop.subjects, options)
 
 
 def bound_sentence(floor: float | None, tuning: Mapping[str, Any]) -> str:

@@ -1,7 +1,7 @@
 """Outcome of a drop: sentences, charts, a table of vacuums, and suggestions to apply."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from html import escape
@@ -283,29 +283,42 @@ def list_notes(drops: Drops) -> list[str]:
     return list(dict.fromkeys(lines))
 
 
-def drop_table(drops: Drops, mode_shown: str, is_main: bool = True) -> str:
-    """Return the main or other rows as HTML; the column of a rejected drop shows the reason."""
+def drop_tables(drops: Drops, mode_shown: str) -> tuple[str, str]:
+    """Return the main rows and the others as HTML; a rejected drop's column shows the reason."""
     stops = {mode: answer.result for mode, answer in drops.items()}
     fine = {mode: dict(stop.rows()) for mode, stop in stops.items() if stop and stop.feasible}
     main = [key.replace("_", " ") for key in ROWS]
-    others = {key.replace("_", " ") for key in LEFT_OUT}.union(main)
+    left_out = {key.replace("_", " ") for key in LEFT_OUT}.union(main)
     given = dict.fromkeys(n for texts in fine.values() for n, text in texts.items() if text != "–")
-    names = [n for n in given if n not in others]
-    if is_main:
-        names = [n for n in main if n in given] or main[:1]
+    main_names = [n for n in main if n in given] or main[:1]
+    other_names = [n for n in given if n not in left_out]
+    return (
+        _table_html(drops, fine, main_names, mode_shown),
+        _table_html(drops, fine, other_names, mode_shown, is_main=False),
+    )
+
+
+def _table_html(
+    drops: Drops,
+    fine: Mapping[str, Mapping[str, str]],
+    names: Sequence[str],
+    mode_shown: str,
+    is_main: bool = True,
+) -> str:
+    """Return a table of the named rows; `fine` is {mode: {name: text}} of the possible drops."""
     meanings = result_fields("drop")
     rows = []
     for i, name in enumerate(names):
         key = name.replace(" ", "_")
         meaning = escape(meanings.get(key, ""))
         cells = [f'<th scope="row" title="{meaning}">{escape(name.capitalize())}</th>']
-        for mode, stop in stops.items():
+        for mode, answer in drops.items():
             if mode in fine:
                 ident = f'data-testid="drop-{mode}-{key}"'
                 text = _cell_text(key, fine[mode].get(name, "–"))
                 cells.append(f"<td{_mode_mark(mode, mode_shown)} {ident}>{escape(text)}</td>")
             elif i == 0:
-                reason = drops[mode].refusal if stop is None else str(stop.reason)
+                reason = str(answer.result.reason) if answer.result else answer.refusal
                 ident = f'data-testid="drop-{mode}-outcome"'
                 text_cell = f"not possible: {escape(reason)}"
                 ident = ident if is_main else ""
