@@ -12,7 +12,7 @@ from layerjam.errors import QuantityError
 from layerjam.units import QuantitySpec, exact_text, parse, show, usual_unit
 from layerjam.workbench.call import parameters
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.live import Bar
+from layerjam.workbench.live import Bar, Field
 from layerjam.workbench.spoken import page_text
 from layerjam.workbench.state import shared_setting
 from layerjam.workbench.widgets import button, dress, select
@@ -244,10 +244,10 @@ class Slider:
         self._fill_field()
 
 
-def number_field(label: str, width: str) -> ui.input:
+def number_field(label: str, width: str) -> Field:
     """Return a right-aligned field for a number."""
     look = "dense outlined hide-bottom-space"
-    return dress(ui.input(), "", width, look, aria_label=label, input_class="text-right")
+    return dress(Field(), "", width, look, aria_label=label, input_class="text-right")
 
 
 def on_submit(field: ui.input, act: Callable[[], None]) -> None:

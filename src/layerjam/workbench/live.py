@@ -38,7 +38,7 @@ def check_version() -> None:
         raise MissingExtraError("the workbench (nicegui 3.18 or later, but below 4)", "workbench")
 
 
-KINDS = ("texts", "contents", "charts", "spoken", "spaces")
+KINDS = ("texts", "contents", "charts", "spoken", "spaces", "fields")
 """Kinds of change, in the order in which `layerjamLive` processes them."""
 
 _waiting: WeakKeyDictionary[Client, dict[str, dict[int, Any]]] = WeakKeyDictionary()
@@ -134,6 +134,17 @@ class Bar(ui.slider):
         """Set both ends; `digits` is the number of decimals needed to distinguish the steps."""
         self.props.update({"min": low, "max": high, "step": step, "data-digits": digits})
         self.update()
+
+
+class Field(ui.input):
+    """A field whose text may change with every move of a slider."""
+
+    def show_text(self, text: str) -> None:
+        """Show a text that the user did not type."""
+        self._send_update_on_value_change = False
+        self.set_value(text)
+        self._send_update_on_value_change = True
+        _queue_change(self, "fields", text)
 
 
 def draw_chart(chart: ui.echart, options: dict[str, Any]) -> None:

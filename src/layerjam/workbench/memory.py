@@ -8,7 +8,7 @@ from nicegui import Client, run
 
 USUAL = (700, 10, 10)
 """Python's default settings of the garbage collector; see `cli.start.SELDOM`."""
-SOON = 2.0
+SOON = 0.5
 """Time allowed for sending and drawing a page's first result [s]."""
 _frozen_pages: set[str] = set()
 

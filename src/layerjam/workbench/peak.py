@@ -69,7 +69,7 @@ class PeakSetting:
         self._peak = peak
         text = f"{peak:.4g}"
         if self.field.value != text and not self._seeking:
-            self.field.set_value(text)
+            self.field.show_text(text)
 
     def _on_type(self) -> None:
         text = str(self.field.value or "").strip()

@@ -1,7 +1,7 @@
 // What the server cannot do from afar. Loaded once, at the end of the page's body.
 
 // texts, HTML and charts that change with every move, past Vue (live.py)
-window.layerjamLive = (texts, contents, charts, spoken, spaces) => {
+window.layerjamLive = (texts, contents, charts, spoken, spaces, fields) => {
   const raw = (id) => Vue.toRaw(Vue.toRaw(mounted_app.elements)[id]);
   for (const id in texts) {
     if (raw(id)) raw(id).text = texts[id];
@@ -20,6 +20,15 @@ window.layerjamLive = (texts, contents, charts, spoken, spaces) => {
   for (const id in spoken) {
     if (raw(id)) raw(id).props['aria-label'] = spoken[id];
     document.getElementById('c' + id)?.setAttribute('aria-label', spoken[id]);
+  }
+  for (const id in fields) {
+    if (raw(id)) raw(id).props.value = fields[id];
+    const field = getElement(id);
+    if (!field) continue;
+    // the server knows this text
+    field.emitting = false;
+    field.inputValue = fields[id];
+    field.$nextTick(() => { field.emitting = true; });
   }
   // what is seen in space comes after the frame that shows the charts
   const views = Object.keys(spaces).map(id => [getElement(id), spaces[id]]);

@@ -105,7 +105,7 @@ class Brake(Page):
         with ui.row().classes("w-full no-wrap gap-6 items-start brake-top"):
             with ui.column().classes("gap-1 grow").style("min-width: 0"):
                 self.view = StackView("brake-scene")
-                self.words = ui.label().classes("text-sm opacity-80")
+                self.words = live.Words("").classes("text-sm opacity-80")
             with ui.column().style("width: 250px; flex: none"):
                 for key in self.controls():
                     self.add_slider(key)
