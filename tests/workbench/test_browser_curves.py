@@ -191,3 +191,30 @@ def test_a_phone_has_the_names_below_its_chart(pull):
     again = pull.evaluate(NAMES, CHART)
     assert again["below"] == [] and len(again["beside"]) == 2
     assert max(again["room"]) > 60
+
+
+@pytest.mark.parametrize(
+    ("name", "slider", "settings"),
+    [
+        ("start", "start-vacuum", {}),
+        ("brake", "brake-slip", {}),
+        ("pull", "pull-vacuum", {"model": "stack"}),
+        ("drop", "drop-mass", {}),
+        ("vacuum", "vacuum-target", {"safe_state": "hold"}),
+    ],
+)
+def test_a_move_of_a_slider_sends_no_element(tab, workbench, name, slider, settings):
+    """An element that is sent lays out the whole page, which takes as long as the numbers."""
+    opened(tab, workbench, name, settings)
+    tab.evaluate("window.sent = []; socket.onAny((name, what) => sent.push([name, what]))")
+    tab.locator(f"{at(slider)} [tabindex='0']").first.focus()
+    for move in range(1, 5):
+        tab.keyboard.press("ArrowRight")
+        tab.wait_for_function(
+            "move => sent.filter(([kind, what]) => kind === 'run_javascript'"
+            " && what.code.startsWith('layerjamLive')).length >= move",
+            arg=move,
+            timeout=LONG,
+        )
+    tab.wait_for_timeout(300)
+    assert [what for kind, what in tab.evaluate("sent") if kind == "update"] == []
