@@ -136,8 +136,9 @@ def regulated(page: Any) -> None:
 
 SCENES = (
     Scene("Start, vacuum", "start", "start-vacuum", drawn_first("start-chart"), "start-chart"),
-    Scene("Brake, slip", "brake", "brake-slip", told_first("brake-force"), words="brake-force",
-          along=True),
+    # of the numbers, only this one differs after each step
+    Scene("Brake, slip", "brake", "brake-slip", told_first("brake-force"),
+          words="brake-enclosure_force", along=True),
     Scene("Pull, vacuum", "pull", "pull-vacuum", pull_ready, "pull-chart"),
     Scene("Pull, elongation", "pull", "pull-travel", pull_ready, "pull-chart"),
     Scene("Pull, sheet by sheet", "pull", "pull-vacuum", pull_ready, "pull-chart",

@@ -14,8 +14,9 @@ import pytest
 from nicegui import Client
 
 from layerjam.cli.start import SELDOM
+from layerjam.workbench import memory
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.memory import forget_tab, freeze_modules
+from layerjam.workbench.memory import forget_tab, freeze_modules, tidy_after_result
 from layerjam.workbench.pages.laboratory import Laboratory
 from layerjam.workbench.pages.pull import Pull
 from workbench.standing import standing
@@ -48,12 +49,35 @@ def test_what_has_settled_is_not_gone_through_again():
         gc.unfreeze()
 
 
-def test_once_settled_the_collector_looks_as_often_as_usual():
+def test_memory_is_tidied_only_while_nobody_moves_anything(monkeypatch):
+    """A full search pauses every tab, so it waits for the end of a drag."""
+    done = []
+
+    async def note(work):
+        done.append(work)
+
+    async def move(times):
+        await asyncio.gather(*(tidy_after_result("pull") for _ in range(times)))
+
+    monkeypatch.setattr(memory, "REST", 0.02)
+    monkeypatch.setattr(memory.run, "io_bound", note)
+    monkeypatch.setattr(memory, "_frozen_pages", set())
+    monkeypatch.setattr(gc, "get_count", lambda: (0, 0, memory.FULL))
+    asyncio.run(move(5))
+    assert done == [freeze_modules]
+    asyncio.run(move(5))
+    assert done == [freeze_modules, gc.collect]
+    monkeypatch.setattr(gc, "get_count", lambda: (0, 0, memory.FULL - 1))
+    asyncio.run(move(5))
+    assert len(done) == 2
+
+
+def test_once_settled_the_collector_looks_more_often():
     before = gc.get_threshold()
     gc.set_threshold(*SELDOM)
     try:
         freeze_modules()
-        assert gc.get_threshold() == (700, 10, 10)
+        assert gc.get_threshold() == memory.WHILE_MOVING < SELDOM
     finally:
         gc.unfreeze()
         gc.set_threshold(*before)

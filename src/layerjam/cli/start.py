@@ -12,7 +12,7 @@ import sys
 SELDOM = (1_000_000, 20, 20)
 """Number of new objects before Python searches for garbage cycles (usually 700).
 
-A long-running server restores the usual value: `workbench.memory.freeze_modules`.
+A long-running server searches more often: `workbench.memory.freeze_modules`.
 """
 
 

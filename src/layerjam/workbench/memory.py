@@ -6,11 +6,18 @@ import sys
 
 from nicegui import Client, run
 
-USUAL = (700, 10, 10)
-"""Python's default settings of the garbage collector; see `cli.start.SELDOM`."""
-SOON = 0.5
-"""Time allowed for sending and drawing a page's first result [s]."""
+WHILE_MOVING = (700, 10, 100)
+"""Settings of the garbage collector, with a full search ten times less often than usual.
+
+A full search takes up to 0.1 s, in which no move is answered. See also `cli.start.SELDOM`.
+"""
+FULL = 5
+"""Number of partial searches after which a full one is worthwhile."""
+REST = 0.5
+"""Time since the last result after which nobody moves anything [s]."""
 _frozen_pages: set[str] = set()
+_latest: set[object] = set()
+"""Token of the last result of all pages."""
 
 
 def forget_tab() -> None:
@@ -31,20 +38,27 @@ def forget_tab() -> None:
         _frozen_pages.clear()
 
 
-async def freeze_after_result(page: str) -> None:
-    """Call `freeze_modules` once the page's first result has reached the browser."""
+async def tidy_after_result(page: str) -> None:
+    """Release memory once no page has had a further result for a while."""
+    mine = object()
+    _latest.clear()
+    _latest.add(mine)
+    await asyncio.sleep(REST)
+    if mine not in _latest:
+        return
     if page not in _frozen_pages:
         _frozen_pages.add(page)
-        await asyncio.sleep(SOON)
         await run.io_bound(freeze_modules)
+    elif gc.get_count()[2] >= FULL:
+        await run.io_bound(gc.collect)
 
 
 def freeze_modules() -> None:
     """Exclude loaded modules from garbage collection, which paused one move in a hundred for 0.3 s.
 
-    From then on the collector runs at Python's usual rate. At the lower rate that the command line
-    sets, closed pages would accumulate.
+    From then on the collector runs more often than at the rate that the command line sets, at which
+    closed pages would accumulate.
     """
-    gc.set_threshold(*USUAL)
+    gc.set_threshold(*WHILE_MOVING)
     gc.collect()
     gc.freeze()

@@ -16,7 +16,7 @@ from layerjam.workbench.call import Call, Options, result_fields
 from layerjam.workbench.controls import Choice, Control, Slider, read_number, read_word
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Words
-from layerjam.workbench.memory import freeze_after_result
+from layerjam.workbench.memory import tidy_after_result
 from layerjam.workbench.runner import Runner, add_progress_line
 from layerjam.workbench.spoken import typeset_text
 from layerjam.workbench.tables import html_table
@@ -191,7 +191,7 @@ class Page(View):
             self.result = result
             with self.place or contextlib.nullcontext():
                 self.draw(result)
-        background_tasks.create(freeze_after_result(self.name), name="layerjam settles")
+        background_tasks.create(tidy_after_result(self.name), name="layerjam settles")
 
     def _show_problems(self, problems: Sequence[tuple[str | None, str]]) -> None:
         for field in self._wrong:
