@@ -76,3 +76,14 @@ def test_every_kind_of_vacuum_and_undo(drop):
         "document.querySelector('[data-testid=drop-verdict]').innerText.includes(' kPa stops ')"
     )
     assert drop.errors == []
+
+
+def test_all_numbers_are_there_once_the_fold_is_open(drop):
+    """They follow the settings only while they can be seen."""
+    others = at("others")
+    assert drop.locator(others).text_content() == ""
+    drop.locator(f"{at('numbers')} [role=button]").first.click()
+    drop.wait_for_function(
+        "place => document.querySelector(place).innerText.includes('Dissipated energy')",
+        arg=others,
+    )

@@ -90,6 +90,7 @@ class Drop(Page):
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self.more = OtherInputs(self, "drop", KEYS)
+        self.all_numbers = ""
         self.panel = Panel(desk, self.name)
 
     def controls(self) -> Mapping[str, Control]:
@@ -146,10 +147,15 @@ class Drop(Page):
             with ui.row().classes("w-full items-center gap-x-6"):
                 self.panel.build_pins()
                 self.panel.build_exports()
-            with fold("All numbers", "drop-numbers"):
+            with fold("All numbers", "drop-numbers") as self.numbers:
                 self.others = dress(live.Table(), "drop-others", "w-full plain-scroll")
+            self.numbers.on_value_change(self._fill_numbers)
             self.bound = dress(live.Words(""), "drop-bound", "text-sm")
             self.notes = Notes()
+
+    def _fill_numbers(self) -> None:
+        if self.numbers.value:
+            self.others.set_content(self.all_numbers)
 
     def _is_horizontal(self) -> bool:
         return self.word(DIRECTION) == "horizontal"
@@ -249,9 +255,9 @@ class Drop(Page):
             chart = drop_chart(data, least, quiet, self.dark)
         self.panel.draw(answer, chart)
         self.animation.load_series(data)
-        main, others = drop_tables(drops, view)
+        main, self.all_numbers = drop_tables(drops, view)
         self.table.set_content(main)
-        self.others.set_content(others)
+        self._fill_numbers()
         self.bound.set_text(bound_sentence(floor, texts))
         self.notes.fill(list_notes(drops))
 

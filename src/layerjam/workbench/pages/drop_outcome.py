@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from layerjam.simulate.crash import Crash
 
 
-SAMPLES = 240
+SAMPLES = 160
 """Number of samples of the record that are sent to the browser."""
 SLOW = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
 LASTS = 4.0
