@@ -1,4 +1,4 @@
-"""Tasks of a person who has read nothing, with real clicks that are counted."""
+"""Tasks of a person who has read nothing, with real clicks that are counted, or by keyboard."""
 
 from __future__ import annotations
 
@@ -15,20 +15,61 @@ LONG = 120_000
 
 
 class Person:
-    """Does one thing after the other; counts clicks and fields."""
+    """Does one thing after the other, with mouse or keyboard; counts clicks and fields."""
 
-    def __init__(self, page) -> None:
-        self.page, self.clicks, self.fields = page, 0, 0
+    def __init__(self, page, by: str) -> None:
+        self.page, self.by, self.clicks, self.fields = page, by, 0, 0
         page.wait_for_selector(at("brake-here-name"), timeout=LONG)
 
-    def click(self, ident: str) -> None:
-        self.page.wait_for_selector(at(ident), timeout=LONG)
-        self.page.click(at(ident))
+    def press(self, target) -> None:
+        """What a click does, by keyboard: what has the focus is what the Tab key reaches."""
+        target.wait_for(timeout=LONG)
+        if self.by == "mouse":
+            target.click()
+        else:
+            self.reach(target)
+            self.page.keyboard.press("Enter")
         self.clicks += 1
 
+    def reach(self, target) -> None:
+        """Focus what the Tab key reaches; from the open tab, arrows lead to the others."""
+        if target.get_attribute("role") != "tab":
+            target.focus()
+            assert target.evaluate("e => e.contains(document.activeElement) && e.tabIndex >= 0")
+            return
+        self.page.evaluate("document.activeElement.blur()")
+        key = "Tab"
+        for _ in range(60):
+            self.page.keyboard.press(key)
+            if target.evaluate("e => e.contains(document.activeElement)"):
+                return
+            if self.page.evaluate("document.activeElement.closest('[role=tab]') !== null"):
+                key = "ArrowRight"
+        raise AssertionError(f"no key leads to {target}")
+
+    def click(self, ident: str) -> None:
+        self.press(self.page.locator(at(ident)))
+
     def choose(self, ident: str, words: str) -> None:
-        self.page.locator(at(ident)).get_by_text(words, exact=True).click()
-        self.clicks += 1
+        self.press(self.page.locator(at(ident)).get_by_role("button", name=words, exact=True))
+
+    def pick(self, ident: str, words: str) -> None:
+        """Choose from a list that opens, which takes two clicks."""
+        item = self.page.locator(".q-menu .q-item", has_text=words)
+        if self.by == "mouse":
+            self.click(ident)
+            self.press(item)
+            return
+        box = self.page.locator(f"{at(ident)} [role=combobox], [role=combobox]{at(ident)}").first
+        box.focus()
+        self.page.keyboard.press("ArrowDown")
+        item.wait_for(timeout=LONG)
+        for _ in range(30):
+            if "q-manual-focusable--focused" in (item.get_attribute("class") or ""):
+                break
+            self.page.keyboard.press("ArrowDown")
+        self.page.keyboard.press("Enter")
+        self.clicks += 2
 
     def type(self, ident: str, text: str) -> None:
         field = self.page.locator(f"input{at(ident)}")
@@ -50,10 +91,10 @@ class Person:
         return text
 
 
-@pytest.fixture
-def person(tab):
+@pytest.fixture(params=["mouse", "keyboard"])
+def person(tab, request):
     tab.set_viewport_size({"width": 1280, "height": 720})
-    yield Person(tab)
+    yield Person(tab, request.param)
     assert tab.errors == []
 
 
@@ -97,9 +138,7 @@ def test_two_brakes_side_by_side_and_the_folder_for_the_workshop(person, tmp_pat
     person.click("tab-brake")
     person.reads("brake-sentence", "Holds 251 N at rest and resists 189 N when pulled")
     before = person.clicks
-    person.click("brake-beside")
-    person.page.locator(".q-menu .q-item").get_by_text("Choi 2018, polyester").click()
-    person.clicks += 1
+    person.pick("brake-beside", "Choi 2018, polyester")
     person.page.wait_for_selector(f"{at('brake-numbers')} >> text=better", timeout=LONG)
     assert person.clicks - before == 2
     before = person.clicks

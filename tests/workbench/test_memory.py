@@ -59,7 +59,7 @@ def test_memory_is_tidied_only_while_nobody_moves_anything(monkeypatch):
     async def move(times):
         await asyncio.gather(*(tidy_after_result("pull") for _ in range(times)))
 
-    monkeypatch.setattr(memory, "REST", 0.02)
+    monkeypatch.setattr(memory, "IDLE_TIME", 0.02)
     monkeypatch.setattr(memory.run, "io_bound", note)
     monkeypatch.setattr(memory, "_frozen_pages", set())
     monkeypatch.setattr(gc, "get_count", lambda: (0, 0, memory.FULL))

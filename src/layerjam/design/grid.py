@@ -146,7 +146,7 @@ class Kernel:
         vacuums = grid.axes["vacuum"]
         is_valid = (vacuums > 0) & (vacuums <= evaluation.base.site.atmosphere)
         self._drawn_vacuums = np.where(is_valid, np.argmax(is_valid), np.arange(len(vacuums)))
-        """For each vacuum, the index of one whose designs are drawn in its place."""
+        """Index, for each vacuum, of the vacuum whose designs are drawn in its place."""
 
     def merits(self, numbers: Numbers) -> Array:
         """Return merits except those of the stop, shape (merits, n)."""

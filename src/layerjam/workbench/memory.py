@@ -13,7 +13,7 @@ A full search takes up to 0.1 s, in which no move is answered. See also `cli.sta
 """
 FULL = 5
 """Number of partial searches after which a full one is worthwhile."""
-REST = 0.5
+IDLE_TIME = 0.5
 """Time since the last result after which nobody moves anything [s]."""
 _frozen_pages: set[str] = set()
 _latest: set[object] = set()
@@ -43,7 +43,7 @@ async def tidy_after_result(page: str) -> None:
     mine = object()
     _latest.clear()
     _latest.add(mine)
-    await asyncio.sleep(REST)
+    await asyncio.sleep(IDLE_TIME)
     if mine not in _latest:
         return
     if page not in _frozen_pages:
