@@ -10,6 +10,7 @@ import pytest
 from layerjam.device.brake import enclosure_mass, mass, sheet_mass, validate
 from layerjam.device.load import catalogue, devices, load, materials
 from layerjam.errors import QuantityError, UnknownNameError
+from layerjam.fluid.file import load_line
 from layerjam.toml_files.source import KINDS, Source
 from layerjam.units import get, quantities
 from strategies import KAPTON, change, one, random_brakes
@@ -133,3 +134,13 @@ def test_a_second_reading_of_a_device_is_no_second_device():
         for field in ("scale_factor", "stiffness_measured"):
             assert name in plain.sources[field].conflict
             assert plain.name in load(name).sources[field].conflict
+
+
+@pytest.mark.parametrize(("load", "name"), [(load, "choi2018-kapton"), (load_line, "choi2018")])
+def test_a_changed_copy_of_a_shipped_file_changes_no_other(load, name) -> None:
+    first = load(name)
+    for mapping in (first.sources, first.notes, getattr(first, "parts", {})):
+        mapping.clear()
+    second = load(name)
+    assert second.sources and second.record == first.record
+    assert getattr(second, "parts", None) != {}

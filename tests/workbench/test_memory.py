@@ -62,12 +62,12 @@ def test_memory_is_tidied_only_while_nobody_moves_anything(monkeypatch):
     monkeypatch.setattr(memory, "IDLE_TIME", 0.02)
     monkeypatch.setattr(memory.run, "io_bound", note)
     monkeypatch.setattr(memory, "_frozen_pages", set())
-    monkeypatch.setattr(gc, "get_count", lambda: (0, 0, memory.FULL))
+    monkeypatch.setattr(gc, "get_count", lambda: (0, 0, memory.PARTIAL_SEARCHES))
     asyncio.run(move(5))
     assert done == [freeze_modules]
     asyncio.run(move(5))
     assert done == [freeze_modules, gc.collect]
-    monkeypatch.setattr(gc, "get_count", lambda: (0, 0, memory.FULL - 1))
+    monkeypatch.setattr(gc, "get_count", lambda: (0, 0, memory.PARTIAL_SEARCHES - 1))
     asyncio.run(move(5))
     assert len(done) == 2
 

@@ -12,7 +12,7 @@ from layerjam.device.brake import Brake, validate
 from layerjam.device.file import BrakeFile, materials
 from layerjam.errors import FileError
 from layerjam.system import check_file_name, report_failure
-from layerjam.toml_files.shipped import load_text, shipped_files
+from layerjam.toml_files.shipped import shipped_files
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -39,15 +39,7 @@ def load(brake: str | Path) -> BrakeFile:
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
-    name = str(brake)
-    if name not in _catalogue_texts():
-        return BrakeFile.read(*load_text("brake", brake, _catalogue_texts()))
-    return _load_shipped(name).copy()
-
-
-@functools.cache
-def _load_shipped(name: str) -> BrakeFile:
-    return BrakeFile.read(*load_text("brake", name, _catalogue_texts()))
+    return BrakeFile.load(brake, _catalogue_texts())
 
 
 def resolve_brake(anything: str | Path | BrakeFile | Brake) -> Brake:

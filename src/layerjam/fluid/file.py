@@ -4,7 +4,6 @@
 other keys in the table override the part's values.
 """
 
-import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,7 +14,7 @@ from layerjam.fluid.line import Line, validate
 from layerjam.fluid.parts import FAMILIES, part_entries
 from layerjam.toml_files.changes import RecordFile, find_paths
 from layerjam.toml_files.reader import Reader
-from layerjam.toml_files.shipped import load_text, shipped_files
+from layerjam.toml_files.shipped import shipped_files
 from layerjam.toml_files.toml import parse_toml
 from layerjam.toml_files.values import Entry, entries
 
@@ -68,15 +67,7 @@ def load_line(line: str | Path) -> LineFile:
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
-    name = str(line)
-    if name not in _catalogue_texts():
-        return LineFile.read(*load_text("line", line, _catalogue_texts()))
-    return _load_shipped(name).copy()
-
-
-@functools.cache
-def _load_shipped(name: str) -> LineFile:
-    return LineFile.read(*load_text("line", name, _catalogue_texts()))
+    return LineFile.load(line, _catalogue_texts())
 
 
 def _insert_parts(tables: dict[str, Any], reader: Reader) -> dict[str, str]:

@@ -8,11 +8,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from html import escape
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ClassVar, Generic, Self, TypeVar
 
 from layerjam.errors import FileError, QuantityError, UnknownNameError, explain_arguments
 from layerjam.toml_files.reader import Reader
+from layerjam.toml_files.shipped import load_text
 from layerjam.toml_files.source import KINDS, Source
 from layerjam.toml_files.toml import quote
 from layerjam.toml_files.values import Entry, entries
@@ -24,6 +26,11 @@ R = TypeVar("R")
 Change = str | float | None
 """Text with a unit, an SI number, or None for unknown or the default."""
 SET_BY_HAND = Source(kind="assumed", text="set with with_()")
+
+
+@cache
+def _read_shipped(cls: Any, text: str, name: str) -> Any:
+    return cls.read(text, name)
 
 
 @cache
@@ -133,9 +140,20 @@ class RecordFile(ABC, Generic[R]):
         bare = cls(name=name, sources={}, text="", **fields)
         return cls.read(bare.render(name), f"{cls.holds} {name[:80]}")
 
-    def copy(self) -> Self:
-        """Return the file with sources and notes of its own, which a caller may change."""
-        return replace(self, sources=dict(self.sources), notes=dict(self.notes))
+    @classmethod
+    def load(cls, source: str | Path, texts: Mapping[str, str]) -> Self:
+        """Return a shipped file by its name in `texts`, or a user's file by its path.
+
+        Raises UnknownNameError (with the nearest names) or FileError.
+        """
+        text, place = load_text(cls.holds, source, texts)
+        if place not in texts:
+            return cls.read(text, place)
+        file: Self = _read_shipped(cls, text, place)
+        values = {f.name: getattr(file, f.name) for f in fields(file)}
+        # callers may change the mappings
+        own: dict[str, Any] = {k: dict(v) for k, v in values.items() if isinstance(v, dict)}
+        return replace(file, **own)
 
     @property
     def record(self) -> R:

@@ -11,8 +11,8 @@ WHILE_MOVING = (700, 10, 100)
 
 A full search takes up to 0.1 s, in which no move is answered. See also `cli.start.SELDOM`.
 """
-FULL = 5
-"""Number of partial searches after which a full one is worthwhile."""
+PARTIAL_SEARCHES = 5
+"""Number of partial searches for garbage after which a full one is worthwhile."""
 IDLE_TIME = 0.5
 """Time since the last result after which nobody moves anything [s]."""
 _frozen_pages: set[str] = set()
@@ -40,16 +40,16 @@ def forget_tab() -> None:
 
 async def tidy_after_result(page: str) -> None:
     """Release memory once no page has had a further result for a while."""
-    mine = object()
+    token = object()
     _latest.clear()
-    _latest.add(mine)
+    _latest.add(token)
     await asyncio.sleep(IDLE_TIME)
-    if mine not in _latest:
+    if token not in _latest:
         return
     if page not in _frozen_pages:
         _frozen_pages.add(page)
         await run.io_bound(freeze_modules)
-    elif gc.get_count()[2] >= FULL:
+    elif gc.get_count()[2] >= PARTIAL_SEARCHES:
         await run.io_bound(gc.collect)
 
 
