@@ -152,8 +152,8 @@ class RecordFile(ABC, Generic[R]):
         file: Self = _read_shipped(cls, text, place)
         values = {f.name: getattr(file, f.name) for f in fields(file)}
         # callers may change the mappings
-        own: dict[str, Any] = {k: dict(v) for k, v in values.items() if isinstance(v, dict)}
-        return replace(file, **own)
+        copies: dict[str, Any] = {k: dict(v) for k, v in values.items() if isinstance(v, dict)}
+        return replace(file, **copies)
 
     @property
     def record(self) -> R:
