@@ -217,17 +217,17 @@ def environment(home: Path, cache: Path) -> dict[str, str]:
         "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
         "JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES": "-1",
         "OMP_NUM_THREADS": "1",
-        "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false",
+        "XLA_FLAGS": f"--xla_cpu_multi_thread_eigen=false {os.environ.get('XLA_FLAGS', '')}",
     }
 
 
-def survives(home: Path, cache: Path, changed: str, limit: float) -> tuple[bool, str]:
-    """Run the tests against the package in `home`; True where all of them pass."""
+def run_tests(home: Path, cache: Path, changed: str, limit: float) -> tuple[str, str]:
+    """Run the tests against the package in `home`: "passed", "failed" or "timeout", and output."""
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m"]
     command += ["not slow", "-o", "xfail_strict=false", "--tb=line"]
     place = home.parent
     try:
-        done = subprocess.run(
+        run = subprocess.run(
             [*command, *test_files(place / "tests", changed)],
             cwd=place,
             env=environment(home, cache),
@@ -237,8 +237,8 @@ def survives(home: Path, cache: Path, changed: str, limit: float) -> tuple[bool,
             check=False,
         )
     except subprocess.TimeoutExpired:
-        return False, "timeout"
-    return done.returncode == 0, done.stdout[-1500:]
+        return "timeout", ""
+    return "failed" if run.returncode else "passed", run.stdout[-1500:]
 
 
 def difference(mutant: Mutant, source: str) -> str:
@@ -260,7 +260,8 @@ class Farm:
         self.limit = limit
         self.cache = place / "jax"
         ignore = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(ROOT / "tests", place / "tests", ignore=ignore)
+        for name in ("tests", "docs", "examples"):
+            shutil.copytree(ROOT / name, place / name, ignore=ignore)
         shutil.copy(ROOT / "pyproject.toml", place)
         self.homes: Queue[Path] = Queue()
         self.sources = {p.relative_to(SOURCE).as_posix(): p.read_text("utf-8") for p in FILES}
@@ -281,25 +282,30 @@ class Farm:
         finally:
             self.homes.put(home)
 
-    def baseline(self) -> tuple[bool, str]:
+    def find_failure(self, folders: set[str]) -> str:
+        """Output of the first folder whose tests fail without a mutant: they would kill each."""
         home = self.homes.get()
         try:
-            return survives(home, self.cache, "mechanics/pull.py", self.limit)
+            for folder in sorted(folders):
+                outcome, output = run_tests(home, self.cache, f"{folder}/pull.py", self.limit)
+                if outcome != "passed":
+                    return f"{folder}: {outcome}\n{output}"
+            return ""
         finally:
             self.homes.put(home)
 
-    def alive(self, mutant: Mutant) -> bool:
+    def try_out(self, mutant: Mutant) -> str:
         home = self.homes.get()
         place = home / "layerjam" / mutant.file
         try:
             place.write_text(mutant.apply(self.sources[mutant.file]), encoding="utf-8")
-            return survives(home, self.cache, mutant.file, self.limit)[0]
+            return run_tests(home, self.cache, mutant.file, self.limit)[0]
         finally:
             place.write_text(self.sources[mutant.file], encoding="utf-8")
             self.homes.put(home)
 
 
-def chosen(args: argparse.Namespace) -> list[Mutant]:
+def select(args: argparse.Namespace) -> list[Mutant]:
     names = args.only.split(",") if args.only else [path.stem for path in FILES]
     made = [m for path in FILES if path.stem in names for m in mutants_of(path)]
     if args.sample and args.sample < len(made):
@@ -308,20 +314,22 @@ def chosen(args: argparse.Namespace) -> list[Mutant]:
     return [made[int(i)] for i in args.pick.split(",")] if args.pick else made[args.skip :]
 
 
-def report(results: list[tuple[Mutant, bool]], sources: dict[str, str], seconds: float) -> int:
+def report(results: list[tuple[Mutant, str]], sources: dict[str, str], seconds: float) -> int:
     killed: collections.Counter[str] = collections.Counter()
     total: collections.Counter[str] = collections.Counter()
-    for mutant, alive in results:
+    for mutant, outcome in results:
         total[mutant.file] += 1
-        killed[mutant.file] += not alive
+        killed[mutant.file] += outcome != "passed"
     print("\n")
-    for mutant, alive in results:
-        if alive:
+    for mutant, outcome in results:
+        if outcome == "passed":
             print(survivor(mutant, sources), end="")
     for name in sorted(total):
         print(f"{name:40} {killed[name]:4} of {total[name]:4} killed")
     share = sum(killed.values()) / max(1, len(results))
+    late = sum(outcome == "timeout" for _, outcome in results)
     print(f"{sum(killed.values())} of {len(results)} mutants killed, {share:.1%}, {seconds:.0f} s")
+    print(f"{late} of them by the limit of time")
     return 0 if share >= PASS_MARK else 1
 
 
@@ -334,26 +342,26 @@ def main() -> int:
     parser.add_argument("--pick", default="", help="only these numbers of the list, e.g. 3,17")
     parser.add_argument("--trust", action="store_true", help="no run without a mutant first")
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--limit", type=float, default=240.0, help="seconds for one mutant")
+    parser.add_argument("--limit", type=float, default=900.0, help="seconds for one mutant")
     args = parser.parse_args()
     begun = time.monotonic()
-    picked = chosen(args)
+    picked = select(args)
     with tempfile.TemporaryDirectory(prefix="layerjam-mutants-") as folder:
         farm = Farm(Path(folder), args.jobs, args.limit)
         if not farm.imported_from():
             print("the copy of the package is not the one that is imported")
             return 2
-        passed, output = (True, "") if args.trust else farm.baseline()
-        if not passed:
-            print(f"the tests fail without any mutant:\n{output}")
+        folders = set() if args.trust else {m.file.split("/")[0] for m in picked}
+        if failure := farm.find_failure(folders):
+            print(f"the tests fail without any mutant in {failure}")
             return 2
         print(f"{len(picked)} mutants, baseline {time.monotonic() - begun:.0f} s", flush=True)
 
-        def trial(mutant: Mutant) -> tuple[Mutant, bool]:
-            alive = farm.alive(mutant)
-            shown = survivor(mutant, farm.sources) if alive else "."
-            print(shown, end="", flush=True)
-            return mutant, alive
+        def trial(mutant: Mutant) -> tuple[Mutant, str]:
+            outcome = farm.try_out(mutant)
+            marks = {"passed": survivor(mutant, farm.sources), "failed": ".", "timeout": "T"}
+            print(marks[outcome], end="", flush=True)
+            return mutant, outcome
 
         with ThreadPoolExecutor(args.jobs) as pool:
             results = list(pool.map(trial, picked))
