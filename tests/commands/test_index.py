@@ -45,8 +45,17 @@ def test_no_command_is_passed_over(
     old: str, new: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     source = DIVE.format(result="Dive").replace(old, new)
-    with pytest.raises(RuntimeError, match="1 commands, but only 0 recognised"):
+    with pytest.raises(RuntimeError, match="line .*: command not recognised"):
         names(source, tmp_path, monkeypatch)
+
+
+def test_a_command_after_one_without_a_result_is_not_taken_for_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = DIVE.format(result="Dive")
+    first = source.replace("-> Dive:", ":").replace("dive", "surface")
+    with pytest.raises(RuntimeError, match="line 4: command not recognised"):
+        names(f"{first}\n\n{source}", tmp_path, monkeypatch)
 
 
 def test_the_index_lists_what_the_modules_declare() -> None:

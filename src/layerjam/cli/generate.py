@@ -14,7 +14,6 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from layerjam.cli.engine import enable_double_precision
 from layerjam.commands.declare import (
     PYTHON_ONLY,
     Command,
@@ -242,6 +241,8 @@ def _run_command(entry: Command, options: list[Parameter], values: dict[str, Any
         if isinstance(p.help, OutFile):
             check_target(values[p.name], overwrite, p.help.endings)
     if entry.computes:
+        from layerjam.cli.engine import enable_double_precision
+
         enable_double_precision()
     arguments = {
         p.name: values[p.name]

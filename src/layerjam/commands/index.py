@@ -19,9 +19,9 @@ from layerjam.commands.declare import EXAMPLES, FORMER, GROUPS, REGISTRY, Comman
 from layerjam.errors import UnknownNameError
 
 HOME = Path(__file__).parent.parent
-DECORATOR = re.compile(r"^@(?:\w+\.)*command\(", re.MULTILINE)
+DECORATOR = re.compile(r"\n@(?:\w+\.)*command\(")
 HEAD = re.compile(
-    r'^@command\(.*?^def \w+\(.*?\) -> [^\n]+:\n    """.*?"""\n', re.DOTALL | re.MULTILINE
+    r'\n@command\(.*?^def \w+\(.*?\) -> [^\n]+:\n    """.*?"""\n', re.DOTALL | re.MULTILINE
 )
 
 
@@ -50,22 +50,24 @@ class Entry:
 def _read_entries(path: Path) -> Iterator[Entry]:
     """Yield the entries in a file; raises RuntimeError if a command's header cannot be parsed."""
     text = path.read_text(encoding="utf-8")
-    heads, count = HEAD.findall(text), len(DECORATOR.findall(text))
-    if len(heads) != count:
-        raise RuntimeError(
-            f"{path}: {count} commands, but only {len(heads)} recognised; a command is a "
-            "function of the module with @command(...), a result type and a docstring"
-        )
-    module = ".".join(("layerjam", *path.relative_to(HOME).with_suffix("").parts))
-    for head in heads:
-        function: Any = ast.parse(head).body[0]
+    for decorator in DECORATOR.finditer(text):
+        head = HEAD.match(text, decorator.start())
+        body: Any = ast.parse(head[0]).body if head else ()
+        if len(body) != 1:
+            line = text.count("\n", 0, decorator.end()) + 1
+            raise RuntimeError(
+                f"{path}, line {line}: command not recognised; a command is a function of the "
+                "module with @command(...), a result type and a docstring"
+            )
+        function = body[0]
         call = function.decorator_list[0]
         keywords = {str(k.arg): ast.literal_eval(k.value) for k in call.keywords}
         doc = (ast.get_docstring(function) or "").split("\n\n")[0].replace("\n", " ")
+        folders = path.relative_to(HOME).with_suffix("").parts
         yield Entry(
             name=command_line_name(function.name, keywords.get("parent", "")),
             python_name=function.name,
-            module=module,
+            module=".".join(("layerjam", *folders)),
             group=ast.literal_eval(call.args[0]),
             summary=doc,
         )

@@ -32,7 +32,8 @@ class _Structures:
     def __init__(self, precision: Precision) -> None:
         self.real = _REALS[precision]
         types = _read_headers(self.real)
-        self.brake, self.state, self.row = types["lj_brake"], types["lj_state"], types["lj_row"]
+        self.brake, self.state = types["lj_brake"], types["lj_state"]
+        self.number, self.row = np.dtype(self.real), np.dtype(types["lj_row"])
 
 
 def _read_headers(real: Any) -> dict[str, Any]:
@@ -251,10 +252,10 @@ class Kernel:
         )
 
     def _run_history(self, elongation: ArrayLike, vacuum: ArrayLike) -> tuple[Any, NDArray[Any]]:
-        real = np.dtype(self._made.real)
-        path = np.ascontiguousarray(np.atleast_1d(np.asarray(elongation, real)))
-        pressure = np.ascontiguousarray(np.broadcast_to(np.asarray(vacuum, real), path.shape))
-        rows, state = np.empty(path.shape, np.dtype(self._made.row)), self._made.state()
+        number = self._made.number
+        path = np.ascontiguousarray(np.atleast_1d(np.asarray(elongation, number)))
+        pressure = np.ascontiguousarray(np.broadcast_to(np.asarray(vacuum, number), path.shape))
+        rows, state = np.empty(path.shape, self._made.row), self._made.state()
         self._library.lj_start(state, max(float(pressure[0]), 0.0) if path.size else 0.0)
         places = (array.ctypes.data for array in (path, pressure, rows))
         self._library.lj_history(self._brake, state, path.size, *places)

@@ -40,13 +40,17 @@ def _register(cls: type) -> None:
     keys = [jax.tree_util.GetAttrKey(name) for name in names]
     specs = [f.metadata.get("quantity") for f in dataclasses.fields(cls)]
     read = operator.attrgetter(*names) if len(names) > 1 else _make_field_reader(names[0])
-    no_floats = any(isinstance(spec, FlagSpec) or getattr(spec, "whole", False) for spec in specs)
+    has_integers = any(
+        isinstance(spec, FlagSpec) or getattr(spec, "whole", False) for spec in specs
+    )
 
     def flatten(rec: Any) -> tuple[Any, None]:
-        values = read(rec)
-        if no_floats:  # JAX differentiates only with respect to floats
-            values = tuple(float(v) if isinstance(v, int) else v for v in values)
-        return values, None
+        return read(rec), None
+
+    if has_integers:  # JAX differentiates only with respect to floats
+
+        def flatten(rec: Any) -> tuple[Any, None]:
+            return tuple(float(v) if isinstance(v, int) else v for v in read(rec)), None
 
     def unflatten(_: None, leaves: Any) -> Any:
         rec: Any = object.__new__(cls)
@@ -133,9 +137,13 @@ def fuse(function: F) -> F:
     return jax.jit(function, inline=True)  # type: ignore[return-value]
 
 
+_make_constant = jax.jit(lambda: True)
+"""Returns a tracer in a trace. Compiled, it takes a sixth of the time of `jnp.zeros`."""
+
+
 def _is_tracing(arguments: Any) -> bool:
     """Return whether JAX traces the arguments or the current computation."""
-    leaves = [*jax.tree.leaves(arguments), jnp.zeros(())]
+    leaves = [*jax.tree.leaves(arguments), _make_constant()]
     return any(isinstance(leaf, jax.core.Tracer) for leaf in leaves)
 
 

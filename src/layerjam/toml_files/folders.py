@@ -1,7 +1,6 @@
 """Folders that are written completely or not at all, and leftovers of killed runs."""
 
 import contextlib
-import ctypes
 import os
 import re
 import secrets
@@ -120,6 +119,8 @@ def _is_stale_without_locks(folder: Path) -> bool:
 
 def _exchange_folders(first: Path, second: Path) -> bool:
     """Exchange two paths in one step (renameat2 on Linux); return False if the system cannot."""
+    import ctypes
+
     with contextlib.suppress(OSError, AttributeError, TypeError):  # Windows rejects CDLL(None)
         library = ctypes.CDLL(None, use_errno=True)
         names = os.fsencode(first), os.fsencode(second)

@@ -79,6 +79,8 @@ def _scatter_probability(
     It is based on Fisher's F for the groups, after removing the conditions' means: the smallest
     over the columns, times their number (Bonferroni).
     """
+    if len(set(order)) < 2:
+        return None
     condition = np.zeros(len(curves), int)
     for number, places in enumerate(group_conditions(curves)):
         condition[list(places)] = number
