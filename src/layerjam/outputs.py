@@ -1,7 +1,7 @@
-"""Output quantities: unit and description of each computed value, declared once on its record."""
+"""Output quantities: declared once on the record that computes them, and looked up by name."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from inspect import get_annotations
 from typing import TYPE_CHECKING, Any, TypeVar, dataclass_transform
@@ -101,3 +101,29 @@ def declare(cls: type[T]) -> type[T]:
 def outputs(cls: type[T]) -> type[T]:
     """Return a decorator for a frozen, keyword-only record of computed quantities."""
     return dataclass(frozen=True, kw_only=True)(declare(cls))
+
+
+@dataclass(frozen=True)
+class _PrefixedRecords:
+    prefix: str
+    records: tuple[object, ...]
+
+
+def add_prefix(prefix: str, *records: object) -> object:
+    """Return records with prefixed fields: with "tuned_", `slip` becomes the key `tuned_slip`."""
+    return _PrefixedRecords(prefix, records)
+
+
+def look_up(name: str, records: Iterable[object]) -> Any:
+    """Return the value from the first record or mapping with this name; MISSING if none has it."""
+    for record in records:
+        if isinstance(record, _PrefixedRecords):
+            mine = name.startswith(record.prefix)
+            value = look_up(name.removeprefix(record.prefix), record.records) if mine else MISSING
+        elif isinstance(record, Mapping):
+            value = record.get(name, MISSING)
+        else:
+            value = getattr(record, name, MISSING)
+        if value is not MISSING:
+            return value
+    return MISSING

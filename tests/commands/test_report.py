@@ -15,7 +15,6 @@ from layerjam.commands.report import Report, report
 from layerjam.errors import FileError, FitError, LayerjamError, QuantityError
 from layerjam.measure.sidecar import sidecar_path
 from layerjam.report import brake_files as writer
-from layerjam.report import typeset
 from report.brake_files import BRAKE, Campaign, campaign
 
 
@@ -29,7 +28,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures and pages are looked at elsewhere."""
     monkeypatch.setattr(writer, "draw_all", lambda pictures, tell: {})
     monkeypatch.setattr(writer, "to_html", lambda shown, pictures: json.dumps(shown))
-    monkeypatch.setattr(typeset, "typeset_pdf", lambda shown, pictures: b"%PDF")
+    monkeypatch.setattr(writer, "typeset_pdf", lambda shown, pictures: b"%PDF")
 
 
 def run(out: Path, **given: Any) -> Report:

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from layerjam.identify.calibration.further import SURE, Further, predict_further_pulls
-from layerjam.identify.calibration.intervals import Population
+from layerjam.identify.calibration.intervals import SURE, Further, Population, predict_further_pulls
 
 
 def means(values: np.ndarray, weights: np.ndarray | None = None) -> Population:

@@ -13,7 +13,7 @@ from identify.saw import GRAVITY, sled, teeth
 from layerjam.commands.friction import FrictionTest, friction
 from layerjam.commands.pull import pull
 from layerjam.errors import LayerjamError, QuantityError
-from layerjam.identify.pull.rises import find_second_rise
+from layerjam.identify.pull.strokes import find_second_rise
 from layerjam.identify.stick_slip import find_ripple, find_saw_teeth
 from layerjam.measure.trace import Trace
 

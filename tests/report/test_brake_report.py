@@ -151,8 +151,7 @@ def test_a_table_that_continues_repeats_its_header() -> None:
     import pypdfium2
 
     from layerjam.report.page import Page as Content
-    from layerjam.report.page import Part, Table
-    from layerjam.report.typeset import typeset_pdf
+    from layerjam.report.page import Part, Table, typeset_pdf
 
     rows = [[str(n), f"pull-{n}.csv", "ok"] for n in range(1, 101)]
     table = Table(id="pulls", caption="Each pull", head=["no.", "file", "verdict"], rows=rows)

@@ -339,9 +339,8 @@ def _fit_brake(
     if depth == "curves":
         return calibrate_curves(curves, brake, free, tell)
     from layerjam.identify.bayes.fit import calibrate_bayesian
-    from layerjam.simulate.speed import is_speed_dependent
 
-    if is_speed_dependent(brake):
+    if brake.active_speed_law is not None:
         raise FitError(
             "speed_law: depth 'bayesian' does not support speed-dependent friction; use "
             "'curves', or the brake without that table"

@@ -257,7 +257,6 @@ def _stop_with_brake(
 ) -> Stop:
     """Return the stop in closed form, or integrated in time if damped or if the vacuum changes."""
     from layerjam.mechanics.pull import least_stiffness
-    from layerjam.simulate.speed import is_speed_dependent
 
     changes = isinstance(vacuum, History)
     if isinstance(vacuum, History) or damping or until is not None:
@@ -303,7 +302,7 @@ def _stop_with_brake(
         stopping_time=None if end.outcome is Outcome.FINISHED else end.time,
         # if friction grows with speed, sliding is stable on any spring
         least_stiffness=None
-        if is_speed_dependent(brake.brake)
+        if brake.brake.active_speed_law is not None
         else float(least_stiffness(record.vacuum, brake.brake)),
         warnings=[*record.warnings, *notices],
         crash=crashing,

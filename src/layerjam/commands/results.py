@@ -16,11 +16,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transf
 
 from layerjam.commands.arguments import check_kind
 from layerjam.commands.known import KnownResult
-from layerjam.commands.lookup import add_prefix, look_up
 from layerjam.commands.wording import format_words, raise_powers, strip_control_codes, wrap_text
 from layerjam.device.load import accept_force_option, store_file
 from layerjam.errors import FileError, LayerjamError, MissingExtraError, Notice, UnknownNameError
-from layerjam.outputs import ENDS, Figure, declare, fact, number
+from layerjam.outputs import ENDS, Figure, add_prefix, declare, fact, look_up, number
 from layerjam.report.folder import to_json
 from layerjam.units import show
 from layerjam.verdict import Acceptance, Verdict, accepted_rows, list_failures, remaining

@@ -87,7 +87,7 @@ def tune(
     from layerjam.mechanics.stop.exact import stop
     from layerjam.mechanics.stop.tune import vacuum_eq10
     from layerjam.simulate.drop import series_spring
-    from layerjam.simulate.speed import is_speed_dependent, list_stop_notices
+    from layerjam.simulate.speed import list_stop_notices
     from layerjam.simulate.tuned import find_tunable_speeds, tuning_vacuum
 
     device, g = brake.brake, brake.brake.site.gravity
@@ -98,7 +98,7 @@ def tune(
     eq10 = float(vacuum_eq10(mass, arrives, travel, device))
     vacuum_at = pressure or device.site.atmosphere
     top = float(peak(vacuum_at, device.sheets.usable_travel, device).force)
-    if is_speed_dependent(device):
+    if device.active_speed_law is not None:
         spring = series_spring(device, rope_stiffness)
         top = max(
             top, float(stop(mass, arrives, vacuum_at, spring, case.gravity, device).peak_force)

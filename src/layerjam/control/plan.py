@@ -26,7 +26,6 @@ from layerjam.simulate.coupled import CoupledStop, coupled_drop
 from layerjam.simulate.drop import OUTCOMES, series_spring
 from layerjam.simulate.drop_in_time import TimedStop
 from layerjam.simulate.record import Outcome
-from layerjam.simulate.speed import is_speed_dependent
 from layerjam.units import show, show_at_least
 from layerjam.verdict import Check, check
 
@@ -117,7 +116,7 @@ def _stops_within(vacuums: Array, case: Arrival, spring: float, brake: Brake) ->
     result = stop(case.mass, case.speed, vacuums, spring, case.gravity, brake)
     outcome, slip = np.asarray(result.outcome), np.asarray(result.slip)
     good = ((outcome == STOPPED) | (outcome == NEVER_SLID)) & (slip <= case.travel)
-    if is_speed_dependent(brake):
+    if brake.active_speed_law is not None:
         good &= np.asarray(
             is_held(np.minimum(slip, case.travel), vacuums, case.mass * case.gravity, brake)
         )

@@ -81,6 +81,12 @@ class Brake:
     effects: tuple[Effect, ...] = ()
     """Further effects on the friction, which every law applies and exports reject."""
 
+    @property
+    def active_speed_law(self) -> SpeedLaw | None:
+        """The speed law if friction depends on the sliding speed (plain numbers), or None."""
+        law = self.speed_law
+        return law if law is not None and law.power > 0 else None
+
     @explain_arguments
     def with_(self, **changes: Change) -> "Brake":
         """Return the brake with some values changed by name, such as width="14 mm".

@@ -24,9 +24,8 @@ from layerjam.measure.readers.columns import (
     separate_words,
 )
 from layerjam.measure.readers.content import Source
-from layerjam.measure.readers.lines import read_lines, split_line
+from layerjam.measure.readers.lines import Rows, Table, read_lines, split_line
 from layerjam.measure.readers.numbers import read_columns
-from layerjam.measure.readers.rows import Rows, Table
 from layerjam.measure.readers.source import load_source
 from layerjam.measure.readers.table import find_blocks, find_headless_table, make_bare_table
 from layerjam.measure.readers.unit_words import PRESSURE as PRESSURE_UNIT

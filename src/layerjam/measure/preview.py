@@ -10,9 +10,8 @@ from layerjam.measure.log import find_reference
 from layerjam.measure.options import SKIP, ReadingOptions, load_reading_options
 from layerjam.measure.readers.columns import PULL, Column, Header, assign_columns
 from layerjam.measure.readers.content import Source
-from layerjam.measure.readers.lines import Lines, read_lines
+from layerjam.measure.readers.lines import Lines, Rows, Table, read_lines
 from layerjam.measure.readers.numbers import are_equal_columns, read_columns
-from layerjam.measure.readers.rows import Rows, Table
 from layerjam.measure.readers.source import load_sources
 from layerjam.measure.readers.table import Block, find_blocks, make_bare_table, share_headers
 from layerjam.measure.readers.unit_words import ROLES, convert_unit

@@ -13,7 +13,7 @@ from layerjam.report import folder
 from layerjam.report.brake_numbers import COLUMNS, Number
 from layerjam.report.brake_report import STAGES, BrakeReport, list_numbers, make_page
 from layerjam.report.folder import figure_files, format_json, to_json, write_folder
-from layerjam.report.page import draw_all, to_html
+from layerjam.report.page import draw_all, to_html, typeset_pdf
 from layerjam.toml_files.table_text import format_rows
 from layerjam.verdict import accepted_rows
 
@@ -91,8 +91,6 @@ def write_report(
     }
     warnings = []
     try:
-        from layerjam.report.typeset import typeset_pdf
-
         say("page report.pdf")
         content["report.pdf"] = typeset_pdf(data, pictures)
     except MissingExtraError as error:

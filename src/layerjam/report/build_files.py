@@ -27,8 +27,8 @@ from layerjam.report.assembly_steps import (
 )
 from layerjam.report.build_pictures import add_labels, make_shots
 from layerjam.report.build_scene import make_scene
+from layerjam.report.page import typeset_file
 from layerjam.report.style import format_svg
-from layerjam.report.typeset import typeset_file
 from layerjam.units import show
 
 Block = dict[str, Any]

@@ -17,7 +17,7 @@ from layerjam.mechanics.friction import brake_growth
 from layerjam.mechanics.hysteresis import new_state, step_state
 from layerjam.mechanics.law import double_precision, register_records
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.simulate.speed import is_speed_dependent, remove_idle_speed_law
+from layerjam.simulate.speed import remove_idle_speed_law
 
 
 class SteppedBrake:
@@ -31,7 +31,7 @@ class SteppedBrake:
         check_modulus(brake)
         self._kernel = make_quick_kernel(remove_idle_speed_law(brake), brake.site.atmosphere)
         register_records()
-        self._brake, self._paced = brake, is_speed_dependent(brake)
+        self._brake, self._paced = brake, brake.active_speed_law is not None
         with double_precision():
             spring = jnp.asarray(working_stiffness(brake), jnp.float64)
         self._step = jax.jit(functools.partial(step_state, spring=spring, brake=brake))

@@ -16,7 +16,6 @@ import numpy as np
 
 from layerjam.errors import QuantityError, UnknownNameError, explain_arguments
 from layerjam.simulate.record import DropRecord, Outcome, column
-from layerjam.simulate.speed import is_speed_dependent
 from layerjam.units import check, quantity, show
 
 STANDARD_GRAVITY = 9.80665
@@ -164,7 +163,7 @@ def _is_swinging_back(record: DropRecord) -> bool:
     still = abs(float(record.speed_of_mass[-1])) <= 1e-6 * record.speed
     steady = not record.rope_damping and bool(np.all(record.vacuum_in_time == record.vacuum))
     # with a speed law, the sheets keep sliding after the mass has stopped
-    steady = steady and not is_speed_dependent(record.brake.brake)
+    steady = steady and record.brake.brake.active_speed_law is None
     stopped = record.outcome in (Outcome.STOPPED, Outcome.NEVER_SLID)
     # below the weight the mass does not rise again: it hangs, and the force stays constant
     return stopped and still and steady and record.force[-1] > record.mass * record.gravity

@@ -32,7 +32,7 @@ from layerjam.mechanics.stop.paced import ROWS
 from layerjam.mechanics.stop.paced_tune import is_held
 from layerjam.simulate.first_pull import first_peak, overstretch_error
 from layerjam.simulate.record import DropRecord, Outcome
-from layerjam.simulate.speed import is_speed_dependent, list_stop_notices
+from layerjam.simulate.speed import list_stop_notices
 from layerjam.units import show
 
 OUTCOMES = {
@@ -96,7 +96,7 @@ def drop(
         raise FitError("speed_law: the stop takes more steps than can be computed")
     outcome = OUTCOMES[int(result.outcome)]
     columns, notes = _compute_columns(result.slip, *case), []
-    law = brake.speed_law if is_speed_dependent(brake) else None
+    law = brake.active_speed_law
     if law is not None and result.slip > 0:
         columns, fastest, error = _append_slide(columns, law, *case)
         notes = list_stop_notices(file, fastest, error)
@@ -179,7 +179,7 @@ def _compute_columns(
 ) -> dict[str, Array]:
     """Return a DropRecord's columns: elastic, equally spaced in time, then the slide to `end`."""
     case = (mass, speed, vacuum, spring, gravity, brake)
-    law = brake.speed_law if is_speed_dependent(brake) else None
+    law = brake.active_speed_law
     slides = end > 0 and law is None
     slid = _slip_samples(end, vacuum, brake) if slides else np.zeros(SAMPLES)
     if law is not None and end > 0:

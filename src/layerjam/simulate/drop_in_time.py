@@ -34,7 +34,7 @@ from layerjam.mechanics.stop.motion_step import Load, Motion, memory_force, new_
 from layerjam.simulate.drop import TimedStop, make_record
 from layerjam.simulate.quantities import ARRIVAL_SPEED, DURATION, MASS, VACUUM, check_inputs
 from layerjam.simulate.record import DropRecord, Outcome
-from layerjam.simulate.speed import is_speed_dependent, list_stop_notices, remove_idle_speed_law
+from layerjam.simulate.speed import list_stop_notices, remove_idle_speed_law
 from layerjam.simulate.vacuum_history import History
 from layerjam.units import QuantitySpec, get_spec, show
 
@@ -149,7 +149,12 @@ def drop_in_time(
     load = make_load(mass, pull, rope_stiffness, rope_damping or None, brake)
     load = jax.tree.map(np.float64, load)
     start = _strip_weak_types(
-        new_motion(np.float64(speed), np.float64(first), history is None, is_speed_dependent(brake))
+        new_motion(
+            np.float64(speed),
+            np.float64(first),
+            history is None,
+            brake.active_speed_law is not None,
+        )
     )
     pressure = Vacuum(jnp.asarray(first)) if history is None else _pad_history(history)
     case = _Case(start, pressure, load, brake)
@@ -179,7 +184,7 @@ def drop_in_time(
 
 def _speed_notices(file: BrakeFile, states: list[Motion], error: float | None) -> list[Notice]:
     """Return notices about friction and speed; `error` is the relative error in slip and time."""
-    if not is_speed_dependent(file.brake):
+    if file.brake.active_speed_law is None:
         return list_stop_notices(file)
     return list_stop_notices(file, max(float(state.pace) for state in states), error)
 

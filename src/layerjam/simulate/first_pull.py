@@ -16,7 +16,6 @@ from layerjam.mechanics.hyperelastic import largest_slip, make_strip
 from layerjam.mechanics.law import law
 from layerjam.mechanics.pull import least_stiffness, slip_at_elongation
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.simulate.speed import is_speed_dependent
 from layerjam.units import show
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -24,7 +23,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 def check_hyperelastic(vacuum: Array, brake: Brake) -> None:
     """Raise ProcedureError or QuantityError for cases that the hyperelastic law does not cover."""
-    if is_speed_dependent(brake):
+    if brake.active_speed_law is not None:
         raise QuantityError.of(
             "hyperelastic",
             "a pull whose friction depends on the speed supports only an enclosure with "

@@ -18,14 +18,9 @@ UNMEASURED = Notice(
 )
 
 
-def is_speed_dependent(brake: Brake) -> bool:
-    """Return whether the friction of a brake (plain numbers) depends on the sliding speed."""
-    return brake.speed_law is not None and brake.speed_law.power > 0
-
-
 def remove_idle_speed_law(brake: Brake) -> Brake:
     """Return the brake without a speed law if that law has no effect."""
-    return brake if is_speed_dependent(brake) else replace(brake, speed_law=None)
+    return replace(brake, speed_law=brake.active_speed_law)
 
 
 def list_stop_notices(
@@ -122,6 +117,6 @@ def _law_notice(
     """Return a notice that friction follows the speed law, or that no such law was measured."""
     if file.brake.speed_law is None:
         return [UNMEASURED] if unmeasured else []
-    if not is_speed_dependent(file.brake):
+    if file.brake.active_speed_law is None:
         return []
     return [Notice(words, "speed-law"), *speed_notices(file, fastest)]

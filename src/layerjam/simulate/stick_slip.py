@@ -23,7 +23,6 @@ from layerjam.mechanics.stick_slip.slide_step import Slide
 from layerjam.mechanics.stiffness import stiffness_before_slip, working_stiffness
 from layerjam.simulate.quantities import CROSSHEAD_SPEED, ELONGATION, MASS, VACUUM, check_inputs
 from layerjam.simulate.record import Outcome, PullRecord, column, header_values
-from layerjam.simulate.speed import is_speed_dependent
 from layerjam.units import QuantitySpec, show
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -169,7 +168,7 @@ def make_slide(
         start=0.0 if frozen else slip,
         events=np.inf,
         tolerance=TOLERANCE,
-        law=brake.speed_law if is_speed_dependent(brake) else None,
+        law=brake.active_speed_law,
     )
 
 

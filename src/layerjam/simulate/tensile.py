@@ -26,7 +26,7 @@ from layerjam.simulate.first_pull import (
 from layerjam.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return, Vent
 from layerjam.simulate.quantities import LEAK_TIME, check_inputs
 from layerjam.simulate.record import Outcome, TensileRecord
-from layerjam.simulate.speed import is_speed_dependent, list_pull_notices
+from layerjam.simulate.speed import list_pull_notices
 from layerjam.units import show
 
 SAMPLES = 400
@@ -111,7 +111,7 @@ def _run_history(
 ) -> tuple[Cycle, Engine]:
     if brake.hyperelastic is not None and is_first_pull(elongation, vacuum):
         return run_in_blocks(lambda u, p: first_pull(u, p, brake), elongation, vacuum), "law"
-    return follow_history(elongation, vacuum, brake, speed if is_speed_dependent(brake) else None)
+    return follow_history(elongation, vacuum, brake, speed if brake.active_speed_law else None)
 
 
 def _largest_return(slip: Array) -> float:

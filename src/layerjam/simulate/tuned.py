@@ -16,7 +16,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.mount import Rope
 from layerjam.mechanics.stop.tune import speed_range, tuned_stop
 from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS, STOP_TRAVEL
-from layerjam.simulate.speed import is_speed_dependent, remove_idle_speed_law
+from layerjam.simulate.speed import remove_idle_speed_law
 from layerjam.units import get_spec
 
 Array = npt.NDArray[np.float64]
@@ -71,14 +71,14 @@ def tuning_vacuum(case: Case) -> float | None:
 def _tuning_arguments(case: Case) -> tuple[Any, ...]:
     """Return the arguments of `tuned_stop`, all of the same shape if every stop is integrated."""
     mass, speed, travel, rope, gravity, brake = case.values_per_brake()
-    if not is_speed_dependent(brake):
+    if brake.active_speed_law is None:
         return mass, speed, travel, rope, gravity, remove_idle_speed_law(brake)
     mass, speed, travel = (np.zeros(FEW) + value for value in (mass, speed, travel))
     return mass, speed, travel, rope, gravity, brake
 
 
 def _batch_size(case: Case, size: int = AT_ONCE) -> int:
-    return FEW if is_speed_dependent(case.brake) else size
+    return FEW if case.brake.active_speed_law is not None else size
 
 
 def can_tune(case: Case, name: str, values: Array) -> npt.NDArray[np.bool_]:

@@ -1,4 +1,4 @@
-"""The law in a fit: reduced curves, each with its own parameters, and derivatives.
+"""The law in a fit: friction at a pull's speed, reduced curves, parameters and derivatives.
 
 A curve of tens of thousands of samples is reduced to means over sections of elongation, short where
 the curve bends and long where it is smooth. A section's weight is its number of samples.
@@ -14,8 +14,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.device.brake import Brake
+from layerjam.errors import FitError
 from layerjam.identify.curves import Curve, select_fitted_part
 from layerjam.identify.shape import change_shape, drop_exponent
+from layerjam.mechanics.friction import brake_growth, fix_speed
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.pull import force_at_elongation
 
@@ -122,3 +124,29 @@ def evaluate_law(
     parameters = np.array([np.log(shape[0]), np.log(shape[1]), shape[2], 0.0, 0.0])
     force, error = _compile_band()(parameters, elongation, vacuum, covariance, drop_exponent(brake))
     return np.asarray(force), np.asarray(error)
+
+
+def friction_growth(brake: Brake, speed: float | None, path: str) -> float:
+    """Return the ratio of friction at a speed [m/s] to that at the test speed; 1 without a law.
+
+    Raises FitError if the brake has a law and the speed of the pull is unknown.
+    """
+    if brake.active_speed_law is None:
+        return 1.0
+    if speed is None:
+        raise FitError.of(
+            path,
+            "has neither a speed nor a time, but the friction of this brake depends on "
+            "speed ([speed_law]); state the speed in a sidecar, or use the brake without "
+            "that table",
+        )
+    return float(brake_growth(speed, brake))
+
+
+def fix_friction_speed(brake: Brake, speed: float | None, path: str) -> Brake:
+    """Return the brake with its friction at a crosshead speed [m/s]; raises as `friction_growth`.
+
+    A scale factor fitted with this brake is valid at the law's test speed.
+    """
+    friction_growth(brake, speed, path)
+    return brake if speed is None else fix_speed(speed, brake)

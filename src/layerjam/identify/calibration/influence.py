@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.identify.calibration.further import predict_further_pulls
-from layerjam.identify.calibration.intervals import Interval, Population
+from layerjam.identify.calibration.intervals import Interval, Population, predict_further_pulls
 from layerjam.identify.curves import Curve, describe_condition
 from layerjam.identify.shape import SHAPE
 

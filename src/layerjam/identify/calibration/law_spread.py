@@ -8,12 +8,11 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
 from layerjam.identify.bayes.posterior import BayesFit
-from layerjam.identify.calibration.forward import evaluate_law
+from layerjam.identify.calibration.forward import evaluate_law, friction_growth
 from layerjam.identify.calibration.intervals import quantile
 from layerjam.identify.calibration.least_squares import JointFit
 from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.shape import SHAPE
-from layerjam.identify.speed import friction_growth
 from layerjam.mechanics.stiffness import working_stiffness
 
 HALF = np.triu_indices(3)

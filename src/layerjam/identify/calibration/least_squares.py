@@ -19,11 +19,15 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
-from layerjam.identify.calibration.forward import ReducedCurves, pull_force, reduce_curves
+from layerjam.identify.calibration.forward import (
+    ReducedCurves,
+    friction_growth,
+    pull_force,
+    reduce_curves,
+)
 from layerjam.identify.calibration.intervals import Population
 from layerjam.identify.curves import Curve, group_conditions
 from layerjam.identify.shape import SHAPE, drop_exponent
-from layerjam.identify.speed import friction_growth
 from layerjam.mechanics.pull import scale_factor_of_peak
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.units import show

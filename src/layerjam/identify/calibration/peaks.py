@@ -11,6 +11,7 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError, count_text
 from layerjam.identify.calibration.budget import Peak, enclosure_line, name_scatter, scatter_line
+from layerjam.identify.calibration.forward import fix_friction_speed, friction_growth
 from layerjam.identify.calibration.influence import estimate_covariance, make_estimates
 from layerjam.identify.calibration.intervals import Interval, Population
 from layerjam.identify.calibration.mountings import find_mountings
@@ -31,7 +32,6 @@ from layerjam.identify.curves import Curve, group_conditions, make_curve
 from layerjam.identify.pull.features import FALL, FEWEST, LINEAR, SLOPE, PullFeatures
 from layerjam.identify.shape import change_shape
 from layerjam.identify.single_pulls import SinglePull, check_single_pulls, make_single_pulls
-from layerjam.identify.speed import fix_friction_speed, friction_growth
 from layerjam.measure.trace import Array, block_means
 from layerjam.mechanics.enclosure import enclosure_law
 from layerjam.mechanics.pull import (
@@ -42,7 +42,6 @@ from layerjam.mechanics.pull import (
     scale_factor_of_peak,
 )
 from layerjam.mechanics.stiffness import stiffness_before_slip
-from layerjam.simulate.speed import is_speed_dependent
 from layerjam.units import show
 
 WINDOW = (
@@ -224,8 +223,8 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
     scatter = fields.pop("scatter")[a]
     repeats = scatter_line(scatter, values[a], name_scatter(mounting.groups, count))
     peak = f"peak of {files}, with kinetic friction {brake.film.kinetic:.4g}"
-    if is_speed_dependent(brake) and brake.speed_law is not None:
-        peak += f", at {show(brake.speed_law.test_speed, 'm/s')} (brake's [speed_law])"
+    if law := brake.active_speed_law:
+        peak += f", at {show(law.test_speed, 'm/s')} (brake's [speed_law])"
     rises = ", ".join(Path(f.pull.path).name for f in fits if f.stiffness is not None)
     slope = f"slope before onset of {rises}"
     pulls = make_pull_table(curves, fits, brake)

@@ -7,9 +7,8 @@ from typing import Any
 from layerjam.device.brake import Brake
 from layerjam.identify.bayes.posterior import BayesFit
 from layerjam.identify.calibration.budget import ENCLOSURE, Contribution
-from layerjam.identify.calibration.further import Further
 from layerjam.identify.calibration.influence import Covariance, Influence
-from layerjam.identify.calibration.intervals import Interval
+from layerjam.identify.calibration.intervals import Further, Interval
 from layerjam.identify.calibration.least_squares import JointFit
 from layerjam.identify.calibration.pull_fit import PullFit
 from layerjam.identify.calibration.verdict import Identifiability

@@ -8,6 +8,7 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.identify.calibration.budget import fitted_enclosure_line, name_scatter, scatter_line
+from layerjam.identify.calibration.forward import friction_growth
 from layerjam.identify.calibration.influence import make_estimates
 from layerjam.identify.calibration.least_squares import FREE, JointFit, fit_jointly
 from layerjam.identify.calibration.mountings import find_mountings
@@ -30,8 +31,6 @@ from layerjam.identify.curves import Curve
 from layerjam.identify.pull.features import LINEAR
 from layerjam.identify.shape import SHAPE
 from layerjam.identify.single_pulls import check_single_pulls
-from layerjam.identify.speed import friction_growth
-from layerjam.simulate.speed import is_speed_dependent
 from layerjam.toml_files.source import Source
 from layerjam.units import show
 
@@ -139,8 +138,8 @@ def _make_brake_sources(
             f", at {show(fit.reference_speed, 'm/s')}; its logarithm changes by "
             f"{values['speed_slope']:+.3g} per decade of speed"
         )
-    elif is_speed_dependent(brake) and brake.speed_law is not None:
-        condition = f", at {show(brake.speed_law.test_speed, 'm/s')} (brake's [speed_law])"
+    elif law := brake.active_speed_law:
+        condition = f", at {show(law.test_speed, 'm/s')} (brake's [speed_law])"
     sources = make_shape_sources(brake, values, errors, text, condition=condition)
     if "pressure_exponent" in values:
         exponent, error = values["pressure_exponent"], errors["pressure_exponent"]

@@ -6,8 +6,13 @@ import numpy as np
 
 from layerjam.errors import FileError
 from layerjam.identify.pull.features import LINEAR, PullFeatures, pull_features, select_loading
-from layerjam.identify.pull.rises import SecondRise, find_raised_lead, find_second_rise
-from layerjam.identify.pull.unloading import Unloading, find_unloading
+from layerjam.identify.pull.strokes import (
+    SecondRise,
+    Unloading,
+    find_raised_lead,
+    find_second_rise,
+    find_unloading,
+)
 from layerjam.identify.stick_slip import (
     CAUSE,
     STUCK,

@@ -35,10 +35,10 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FileError, FitError
+from layerjam.identify.calibration.forward import fix_friction_speed
 from layerjam.identify.curves import Curve, group_conditions, make_curve
 from layerjam.identify.pull.features import PullFeatures
 from layerjam.identify.single_pulls import SinglePull
-from layerjam.identify.speed import fix_friction_speed
 from layerjam.mechanics.pull import force_at_elongation
 
 POINTS = 200

@@ -10,8 +10,7 @@ import numpy as np
 
 from layerjam.errors import FileError
 from layerjam.measure.readers.columns import Column, shorten
-from layerjam.measure.readers.lines import can_be_number
-from layerjam.measure.readers.rows import Rows, make_no_numbers_error
+from layerjam.measure.readers.lines import Rows, can_be_number, make_no_numbers_error
 from layerjam.measure.trace import Array
 
 Style = tuple[str, str]

@@ -16,8 +16,7 @@ from layerjam.measure.options import ReadingOptions, load_reading_options
 from layerjam.measure.readers import words
 from layerjam.measure.readers.columns import PULL, Header, shorten, split_unit
 from layerjam.measure.readers.content import Source
-from layerjam.measure.readers.lines import split_line
-from layerjam.measure.readers.rows import Rows, Table
+from layerjam.measure.readers.lines import Rows, Table, split_line
 from layerjam.measure.readers.source import load_sources
 from layerjam.measure.readers.specimens import Specimen, find_specimens
 from layerjam.measure.readers.unit_words import ROLES

@@ -3,8 +3,7 @@
 from pathlib import Path
 
 from layerjam.errors import FileError
-from layerjam.measure.readers.content import IN_CELL, Source
-from layerjam.measure.readers.encoding import decode_file
+from layerjam.measure.readers.content import IN_CELL, Source, decode_file
 from layerjam.measure.readers.layouts import clean_lines
 from layerjam.measure.readers.workbook import read_sheets
 from layerjam.measure.run_text import format_run_csv

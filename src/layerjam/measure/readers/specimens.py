@@ -23,9 +23,8 @@ from layerjam.measure.readers.columns import (
 )
 from layerjam.measure.readers.content import Source
 from layerjam.measure.readers.heads import find_stated_units
-from layerjam.measure.readers.lines import Lines, read_lines
+from layerjam.measure.readers.lines import Lines, Rows, Table, make_no_numbers_error, read_lines
 from layerjam.measure.readers.numbers import are_equal_columns, clock_seconds, read_columns
-from layerjam.measure.readers.rows import Rows, Table, make_no_numbers_error
 from layerjam.measure.readers.table import (
     Block,
     find_blocks,

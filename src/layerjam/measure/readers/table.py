@@ -12,8 +12,7 @@ from layerjam.errors import FileError
 from layerjam.measure.readers import words
 from layerjam.measure.readers.columns import Header, find_role
 from layerjam.measure.readers.heads import find_head, trim_fields
-from layerjam.measure.readers.lines import Lines, can_be_number, split_line
-from layerjam.measure.readers.rows import Table
+from layerjam.measure.readers.lines import Lines, Table, can_be_number, split_line
 from layerjam.measure.readers.unit_words import unit_role
 
 _MOST_BLOCKS = 2000
