@@ -3,7 +3,9 @@
 Every mutant is a copy of the package in a temporary folder; the working tree is never touched.
 mutmut and cosmic-ray change files in place or fork a process that runs JAX threads; this does
 neither. A change is tried with the quick tests of its folder.
-Usage: python tests/mutants.py [--sample N] [--only memory,pull] [--seed S]
+A sample drawn by `--seed` changes with every edit of the source. mutants.json therefore keeps one,
+drawn with seed 2018 on 28 November 2026, and the reason for each change that may survive.
+Usage: python tests/mutants.py [--list] [--sample N] [--only memory,pull] [--seed S]
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ import argparse
 import ast
 import collections
 import difflib
+import json
 import os
 import random
 import shutil
@@ -19,7 +22,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +32,7 @@ ROOT = Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "src" / "layerjam"
 FOLDERS = ("mechanics", "measure", "identify")
 FILES = [p for folder in FOLDERS for p in sorted((SOURCE / folder).rglob("*.py"))]
+LIST = ROOT / "tests" / "mutants.json"
 PASS_MARK = 0.95
 HISTORY = ("test_memory.py", "test_cycle.py", "test_strip.py")
 ORDER = (
@@ -170,24 +174,40 @@ def fillers(tree: ast.AST) -> set[ast.AST]:
     return {n for n in last if isinstance(n, ast.Constant) and n.value == 1.0}
 
 
-def mutants_of(path: Path) -> list[Mutant]:
+def mutants_of(path: Path) -> Iterator[tuple[Mutant, str, str]]:
+    """Yield each mutant of a file, its line, and that line changed; equivalent ones too."""
     source = path.read_text(encoding="utf-8")
     tree = ast.parse(source)
     unused, place = fillers(tree), path.relative_to(SOURCE).as_posix()
-    starts = [0]
+    starts, lines = [0], source.splitlines()
     for line in source.encode().splitlines(keepends=True):
         starts.append(starts[-1] + len(line))
-    made = []
     for node in expressions(tree):
         for new in replacements(node) if node not in unused else ():
             start = starts[node.lineno - 1] + node.col_offset  # type: ignore[attr-defined]
             end = starts[node.end_lineno - 1] + node.end_col_offset  # type: ignore[attr-defined]
             text = ast.unparse(ast.fix_missing_locations(new))
             mutant = Mutant(place, node.lineno, start, end, text)  # type: ignore[attr-defined]
-            changed = mutant.apply(source).splitlines()[mutant.line - 1].strip()
-            if (path.name, changed) not in EQUIVALENT:
-                made.append(mutant)
-    return made
+            place_of = mutant.line - 1
+            changed = mutant.apply(source).splitlines()[place_of].strip()
+            yield mutant, lines[place_of].strip(), changed
+
+
+def listed(entries: Sequence[dict[str, str]]) -> list[Mutant]:
+    """Return the mutants of mutants.json that still exist, in the same file or another one."""
+    known: dict[tuple[str, str], list[Mutant]] = {}
+    for path in FILES:
+        for mutant, line, changed in mutants_of(path):
+            known.setdefault((line, changed), []).append(mutant)
+    picked: dict[Mutant, None] = {}
+    for entry in entries:
+        there = known.get((entry["line"], entry["changed"]), [])
+        if not there:
+            print(f"no longer in the source: {entry['file']}: {entry['changed']}")
+            continue
+        near = [m for m in there if m.file == entry["file"] and m not in picked]
+        picked[(near or [m for m in there if m not in picked] or there)[0]] = None
+    return list(picked)
 
 
 def test_files(tests: Path, changed: str) -> list[str]:
@@ -307,11 +327,39 @@ class Farm:
 
 def select(args: argparse.Namespace) -> list[Mutant]:
     names = args.only.split(",") if args.only else [path.stem for path in FILES]
-    made = [m for path in FILES if path.stem in names for m in mutants_of(path)]
-    if args.sample and args.sample < len(made):
-        made = random.Random(args.seed).sample(made, args.sample)
-    made = sorted(made, key=lambda m: (m.file, m.line, m.start))
-    return [made[int(i)] for i in args.pick.split(",")] if args.pick else made[args.skip :]
+    if args.list:
+        picked = [m for m in listed(json.loads(LIST.read_text("utf-8"))) if stem(m) in names]
+    else:
+        picked = [
+            mutant
+            for path in FILES
+            if path.stem in names
+            for mutant, _, changed in mutants_of(path)
+            if (path.name, changed) not in EQUIVALENT
+        ]
+    if args.sample and args.sample < len(picked):
+        picked = random.Random(args.seed).sample(picked, args.sample)
+    picked = sorted(picked, key=lambda m: (m.file, m.line, m.start))
+    return [picked[int(i)] for i in args.pick.split(",")] if args.pick else picked[args.skip :]
+
+
+def stem(mutant: Mutant) -> str:
+    return Path(mutant.file).stem
+
+
+def reasons(sources: dict[str, str]) -> Callable[[Mutant], str]:
+    """Return a function that gives the reason why a mutant may survive, or ""."""
+    chosen = {(e["line"], e["changed"]): e["reason"]
+              for e in json.loads(LIST.read_text("utf-8")) if "reason" in e}  # fmt: skip
+
+    def reason(mutant: Mutant) -> str:
+        source = sources[mutant.file]
+        line = source.splitlines()[mutant.line - 1].strip()
+        changed = mutant.apply(source).splitlines()[mutant.line - 1].strip()
+        equivalent = EQUIVALENT.get((Path(mutant.file).name, changed), "")
+        return f"same numbers: {equivalent}" if equivalent else chosen.get((line, changed), "")
+
+    return reason
 
 
 def report(results: list[tuple[Mutant, str]], sources: dict[str, str], seconds: float) -> int:
@@ -321,9 +369,10 @@ def report(results: list[tuple[Mutant, str]], sources: dict[str, str], seconds: 
         total[mutant.file] += 1
         killed[mutant.file] += outcome != "passed"
     print("\n")
+    reason = reasons(sources)
     for mutant, outcome in results:
         if outcome == "passed":
-            print(survivor(mutant, sources), end="")
+            print(survivor(mutant, sources), reason(mutant) or "no reason is known", sep="")
     for name in sorted(total):
         print(f"{name:40} {killed[name]:4} of {total[name]:4} killed")
     share = sum(killed.values()) / max(1, len(results))
@@ -335,6 +384,7 @@ def report(results: list[tuple[Mutant, str]], sources: dict[str, str], seconds: 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--list", action="store_true", help="the changes of mutants.json")
     parser.add_argument("--sample", type=int, default=0, help="only N mutants, drawn at random")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", default="", help="modules, e.g. memory,pull")
