@@ -236,6 +236,25 @@ def test_reduction_keeps_the_law_and_leaves_the_onset_out() -> None:
     assert data.first[0, [0, RISE]].all() and data.first[0].sum() == 2 + (~data.real).sum()
 
 
+def test_the_search_starts_at_the_law_of_exact_curves() -> None:
+    """With the file's sleeve and no noise, each sliding part gives its own factor back."""
+    quiet, own = pulls(2, noise=0.0, scatter=0.2, truth=(*TRUTH[:2], 1.0))
+    start = choose_start(reduce_curves(quiet), quiet, KAPTON)
+    assert np.exp(start.own_a) == pytest.approx(own[:, 0], rel=1e-5)
+    assert np.exp(start.own_k) == pytest.approx(own[:, 1], rel=1e-5)
+
+
+def test_without_a_measured_stiffness_half_that_of_the_stuck_sheets_is_expected() -> None:
+    sheets, film = KAPTON.sheets, KAPTON.film
+    left, right = np.ceil(sheets.count / 2), sheets.count // 2
+    # three springs in series: the free sheets of each side, and the overlap with all sheets
+    lengths = sheets.free_left / left + sheets.overlap / sheets.count + sheets.free_right / right
+    own = film.modulus * sheets.width * sheets.thickness / lengths
+    unmeasured = priors(replace(KAPTON, stiffness_measured=None))["stiffness"]
+    assert unmeasured.center == pytest.approx(own / 2)
+    assert priors(KAPTON)["stiffness"].center == pytest.approx(KAPTON.stiffness_measured)
+
+
 def test_many_samples_are_not_many_measurements() -> None:
     machine = virtual.Machine(seed=1, sampling_rate=13_000.0)
     trace = virtual.pull(KAPTON, VACUUM, 0.013, 0.04, machine)

@@ -12,6 +12,8 @@ from campaigns import bench as virtual
 from campaigns.bench import FULL
 from identify.fitted import campaign
 from layerjam.errors import FitError
+from layerjam.identify.calibration.influence import Influence
+from layerjam.identify.calibration.intervals import Interval, quantile
 from layerjam.identify.calibration.least_squares import fit_jointly
 from layerjam.identify.calibration.verdict import (
     check_bounds,
@@ -19,6 +21,7 @@ from layerjam.identify.calibration.verdict import (
     check_drift,
     check_enclosure,
     check_repeats,
+    check_single_file,
 )
 from layerjam.identify.calibration.whole_curves import calibrate_curves
 from layerjam.identify.checks import Check
@@ -80,11 +83,13 @@ def test_friction_that_depends_on_speed_shows_until_it_is_fitted() -> None:
 
 
 def test_a_law_that_does_not_fit_leaves_a_trend_over_slip() -> None:
-    """A hump of 4 % of the peak in the middle of every curve."""
+    """A hump of 6 % of the peak at 12 of 40 mm in every curve: in the second sixth of the slip."""
     curves = campaign(THREE, 2, spread=SPREAD, noise=0.1)
     for c in curves:
         c.force[:] += 0.06 * c.pull.peak_force * np.exp(-(((c.elongation - 0.012) / 0.003) ** 2))
-    assert "residuals over slip" in verdict(curves)
+    checks = calibrate_curves(curves, KAPTON).checks
+    [trend] = [c for c in checks if c.name == "residuals over slip"]
+    assert not trend.passed and "from 17% to 33% of the slip" in trend.sentence
 
 
 def test_repeats_that_disagree_and_a_single_file_that_carries_the_result() -> None:
@@ -176,6 +181,19 @@ def test_implausible_numbers() -> None:
     assert [check_enclosure(f).passed for f in (0.29, 0.31, 2.9, 3.1)] == [
         False, True, True, False,
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_single_file_counts_whether_it_lifts_or_lowers_a_value(sign: int) -> None:
+    """By half of the half-width of the interval, 0.2, and by twice that."""
+    interval = Interval.about(1.0, [(0.2 / quantile(4), 4.0)], "t over pulls", positive=False)
+    for shift, share, passed in ((0.1, "0.5", True), (0.4, "2", False)):
+        influence = Influence(
+            most_influential="a.csv", files={"a.csv": sign * shift}, conditions={}
+        )
+        one = check_single_file({"scale_factor": influence}, {"scale_factor": interval})
+        assert one is not None and one.passed is passed
+        assert f"by {share} of the half-width" in one.sentence
 
 
 def test_bounds() -> None:

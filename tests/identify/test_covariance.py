@@ -77,6 +77,13 @@ def test_the_means_of_pulls_have_it() -> None:
     for name in values:
         own = found["covariance"][name][name]
         assert found["standard_errors"][name] ** 2 == pytest.approx(own)
+    # an error common to all pulls adds to the variance of its own value alone
+    both = _estimate_means(values, curves, alone, {"stiffness": 0.05})
+    added = np.array([[both["covariance"][x][y] for y in values] for x in values]) - due
+    common = (0.05 * np.mean(values["stiffness"])) ** 2
+    assert added == pytest.approx(np.diag([0.0, common]), abs=1e-12)
+    total = both["covariance"]["stiffness"]["stiffness"]
+    assert both["standard_errors"]["stiffness"] ** 2 == pytest.approx(total)
     single = _estimate_means(
         {name: some[:1] for name, some in values.items()}, curves[:1], [(0,)], {}
     )

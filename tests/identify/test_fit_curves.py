@@ -11,7 +11,7 @@ from campaigns.bench import FULL, curve
 from identify.fitted import TRUTH, campaign
 from layerjam.errors import FitError
 from layerjam.identify.calibration.forward import reduce_curves
-from layerjam.identify.calibration.whole_curves import calibrate_curves
+from layerjam.identify.calibration.whole_curves import _make_brake_sources, calibrate_curves
 from layerjam.identify.curves import (
     crosshead_speed,
     group_conditions,
@@ -92,6 +92,20 @@ def test_pressure_exponent_and_speed_law() -> None:
     held = calibrate_curves(curves, change(stated, pressure_exponent=-0.1), ("speed",))
     assert held.scale_factor == pytest.approx(there.scale_factor, rel=1e-3)
     assert "pressure_exponent" not in held.values
+
+
+def test_only_sheets_that_fan_out_state_the_lowest_pressure() -> None:
+    """The sheets feel 0.8 of the gauge's vacuum, of which the least is 40 kPa."""
+    fitted = calibrate_curves(campaign(THREE, 1), BLANK, ("pressure_exponent",))
+    assert fitted.fit is not None
+
+    def lowest_pressure(spacers: bool | None) -> float | None:
+        brake = change(BLANK, mount__spacers=spacers, vacuum_share=0.8)
+        sources = _make_brake_sources(fitted.fit, fitted.values, fitted.standard_errors, brake)
+        return sources["lowest_pressure"][0] if "lowest_pressure" in sources else None
+
+    assert lowest_pressure(False) == pytest.approx(0.8 * 40e3)
+    assert lowest_pressure(True) is lowest_pressure(None) is None
 
 
 def test_a_force_offset_is_fitted_on_request_only() -> None:

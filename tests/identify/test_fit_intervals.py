@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
 
+from campaigns.bench import FULL, curve
 from layerjam.identify.calibration.influence import bootstrap_errors, compute_shifts
 from layerjam.identify.calibration.intervals import Population, quantile
+from layerjam.identify.calibration.peaks import calibrate
+from layerjam.identify.pull.features import pull_features
 from layerjam.identify.repeats import summarise_repeats
+from strategies import KAPTON
 
 
 def means(values: np.ndarray) -> Population:
@@ -48,6 +54,29 @@ def test_for_equal_weights_it_is_students_t_of_a_mean(count: int) -> None:
 
 def test_one_repeat_has_none() -> None:
     assert means(np.array([[1.0, 2.0]])).standard_error(np.array([1.0, 0.0])) is None
+
+
+def test_one_pull_has_an_error_only_if_both_its_rise_and_its_peak_scatter() -> None:
+    """A model's curve has none; 0.1 N of noise are some parts in ten thousand of its peak."""
+    exact = curve(KAPTON)
+    elongation, share = exact.elongation, exact.force / exact.force.max()
+    rise = (share > 0.3) & (share < 0.7) & (elongation < elongation[share.argmax()])
+    peak = elongation > elongation[share > 0.9][0]
+    noise = 0.1 * np.random.default_rng(1).standard_normal(len(share))
+    # no trend, so that the slope, and with it the slip after it, stay as they are
+    noise[rise] -= np.polyval(np.polyfit(elongation[rise], noise[rise], 1), elongation[rise])
+    for part in (rise, peak, rise | peak):
+        trace = replace(exact, force=exact.force + np.where(part, noise, 0.0))
+        pull = pull_features(trace)
+        result = calibrate([(pull, FULL)], KAPTON)
+        errors = [result.standard_errors[name] for name in ("scale_factor", "stiffness")]
+        if part is rise or part is peak:
+            assert errors == [None, None]
+            assert result.errors_rest_on == "nothing: the record has no noise"
+        else:
+            assert errors == [result.fits[0].scale_factor_se, pull.stiffness_se]
+            assert min(errors[0] / result.scale_factor, errors[1] / result.stiffness) > 1e-5
+            assert result.errors_rest_on.startswith("the noise within one pull")
 
 
 def test_the_slope_of_a_line_is_covered() -> None:

@@ -40,6 +40,38 @@ def test_the_interval_at_hand_is_students(count: int) -> None:
         assert found.half_width("90 kPa", more) == pytest.approx(wide, rel=1e-10)
 
 
+@pytest.mark.parametrize("more", [0, 6])
+def test_an_error_common_to_all_pulls_adds_as_in_the_gum(more: int) -> None:
+    """Welch and Satterthwaite: whole^4/degrees = error^4/(pulls - 1), as the common one is known.
+
+    However many further pulls there are, the interval of the common error remains.
+    """
+    values, common = np.random.default_rng(4).normal(1.0, 0.03, 6), 0.02
+    further = predict_further_pulls(
+        means(values), {"a": np.ones(1)}, {"c": list(range(6))}, {"a": 1.0}, {"a": common}
+    )["a"]
+    assert further is not None
+    error = values.std(ddof=1) / (6 + more) ** 0.5
+    whole = np.hypot(error, common)
+    degrees = whole**4 / (error**4 / (5 + more))
+    expected = stats.t.ppf(0.975, degrees) * whole
+    assert further.half_width("c", more) == pytest.approx(expected, rel=1e-10)
+    least = stats.norm.ppf(0.975) * common
+    assert further.half_width("c", 10**8) == pytest.approx(least, rel=1e-5)
+
+
+def test_a_negative_value_gains_as_much_as_its_mirror_image() -> None:
+    """A speed slope or a pressure exponent of -0.1; a ratio of deviations has no sign."""
+    values = np.array([0.09, 0.1, 0.12])
+    one, mirrored = (
+        predict_further_pulls(means(v), {"a": np.ones(1)}, {"c": [0, 1, 2]}, {"a": v.mean()})["a"]
+        for v in (values, -values)
+    )
+    assert one is not None and mirrored is not None
+    assert mirrored.scatter == pytest.approx(one.scatter) and one.scatter > 0
+    assert mirrored.after_one() == pytest.approx(one.after_one())
+
+
 def test_a_pull_where_pulls_tell_more_gains_more() -> None:
     random = np.random.default_rng(3)
     sd = np.array([0.01] * 3 + [0.04] * 3)

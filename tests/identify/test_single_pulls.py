@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import ttest_1samp
+from scipy import stats
 
 from layerjam.campaigns.campaign import campaign
 from layerjam.campaigns.faults import Faults
@@ -141,10 +141,21 @@ def test_the_mean_shape_has_the_false_alarms_it_is_given(count: int, noise: floa
         found = [same_shape(row, half, alarms=0.01, least=SHARPEST) for row in drawn]
         failed = np.array([not c.passed for c in found])
         assert failed.mean() < most + 3 * (most / 4000) ** 0.5
-    chance = ttest_1samp(drawn, 0.0, axis=1).pvalue
+    chance = stats.ttest_1samp(drawn, 0.0, axis=1).pvalue
     assert np.array_equal(failed, (chance < 0.05) & (abs(drawn.mean(axis=1)) > SHARPEST))
     [one] = {same_shape([off], None, alarms=0.01, least=SHARPEST).passed for off in (-0.04, 0.04)}
     assert one and same_shape([], None, alarms=0.01, least=SHARPEST) is None
+
+
+def test_the_mean_shape_of_two_pulls_is_judged_by_students_t() -> None:
+    """Two deviations d and 3d: their mean 2d has the standard error d, and t is 12.7."""
+    for d in (0.03, 0.1):
+        two = same_shape([d, 3 * d], None, alarms=0.01, least=SHARPEST)
+        assert two is not None and two.passed
+        assert f"±{stats.t.ppf(0.975, 1) * d:.1%} is allowed" in two.sentence
+    # without scatter nothing excuses a mean of 8 %
+    alike = same_shape([0.08, 0.08], None, alarms=0.01, least=SHARPEST)
+    assert alike is not None and not alike.passed
 
 
 def test_little_is_told_of_few_pulls_and_said_to_be() -> None:
