@@ -101,6 +101,17 @@ def test_a_record_that_begins_on_its_rise_has_no_slack() -> None:
     assert any("already at the first sample" in n for n in found.notes)
 
 
+def test_the_preload_of_a_record_on_its_rise_is_the_mean_of_five_samples() -> None:
+    trace = curve(KAPTON, FULL, rows=8001)
+    later = replace(trace, force=trace.force[5:], elongation=trace.elongation[5:], time=None)
+    start = pull_summary(late(later, 0.0, 0.0, 0.3)).start
+    assert not start.seen and start.baseline_se is not None
+    # 5 samples of independent noise, 0.3 N each, whose size is estimated to about 2 %
+    assert start.baseline_se == pytest.approx(0.3 / np.sqrt(5), rel=0.05)
+    due = 131e3 * float(later.elongation[0])
+    assert start.baseline == pytest.approx(due, abs=4 * start.baseline_se)
+
+
 def test_a_rest_before_the_pull_is_a_baseline() -> None:
     trace = late(curve(KAPTON), 0.0, 0.8, 0.05)
     force = np.concatenate([0.8 + 0.05 * np.random.default_rng(2).standard_normal(500),
@@ -109,6 +120,36 @@ def test_a_rest_before_the_pull_is_a_baseline() -> None:
     found = pull_summary(Trace(force, u, None, "rest.csv", "made"))
     assert found.start.seen and found.preload == pytest.approx(0.8, abs=0.02)
     assert found.start.slack == pytest.approx(0.0, abs=2e-6)
+
+
+def test_a_slow_growth_of_the_force_in_the_slack_is_not_the_rise() -> None:
+    """A drag that grows at 2 % of the stiffness, on a preload: slack is less than preload/k."""
+    stiffness, slack, preload = 1e5, 30e-6, 5.0
+    moved = np.arange(0, 0.01, 1e-6)
+    drag = preload + 0.02 * stiffness * np.minimum(moved, slack)
+    force = np.minimum(drag + stiffness * np.maximum(moved - slack, 0), 150 - 500 * moved)
+    rest = 50
+    u = 0.1 + np.concatenate([np.zeros(rest), moved])
+    force = np.concatenate([np.full(rest, preload), force])
+    start = pull_summary(Trace(force, u, None, "drag.csv", "made")).start
+    assert start.seen
+    # the baseline is between the preload and the drag at the onset, 0.06 N more
+    assert preload <= start.baseline <= preload + 0.06
+    assert start.slack == pytest.approx(slack, abs=0.06 / stiffness)
+
+
+def test_the_onset_of_a_rise_in_steps_has_the_error_of_its_line() -> None:
+    """A load cell slower than the recorder: only three samples lie in the middle of the line."""
+    u = np.arange(100) * 1e-4
+    steps = np.array([0.21, 0.21, 0.79, 0.79, 0.79])
+    force = np.concatenate([np.zeros(10), 150 * steps, 150 - 300 * u[:85]])
+    summary = pull_summary(Trace(force, u, None, "steps.csv", "made"))
+    # zero force at -b/k, of the line through the last zero and the steps
+    (k, b), cov = np.polyfit(u[9:15], force[9:15], 1, cov=True)
+    by_line = np.array([b / k**2, -1 / k])
+    assert summary.features.stiffness == pytest.approx(k) and summary.preload == 0.0
+    assert summary.start.onset == pytest.approx(-b / k)
+    assert summary.start.onset_se == pytest.approx(np.sqrt(by_line @ cov @ by_line), rel=0.05)
 
 
 @BOTH

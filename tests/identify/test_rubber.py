@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,6 +11,7 @@ from hypothesis import strategies as st
 
 from layerjam.errors import FileError, FitError, UnknownNameError
 from layerjam.identify.rubber import hyperelastic as h
+from layerjam.identify.rubber import specimens
 from layerjam.identify.rubber.tensile import (
     find_material,
     first_loading,
@@ -104,6 +107,28 @@ def test_a_fit_does_not_depend_on_the_unit_of_stress(scale, c2):
         assert other[name] == pytest.approx(one[name] * scale, rel=1e-6, abs=1e-6 * scale)
 
 
+def test_two_ogden_terms_do_not_depend_on_the_unit_of_stress() -> None:
+    strain = np.linspace(0.01, 5, 60)
+    in_gigapascals = 1e-9 * h.stress("ogden-2", TRUTH["ogden-2"], strain)
+    fit = h.least_squares("ogden-2", strain, in_gigapascals)
+    for name, value in TRUTH["ogden-2"].items():
+        unit = 1e-9 if name.startswith("mu") else 1.0
+        assert fit[name] == pytest.approx(value * unit, rel=1e-6), name
+
+
+@pytest.mark.parametrize("ends", [(0.01, 2.0), (-0.5, -0.01)], ids=["tension", "compression"])
+def test_perfect_fits_differ_in_their_criterion_by_the_penalty_only(
+    ends: tuple[float, float],
+) -> None:
+    strain = np.linspace(*ends, 60)
+    stress = h.stress("neo-hookean", {"C1": 30e3}, strain)
+    fits = [h.fit_model(model, strain, stress) for model in ("neo-hookean", "mooney-rivlin")]
+    # 2 k + 2 k (k + 1)/(n - k - 1) with k = 2 and 3, the variance included, and n = 60
+    penalties = [4 + 12 / 57, 6 + 24 / 56]
+    assert fits[1].aicc - fits[0].aicc == pytest.approx(penalties[1] - penalties[0], abs=1e-6)
+    assert fits[1].cv_rmse == pytest.approx(fits[0].cv_rmse, rel=1e-9)
+
+
 def test_drucker_by_numbers():
     """The curvature of the energy by logarithmic strains, from finite differences."""
 
@@ -132,6 +157,13 @@ def test_an_unstable_law_is_found_out_and_a_stable_one_is_not():
     falls = h.stability_limits("mooney-rivlin", {"C1": 1.0, "C2": -0.5}, 9.0)
     # equibiaxial: C1 + C2 λ² must stay above zero, λ = √2
     assert falls["equibiaxial"] <= np.sqrt(2) - 1 + 0.03
+
+
+@pytest.mark.parametrize("model", TRUTH)
+def test_stability_does_not_depend_on_the_unit_of_stress(model: str) -> None:
+    law = TRUTH[model] | ({"C2": -0.2 * TRUTH[model]["C1"]} if "C2" in TRUTH[model] else {})
+    in_megapascals = {name: v * (1 if "alpha" in name else 1e-6) for name, v in law.items()}
+    assert h.stability_limits(model, in_megapascals, 5.0) == h.stability_limits(model, law, 5.0)
 
 
 def file_of(tmp_path, strain, stress, head="Strain (%);Stress (MPa)", extra=""):
@@ -219,6 +251,44 @@ def test_slack_shows(tmp_path):
     stress = h.stress("neo-hookean", {"C1": 30e3}, np.maximum(strain - 0.05, 0))
     found = specimen_moduli(read_rubber(file_of(tmp_path, strain, stress)), (0.06, 0.2))
     assert any("slack" in w for w in found.warnings)
+
+
+def test_a_stress_that_starts_below_zero_is_stated_with_its_first_value(tmp_path: Path) -> None:
+    strain = np.linspace(0, 2, 101)
+    stress = h.stress("neo-hookean", {"C1": 30e3}, strain) - 2e3
+    warnings = specimen_moduli(read_rubber(file_of(tmp_path, strain, stress))).warnings
+    assert any("starts at -2 kPa, below zero" in text for text in warnings), warnings
+
+
+def test_models_are_fitted_up_to_the_limit_only() -> None:
+    """Neo-Hookean up to a strain of 1, where it begins to stiffen."""
+    strain = np.linspace(0, 2, 81)
+    stress = h.stress("neo-hookean", {"C1": 30e3}, strain) + 1e5 * np.maximum(strain - 1, 0)
+    fits = specimens.fit_models(strain, stress, 1.0)
+    assert fits["neo-hookean"].strain_range == (0.0, 1.0)
+    assert fits["neo-hookean"].parameters["C1"] == pytest.approx(30e3, rel=1e-9)
+    whole = specimens.fit_models(strain, stress, None)["neo-hookean"]
+    assert whole.strain_range == (0.0, 2.0) and whole.parameters["C1"] > 33e3
+    with pytest.raises(FitError, match="19 samples are below that strain; 20 are needed"):
+        specimens.fit_models(strain, stress, float(strain[18]))
+
+
+def test_a_modulus_is_compared_with_a_data_sheet_if_both_exist(tmp_path: Path) -> None:
+    sheets = {"soft": ("Soft 10", 140e3)}
+
+    def difference(top: float, name: tuple[str, str] | None) -> float | None:
+        strain = np.linspace(0, top, 101)
+        path = file_of(tmp_path, strain, h.stress("neo-hookean", {"C1": 30e3}, strain))
+        specimen = read_rubber(path)
+        fits = {"neo-hookean": h.fit_model("neo-hookean", specimen.strain, specimen.stress)}
+        read = (specimen, specimen_moduli(specimen), fits, "neo-hookean")
+        return specimens.make_row(read, name, sheets)["difference"]
+
+    known = ("soft", "as given")
+    # 2 C1 (λ - 1/λ²) = 105 kPa at λ = 2, a quarter less than 140 kPa
+    assert difference(2.0, known) == pytest.approx(-0.25, rel=1e-4)
+    assert difference(0.9, known) is None  # it ends before 100 %
+    assert difference(2.0, None) is None  # no silicone is known
 
 
 # Smooth-On's 100 % modulus [psi] and what the files' curve passes at 100 % [MPa], read by hand
