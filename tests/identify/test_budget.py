@@ -21,8 +21,8 @@ from layerjam.identify.calibration.budget import (
     scatter_line,
 )
 from layerjam.identify.calibration.intervals import combine_uncertainties, coverage_factor
-from layerjam.identify.repeats import summarise_repeats
 from layerjam.identify.shape import change_shape
+from layerjam.identify.statistics import summarise_repeats
 from layerjam.mechanics.pull import peak, scale_factor_of_peak
 from layerjam.toml_files.source import Source
 from strategies import unchecked

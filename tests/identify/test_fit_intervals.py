@@ -13,7 +13,7 @@ from layerjam.identify.calibration.influence import bootstrap_errors, compute_sh
 from layerjam.identify.calibration.intervals import Population, quantile
 from layerjam.identify.calibration.peaks import calibrate
 from layerjam.identify.pull.features import pull_features
-from layerjam.identify.repeats import summarise_repeats
+from layerjam.identify.statistics import summarise_repeats
 from strategies import KAPTON
 
 

@@ -18,7 +18,7 @@ from layerjam.errors import FileError, FitError, UnknownNameError
 from layerjam.identify.friction.breakaway import find_breakaway, inertia_effect
 from layerjam.identify.friction.reduction import add_friction, reduce_friction, reduce_repeat
 from layerjam.identify.friction.standards import D1894, ISO8295, PAPER, STANDARDS, find_standard
-from layerjam.identify.repeats import summarise_repeats
+from layerjam.identify.statistics import summarise_repeats
 from layerjam.measure.trace import Trace
 
 NORMAL = 2.45

@@ -11,7 +11,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
 from layerjam import laws
-from layerjam.device.fan import fan_exponent, fan_factor
+from layerjam.device.brake import fan_exponent, fan_factor
 from layerjam.device.load import load
 from layerjam.errors import QuantityError
 from layerjam.mechanics.fan import STEEPEST, fan_slope, tension_ratio

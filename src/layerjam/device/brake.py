@@ -6,7 +6,6 @@ from typing import Any, Protocol
 
 from layerjam.conversion import Quantity
 from layerjam.device.enclosure import Enclosure
-from layerjam.device.fan import check_fan_exponent
 from layerjam.device.hyperelastic import Hyperelastic, validate_hyperelastic
 from layerjam.device.mount import Mount, Rope, Site
 from layerjam.device.sheets import Film, Sheets
@@ -14,6 +13,9 @@ from layerjam.device.speed_law import SpeedLaw
 from layerjam.errors import QuantityError, explain_arguments
 from layerjam.toml_files.changes import Change, with_changes
 from layerjam.units import check, is_traced, nested, quantity, record, show
+
+FAN_EFFECT = 0.1
+"""Relative change of the friction by the fan above which a result mentions spacers."""
 
 
 class Effect(Protocol):
@@ -184,3 +186,60 @@ def mass(brake: Brake) -> float:
     if brake.weighed_mass is not None:
         return brake.weighed_mass
     return brake.sheets.count * sheet_mass(brake) + enclosure_mass(brake) + brake.fittings_mass
+
+
+def fan_exponent(brake: Brake) -> float:
+    """Return the exponent alpha at rest, without spacers: a mu_k t (n/4)^2 (1/L1 + 1/L3)."""
+    sheets = brake.sheets
+    friction = brake.scale_factor / (brake.amplification_held or 1.0) * brake.film.kinetic
+    free = 1 / sheets.free_left + 1 / sheets.free_right
+    return friction * sheets.thickness * (sheets.count / 4) ** 2 * free
+
+
+def fan_factor(alpha: float) -> float:
+    """Return the factor on friction, sqrt(pi/(4 alpha)) exp(alpha) erf(sqrt(alpha))."""
+    total = term = 1.0
+    for k in range(1, 2000):
+        term *= alpha / (k + 0.5)
+        total += term
+        if term < 1e-15 * total:
+            break
+    return total
+
+
+def check_fan_exponent(brake: Brake) -> None:
+    """Raise QuantityError for a pressure exponent that is impossible for sheets without spacers.
+
+    Their friction grows exponentially with the coefficient. If the coefficient rose without bound
+    as the vacuum falls, the brake would hold without a vacuum. A negative exponent therefore
+    requires the lowest pressure of its measurement, from which friction must rise with the vacuum.
+    """
+    exponent, lowest = brake.pressure_exponent, brake.lowest_pressure
+    fans_out = brake.mount.spacers is not None and not brake.mount.spacers
+    if lowest is not None and (exponent is None or not fans_out):
+        raise QuantityError.of(
+            "lowest_pressure",
+            "is only valid with a pressure_exponent of sheets without spacers "
+            "(mount.spacers = false); other sheets lose their friction with the vacuum "
+            "in any case",
+        )
+    if exponent is None or exponent >= 0 or not fans_out:
+        return
+    if lowest is None:
+        raise QuantityError.of(
+            "lowest_pressure",
+            f"is missing: with a pressure_exponent of {exponent:g} and no spacers, friction would "
+            "grow without bound as the vacuum falls. Give the lowest contact pressure at "
+            'which the exponent was measured, such as "20 kPa"',
+        )
+    alpha = fan_exponent(brake) * (lowest / (brake.test_pressure or lowest)) ** exponent
+    factor = fan_factor(alpha)
+    # d ln M/d ln alpha for M = sqrt(pi/(4 alpha)) exp(alpha) erf(sqrt(alpha))
+    growth = (1 - factor + 2 * alpha * factor) / (2 * factor)
+    if 1 + exponent * (1 + growth) <= 0:
+        raise QuantityError.of(
+            "pressure_exponent",
+            f"{exponent:g} is too low for sheets without spacers: at {show(lowest, 'Pa')} "
+            f"(lowest_pressure) their friction would fall as the vacuum rises; at least "
+            f"{-1 / (1 + growth):.3g} is allowed there",
+        )

@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
-from layerjam.device.brake import Brake, validate
-from layerjam.device.fan import MATTERS, fan_exponent, fan_factor
+from layerjam.device.brake import FAN_EFFECT, Brake, fan_exponent, fan_factor, validate
 from layerjam.device.workshop import FilmCutting, Making, check_build
 from layerjam.errors import Notice, QuantityError, UnknownNameError
 from layerjam.toml_files.changes import RecordFile, collect_values, find_paths
@@ -154,7 +153,7 @@ class BrakeFile(RecordFile[Brake]):
         fitted_factor, sheets = brake.amplification_held, brake.sheets
         factor = fan_factor(min(fan_exponent(brake), 50.0))
         ratio = factor / (fitted_factor or 1.0)
-        if brake.mount.spacers is None and abs(ratio - 1) > MATTERS:
+        if brake.mount.spacers is None and abs(ratio - 1) > FAN_EFFECT:
             size = f"{ratio:.3g} times" if ratio < 100 else "more than 100 times"
             yield Notice(
                 f"{self.name} does not state whether its caps have spacers: without them "
@@ -163,7 +162,7 @@ class BrakeFile(RecordFile[Brake]):
                 "spacers-unstated",
             )
         fitted = brake.scale_factor != 1.0 and fitted_factor is None
-        if brake.mount.spacers is not None and fitted and factor - 1 > MATTERS:
+        if brake.mount.spacers is not None and fitted and factor - 1 > FAN_EFFECT:
             yield Notice(
                 f"scale_factor of {self.name} is assumed to include no "
                 "self-amplification; if it was fitted on a brake without spacers, and "

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.identify.straight import fit_line
+from layerjam.identify.statistics import fit_line
 from layerjam.measure.trace import Array
 from layerjam.units import show
 from layerjam.verdict import Check, Level, check, interval_check

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from layerjam.identify.straight import fit_line
+from layerjam.identify.statistics import fit_line
 from layerjam.measure.trace import Array
 
 Indices = np.ndarray[tuple[int], np.dtype[np.intp]]

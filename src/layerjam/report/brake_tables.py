@@ -12,8 +12,8 @@ from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.curves import crosshead_speed
 from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.provenance import sha256
-from layerjam.identify.repeats import summarise_repeats
 from layerjam.identify.single_pulls import SinglePull
+from layerjam.identify.statistics import summarise_repeats
 from layerjam.identify.validation.metrics import ConditionError, PooledErrors, Split, Validation
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace

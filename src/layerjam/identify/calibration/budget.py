@@ -10,8 +10,8 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.identify.calibration.intervals import combine_uncertainties, coverage_factor
-from layerjam.identify.repeats import OverRepeats
 from layerjam.identify.shape import change_shape
+from layerjam.identify.statistics import OverRepeats
 from layerjam.mechanics.pull import scale_factor_of_peak
 from layerjam.toml_files.source import Source
 from layerjam.units import get, show

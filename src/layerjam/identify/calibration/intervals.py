@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special
 
-from layerjam.identify.repeats import LEVEL, interval_ends
+from layerjam.identify.statistics import LEVEL, interval_ends
 
 RESAMPLES = 2000
 

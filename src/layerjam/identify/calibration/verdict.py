@@ -29,7 +29,7 @@ from layerjam.identify.checks import (
     warn_about_single_pull,
 )
 from layerjam.identify.curves import Curve
-from layerjam.identify.straight import fit_line
+from layerjam.identify.statistics import fit_line
 from layerjam.mechanics.stiffness import stiffness_before_slip
 from layerjam.units import get_spec, show
 

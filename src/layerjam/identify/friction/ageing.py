@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from layerjam.errors import FitError, Notice
-from layerjam.identify.repeats import LEVEL, interval_ends
-from layerjam.identify.straight import fit_line
+from layerjam.identify.statistics import LEVEL, fit_line, interval_ends
 from layerjam.measure.trace import Array
 from layerjam.units import show
 

@@ -16,7 +16,7 @@ from layerjam.device.file import BrakeFile, materials
 from layerjam.device.load import devices, load
 from layerjam.identify.friction.stribeck import USUAL
 from layerjam.identify.odd import find_outliers
-from layerjam.identify.repeats import OverRepeats
+from layerjam.identify.statistics import OverRepeats
 from layerjam.toml_files.toml import parse_toml
 from layerjam.verdict import Check, check, interval_check
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from layerjam.identify.statistics import fit_line
 from layerjam.identify.stick_slip import noise_sd, running_mean
-from layerjam.identify.straight import fit_line
 from layerjam.measure.trace import Array
 
 FALL = 0.02

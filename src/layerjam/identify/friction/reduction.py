@@ -23,7 +23,7 @@ from layerjam.identify.friction.breakaway import Breakaway, Inertia, find_breaka
 from layerjam.identify.friction.envelope import StickSlip, find_envelope
 from layerjam.identify.friction.standards import PAPER, Standard
 from layerjam.identify.provenance import digest_files, mark_sources, sha256
-from layerjam.identify.repeats import OverRepeats, summarise_repeats
+from layerjam.identify.statistics import OverRepeats, summarise_repeats
 from layerjam.identify.stick_slip import CAUSE, SawTeeth, find_ripple, find_saw_teeth
 from layerjam.measure.trace import Array, Trace
 from layerjam.toml_files.source import Source

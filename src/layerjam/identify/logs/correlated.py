@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 
 from layerjam.errors import FitError
-from layerjam.identify.repeats import interval_ends
+from layerjam.identify.statistics import interval_ends
 from layerjam.measure.trace import Array
 
 BINS = 150

@@ -21,7 +21,7 @@ import numpy as np
 from layerjam.errors import FitError
 from layerjam.identify.logs.correlated import Series, fit_series
 from layerjam.identify.logs.leak import CLEAR
-from layerjam.identify.repeats import interval_ends
+from layerjam.identify.statistics import interval_ends
 from layerjam.measure.trace import Array
 from layerjam.units import show
 

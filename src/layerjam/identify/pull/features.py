@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from layerjam.errors import FileError
+from layerjam.identify.statistics import StraightLine, fit_line
 from layerjam.identify.stick_slip import noise_sd, running_mean
-from layerjam.identify.straight import StraightLine, fit_line
 from layerjam.measure.trace import Array, Trace, block_means
 from layerjam.units import show
 

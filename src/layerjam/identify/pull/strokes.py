@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from layerjam.identify.statistics import StraightLine, fit_line
 from layerjam.identify.stick_slip import Indices, noise_sd
-from layerjam.identify.straight import StraightLine, fit_line
 from layerjam.measure.trace import Array
 
 BLOCKS = 100

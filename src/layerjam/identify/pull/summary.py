@@ -13,6 +13,7 @@ from layerjam.identify.pull.strokes import (
     find_second_rise,
     find_unloading,
 )
+from layerjam.identify.statistics import fit_line
 from layerjam.identify.stick_slip import (
     CAUSE,
     STUCK,
@@ -21,7 +22,6 @@ from layerjam.identify.stick_slip import (
     noise_sd,
     running_mean,
 )
-from layerjam.identify.straight import fit_line
 from layerjam.measure.trace import Array, Trace
 from layerjam.units import show
 

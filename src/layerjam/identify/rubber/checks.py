@@ -6,7 +6,7 @@ from typing import Any
 
 from layerjam.identify.checks import check_span
 from layerjam.identify.friction.agreement import check_repeats
-from layerjam.identify.repeats import summarise_repeats
+from layerjam.identify.statistics import summarise_repeats
 from layerjam.units import show
 from layerjam.verdict import Check, Level, check, interval_check
 

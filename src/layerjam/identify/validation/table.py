@@ -20,9 +20,8 @@ from layerjam.identify.checks import (
     format_percent,
 )
 from layerjam.identify.curves import Curve
-from layerjam.identify.repeats import summarise_repeats
 from layerjam.identify.single_pulls import check_single_pulls
-from layerjam.identify.straight import fit_line
+from layerjam.identify.statistics import fit_line, summarise_repeats
 from layerjam.identify.validation.metrics import CurveError, Errors, Split, Validation, pool_curves
 
 

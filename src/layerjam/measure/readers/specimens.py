@@ -22,13 +22,13 @@ from layerjam.measure.readers.columns import (
     shorten,
 )
 from layerjam.measure.readers.content import Source
-from layerjam.measure.readers.heads import find_stated_units
 from layerjam.measure.readers.lines import Lines, Rows, Table, make_no_numbers_error, read_lines
 from layerjam.measure.readers.numbers import are_equal_columns, clock_seconds, read_columns
 from layerjam.measure.readers.table import (
     Block,
     find_blocks,
     find_headless_table,
+    find_stated_units,
     make_bare_table,
     share_headers,
 )

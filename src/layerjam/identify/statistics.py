@@ -1,10 +1,16 @@
-"""Mean and 95 % interval over repeats; the unit is the repeat, not the sample."""
+"""Means over repeats with 95 % intervals, and straight lines through samples.
+
+The unit of an interval is the repeat, not the sample.
+"""
 
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from typing import NamedTuple
 
 import numpy as np
+
+from layerjam.measure.trace import Array
 
 LEVEL = 0.95
 
@@ -69,3 +75,39 @@ def summarise_repeats(values: Sequence[float], positive: bool = True) -> OverRep
     reach = float(stdtrit(count - 1, 0.5 + LEVEL / 2)) * error
     low, high = interval_ends(mean, reach, positive)
     return OverRepeats(mean=mean, sd=sd, standard_error=error, low=low, high=high, repeats=count)
+
+
+class StraightLine(NamedTuple):
+    """Least-squares line through N points, in the units of the points.
+
+    It passes through the mean of the points (`x`, `y`). `slope_se` is from their scatter about the
+    line with `freedom` = N - 2, and is 0 for fewer than three points.
+    """
+
+    slope: float
+    slope_se: float
+    x: float
+    y: float
+    freedom: int
+
+    def value_at(self, x: float) -> float:
+        """Return the line's value at `x`."""
+        return self.y + self.slope * (x - self.x)
+
+    def meets(self, y: float) -> float:
+        """Return the x at which the line has the value `y`."""
+        return self.x + (y - self.y) / self.slope
+
+
+def fit_line(x: Array, y: Array) -> StraightLine | None:
+    """Return the line through points, arrays of shape (N,); None if x does not vary."""
+    if len(x) < 2 or not np.ptp(x) > 0:
+        return None
+    mean_x, mean_y = float(x.mean()), float(y.mean())
+    offsets = x - mean_x
+    spread = float(offsets @ offsets)
+    slope = float(offsets @ (y - mean_y)) / spread
+    residuals = y - mean_y - slope * offsets
+    freedom = len(x) - 2
+    error = float(np.sqrt(residuals @ residuals / freedom / spread)) if freedom > 0 else 0.0
+    return StraightLine(slope, error, mean_x, mean_y, freedom)
