@@ -111,6 +111,10 @@ EQUIVALENT = {
         "return jnp.where(root**2 < self.saturation, root**2, (linear))",
     ): "the linear branch is never negative where it is used",
     (
+        "leak.py",
+        "guess = np.log((3)) / max(float(t[int(np.argmax(half))]), span / len(t))",
+    ): "where a fit begins: in a log that resolves the fall its rate changes by under a millionth",
+    (
         "pull.py",
         "spread = (2 * (force) / jnp.where(below > 0, below, 1.0)) ** 2",
     ): "a negative force is out of reach and NaN",

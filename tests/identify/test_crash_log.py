@@ -35,6 +35,17 @@ def test_a_half_sine_gives_its_peak_and_its_area(height):
     assert not found.saturated
 
 
+def test_the_velocity_change_starts_at_zero_and_is_the_integral() -> None:
+    """Half a sine of height h and length L: h L/pi (1 - cos(pi (t - start)/L))."""
+    t, a = half_sine(50 * G)
+    velocity = reduce_crash(t, a).velocity()
+    phase = np.clip((t - 0.08) / 0.02, 0, 1)
+    half = np.pi / 200 / 2  # of a step of the phase: trapezia under a sine are short by x/tan x
+    due = 50 * G * 0.02 / np.pi * (1 - np.cos(np.pi * phase)) * half / np.tan(half)
+    assert velocity[0] == 0.0
+    np.testing.assert_allclose(velocity, due, rtol=0, atol=1e-11)
+
+
 def test_the_standard_error_of_the_velocity_change_is_its_scatter():
     due = 50 * G * 2 * 0.02 / np.pi
     off = []

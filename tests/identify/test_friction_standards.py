@@ -133,6 +133,30 @@ def test_the_acceleration_at_breakaway_is_the_sleds() -> None:
     assert told.acceleration == pytest.approx(start * 2 / np.pi, rel=0.1)
 
 
+@pytest.mark.parametrize("top", [0.4, 2.0, 30.0])
+def test_the_pull_is_as_stiff_as_the_straight_part_of_its_rise(top: float) -> None:
+    """300 N/m between slack, up to a tenth of the maximum [N], and a softer end, from 0.9 of it."""
+    force = top * np.array([0.0, 0.1, 0.9, 1.0, 0.7, 0.7])
+    corners = np.cumsum(np.diff(force, prepend=0.0)[:4] / [1.0, 50.0, 300.0, 100.0])
+    corners = np.append(corners, [1.01 * corners[-1], 10 * corners[-1]])
+    # the corners are samples too, so that every step has one slope
+    travel = np.union1d(corners, np.linspace(0, corners[-1], 10_000))
+    record = np.interp(travel, corners, force)
+    breakaway = find_breakaway(travel, record)
+    assert breakaway.force == top
+    inertia = inertia_effect(travel, record, None, breakaway, 0.2, 2.5e-3)
+    assert inertia is not None
+    assert inertia.stiffness == pytest.approx(300.0, rel=1e-9)
+    assert inertia.bound == pytest.approx(2.5e-3 * (300.0 * 0.2) ** 0.5, rel=1e-9)
+
+
+def test_the_speed_of_a_standard_is_stated_in_mm_per_min() -> None:
+    """1 m/s is 60,000 mm/min; a whole number is stated with all digits."""
+    fast = dataclasses.replace(D1894, speed=1.0)
+    warnings = reduce_repeat(by_hand(), 2.0, None, fast).warnings
+    assert "pulled at 150 mm/min; ASTM D1894 requires 60000 mm/min" in warnings
+
+
 def test_stick_slip_is_reported_and_not_averaged() -> None:
     """A jump law without damping saws between F_s and 2 F_k - F_s: the middle is F_k."""
     traces = [sled(0.32, 0.24, seed=s, uneven=0.04) for s in (1, 2)]

@@ -84,6 +84,18 @@ def test_truth_lies_in_the_interval_and_the_law_is_recognised(model, start):
     assert high - low < 0.01
 
 
+@pytest.mark.parametrize("start", [3e5, 3e4])
+def test_a_hold_begins_where_the_pressure_differs_most_from_the_atmosphere(start: float) -> None:
+    """5 s of filling or pumping at a constant rate, then a leak: only the leak is fitted."""
+    t = np.arange(0, 30, 0.05)
+    leak = k.pressure("linear", np.maximum(t - 5, 0), start, 0.05, A)
+    log = k.fit_leak(t, np.where(t < 5, A + (start - A) * t / 5, leak))
+    assert log.window == (5.0, t[-1])
+    assert log.fits["linear"].rate == pytest.approx(0.05, rel=1e-6)
+    assert log.fits["linear"].start == pytest.approx(start, rel=1e-6)
+    assert any("earlier samples are not used" in w for w in log.warnings)
+
+
 @pytest.mark.slow
 def test_coverage_of_the_interval_with_wandering_noise():
     rng = np.random.default_rng(5)

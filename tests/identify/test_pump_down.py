@@ -102,6 +102,16 @@ def test_a_chamber_that_vacuum_draws_together_is_recognised():
     assert not d.is_flexible_better(d.fit_pump_down(t, p), d.fit_pump_down(t, p, shrink=None))
 
 
+@pytest.mark.parametrize("shrink", [-0.8, -0.3, 0.3, 0.8])
+def test_the_compliance_of_a_log_without_noise_is_exact(shrink: float) -> None:
+    """The chamber stretches (below zero) or contracts; V0 is its volume at the atmosphere."""
+    t, p = log_of(0.44, 0, shrink=shrink / A, noise=0.0)
+    fit = d.fit_pump_down(t, p, window=(1.0, None), shrink=None)
+    assert fit.shrink * A == pytest.approx(shrink, rel=1e-6)
+    assert fit.rate == pytest.approx(0.44, rel=1e-6)
+    assert fit.ultimate == pytest.approx(PU, rel=1e-6)
+
+
 def test_a_compliance_that_closes_the_chamber():
     found = d.fit_pump_down(*log_of(S / V0, 4))
     assert d.compliance_ratio(V0, None, 0.01e-9, found) == pytest.approx(0.01e-9 / V0)

@@ -122,6 +122,19 @@ def test_bad_points(given: dict[str, Any], word: str) -> None:
         speed_points(values.pop("speed"), values.pop("force"), brake=KAPTON, **values)
 
 
+def test_one_point_more_than_parameters_is_enough() -> None:
+    """Kinetic, drop and v_s are three; the points are exactly on their law."""
+    speed = np.array([1e-4, 1e-3, 5e-3, 5e-2])
+    force = np.asarray(sliding_force(0.01, speed, 80e3, KAPTON, TRUTH))
+    fit = fit_dry(speed_points(speed, force, slip=0.01, vacuum=80e3, brake=KAPTON), KAPTON)
+    assert fit.law.static == pytest.approx(0.32, rel=1e-7)
+    assert fit.law.kinetic == pytest.approx(0.24, rel=1e-7)
+    assert fit.law.speed == pytest.approx(3e-3, rel=1e-6)
+    three = speed_points(speed[1:], force[1:], slip=0.01, vacuum=80e3, brake=KAPTON)
+    with pytest.raises(FitError, match="3 are too few to fit 3 parameters"):
+        fit_dry(three, KAPTON)
+
+
 def test_points_that_cannot_tell() -> None:
     few = speed_points([1e-3, 1e-2, 0.1], [1.0, 2.0, 3.0], vacuum=5e4, brake=KAPTON)
     with pytest.raises(FitError, match="too few"):

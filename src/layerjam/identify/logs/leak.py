@@ -85,7 +85,7 @@ def _overpressure_scaled_time(ratio: float) -> float:
     excess = (ratio - CRITICAL) / (1 - CRITICAL)
     if excess <= 0:
         return float(np.log(ratio / CRITICAL))
-    half = np.tan(np.arcsin(min(excess, 1.0)) / 2)
+    half = np.tan(np.arcsin(excess) / 2)
     return float((1 - CRITICAL) * (_tangent_integral(half) - _tangent_integral(0.0)))
 
 
