@@ -17,6 +17,7 @@ import numpy as np
 from layerjam.errors import FitError
 from layerjam.identify.statistics import interval_ends
 from layerjam.measure.trace import Array
+from layerjam.units import show
 
 BINS = 150
 LEAST = 20
@@ -87,6 +88,20 @@ def average_bins(values: Array, bins: int = BINS) -> Array:
     """Return means over `bins` runs of nearly equal length, or all values if there are fewer."""
     edges = np.linspace(0, len(values), min(bins, len(values)) + 1).astype(int)
     return np.asarray(np.add.reduceat(values, edges[:-1]) / np.diff(edges))
+
+
+def check_resolution(log_values: Array, final: float, duration: float) -> None:
+    """Raise FitError if a pressure [Pa] reaches its final level within the first bin of a fit.
+
+    `duration` [s] is that of the log. A fit would state a rate that depends on its start.
+    """
+    left = np.abs(average_bins(log_values) - final)
+    if np.count_nonzero(left > 0.1 * left.max()) < 2:
+        raise FitError(
+            f"the pressure reaches its final level within {show(duration / len(left), 's')}, one "
+            f"of the {len(left)} sections that are fitted: end the window earlier (--to), or log "
+            "more samples per second"
+        )
 
 
 def fit_series(

@@ -20,7 +20,7 @@ import numpy as np
 
 from layerjam.errors import FitError, UnknownNameError
 from layerjam.fluid.closed_forms import held_vacuum
-from layerjam.identify.logs.correlated import Series, fit_series
+from layerjam.identify.logs.correlated import Series, check_resolution, fit_series
 from layerjam.measure.trace import Array
 from layerjam.units import show
 
@@ -187,6 +187,8 @@ def fit_leak(
     settled = abs(ends[1] - atmosphere) < 0.1 * abs(difference) and (
         abs(_average_end(p[len(p) // 2 :], len(p) // 20) - ends[1]) < 0.02 * abs(difference)
     )
+    if settled:
+        check_resolution(p, ends[1], last - first)
     fits = {m: _fit_model(m, t, p, atmosphere, ends, settled) for m in MODELS}
     order = sorted(fits, key=lambda m: fits[m].series.rmse)
     best = fits[order[0]]

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from layerjam.errors import FitError
-from layerjam.identify.logs.correlated import Series, fit_series
+from layerjam.identify.logs.correlated import Series, check_resolution, fit_series
 from layerjam.identify.logs.leak import CLEAR
 from layerjam.identify.statistics import interval_ends
 from layerjam.measure.trace import Array
@@ -172,6 +172,7 @@ def fit_pump_down(
         if low <= 0:
             explanation = f"{show(low, 'Pa')} is not an absolute pressure"
         raise FitError(f"{explanation}, or the pressure reference is wrong (--reading)")
+    check_resolution(p, float(p[-1]), float(t[-1]))
     third = float(t[int(np.argmax(p <= low + (p[0] - low) / np.e))]) or float(t[1])
     first, end = float(p[0]), float(p[-1])
     parameters = [
