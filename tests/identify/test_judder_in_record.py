@@ -137,6 +137,42 @@ def test_reasons_say_what_was_missing() -> None:
     assert few.teeth is None
 
 
+def equal_teeth(count: int, samples: int, swing: float, middle: float = 0.6) -> np.ndarray:
+    """Force of `count` equal teeth of `samples` samples, the fall in the last of them."""
+    return middle + swing * (np.arange(count * samples) % samples / (samples - 1) - 0.5)
+
+
+def test_five_small_teeth_are_enough_and_four_are_not() -> None:
+    """A swing of 3 % of the force; the record begins and ends within a tooth."""
+    for count in (4, 5):
+        force = equal_teeth(count + 2, 40, swing=0.018)[20:-10]
+        found, reason = find_saw_teeth(np.arange(len(force)) * 1e-4, force)
+        assert (found is not None) == (count == 5), reason
+        assert found is None or found.teeth == 5
+
+
+def test_both_ends_of_equal_teeth_are_known_to_a_quarter_of_the_rise_per_sample() -> None:
+    """The ends do not scatter; half a sample's rise to either side counts as two standard errors.
+
+    20 samples make a tooth of 0.2 N, hence 10 mN per sample.
+    """
+    force = equal_teeth(12, 20, swing=0.2)
+    found = find_saw_teeth(np.arange(len(force)) * 1e-4, force).teeth
+    assert found is not None
+    assert (found.upper_se, found.lower_se) == pytest.approx((0.01 / 4, 0.01 / 4), rel=1e-6)
+
+
+def test_a_swing_is_not_reported_if_the_smoothing_that_shows_it_shrinks_it() -> None:
+    """A swing of 6 standard deviations shows only in means of 5 samples, as a third less if 16
+    samples make a tooth."""
+    for samples, is_reported in ((16, False), (30, True)):
+        force = equal_teeth(200, samples, swing=0.2)
+        force = force + 0.2 / 6 * np.random.default_rng(0).standard_normal(len(force))
+        found, reason = find_saw_teeth(np.arange(len(force)) * 1e-4, force)
+        assert (found is not None) == is_reported, reason
+        assert found is None or found.swing == pytest.approx(0.2, rel=0.05)
+
+
 def test_long_records_are_thinned_and_keep_their_indices() -> None:
     u, force = teeth(rows=200_000, spacing=3e-3, swing=0.3, uneven=0.0)
     found = find_saw_teeth(u, force).teeth

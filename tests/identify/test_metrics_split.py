@@ -172,6 +172,20 @@ def test_pooling_keeps_brakes_apart() -> None:
         pool([])
 
 
+def test_without_a_peak_the_window_starts_10_percent_below_the_straight_rise() -> None:
+    """A rise of K to 0.2 mm, then K/10: K u1 + K/10 (u - u1) = 0.9 K u at u = 1.125 u1."""
+    bend, end = 2e-4, 4e-4
+    u = np.linspace(0, end, 4001)
+    force = 5e5 * (np.minimum(u, bend) + 0.1 * np.maximum(u - bend, 0))
+    pull = replace(
+        pull_features(curve(KAPTON)), has_peak=False, straight=True, stiffness=5e5, elongation=u,
+        force=force, peak_force=float(force[-1]),
+    )  # fmt: skip
+    window = compare_pull(pull, FULL, KAPTON).elongation
+    assert window[0] == pytest.approx(1.125 * bend, abs=1.5 * end / 4000)
+    assert window[-1] == pytest.approx(end)
+
+
 def test_before_calibration() -> None:
     before = uncalibrated(KAPTON)
     assert before.scale_factor == 1.0 and before.stiffness_measured is None

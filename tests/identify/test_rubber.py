@@ -13,6 +13,7 @@ from layerjam.errors import FileError, FitError, UnknownNameError
 from layerjam.identify.rubber import hyperelastic as h
 from layerjam.identify.rubber import specimens
 from layerjam.identify.rubber.tensile import (
+    Specimen,
     find_material,
     first_loading,
     read_rubber,
@@ -244,6 +245,22 @@ def test_curves_that_are_none(tmp_path):
         specimen_moduli(short, (0.3, 0.1))
     with pytest.raises(UnknownNameError):
         h.stress("hooke", {}, 0.1)
+
+
+def test_one_sample_changes_the_100_percent_modulus_by_its_weight_in_a_parabola() -> None:
+    """Least squares over the 13 samples within ±10 % of 100 %, with the sample there too high."""
+    places, excess = 0.015 * np.arange(-66, 67), 2e3
+    stress = 1e5 + 4e4 * places - 1e4 * places**2 + excess * (places == 0)
+    curve = Specimen(path="x.csv", strain=1 + places, stress=stress, head={}, understood=())
+    moduli = specimen_moduli(curve)
+    inside = places[np.abs(places) < 0.1]
+    # the normal equations of a parabola about its centre: weight S4/(n S4 - S2²) of the centre
+    count, second, fourth = len(inside), (inside**2).sum(), (inside**4).sum()
+    weight = fourth / (count * fourth - second**2)
+    assert moduli.modulus_100 == pytest.approx(1e5 + weight * excess, rel=1e-9)
+    # the squared residuals sum to excess² (1 - weight), with n - 3 degrees of freedom
+    error = excess * (weight * (1 - weight) / (count - 3)) ** 0.5
+    assert moduli.modulus_100_se == pytest.approx(error, rel=1e-6)
 
 
 def test_slack_shows(tmp_path):
