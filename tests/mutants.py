@@ -115,6 +115,10 @@ EQUIVALENT = {
         "guess = np.log((3)) / max(float(t[int(np.argmax(half))]), span / len(t))",
     ): "where a fit begins: in a log that resolves the fall its rate changes by under a millionth",
     (
+        "workbook.py",
+        'f"unpacks to {size / 1e6:.0f} MB; at most {MAX_UNPACKED / (1000001.0):.0f} MB can be "',
+    ): "250 000 000 bytes are 250 MB with either divisor, to the digits shown",
+    (
         "pull.py",
         "spread = (2 * (force) / jnp.where(below > 0, below, 1.0)) ** 2",
     ): "a negative force is out of reach and NaN",

@@ -9,6 +9,7 @@ import pytest
 
 from layerjam.errors import FileError
 from layerjam.measure.preview import LETTERS, preview_file, read_column
+from layerjam.measure.readers.columns import shorten
 from layerjam.measure.readers.content import Source
 
 
@@ -19,6 +20,12 @@ def test_a_cell_that_fits_is_whole_and_a_longer_one_ends_in_dots(tmp_path: Path)
     fits, cut = preview_file(path).names
     assert fits == head
     assert len(cut) == LETTERS and cut == "n" * (LETTERS - 1) + "…"
+
+
+def test_a_text_for_a_message_has_at_most_forty_characters() -> None:
+    assert shorten("n" * 40) == "n" * 40
+    for length in (41, 400):
+        assert shorten("n" * length) == "n" * 37 + "..."
 
 
 def test_the_first_and_the_last_column_are_read_and_none_beside_them(tmp_path: Path) -> None:

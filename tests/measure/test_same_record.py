@@ -131,6 +131,33 @@ def test_curves_without_noise_are_not_called_one_record() -> None:
     assert not is_same_record(one, every(2)(one))
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_copy_is_known_although_every_second_sample_meets_a_pulse(seed: int) -> None:
+    """The machine records at 2 kHz, with 50 pulses a second from a fifth of the record on; the
+    copy, at 100 Hz, has means without the pulses."""
+    clean = 20 + np.random.default_rng(seed).standard_normal(20 * 300 + 1)
+    time = np.arange(len(clean)) / 2e3
+    pulses = (np.arange(len(clean)) % 40 == 0) & (time > 0.2 * time[-1])
+    window = np.r_[0.5, np.ones(19), 0.5] / 20
+    copied = np.convolve(np.pad(clean, 10, mode="edge"), window, "valid")[::20]
+    record = Trace(clean + 4 * pulses, 1e-3 * time, time, "pull.csv", "a machine's")
+    copy = export(record, copied, 1e-3 * time[::20], time[::20])
+    assert is_same_record(record, copy)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_repeats_that_waver_alike_over_many_samples_are_not_one_record(seed: int) -> None:
+    """A wave of 14 samples bends 16 times as much, squared, over two samples as over one: it is
+    most of the second difference there, and less than the noise between neighbours."""
+    random, number = np.random.default_rng(seed), np.arange(40)
+    curve = 10 + 8 * np.sin(2 * np.pi * number / 14)
+    one, other = (
+        Trace(curve + random.standard_normal(40), 1e-4 * number, 0.1 * number, "pull.csv", "a")
+        for _ in range(2)
+    )
+    assert not is_same_record(one, other)
+
+
 @pytest.mark.slow
 def test_false_alarms_among_thousands_of_pairs() -> None:
     """None among 3 x 780 pairs: at most 0.13 % at 95 % confidence (rule of three)."""

@@ -166,6 +166,26 @@ def test_columns_by_their_place(tmp_path: Path) -> None:
             read_trace(path, ReadingOptions(columns=wrong))
 
 
+@pytest.mark.parametrize("above", [0, 3])
+def test_a_wrong_list_of_columns_is_reported_at_the_first_row(above: int, tmp_path: Path) -> None:
+    path = write(tmp_path, *["by hand"] * above, *rows())
+    with pytest.raises(FileError, match="has 3 columns, but --columns lists 2") as err:
+        read_trace(path, ReadingOptions(columns="force:N,elongation:mm"))
+    assert err.value.line == above + 1
+
+
+def test_a_named_table_is_explained_unless_far_more_rows_have_no_names(tmp_path: Path) -> None:
+    """A table of time and force, which needs a speed, and below it three columns of numbers."""
+    for named, nameless, words in (
+        (20, 40, "contains force and time but no elongation"),
+        (9, 100, "is not in a known format: 3 columns of numbers without names"),
+    ):
+        table = [f"{t:.4f},{f:.4f}" for t, _, f in zip(*curve(named), strict=True)]
+        path = write(tmp_path, "Time (s),Load (N)", *table, "Raw", *rows(nameless))
+        with pytest.raises(FileError, match=words):
+            read_trace(path)
+
+
 def test_units_that_the_user_gives(tmp_path: Path) -> None:
     path = write(tmp_path, "Time,Extension,Load (lb)", *rows())
     with pytest.raises(FileError, match=r"'Extension' has no unit.*--columns elongation:mm="):

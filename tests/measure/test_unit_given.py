@@ -79,3 +79,15 @@ def test_a_unit_that_agrees_or_that_nobody_knows_is_taken(
 def test_grams_force_and_its_like_are_known(word: str, tmp_path: Path) -> None:
     path = write(tmp_path, f"Time (s),Extension (mm),Load ({word})", *rows())
     np.testing.assert_allclose(read_trace(path).force, FORCE * 9.80665e-3, rtol=1e-4, atol=1e-5)
+
+
+def test_a_unit_in_the_name_and_in_the_row_below_is_no_part_of_the_name(tmp_path: Path) -> None:
+    head = ["Time (s),Extension (mm),Load (N)", "s,mm,N"]
+    trace = read_trace(write(tmp_path, *head, *rows()))
+    assert "force is the column 'Load' in N" in trace.understood
+    np.testing.assert_allclose(trace.force, FORCE, atol=1e-4)
+    named = ReadingOptions(column=["force=Load"])
+    assert (
+        "force is the column 'Load' in N, as given"
+        in read_trace(tmp_path / "x.csv", named).understood
+    )
