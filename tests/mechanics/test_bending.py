@@ -209,15 +209,17 @@ def test_the_first_compressed_sheet_buckles_as_euler_says() -> None:
     assert np.isfinite(float(buckling_moment(0.0, bare(3))))
 
 
-def framed(count: int, length: float, tensions: np.ndarray | None = None) -> np.ndarray:
+def framed(
+    count: int, length: float, tensions: np.ndarray | None = None, tube: float = 0.0
+) -> np.ndarray:
     """Angle at the end of sheets that fan out, under a unit moment there, and the outer one's pull.
 
     Beams that share one deflection, each with an axial spring along its own line; the angles at 400
     places and each sheet's end are found by the least energy. With `tensions` [N] of the sheets,
-    which have begun to slip, instead of their springs.
+    which have begun to slip, instead of their springs. An enclosure of E I `tube` bends with them.
     """
     w, t, e, cells = 0.013, 0.254e-3, 2.5e9, 400
-    own = count * e * w * t**3 / 12
+    own = count * e * w * t**3 / 12 + tube
     step = length / cells
     heights = (np.arange(count) - (count - 1) / 2) * t
     size = cells  # angles at the ends of the cells, the first one held
@@ -254,6 +256,16 @@ def test_a_fan_turns_as_a_frame_of_beams(count: int) -> None:
     euler = 4 * np.pi**2 * sheet / length**2
     pulls = [framed(side, length)[1] for side in ((count + 1) // 2, count // 2) if side > 1]
     assert float(buckling_moment(0.0, brake)) == pytest.approx(euler / max(pulls), rel=1e-4)
+
+
+def test_an_enclosure_bends_along_with_a_fan_once() -> None:
+    """Of 1 MPa, whose tube has almost half the bending stiffness of six separate sheets."""
+    brake = change(KAPTON, mount__spacers=False, enclosure__modulus=1e6)
+    sheet = 2.5e9 * 0.013 * 0.254e-3**3 / 12
+    tube = 1e6 * (15e-3 * 4.794e-3**3 - 13e-3 * 2.794e-3**3) / 12
+    angle = sum(framed(side, 0.011, tube=tube)[0] for side in (6, 5))
+    due = 1 / (angle + LENGTH / (11**3 * sheet + tube))
+    assert float(turning_stiffness_jammed(0.0, brake)) == pytest.approx(due, rel=1e-4)
 
 
 @pytest.mark.parametrize("count", [5, 9])
@@ -338,6 +350,10 @@ def test_nothing_is_clipped_outside_the_domain() -> None:
         turning_moment(-0.1, 0.0, FULL, KAPTON),
         turning_moment(0.1, 0.068, FULL, KAPTON),
         turning_moment(0.1, 0.0, -1.0, KAPTON),
+        turning_stiffness_jammed(-1e-3, KAPTON),
+        turning_stiffness_jammed(0.068, KAPTON),
+        turning_stiffness_free(-1e-3, KAPTON),
+        turning_stiffness_free(0.068, KAPTON),
         cantilever_force(-1e-3, LENGTH, FULL, KAPTON),
         cantilever_deflection(-1.0, LENGTH, FULL, KAPTON),
         slip_moment(-1e-3, FULL, KAPTON),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import subprocess
@@ -141,6 +142,15 @@ def test_seconds_of_compiling_are_announced_once(capsys: pytest.CaptureFixture[s
             assert capsys.readouterr().err == ""
         stopwatch.count(event, seconds)
         assert capsys.readouterr().err == line
+
+
+def test_a_log_file_shows_the_announcement_while_the_process_compiles(tmp_path: Path) -> None:
+    """A file buffers its text; who follows it should know at once why nothing happens."""
+    compilation.announce_compilation.cache_clear()
+    log = tmp_path / "log"
+    with log.open("w", encoding="utf-8") as file, contextlib.redirect_stderr(file):
+        compilation.announce_compilation()
+        assert log.read_text(encoding="utf-8") == LINE
 
 
 def test_events_have_the_names_that_jax_gives_them() -> None:

@@ -15,7 +15,7 @@ from layerjam.device.load import load
 from layerjam.errors import ProcedureError, QuantityError
 from layerjam.mechanics import rubber_strip
 from layerjam.mechanics.enclosure import enclosure_force, enclosure_stretch
-from layerjam.mechanics.energy import slip_heat
+from layerjam.mechanics.energy import slip_heat, slip_work
 from layerjam.mechanics.hysteresis import brake_cycle
 from layerjam.mechanics.law import double_precision, law
 from layerjam.mechanics.memory import enclosure_cycle
@@ -155,6 +155,18 @@ def test_without_vacuum_a_second_stretch_is_softer_by_ogden_and_roxburgh_s_facto
     first = 2 * SECTION * rubber.first(strain)[0]
     assert (force >= first * (1 - 1 / 1.7) * (1 - 1e-9)).all()
     assert 1 - erf(top / (4e3 + 0.2 * top)) / 1.7 == pytest.approx(force[17] / first[17], rel=0.05)
+
+
+def test_a_first_stretch_turns_into_heat_what_softening_takes() -> None:
+    """Without vacuum: the area between the first curve and the softened one; no work is lost."""
+    slip = 0.04 * np.array([0.3, 0.6, 1.0])
+    rubber = Rubber(**TERMS, **SOFTENING)
+    grid = slip / (2 * REACH) * np.linspace(0, 1, 20_001)[:, None]
+    first, energy = rubber.first(grid)
+    lost = np.trapezoid(first - rubber.stress(grid, energy[-1]), grid, axis=0)
+    volume = 4 * SECTION * REACH
+    np.testing.assert_allclose(slip_heat(slip, 0.0, SOFT), volume * lost, rtol=1e-6)
+    np.testing.assert_allclose(slip_work(slip, 0.0, SOFT), volume * energy[-1], rtol=1e-9)
 
 
 def test_the_brake_s_cycle_is_that_of_one_modulus_at_small_strains() -> None:
