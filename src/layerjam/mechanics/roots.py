@@ -137,7 +137,7 @@ def false_position(
             jnp.where(is_low, x, bracket.low),
             jnp.where(is_low, value, jnp.where(last, bracket.below, bracket.below / 2)),
             jnp.where(is_low, bracket.high, x),
-            jnp.where(is_low, jnp.where(first, bracket.above, bracket.above / 2), value),
+            jnp.where(is_low, bracket.above / 2, value),
             jnp.where(closer, x, bracket.best),
             jnp.where(closer, jnp.abs(value), bracket.error),
         )
