@@ -7,6 +7,7 @@ import pytest
 
 from layerjam.mechanics.stack.batch import find_peaks
 from layerjam.mechanics.stack.pull import pull_stack
+from layerjam.mechanics.stack.solve import Stack
 from layerjam.simulate.stack_layout import make_stack
 from strategies import KAPTON
 
@@ -60,3 +61,25 @@ def test_no_peak_within_the_travel_gives_the_end():
     run = pull_stack(np.linspace(0, 0.03, 500), stack)
     assert peaks.elongation[0] == pytest.approx(0.03)
     assert peaks.peak[0] == pytest.approx(run.force[-1], rel=1e-9)
+
+
+def test_the_stiffness_is_that_of_three_sheets_by_hand() -> None:
+    """The first interface slips at 4 N of 10 N, between the two forces of the secant."""
+    spring, mount = 3e5, 1e5
+    friction, length = np.array([[2.0, 8.0]]), np.full((1, 2), np.inf)
+    stack = Stack(
+        springs=np.full(3, spring),
+        right=np.array([False, True, False]),
+        friction=friction[0],
+        ratio=np.ones(2),
+        length=length[0],
+        mount=mount,
+        ends=np.array([0, 2]),
+        face=np.array([0.0, 0.0, 1.0]),
+    )
+    peaks = find_peaks(stack, friction, length, 0.01)
+    # at 2 N the outer sheets share the force; at 8 N the second one carries all but 2 N
+    low, high = 1 / spring + 2 / spring + 2 / mount, 6 / spring + 8 / spring + 8 / mount
+    assert float(peaks.stiffness[0]) == pytest.approx(6 / (high - low), rel=1e-9)
+    assert float(peaks.onset[0]) == pytest.approx(4.0, rel=1e-9)
+    assert float(peaks.peak[0]) == pytest.approx(10.0, rel=1e-9)
