@@ -120,6 +120,10 @@ EQUIVALENT = {
     ): "250 000 000 bytes are 250 MB with either divisor, to the digits shown",
     (
         "pull.py",
+        "above = above / (3) if side == -1 else above",
+    ): "how a search proceeds: it ends within 1e-11 of the same static bound",
+    (
+        "pull.py",
         "spread = (2 * (force) / jnp.where(below > 0, below, 1.0)) ** 2",
     ): "a negative force is out of reach and NaN",
 }
