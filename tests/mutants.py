@@ -44,6 +44,11 @@ ORDER = (
 )
 OTHER = ("heat", "motion", "stack", "stack_batch", "stickslip", "stop", "tune")
 """Modules with tests of their own: run last for everything else, first for themselves."""
+FURTHER = {
+    "mechanics/stick_slip": ("simulate/test_stick_slip.py",),
+    "mechanics/stop": ("simulate/test_drop_in_time.py", "simulate/test_speed_law.py"),
+}
+"""Tests of integrators of mechanics that stand with the simulation that calls them."""
 
 SWAP = {
     ast.Add: ast.Sub,
@@ -224,6 +229,12 @@ def listed(entries: Sequence[dict[str, str]]) -> list[Mutant]:
 
 def test_files(tests: Path, changed: str) -> list[str]:
     """Check values first, then what is nearest to the changed module, then the rest."""
+    further = FURTHER.get(changed.rpartition("/")[0], ())
+    return [*(str(tests / name) for name in further), *own_tests(tests, changed)]
+
+
+def own_tests(tests: Path, changed: str) -> list[str]:
+    """Return the tests in the changed folder, in order."""
     folder, changed = changed.split("/", maxsplit=1)[0], changed.rsplit("/", maxsplit=1)[-1]
     tests = tests / folder
     there = sorted(p.name for p in tests.glob("test_*.py"))
