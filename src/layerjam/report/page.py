@@ -28,6 +28,8 @@ LEVELS = {
     "failed": ("FAILED", "no"),
 }
 """Level of a check: its mark on a page, and the CSS class of the mark."""
+NO_DATE = datetime(1980, 1, 1, tzinfo=UTC)
+"""Default date of a PDF, fixed so that its bytes do not depend on the day."""
 
 
 def typeset_text(text: str) -> str:
@@ -244,10 +246,6 @@ def make_environment() -> "jinja2.Environment":
     with MissingExtraError.raise_if_missing("the report (jinja2)", "report"):
         import jinja2
     return jinja2.Environment(autoescape=True, trim_blocks=True, undefined=jinja2.StrictUndefined)
-
-
-NO_DATE = datetime(1980, 1, 1, tzinfo=UTC)
-"""Default date of a PDF, fixed so that its bytes do not depend on the day."""
 
 
 def typeset_pdf(data: Mapping[str, Any], pictures: Mapping[str, str]) -> bytes:

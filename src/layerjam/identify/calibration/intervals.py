@@ -16,6 +16,10 @@ from scipy import special
 from layerjam.identify.statistics import LEVEL, interval_ends
 
 RESAMPLES = 2000
+SURE = 0.8
+"""Probability that `RequiredPulls.sure` further pulls are enough."""
+PULL_LIMIT = 1000
+"""Largest number of further pulls considered."""
 
 
 def quantile(degrees: float, level: float = LEVEL) -> float:
@@ -222,12 +226,6 @@ def _is_invertible(matrices: np.ndarray) -> np.ndarray:
     safe = np.where(scale > 0, scale, 1.0)
     inner = matrices / (safe[..., :, None] * safe[..., None, :])
     return np.asarray((scale > 0).all(axis=-1) & (np.linalg.cond(inner) < 1e10))
-
-
-SURE = 0.8
-"""Probability that `RequiredPulls.sure` further pulls are enough."""
-PULL_LIMIT = 1000
-"""Largest number of further pulls considered."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -24,6 +24,12 @@ FIRST, SECOND = 0.05, 0.2
 """Smallest fraction of the total force for each rise."""
 CLEAR = 6.0
 """Smallest rise, in standard deviations of the mean over the initial samples."""
+PART = (0.9, 0.2)
+"""Range of the stiffness fit, relative to the force at the reversal."""
+LEAST_WAY_BACK = 0.02
+"""Smallest travel of a return, relative to the pull."""
+FEWEST_BACK = 8
+"""Minimum number of samples of a return."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,14 +121,6 @@ def find_second_rise(elongation: Array, force: Array) -> SecondRise | None:
                 force_after=float(mean[-1]),
             )
     return None
-
-
-PART = (0.9, 0.2)
-"""Range of the stiffness fit, relative to the force at the reversal."""
-LEAST_WAY_BACK = 0.02
-"""Smallest travel of a return, relative to the pull."""
-FEWEST_BACK = 8
-"""Minimum number of samples of a return."""
 
 
 @dataclass(frozen=True, kw_only=True)

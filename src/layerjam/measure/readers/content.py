@@ -12,6 +12,19 @@ from layerjam.measure.readers.words import count_known_letters
 LONGEST_LINE = 20_000
 IN_CELL = "\x0b"
 """Replacement for a line break within a quoted cell of the header."""
+_MARKS = (
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+_TWO_BYTES = ("cp932", "gb18030", "big5", "cp949", "euc-jp")
+# In all of these, digits, separators, quotes and line endings are the same bytes as in ASCII.
+_PAGES = ("cp1252", "cp1250", "cp1251", *_TWO_BYTES, "koi8-r", "cp1253", "cp1254")
+_HEAD = 16_384
+TYPOGRAPHY = {"\u2212": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "\u2019": "'"}
+"""{typographic minus sign, non-breaking space or apostrophe: its ASCII equivalent}."""
+_ALLOWED = b"\t\n\r\f\x1a"
 
 
 @dataclass(frozen=True)
@@ -55,21 +68,6 @@ class Source:
         """Return the line (from 1) that contains a byte offset."""
         data = self.data
         return data.count(b"\n", 0, offset) + data.count(IN_CELL.encode(), 0, offset) + 1
-
-
-_MARKS = (
-    (codecs.BOM_UTF32_LE, "utf-32"),
-    (codecs.BOM_UTF32_BE, "utf-32"),
-    (codecs.BOM_UTF16_LE, "utf-16"),
-    (codecs.BOM_UTF16_BE, "utf-16"),
-)
-_TWO_BYTES = ("cp932", "gb18030", "big5", "cp949", "euc-jp")
-# In all of these, digits, separators, quotes and line endings are the same bytes as in ASCII.
-_PAGES = ("cp1252", "cp1250", "cp1251", *_TWO_BYTES, "koi8-r", "cp1253", "cp1254")
-_HEAD = 16_384
-TYPOGRAPHY = {"\u2212": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "\u2019": "'"}
-"""{typographic minus sign, non-breaking space or apostrophe: its ASCII equivalent}."""
-_ALLOWED = b"\t\n\r\f\x1a"
 
 
 def decode_file(name: str, data: bytes) -> tuple[bytes, str]:

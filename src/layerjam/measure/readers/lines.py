@@ -36,6 +36,8 @@ _KINDS = bytes(_KIND.get(byte, int(_LETTER)) for byte in range(256))
 
 Flags = npt.NDArray[np.bool_]
 Places = npt.NDArray[np.int64]
+_SAMPLE_ROWS, _TAIL_BYTES = 200, 6000
+_SIGNS = str.maketrans(TYPOGRAPHY)
 
 
 def split_line(line: str, separator: str) -> list[str]:
@@ -132,10 +134,6 @@ def _sample_lines(source: Source) -> list[str]:
     if len(head) > 1 and len(source.data) > _HEAD_BYTES:
         head = head[:-1]
     return [line.decode(source.encoding, errors="replace") for line in head[-200:]]
-
-
-_SAMPLE_ROWS, _TAIL_BYTES = 200, 6000
-_SIGNS = str.maketrans(TYPOGRAPHY)
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,13 @@ from layerjam.measure.readers.words import normalise_name
 _MOST_BLOCKS = 2000
 _MOST_HEADS = 200
 _LINES_ABOVE = 8
+MOST_COLUMNS = 300
+_BRACKETED = re.compile(r"[(\[<{].*[)\]>}]")
+_GROUPS = re.compile(r"[^()\[\]]*[(\[][^()\[\]]*[)\]]")
+_COMMENT = re.compile(r"^\s*(?:#+|%+|//|!|\*)\s*")
+_OTHER_UNIT = re.compile(
+    r"[-\u2013]|%|°|[kmMG]?Pa|.{0,6}/.{1,6}|[kmM]?V|°?[CF]|deg|N·?m|[kmcµ]?m[²³23]|#|--*|Hz|J|psi|ksi"
+)
 
 
 @dataclass(frozen=True)
@@ -187,15 +194,6 @@ def share_headers(lines: Lines, blocks: list[Block]) -> Iterator[Block]:
         yield block
         if block.has_units:
             before = block
-
-
-MOST_COLUMNS = 300
-_BRACKETED = re.compile(r"[(\[<{].*[)\]>}]")
-_GROUPS = re.compile(r"[^()\[\]]*[(\[][^()\[\]]*[)\]]")
-_COMMENT = re.compile(r"^\s*(?:#+|%+|//|!|\*)\s*")
-_OTHER_UNIT = re.compile(
-    r"[-\u2013]|%|°|[kmMG]?Pa|.{0,6}/.{1,6}|[kmM]?V|°?[CF]|deg|N·?m|[kmcµ]?m[²³23]|#|--*|Hz|J|psi|ksi"
-)
 
 
 def find_head(above: Sequence[tuple[int, str]], separator: str, width: int) -> Header | None:
