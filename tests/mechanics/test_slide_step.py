@@ -17,6 +17,7 @@ from layerjam.mechanics.stick_slip.slide_step import (
     Slide,
     State,
     exact_step,
+    hermite_range,
     hermite_root,
     runge_kutta,
 )
@@ -101,3 +102,25 @@ def test_the_first_zero_of_a_cubic_is_met_by_its_ends_and_slopes() -> None:
             crosses, place = hermite_root(jnp.asarray(0.5), *map(jnp.asarray, ends))
         assert bool(crosses)
         assert float(place) == pytest.approx(zero, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("middle", "due"),
+    # (t - middle)^2 + 1 on a step of 0.5, and its mirror image
+    [(0.2, (1.0, 1.09)), (-0.1, (1.01, 1.36)), (0.7, (1.04, 1.49))],
+)
+def test_the_range_of_a_parabola_includes_its_vertex(
+    middle: float, due: tuple[float, float]
+) -> None:
+    ends = [f for t in (0.0, 0.5) for f in ((t - middle) ** 2 + 1, 2 * (t - middle))]
+    with double_precision():
+        high, low = hermite_range(jnp.asarray(0.5), *map(jnp.asarray, ends))
+        top, bottom = hermite_range(jnp.asarray(0.5), *(-jnp.asarray(end) for end in ends))
+    assert (float(low), float(high)) == pytest.approx(due, rel=1e-12)
+    assert (-float(top), -float(bottom)) == pytest.approx(due, rel=1e-12)
+
+
+def test_a_slope_that_is_not_finite_leaves_the_range_of_the_ends() -> None:
+    with double_precision():
+        high, low = hermite_range(*map(jnp.asarray, (0.5, 1.0, -np.inf, 2.0, 0.3)))
+    assert (float(low), float(high)) == (1.0, 2.0)

@@ -262,7 +262,9 @@ def test_wet_without_water_is_dry() -> None:
         static=film.kinetic, kinetic=film.kinetic, speed=1e-2, adhesion=0.0, viscosity=0.0
     )
     slips = np.array([0.0, 0.01, 0.05])
-    for brake in (KAPTON, dataclasses.replace(KAPTON, pressure_exponent=0.2, test_pressure=3.9e3)):
+    by_pressure = dataclasses.replace(KAPTON, pressure_exponent=0.2, test_pressure=3.9e3)
+    mount = dataclasses.replace(KAPTON.mount, spacers=False)
+    for brake in (KAPTON, by_pressure, dataclasses.replace(KAPTON, mount=mount)):
         for vacuum in (0.0, 31e3, FULL):
             force = np.asarray(wet_force(slips, 0.01, vacuum, brake, dry))
             assert np.allclose(force, brake_force(slips, vacuum, brake), rtol=1e-13, atol=1e-12)
