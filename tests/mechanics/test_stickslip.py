@@ -167,6 +167,17 @@ def test_critical_speed_with_little_and_much_damping() -> None:
     assert np.isnan(critical_speed(100.0, 175.4, spring, mass, 1.0))
 
 
+@pytest.mark.parametrize("ratio", [1 - 1e-9, 1 - 1e-6, 1.0, 1.5])
+def test_critical_speed_does_not_change_around_and_above_critical_damping(ratio: float) -> None:
+    # it falls as e^(-pi zeta/sqrt(1 - zeta^2)), which is below 1e-308 for zeta > 1 - 1e-5
+    damping = 2 * ratio * np.sqrt(131e3 * 0.01)
+    for place in range(5):
+        slope = jax.grad(critical_speed, argnums=place)(233.9, 175.4, 131e3, 0.01, damping)
+        assert float(slope) == 0.0
+    slope = jax.grad(stiffness_without_stick_slip, argnums=4)(0.2, 233.9, 175.4, 0.01, ratio)
+    assert float(slope) == 0.0
+
+
 @pytest.mark.parametrize("exponent", [0.5, 1.0, 2.0, 3.0])
 @pytest.mark.parametrize("damping", [0.01, 1.0, 50.0])
 def test_stable_speed_is_where_the_slope_meets_the_damping(exponent: float, damping: float) -> None:

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.linalg import expm
 
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
@@ -16,7 +18,14 @@ from layerjam.errors import FitError, QuantityError
 from layerjam.mechanics.friction import holding_force, sheet_friction
 from layerjam.mechanics.stick_slip.laws import critical_speed, film_curve, undamped_saw
 from layerjam.mechanics.stick_slip.slide import slide
-from layerjam.mechanics.stick_slip.slide_step import Slide
+from layerjam.mechanics.stick_slip.slide_step import (
+    STUCK,
+    TAUT,
+    Slide,
+    State,
+    exact_step,
+    hermite_root,
+)
 from layerjam.simulate.record import Outcome
 from layerjam.simulate.stick_slip import (
     StickSlipRecord,
@@ -100,6 +109,84 @@ def test_undamped_block_follows_the_closed_form(
     assert np.allclose(row[:, 5], float(saw.slip), rtol=tight)
     assert np.allclose(np.diff(row[:, 0]), float(saw.period), rtol=tight)
     assert np.allclose(row[:, 1] - row[:, 0], float(saw.slip_time), rtol=tight)
+
+
+def test_a_slip_against_friction_that_falls_with_it_follows_the_closed_form() -> None:
+    """Friction that falls by c per metre of slip takes c from the spring while the mass slides."""
+    fall, drop, spring, mass, speed = 20e3, 30.0, 131e3, 0.01, 0.05
+    state = slide(block(fall=fall, speed=speed, events=1.0))
+    # m y'' + (k - c) y = drop + k V t from y = y' = 0, until y' = 0 again
+    softer = spring - fall
+    omega = np.sqrt(softer / mass)
+    angle = 2 * (np.pi - np.arctan(drop * omega / (spring * speed)))
+    slip = (drop * (1 - np.cos(angle)) + spring * speed / omega * (angle - np.sin(angle))) / softer
+    begin, end, *_, travel = np.asarray(state.table)[0]
+    assert travel == pytest.approx(slip, rel=1e-8)
+    assert end - begin == pytest.approx(angle / omega, rel=1e-8)
+
+
+@pytest.mark.parametrize("damping", [0.0, 5.0])
+def test_a_crosshead_does_no_work_on_a_slack_spring(damping: float) -> None:
+    """After each slip the spring is slack, and many short steps pass until it is taut."""
+    state = slide(block(level=50.0, rise=1.5, damping=damping, step=2e-5, end=0.06), samples=5000)
+    rows = np.asarray(state.trace)[: int(state.written)]
+    _, crosshead, _, slip, speed, work, heat, sliding = rows.T
+    waits = (crosshead < slip) & (sliding == 0)
+    waits = waits[:-1] & waits[1:]
+    assert waits.sum() > 20 and (np.diff(work)[waits] == 0).all()
+    stored = 131e3 / 2 * np.maximum(crosshead - slip, 0.0) ** 2 + 0.01 / 2 * speed**2
+    assert np.allclose(work, heat + stored, rtol=0, atol=1e-9 * work.max())
+
+
+def test_a_run_that_ends_at_rest_keeps_where_the_mass_last_broke_loose() -> None:
+    state = slide(block(end=0.025, step=1e-3))
+    assert int(state.mode) == STUCK and int(state.count) == 1
+    # 130 N stretch the spring by 130/k from the start at rest
+    expected = [130 / (131e3 * 0.05), 0.0, 130.0]
+    assert np.asarray(state.broke) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.3, 1.0, 1.7, 4.0])
+def test_a_step_against_constant_friction_is_the_matrix_exponential(ratio: float) -> None:
+    """Extension e and its rate u: m u' = F_k - k e - d u, and the mass moves at V - u."""
+    mass, spring, friction, drive, h = 0.25, 100.0, 20.0, 0.3, 0.08
+    drag = 2 * ratio * np.sqrt(mass * spring)  # 10 N s/m is critical
+    at = block(mass=mass, spring=spring, damping=drag, speed=drive, level=friction, rise=0.5)
+    matrix = np.array([[0.0, 1.0], [-spring / mass, -drag / mass]])
+    offset = np.array([0.26 - friction / spring, drive - 0.1])
+
+    def after(time: float) -> Any:
+        return expm(matrix * time) @ offset
+
+    def pull(time: float) -> float:
+        return float(friction + np.array([spring, drag]) @ after(time))
+
+    zero = np.zeros(())
+    start = State(**dict.fromkeys(State._fields, zero))
+    start = start._replace(mode=TAUT, slip=-0.26, velocity=0.1)
+    trial = exact_step(start, h, at)
+    stretch, rate = after(h)
+    assert float(trial.velocity) == pytest.approx(drive - rate, rel=1e-12)
+    travel = drive * h - (stretch - offset[0])
+    assert float(trial.travel) == pytest.approx(travel, rel=1e-11)
+    work = drive * quad(pull, 0, h, epsabs=0, epsrel=1e-12)[0]
+    assert float(trial.work) == pytest.approx(work, rel=1e-11)
+    lost = drag * quad(lambda t: float(after(t)[1] ** 2), 0, h, epsabs=0, epsrel=1e-12)[0]
+    assert float(trial.heat) == pytest.approx(friction * travel + lost, rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    "roots", [(0.7, -3.0, -5.0), (1.9, 2.5, 7.0), (0.6, 1.3, -5.0), (1e-3, 2.1, -1.0)]
+)
+def test_the_first_zero_of_a_cubic_over_a_step(roots: tuple[float, float, float]) -> None:
+    """Over a step of 2, from values and slopes at its ends; the third ends above zero again."""
+    cubic = np.poly1d(roots, r=True)
+    cubic = cubic * np.sign(cubic(0.0))
+    slope = cubic.deriv()
+    crosses, zero = hermite_root(2.0, cubic(0.0), slope(0.0), cubic(2.0), slope(2.0))
+    assert bool(crosses) and float(zero) == pytest.approx(roots[0], rel=1e-11)
+    crosses, _ = hermite_root(2.0, 1.0, -0.4, 0.5, 0.1)
+    assert not bool(crosses)
 
 
 def test_order_of_the_integrator_is_five() -> None:

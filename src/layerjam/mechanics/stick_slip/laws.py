@@ -152,8 +152,8 @@ def undamped_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: An
     )
 
 
-def _critical_drop(ratio: Any) -> Any:
-    """Return kappa = (F_s - F_k)/(V sqrt(k m)) at which a mass just fails to stick again.
+def _critical_share(ratio: Any) -> Any:
+    """Return 1/kappa = V sqrt(k m)/(F_s - F_k) at which a mass just fails to stick again.
 
     From the tangent point (speed V, acceleration 0) the damped swing is followed back to the start
     of the slip, theta before it; `ratio` is the damping ratio, between 0 and 1.
@@ -178,7 +178,7 @@ def _critical_drop(ratio: Any) -> Any:
     slope = -jnp.sin(theta) / (root**2 * jnp.where(resolved, room, 1.0))
     step = (lean * theta + jnp.log(jnp.where(resolved, room, 1.0))) / slope
     theta = jnp.where(resolved, theta - step, low)
-    return -jnp.exp(lean * theta) * jnp.sin(theta) / root
+    return -jnp.exp(-lean * theta) / jnp.sin(theta) * root
 
 
 @law
@@ -192,7 +192,7 @@ def critical_speed(static: Any, kinetic: Any, stiffness: Any, mass: Any, damping
     """
     impedance = jnp.sqrt(stiffness * mass)
     ratio = damping / (2 * impedance)
-    speed = (static - kinetic) / (impedance * _critical_drop(ratio))
+    speed = (static - kinetic) / impedance * _critical_share(ratio)
     speed = jnp.where(ratio >= 1, 0.0, jnp.where(ratio == 0, jnp.inf, speed))
     speed = jnp.where(static == kinetic, 0.0, speed)
     return keep_if(_is_physical(static, kinetic, stiffness) & (mass > 0) & (damping >= 0), speed)
@@ -207,7 +207,7 @@ def stiffness_without_stick_slip(
     At a given damping ratio (that of the real mount) it is ((F_s - F_k)/(kappa V))^2/m. Infinite
     without damping, zero from critical damping upwards.
     """
-    least = ((static - kinetic) / (_critical_drop(damping_ratio) * speed)) ** 2 / mass
+    least = ((static - kinetic) * _critical_share(damping_ratio) / speed) ** 2 / mass
     least = jnp.where(damping_ratio >= 1, 0.0, jnp.where(damping_ratio == 0, jnp.inf, least))
     fine = (kinetic >= 0) & (static >= kinetic) & (mass > 0) & (speed > 0) & (damping_ratio >= 0)
     return keep_if(fine, least)
