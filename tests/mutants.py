@@ -79,10 +79,6 @@ EQUIVALENT = {
     ("energy.py", "return (heat)"): "as above",
     ("energy.py", "return within(((slip >= 0) | (vacuum >= 0)), heat)"): "as above",
     (
-        "friction.py",
-        "return (c * ratio ** brake.pressure_exponent)",
-    ): "c is zero already where nothing is jammed",
-    (
         "hysteresis.py",
         "slack=(state.force <= (1)) & (target < enclosure.slip),",
     ): "a force above zero means an elongation beyond the slip",
@@ -91,10 +87,6 @@ EQUIVALENT = {
         "back = (0.0) < memory.force - hold",
     ): "the root is clipped to the present slip, so that nothing moves",
     ("hysteresis.py", "back = (trial) < memory.force - hold"): "as above",
-    (
-        "hysteresis.py",
-        "start = State(at_rest(), zero, zero, zero, zero, vacuum[(1)], no, no)",
-    ): "a relaxed enclosure at zero slip does not care which vacuum it comes from",
     (
         "roots.py",
         "return jax.lax.stop_gradient(jax.lax.fori_loop((1), halvings, bisect, (low, high))[1])",
@@ -107,10 +99,6 @@ EQUIVALENT = {
         "limits.py",
         "return within(slip >= 0, jnp.where(slip == (1), 0.0, closing))",
     ): "at zero slip the halving ends at 1e-13 of the atmosphere, which is what zero means here",
-    (
-        "pull.py",
-        "below = c2 + safe_sqrt(c2**2 + 4 * c1 * (force))",
-    ): "a negative force is out of reach and NaN",
     (
         "enclosure.py",
         "return jnp.where(root**2 < self.saturation, root**2, (linear))",
@@ -127,10 +115,6 @@ EQUIVALENT = {
         "pull.py",
         "above = above / (3) if side == -1 else above",
     ): "how a search proceeds: it ends within 1e-11 of the same static bound",
-    (
-        "pull.py",
-        "spread = (2 * (force) / jnp.where(below > 0, below, 1.0)) ** 2",
-    ): "a negative force is out of reach and NaN",
     (
         "laws.py",
         "slope = -jnp.sin(theta) / (root**2 * (room))",
