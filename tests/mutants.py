@@ -75,29 +75,29 @@ KEEP |= {"safe_sqrt": (0,), "cbrt": (0,), "floor": (0,), "ceil": (0,), "abs": (0
 
 EQUIVALENT = {
     ("energy.py", "return (work)"): "negative slip or vacuum is NaN by safe_sqrt already",
-    ("energy.py", "return within(((slip >= 0) | (vacuum >= 0)), work)"): "as above",
+    ("energy.py", "return keep_if(((slip >= 0) | (vacuum >= 0)), work)"): "as above",
     ("energy.py", "return (heat)"): "as above",
-    ("energy.py", "return within(((slip >= 0) | (vacuum >= 0)), heat)"): "as above",
+    ("energy.py", "return keep_if(((slip >= 0) | (vacuum >= 0)), heat)"): "as above",
     (
         "hysteresis.py",
         "slack=(state.force <= (1)) & (target < enclosure.slip),",
     ): "a force above zero means an elongation beyond the slip",
     (
         "hysteresis.py",
-        "back = (0.0) < memory.force - hold",
+        "returns = (0.0) < memory.force - hold",
     ): "the root is clipped to the present slip, so that nothing moves",
-    ("hysteresis.py", "back = (trial) < memory.force - hold"): "as above",
+    ("hysteresis.py", "returns = (trial) < memory.force - hold"): "as above",
     (
         "roots.py",
         "return jax.lax.stop_gradient(jax.lax.fori_loop((1), halvings, bisect, (low, high))[1])",
     ): "one halving more or less is below rounding",
     (
-        "limits.py",
+        "roots.py",
         "slope = jax.lax.stop_gradient((slope))",
     ): "a slope that does not rise belongs to an answer that is infinite",
     (
         "limits.py",
-        "return within(slip >= 0, jnp.where(slip == (1), 0.0, closing))",
+        "return keep_if(slip >= 0, jnp.where(slip == (1), 0.0, closing))",
     ): "at zero slip the halving ends at 1e-13 of the atmosphere, which is what zero means here",
     (
         "enclosure.py",
