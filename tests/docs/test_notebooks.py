@@ -16,6 +16,8 @@ from docs.examples import ROOT, script
 notebooks = script(ROOT / "docs" / "notebooks.py")
 STORED = sorted(notebooks.FOLDER.glob("*.ipynb"))
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e-?\d+)?")
+NAME = re.compile(r"\b[mp][0-9a-f]{10}\b")
+"""A name of a marker or a clip path: a hash of coordinates, to the last digit."""
 
 
 def difference(stored: dict[str, Any], made: dict[str, Any]) -> str:
@@ -24,6 +26,7 @@ def difference(stored: dict[str, Any], made: dict[str, Any]) -> str:
     for number, (old, new) in enumerate(pairs, 1):
         for a, b in zip(old.get("outputs", ()), new.get("outputs", ()), strict=True):
             pictures = ["".join(o.get("data", {}).pop("image/svg+xml", "")) for o in (a, b)]
+            pictures = [NAME.sub("name", picture) for picture in pictures]
             points = [np.array(NUMBER.findall(picture), dtype=float) for picture in pictures]
             if len({NUMBER.sub("", picture) for picture in pictures}) > 1:
                 return f"the shapes in the picture of cell {number}"
