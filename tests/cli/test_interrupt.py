@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from layerjam.cli import engine, generate
+from layerjam.cli import engine
 
 from .conftest import Run
 
@@ -16,7 +16,7 @@ def test_a_stop_is_said(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def stopped() -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(generate, "enable_double_precision", stopped)
+    monkeypatch.setattr(engine, "enable_double_precision", stopped)
     for words in (("show", "choi2018-kapton"), ("show", "choi2018-ptfe", "--json")):
         ran = run(*words)
         assert (ran.code, ran.out, ran.err) == (130, "", "layerjam: stopped\n")
