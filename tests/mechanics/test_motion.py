@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from layerjam.device.speed_law import SpeedLaw
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.pull import brake_force
 from layerjam.mechanics.stiffness import working_stiffness
@@ -112,6 +113,15 @@ def test_a_damped_rope_is_of_second_order_and_keeps_its_books(damping):
         slips.append(float(run.slip))
     order = np.log2(_errors(slips)[:-1] / _errors(slips)[1:])
     assert order.mean() == pytest.approx(2.0, abs=0.3)
+
+
+@pytest.mark.parametrize("damping", [None, 60.0])
+def test_friction_over_speed_keeps_its_books(damping):
+    law = SpeedLaw(power=0.2, test_speed=1e-2, rest_speed=1e-4)
+    brake = dataclasses.replace(KAPTON, speed_law=law)
+    run = stop_in_time(1.0, 2.5, FULL, None, ROPE, damping, G, 4e-5, MANY, brake)
+    assert int(run.outcome) == STANDSTILL
+    assert abs(audit(run, 1.0, 2.5, G, ROPE, damping, brake)) < 1e-9
 
 
 def _standstill(_: float, y: np.ndarray) -> float:
@@ -312,6 +322,43 @@ def test_a_weight_at_rest_stays_where_it_is_for_an_hour():
         assert float(last.heat) == 0.0
         assert float(last.place) == pytest.approx(force / SPRING, rel=1e-12)
         assert int(last.outcome) in (MOVING, STANDSTILL)
+
+
+@pytest.mark.parametrize("damping", [None, 10.0, 60.0])
+def test_a_mass_that_flies_back_from_a_slack_rope_keeps_its_books(damping):
+    """Thrown up from 50 N: what the damper takes is all that is lost."""
+    from layerjam.mechanics.stop.motion import Vacuum, _prepare_step, new_motion
+    from layerjam.mechanics.stop.motion_step import step_motion
+
+    mass, speed, force = 1.0, -0.8, 50.0
+    load = make_load(mass, G, ROPE, damping, KAPTON)
+    load = jax.tree.map(np.float64, load)
+    stretch = 0.0 if damping is None else force / ROPE
+    drawn = force / float(load.spring)
+    start = new_motion(np.float64(speed), np.float64(FULL), True)._replace(
+        place=np.float64(drawn + stretch), drawn=np.float64(drawn),
+        stretch=np.float64(stretch), force=np.float64(force),
+    )  # fmt: skip
+
+    def march(state, step):
+        def one(state, _):
+            ready, setting, c = _prepare_step(state, step, Vacuum(FULL), load, KAPTON)
+            new = step_motion(ready, step, setting, c, load)
+            energy = mass * new.speed**2 / 2 - mass * G * new.place + new.heat
+            return new, (new.slack, energy + stored_energy(new, load, KAPTON), new.heat, new.speed)
+
+        return jax.lax.scan(one, state, None, length=2500)[1]
+
+    slack, energy, heat, velocity = jax.jit(march)(jax.tree.map(np.asarray, start), 1e-4)
+    slack, heat, velocity = map(np.asarray, (slack, heat, velocity))
+    begun = mass * speed**2 / 2 - mass * G * (drawn + stretch) + force**2 / 2 / SPRING
+    np.testing.assert_allclose(energy, begun, atol=1e-9)
+    assert (np.diff(heat) >= -1e-15).all()
+    leaves, lands = np.flatnonzero(np.diff(slack.astype(int)))[:2]
+    if damping is None:
+        assert heat[lands + 1] == 0.0
+        # without a damper it leaves and meets the rope at the same place, so equally fast
+        assert (lands - leaves) * 1e-4 == pytest.approx(-2 * velocity[leaves + 1] / G, abs=2e-4)
 
 
 @pytest.mark.slow
