@@ -201,22 +201,22 @@ def mutants_of(path: Path) -> Iterator[tuple[Mutant, str, str]]:
             end = starts[node.end_lineno - 1] + node.end_col_offset  # type: ignore[attr-defined]
             text = ast.unparse(ast.fix_missing_locations(new))
             mutant = Mutant(place, node.lineno, start, end, text)  # type: ignore[attr-defined]
-            place_of = mutant.line - 1
-            changed = mutant.apply(source).splitlines()[place_of].strip()
-            yield mutant, lines[place_of].strip(), changed
+            changed = mutant.apply(source).splitlines()[mutant.line - 1].strip()
+            yield mutant, lines[mutant.line - 1].strip(), changed
 
 
 def listed(entries: Sequence[dict[str, str]]) -> list[Mutant]:
-    """Return the mutants of mutants.json that still exist, in the same file or another one."""
+    """Return the mutants of mutants.json that exist, in any file, and are not equivalent."""
     known: dict[tuple[str, str], list[Mutant]] = {}
     for path in FILES:
         for mutant, line, changed in mutants_of(path):
-            known.setdefault((line, changed), []).append(mutant)
+            if (path.name, changed) not in EQUIVALENT:
+                known.setdefault((line, changed), []).append(mutant)
     picked: dict[Mutant, None] = {}
     for entry in entries:
         there = known.get((entry["line"], entry["changed"]), [])
         if not there:
-            print(f"no longer in the source: {entry['file']}: {entry['changed']}")
+            print(f"equivalent, or no longer in the source: {entry['file']}: {entry['changed']}")
             continue
         near = [m for m in there if m.file == entry["file"] and m not in picked]
         picked[(near or [m for m in there if m not in picked] or there)[0]] = None
@@ -375,8 +375,7 @@ def reasons(sources: dict[str, str]) -> Callable[[Mutant], str]:
         source = sources[mutant.file]
         line = source.splitlines()[mutant.line - 1].strip()
         changed = mutant.apply(source).splitlines()[mutant.line - 1].strip()
-        equivalent = EQUIVALENT.get((Path(mutant.file).name, changed), "")
-        return f"same numbers: {equivalent}" if equivalent else chosen.get((line, changed), "")
+        return chosen.get((line, changed), "")
 
     return reason
 
