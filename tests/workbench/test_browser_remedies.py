@@ -27,7 +27,7 @@ def test_the_nearest_allowed_number_is_one_click_away(tab, workbench, tab_name, 
     error = tab.locator(".q-field--error").get_by_role("alert").first
     assert typed in error.inner_text()
     offered = remedy.text_content().removeprefix("Use ")
-    remedy.click()
+    remedy.click(delay=500)  # a finger is slower than the answer to leaving the field
     remedy.wait_for(state="detached", timeout=LONG)
     value = parse(f"{number.input_value()} {unit}", unit, field)
     assert value == pytest.approx(parse(offered, unit, field), rel=1e-5)

@@ -163,6 +163,7 @@ class Slider:
         self.desk, self.page, self.control = desk, page, control
         self._renew, self._filling = renew, False
         self._remedy: ui.button | None = None
+        self._refusal: tuple[str, float | None] = ("", None)
         ident = f"{page}-{control.key}"
         with ui.column().classes("w-full gap-0") as self._box:
             with ui.row().classes("w-full items-center justify-between no-wrap"):
@@ -193,6 +194,10 @@ class Slider:
 
     def _show_refusal(self, problem: str, nearest_value: float | None = None) -> None:
         """Show an error below the field, with a button that sets the nearest allowed value."""
+        # the press on that button leaves the field; a new button would not notice the release
+        if self._refusal == (problem, nearest_value):
+            return
+        self._refusal = (problem, nearest_value)
         self.field.error = problem or None
         if self._remedy is not None:
             self._remedy.delete()
