@@ -97,10 +97,10 @@ def check_resolution(log_values: Array, final: float, duration: float) -> None:
     """
     left = np.abs(average_bins(log_values) - final)
     if np.count_nonzero(left > 0.1 * left.max()) < 2:
+        first = show(duration / len(left), "s")
         raise FitError(
-            f"the pressure reaches its final level within {show(duration / len(left), 's')}, one "
-            f"of the {len(left)} sections that are fitted: end the window earlier (--to), or log "
-            "more samples per second"
+            f"the pressure reaches its final level within the first of {len(left)} sections that "
+            f"are fitted ({first}): end the window earlier (--to), or log more samples per second"
         )
 
 
