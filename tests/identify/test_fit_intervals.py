@@ -72,7 +72,7 @@ def test_one_pull_has_an_error_only_if_both_its_rise_and_its_peak_scatter() -> N
         errors = [result.standard_errors[name] for name in ("scale_factor", "stiffness")]
         if part is rise or part is peak:
             assert errors == [None, None]
-            assert result.errors_rest_on == "nothing: the record has no noise"
+            assert result.errors_rest_on == "nothing: its rise or its peak has no noise"
         else:
             assert errors == [result.fits[0].scale_factor_se, pull.stiffness_se]
             assert min(errors[0] / result.scale_factor, errors[1] / result.stiffness) > 1e-5

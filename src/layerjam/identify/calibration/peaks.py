@@ -213,7 +213,7 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
     )
     basis = f"{name_scatter(mounting.groups, count)}, and the enclosure's force, {enclosure.basis}"
     if count == 1:
-        basis = "nothing: the record has no noise"
+        basis = "nothing: its rise or its peak has no noise"
         noise, error = first.pull.noise / first.pull.peak_force, first.pull.stiffness_se
         if noise > 1e-9 and error > 1e-9 * first.pull.stiffness:
             fields["standard_errors"] = {"scale_factor": first.scale_factor_se, "stiffness": error}
