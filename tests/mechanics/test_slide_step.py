@@ -18,7 +18,6 @@ from layerjam.mechanics.stick_slip.slide_step import (
     State,
     exact_step,
     hermite_range,
-    hermite_root,
     runge_kutta,
 )
 
@@ -51,16 +50,6 @@ def solved(state: State, h: float, case: Slide, taut: bool = True) -> np.ndarray
     return np.asarray(run.y[:, -1])
 
 
-@pytest.mark.parametrize("damping", [0.0, 20.0, 150.0])
-def test_a_step_at_constant_friction_is_exact_with_little_and_much_damping(damping: float) -> None:
-    """Critical damping is 2 sqrt(1000 * 2) = 89 N s/m."""
-    case, state = slide_case(damping=damping), state_at(0.01, 0.15, TAUT)
-    with double_precision():
-        step = exact_step(state, 0.02, case)
-    due = solved(state, 0.02, case)
-    assert np.array(step[:4], float) == pytest.approx(due, rel=1e-9)
-
-
 def test_a_step_with_friction_that_falls_with_slip_is_of_the_fifth_order() -> None:
     """Twice the step, 2**6 times its error; the error is estimated to the fifth power of it."""
     case, state = slide_case(fall=400.0, damping=20.0), state_at(0.01, 0.15, TAUT)
@@ -89,19 +78,6 @@ def test_a_spring_that_relaxes_into_its_damper_heats_it(step_of: Callable[..., A
     assert float(step.travel) == pytest.approx(travel, rel=1e-12)
     assert float(step.work) == 0.0
     assert float(step.heat) == pytest.approx(spring + 2.0 / 2 * (1.0 - speed**2), rel=1e-9)
-
-
-def test_the_first_zero_of_a_cubic_is_met_by_its_ends_and_slopes() -> None:
-    """(0.3 - t)((t - 1)^2 + 2) on a step of 0.5, and a dip between two positive ends."""
-    cubic = np.polynomial.Polynomial.fromroots([1 + 1j * 2**0.5, 1 - 1j * 2**0.5])
-    cubic = cubic * np.polynomial.Polynomial([0.3, -1.0])
-    dip = np.polynomial.Polynomial.fromroots([0.2, 0.4])
-    for function, zero in ((cubic, 0.3), (dip, 0.2)):
-        ends = [float(np.real(f(t))) for t in (0.0, 0.5) for f in (function, function.deriv())]
-        with double_precision():
-            crosses, place = hermite_root(jnp.asarray(0.5), *map(jnp.asarray, ends))
-        assert bool(crosses)
-        assert float(place) == pytest.approx(zero, rel=1e-9)
 
 
 @pytest.mark.parametrize(
