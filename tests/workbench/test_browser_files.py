@@ -112,10 +112,10 @@ def test_a_pull_is_pinned_and_a_reload_and_a_session_keep_it(tab, two, tmp_path)
     label = f"synthetic, 94.5 kPa, {two[1][0]}"
     pinned = f"{at('pull-pins')} >> text={label}"
     tab.wait_for_selector(pinned, timeout=LONG)
-    assert not tab.is_visible(at("pull-pin-file"))
+    tab.wait_for_selector(at("pull-pin-file"), state="hidden", timeout=LONG)
     drawn = "([place, name]) => getElement(+document.querySelector(place).id.slice(1)).chart"
     drawn += ".getOption().series.find(s => s.name === name)?.data.filter(p => p.symbol).length"
-    assert tab.evaluate(drawn, [at("pull-chart"), label]) > 20
+    tab.wait_for_function(f"{drawn} > 20", arg=[at("pull-chart"), label], timeout=LONG)
     user.film("pinned")
     tab.click(at("copy-a-link-to-all-settings"))
     tab.wait_for_selector("text=so your file is not included", timeout=LONG)
