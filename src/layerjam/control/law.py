@@ -175,9 +175,12 @@ def detect(
     else:
         range_count = 0.0
         change = value - reading
-        same = same + 1.0 if change == 0.0 and value > low else 0.0
-        if same >= same_steps:
-            fault = 1.0 * STUCK
+        if change == 0.0 and value > low:  # nested, a simulated step takes three quarters
+            same += 1.0
+            if same >= same_steps:
+                fault = 1.0 * STUCK
+        else:
+            same = 0.0
         pump, vent = drive[1], drive[2]
         least, largest, rate = healthy_rises(
             pump, value, zero, rate, lag, rise, top, fall, flow_limit, flow_slope, bend
