@@ -76,7 +76,8 @@ def test_designs_that_differ_only_in_their_vacuum_are_drawn_once(found) -> None:
     numbers = np.arange(grid.size)
     merits = kernel.drawn_merits(numbers)
     assert sum(drawn) == grid.size / 3
-    alone = drawn_merits(grid.point(numbers), spec.evaluation.base, spec.evaluation.draw)
+    evaluation = spec.evaluation
+    alone = drawn_merits(grid.point(numbers), evaluation.base, evaluation.draw, grid.size)
     vacuums = grid.columns(numbers)["vacuum"]
     for name in DRAWN_MERITS:
         assert np.array_equal(merits[name], alone[name], equal_nan=True)

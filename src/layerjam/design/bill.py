@@ -70,12 +70,15 @@ def _bill_columns(point: Point, base: Brake) -> Any:
     return jnp.stack(jnp.broadcast_arrays(*rows, is_buildable(point, brake)))
 
 
-def drawn_merits(point: Point, base: Brake, draw: Draw) -> dict[str, npt.NDArray[np.float64]]:
-    """Return DRAWN_MERITS of a row of designs; NaN if a design cannot be drawn.
+def drawn_merits(
+    point: Point, base: Brake, draw: Draw, count: int
+) -> dict[str, npt.NDArray[np.float64]]:
+    """Return DRAWN_MERITS of the first `count` designs of a row; NaN if one cannot be drawn.
 
-    A design has `series` times `parallel` brakes, cast in one mould.
+    A design has `series` times `parallel` brakes, cast in one mould. The row may be longer, because
+    each length is compiled separately.
     """
-    table = np.asarray(_bill_columns(point, base))
+    table = np.asarray(_bill_columns(point, base))[:, :count]
     valid = table[-1] > 0
     *sheets, density, kinetic, strength, wall, force, brakes = table[:-1, valid]
     designs = replace(

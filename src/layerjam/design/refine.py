@@ -103,9 +103,7 @@ class Smooth:
             return {n: np.full(len(x), math.nan) for n in DRAWN_MERITS}
         batch = np.pad(x, ((0, -len(x) % 32), (0, 0)), "edge")  # each length compiles once
         point = replace_values(self.point, dict(zip(self.names, batch.T, strict=True)))
-        return {
-            n: row[: len(x)] for n, row in drawn_merits(point, source.base, source.draw).items()
-        }
+        return drawn_merits(point, source.base, source.draw, len(x))
 
     def _stencil_merits(self, x: Array) -> dict[str, Array]:
         """Return DRAWN_MERITS at x, and at one SLOPE_STEP above and below x for each of `among`.

@@ -111,7 +111,8 @@ class Search:
         numbers = np.arange(first, first + count, dtype=np.int64)
         values = self.kernel.merits(numbers)
         is_built = np.isfinite(values[self.row["mass"]])
-        numbers, values = numbers[is_built], values[:, is_built]
+        if not is_built.all():
+            numbers, values = numbers[is_built], values[:, is_built]
         # drawn merits are computed faster than a stop, and they exclude many designs
         drawn_rows = self._late_drawn_merits(numbers, values)
         if self.spec.evaluation.stop is not None:
@@ -119,7 +120,8 @@ class Search:
         values = np.concatenate([values, drawn_rows])
         quantities = np.stack([self.quantity(name, values, numbers) for name in self.wanted])
         meets = self.check_constraints(quantities)
-        low, high = (np.where(np.isfinite(values), values, end) for end in (math.inf, -math.inf))
+        is_finite = np.isfinite(values)
+        low, high = (np.where(is_finite, values, end) for end in (math.inf, -math.inf))
         run = SweepResult(
             examined=count,
             built=len(numbers),

@@ -40,10 +40,14 @@ class Draws:
         """
         sizes = compute_lengths(brake, self.build)
         has_limit = ~np.isnan(np.asarray(brake.film.strength, float))
-        keys = np.stack(np.broadcast_arrays(sizes.screws, sizes.mould.bolts, has_limit, force)[:3])
-        bill = np.full((len(Bill._fields), keys.shape[1]), np.nan)
-        for screws, bolts, is_strong in np.unique(keys, axis=1).T:
-            place = np.flatnonzero((keys == np.array([[screws], [bolts], [is_strong]])).all(axis=0))
+        columns = np.broadcast_arrays(sizes.screws, sizes.mould.bolts, has_limit, force)[:3]
+        counts = np.array(columns, int)
+        shape = counts.max(axis=1) + 1
+        keys = np.ravel_multi_index(tuple(counts), tuple(shape))
+        bill = np.full((len(Bill._fields), len(keys)), np.nan)
+        for key in np.unique(keys):
+            screws, bolts, is_strong = np.unravel_index(key, tuple(shape))
+            place = np.flatnonzero(keys == key)
             group = map_arrays(sizes, partial(_select_rows, place))
             mould = replace(group.mould, bolts=int(bolts))
             group = replace(group, screws=int(screws), mould=mould)

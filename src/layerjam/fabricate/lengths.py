@@ -8,6 +8,7 @@ If the values of a brake's sheets are arrays, so are its lengths: a search compu
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import cached_property
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
@@ -183,7 +184,7 @@ class Lengths:
         """Left and right side."""
         return self.left, self.right
 
-    @property
+    @cached_property
     def has_same_caps(self) -> bool:
         """Whether one cap fits both ends of every brake."""
         return np.allclose(self.left.clamped, self.right.clamped, rtol=1e-9, atol=0.0)

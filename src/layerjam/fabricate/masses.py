@@ -4,6 +4,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from layerjam.device.brake import Brake
 from layerjam.device.workshop import Build
 from layerjam.fabricate.film import film_parts
@@ -70,7 +72,9 @@ def mass_rows(brake: Brake, build: Build, lengths: Lengths, parts: Sequence[Part
 
 
 def screw_name(lengths: Lengths) -> str:
-    """Return the designation of the clamp screw, such as M3 × 20."""
+    """Return the designation of the clamp screw, such as M3 × 20; only M3 for many brakes."""
+    if np.ndim(lengths.screw_length):
+        return lengths.thread.name
     return f"{lengths.thread.name} × {lengths.screw_length}"
 
 
