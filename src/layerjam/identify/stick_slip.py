@@ -146,8 +146,13 @@ def running_mean(values: Array, samples: int) -> Array:
     if samples < 3:
         return values
     half = samples // 2
-    sums = np.cumsum(np.concatenate([[0.0], np.pad(values, half, mode="edge")]))
-    return np.asarray((sums[2 * half + 1 :] - sums[: -(2 * half + 1)]) / (2 * half + 1))
+    width = 2 * half + 1
+    sums = np.empty(len(values) + width)  # one array, because a record may be long
+    sums[: half + 1], sums[-half:] = values[0], values[-1]
+    sums[0], sums[half + 1 : -half] = 0.0, values
+    means = np.cumsum(sums, out=sums)[width:] - sums[:-width]
+    means /= width
+    return means
 
 
 def turning_points(values: Array, least: float) -> tuple[Indices, Indices]:
