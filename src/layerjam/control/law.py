@@ -175,12 +175,9 @@ def detect(
     else:
         range_count = 0.0
         change = value - reading
-        if change == 0.0 and value > low:  # nested, a simulated step takes three quarters
-            same += 1.0
-            if same >= same_steps:
-                fault = 1.0 * STUCK
-        else:
-            same = 0.0
+        same = same + 1.0 if change == 0.0 and value > low else 0.0
+        if same != 0.0 and same >= same_steps:  # a test for 0 saves a quarter of a simulated step
+            fault = 1.0 * STUCK
         pump, vent = drive[1], drive[2]
         least, largest, rate = healthy_rises(
             pump, value, zero, rate, lag, rise, top, fall, flow_limit, flow_slope, bend
