@@ -20,9 +20,8 @@ from pathlib import Path
 import typer
 
 from layerjam.cli.main import app
-from layerjam.commands import index
-from layerjam.commands.declare import GROUPS, Command
-from layerjam.commands.index import commands
+from layerjam.commands.declare import Command, load_command
+from layerjam.commands.index import GROUPS, commands
 from layerjam.commands.results import field_key
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
@@ -210,7 +209,7 @@ def command_table() -> str:
         names = [entry.name for entry in commands().values() if entry.group == group]
         rows = [
             row(f"[`{usage(entry)}`](#{entry.name.replace(' ', '-')})", entry.summary)
-            for entry in map(index.load_entry, names)
+            for entry in map(load_command, names)
         ]
         if rows:
             parts.append(f"### {title}\n\n{table(('command', 'what it does'), rows)}")
@@ -234,7 +233,7 @@ def usage(declared: Command) -> str:
 
 def described(name: str) -> str:
     """The options of a command, and the keys of its JSON."""
-    return f"{options(name)}\n\n{keys(index.load_entry(name))}"
+    return f"{options(name)}\n\n{keys(load_command(name))}"
 
 
 def options(name: str) -> str:
@@ -270,7 +269,7 @@ def command_quantities() -> str:
     """What commands are asked with: one line for each quantity, however many take it."""
     takers: dict[tuple[str, str, str, str, str], list[str]] = {}
     for entry in commands().values():
-        for p in entry.load_command().parameters:
+        for p in load_command(entry.name).parameters:
             if p.spec is not None:
                 about = (symbol(p.spec.symbol), p.name, unit(p.spec), p.spec.text.rstrip(","))
                 takers.setdefault((*about, p.spec.limits()), []).append(entry.name)
@@ -285,7 +284,7 @@ def command_functions() -> str:
     """A place in the reference for the function and the result of every command."""
     members: dict[str, list[str]] = {}
     for entry in commands().values():
-        declared = entry.load_command()
+        declared = load_command(entry.name)
         named = [*members.get(declared.module, ()), declared.python_name, declared.result.__name__]
         members[declared.module] = list(dict.fromkeys(named))
     return "\n\n".join(

@@ -13,7 +13,8 @@ from collections import defaultdict
 import pytest
 
 import layerjam
-from layerjam.commands.index import commands, load_entry
+from layerjam.commands.declare import load_command
+from layerjam.commands.index import commands
 from layerjam.errors import QuantityError
 from layerjam.units import RECORDS, QuantitySpec
 
@@ -120,7 +121,7 @@ def _declared() -> dict[str, QuantitySpec]:
     _modules()
     found = {}
     for name in commands():
-        made = load_entry(name)
+        made = load_command(name)
         found |= {f"{made.name}.{p.name}": p.spec for p in made.parameters if p.spec}
     modules = [m for n, m in sys.modules.items() if n.startswith("layerjam.")]
     # a kind of machine has records that no module names; other tests declare records of their own
@@ -196,7 +197,7 @@ def test_examples_are_allowed(declared: dict[str, QuantitySpec]) -> None:
 def test_a_result_counts_a_name_in_one_unit() -> None:
     units = defaultdict(set)
     for name in commands():
-        made = load_entry(name)
+        made = load_command(name)
         for f in [*made.result.keys()]:
             if f.metadata["quantity"]:
                 units[f.name].add(f.metadata["quantity"].unit)

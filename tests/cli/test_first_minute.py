@@ -10,7 +10,8 @@ import pytest
 
 import layerjam as lj
 from layerjam.cli.main import MOST_USED, main
-from layerjam.commands.index import commands, load_entry
+from layerjam.commands.declare import load_command
+from layerjam.commands.index import commands
 from layerjam.system import quote_word
 from printed import split_command
 
@@ -98,7 +99,7 @@ def test_a_missing_option_shows_the_line_to_type(
 def test_what_a_command_needs_is_in_the_line_to_type(capsys: pytest.CaptureFixture[str]) -> None:
     checked = 0
     for name in commands():
-        required = [p for p in load_entry(name).parameters if p.required]
+        required = [p for p in load_command(name).parameters if p.required]
         options = {p.option for p in required if not p.is_positional}
         alone = ["x"] * (len(required) - len(options))
         for words in ([alone] if options else []) + ([[]] if alone else []):

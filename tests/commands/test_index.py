@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from layerjam.commands import index
-from layerjam.commands.declare import EXAMPLES, REGISTRY
+from layerjam.commands.declare import REGISTRY
+from layerjam.commands.index import EXAMPLES
 
 DIVE = """
 @command("predict")

@@ -16,8 +16,8 @@ import pytest
 import json_schema
 from layerjam.cli.main import main
 from layerjam.commands import impact
-from layerjam.commands.declare import EXAMPLES, REGISTRY, command
-from layerjam.commands.index import Entry, commands, load_entry
+from layerjam.commands.declare import REGISTRY, command, load_command
+from layerjam.commands.index import DECLARED, EXAMPLES, commands
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.commands.schema import command_schema, schema
 from layerjam.errors import QuantityError
@@ -49,7 +49,7 @@ def dive(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
         return Dive(pressure=pressure, feasible=pressure < 4e5)
 
     yield dive
-    del REGISTRY["dive"]
+    del REGISTRY["dive"], DECLARED["dive"]
 
 
 def said(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
@@ -84,7 +84,7 @@ def test_python_takes_text_and_si_and_checks_bounds(dive: Any) -> None:
 def test_it_stands_in_the_index_under_its_group(dive: Any) -> None:
     entry = commands()["dive"]
     assert (entry.group, entry.summary) == ("predict", "Pressure of water at a depth.")
-    assert load_entry("dive").result is Dive
+    assert load_command("dive").result is Dive
     grouped = [e.name for e in commands().values() if e.group == "predict"]
     assert grouped[-1] == "dive"
 
@@ -108,7 +108,7 @@ def test_the_command_line_has_it(dive: Any, capsys: pytest.CaptureFixture[str]) 
 
 
 def test_its_answers_have_a_schema(dive: Any) -> None:
-    about = command_schema(load_entry("dive"))
+    about = command_schema(load_command("dive"))
     assert about["properties"]["pressure"] == {
         "type": "number",
         "description": "pressure above the surface's",
@@ -167,7 +167,6 @@ def test_one_more_option_is_one_file_as_contributing_says(
     upright = impact.drop("choi2018-kapton", **case).slip
     slips = [drop("choi2018-kapton", slope=s, **case).slip for s in ("30 deg", "90 deg")]
     assert level < slips[0] < slips[1] == pytest.approx(upright)
-    monkeypatch.setattr(Entry, "load_command", lambda _: drop.declaration)
     assert "--slope Q Slope of the rail, 90 deg is upright" in said(capsys, "drop", "--help")[1]
     for wrong, words in (("30", "no unit"), ("2rad", "at most 1.571 rad")):
         given = ("--mass", "1kg", "--speed", "2.5m/s", "--vacuum", "94.5kPa", "--slope", wrong)

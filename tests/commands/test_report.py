@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from layerjam.cli.generate import repeat_options
-from layerjam.commands.index import load_entry
+from layerjam.commands.declare import load_command
 from layerjam.commands.report import Report, report
 from layerjam.errors import FileError, FitError, LayerjamError, QuantityError
 from layerjam.measure.sidecar import sidecar_path
@@ -209,7 +209,7 @@ def test_what_cannot_be(
 
 
 def test_an_option_takes_all_words_up_to_the_next() -> None:
-    many = {p.option for p in load_entry("report").parameters if p.help.greedy}
+    many = {p.option for p in load_command("report").parameters if p.help.greedy}
     assert many == {"--friction", "--pulls", "--validate", "--calibrate-on", "--holdout"}
     given = ["kapton", "--pulls", "a", "b", "c", "--json", "--out", "d"]
     wanted = ["kapton", "--pulls", "a", "--pulls", "b", "--pulls", "c", "--json", "--out", "d"]

@@ -17,6 +17,7 @@ import pytest
 import xarray
 
 import layerjam as lj
+from layerjam.commands.declare import load_command
 from layerjam.commands.index import commands
 from layerjam.errors import ArgumentError, LayerjamError, QuantityError
 
@@ -214,7 +215,7 @@ def test_dimensions_of_one_name() -> None:
 @pytest.mark.parametrize("name", commands())
 def test_every_parameter_of_every_command(name: str) -> None:
     """Neither an object nor a number with a foreign unit gets as far as a computation."""
-    command = commands()[name].load_command()
+    command = load_command(name)
     for parameter in command.parameters:
         if type(parameter.type) is object and parameter.spec is None and not parameter.words:
             continue  # its type is known to type checkers alone

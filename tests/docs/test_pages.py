@@ -22,7 +22,8 @@ from docs import examples
 from docs.examples import script
 from layerjam import __version__
 from layerjam.cli.main import app, main
-from layerjam.commands.index import commands, load_entry
+from layerjam.commands.declare import load_command
+from layerjam.commands.index import commands
 from layerjam.commands.schema import schema
 from layerjam.device.load import load as load_brake
 
@@ -96,7 +97,7 @@ def _link(name: Path, source: Path) -> None:
 
 def _overwriting(name: str) -> list[str]:
     """The flag to replace files, of a command that has it."""
-    flags = [p for p in load_entry(name).parameters if p.name == "overwrite"]
+    flags = [p for p in load_command(name).parameters if p.name == "overwrite"]
     return ["--overwrite"] if flags else []
 
 
@@ -159,7 +160,7 @@ def _rows() -> dict[str, set[str]]:
     for name in re.findall(r"<!-- generated: options_(\w+) -->", text):
         part = text.split(f"<!-- generated: options_{name} -->")[1].split("<!-- end -->")[0]
         keys = re.findall(r"^\| `([^`]+)`", part.split("| JSON key |")[1], re.MULTILINE)
-        found[load_entry(name).name] = set(keys)
+        found[load_command(name).name] = set(keys)
     return found
 
 

@@ -9,8 +9,8 @@ import pytest
 from nicegui import ui
 from nicegui.testing.user_interaction import UserInteraction
 
+from layerjam.commands.declare import load_command
 from layerjam.commands.impact import drop
-from layerjam.commands.index import load_entry
 from layerjam.commands.tuning import tune
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
@@ -101,7 +101,7 @@ def test_what_happened_in_words(settings, words):
 def test_what_the_fold_more_holds_reaches_the_command(tmp_path):
     page = page_of(rope_damping="20 N s/m", duration="0.2 s", accelerometer="adxl193", seed="x")
     names = {p.name for p in page.more.inputs} | set(KEYS) | {"brake", "progress"}
-    assert names == {p.name for p in load_entry("drop").parameters}
+    assert names == {p.name for p in load_command("drop").parameters}
     file = tmp_path / "made-up.csv"
     file.write_text("time [s],vacuum [kPa]\n" + "".join(f"{i / 100},60\n" for i in range(200)))
     page.more.files["vacuum_history"].files.append(Upload("my log.csv", file))

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 import layerjam
-from layerjam.commands.index import commands, load_entry
+from layerjam.commands.declare import load_command
+from layerjam.commands.index import commands
 from layerjam.errors import FileError, QuantityError
 from layerjam.workbench.pages.laboratory import FREE as FREE_CHOICE
 from layerjam.workbench.pages.laboratory import STICK_SLIP
@@ -58,7 +59,7 @@ def test_a_flag_becomes_the_name_of_its_field():
     """The fields of a fold are called so: `Parameter.label`, read here from the declarations."""
     seen = set()
     for name in ("friction", "calibrate", "drop", "rise", "report", "design"):
-        for p in load_entry(name).parameters:
+        for p in load_command(name).parameters:
             option = p.option.removeprefix("--")
             if not p.positional and option not in OTHERWISE:
                 seen.add(option)

@@ -6,7 +6,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Container, Sequence
-from contextvars import ContextVar
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,6 +13,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
+from layerjam.cli import TYPED
 from layerjam.commands.declare import (
     PYTHON_ONLY,
     Command,
@@ -26,9 +26,6 @@ from layerjam.commands.declare import (
 from layerjam.commands.quantities import Overwrite
 from layerjam.errors import FileError, QuantityError
 from layerjam.system import check_file_name, format_command_line, is_reader_gone, report_failure
-
-TYPED: ContextVar[tuple[str, ...]] = ContextVar("TYPED", default=())
-"""The typed words, set by `main`, because a program may call it with a different `sys.argv`."""
 
 
 def print_result(result: Any, as_json: bool) -> int:

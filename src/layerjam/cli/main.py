@@ -6,19 +6,21 @@ import os
 import shlex
 import sys
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 from typer.exceptions import Abort, Exit, TyperException
 
 from layerjam._version import __version__
-from layerjam.cli.generate import TYPED
-from layerjam.commands.declare import GROUPS, Command, Parameter
-from layerjam.commands.index import Entry, commands, family_names, find_entry, load_entry
+from layerjam.cli import TYPED
+from layerjam.commands.index import GROUPS, Entry, commands, family_names, find_entry
 from layerjam.conversion import FACTORS
 from layerjam.errors import LayerjamError, UnknownNameError
 from layerjam.system import format_command_line, is_reader_gone, is_windows
+
+if TYPE_CHECKING:
+    from layerjam.commands.declare import Command, Parameter
 
 MOST_USED = (
     *("new", "show", "force", "vacuum", "tensile", "drop", "tune"),
@@ -123,8 +125,9 @@ def _build_family(word: str) -> Any:
 
 def _build_command(name: str) -> Any:
     from layerjam.cli.generate import build_function, make_command_class
+    from layerjam.commands.declare import load_command
 
-    entry = load_entry(name)
+    entry = load_command(name)
     app_ = typer.Typer(add_completion=False, rich_markup_mode=None)
     # this mark keeps each example on its own line
     lines = "\b\n" + "\n".join(f"$ {example}" for example in entry.examples)
@@ -236,7 +239,9 @@ def _describe_missing(error: Any) -> str:
     """Return the missing parameter, its meaning and the line to type; "" for other errors."""
     if not hasattr(error, "param_type"):
         return ""
-    entry, option = load_entry(error.ctx.command.name), error.param.opts[0]
+    from layerjam.commands.declare import load_command
+
+    entry, option = load_command(error.ctx.command.name), error.param.opts[0]
     if not option.startswith("-"):
         option, lines = error.param.metavar, entry.examples
     else:
@@ -252,7 +257,7 @@ def _describe_missing(error: Any) -> str:
     return f"{option} is missing ({error.param.help.rstrip('.')}); type, for example: {lines[0]}"
 
 
-def _sample_value(entry: Command, p: Parameter) -> str:
+def _sample_value(entry: "Command", p: "Parameter") -> str:
     """Return a value of an option as it is typed, if possible from the command's examples."""
     for words in map(shlex.split, entry.examples):
         if p.option in words[:-1]:

@@ -12,14 +12,13 @@ copied code, the reference and the JSON Schema (`commands/schema.py`).
 
 import contextlib
 import functools
+import importlib
 import inspect
 import re
 import sys
-import tomllib
 import typing
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_origin
 
 from layerjam.commands.arguments import (
@@ -30,6 +29,7 @@ from layerjam.commands.arguments import (
     make_list,
     variants,
 )
+from layerjam.commands.index import DECLARED, EXAMPLES, GROUPS, Entry, commands, find_entry
 from layerjam.commands.results import Result
 from layerjam.conversion import strip_unit
 from layerjam.errors import Notice, QuantityError, UnknownNameError, explain_arguments
@@ -42,21 +42,6 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 R = TypeVar("R", bound=Result)
 T = TypeVar("T")
-
-GROUPS = {
-    "predict": "Predict the behaviour of a brake",
-    "test": "Read tests and calibrate",
-    "vacuum": "Create and control the vacuum",
-    "design": "Design a brake",
-    "build": "Build a brake",
-    "bench": "Run the bench",
-    "share": "Report and share",
-}
-"""Groups of commands by task, in the order of `layerjam --help`."""
-_LIST = tomllib.loads(Path(__file__).with_name("help.toml").read_text(encoding="utf-8"))
-EXAMPLES: dict[str, list[str]] = _LIST["examples"]
-FORMER: dict[str, str] = _LIST["former"]
-"""Former names of commands, with their current names."""
 
 
 @dataclass(frozen=True)
@@ -420,6 +405,19 @@ REGISTRY: dict[str, Command] = {}
 """{name on the command line: Command} of every command declared so far."""
 
 
+def load_command(name: str) -> Command:
+    """Return the declaration of the command that `find_entry` returns, after importing its module.
+
+    Raises UnknownNameError if there is none.
+    """
+    entry = find_entry(name)
+    if entry is None:
+        raise UnknownNameError("command", name, commands())
+    if entry.module:
+        importlib.import_module(entry.module)
+    return REGISTRY[entry.name]
+
+
 def command(
     group: str,
     *,
@@ -444,7 +442,8 @@ def command(
             return instance(*args, **named)  # type: ignore[return-value]
 
         call.declaration = instance  # type: ignore[attr-defined]
-        REGISTRY[instance.name] = instance
+        entry = Entry(instance.name, instance.python_name, "", group, instance.summary)
+        REGISTRY[instance.name], DECLARED[instance.name] = instance, entry
         return call
 
     return declare_function

@@ -7,17 +7,29 @@ imported when the command is used. Their order and examples are in help.toml.
 
 import ast
 import functools
-import importlib
 import re
+import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from layerjam.commands.arguments import command_line_name
-from layerjam.commands.declare import EXAMPLES, FORMER, GROUPS, REGISTRY, Command
-from layerjam.errors import UnknownNameError
 
+GROUPS = {
+    "predict": "Predict the behaviour of a brake",
+    "test": "Read tests and calibrate",
+    "vacuum": "Create and control the vacuum",
+    "design": "Design a brake",
+    "build": "Build a brake",
+    "bench": "Run the bench",
+    "share": "Report and share",
+}
+"""Groups of commands by task, in the order of `layerjam --help`."""
+_LIST = tomllib.loads(Path(__file__).with_name("help.toml").read_text(encoding="utf-8"))
+EXAMPLES: dict[str, list[str]] = _LIST["examples"]
+FORMER: dict[str, str] = _LIST["former"]
+"""Former names of commands, with their current names."""
 HOME = Path(__file__).parent.parent
 DECORATOR = re.compile(r"\n@(?:\w+\.)*command\(")
 HEAD = re.compile(
@@ -40,11 +52,9 @@ class Entry:
         """Lines to type."""
         return EXAMPLES.get(self.name, [])
 
-    def load_command(self) -> Command:
-        """Return the declaration, after importing its module."""
-        if self.module:
-            importlib.import_module(self.module)
-        return REGISTRY[self.name]
+
+DECLARED: dict[str, Entry] = {}
+"""{name: Entry} of every command declared so far, which may be outside the searched folders."""
 
 
 def _read_entries(path: Path) -> Iterator[Entry]:
@@ -82,10 +92,7 @@ def _source_entries() -> tuple[Entry, ...]:
 
 def commands() -> dict[str, Entry]:
     """Return {name: Entry} of every command, ordered by group and then as in help.toml."""
-    entries = {entry.name: entry for entry in _source_entries()}
-    for name, c in REGISTRY.items():
-        if name not in entries:
-            entries[name] = Entry(name, c.python_name, "", c.group, c.summary)
+    entries = DECLARED | {entry.name: entry for entry in _source_entries()}
     groups, names = [*GROUPS], [*EXAMPLES, *sorted({*entries} - {*EXAMPLES})]
     return {
         name: entries[name] for name in sorted(names, key=lambda n: groups.index(entries[n].group))
@@ -104,14 +111,3 @@ def find_entry(name: str) -> Entry | None:
 def family_names(word: str) -> tuple[str, ...]:
     """Return the names of the two-word commands that start with `word`."""
     return tuple(name for name in commands() if name.startswith(f"{word} "))
-
-
-def load_entry(name: str) -> Command:
-    """Return the declaration of the command that `find_entry` returns.
-
-    Raises UnknownNameError if there is none.
-    """
-    entry = find_entry(name)
-    if entry is None:
-        raise UnknownNameError("command", name, commands())
-    return entry.load_command()

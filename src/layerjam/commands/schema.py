@@ -8,8 +8,8 @@ from dataclasses import Field, fields, is_dataclass
 from typing import Annotated, Any, Literal, get_args, get_origin
 
 from layerjam.commands.arguments import variants
-from layerjam.commands.declare import Command, Help, command
-from layerjam.commands.index import commands, load_entry
+from layerjam.commands.declare import Command, Help, command, load_command
+from layerjam.commands.index import commands
 from layerjam.commands.results import Result, fact, field_key, result
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -166,10 +166,10 @@ def schema(
     Draft 2020-12; each key has type, meaning and SI `unit`. The output is itself a schema: `anyOf`
     refers to the definitions of `$defs`, one for each command.
     """
-    names = list(commands()) if name is None else [load_entry(name).name]
+    names = list(commands()) if name is None else [load_command(name).name]
     return Schemas(
         any_of=[{"$ref": f"#/$defs/{command_name}"} for command_name in names],
         definitions={
-            command_name: command_schema(load_entry(command_name)) for command_name in names
+            command_name: command_schema(load_command(command_name)) for command_name in names
         },
     )

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from layerjam.commands import results
-from layerjam.commands.index import load_entry
+from layerjam.commands.declare import load_command
 from layerjam.device.file import BrakeFile
 from layerjam.errors import LayerjamError, Notice
 from layerjam.fluid.file import LineFile
@@ -97,7 +97,7 @@ class Call:
         `function` runs instead of the command if only a part of the result is needed.
         """
         try:
-            result = (function or load_entry(self.name))(
+            result = (function or load_command(self.name))(
                 *(_python_value(v) for v in self._positional_values()),
                 **{key: _python_value(v) for key, v in self.options.items()},
                 **more,
@@ -123,12 +123,12 @@ class Call:
         parts = [_python_literal(_plain_value(v)) for v in self._positional_values()]
         parts += [f"{key}={_python_literal(_plain_value(v))}" for key, v in self.options.items()]
         parts += [f"out={_python_literal(self.out)}", "overwrite=True"] if self.out else []
-        return f"lj.{load_entry(self.name).python_name}({', '.join(parts)})"
+        return f"lj.{load_command(self.name).python_name}({', '.join(parts)})"
 
     def _python_block(self, file: str, others: "Mapping[str, Call]", display: bool) -> str:
         """Return code that computes, prints and draws the result; `display` also shows it."""
         text = f"result = {self.python_expression()}\nprint(result)\n"
-        kind = load_entry(self.name).result
+        kind = load_command(self.name).result
         if not kind.is_drawable():
             return text
         options = "overwrite=True"
@@ -147,7 +147,7 @@ class Call:
 
     def command_line(self) -> str:
         """Return the call as a command line."""
-        words = ["layerjam", load_entry(self.name).name]
+        words = ["layerjam", load_command(self.name).name]
         for value in self._positional_values():
             words += _cli_words(_plain_value(value))
         for key, value in self.options.items():
@@ -184,14 +184,14 @@ def python_blocks(
 
     With `display`, the code shows its figures using IPython's `display` and `SVG`.
     """
-    names = [load_entry(call.name).name for call in calls]
+    names = [load_command(call.name).name for call in calls]
     every = [*calls, *pinned_calls.values()]
     parts, left = [f"{_file_note(every)}import layerjam as lj\n"], dict(pinned_calls)
     for place, call in enumerate(calls):
         lone = names.count(names[place]) == 1
         file = names[place] if lone else f"{names[place]}-{names[: place + 1].count(names[place])}"
-        takes = load_entry(call.name).result.can_overlay
-        pins = {label: pin for label, pin in left.items() if takes(load_entry(pin.name).result)}
+        takes = load_command(call.name).result.can_overlay
+        pins = {label: pin for label, pin in left.items() if takes(load_command(pin.name).result)}
         left = {label: pin for label, pin in left.items() if label not in pins}
         parts.append(call._python_block(file, pins, display))
     return parts
@@ -205,13 +205,13 @@ def _file_note(calls: Sequence[Call]) -> str:
 @cache
 def parameters(name: str) -> "Mapping[str, Parameter]":
     """Return {name: parameter} for a declared command."""
-    return MappingProxyType({p.name: p for p in load_entry(name).parameters})
+    return MappingProxyType({p.name: p for p in load_command(name).parameters})
 
 
 @cache
 def result_fields(name: str) -> Mapping[str, str]:
     """Return {key of a command's result: its description}."""
-    keys = load_entry(name).result.keys()
+    keys = load_command(name).result.keys()
     return MappingProxyType({results.field_key(f): f.metadata["result"] for f in keys})
 
 
