@@ -231,9 +231,11 @@ def healthy_rises(
     bend: float,
 ) -> tuple[float, float, float]:
     """Return a healthy line's (least, largest, lagged largest) rise of the vacuum per sample."""
-    # a zero error of the sensor hides how close the pump is to its limit
-    high = healthy_rise(pump, vacuum - zero, rise, top, fall, flow_limit, flow_slope, bend)
-    low = healthy_rise(pump, vacuum + zero, rise, top, fall, flow_limit, flow_slope, bend)
+    high = low = 0.0
+    if pump != 0.0:
+        # a zero error of the sensor hides how close the pump is to its limit
+        high = healthy_rise(pump, vacuum - zero, rise, top, fall, flow_limit, flow_slope, bend)
+        low = healthy_rise(pump, vacuum + zero, rise, top, fall, flow_limit, flow_slope, bend)
     # a sensor may be fast or slow: the smaller of the two rises is expected, the larger allowed
     rate += lag * (high - rate)
     least, largest = (rate, high) if rate < high else (high, rate)
