@@ -2,6 +2,7 @@
 
 import inspect
 import os
+import shlex
 import sys
 import tempfile
 import time
@@ -22,6 +23,7 @@ from layerjam.commands.declare import (
     Progress,
     PythonOnly,
     declare_parameter,
+    load_command,
 )
 from layerjam.commands.quantities import Overwrite
 from layerjam.errors import FileError, QuantityError
@@ -103,7 +105,23 @@ FIGURE, RECORD, JSON = "figure_", "record_", "json_"
 """Options that the command line adds to those of the function."""
 
 
-def build_function(entry: Command) -> Callable[..., int]:
+def build_command(name: str) -> Any:
+    """Return the command of the given name for typer, after importing its module."""
+    entry = load_command(name)
+    app_ = typer.Typer(add_completion=False, rich_markup_mode=None)
+    # this mark keeps each example on its own line
+    lines = "\b\n" + "\n".join(f"$ {example}" for example in entry.examples)
+    settings = {"help_option_names": ["-h", "--help"]}
+    app_.command(
+        name,
+        epilog=lines if entry.examples else None,
+        context_settings=settings,
+        cls=_make_command_class(entry),
+    )(_build_function(entry))
+    return typer.main.get_command(app_)
+
+
+def _build_function(entry: Command) -> Callable[..., int]:
     """Return a function for typer with one parameter for each option of a command."""
     options = [p for p in entry.parameters if p.type not in (Progress, PYTHON_ONLY)]
     names = {p.name for p in options}
@@ -128,7 +146,7 @@ def build_function(entry: Command) -> Callable[..., int]:
     return run_entry
 
 
-def make_command_class(entry: Command) -> type[TyperCommand]:
+def _make_command_class(entry: Command) -> type[TyperCommand]:
     """Return a command class in which some options accept all words up to the next option."""
     greedy = {p.option for p in entry.parameters if p.help.greedy}
 
@@ -270,3 +288,31 @@ def _apply_former_options(options: list[Parameter], values: dict[str, Any]) -> N
             if value:
                 print(f"layerjam: {old} is now called {p.option}", file=sys.stderr)
                 values[p.name] = value
+
+
+def describe_missing(error: Any) -> str:
+    """Return the missing parameter, its meaning and the line to type; "" for other errors."""
+    if not hasattr(error, "param_type"):
+        return ""
+    entry, option = load_command(error.ctx.command.name), error.param.opts[0]
+    if not option.startswith("-"):
+        option, lines = error.param.metavar, entry.examples
+    else:
+        options = {word.partition("=")[0] for word in TYPED.get()}
+        missing = [p for p in entry.parameters if p.required and not p.is_positional]
+        words = [
+            w
+            for p in missing
+            if p.option not in options
+            for w in (p.option, _sample_value(entry, p))
+        ]
+        lines = [format_command_line(["layerjam", *TYPED.get(), *words])]
+    return f"{option} is missing ({error.param.help.rstrip('.')}); type, for example: {lines[0]}"
+
+
+def _sample_value(entry: Command, p: Parameter) -> str:
+    """Return a value of an option as it is typed, if possible from the command's examples."""
+    for words in map(shlex.split, entry.examples):
+        if p.option in words[:-1]:
+            return words[words.index(p.option) + 1]
+    return p.spec.example if p.spec and p.spec.example else p.metavar or p.name.upper()

@@ -3,10 +3,9 @@
 import contextlib
 import glob
 import os
-import shlex
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
@@ -17,10 +16,7 @@ from layerjam.cli import TYPED
 from layerjam.commands.index import GROUPS, Entry, commands, family_names, find_entry
 from layerjam.conversion import FACTORS
 from layerjam.errors import LayerjamError, UnknownNameError
-from layerjam.system import format_command_line, is_reader_gone, is_windows
-
-if TYPE_CHECKING:
-    from layerjam.commands.declare import Command, Parameter
+from layerjam.system import is_reader_gone, is_windows
 
 MOST_USED = (
     *("new", "show", "force", "vacuum", "tensile", "drop", "tune"),
@@ -124,21 +120,9 @@ def _build_family(word: str) -> Any:
 
 
 def _build_command(name: str) -> Any:
-    from layerjam.cli.generate import build_function, make_command_class
-    from layerjam.commands.declare import load_command
+    from layerjam.cli.generate import build_command  # it loads brakes and units
 
-    entry = load_command(name)
-    app_ = typer.Typer(add_completion=False, rich_markup_mode=None)
-    # this mark keeps each example on its own line
-    lines = "\b\n" + "\n".join(f"$ {example}" for example in entry.examples)
-    settings = {"help_option_names": ["-h", "--help"]}
-    app_.command(
-        name,
-        epilog=lines if entry.examples else None,
-        context_settings=settings,
-        cls=make_command_class(entry),
-    )(build_function(entry))
-    return typer.main.get_command(app_)
+    return build_command(name)
 
 
 app = typer.Typer(
@@ -221,7 +205,9 @@ def _run_command_line(words: Sequence[str]) -> int:
     except KeyboardInterrupt:
         return _print_error("stopped; nothing was written", 130)
     except TyperException as error:
-        message = _describe_missing(error) or error.format_message()
+        from layerjam.cli.generate import describe_missing
+
+        message = describe_missing(error) or error.format_message()
         return _print_error(_explain_split_quantity(" ".join(message.split()), words), 2)
     except LayerjamError as error:
         return _print_error(" ".join(str(error).split()), 2)
@@ -233,36 +219,6 @@ def _run_command_line(words: Sequence[str]) -> int:
         return _print_error(f"the result could not be printed: {error.strerror or error}", 2)
     except (MemoryError, RecursionError):
         return _print_error("the input is too large for this machine's memory", 2)
-
-
-def _describe_missing(error: Any) -> str:
-    """Return the missing parameter, its meaning and the line to type; "" for other errors."""
-    if not hasattr(error, "param_type"):
-        return ""
-    from layerjam.commands.declare import load_command
-
-    entry, option = load_command(error.ctx.command.name), error.param.opts[0]
-    if not option.startswith("-"):
-        option, lines = error.param.metavar, entry.examples
-    else:
-        options = {word.partition("=")[0] for word in TYPED.get()}
-        missing = [p for p in entry.parameters if p.required and not p.is_positional]
-        words = [
-            w
-            for p in missing
-            if p.option not in options
-            for w in (p.option, _sample_value(entry, p))
-        ]
-        lines = [format_command_line(["layerjam", *TYPED.get(), *words])]
-    return f"{option} is missing ({error.param.help.rstrip('.')}); type, for example: {lines[0]}"
-
-
-def _sample_value(entry: "Command", p: "Parameter") -> str:
-    """Return a value of an option as it is typed, if possible from the command's examples."""
-    for words in map(shlex.split, entry.examples):
-        if p.option in words[:-1]:
-            return words[words.index(p.option) + 1]
-    return p.spec.example if p.spec and p.spec.example else p.metavar or p.name.upper()
 
 
 def _explain_split_quantity(message: str, words: Sequence[str]) -> str:
