@@ -85,6 +85,18 @@ def test_designs_that_differ_only_in_their_vacuum_are_drawn_once(found) -> None:
         assert np.isfinite(merits[name][vacuums < 2e5]).any()
 
 
+def test_the_indices_of_a_design_are_those_of_numpy(found) -> None:
+    grid = found.record.search.spec.grid
+    numbers = np.arange(grid.size)
+    for mine, expected in zip(
+        grid.digits(numbers), np.unravel_index(numbers, grid.shape), strict=True
+    ):
+        assert np.array_equal(mine, expected)
+    for outside in (-1, grid.size, np.array([0, -1]), np.array([0, grid.size])):
+        with pytest.raises(IndexError, match=f"numbered from 0 to {grid.size - 1}"):
+            grid.digits(outside)
+
+
 def test_between_the_steps_too(found) -> None:
     file = brake_of(found)
     said = _judge_drawing(file, resolve_choices(file), int(found.refined["parallel"]), 1)

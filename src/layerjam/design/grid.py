@@ -66,12 +66,14 @@ class Grid:
         return int(self.axes["series"].max())
 
     def digits(self, numbers: Any) -> tuple[Any, ...]:
-        """Return the indices on every axis of the designs with these numbers."""
+        """Return the indices on every axis of designs; IndexError for a number outside the grid."""
         digits = []
         for length in self.shape[:0:-1]:  # np.unravel_index takes four times as long
             higher = numbers // length
             digits.append(numbers - higher * length)
             numbers = higher
+        if np.size(numbers) and not 0 <= np.min(numbers) <= np.max(numbers) < self.shape[0]:
+            raise IndexError(f"designs are numbered from 0 to {self.size - 1}")
         return (numbers, *digits[::-1])
 
     def number(self, digits: Any) -> Any:
